@@ -1,0 +1,31 @@
+use nalgebra::{DMatrix, DVector};
+
+/// Residuals of a model against its data, over points that may live on a manifold.
+///
+/// Residuals are *whitened*: each divided by its standard uncertainty, so that the
+/// covariance of the estimate comes out in the units of the parameters.
+pub trait Problem {
+    /// The estimate: a vector, a pose, or any mixture.
+    type Point: Clone;
+
+    /// Number of residuals.
+    fn residual_count(&self) -> usize;
+
+    /// Number of degrees of freedom of a step.
+    fn tangent_dim(&self) -> usize;
+
+    /// Writes the whitened residuals at `at`; `out` has `residual_count` rows.
+    fn residuals(&self, at: &Self::Point, out: &mut DVector<f64>);
+
+    /// Writes `∂r/∂ξ` at `ξ = 0` for the step `ξ` taken by [`Problem::retract`]; `out` is
+    /// `residual_count × tangent_dim`.
+    fn jacobian(&self, at: &Self::Point, out: &mut DMatrix<f64>);
+
+    /// Moves `at` by the tangent step `step`.
+    fn retract(&self, at: &Self::Point, step: &DVector<f64>) -> Self::Point;
+
+    /// Name of one tangent direction with its unit, for errors and reports.
+    fn parameter_name(&self, index: usize) -> String {
+        format!("parameter {index}")
+    }
+}
