@@ -1,7 +1,25 @@
 //! Small dense least-squares problems by Levenberg-Marquardt.
 //!
-//! [`solve`] minimises `½ Σ ρ(rᵢ²)` over the whitened residuals `rᵢ` of a [`Problem`].
+//! [`solve`] minimises `½ Σ ρ(‖rᵢ‖²)` over the whitened residuals `rᵢ` of a [`Problem`].
 
+mod check;
+mod covariance;
+mod error;
+mod loss;
+mod options;
+mod prior;
 mod problem;
+mod report;
+mod solution;
+mod solve;
 
+pub use check::{JacobianCheck, JacobianEntry, check_jacobian};
+pub use covariance::{Covariance, covariance};
+pub use error::{FreeDirection, SolveError};
+pub use loss::{Loss, RobustRows};
+pub use options::Options;
+pub use prior::{Prior, WithPrior};
 pub use problem::Problem;
+pub use report::{Report, Termination};
+pub use solution::Solution;
+pub use solve::solve;

@@ -129,6 +129,11 @@ pub struct Effect {
     pub subject: Option<String>,
     /// One sentence for people.
     pub description: String,
+    /// The covariate that drives it, e.g. `air_c`, or `None`.
+    ///
+    /// A driven effect is large where the covariate's mean is large, and that part may be
+    /// absorbed by the base model; what is tested is its variation.
+    pub driver: Option<String>,
     /// Its amplitudes.
     pub parameters: Vec<Parameter>,
 }
