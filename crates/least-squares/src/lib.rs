@@ -5,7 +5,9 @@
 mod check;
 mod covariance;
 mod error;
+mod linearised;
 mod loss;
+mod null_space;
 mod options;
 mod prior;
 mod problem;

@@ -1,0 +1,103 @@
+use std::fmt;
+
+use nalgebra::DVector;
+
+use crate::Report;
+
+/// Why there is no estimate to rely on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolveError<Point = DVector<f64>> {
+    /// A residual is infinite or NaN where the search starts.
+    #[error("residual {row} is {value} at the start: check the data and the start values")]
+    NonFiniteResidual {
+        /// Row of the residual.
+        row: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A derivative is infinite or NaN at a point whose residuals are finite.
+    #[error("derivative of residual {row} by direction {column} is {value}")]
+    NonFiniteJacobian {
+        /// Row of the Jacobian.
+        row: usize,
+        /// Column of the Jacobian.
+        column: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A held direction does not exist.
+    #[error("direction {index} cannot be held: the problem has {tangent_dim}")]
+    HeldOutOfRange {
+        /// The index given.
+        index: usize,
+        /// Number of tangent directions of the problem.
+        tangent_dim: usize,
+    },
+    /// The scale of a robust loss is not positive and finite, or its blocks have no rows.
+    #[error(
+        "robust loss {index} needs a positive scale and block_rows, got {scale} and {block_rows}"
+    )]
+    InvalidLoss {
+        /// Position in [`Options::robust`](crate::Options::robust).
+        index: usize,
+        /// The scale given.
+        scale: f64,
+        /// The block size given.
+        block_rows: usize,
+    },
+    /// A standard uncertainty of a prior is not positive, or its covariance not positive definite.
+    #[error(
+        "prior needs a positive finite standard uncertainty in row {row}, got variance {variance}"
+    )]
+    InvalidPrior {
+        /// Row of the prior.
+        row: usize,
+        /// Variance left for it once the rows before are known.
+        variance: f64,
+    },
+    /// The search stopped before it met a tolerance.
+    #[error("not converged: cost {:.6e} after {} iterations", report.final_cost, report.iterations)]
+    NotConverged {
+        /// The best point found.
+        best: Box<Point>,
+        /// How far the search came.
+        report: Box<Report>,
+    },
+    /// The data leave a direction free: adding it changes no residual.
+    #[error("the data do not determine {} of {} directions; free: {}; hold one of them, add a prior, or add data that see it", directions.len(), report.parameters, directions.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and "))]
+    Unobservable {
+        /// One per free direction.
+        directions: Vec<FreeDirection>,
+        /// One of many points with this cost.
+        best: Box<Point>,
+        /// How the search went.
+        report: Box<Report>,
+    },
+}
+
+/// A combination of tangent directions that no residual sees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeDirection {
+    /// Name and share of each tangent direction that takes part, largest share first.
+    ///
+    /// Shares are of the column-scaled Jacobian, so that units do not matter; the largest is 1.
+    pub components: Vec<(String, f64)>,
+    /// The direction as a tangent step, in the units of the parameters.
+    pub step: DVector<f64>,
+}
+
+impl fmt::Display for FreeDirection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, (name, share)) in self.components.iter().enumerate() {
+            let sign = match (i, *share < 0.0) {
+                (0, false) => "",
+                (0, true) => "−",
+                (_, false) => " + ",
+                (_, true) => " − ",
+            };
+            write!(f, "{sign}{:.2}·{name}", share.abs())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,3 @@
+//! Behaviour of the solver, seen from outside.
+
+mod line;
