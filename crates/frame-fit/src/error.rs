@@ -1,0 +1,181 @@
+use std::fmt;
+
+use least_squares::FreeDirection;
+
+use crate::Transform;
+
+/// Why no transform could be estimated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrameFitError {
+    /// Fewer points than the transform has to know.
+    #[error("a {transform} transform needs at least {needed} points, got {got}")]
+    TooFewPoints {
+        /// The family asked for.
+        transform: Transform,
+        /// Fewest points that can determine it.
+        needed: usize,
+        /// Points given.
+        got: usize,
+    },
+    /// A pair cannot be used.
+    #[error("point pair {index}: {reason}")]
+    InvalidPair {
+        /// Position in the input slice.
+        index: usize,
+        /// What is wrong with it.
+        reason: InvalidPair,
+    },
+    /// The points do not spread far enough: coincident, collinear or coplanar.
+    #[error(
+        "the points do not determine a {transform} transform: {free} is free (spread about the \
+         centroid along the principal directions {} mm); add points that spread further, or fit \
+         a smaller family", Numbers(spreads_mm)
+    )]
+    Degenerate {
+        /// The family asked for.
+        transform: Transform,
+        /// Root-mean-square spread along the principal directions, the largest first; the
+        /// singular values of the centred points over `√n`, of the frame where they are smaller.
+        spreads_mm: Vec<f64>,
+        /// What the points leave free.
+        free: FreeMotion,
+    },
+    /// Two different rotations fit equally well: the points are not partners of each other.
+    #[error(
+        "two different rotations fit equally well (relative gap {relative_gap:.1e}): check that \
+         the points are paired rightly"
+    )]
+    Ambiguous {
+        /// Difference between the fit of the two, over what matching points would give.
+        relative_gap: f64,
+    },
+    /// The noise is as large as the spread of the points.
+    #[error(
+        "the noise leaves {free} unknown: standard uncertainty {sigma:.2} (rad or ratio); add \
+         points that spread further, or fit a smaller family"
+    )]
+    TooNoisy {
+        /// The least known motion.
+        free: FreeMotion,
+        /// Its standard uncertainty, in rad or as a ratio.
+        sigma: f64,
+    },
+    /// The weighted points leave a combination of parameters free.
+    #[error(
+        "the weighted points leave {} free; the uncertainties differ too much",
+        directions.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ")
+    )]
+    Unobservable {
+        /// One per free direction.
+        directions: Vec<FreeDirection>,
+    },
+    /// The iteration did not settle.
+    #[error("not converged after {iterations} iterations (cost {cost:.3e})")]
+    NotConverged {
+        /// Steps accepted.
+        iterations: usize,
+        /// Half the weighted sum of squares reached.
+        cost: f64,
+    },
+    /// A robust loss needs a positive finite scale.
+    #[error("robust loss needs a positive finite scale, got {scale}")]
+    InvalidLoss {
+        /// The scale given.
+        scale: f64,
+    },
+    /// A covariate does not have one finite value per point.
+    #[error("covariate {covariate} needs one finite value for each of {needed} points")]
+    InvalidCovariate {
+        /// Its name.
+        covariate: String,
+        /// Points given.
+        needed: usize,
+    },
+}
+
+/// What is wrong with a point pair.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InvalidPair {
+    /// A coordinate is NaN, infinite, or larger than any machine.
+    #[error("coordinate {value} mm is not a finite number below {limit:.0e} mm")]
+    Coordinate {
+        /// The coordinate.
+        value: f64,
+        /// Largest magnitude that is accepted.
+        limit: f64,
+    },
+    /// A standard uncertainty is not positive, or beyond all measure.
+    #[error("standard uncertainty {sigma_mm} mm is not between {smallest:.0e} and {largest:.0e} mm")]
+    Sigma {
+        /// The standard uncertainty; NaN where a variance is negative.
+        sigma_mm: f64,
+        /// Smallest that is accepted.
+        smallest: f64,
+        /// Largest that is accepted.
+        largest: f64,
+    },
+    /// A covariance is not symmetric.
+    #[error("covariance is not symmetric (off by {asymmetry_mm2:.1e} mm²)")]
+    Asymmetric {
+        /// Largest difference between mirrored entries.
+        asymmetry_mm2: f64,
+    },
+    /// A covariance is not positive definite.
+    #[error("covariance is not positive definite")]
+    NotPositiveDefinite,
+}
+
+/// A motion that changes no residual.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FreeMotion {
+    /// Any rotation: the points coincide.
+    EveryRotation,
+    /// Rotation about the line through the points.
+    RotationAbout {
+        /// Unit vector along the line, in the source frame.
+        axis: Vec<f64>,
+    },
+    /// Stretch and shear along a direction in which the points do not extend.
+    MapAlong {
+        /// Unit vector, in the source frame.
+        direction: Vec<f64>,
+    },
+    /// One parameter of the transform, about the centroid.
+    Parameter {
+        /// Its name.
+        name: &'static str,
+    },
+}
+
+impl fmt::Display for FreeMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::EveryRotation => write!(f, "every rotation about the common point"),
+            Self::RotationAbout { axis } => {
+                write!(f, "the rotation about the line ({}) of the points", Numbers(axis))
+            }
+            Self::MapAlong { direction } => {
+                write!(f, "stretch and shear along ({})", Numbers(direction))
+            }
+            Self::Parameter { name } => write!(f, "{name}"),
+        }
+    }
+}
+
+struct Numbers<'a>(&'a [f64]);
+
+impl fmt::Display for Numbers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, value) in self.0.iter().enumerate() {
+            let separator = if i == 0 { "" } else { ", " };
+            if *value == 0.0 || value.abs() >= 1e-3 {
+                write!(f, "{separator}{value:.3}")?;
+            } else {
+                write!(f, "{separator}{value:.1e}")?;
+            }
+        }
+        Ok(())
+    }
+}
