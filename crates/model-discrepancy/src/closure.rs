@@ -28,7 +28,9 @@ pub struct Closure {
     pub confusable_ids: Vec<String>,
     /// Final base parameters and amplitudes.
     pub state: State,
-    /// A-posteriori covariance of `[base, active amplitudes in catalogue order]`.
+    /// Covariance of `[base, amplitudes of the steps, empirical coefficients]`, internal units.
+    ///
+    /// Scaled by the variance factor where sigma was not declared, or was declared too small.
     pub covariance: DMatrix<f64>,
     /// Residual per row of the declared model, in report units, all groups.
     pub residuals_before: Vec<f64>,

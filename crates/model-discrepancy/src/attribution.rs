@@ -1,0 +1,138 @@
+//! Which other names the data would accept for an effect that was found.
+
+use crate::Origin;
+use crate::basis::Basis;
+use crate::candidate::{Candidate, Sight, Source, inside, label, same_span, sight};
+use crate::holdout::{compare, folds, leave_out};
+use crate::judge::{Setting, empirical_candidate, excluded, shape_again};
+use crate::linear::{Linear, NEW_DIRECTION};
+use crate::select::{CHOICE_FOLDS, STAY, Selected, What};
+use crate::shape::shapes;
+use crate::significance::significance;
+use crate::system::{System, rows_of};
+
+/// Significance below which the accepted effect is needed beside a rival, whatever the error on
+/// unseen groups says: the true name is refused once in a hundred times.
+const DECIDED: f64 = 0.01;
+
+/// An accepted effect among its rivals, on the system without it.
+pub(crate) struct Attribution<'a> {
+    pub(crate) system: System<'a>,
+    /// The accepted effect itself.
+    pub(crate) accepted: Candidate,
+    /// Candidates that explain the data as well.
+    pub(crate) rivals: Vec<Candidate>,
+}
+
+impl Attribution<'_> {
+    /// Names of the rivals, each once.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for rival in &self.rivals {
+            let name = if rival.id == self.accepted.id {
+                label(&rival.id, rival.subject.as_deref())
+            } else {
+                rival.id.clone()
+            };
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// Looks for rivals of `what` in the final selection.
+pub(crate) fn attribute<'a>(
+    setting: &Setting<'a>,
+    keep: &[bool],
+    chosen: &Selected<'a>,
+    what: &What,
+) -> Option<Attribution<'a>> {
+    let mut system = chosen.system.clone();
+    match what {
+        What::Effect(effect) => system = system.without_effect(*effect),
+        What::Empirical(covariate, shape) => {
+            system.empirical.retain(|e| e.covariate != *covariate || e.shape != *shape);
+        }
+    }
+    let rows = rows_of(setting.model.layout(), keep);
+    let estimate = system.fit(&rows, &system.carry(&chosen.estimate)).ok()?;
+    let lin = Linear::of(&system, &estimate, keep, setting.silent);
+    let accepted = match what {
+        What::Effect(effect) => match sight(setting.model, *effect, &estimate, &lin, &lin.basis) {
+            Sight::Seen(candidate) => *candidate,
+            Sight::Unseen(_) => return None,
+        },
+        What::Empirical(covariate, shape) => {
+            shape_again(setting, &lin, &lin.basis, covariate, shape)?.0
+        }
+    };
+    let skip = excluded(setting, &system, &estimate, &lin);
+    let mut others = Vec::new();
+    for effect in 0..setting.model.effects().len() {
+        if system.has_effect(effect) || *what == What::Effect(effect) {
+            continue;
+        }
+        if let Sight::Seen(c) = sight(setting.model, effect, &estimate, &lin, &lin.basis) {
+            others.push(*c);
+        }
+    }
+    others.extend(recorded_shapes(setting, &lin, &accepted));
+    others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
+    Some(Attribution { system, accepted, rivals: others })
+}
+
+/// Recorded columns, other than the one the accepted effect follows itself.
+fn recorded_shapes(
+    setting: &Setting<'_>,
+    lin: &Linear<'_>,
+    accepted: &Candidate,
+) -> Vec<Candidate> {
+    let driver = match &accepted.source {
+        Source::Effect(active) => setting.model.effects()[active.effect].driver.clone(),
+        Source::Empirical(e) => Some(e.covariate.clone()),
+    };
+    let columns = setting.covariates.iter().filter(|c| c.origin == Origin::Recorded);
+    columns
+        .filter(|c| driver.as_deref() != Some(c.name.as_str()))
+        .flat_map(|c| shapes(lin.layout, c).into_iter().map(move |s| (c, s)))
+        .filter_map(|(c, s)| empirical_candidate(lin, &lin.basis, c, &s))
+        .map(|(candidate, _)| candidate)
+        .filter(|c| !same_span(&span(&lin.basis, c), &span(&lin.basis, accepted)))
+        .collect()
+}
+
+fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[bool]) -> bool {
+    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach);
+    if alone.is_none_or(|t| t.p_value > DECIDED) {
+        return false;
+    }
+    let (own, other) = (span(&lin.basis, accepted), span(&lin.basis, rival));
+    if same_span(&own, &other) {
+        return true;
+    }
+    // A wider effect that contains the accepted one adds nothing to it.
+    if inside(&own, &other) {
+        return false;
+    }
+    let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
+    let needed = significance(lin, &beside, &accepted.tangent, accepted.reach);
+    match needed {
+        None => true,
+        Some(t) if t.p_value > STAY => true,
+        Some(t) if t.p_value <= DECIDED => false,
+        Some(_) => {
+            let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+            let own =
+                leave_out(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &folds, skip);
+            let other = leave_out(lin, &beside, &folds, skip);
+            let c = compare(&own, &other, skip);
+            c.difference <= c.std
+        }
+    }
+}
+
+fn span(base: &Basis, candidate: &Candidate) -> nalgebra::DMatrix<f64> {
+    Basis::of(&base.reject_columns(&candidate.tangent), NEW_DIRECTION.sqrt()).matrix()
+}

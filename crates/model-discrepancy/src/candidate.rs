@@ -1,0 +1,166 @@
+//! Candidates for what is missing, and what of them the design can see.
+
+use nalgebra::DMatrix;
+
+use crate::basis::{Basis, smallest_cosine};
+use crate::linear::{Linear, NEW_DIRECTION};
+use crate::significance::Reach;
+use crate::system::{Active, Empirical, Estimate, System};
+use crate::{Effect, Model};
+
+/// Share of a tangent's norm that must be left beside the model for the effect to be tested.
+///
+/// At 0.045 the model absorbs 99.8 % of the effect: it would have to be 22 times larger than
+/// one that the design was made for, and small errors of the design pass for it.
+const MIN_KEPT: f64 = 0.045;
+
+/// The same for an effect driven by a covariate: its mean may be absorbed, not its variation.
+const MIN_KEPT_DRIVEN: f64 = 1e-4;
+
+/// Cosine above which two tangents are one: they differ by less than 1.5 % of their length.
+const SAME: f64 = 0.9999;
+
+/// Something that may be missing.
+#[derive(Clone, Debug)]
+pub(crate) enum Source {
+    /// An effect of the catalogue.
+    Effect(Active),
+    /// An empirical correction.
+    Empirical(Empirical),
+}
+
+/// A candidate with its tangent at the present estimate.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    /// Catalogue id or `covariate:<column>`.
+    pub(crate) id: String,
+    pub(crate) subject: Option<String>,
+    pub(crate) source: Source,
+    /// Whitened, on the rows that take part in inference.
+    pub(crate) tangent: DMatrix<f64>,
+    /// Share of the tangent absorbed by the model, 0 to 1.
+    pub(crate) absorbed: f64,
+    pub(crate) reach: Reach,
+    /// Cluster in which a candidate with [`Reach::One`] lives.
+    pub(crate) home: Option<usize>,
+}
+
+impl Candidate {
+    pub(crate) fn label(&self) -> String {
+        label(&self.id, self.subject.as_deref())
+    }
+
+    /// The system with this candidate switched on.
+    pub(crate) fn added_to<'m>(&self, system: &System<'m>) -> System<'m> {
+        match &self.source {
+            Source::Effect(active) => system.with_effect(active.clone()),
+            Source::Empirical(empirical) => system.with_empirical(empirical.clone()),
+        }
+    }
+}
+
+/// Id, with the subject in brackets where there is one.
+pub(crate) fn label(id: &str, subject: Option<&str>) -> String {
+    subject.map_or_else(|| id.to_owned(), |s| format!("{id} [{s}]"))
+}
+
+/// What of an effect the design sees.
+pub(crate) enum Sight {
+    /// The candidate, limited to the amplitudes that are seen.
+    Seen(Box<Candidate>),
+    /// Nothing: share absorbed.
+    Unseen(f64),
+}
+
+/// Every effect of the catalogue that is not yet in `system`.
+pub(crate) fn catalogue(
+    system: &System<'_>,
+    at: &Estimate,
+    lin: &Linear<'_>,
+) -> Vec<(usize, Sight)> {
+    let effects = system.model.effects();
+    let missing = (0..effects.len()).filter(|&e| !system.has_effect(e));
+    missing.map(|e| (e, sight(system.model, e, at, lin, &lin.basis))).collect()
+}
+
+/// What the design sees of effect `e` beside the span of `base`.
+pub(crate) fn sight(
+    model: &dyn Model,
+    e: usize,
+    at: &Estimate,
+    lin: &Linear<'_>,
+    base: &Basis,
+) -> Sight {
+    let effect = &model.effects()[e];
+    let tangent = lin.tangent(&model.tangent(&at.state, e));
+    let parameters = seen(&tangent, base, min_kept(effect));
+    if parameters.is_empty() {
+        return Sight::Unseen(absorbed(&tangent, base));
+    }
+    let tangent = tangent.select_columns(&parameters);
+    let home = effect.subject.as_ref().and_then(|_| only_cluster(lin, &tangent));
+    Sight::Seen(Box::new(Candidate {
+        id: effect.id.clone(),
+        subject: effect.subject.clone(),
+        source: Source::Effect(Active { effect: e, parameters }),
+        absorbed: absorbed(&tangent, base),
+        reach: if home.is_some() { Reach::One } else { Reach::Many },
+        home,
+        tangent,
+    }))
+}
+
+fn min_kept(effect: &Effect) -> f64 {
+    if effect.driver.is_some() { MIN_KEPT_DRIVEN } else { MIN_KEPT }
+}
+
+/// Columns that keep at least `min_kept` of their norm beside `base` and those before them.
+pub(crate) fn seen(tangent: &DMatrix<f64>, base: &Basis, min_kept: f64) -> Vec<usize> {
+    let mut basis = base.clone();
+    let columns = tangent.column_iter().enumerate();
+    columns.filter(|(_, c)| basis.push(&c.clone_owned(), min_kept)).map(|(i, _)| i).collect()
+}
+
+/// `1 − |G⊥|²/|G|²`, each direction of the tangent counting the same.
+fn absorbed(tangent: &DMatrix<f64>, base: &Basis) -> f64 {
+    let directions = Basis::of(tangent, NEW_DIRECTION).matrix();
+    if directions.ncols() == 0 {
+        return 1.0;
+    }
+    let left = base.reject_columns(&directions).norm_squared() / directions.norm_squared();
+    (1.0 - left).clamp(0.0, 1.0)
+}
+
+fn only_cluster(lin: &Linear<'_>, tangent: &DMatrix<f64>) -> Option<usize> {
+    let touched = |c: &Vec<usize>| c.iter().any(|&i| tangent.row(i).iter().any(|&v| v != 0.0));
+    let mut homes = (0..lin.clusters.len()).filter(|&c| touched(&lin.clusters[c]));
+    homes.next().filter(|_| homes.next().is_none())
+}
+
+/// Class of each candidate: those whose tangents beside `base` are the same direction share one.
+pub(crate) fn classes(candidates: &[Candidate], base: &Basis) -> Vec<usize> {
+    let spans: Vec<_> = candidates
+        .iter()
+        .map(|c| Basis::of(&base.reject_columns(&c.tangent), NEW_DIRECTION).matrix())
+        .collect();
+    let mut classes: Vec<usize> = Vec::with_capacity(candidates.len());
+    for (i, candidate) in candidates.iter().enumerate() {
+        let twin = (0..i).find(|&j| {
+            candidates[j].reach == Reach::Many
+                && candidate.reach == Reach::Many
+                && same_span(&spans[i], &spans[j])
+        });
+        classes.push(twin.map_or(i, |j| classes[j]));
+    }
+    classes
+}
+
+/// Whether two orthonormal bases span the same space.
+pub(crate) fn same_span(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
+    a.ncols() == b.ncols() && smallest_cosine(a, b) > SAME
+}
+
+/// Whether the space of `a` lies inside that of `b`.
+pub(crate) fn inside(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
+    a.ncols() < b.ncols() && smallest_cosine(a, b) > SAME
+}

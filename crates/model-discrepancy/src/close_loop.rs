@@ -1,0 +1,225 @@
+//! The loop: fit, find what is missing, add it, judge it on data the fit never saw.
+
+use crate::attribution::{Attribution, attribute};
+use crate::confusable::confusability;
+use crate::error::LoopError;
+use crate::estimate::{covariance, parameter_estimates};
+use crate::judge::{Setting, hear_covariates};
+use crate::linear::Linear;
+use crate::select::{Added, CHOICE_FOLDS, QUARTER, Selected, What, select};
+use crate::separation::{aliased_with, all_fitted, make_visible, separate_by};
+use crate::summary::{Summaries, step_errors, summarise};
+use crate::system::{Estimate, System, rows_of};
+use crate::validate::{validate, with_order};
+use crate::verdict::verdict;
+use crate::whiteness::structure;
+use crate::{
+    Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass, Remaining, Role, Step,
+};
+
+/// Residual of a component below this share of the largest is «not measured».
+const SILENT: f64 = 1e-12;
+
+/// Fits the declared model, finds what it lacks, and reports the error before and after.
+///
+/// `covariates` hold one value per observation. Every choice is made on groups with the role
+/// `Fit`; groups with the role `Check` are only judged.
+///
+/// # Errors
+///
+/// [`LoopError`] when the layout is inconsistent, there are too few groups, or the declared
+/// model itself is not determined by the data.
+pub fn close_loop(
+    model: &dyn Model,
+    covariates: &[Covariate],
+    options: &Options,
+) -> Result<Closure, LoopError> {
+    validate(model, covariates)?;
+    let keep = all_fitted(model);
+    let declared = System::declared(model);
+    let rows = rows_of(model.layout(), &keep);
+    let base = declared.fit(&rows, &declared.start()).map_err(LoopError::declared)?;
+    let silent = silent_components(&declared, &base, &rows);
+    let covariates = with_order(model, covariates);
+    let setting = Setting { model, covariates: &covariates, options, silent: &silent };
+    let mut chosen = select(&setting, &keep, &base).map_err(LoopError::declared)?;
+
+    let attributions: Vec<_> =
+        chosen.added.iter().map(|a| attribute(&setting, &keep, &chosen, &a.what)).collect();
+    let summaries = summarise(&setting, &keep, &base, &chosen, &attributions);
+    let steps = steps(&setting, &keep, &chosen, &attributions, &summaries);
+    let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, &silent);
+    let remaining = remaining(&setting, &chosen, &lin);
+    let (confusability, confusable_ids) = confusability(&setting, &base, &keep);
+    mark_rivals(&mut chosen.passes, &attributions);
+    let mut warnings = warnings(&setting, &chosen, &silent);
+    warnings.extend(summaries.warnings);
+    Ok(Closure {
+        verdict: verdict(&setting, &lin, &chosen, &remaining),
+        not_observable: not_observable(&setting, &declared, &base, &keep, &chosen),
+        residuals_before: declared.residuals(&base).iter().copied().collect(),
+        residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
+        covariance: covariance(&chosen.system, &chosen.estimate, &keep),
+        state: chosen.estimate.state,
+        before: summaries.before,
+        after: summaries.after,
+        passes: chosen.passes,
+        steps,
+        remaining,
+        confusability,
+        confusable_ids,
+        warnings,
+    })
+}
+
+/// Components whose residual is zero in every fitted row: copied, not measured.
+fn silent_components(system: &System<'_>, at: &Estimate, rows: &[usize]) -> Vec<bool> {
+    let layout = system.model.layout();
+    let all = system.residuals(at);
+    let components = layout.rows.iter().map(|r| r.component + 1).max().unwrap_or(0);
+    let mut largest = vec![0.0_f64; components];
+    for &row in rows {
+        let component = layout.rows[row].component;
+        largest[component] = largest[component].max(all[row].abs());
+    }
+    let scale = largest.iter().copied().fold(0.0, f64::max);
+    // With every component at zero there is nothing to find and nothing to leave out.
+    largest.iter().map(|&l| scale > 0.0 && l <= SILENT * scale).collect()
+}
+
+fn steps(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    summaries: &Summaries,
+) -> Vec<Step> {
+    let errors = step_errors(setting, keep, chosen);
+    let step = |(i, added): (usize, &Added)| {
+        let attribution = attributions[i].as_ref();
+        let names = attribution.map(Attribution::names).unwrap_or_default();
+        let separate_by = attribution
+            .filter(|a| !a.rivals.is_empty())
+            .and_then(|a| separate_by(a, &chosen.estimate));
+        let (effect, subject, description) = describe(setting, &added.what);
+        Step {
+            effect,
+            subject,
+            description,
+            parameters: parameter_estimates(setting, chosen, keep, &added.what),
+            p_value: added.p_value,
+            held_out_rms: errors[i].held_out_rms,
+            train_rms: errors[i].train_rms,
+            indistinguishable_from: names,
+            separate_by,
+            stability: summaries.stability.get(i).copied().flatten(),
+        }
+    };
+    chosen.added.iter().enumerate().map(step).collect()
+}
+
+fn describe(setting: &Setting<'_>, what: &What) -> (String, Option<String>, String) {
+    match what {
+        What::Effect(e) => {
+            let effect = &setting.model.effects()[*e];
+            (effect.id.clone(), effect.subject.clone(), effect.description.clone())
+        }
+        What::Empirical(covariate, shape) => (
+            format!("covariate:{covariate}"),
+            None,
+            format!(
+                "empirical correction along {covariate}, shape {shape}; its cause is not named"
+            ),
+        ),
+    }
+}
+
+/// What is still there along a covariate, or between neighbours.
+fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
+    let folds = crate::holdout::folds(lin.clusters.len(), CHOICE_FOLDS);
+    let skip = vec![false; lin.clusters.len()];
+    let level = setting.options.alpha * QUARTER;
+    let mut found: Vec<Remaining> = Vec::new();
+    let mut judged = hear_covariates(setting, lin, &folds, &skip);
+    judged.retain(|j| j.adjusted <= level);
+    judged.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+    for j in judged {
+        let covariate = j.candidate.id.trim_start_matches("covariate:").to_owned();
+        // One line a column: its best shape.
+        if found.iter().all(|r| r.covariate != covariate) {
+            let shape = match j.candidate.source {
+                crate::candidate::Source::Empirical(e) => e.shape,
+                crate::candidate::Source::Effect(_) => continue,
+            };
+            found.push(Remaining { covariate, shape, p_value: j.test.p_value });
+        }
+    }
+    // A correction along a position or the measured order has no named cause.
+    for added in &chosen.added {
+        if let What::Empirical(covariate, shape) = &added.what {
+            let coordinate = setting
+                .covariates
+                .iter()
+                .any(|c| c.name == *covariate && c.origin == Origin::Coordinate);
+            if coordinate && found.iter().all(|r| r.covariate != *covariate) {
+                let (covariate, shape) = (covariate.clone(), format!("{shape} (corrected)"));
+                found.push(Remaining { covariate, shape, p_value: added.p_value });
+            }
+        }
+    }
+    let structure = structure(setting, lin);
+    found.extend(structure.into_iter().filter(|s| s.covariate != "position" || s.p_value > 0.0));
+    found
+}
+
+fn not_observable(
+    setting: &Setting<'_>,
+    declared: &System<'_>,
+    base: &Estimate,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+) -> Vec<NotObservable> {
+    let lin = Linear::of(declared, base, keep, setting.silent);
+    let mut found: Vec<NotObservable> = Vec::new();
+    for &(e, _) in &chosen.unseen {
+        let effect = &setting.model.effects()[e];
+        let name = crate::candidate::label(&effect.id, effect.subject.as_deref());
+        if found.iter().any(|n| n.effect == name) {
+            continue;
+        }
+        found.push(NotObservable {
+            effect: name,
+            aliased_with: aliased_with(declared, base, &lin, e),
+            separate_by: make_visible(setting.model, e),
+        });
+    }
+    found
+}
+
+/// Marks, in the tables of all passes, the candidates that the data accept in place of a step.
+fn mark_rivals(passes: &mut [Pass], attributions: &[Option<Attribution<'_>>]) {
+    let rivals: Vec<_> =
+        attributions.iter().flatten().flat_map(|a| a.rivals.iter().map(|r| r.label())).collect();
+    for score in passes.iter_mut().flat_map(|p| p.scores.iter_mut()) {
+        if score.outcome == Outcome::Weaker && rivals.contains(&score.label) {
+            score.outcome = Outcome::Rival;
+        }
+    }
+}
+
+fn warnings(setting: &Setting<'_>, chosen: &Selected<'_>, silent: &[bool]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for component in (0..silent.len()).filter(|&c| silent[c]) {
+        let name = ["x", "y", "z"].get(component).copied().unwrap_or("a component");
+        warnings.push(format!(
+            "{name} agrees to round-off in every observation: taken as not measured, and left out of every test"
+        ));
+    }
+    let groups = setting.model.layout().groups.iter().filter(|g| g.role == Role::Fit).count();
+    if groups < 8 && !chosen.added.is_empty() {
+        warnings.push(format!(
+            "what was added rests on {groups} groups; measure more before relying on it"
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,85 @@
+//! How large an effect must be to be found.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::basis::Basis;
+use crate::candidate::Candidate;
+use crate::linear::{Linear, NEW_DIRECTION};
+use crate::significance::{Significance, count, f_tail};
+
+/// Probability of finding an effect of the minimal detectable size.
+const POWER: f64 = 0.9;
+
+/// Non-centrality `|G⊥a|²/s²` at which an F test of size `alpha` has the power 0.9.
+///
+/// By Patnaik's (1949) approximation of the non-central F law, good to a few per cent.
+pub(crate) fn noncentrality(alpha: f64, directions: usize, dof: usize) -> f64 {
+    let (m, v) = (count(directions), count(dof));
+    let Ok(central) = FisherSnedecor::new(m, v) else { return f64::INFINITY };
+    let critical = central.inverse_cdf((1.0 - alpha).clamp(0.0, 1.0 - 1e-12));
+    let power = |lambda: f64| {
+        let shape = (m + lambda).powi(2) / (m + 2.0 * lambda);
+        f_tail(critical * m / (m + lambda), shape, v)
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    while power(high) < POWER {
+        low = high;
+        high *= 2.0;
+        if high > 1e12 {
+            return f64::INFINITY;
+        }
+    }
+    // Sixty halvings reach round-off.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if power(middle) < POWER { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Rms over the observations, in report units, of an effect that would be found nine times in
+/// ten at the noise of `test`; mean over the directions of its tangent.
+pub(crate) fn detectable_rms(
+    lin: &Linear<'_>,
+    test: &Significance,
+    candidate: &Candidate,
+    alpha: f64,
+) -> f64 {
+    let lambda = noncentrality(alpha, test.directions, test.dof);
+    let directions = Basis::of(&candidate.tangent, NEW_DIRECTION).matrix();
+    let seen = (1.0 - candidate.absorbed).max(f64::MIN_POSITIVE);
+    // A unit direction leaves √seen beside the model, so the whole must be 1/√seen longer.
+    let length = (lambda * test.variance / seen).sqrt();
+    length * unwhitened_rms(lin, &directions)
+}
+
+/// Rms per observation, in report units, of a random unit combination of `directions`.
+fn unwhitened_rms(lin: &Linear<'_>, directions: &DMatrix<f64>) -> f64 {
+    let mut sum = 0.0;
+    let mut observations = std::collections::BTreeSet::new();
+    for (i, &row) in lin.rows.iter().enumerate() {
+        let row = lin.layout.rows[row];
+        if row.reported {
+            observations.insert(row.observation);
+            sum += directions.row(i).norm_squared() * row.sigma * row.sigma;
+        }
+    }
+    (sum / count(directions.ncols().max(1)) / count(observations.len().max(1))).sqrt()
+}
+
+/// Amplitude of each parameter alone, in internal units, at which the candidate would be found
+/// nine times in ten.
+pub(crate) fn detectable_amplitudes(
+    lin: &Linear<'_>,
+    test: &Significance,
+    candidate: &Candidate,
+    alpha: f64,
+) -> DVector<f64> {
+    let lambda = noncentrality(alpha, test.directions, test.dof);
+    let seen = lin.basis.reject_columns(&candidate.tangent);
+    DVector::from_iterator(
+        seen.ncols(),
+        seen.column_iter().map(|c| (lambda * test.variance).sqrt() / c.norm()),
+    )
+}

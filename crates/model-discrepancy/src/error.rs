@@ -1,0 +1,73 @@
+use least_squares::{FreeDirection, Report, SolveError};
+
+use crate::system::Estimate;
+
+/// Why the loop could not be closed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoopError {
+    /// The data leave parameters of the declared model free.
+    #[error(
+        "the data do not determine the declared model; free: {}; add data that see it",
+        directions.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ")
+    )]
+    Unobservable {
+        /// One per free direction.
+        directions: Vec<FreeDirection>,
+    },
+    /// The search for the declared model's parameters did not converge.
+    #[error("the fit of the declared model did not converge: {report}")]
+    NotConverged {
+        /// How far it came.
+        report: Box<Report>,
+    },
+    /// Residuals or derivatives of the declared model are not finite.
+    #[error("the declared model is not finite at its start: check the data for huge values")]
+    NotFinite,
+    /// There is nothing left to judge a model by.
+    #[error(
+        "{groups} fitted groups with {rows} residuals cannot judge a model of {parameters} parameters; measure at least {needed} groups"
+    )]
+    TooFewGroups {
+        /// Groups with the role `Fit`.
+        groups: usize,
+        /// Their residuals.
+        rows: usize,
+        /// Parameters of the declared model.
+        parameters: usize,
+        /// Fewest groups for which the loop makes sense.
+        needed: usize,
+    },
+    /// A row refers to an observation, or an observation to a group, that does not exist.
+    #[error("row {row} refers to an observation or group that does not exist")]
+    InconsistentLayout {
+        /// Index of the row.
+        row: usize,
+    },
+    /// A standard uncertainty is not positive and finite.
+    #[error("row {row} has a standard uncertainty of {sigma}; it must be positive and finite")]
+    InvalidSigma {
+        /// Index of the row.
+        row: usize,
+        /// Its value.
+        sigma: f64,
+    },
+    /// A covariate has the wrong number of values or one that is not finite.
+    #[error("covariate {name} needs {expected} finite values, one per observation")]
+    InvalidCovariate {
+        /// Its name.
+        name: String,
+        /// Number of observations.
+        expected: usize,
+    },
+}
+
+impl LoopError {
+    pub(crate) fn declared(error: SolveError<Estimate>) -> Self {
+        match error {
+            SolveError::Unobservable { directions, .. } => Self::Unobservable { directions },
+            SolveError::NotConverged { report, .. } => Self::NotConverged { report },
+            _ => Self::NotFinite,
+        }
+    }
+}

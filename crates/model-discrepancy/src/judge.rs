@@ -1,0 +1,286 @@
+//! Scores of all candidates in one pass.
+
+use crate::basis::Basis;
+use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
+use crate::holdout::{Comparison, HeldOut, compare, leave_out};
+use crate::linear::{Linear, NEW_DIRECTION};
+use crate::shape::{Shape, correction, periods, shapes};
+use crate::significance::{Reach, Significance, count, significance};
+use crate::system::{Empirical, Estimate, System};
+use crate::{Covariate, Model, Options, Origin};
+
+/// Share of a shape's norm that must be left beside the model.
+const MIN_SHAPE_KEPT: f64 = 0.02;
+
+/// What stays the same while effects are chosen.
+pub(crate) struct Setting<'a> {
+    pub(crate) model: &'a dyn Model,
+    /// Recorded and coordinate covariates, and the measured order.
+    pub(crate) covariates: &'a [Covariate],
+    pub(crate) options: &'a Options,
+    /// Components whose residual is zero throughout: not measured, and left out of inference.
+    pub(crate) silent: &'a [bool],
+}
+
+/// A candidate with its scores.
+#[derive(Clone, Debug)]
+pub(crate) struct Judged {
+    pub(crate) candidate: Candidate,
+    pub(crate) class: usize,
+    pub(crate) test: Significance,
+    /// p-value times the number of things that were looked at.
+    pub(crate) adjusted: f64,
+    pub(crate) held_out: HeldOut,
+    pub(crate) comparison: Comparison,
+    /// Bayesian information criterion relative to nothing added; lower is better.
+    pub(crate) criterion: f64,
+}
+
+impl Judged {
+    /// Whether it makes unseen groups better predicted, all of them.
+    pub(crate) fn generalises(&self) -> bool {
+        let c = &self.comparison;
+        c.lost == 0 && c.difference < 0.0 && c.reported[1] < c.reported[0]
+    }
+}
+
+/// One pass over the catalogue or over the covariates.
+pub(crate) struct Hearing {
+    pub(crate) judged: Vec<Judged>,
+    /// Effects the design cannot see, with the share absorbed.
+    pub(crate) unseen: Vec<(usize, f64)>,
+    /// Error of the present system on left-out groups.
+    pub(crate) present: HeldOut,
+    /// Significance asked of an adjusted p-value.
+    pub(crate) alpha: f64,
+    /// Significance asked of one p-value.
+    pub(crate) alpha_single: f64,
+}
+
+/// Clusters whose only reading was named bad: they stay in the fit and are not judged.
+pub(crate) fn excluded(
+    setting: &Setting<'_>,
+    system: &System<'_>,
+    at: &Estimate,
+    lin: &Linear<'_>,
+) -> Vec<bool> {
+    let mut excluded = vec![false; lin.clusters.len()];
+    let effects = setting.model.effects();
+    for active in system.active.iter().filter(|a| effects[a.effect].subject.is_some()) {
+        let tangent = lin.tangent(&setting.model.tangent(&at.state, active.effect));
+        let touched: Vec<_> = (0..lin.clusters.len())
+            .filter(|&c| lin.clusters[c].iter().any(|&i| tangent.row(i).iter().any(|&v| v != 0.0)))
+            .collect();
+        if let [only] = touched[..] {
+            excluded[only] = true;
+        }
+    }
+    excluded
+}
+
+/// Scores every effect of the catalogue that is not in the system.
+pub(crate) fn hear_catalogue(
+    system: &System<'_>,
+    at: &Estimate,
+    lin: &Linear<'_>,
+    folds: &[usize],
+    skip: &[bool],
+    alpha: f64,
+) -> Hearing {
+    let mut candidates = Vec::new();
+    let mut unseen = Vec::new();
+    for (effect, sight) in catalogue(system, at, lin) {
+        match sight {
+            Sight::Seen(candidate) => candidates.push(*candidate),
+            Sight::Unseen(absorbed) => unseen.push((effect, absorbed)),
+        }
+    }
+    let class = classes(&candidates, &lin.basis);
+    let trials = trials(&candidates, &class);
+    let present = leave_out(lin, &lin.basis, folds, skip);
+    let judged = candidates
+        .into_iter()
+        .zip(class)
+        .filter_map(|(candidate, class)| {
+            let family = trials.family(&candidate);
+            judge(lin, &lin.basis, candidate, class, trials.tests * family, folds, skip, &present)
+        })
+        .collect();
+    Hearing { judged, unseen, present, alpha, alpha_single: alpha / trials.tests.max(1.0) }
+}
+
+/// How many independent things a pass looks at.
+struct Trials {
+    tests: f64,
+    /// Id and size of each family of candidates that live in one group each.
+    families: Vec<(String, usize)>,
+}
+
+impl Trials {
+    /// Members of a family of candidates of which each lives in one group.
+    fn family(&self, candidate: &Candidate) -> f64 {
+        if candidate.reach == Reach::Many {
+            return 1.0;
+        }
+        self.families.iter().find(|(id, _)| *id == candidate.id).map_or(1.0, |(_, n)| count(*n))
+    }
+}
+
+fn trials(candidates: &[Candidate], class: &[usize]) -> Trials {
+    let mut families: Vec<(String, usize)> = Vec::new();
+    let mut tests = 0;
+    for (i, candidate) in candidates.iter().enumerate() {
+        if candidate.reach == Reach::Many {
+            tests += usize::from(class[i] == i);
+        } else if let Some((_, n)) = families.iter_mut().find(|(id, _)| *id == candidate.id) {
+            *n += 1;
+        } else {
+            tests += 1;
+            families.push((candidate.id.clone(), 1));
+        }
+    }
+    Trials { tests: count(tests), families }
+}
+
+#[expect(clippy::too_many_arguments, reason = "the whole of one judgement in one place")]
+fn judge(
+    lin: &Linear<'_>,
+    base: &Basis,
+    candidate: Candidate,
+    class: usize,
+    trials: f64,
+    folds: &[usize],
+    skip: &[bool],
+    present: &HeldOut,
+) -> Option<Judged> {
+    let test = significance(lin, base, &candidate.tangent, candidate.reach)?;
+    let mut skip = skip.to_vec();
+    if let Some(home) = candidate.home {
+        skip[home] = true;
+    }
+    let full = base.with(&candidate.tangent, NEW_DIRECTION);
+    let held_out = leave_out(lin, &full, folds, &skip);
+    let comparison = compare(present, &held_out, &skip);
+    let n = count(lin.rows.len());
+    let rss_after = test.variance * count(test.dof);
+    let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
+    let criterion = n * ratio.ln() + count(test.directions) * n.ln();
+    let adjusted = (test.p_value * trials).min(1.0);
+    Some(Judged { candidate, class, test, adjusted, held_out, comparison, criterion })
+}
+
+/// Scores every shape along every covariate, but for the combinations in `tried`.
+pub(crate) fn hear_covariates(
+    setting: &Setting<'_>,
+    lin: &Linear<'_>,
+    folds: &[usize],
+    skip: &[bool],
+) -> Vec<Judged> {
+    let present = leave_out(lin, &lin.basis, folds, skip);
+    let mut found = Vec::new();
+    let mut trials = 0.0;
+    for covariate in setting.covariates {
+        for shape in shapes(lin.layout, covariate) {
+            trials += shape.tried;
+            found.extend(hear_shape(lin, covariate, &shape, folds, skip, &present));
+        }
+        let periods = periods(lin.layout, covariate);
+        trials += periods.first().map_or(0.0, |p| p.tried);
+        found.extend(strongest_period(lin, covariate, &periods, folds, skip, &present));
+    }
+    for judged in &mut found {
+        judged.adjusted = (judged.adjusted * trials).min(1.0);
+    }
+    found
+}
+
+fn hear_shape(
+    lin: &Linear<'_>,
+    covariate: &Covariate,
+    shape: &Shape,
+    folds: &[usize],
+    skip: &[bool],
+    present: &HeldOut,
+) -> Option<Judged> {
+    let (candidate, base) = empirical_candidate(lin, &lin.basis, covariate, shape)?;
+    judge(lin, &base, candidate, 0, 1.0, folds, skip, present)
+}
+
+/// The period that takes away most; that it is the best of many is in the number of trials.
+fn strongest_period(
+    lin: &Linear<'_>,
+    covariate: &Covariate,
+    periods: &[Shape],
+    folds: &[usize],
+    skip: &[bool],
+    present: &HeldOut,
+) -> Option<Judged> {
+    let residual = lin.clean_residual();
+    let power = |shape: &Shape| {
+        empirical_candidate(lin, &lin.basis, covariate, shape)
+            .map_or(0.0, |(c, base)| base.with(&c.tangent, NEW_DIRECTION).explained(&residual))
+    };
+    let best = periods.iter().max_by(|a, b| power(a).total_cmp(&power(b)))?;
+    hear_shape(lin, covariate, best, folds, skip, present)
+}
+
+/// A shape as a candidate, limited to what the design sees, and the base to test it beside:
+/// `base` with the constants that go along.
+pub(crate) fn empirical_candidate(
+    lin: &Linear<'_>,
+    base: &Basis,
+    covariate: &Covariate,
+    shape: &Shape,
+) -> Option<(Candidate, Basis)> {
+    let all = correction(lin.layout, &covariate.name, shape);
+    let tangent = lin.tangent(&all.columns);
+    let functions = all.columns.ncols() - all.constants;
+    let constants: Vec<_> = (functions..all.columns.ncols()).collect();
+    let with_constants = base.with(&tangent.select_columns(&constants), MIN_SHAPE_KEPT);
+    let mut kept =
+        seen(&tangent.columns(0, functions).into_owned(), &with_constants, MIN_SHAPE_KEPT);
+    if kept.is_empty() {
+        return None;
+    }
+    let tested = tangent.select_columns(&kept);
+    let beside = base.with(&tested, NEW_DIRECTION);
+    let new_constants = seen(&tangent.select_columns(&constants), &beside, MIN_SHAPE_KEPT);
+    let n_constants = new_constants.len();
+    kept.extend(new_constants.into_iter().map(|c| functions + c));
+    let empirical = Empirical {
+        coefficients: kept.iter().map(|&c| all.coefficients[c].clone()).collect(),
+        columns: all.columns.select_columns(&kept),
+        constants: n_constants,
+        covariate: all.covariate,
+        shape: all.shape,
+    };
+    let candidate = Candidate {
+        id: format!("covariate:{}", covariate.name),
+        subject: None,
+        source: Source::Empirical(empirical),
+        tangent: tested,
+        absorbed: 0.0,
+        reach: Reach::Many,
+        home: None,
+    };
+    Some((candidate, with_constants))
+}
+
+/// Whether the user recorded the column, rather than the model's input holding it.
+pub(crate) fn recorded(setting: &Setting<'_>, column: &str) -> bool {
+    setting.covariates.iter().any(|c| c.name == column && c.origin == Origin::Recorded)
+}
+
+/// A recorded shape anew, beside another base.
+pub(crate) fn shape_again(
+    setting: &Setting<'_>,
+    lin: &Linear<'_>,
+    base: &Basis,
+    covariate: &str,
+    shape: &str,
+) -> Option<(Candidate, Basis)> {
+    let covariate = setting.covariates.iter().find(|c| c.name == covariate)?;
+    let all = shapes(lin.layout, covariate).into_iter().chain(periods(lin.layout, covariate));
+    let shape = all.into_iter().find(|s| s.name == shape)?;
+    empirical_candidate(lin, base, covariate, &shape)
+}

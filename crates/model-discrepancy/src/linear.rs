@@ -1,0 +1,86 @@
+//! A fitted system, linearised and whitened: what every test of a candidate looks at.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::basis::Basis;
+use crate::system::{Estimate, System, rows_of, whitened};
+use crate::{Layout, Role};
+
+/// Share of a column's norm below which it adds nothing to a basis: ten times the round-off of
+/// a chain of a thousand operations.
+pub(crate) const NEW_DIRECTION: f64 = 1e-10;
+
+/// Whitened residual and tangents on the rows that take part in inference.
+pub(crate) struct Linear<'a> {
+    pub(crate) layout: &'a Layout,
+    /// Row numbers in the layout.
+    pub(crate) rows: Vec<usize>,
+    /// Whitened residual of the fitted system.
+    pub(crate) residual: DVector<f64>,
+    /// Span of the system's whitened Jacobian.
+    pub(crate) basis: Basis,
+    /// Positions in `rows` of each fitted group, in measured order; empty groups left out.
+    pub(crate) clusters: Vec<Vec<usize>>,
+    /// Layout group of each cluster.
+    pub(crate) cluster_groups: Vec<usize>,
+    /// Positions in `rows` of each component, in measured order.
+    pub(crate) series: Vec<Vec<usize>>,
+}
+
+impl<'a> Linear<'a> {
+    /// Linearises `system` at `at`, on the groups of `keep`, without the `silent` components.
+    pub(crate) fn of(system: &System<'a>, at: &Estimate, keep: &[bool], silent: &[bool]) -> Self {
+        let layout = system.model.layout();
+        let rows: Vec<_> = rows_of(layout, keep)
+            .into_iter()
+            .filter(|&row| !silent.get(layout.rows[row].component).copied().unwrap_or(false))
+            .collect();
+        let all = system.residuals(at);
+        let residual = DVector::from_iterator(
+            rows.len(),
+            rows.iter().map(|&row| all[row] / layout.rows[row].sigma),
+        );
+        let jacobian = whitened(layout, &rows, &system.jacobian(at));
+        let basis = Basis::of(&jacobian, NEW_DIRECTION);
+        let (clusters, cluster_groups) = clusters(layout, &rows);
+        let series = series(layout, &rows);
+        Self { layout, rows, residual, basis, clusters, cluster_groups, series }
+    }
+
+    /// Whitened rows of a tangent given for all rows of the layout.
+    pub(crate) fn tangent(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+        whitened(self.layout, &self.rows, all)
+    }
+
+    /// Residual with what the basis explains taken out (none is left after a converged fit).
+    pub(crate) fn clean_residual(&self) -> DVector<f64> {
+        self.basis.reject(&self.residual)
+    }
+}
+
+fn clusters(layout: &Layout, rows: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
+    let mut by_group = vec![Vec::new(); layout.groups.len()];
+    for (i, &row) in rows.iter().enumerate() {
+        let group = layout.observations[layout.rows[row].observation];
+        if layout.groups[group].role == Role::Fit {
+            by_group[group].push(i);
+        }
+    }
+    by_group.into_iter().enumerate().filter(|(_, c)| !c.is_empty()).map(|(g, c)| (c, g)).unzip()
+}
+
+fn series(layout: &Layout, rows: &[usize]) -> Vec<Vec<usize>> {
+    let components = rows.iter().map(|&row| layout.rows[row].component + 1).max().unwrap_or(0);
+    let mut series = vec![Vec::new(); components];
+    for (i, &row) in rows.iter().enumerate() {
+        let group = layout.observations[layout.rows[row].observation];
+        if layout.groups[group].role == Role::Fit {
+            series[layout.rows[row].component].push(i);
+        }
+    }
+    for one in &mut series {
+        one.sort_by_key(|&i| layout.rows[rows[i]].observation);
+    }
+    series.retain(|one| !one.is_empty());
+    series
+}

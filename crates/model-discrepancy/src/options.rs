@@ -1,0 +1,20 @@
+/// Settings of the loop; the defaults are the same for every kind of data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Probability of adding anything at all where nothing is missing; 0.05.
+    ///
+    /// Shared out over the catalogue, pairs of effects and covariates.
+    pub alpha: f64,
+    /// Effects and empirical corrections added at most; 6. More than that is curve fitting.
+    pub max_steps: usize,
+    /// Whether to repeat the choice of effects without each fold (nested hold-out); true.
+    ///
+    /// Switched off, the held-out error is that of the effects chosen on all groups.
+    pub nested: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { alpha: 0.05, max_steps: 6, nested: true }
+    }
+}

@@ -1,0 +1,90 @@
+//! Two effects that hide each other: neither is significant alone, both are together.
+
+use crate::candidate::Candidate;
+use crate::holdout::{compare, leave_out};
+use crate::judge::{Hearing, Judged, Setting};
+use crate::linear::{Linear, NEW_DIRECTION};
+use crate::select::{QUARTER, STAY};
+use crate::significance::{Reach, Significance, count, significance};
+
+/// Most classes of effects of which all pairs are tried.
+const MAX_CLASSES: usize = 15;
+
+/// The best pair of effects, each needed beside the other, when its significance survives the
+/// number of pairs tried.
+pub(crate) fn find_pair(
+    setting: &Setting<'_>,
+    lin: &Linear<'_>,
+    hearing: &Hearing,
+    folds: &[usize],
+    skip: &[bool],
+) -> Option<[Judged; 2]> {
+    let representatives: Vec<_> = (hearing.judged.iter().enumerate())
+        .filter(|(_, j)| j.candidate.reach == Reach::Many)
+        .filter(|(i, j)| hearing.judged.iter().position(|k| k.class == j.class) == Some(*i))
+        .map(|(_, j)| j)
+        .take(MAX_CLASSES)
+        .collect();
+    let n = representatives.len();
+    let pairs = count(n * n.saturating_sub(1) / 2);
+    let alpha = setting.options.alpha * QUARTER;
+    let mut best: Option<([Judged; 2], f64)> = None;
+    for (i, a) in representatives.iter().enumerate() {
+        for b in &representatives[i + 1..] {
+            let Some((pair, criterion)) = judge_pair(lin, hearing, a, b, folds, skip) else {
+                continue;
+            };
+            let significant = pair[0].adjusted * pairs <= alpha;
+            if significant && best.as_ref().is_none_or(|(_, c)| criterion < *c) {
+                best = Some((pair, criterion));
+            }
+        }
+    }
+    best.map(|(pair, _)| pair)
+}
+
+/// Both effects tested together, and each beside the other.
+fn judge_pair(
+    lin: &Linear<'_>,
+    hearing: &Hearing,
+    a: &Judged,
+    b: &Judged,
+    folds: &[usize],
+    skip: &[bool],
+) -> Option<([Judged; 2], f64)> {
+    let both = nalgebra::DMatrix::from_columns(
+        &(a.candidate.tangent.column_iter().chain(b.candidate.tangent.column_iter()))
+            .map(|c| c.into_owned())
+            .collect::<Vec<_>>(),
+    );
+    let joint = significance(lin, &lin.basis, &both, Reach::Many)?;
+    if joint.directions < a.test.directions + b.test.directions {
+        return None;
+    }
+    let a_beside_b = beside(lin, &a.candidate, &b.candidate)?;
+    let b_beside_a = beside(lin, &b.candidate, &a.candidate)?;
+    if a_beside_b.p_value > STAY || b_beside_a.p_value > STAY {
+        return None;
+    }
+    let held_out = leave_out(lin, &lin.basis.with(&both, NEW_DIRECTION), folds, skip);
+    let comparison = compare(&hearing.present, &held_out, skip);
+    let n = count(lin.rows.len());
+    let rss = joint.variance * count(joint.dof);
+    let ratio = (rss / (rss + joint.explained)).max(f64::MIN_POSITIVE);
+    let criterion = n * ratio.ln() + count(joint.directions) * n.ln();
+    let member = |of: &Judged, test: Significance| Judged {
+        test,
+        adjusted: joint.p_value,
+        held_out: held_out.clone(),
+        comparison,
+        criterion,
+        ..of.clone()
+    };
+    let pair = [member(a, a_beside_b), member(b, b_beside_a)];
+    pair[0].generalises().then_some((pair, criterion))
+}
+
+fn beside(lin: &Linear<'_>, tested: &Candidate, other: &Candidate) -> Option<Significance> {
+    let base = lin.basis.with(&other.tangent, NEW_DIRECTION);
+    significance(lin, &base, &tested.tangent, tested.reach)
+}

@@ -1,0 +1,275 @@
+//! Which effects are missing: one a pass, each refitted and judged on groups left out.
+
+use least_squares::SolveError;
+
+use crate::candidate::{Candidate, Sight, Source, label, sight};
+use crate::detectable::detectable_rms;
+use crate::holdout::{folds, rms};
+use crate::judge::{Hearing, Judged, Setting, excluded, hear_catalogue, hear_covariates};
+use crate::linear::{Linear, NEW_DIRECTION};
+use crate::pair::find_pair;
+use crate::replace::replace_superseded;
+use crate::significance::{Reach, count, significance};
+use crate::system::{Estimate, System, rows_of};
+use crate::{Outcome, Pass, Score};
+
+/// Share of `alpha` for the catalogue; pairs and covariates get a quarter each.
+pub(crate) const CATALOGUE_SHARE: f64 = 0.5;
+
+/// Share of `alpha` for pairs of effects, and for covariates.
+pub(crate) const QUARTER: f64 = 0.25;
+
+/// Significance that an effect must keep once others are beside it.
+pub(crate) const STAY: f64 = 0.05;
+
+/// Residuals below this, in report units, are round-off: a picometre, a nanonewton.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Most groups left out one by one while candidates are compared.
+pub(crate) const CHOICE_FOLDS: usize = 64;
+
+/// A system as chosen on some groups.
+#[derive(Clone)]
+pub(crate) struct Selected<'a> {
+    pub(crate) system: System<'a>,
+    pub(crate) estimate: Estimate,
+    pub(crate) added: Vec<Added>,
+    pub(crate) passes: Vec<Pass>,
+    /// Effects that the declared model's design cannot see, with the share absorbed.
+    pub(crate) unseen: Vec<(usize, f64)>,
+}
+
+/// Something that was added.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Added {
+    pub(crate) what: What,
+    pub(crate) p_value: f64,
+}
+
+/// What was added.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum What {
+    /// Index into the catalogue.
+    Effect(usize),
+    /// Covariate and shape.
+    Empirical(String, String),
+}
+
+/// Chooses effects on the groups of `keep`, from the declared model fitted at `start`.
+pub(crate) fn select<'a>(
+    setting: &Setting<'a>,
+    keep: &[bool],
+    start: &Estimate,
+) -> Result<Selected<'a>, SolveError<Estimate>> {
+    let system = System::declared(setting.model);
+    let rows = rows_of(setting.model.layout(), keep);
+    let estimate = system.fit(&rows, start)?;
+    let mut chosen =
+        Selected { system, estimate, added: Vec::new(), passes: Vec::new(), unseen: Vec::new() };
+    loop {
+        let before = chosen.added.len();
+        catalogue_passes(setting, keep, &mut chosen);
+        covariate_pass(setting, keep, &mut chosen);
+        if chosen.added.len() == before || chosen.added.len() >= setting.options.max_steps {
+            break;
+        }
+    }
+    drop_superfluous(setting, keep, &mut chosen);
+    Ok(chosen)
+}
+
+fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
+    while chosen.added.len() < setting.options.max_steps {
+        let lin = Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
+        if at_round_off(&lin) {
+            return;
+        }
+        let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+        let skip = excluded(setting, &chosen.system, &chosen.estimate, &lin);
+        let alpha = setting.options.alpha * CATALOGUE_SHARE;
+        let hearing = hear_catalogue(&chosen.system, &chosen.estimate, &lin, &folds, &skip, alpha);
+        if chosen.passes.is_empty() {
+            chosen.unseen.clone_from(&hearing.unseen);
+        }
+        let mut order = eligible(&hearing.judged, alpha);
+        prefer_simpler(&lin, &hearing.judged, &mut order);
+        let added = order.iter().find(|&&i| add(chosen, keep, &[&hearing.judged[i]])).copied();
+        let pair = if added.is_none() {
+            find_pair(setting, &lin, &hearing, &folds, &skip)
+                .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
+        } else {
+            None
+        };
+        chosen.passes.push(record(setting, &lin, &hearing, added, pair.as_ref()));
+        if added.is_none() && pair.is_none() {
+            return;
+        }
+    }
+}
+
+/// Significant candidates that generalise, the best description of the data first.
+fn eligible(judged: &[Judged], alpha: f64) -> Vec<usize> {
+    let mut order: Vec<_> = (0..judged.len())
+        .filter(|&i| judged[i].adjusted <= alpha && judged[i].generalises())
+        .collect();
+    order.sort_by(|&a, &b| judged[a].criterion.total_cmp(&judged[b].criterion));
+    order
+}
+
+/// Moves a candidate with fewer amplitudes to the front when the best adds nothing to it.
+fn prefer_simpler(lin: &Linear<'_>, judged: &[Judged], order: &mut [usize]) {
+    let Some(&best) = order.first() else { return };
+    let directions = |i: usize| judged[i].test.directions;
+    let mut simpler: Vec<usize> = (1..order.len())
+        .filter(|&at| {
+            directions(order[at]) < directions(best)
+                && judged[order[at]].candidate.reach == Reach::Many
+        })
+        .collect();
+    simpler.sort_by_key(|&at| directions(order[at]));
+    for at in simpler {
+        let base = lin.basis.with(&judged[order[at]].candidate.tangent, NEW_DIRECTION);
+        let c = &judged[best].candidate;
+        let more = significance(lin, &base, &c.tangent, c.reach);
+        if more.is_none_or(|t| t.p_value > STAY) {
+            order[..=at].rotate_right(1);
+            return;
+        }
+    }
+}
+
+/// Adds candidates and refits; false, and nothing changed, when the nested cost did not fall.
+fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Judged]) -> bool {
+    let mut system = chosen.system.clone();
+    for judged in candidates {
+        system = judged.candidate.added_to(&system);
+    }
+    let rows = rows_of(system.model.layout(), keep);
+    let start = system.carry(&chosen.estimate);
+    let Ok(estimate) = system.fit(&rows, &start) else { return false };
+    if cost(&system, &estimate, &rows) >= cost(&chosen.system, &chosen.estimate, &rows) {
+        return false;
+    }
+    chosen.system = system;
+    chosen.estimate = estimate;
+    for judged in candidates {
+        let what = what(&judged.candidate);
+        chosen.added.push(Added { what, p_value: judged.test.p_value });
+    }
+    true
+}
+
+fn what(candidate: &Candidate) -> What {
+    match &candidate.source {
+        Source::Effect(active) => What::Effect(active.effect),
+        Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
+    }
+}
+
+/// Sum of squared whitened residuals over `rows`.
+fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
+    let layout = system.model.layout();
+    let all = system.residuals(at);
+    rows.iter().map(|&row| (all[row] / layout.rows[row].sigma).powi(2)).sum()
+}
+
+fn at_round_off(lin: &Linear<'_>) -> bool {
+    let sum: f64 = (lin.rows.iter().zip(lin.residual.iter()))
+        .map(|(&row, r)| (r * lin.layout.rows[row].sigma).powi(2))
+        .sum();
+    (sum / count(lin.rows.len().max(1))).sqrt() < ROUND_OFF
+}
+
+/// Adds the shape along a covariate that describes the rest best, and takes back effects that
+/// it makes superfluous.
+fn covariate_pass(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
+    if chosen.added.len() >= setting.options.max_steps {
+        return;
+    }
+    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
+    if at_round_off(&lin) {
+        return;
+    }
+    let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+    let skip = excluded(setting, &chosen.system, &chosen.estimate, &lin);
+    let judged = hear_covariates(setting, &lin, &folds, &skip);
+    let mut order = eligible(&judged, setting.options.alpha * QUARTER);
+    prefer_simpler(&lin, &judged, &mut order);
+    let found = order.into_iter().find(|&i| add(chosen, keep, &[&judged[i]]));
+    if let Some(found) = found {
+        replace_superseded(setting, keep, chosen, &judged[found].candidate);
+    }
+}
+
+/// Takes back effects that the ones added later have made superfluous.
+fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
+    let effects: Vec<_> = chosen.system.active.iter().map(|a| a.effect).collect();
+    for effect in effects {
+        let without = chosen.system.without_effect(effect);
+        let rows = rows_of(setting.model.layout(), keep);
+        let Ok(estimate) = without.fit(&rows, &without.carry(&chosen.estimate)) else { continue };
+        let lin = Linear::of(&without, &estimate, keep, setting.silent);
+        let needed = match sight(setting.model, effect, &estimate, &lin, &lin.basis) {
+            Sight::Seen(c) => significance(&lin, &lin.basis, &c.tangent, c.reach)
+                .is_some_and(|t| t.p_value <= STAY),
+            Sight::Unseen(_) => false,
+        };
+        if !needed {
+            chosen.system = without;
+            chosen.estimate = estimate;
+            chosen.added.retain(|a| a.what != What::Effect(effect));
+        }
+    }
+}
+
+/// The table of one pass for the report, best first.
+fn record(
+    setting: &Setting<'_>,
+    lin: &Linear<'_>,
+    hearing: &Hearing,
+    added: Option<usize>,
+    pair: Option<&[Judged; 2]>,
+) -> Pass {
+    let in_pair =
+        |c: &Candidate| pair.is_some_and(|p| p.iter().any(|j| what(&j.candidate) == what(c)));
+    let mut judged: Vec<_> = hearing.judged.iter().enumerate().collect();
+    judged.sort_by(|a, b| a.1.criterion.total_cmp(&b.1.criterion));
+    let mut scores: Vec<_> = judged
+        .into_iter()
+        .map(|(i, j)| {
+            let outcome = if added == Some(i) || in_pair(&j.candidate) {
+                Outcome::Added
+            } else if j.adjusted > hearing.alpha {
+                Outcome::NotSignificant
+            } else if !j.generalises() {
+                Outcome::DidNotGeneralise
+            } else if added.is_some_and(|a| hearing.judged[a].class == j.class) {
+                Outcome::Rival
+            } else {
+                Outcome::Weaker
+            };
+            Score {
+                label: j.candidate.label(),
+                absorbed: j.candidate.absorbed,
+                f_statistic: j.test.f_statistic,
+                p_value: j.test.p_value,
+                held_out_rms: rms(&j.held_out).0,
+                detectable_rms: detectable_rms(lin, &j.test, &j.candidate, hearing.alpha_single),
+                outcome,
+            }
+        })
+        .collect();
+    scores.extend(hearing.unseen.iter().map(|&(e, absorbed)| {
+        let effect = &setting.model.effects()[e];
+        Score {
+            label: label(&effect.id, effect.subject.as_deref()),
+            absorbed,
+            f_statistic: f64::NAN,
+            p_value: f64::NAN,
+            held_out_rms: f64::NAN,
+            detectable_rms: f64::INFINITY,
+            outcome: Outcome::NotObservable,
+        }
+    }));
+    Pass { scores }
+}

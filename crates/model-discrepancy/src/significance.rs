@@ -1,0 +1,226 @@
+//! Is a candidate's tangent in the residual by more than chance? Judged at group level.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::autocorrelation::{lag_one, prewhitened};
+use crate::basis::Basis;
+use crate::linear::{Linear, NEW_DIRECTION};
+
+/// Fewest groups for which the scatter between groups is itself well enough known.
+const MIN_CLUSTERS: usize = 8;
+
+/// Fewest degrees of freedom left for which a correlation between neighbours can be estimated.
+const MIN_DOF_FOR_CORRELATION: usize = 8;
+
+/// F test of one candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Significance {
+    /// F statistic of the classical test.
+    pub(crate) f_statistic: f64,
+    /// Directions tested.
+    pub(crate) directions: usize,
+    /// Degrees of freedom left.
+    pub(crate) dof: usize,
+    /// Residual sum of squares that the candidate takes away.
+    pub(crate) explained: f64,
+    /// Mean square left.
+    pub(crate) variance: f64,
+    /// Largest of the p-values that apply.
+    pub(crate) p_value: f64,
+}
+
+/// Whether the group level must confirm a test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reach {
+    /// The effect shows in many groups: the scatter between groups judges it.
+    Many,
+    /// The effect lives in one group: nothing but the other groups' noise can judge it.
+    One,
+}
+
+/// Tests `tangent` (whitened) beside everything in `base`.
+///
+/// Three tests, of which the least significant counts: the classical F test; the same after
+/// taking out the correlation of successive observations (AR(1) by Prais and Winsten 1954); and
+/// a Wald test on the cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang
+/// (2012) and Pustejovsky and Tipton (2018) do, which asks no more than independent groups.
+pub(crate) fn significance(
+    lin: &Linear<'_>,
+    base: &Basis,
+    tangent: &DMatrix<f64>,
+    reach: Reach,
+) -> Option<Significance> {
+    let residual = base.reject(&lin.residual);
+    let added = Basis::of(&base.reject_columns(tangent), NEW_DIRECTION.sqrt());
+    let mut test = f_test(&residual, base.dim(), &added)?;
+    let full = base.with(&added.matrix(), NEW_DIRECTION);
+    if test.dof >= MIN_DOF_FOR_CORRELATION {
+        let correlated = correlated_p_value(lin, base, tangent, &full);
+        test.p_value = test.p_value.max(correlated);
+    }
+    if reach == Reach::Many {
+        test.p_value = test.p_value.max(group_p_value(lin, &test, &added, &full));
+    }
+    Some(test)
+}
+
+fn f_test(residual: &DVector<f64>, base_dim: usize, added: &Basis) -> Option<Significance> {
+    let directions = added.dim();
+    let dof = residual.len().checked_sub(base_dim + directions)?;
+    if directions == 0 || dof == 0 {
+        return None;
+    }
+    let explained = added.explained(residual);
+    let left = (residual.norm_squared() - explained).max(0.0);
+    let variance = left / count(dof);
+    let f_statistic = explained / count(directions) / variance;
+    let p_value = f_tail(f_statistic, count(directions), count(dof));
+    Some(Significance { f_statistic, directions, dof, explained, variance, p_value })
+}
+
+/// Upper tail of the F distribution; 1 where the statistic is undefined.
+pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
+    if f.is_nan() || dof2 <= 0.0 {
+        return 1.0;
+    }
+    FisherSnedecor::new(dof1, dof2).map_or(1.0, |d| d.sf(f.max(0.0)))
+}
+
+fn correlated_p_value(lin: &Linear<'_>, base: &Basis, tangent: &DMatrix<f64>, full: &Basis) -> f64 {
+    let mut phi = lag_one(lin, &full.matrix(), &full.reject(&lin.residual));
+    if phi <= 0.0 {
+        return 0.0;
+    }
+    let mut p_value = 0.0;
+    // The second round estimates the correlation from the residual of the first.
+    for _ in 0..2 {
+        let base_white = prewhitened(lin, &base.matrix(), phi);
+        let tangent_white = prewhitened(lin, tangent, phi);
+        let residual_white = prewhitened(lin, &DMatrix::from_columns(&[lin.residual.clone()]), phi);
+        let base_basis = Basis::of(&base_white, NEW_DIRECTION);
+        let added = Basis::of(&base_basis.reject_columns(&tangent_white), NEW_DIRECTION.sqrt());
+        let residual = base_basis.reject(&residual_white.column(0).into_owned());
+        let Some(test) = f_test(&residual, base_basis.dim(), &added) else { return 1.0 };
+        p_value = test.p_value;
+        let fitted =
+            generalised_residual(lin, base, tangent, &base_white, &tangent_white, &residual_white);
+        phi = lag_one(lin, &full.matrix(), &fitted).max(phi);
+    }
+    p_value
+}
+
+/// Residual, in the original metric, of the generalised least-squares fit.
+fn generalised_residual(
+    lin: &Linear<'_>,
+    base: &Basis,
+    tangent: &DMatrix<f64>,
+    base_white: &DMatrix<f64>,
+    tangent_white: &DMatrix<f64>,
+    residual_white: &DMatrix<f64>,
+) -> DVector<f64> {
+    let join = |a: &DMatrix<f64>, b: &DMatrix<f64>| {
+        let columns: Vec<_> =
+            a.column_iter().chain(b.column_iter()).map(|c| c.into_owned()).collect();
+        DMatrix::from_columns(&columns)
+    };
+    let design = join(&base.matrix(), tangent);
+    let design_white = join(base_white, tangent_white);
+    let svd = design_white.svd(true, true);
+    let tolerance = NEW_DIRECTION * svd.singular_values.max();
+    // Directions that nothing sees get no coefficient; only the fitted values matter here.
+    svd.solve(residual_white, tolerance).map_or_else(
+        |_| lin.residual.clone(),
+        |coefficients| &lin.residual - design * coefficients.column(0),
+    )
+}
+
+fn group_p_value(lin: &Linear<'_>, test: &Significance, added: &Basis, full: &Basis) -> f64 {
+    let clusters = lin.clusters.len();
+    if clusters >= MIN_CLUSTERS {
+        return cluster_robust(lin, added, full);
+    }
+    let largest = lin.clusters.iter().map(Vec::len).max().unwrap_or(1);
+    if largest == 1 {
+        return 0.0;
+    }
+    // Too few groups to know their scatter: count each as few readings as may be independent.
+    let per_group = largest.min(3);
+    let dof = (clusters * per_group).saturating_sub(full.dim()).min(test.dof) / per_group;
+    f_tail(test.f_statistic, count(test.directions), count(dof.max(1)))
+}
+
+/// Wald test of the amplitudes in the orthonormal basis `added` on their CR2 covariance.
+fn cluster_robust(lin: &Linear<'_>, added: &Basis, full: &Basis) -> f64 {
+    let q = full.matrix();
+    let g = added.matrix();
+    let residual = full.reject(&lin.residual);
+    let m = g.ncols();
+    let mut covariance = DMatrix::zeros(m, m);
+    // M_g = A_g·G_g and K_g = Q_gᵀ·M_g, with A_g = (I − Q_g·Q_gᵀ)^(−½).
+    let mut adjusted = Vec::with_capacity(lin.clusters.len());
+    for cluster in &lin.clusters {
+        let q_g = select(&q, cluster);
+        let m_g = inverse_root_times(&q_g, &select(&g, cluster));
+        let e_g = residual.select_rows(cluster);
+        let score = m_g.transpose() * e_g;
+        covariance += &score * score.transpose();
+        let k_g = q_g.transpose() * &m_g;
+        adjusted.push((m_g.transpose() * &m_g, k_g));
+    }
+    let amplitude = g.transpose() * &lin.residual;
+    let Some(cholesky) = covariance.cholesky() else { return 1.0 };
+    let wald = amplitude.dot(&cholesky.solve(&amplitude));
+    let eta = satterthwaite(&adjusted, m);
+    let dof = eta - count(m) + 1.0;
+    if dof <= 0.0 {
+        return 1.0;
+    }
+    f_tail(wald * dof / (eta * count(m)), count(m), dof)
+}
+
+/// Degrees of freedom of the Wishart law that matches the total variance of CR2.
+fn satterthwaite(adjusted: &[(DMatrix<f64>, DMatrix<f64>)], m: usize) -> f64 {
+    let mut total = 0.0;
+    for (g, (own, k_g)) in adjusted.iter().enumerate() {
+        for (h, (_, k_h)) in adjusted.iter().enumerate() {
+            let mut product = -(k_g.transpose() * k_h);
+            if g == h {
+                product += own;
+            }
+            for s in 0..m {
+                for t in 0..m {
+                    total += product[(s, s)] * product[(t, t)] + product[(s, t)] * product[(t, s)];
+                }
+            }
+        }
+    }
+    count(m * (m + 1)) / total
+}
+
+/// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the small matrix `Qᵀ·Q`.
+///
+/// A direction of leverage one has no residual and is left as it is.
+fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
+    let eigen = (q.transpose() * q).symmetric_eigen();
+    let factors = eigen.eigenvalues.map(|leverage| {
+        let left = 1.0 - leverage;
+        if leverage < NEW_DIRECTION || left < NEW_DIRECTION.sqrt() {
+            0.0
+        } else {
+            (left.powf(-0.5) - 1.0) / leverage
+        }
+    });
+    let v = &eigen.eigenvectors;
+    x + q * (v * DMatrix::from_diagonal(&factors) * v.transpose()) * (q.transpose() * x)
+}
+
+fn select(matrix: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
+    matrix.select_rows(rows)
+}
+
+/// A count as a real number.
+#[expect(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
+pub(crate) fn count(n: usize) -> f64 {
+    n as f64
+}

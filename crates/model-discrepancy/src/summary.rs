@@ -1,0 +1,246 @@
+//! Errors before and after, on the data that made the models and on data they never saw.
+
+use crate::attribution::Attribution;
+use crate::candidate::Source;
+use crate::holdout::{GroupError, folds, leave_out, rms};
+use crate::judge::{Setting, excluded};
+use crate::linear::Linear;
+use crate::select::{CHOICE_FOLDS, Selected, What, select};
+use crate::significance::count;
+use crate::system::{Estimate, System, rows_of};
+use crate::{ErrorSummary, HoldOut, Role};
+
+/// Fewest groups with which the choice of effects can be repeated without each of them.
+const MIN_NESTED_GROUPS: usize = 8;
+
+/// Repetitions of the choice at most; each leaves out every so-manieth group.
+const MAX_NESTED_FOLDS: usize = 24;
+
+/// Errors of the declared and the final model.
+pub(crate) struct Summaries {
+    pub(crate) before: ErrorSummary,
+    pub(crate) after: ErrorSummary,
+    /// Per added effect: share of the repetitions that chose it or one of its rivals.
+    pub(crate) stability: Vec<Option<f64>>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Errors of one model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepErrors {
+    pub(crate) train_rms: f64,
+    pub(crate) held_out_rms: f64,
+}
+
+pub(crate) fn summarise(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+) -> Summaries {
+    let declared = System::declared(setting.model);
+    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
+    let named_bad = excluded(setting, &chosen.system, &chosen.estimate, &lin);
+    let skip_groups: Vec<_> =
+        (0..named_bad.len()).filter(|&c| named_bad[c]).map(|c| lin.cluster_groups[c]).collect();
+    let mut warnings: Vec<_> = skip_groups
+        .iter()
+        .map(|&g| {
+            format!(
+                "{} is named a bad reading: errors on unseen groups leave it out",
+                setting.model.layout().groups[g].name
+            )
+        })
+        .collect();
+    let (hold_out, errors, stability) =
+        unseen_errors(setting, keep, base, chosen, attributions, &skip_groups);
+    if hold_out == HoldOut::LeaveOneOut && !chosen.added.is_empty() {
+        warnings.push("the held-out error leaves out one group at a time, but the effects were chosen with all of them: too few groups to repeat the choice".to_owned());
+    }
+    let summary = |system: &System<'_>, at: &Estimate, errors: &[Option<GroupError>]| {
+        let (held_out_rms, held_out_std) = rms(errors);
+        ErrorSummary {
+            train_rms: train_rms(system, at, keep),
+            held_out_rms,
+            held_out_std,
+            hold_out,
+            unit: setting.model.layout().unit.clone(),
+            chi2_per_dof: chi2_per_dof(system, at, keep),
+        }
+    };
+    Summaries {
+        before: summary(&declared, base, &errors[0]),
+        after: summary(&chosen.system, &chosen.estimate, &errors[1]),
+        stability,
+        warnings,
+    }
+}
+
+type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);
+
+fn unseen_errors(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    skip_groups: &[usize],
+) -> Unseen {
+    let groups = &setting.model.layout().groups;
+    let declared = System::declared(setting.model);
+    let checks: Vec<_> = (0..groups.len()).filter(|&g| groups[g].role == Role::Check).collect();
+    let fitted: Vec<_> = (0..groups.len()).filter(|&g| keep[g]).collect();
+    let nested = setting.options.nested && fitted.len() >= MIN_NESTED_GROUPS;
+    if !checks.is_empty() {
+        let before = reported_errors(&declared, base, &checks);
+        let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
+        return (HoldOut::CheckGroups, [before, after], vec![None; chosen.added.len()]);
+    }
+    if nested {
+        let (errors, stability) =
+            nested_errors(setting, keep, base, chosen, attributions, &fitted, skip_groups);
+        return (HoldOut::Nested, errors, stability);
+    }
+    let single = |system: &System<'_>, at: &Estimate| {
+        let lin = Linear::of(system, at, keep, setting.silent);
+        let skip: Vec<_> = lin.cluster_groups.iter().map(|g| skip_groups.contains(g)).collect();
+        leave_out(&lin, &lin.basis, &folds(lin.clusters.len(), CHOICE_FOLDS), &skip)
+    };
+    let errors = [single(&declared, base), single(&chosen.system, &chosen.estimate)];
+    (HoldOut::LeaveOneOut, errors, vec![None; chosen.added.len()])
+}
+
+/// Repeats the whole choice without each fold and predicts the fold.
+fn nested_errors(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    fitted: &[usize],
+    skip_groups: &[usize],
+) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
+    let declared = System::declared(setting.model);
+    let fold = folds(fitted.len(), MAX_NESTED_FOLDS);
+    let n_folds = fold.iter().max().map_or(0, |f| f + 1);
+    let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
+    let mut votes = vec![0_usize; chosen.added.len()];
+    let mut repeated = 0_usize;
+    for f in 0..n_folds {
+        let members: Vec<_> = (0..fitted.len())
+            .filter(|&i| fold[i] == f && !skip_groups.contains(&fitted[i]))
+            .collect();
+        let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
+        let mut rest = keep.to_vec();
+        for &g in &left_out {
+            rest[g] = false;
+        }
+        let rows = rows_of(setting.model.layout(), &rest);
+        let Ok(without) = declared.fit(&rows, base) else { continue };
+        let Ok(again) = select(setting, &rest, &without) else { continue };
+        repeated += 1;
+        for (vote, (added, attribution)) in
+            votes.iter_mut().zip(chosen.added.iter().zip(attributions))
+        {
+            *vote += usize::from(
+                again.added.iter().any(|a| agrees(&a.what, &added.what, attribution.as_ref())),
+            );
+        }
+        let before = reported_errors(&declared, &without, &left_out);
+        let after = reported_errors(&again.system, &again.estimate, &left_out);
+        for ((&i, b), a) in members.iter().zip(before).zip(after) {
+            errors[0][i] = b;
+            errors[1][i] = a;
+        }
+    }
+    let share = |v: usize| (repeated > 0).then(|| count(v) / count(repeated));
+    (errors, votes.into_iter().map(share).collect())
+}
+
+/// Whether a repetition found the same effect, or one that counts as the same.
+fn agrees(again: &What, added: &What, attribution: Option<&Attribution<'_>>) -> bool {
+    let rival = |r: &crate::candidate::Candidate| match (&r.source, again) {
+        (Source::Effect(a), What::Effect(e)) => a.effect == *e,
+        (Source::Empirical(a), What::Empirical(covariate, _)) => a.covariate == *covariate,
+        _ => false,
+    };
+    let same = match (again, added) {
+        (What::Empirical(a, _), What::Empirical(b, _)) => a == b,
+        _ => again == added,
+    };
+    same || attribution.is_some_and(|a| a.rivals.iter().any(rival))
+}
+
+/// Reported squared error of each group of `groups`.
+fn reported_errors(
+    system: &System<'_>,
+    at: &Estimate,
+    groups: &[usize],
+) -> Vec<Option<GroupError>> {
+    let layout = system.model.layout();
+    let all = system.residuals(at);
+    let mut errors = vec![GroupError::default(); groups.len()];
+    let mut last = None;
+    for (row, r) in layout.rows.iter().enumerate() {
+        let group = layout.observations[r.observation];
+        let Some(i) = groups.iter().position(|&g| g == group) else { continue };
+        errors[i].whitened += (all[row] / r.sigma).powi(2);
+        if r.reported {
+            errors[i].reported += all[row] * all[row];
+            errors[i].observations += usize::from(last != Some(r.observation));
+            last = Some(r.observation);
+        }
+    }
+    errors.into_iter().map(|e| e.reported.is_finite().then_some(e)).collect()
+}
+
+fn train_rms(system: &System<'_>, at: &Estimate, keep: &[bool]) -> f64 {
+    let groups: Vec<_> = (0..keep.len()).filter(|&g| keep[g]).collect();
+    rms(&reported_errors(system, at, &groups)).0
+}
+
+/// χ² over degrees of freedom, where sigma was declared.
+pub(crate) fn chi2_per_dof(system: &System<'_>, at: &Estimate, keep: &[bool]) -> Option<f64> {
+    let layout = system.model.layout();
+    let rows = rows_of(layout, keep);
+    let dof = rows.len().checked_sub(system.dim()).filter(|&d| d > 0)?;
+    let all = system.residuals(at);
+    let chi2: f64 = rows.iter().map(|&r| (all[r] / layout.rows[r].sigma).powi(2)).sum();
+    layout.sigma_declared.then(|| chi2 / count(dof))
+}
+
+/// Errors of the model after each step.
+pub(crate) fn step_errors(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+) -> Vec<StepErrors> {
+    let mut system = System::declared(setting.model);
+    let rows = rows_of(setting.model.layout(), keep);
+    let mut errors = Vec::new();
+    for added in &chosen.added {
+        system = match &added.what {
+            What::Effect(e) => match chosen.system.active.iter().find(|a| a.effect == *e) {
+                Some(active) => system.with_effect(active.clone()),
+                None => system,
+            },
+            What::Empirical(covariate, shape) => chosen
+                .system
+                .empirical
+                .iter()
+                .find(|e| e.covariate == *covariate && e.shape == *shape)
+                .map_or(system.clone(), |e| system.with_empirical(e.clone())),
+        };
+        let start = system.carry(&chosen.estimate);
+        let at = system.fit(&rows, &start).unwrap_or(start);
+        let lin = Linear::of(&system, &at, keep, setting.silent);
+        let skip = excluded(setting, &system, &at, &lin);
+        let left_out = leave_out(&lin, &lin.basis, &folds(lin.clusters.len(), CHOICE_FOLDS), &skip);
+        errors.push(StepErrors {
+            train_rms: train_rms(&system, &at, keep),
+            held_out_rms: rms(&left_out).0,
+        });
+    }
+    errors
+}

@@ -1,0 +1,240 @@
+//! The declared model with a chosen set of effects and empirical corrections switched on.
+
+use least_squares::{Problem, SolveError, solve};
+use nalgebra::{DMatrix, DVector};
+
+use crate::{Layout, Model, Role, State};
+
+/// A correction that is linear in its coefficients and knows no physics.
+#[derive(Clone, Debug)]
+pub(crate) struct Empirical {
+    /// Column it follows.
+    pub(crate) covariate: String,
+    /// Its shape in words.
+    pub(crate) shape: String,
+    /// One per column of `columns`.
+    pub(crate) coefficients: Vec<String>,
+    /// How many of the last columns are constants, which are no finding of their own.
+    pub(crate) constants: usize,
+    /// What one unit of each coefficient adds to the residual, in report units.
+    pub(crate) columns: DMatrix<f64>,
+}
+
+/// An effect that is switched on, and which of its amplitudes are free.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Active {
+    /// Index into [`Model::effects`].
+    pub(crate) effect: usize,
+    /// Amplitudes that the design can see; the others stay at zero.
+    pub(crate) parameters: Vec<usize>,
+}
+
+/// A model and what is switched on in it.
+#[derive(Clone)]
+pub(crate) struct System<'a> {
+    pub(crate) model: &'a dyn Model,
+    /// In the order added.
+    pub(crate) active: Vec<Active>,
+    pub(crate) empirical: Vec<Empirical>,
+}
+
+/// Parameters of a [`System`].
+#[derive(Clone, Debug)]
+pub(crate) struct Estimate {
+    pub(crate) state: State,
+    /// One vector per empirical correction.
+    pub(crate) coefficients: Vec<DVector<f64>>,
+}
+
+impl<'a> System<'a> {
+    pub(crate) fn declared(model: &'a dyn Model) -> Self {
+        Self { model, active: Vec::new(), empirical: Vec::new() }
+    }
+
+    pub(crate) fn with_effect(&self, active: Active) -> Self {
+        let mut next = self.clone();
+        next.active.push(active);
+        next
+    }
+
+    pub(crate) fn without_effect(&self, effect: usize) -> Self {
+        let mut next = self.clone();
+        next.active.retain(|a| a.effect != effect);
+        next
+    }
+
+    pub(crate) fn has_effect(&self, effect: usize) -> bool {
+        self.active.iter().any(|a| a.effect == effect)
+    }
+
+    pub(crate) fn with_empirical(&self, empirical: Empirical) -> Self {
+        let mut next = self.clone();
+        next.empirical.push(empirical);
+        next
+    }
+
+    pub(crate) fn start(&self) -> Estimate {
+        let base = self.model.start();
+        self.carry(&Estimate {
+            state: State::declared(base, self.model.effects()),
+            coefficients: Vec::new(),
+        })
+    }
+
+    /// The estimate of a system with less, or more, switched on, as a start for this one.
+    pub(crate) fn carry(&self, from: &Estimate) -> Estimate {
+        let mut state = from.state.clone();
+        for (e, amplitudes) in state.amplitudes.iter_mut().enumerate() {
+            for (p, amplitude) in amplitudes.iter_mut().enumerate() {
+                if !self.active.iter().any(|a| a.effect == e && a.parameters.contains(&p)) {
+                    *amplitude = 0.0;
+                }
+            }
+        }
+        let coefficients = self
+            .empirical
+            .iter()
+            .enumerate()
+            .map(|(i, e)| match from.coefficients.get(i) {
+                Some(known) if known.len() == e.columns.ncols() => known.clone(),
+                _ => DVector::zeros(e.columns.ncols()),
+            })
+            .collect();
+        Estimate { state, coefficients }
+    }
+
+    pub(crate) fn dim(&self) -> usize {
+        self.model.base().len()
+            + self.active.iter().map(|a| a.parameters.len()).sum::<usize>()
+            + self.empirical.iter().map(|e| e.columns.ncols()).sum::<usize>()
+    }
+
+    /// Residuals of all rows, in report units.
+    pub(crate) fn residuals(&self, at: &Estimate) -> DVector<f64> {
+        let mut r = self.model.residuals(&at.state);
+        for (e, c) in self.empirical.iter().zip(&at.coefficients) {
+            r.gemv(1.0, &e.columns, c, 1.0);
+        }
+        r
+    }
+
+    /// Jacobian of [`System::residuals`]: base, active effects, empirical corrections.
+    pub(crate) fn jacobian(&self, at: &Estimate) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.model.layout().rows.len(), self.dim());
+        let mut column = 0;
+        let mut put = |block: &DMatrix<f64>| {
+            jacobian.columns_mut(column, block.ncols()).copy_from(block);
+            column += block.ncols();
+        };
+        put(&self.model.base_jacobian(&at.state));
+        for a in &self.active {
+            put(&self.model.tangent(&at.state, a.effect).select_columns(&a.parameters));
+        }
+        for e in &self.empirical {
+            put(&e.columns);
+        }
+        jacobian
+    }
+
+    fn stepped(&self, at: &Estimate, step: &DVector<f64>) -> Estimate {
+        let mut next = at.clone();
+        let base_len = next.state.base.len();
+        let mut rest = step.iter().skip(base_len);
+        next.state.base += step.rows(0, base_len);
+        let amplitudes =
+            self.active.iter().flat_map(|a| a.parameters.iter().map(|&p| (a.effect, p)));
+        for ((effect, p), step) in amplitudes.zip(rest.by_ref()) {
+            next.state.amplitudes[effect][p] += step;
+        }
+        for (c, step) in next.coefficients.iter_mut().flat_map(DVector::iter_mut).zip(rest) {
+            *c += step;
+        }
+        next
+    }
+
+    /// Fits everything that is switched on to the rows of `keep`.
+    pub(crate) fn fit(
+        &self,
+        keep: &[usize],
+        start: &Estimate,
+    ) -> Result<Estimate, SolveError<Estimate>> {
+        if self.dim() == 0 {
+            return Ok(start.clone());
+        }
+        let kept = Kept { system: self, rows: keep };
+        Ok(solve(&kept, self.carry(start), &least_squares::Options::default())?.point)
+    }
+
+    /// Names of the columns of [`System::jacobian`].
+    pub(crate) fn parameter_names(&self) -> Vec<String> {
+        let effects = self.model.effects();
+        let base = self.model.base().iter().map(|p| p.name.clone());
+        let active = self
+            .active
+            .iter()
+            .flat_map(|a| a.parameters.iter().map(move |&p| (a.effect, p)))
+            .map(|(e, p)| format!("{} {}", effects[e].id, effects[e].parameters[p].name));
+        let empirical = self.empirical.iter().flat_map(|e| e.coefficients.iter().cloned());
+        base.chain(active).chain(empirical).collect()
+    }
+}
+
+/// Least-squares view of some of the rows.
+struct Kept<'a, 'm> {
+    system: &'a System<'m>,
+    rows: &'a [usize],
+}
+
+impl Problem for Kept<'_, '_> {
+    type Point = Estimate;
+
+    fn residual_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn tangent_dim(&self) -> usize {
+        self.system.dim()
+    }
+
+    fn residuals(&self, at: &Estimate, out: &mut DVector<f64>) {
+        let layout = self.system.model.layout();
+        let all = self.system.residuals(at);
+        for (out, &row) in out.iter_mut().zip(self.rows) {
+            *out = all[row] / layout.rows[row].sigma;
+        }
+    }
+
+    fn jacobian(&self, at: &Estimate, out: &mut DMatrix<f64>) {
+        let layout = self.system.model.layout();
+        let all = self.system.jacobian(at);
+        for (i, &row) in self.rows.iter().enumerate() {
+            out.row_mut(i).copy_from(&(all.row(row) / layout.rows[row].sigma));
+        }
+    }
+
+    fn retract(&self, at: &Estimate, step: &DVector<f64>) -> Estimate {
+        self.system.stepped(at, step)
+    }
+
+    fn parameter_name(&self, index: usize) -> String {
+        self.system.parameter_names().swap_remove(index)
+    }
+}
+
+/// Rows of the groups for which `keep` is true, and of all priors.
+pub(crate) fn rows_of(layout: &Layout, keep: &[bool]) -> Vec<usize> {
+    let wanted = |row: &usize| {
+        let group = layout.observations[layout.rows[*row].observation];
+        keep[group] || layout.groups[group].role == Role::Prior
+    };
+    (0..layout.rows.len()).filter(wanted).collect()
+}
+
+/// The rows of `rows`, whitened.
+pub(crate) fn whitened(layout: &Layout, rows: &[usize], all: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(rows.len(), all.ncols());
+    for (i, &row) in rows.iter().enumerate() {
+        out.row_mut(i).copy_from(&(all.row(row) / layout.rows[row].sigma));
+    }
+    out
+}

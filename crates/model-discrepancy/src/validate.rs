@@ -1,0 +1,60 @@
+//! Checks of everything that comes from outside, once, before the loop starts.
+
+use crate::error::LoopError;
+use crate::significance::count;
+use crate::{Covariate, Model, Origin, Role};
+
+/// Name of the covariate that every data set has: the order in which it was measured.
+pub(crate) const ORDER: &str = "order";
+
+/// Fewest groups that can be left out in turn with something to compare.
+const MIN_GROUPS: usize = 3;
+
+/// Checks layout and covariates.
+pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<(), LoopError> {
+    let layout = model.layout();
+    for (row, r) in layout.rows.iter().enumerate() {
+        let group = layout.observations.get(r.observation);
+        if group.is_none_or(|&g| g >= layout.groups.len()) {
+            return Err(LoopError::InconsistentLayout { row });
+        }
+        if !(r.sigma > 0.0 && r.sigma.is_finite()) {
+            return Err(LoopError::InvalidSigma { row, sigma: r.sigma });
+        }
+    }
+    let expected = layout.observations.len();
+    for c in covariates {
+        if c.values.len() != expected || c.values.iter().any(|v| !v.is_finite()) {
+            return Err(LoopError::InvalidCovariate { name: c.name.clone(), expected });
+        }
+    }
+    enough_groups(model)
+}
+
+fn enough_groups(model: &dyn Model) -> Result<(), LoopError> {
+    let layout = model.layout();
+    let groups = layout.groups.iter().filter(|g| g.role == Role::Fit).count();
+    let fitted =
+        |r: &&crate::Row| layout.groups[layout.observations[r.observation]].role != Role::Check;
+    let rows = layout.rows.iter().filter(fitted).count();
+    let parameters = model.base().len();
+    if groups < MIN_GROUPS || rows <= parameters {
+        let per_group = rows.checked_div(groups.max(1)).unwrap_or(1).max(1);
+        let needed = MIN_GROUPS.max(parameters / per_group + 1);
+        return Err(LoopError::TooFewGroups { groups, rows, parameters, needed });
+    }
+    Ok(())
+}
+
+/// The given covariates that vary, and the measured order.
+pub(crate) fn with_order(model: &dyn Model, covariates: &[Covariate]) -> Vec<Covariate> {
+    let varies = |c: &&Covariate| c.values.iter().any(|&v| v != c.values[0]);
+    let mut all: Vec<_> = covariates.iter().filter(varies).cloned().collect();
+    let n = model.layout().observations.len();
+    all.push(Covariate {
+        name: ORDER.to_owned(),
+        values: (0..n).map(count).collect(),
+        origin: Origin::Coordinate,
+    });
+    all
+}

@@ -1,0 +1,111 @@
+//! Structure that no covariate explains: neighbours, in order or in place, that agree.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use crate::autocorrelation::lag_one_z;
+use crate::judge::Setting;
+use crate::linear::Linear;
+use crate::significance::count;
+use crate::validate::ORDER;
+use crate::{Origin, Remaining};
+
+/// Neighbours of an observation whose residuals are compared with its own.
+const NEIGHBOURS: usize = 4;
+
+/// Fewest observations, and most, for which neighbours are compared (the search is quadratic).
+const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
+
+/// Significance from which on neighbours agree too well.
+const LEVEL: f64 = 0.01;
+
+/// Agreement of neighbours in the measured order and in position.
+pub(crate) fn structure(setting: &Setting<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
+    let residual = lin.clean_residual();
+    let mut found = Vec::new();
+    if lin.series.iter().map(Vec::len).max().unwrap_or(0) >= *OBSERVATIONS.start() {
+        let z = lag_one_z(lin, &lin.basis.matrix(), &residual);
+        found.push(remaining("order", "autocorrelated", upper_tail(z)));
+    }
+    if let Some(z) = neighbour_z(setting, lin, &residual) {
+        found.push(remaining("position", "neighbours agree", upper_tail(z)));
+    }
+    found.retain(|r| r.p_value <= LEVEL);
+    found
+}
+
+fn remaining(covariate: &str, shape: &str, p_value: f64) -> Remaining {
+    Remaining { covariate: covariate.to_owned(), shape: shape.to_owned(), p_value }
+}
+
+fn upper_tail(z: f64) -> f64 {
+    Normal::standard().sf(z)
+}
+
+/// Moran's I of regression residuals, standardised (Cliff and Ord 1981, ch. 8).
+fn neighbour_z(
+    setting: &Setting<'_>,
+    lin: &Linear<'_>,
+    residual: &nalgebra::DVector<f64>,
+) -> Option<f64> {
+    let pairs = neighbour_pairs(setting, lin)?;
+    let times_w = |x: &nalgebra::DVector<f64>| {
+        let mut y = nalgebra::DVector::zeros(x.len());
+        for &(i, j) in &pairs {
+            y[i] += 0.5 * x[j];
+            y[j] += 0.5 * x[i];
+        }
+        y
+    };
+    let q = lin.basis.matrix();
+    let dof = count(residual.len().checked_sub(q.ncols()).filter(|&d| d > 2)?);
+    let wq: Vec<_> = q.column_iter().map(|c| times_w(&c.into_owned())).collect();
+    let a = nalgebra::DMatrix::from_fn(q.ncols(), q.ncols(), |i, j| q.column(i).dot(&wq[j]));
+    // W is symmetric with entries ½ per direction of a pair, so tr W² sums their squares.
+    let mut weights = std::collections::BTreeMap::new();
+    for &(i, j) in &pairs {
+        *weights.entry((i.min(j), i.max(j))).or_insert(0.0) += 0.5;
+    }
+    let trace_w2: f64 = weights.values().map(|w: &f64| 2.0 * w * w).sum();
+    let trace_mw = -a.trace();
+    let trace_mwmw = trace_w2 - 2.0 * wq.iter().map(nalgebra::DVector::norm_squared).sum::<f64>()
+        + (&a * &a).trace();
+    let square = residual.norm_squared();
+    let observed = residual.dot(&times_w(residual)) / square;
+    let mean = trace_mw / dof;
+    let variance = 2.0 * (trace_mwmw * dof - trace_mw * trace_mw) / (dof * dof * (dof + 2.0));
+    (square > 0.0 && variance > 0.0).then(|| (observed - mean) / variance.sqrt())
+}
+
+/// Positions, within the rows of `lin`, of each row and the same component of each neighbour.
+fn neighbour_pairs(setting: &Setting<'_>, lin: &Linear<'_>) -> Option<Vec<(usize, usize)>> {
+    let axes: Vec<_> = (setting.covariates.iter())
+        .filter(|c| c.origin == Origin::Coordinate && c.name != ORDER)
+        .map(|c| (c, spread(&c.values)))
+        .collect();
+    let mut pairs = Vec::new();
+    for one in &lin.series {
+        let observation = |i: usize| lin.layout.rows[lin.rows[i]].observation;
+        if axes.is_empty() || !OBSERVATIONS.contains(&one.len()) {
+            return None;
+        }
+        for &i in one {
+            let distance = |j: usize| -> f64 {
+                let between = |v: &Vec<f64>| (v[observation(i)] - v[observation(j)]).powi(2);
+                axes.iter().map(|(axis, scale)| between(&axis.values) / scale).sum()
+            };
+            let mut others: Vec<_> =
+                one.iter().filter(|&&j| j != i).map(|&j| (distance(j), j)).collect();
+            others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            pairs.extend(others.iter().take(NEIGHBOURS).map(|&(_, j)| (i, j)));
+        }
+    }
+    (!pairs.is_empty()).then_some(pairs)
+}
+
+/// Mean square distance from the mean; 1 for a constant.
+fn spread(values: &[f64]) -> f64 {
+    let n = count(values.len().max(1));
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    if square > 0.0 { square } else { 1.0 }
+}
