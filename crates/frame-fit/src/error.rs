@@ -52,14 +52,17 @@ pub enum FrameFitError {
     },
     /// The noise is as large as the spread of the points.
     #[error(
-        "the noise leaves {free} unknown: standard uncertainty {sigma:.2} (rad or ratio); add \
-         points that spread further, or fit a smaller family"
+        "the noise leaves {parameter} about the centroid unknown (standard uncertainty \
+         {sigma:.2}, spread of the points along the principal directions {} mm); add points that \
+         spread further, or fit a smaller family", Numbers(spreads_mm)
     )]
     TooNoisy {
-        /// The least known motion.
-        free: FreeMotion,
+        /// The least known parameter.
+        parameter: &'static str,
         /// Its standard uncertainty, in rad or as a ratio.
         sigma: f64,
+        /// Root-mean-square spread along the principal directions, the largest first.
+        spreads_mm: Vec<f64>,
     },
     /// The weighted points leave a combination of parameters free.
     #[error(
@@ -142,11 +145,6 @@ pub enum FreeMotion {
         /// Unit vector, in the source frame.
         direction: Vec<f64>,
     },
-    /// One parameter of the transform, about the centroid.
-    Parameter {
-        /// Its name.
-        name: &'static str,
-    },
 }
 
 impl fmt::Display for FreeMotion {
@@ -159,7 +157,6 @@ impl fmt::Display for FreeMotion {
             Self::MapAlong { direction } => {
                 write!(f, "stretch and shear along ({})", Numbers(direction))
             }
-            Self::Parameter { name } => write!(f, "{name}"),
         }
     }
 }

@@ -3,7 +3,13 @@
 use least_squares::Report;
 use nalgebra::{DMatrix, Point, SVector};
 
-use crate::{FrameFitError, FrameMap, Handedness, Noise, Options, PointPair, Reflection, Transform};
+use crate::motion::Motion;
+use crate::refine::{FitProblem, refine};
+use crate::spread::check_spread;
+use crate::{
+    FrameFitError, FrameMap, Handedness, Noise, Options, PointPair, Reflection, ReflectionVerdict,
+    Transform, closed_form, input, reflection,
+};
 
 /// Estimated transform with its uncertainty and the residuals it leaves.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,16 +40,21 @@ pub struct FrameFit<const D: usize> {
     pub variance_factor: Option<f64>,
     /// What the uncertainties of the pairs were taken to mean.
     pub noise: Noise,
-    /// Condition number of the whitened, column-scaled Jacobian; 1 where nothing is estimated.
-    pub condition: f64,
     /// Root-mean-square spread of the source points along their principal directions, the
     /// largest first.
     pub spreads_mm: SVector<f64, D>,
-    /// Whether the data speak for a mirrored frame.
-    pub reflection: Reflection,
-    /// How the search went; `None` where nothing is estimated.
-    pub report: Option<Report>,
+    /// Whether the data speak for a mirrored frame; `None` where the points do not span enough
+    /// to judge.
+    pub reflection: Option<Reflection>,
+    /// How the search went, with the condition of the problem.
+    pub report: Report,
 }
+
+/// Standard uncertainty of a rotation (rad) or a ratio beyond which the linearised covariance,
+/// and with it the estimate, means nothing: one sigma of 14°.
+const LARGEST_SIGMA: f64 = 0.25;
+/// Gap between two rotations that rounding alone may leave, see [`FrameFitError::Ambiguous`].
+const SMALLEST_GAP: f64 = 1e-9;
 
 /// Fits the transform from source to target.
 ///
@@ -55,5 +66,66 @@ pub fn fit_frame<const D: usize>(
     options: &Options,
 ) -> Result<FrameFit<D>, FrameFitError> {
     const { assert!(D == 2 || D == 3, "a frame is planar or spatial") };
-    todo!()
+    input::check_pairs(pairs)?;
+    input::check_count(options.transform, D, pairs.len())?;
+    let spread = check_spread(pairs, options.transform)?;
+    let reflection = reflection::judge(pairs, options);
+    let start = closed_form::estimate(pairs, options.transform, options.handedness);
+    check_gap(start.relative_gap, reflection.as_ref(), options.handedness)?;
+
+    let problem = FitProblem::new(pairs, options.transform, &start.map);
+    let solution = refine(&problem, start.map, options)?;
+    let map = solution.point;
+    let fit = FrameFit {
+        transform: options.transform,
+        handedness: map.handedness(),
+        target_from_source: map,
+        pivot_mm: Point::from(problem.pivot_mm),
+        covariance: solution.covariance,
+        residuals_mm: pairs.iter().map(|p| p.target_mm - map.apply(&p.source_mm)).collect(),
+        weights: solution.weights.iter().copied().step_by(D).collect(),
+        degrees_of_freedom: solution.degrees_of_freedom,
+        variance_factor: solution.variance_factor,
+        noise: options.noise,
+        spreads_mm: spread.rms_mm,
+        reflection,
+        report: solution.report,
+    };
+    check_noise(&fit, &problem.motions)?;
+    Ok(fit)
+}
+
+fn check_gap(
+    relative_gap: f64,
+    reflection: Option<&Reflection>,
+    handedness: Handedness,
+) -> Result<(), FrameFitError> {
+    let against = match handedness {
+        Handedness::Proper => ReflectionVerdict::Improper,
+        Handedness::Improper => ReflectionVerdict::Proper,
+    };
+    // A symmetric body and its mirror image are told by the verdict.
+    let mirrored = reflection.is_some_and(|r| r.verdict == against);
+    if relative_gap > SMALLEST_GAP || mirrored {
+        Ok(())
+    } else {
+        Err(FrameFitError::Ambiguous { relative_gap })
+    }
+}
+
+fn check_noise<const D: usize>(
+    fit: &FrameFit<D>,
+    motions: &[Motion],
+) -> Result<(), FrameFitError> {
+    let Some(sigmas) = fit.standard_uncertainties() else { return Ok(()) };
+    let worst = (0..motions.len())
+        .filter(|&k| !motions[k].is_translation() && sigmas[k] > LARGEST_SIGMA)
+        .max_by(|&a, &b| sigmas[a].total_cmp(&sigmas[b]));
+    worst.map_or(Ok(()), |k| {
+        Err(FrameFitError::TooNoisy {
+            parameter: motions[k].name(),
+            sigma: sigmas[k],
+            spreads_mm: fit.spreads_mm.iter().copied().collect(),
+        })
+    })
 }

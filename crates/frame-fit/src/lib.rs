@@ -1,16 +1,21 @@
 //! Transform between two frames from points measured in both, with its uncertainty.
 
+mod closed_form;
 mod error;
 mod fit;
 mod input;
 mod map;
 mod model;
+mod motion;
 mod nested;
 mod options;
 mod pair;
+mod refine;
 mod reflection;
 mod shape;
 mod snooping;
+mod spread;
+mod statistics;
 mod transform;
 mod uncertainty;
 

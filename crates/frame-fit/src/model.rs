@@ -2,7 +2,7 @@
 
 use model_discrepancy::{Covariate, Role};
 
-use crate::{FrameFitError, FrameMap, PointPair, Transform};
+use crate::{FrameFitError, FrameMap, Options, PointPair};
 
 /// One measured point with its place in the loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,18 +38,17 @@ impl<const D: usize> FrameModel<D> {
     /// Model of `points`, in the order measured.
     ///
     /// `covariates` are the columns recorded beside the points, one value per point: `time_s`
-    /// drives the drift, every column ending in `_c` a thermal expansion. `sigma_declared` says
-    /// whether the uncertainties of the pairs are known or only weigh points against each other.
+    /// drives the drift, every column ending in `_c` a thermal expansion. The loss of `options`
+    /// serves only to find the start.
     ///
     /// # Errors
     ///
     /// As [`fit_frame`](crate::fit_frame) on the points to be fitted, and
     /// [`FrameFitError::InvalidCovariate`].
     pub fn new(
-        transform: Transform,
         points: Vec<MeasuredPoint<D>>,
         covariates: &[Covariate],
-        sigma_declared: bool,
+        options: &Options,
     ) -> Result<Self, FrameFitError> {
         todo!()
     }

@@ -2,6 +2,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::motion::axis_pairs;
+use crate::pair::dynamic;
+use crate::statistics::ratio;
 use crate::{FrameMap, Handedness};
 
 /// Scales and shears of a linear map.
@@ -28,5 +31,26 @@ pub struct Shape<const D: usize> {
 /// Scales and shears of `map`, for a diagnosis of the affine transform.
 #[must_use]
 pub fn shape_of<const D: usize>(map: &FrameMap<D>) -> Shape<D> {
-    todo!()
+    let svd = dynamic(&map.linear).svd(true, true);
+    let (u, v_t) = (svd.u.expect("requested"), svd.v_t.expect("requested"));
+    let scales = svd.singular_values;
+    let mut order: Vec<usize> = (0..D).collect();
+    order.sort_by(|&a, &b| scales[b].total_cmp(&scales[a]));
+    Shape {
+        principal_scales: SVector::from_fn(|k, _| scales[order[k]]),
+        principal_directions: SMatrix::from_fn(|row, k| v_t[(order[k], row)]),
+        axis_scales: SVector::from_fn(|k, _| map.linear.column(k).norm()),
+        shears_rad: axis_pairs(D).map(|(a, b)| closing_angle(&map.linear, a, b)).collect(),
+        mean_scale: scales.iter().product::<f64>().powf(ratio(D).recip()),
+        rotation: SMatrix::from_column_slice((u * v_t).as_slice()),
+        handedness: map.handedness(),
+    }
+}
+
+/// π/2 minus the angle between the images of two axes.
+fn closing_angle<const D: usize>(linear: &SMatrix<f64, D, D>, a: usize, b: usize) -> f64 {
+    let (first, second) = (linear.column(a), linear.column(b));
+    let dot = first.dot(&second);
+    let square = first.norm_squared() * second.norm_squared() - dot * dot;
+    dot.atan2(square.max(0.0).sqrt())
 }

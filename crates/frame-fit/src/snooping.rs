@@ -1,8 +1,14 @@
 //! One bad point at a time: Baarda's data snooping.
 
-use nalgebra::SVector;
+use least_squares::Problem;
+use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::{FrameFit, FrameFitError, Options, PointPair};
+use crate::refine::FitProblem;
+use crate::statistics::{chi2_tail, f_tail, normal_quantile, ratio};
+use crate::{FrameFit, FrameFitError, Noise, Options, PointPair, fit_frame, input};
+
+/// Share of a bias that has to show in the residual for a direction to count as controlled.
+const SMALLEST_REDUNDANCY: f64 = 1e-6;
 
 /// How sure data snooping has to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,16 +35,18 @@ impl Default for SnoopingOptions {
 pub struct Reliability<const D: usize> {
     /// Share of a bias of each coordinate that shows in its residual: 0 is uncontrolled, 1 full.
     pub redundancy: SVector<f64, D>,
-    /// Baarda's `w` of each coordinate, standard normal for a good point; 0 where uncontrolled.
+    /// Baarda's `w` of each coordinate, standard normal for a good point (Pope's τ where the
+    /// noise is estimated); 0 where uncontrolled.
     pub w: SVector<f64, D>,
     /// Smallest bias of each coordinate that is found with the chosen power; infinite where
     /// uncontrolled.
     pub detectable_mm: SVector<f64, D>,
     /// Best estimate of the bias of the point; `None` where the others do not determine it.
     pub bias_mm: Option<SVector<f64, D>>,
-    /// Test statistic of the point as a whole; 0 where it is not testable.
-    pub statistic: f64,
-    /// Probability of such a statistic for a good point, before sharing among the points.
+    /// Drop of the weighted sum of squares when the point is left out; 0 where uncontrolled.
+    pub chi2_drop: f64,
+    /// Probability of such a drop for a good point, before sharing among the points: χ² where
+    /// the noise is declared, F against the other points where it is estimated.
     pub p_value: f64,
 }
 
@@ -50,7 +58,7 @@ pub struct Suspect<const D: usize> {
     pub index: usize,
     /// Estimate of its bias, `target − T·source` with `T` from the points kept.
     pub bias_mm: SVector<f64, D>,
-    /// Probability of such a statistic for a good point, before sharing among the points.
+    /// Probability of such a contradiction for a good point, before sharing among the points.
     pub p_value: f64,
 }
 
@@ -72,26 +80,157 @@ pub struct Snooping<const D: usize> {
 
 /// Sets aside, one at a time, the point that the others contradict most.
 ///
+/// A point that only some directions of the others control is never set aside. After each
+/// removal everything is fitted and judged anew.
+///
 /// # Errors
 ///
-/// As [`fit_frame`](crate::fit_frame).
+/// As [`fit_frame`].
 pub fn snoop<const D: usize>(
     pairs: &[PointPair<D>],
     options: &Options,
     snooping: &SnoopingOptions,
 ) -> Result<Snooping<D>, FrameFitError> {
-    todo!()
+    let mut kept: Vec<usize> = (0..pairs.len()).collect();
+    let mut fit = fit_frame(pairs, options)?;
+    let mut removed = Vec::new();
+    loop {
+        let used: Vec<_> = kept.iter().map(|&i| pairs[i]).collect();
+        let reliability = reliability(&used, &fit, snooping)?;
+        let critical_p = critical_p(snooping, kept.len());
+        let worst = (0..kept.len())
+            .filter(|&k| reliability[k].bias_mm.is_some() && reliability[k].p_value < critical_p)
+            .min_by(|&a, &b| reliability[a].p_value.total_cmp(&reliability[b].p_value));
+        if let Some(worst) = worst.filter(|_| removed.len() < snooping.max_removed) {
+            let mut fewer = used;
+            fewer.remove(worst);
+            // Where the rest does not carry a fit, the point has to stay.
+            if let Ok(refit) = fit_frame(&fewer, options) {
+                removed.push((kept.remove(worst), reliability[worst].p_value));
+                fit = refit;
+                continue;
+            }
+        }
+        let suspects = removed
+            .into_iter()
+            .map(|(index, p_value)| Suspect {
+                index,
+                bias_mm: fit.residual_mm(&pairs[index]),
+                p_value,
+            })
+            .collect();
+        return Ok(Snooping { suspects, kept, reliability, critical_p, fit });
+    }
 }
 
-/// Reliability of every point of a fit, in input order.
+/// Šidák (1967): the level of one of `tests` so that all of them together keep the family's.
+fn critical_p(snooping: &SnoopingOptions, tests: usize) -> f64 {
+    -f64::exp_m1(f64::ln_1p(-snooping.family_significance) / ratio(tests))
+}
+
+/// Reliability of every point of `fit`, which is the fit of the same `pairs`, in input order.
+///
+/// Baarda (1968). Points are judged as a whole, in two or three coordinates at a time; a robust
+/// loss of the fit is left aside.
 ///
 /// # Errors
 ///
-/// As [`fit_frame`](crate::fit_frame).
+/// [`FrameFitError::InvalidPair`].
 pub fn reliability<const D: usize>(
     pairs: &[PointPair<D>],
     fit: &FrameFit<D>,
     snooping: &SnoopingOptions,
 ) -> Result<Vec<Reliability<D>>, FrameFitError> {
-    todo!()
+    input::check_pairs(pairs)?;
+    let map = &fit.target_from_source;
+    let problem = FitProblem::new(pairs, fit.transform, map);
+    let mut whitened = DVector::zeros(problem.residual_count());
+    let mut jacobian = DMatrix::zeros(problem.residual_count(), problem.tangent_dim());
+    problem.residuals(map, &mut whitened);
+    problem.jacobian(map, &mut jacobian);
+    let orthonormal = jacobian.qr().q();
+    let critical = critical_p(snooping, pairs.len());
+    let judge = Judge {
+        noise: fit.noise,
+        chi2: whitened.norm_squared(),
+        dof: problem.residual_count().saturating_sub(problem.tangent_dim()),
+        // Non-centrality that a two-sided test of one coordinate finds with the chosen power.
+        detectable_sigmas: normal_quantile(1.0 - 0.5 * critical) + normal_quantile(snooping.power),
+    };
+    let of_point = |i: usize| {
+        let rows = orthonormal.rows(D * i, D);
+        let redundancy = DMatrix::identity(D, D) - rows * rows.transpose();
+        let residual = whitened.rows(D * i, D).into_owned();
+        judge.point(&pairs[i], &redundancy, &residual)
+    };
+    Ok((0..pairs.len()).map(of_point).collect())
+}
+
+/// What is common to all points of a fit.
+struct Judge {
+    noise: Noise,
+    chi2: f64,
+    dof: usize,
+    detectable_sigmas: f64,
+}
+
+impl Judge {
+    /// `redundancy` is `I − QQᵀ` and `residual` the residual of the point, both whitened.
+    fn point<const D: usize>(
+        &self,
+        pair: &PointPair<D>,
+        redundancy: &DMatrix<f64>,
+        residual: &DVector<f64>,
+    ) -> Reliability<D> {
+        let sigma = match self.noise {
+            Noise::Declared => 1.0,
+            Noise::Estimated => (self.chi2 / ratio(self.dof.max(1))).sqrt(),
+        };
+        let whitening = pair.uncertainty.whitening_per_mm().expect("checked");
+        let (mut share, mut w, mut detectable_mm) =
+            (SVector::zeros(), SVector::zeros(), SVector::repeat(f64::INFINITY));
+        for axis in 0..D {
+            // A bias of 1 mm along the axis, whitened, and what shows of it.
+            let bias = DVector::from_column_slice(whitening.column(axis).as_slice());
+            let shown = bias.dot(&(redundancy * &bias));
+            share[axis] = shown / bias.norm_squared();
+            if share[axis] > SMALLEST_REDUNDANCY {
+                w[axis] = if sigma > 0.0 { bias.dot(residual) / (shown.sqrt() * sigma) } else { 0.0 };
+                detectable_mm[axis] = self.detectable_sigmas * sigma / shown.sqrt();
+            }
+        }
+        let eigen = redundancy.clone().symmetric_eigen();
+        let controlled: Vec<usize> =
+            (0..D).filter(|&k| eigen.eigenvalues[k] > SMALLEST_REDUNDANCY).collect();
+        let along = |k: usize| eigen.eigenvectors.column(k).dot(residual);
+        let chi2_drop: f64 =
+            controlled.iter().map(|&k| along(k).powi(2) / eigen.eigenvalues[k]).sum();
+        let bias_mm = (controlled.len() == D).then(|| {
+            let mut whitened_bias = DVector::zeros(D);
+            for &k in &controlled {
+                let column = eigen.eigenvectors.column(k);
+                whitened_bias += column * (along(k) / eigen.eigenvalues[k]);
+            }
+            let covariance = pair.uncertainty.covariance_mm2();
+            let bias = covariance * whitening.transpose() * SVector::from_column_slice(whitened_bias.as_slice());
+            bias
+        });
+        let p_value = self.p_value(chi2_drop, controlled.len());
+        Reliability { redundancy: share, w, detectable_mm, bias_mm, chi2_drop, p_value }
+    }
+
+    fn p_value(&self, chi2_drop: f64, controlled: usize) -> f64 {
+        match self.noise {
+            _ if controlled == 0 => 1.0,
+            Noise::Declared => chi2_tail(chi2_drop, controlled),
+            Noise::Estimated if self.dof <= controlled => 1.0,
+            Noise::Estimated => {
+                let others = self.dof - controlled;
+                let left = (self.chi2 - chi2_drop).max(0.0) / ratio(others);
+                // An exact fit contradicts nobody.
+                let f = if chi2_drop > 0.0 { chi2_drop / ratio(controlled) / left } else { 0.0 };
+                f_tail(f, controlled, others)
+            }
+        }
+    }
 }

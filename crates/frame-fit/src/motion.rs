@@ -1,0 +1,169 @@
+//! The parameters of a transform: small motions about a pivot in the target frame.
+
+use geometry::so3;
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+
+use crate::{FrameMap, Transform};
+
+/// One parameter of a transform: what the points do when it grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Motion {
+    Translation(usize),
+    Rotation(usize),
+    Scale,
+    Stretch(usize),
+    /// By how much the right angle between two axes closes.
+    Shear(usize, usize),
+}
+
+const AXIS_PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+
+/// Pairs of axes, `[xy]` planar and `[xy, xz, yz]` spatial.
+pub(crate) fn axis_pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
+    AXIS_PAIRS.into_iter().filter(move |&(_, second)| second < dimension)
+}
+
+/// Parameters of a family, in the order of every vector and matrix of parameters.
+pub(crate) fn motions(transform: Transform, dimension: usize) -> Vec<Motion> {
+    let mut all = Vec::with_capacity(transform.parameter_count(dimension));
+    if transform.has_translation() {
+        all.extend((0..dimension).map(Motion::Translation));
+    }
+    if transform.has_rotation() {
+        let first = if dimension == 2 { 2 } else { 0 };
+        all.extend((first..3).map(Motion::Rotation));
+    }
+    match transform {
+        Transform::Similarity => all.push(Motion::Scale),
+        Transform::Affine => {
+            all.extend((0..dimension).map(Motion::Stretch));
+            all.extend(axis_pairs(dimension).map(|(a, b)| Motion::Shear(a, b)));
+        }
+        _ => {}
+    }
+    all
+}
+
+impl Motion {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Translation(axis) => ["tx", "ty", "tz"][axis],
+            Self::Rotation(axis) => ["rx", "ry", "rz"][axis],
+            Self::Scale => "scale",
+            Self::Stretch(axis) => ["scale_x", "scale_y", "scale_z"][axis],
+            Self::Shear(a, b) => match (a, b) {
+                (0, 1) => "shear_xy",
+                (0, 2) => "shear_xz",
+                _ => "shear_yz",
+            },
+        }
+    }
+
+    pub(crate) fn unit(self) -> &'static str {
+        match self {
+            Self::Translation(_) => "mm",
+            Self::Rotation(_) | Self::Shear(..) => "rad",
+            Self::Scale | Self::Stretch(_) => "1",
+        }
+    }
+
+    /// Reported unit and factor; the parameters of machines are small.
+    pub(crate) fn reported(self) -> (&'static str, f64) {
+        match self {
+            Self::Translation(_) => ("mm", 1.0),
+            Self::Rotation(_) | Self::Shear(..) => ("µrad", 1e6),
+            Self::Scale | Self::Stretch(_) => ("ppm", 1e6),
+        }
+    }
+
+    pub(crate) fn is_translation(self) -> bool {
+        matches!(self, Self::Translation(_))
+    }
+
+    /// `∂y/∂parameter` of a point at `arm_mm` from the pivot, at parameters zero.
+    pub(crate) fn displacement<const D: usize>(self, arm_mm: &SVector<f64, D>) -> SVector<f64, D> {
+        let mut moved = SVector::<f64, D>::zeros();
+        match self {
+            Self::Translation(axis) => moved[axis] = 1.0,
+            Self::Rotation(axis) => {
+                let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+                // e × arm, of which a planar arm has no z.
+                if j < D {
+                    moved[i] = -arm_mm[j];
+                }
+                if i < D && j < D {
+                    moved[j] = arm_mm[i];
+                }
+            }
+            Self::Scale => moved.copy_from(arm_mm),
+            Self::Stretch(axis) => moved[axis] = arm_mm[axis],
+            Self::Shear(a, b) => {
+                moved[a] = 0.5 * arm_mm[b];
+                moved[b] = 0.5 * arm_mm[a];
+            }
+        }
+        moved
+    }
+}
+
+/// `∂y/∂parameters` at zero, `D × parameters`.
+pub(crate) fn jacobian<const D: usize>(
+    motions: &[Motion],
+    arm_mm: &SVector<f64, D>,
+) -> DMatrix<f64> {
+    let mut jacobian = DMatrix::zeros(D, motions.len());
+    for (column, motion) in motions.iter().enumerate() {
+        jacobian.fixed_view_mut::<D, 1>(0, column).copy_from(&motion.displacement(arm_mm));
+    }
+    jacobian
+}
+
+/// Rotation vector among the parameters; along z when planar.
+pub(crate) fn rotation_vector(motions: &[Motion], parameters: &DVector<f64>) -> Vector3<f64> {
+    let mut vector = Vector3::zeros();
+    for (motion, value) in motions.iter().zip(parameters.iter()) {
+        if let Motion::Rotation(axis) = motion {
+            vector[*axis] = *value;
+        }
+    }
+    vector
+}
+
+/// The upper left block, for a planar rotation about z.
+pub(crate) fn block<const D: usize>(matrix: &Matrix3<f64>) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|row, column| matrix[(row, column)])
+}
+
+/// `y ↦ c + t + M (y − c)`: the motion of finite `parameters` about the pivot `c`.
+///
+/// `M = eˢ exp(r)` for a similarity, `I + [r]× + S` for an affine map; both have the tangent
+/// given by [`Motion::displacement`] at zero.
+pub(crate) fn finite<const D: usize>(
+    transform: Transform,
+    motions: &[Motion],
+    pivot_mm: &SVector<f64, D>,
+    parameters: &DVector<f64>,
+) -> FrameMap<D> {
+    let mut shift_mm = SVector::zeros();
+    let mut linear = SMatrix::identity();
+    if transform != Transform::Affine && transform.has_rotation() {
+        let rotation = so3::exp(&rotation_vector(motions, parameters)).to_rotation_matrix();
+        linear = block(rotation.matrix());
+    }
+    for (motion, &value) in motions.iter().zip(parameters.iter()) {
+        match motion {
+            Motion::Translation(axis) => shift_mm[*axis] = value,
+            Motion::Scale => linear *= value.exp(),
+            Motion::Rotation(_) if transform != Transform::Affine => {}
+            _ => {
+                let column = |k: usize| {
+                    let mut unit = SVector::zeros();
+                    unit[k] = value;
+                    motion.displacement::<D>(&unit)
+                };
+                linear += SMatrix::from_fn(|row, k| column(k)[row]);
+            }
+        }
+    }
+    FrameMap { linear, translation_mm: pivot_mm + shift_mm - linear * pivot_mm }
+}
