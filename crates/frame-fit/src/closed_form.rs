@@ -146,10 +146,8 @@ fn affine<const D: usize>(pairs: &[PointPair<D>]) -> FrameMap<D> {
     let mut target = DMatrix::zeros(pairs.len(), D);
     for (row, (pair, root_weight)) in pairs.iter().zip(&centred.root_weights).enumerate() {
         for axis in 0..D {
-            source[(row, axis)] =
-                (pair.source_mm[axis] - centred.source_mean[axis]) * root_weight;
-            target[(row, axis)] =
-                (pair.target_mm[axis] - centred.target_mean[axis]) * root_weight;
+            source[(row, axis)] = (pair.source_mm[axis] - centred.source_mean[axis]) * root_weight;
+            target[(row, axis)] = (pair.target_mm[axis] - centred.target_mean[axis]) * root_weight;
         }
     }
     let qr = source.qr();

@@ -30,7 +30,8 @@ pub enum FrameFitError {
     #[error(
         "the points do not determine a {transform} transform: {free} is free (spread about the \
          centroid along the principal directions {} mm); add points that spread further, or fit \
-         a smaller family", Numbers(spreads_mm)
+         a smaller family",
+        Numbers(spreads_mm)
     )]
     Degenerate {
         /// The family asked for.
@@ -54,7 +55,8 @@ pub enum FrameFitError {
     #[error(
         "the noise leaves {parameter} about the centroid unknown (standard uncertainty \
          {sigma:.2}, spread of the points along the principal directions {} mm); add points that \
-         spread further, or fit a smaller family", Numbers(spreads_mm)
+         spread further, or fit a smaller family",
+        Numbers(spreads_mm)
     )]
     TooNoisy {
         /// The least known parameter.
@@ -110,7 +112,9 @@ pub enum InvalidPair {
         limit: f64,
     },
     /// A standard uncertainty is not positive, or beyond all measure.
-    #[error("standard uncertainty {sigma_mm} mm is not between {smallest:.0e} and {largest:.0e} mm")]
+    #[error(
+        "standard uncertainty {sigma_mm} mm is not between {smallest:.0e} and {largest:.0e} mm"
+    )]
     Sigma {
         /// The standard uncertainty; NaN where a variance is negative.
         sigma_mm: f64,

@@ -113,10 +113,7 @@ fn check_gap(
     }
 }
 
-fn check_noise<const D: usize>(
-    fit: &FrameFit<D>,
-    motions: &[Motion],
-) -> Result<(), FrameFitError> {
+fn check_noise<const D: usize>(fit: &FrameFit<D>, motions: &[Motion]) -> Result<(), FrameFitError> {
     let Some(sigmas) = fit.standard_uncertainties() else { return Ok(()) };
     let worst = (0..motions.len())
         .filter(|&k| !motions[k].is_translation() && sigmas[k] > LARGEST_SIGMA)

@@ -75,8 +75,7 @@ fn test<const D: usize>(
         numerator_dof,
         denominator_dof,
         p_value: f_tail(f_statistic, numerator_dof, denominator_dof),
-        declared_p_value: (larger.noise == Noise::Declared)
-            .then(|| chi2_tail(drop, numerator_dof)),
+        declared_p_value: (larger.noise == Noise::Declared).then(|| chi2_tail(drop, numerator_dof)),
         smaller_rms_mm: smaller.rms_mm(),
         larger_rms_mm: larger.rms_mm(),
     })

@@ -56,9 +56,13 @@ impl<const D: usize> Uncertainty<D> {
     pub fn covariance_mm2(&self) -> SMatrix<f64, D, D> {
         match self {
             Self::Isotropic { sigma_mm } => SMatrix::identity() * sigma_mm.powi(2),
-            Self::PerAxis { sigma_mm } => SMatrix::from_fn(|row, column| {
-                if row == column { sigma_mm[row].powi(2) } else { 0.0 }
-            }),
+            Self::PerAxis { sigma_mm } => {
+                SMatrix::from_fn(
+                    |row, column| {
+                        if row == column { sigma_mm[row].powi(2) } else { 0.0 }
+                    },
+                )
+            }
             Self::Full { covariance_mm2 } => *covariance_mm2,
         }
     }
@@ -80,10 +84,8 @@ impl<const D: usize> Uncertainty<D> {
                 // Correlations first: sigmas of very different size must not decide the rank.
                 let sigma = self.sigma_mm();
                 let correlation = DMatrix::from_fn(D, D, |row, column| {
-                    let mean = f64::midpoint(
-                        covariance_mm2[(row, column)],
-                        covariance_mm2[(column, row)],
-                    );
+                    let mean =
+                        f64::midpoint(covariance_mm2[(row, column)], covariance_mm2[(column, row)]);
                     mean / (sigma[row] * sigma[column])
                 });
                 let lower = Cholesky::<f64, Dyn>::new(correlation)?.unpack();
@@ -92,9 +94,11 @@ impl<const D: usize> Uncertainty<D> {
             }
             _ => {
                 let sigma = self.sigma_mm();
-                Some(SMatrix::from_fn(|row, column| {
-                    if row == column { sigma[row].recip() } else { 0.0 }
-                }))
+                Some(SMatrix::from_fn(
+                    |row, column| {
+                        if row == column { sigma[row].recip() } else { 0.0 }
+                    },
+                ))
             }
         }
     }

@@ -17,11 +17,7 @@ pub(crate) struct FitProblem<'a, const D: usize> {
 
 impl<'a, const D: usize> FitProblem<'a, D> {
     /// The pivot is the weighted centroid of the points as `near` maps them.
-    pub(crate) fn new(
-        pairs: &'a [PointPair<D>],
-        transform: Transform,
-        near: &FrameMap<D>,
-    ) -> Self {
+    pub(crate) fn new(pairs: &'a [PointPair<D>], transform: Transform, near: &FrameMap<D>) -> Self {
         let mut pivot_mm = SVector::zeros();
         let mut total = 0.0;
         for pair in pairs {
@@ -42,9 +38,10 @@ impl<'a, const D: usize> FitProblem<'a, D> {
     /// Weighted sum of squares that rounding of the coordinates leaves of an exact fit.
     pub(crate) fn round_off_chi2(&self, at: &FrameMap<D>) -> f64 {
         let of_pair = |pair: &PointPair<D>, whitening: &SMatrix<f64, D, D>| {
-            let largest_mm = [pair.target_mm.coords.amax(), at.apply(&pair.source_mm).coords.amax()]
-                .into_iter()
-                .fold(at.translation_mm.amax(), f64::max);
+            let largest_mm =
+                [pair.target_mm.coords.amax(), at.apply(&pair.source_mm).coords.amax()]
+                    .into_iter()
+                    .fold(at.translation_mm.amax(), f64::max);
             (whitening.norm() * ROUND_OFF_ULPS * f64::EPSILON * largest_mm).powi(2)
         };
         let pairs = self.pairs.iter().zip(&self.whitening_per_mm);
@@ -125,10 +122,13 @@ fn robust_sigma<const D: usize>(
     if noise == Noise::Declared {
         return 1.0;
     }
-    let mut distances: Vec<f64> =
-        solution.residuals.as_slice().chunks(dimension).map(|r| r.iter().map(|v| v * v).sum())
-            .map(f64::sqrt)
-            .collect();
+    let mut distances: Vec<f64> = solution
+        .residuals
+        .as_slice()
+        .chunks(dimension)
+        .map(|r| r.iter().map(|v| v * v).sum())
+        .map(f64::sqrt)
+        .collect();
     distances.sort_by(f64::total_cmp);
     let median = distances[distances.len() / 2];
     // Median of the chi distribution with 2 and 3 degrees of freedom.
@@ -165,10 +165,9 @@ fn solve<const D: usize>(
     least_squares::solve(problem, start, &options).map_err(|error| match error {
         SolveError::Unobservable { directions, .. } => FrameFitError::Unobservable { directions },
         SolveError::InvalidLoss { scale, .. } => FrameFitError::InvalidLoss { scale },
-        SolveError::NotConverged { report, .. } => FrameFitError::NotConverged {
-            iterations: report.iterations,
-            cost: report.final_cost,
-        },
+        SolveError::NotConverged { report, .. } => {
+            FrameFitError::NotConverged { iterations: report.iterations, cost: report.final_cost }
+        }
         // Finite input within bounds gives finite residuals and derivatives.
         _ => FrameFitError::NotConverged { iterations: 0, cost: f64::NAN },
     })

@@ -195,7 +195,8 @@ impl Judge {
             let shown = bias.dot(&(redundancy * &bias));
             share[axis] = shown / bias.norm_squared();
             if share[axis] > SMALLEST_REDUNDANCY {
-                w[axis] = if sigma > 0.0 { bias.dot(residual) / (shown.sqrt() * sigma) } else { 0.0 };
+                w[axis] =
+                    if sigma > 0.0 { bias.dot(residual) / (shown.sqrt() * sigma) } else { 0.0 };
                 detectable_mm[axis] = self.detectable_sigmas * sigma / shown.sqrt();
             }
         }
@@ -212,7 +213,9 @@ impl Judge {
                 whitened_bias += column * (along(k) / eigen.eigenvalues[k]);
             }
             let covariance = pair.uncertainty.covariance_mm2();
-            let bias = covariance * whitening.transpose() * SVector::from_column_slice(whitened_bias.as_slice());
+            let bias = covariance
+                * whitening.transpose()
+                * SVector::from_column_slice(whitened_bias.as_slice());
             bias
         });
         let p_value = self.p_value(chi2_drop, controlled.len());

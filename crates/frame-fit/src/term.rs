@@ -1,0 +1,141 @@
+//! What the effects do to a point, and how the prediction changes with their amplitudes.
+
+use geometry::so3;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
+
+use crate::motion::{axis_pairs, block, rotation_derivative};
+
+/// What one effect does.
+#[derive(Clone, Debug)]
+pub(crate) enum Term<const D: usize> {
+    Shift,
+    Rotation {
+        pivot_mm: SVector<f64, D>,
+    },
+    Scale {
+        fixed_mm: SVector<f64, D>,
+    },
+    AnisotropicScale {
+        fixed_mm: SVector<f64, D>,
+    },
+    Shear {
+        fixed_mm: SVector<f64, D>,
+    },
+    BadPoint {
+        observation: usize,
+    },
+    /// Time or count since the first point, one per observation.
+    Drift {
+        elapsed: Vec<f64>,
+    },
+    Sag {
+        centroid_mm: SVector<f64, D>,
+        level: bool,
+    },
+    /// Temperature above the reference, one per observation; `constant_mm` is taken out.
+    Expansion {
+        excess_k: Vec<f64>,
+        constant_mm: SVector<f64, D>,
+    },
+}
+
+/// Where an effect acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// It deforms the source frame, before the transform; linear in its amplitudes.
+    Source,
+    /// It rotates the target frame, after the transform.
+    Rotation,
+    /// It adds to the target, last of all; linear in its amplitudes.
+    Target,
+}
+
+impl<const D: usize> Term<D> {
+    pub(crate) fn place(&self) -> Place {
+        match self {
+            Self::Rotation { .. } => Place::Rotation,
+            Self::Shift | Self::BadPoint { .. } | Self::Drift { .. } => Place::Target,
+            _ => Place::Source,
+        }
+    }
+
+    /// Whether the effect can move this observation at all.
+    pub(crate) fn touches(&self, observation: usize) -> bool {
+        match self {
+            Self::BadPoint { observation: bad } => *bad == observation,
+            _ => true,
+        }
+    }
+
+    /// `D × parameters`: what a unit of each amplitude adds to a point.
+    ///
+    /// A rotation is not linear in its amplitudes and has no columns here.
+    pub(crate) fn columns(&self, observation: usize, point_mm: &SVector<f64, D>) -> DMatrix<f64> {
+        match self {
+            Self::Rotation { .. } => DMatrix::zeros(D, 0),
+            Self::Shift => DMatrix::identity(D, D),
+            Self::Drift { elapsed } => DMatrix::identity(D, D) * elapsed[observation],
+            Self::BadPoint { observation: bad } => {
+                DMatrix::identity(D, D) * f64::from(u8::from(observation == *bad))
+            }
+            Self::Scale { fixed_mm } => column(&(point_mm - fixed_mm)),
+            Self::AnisotropicScale { fixed_mm } => {
+                let arm_mm = point_mm - fixed_mm;
+                DMatrix::from_fn(D, D, |i, j| if i == j { arm_mm[i] } else { 0.0 })
+            }
+            Self::Shear { fixed_mm } => shear(&(point_mm - fixed_mm)),
+            Self::Sag { centroid_mm, level } => sag(&(point_mm - centroid_mm), *level),
+            Self::Expansion { excess_k, constant_mm } => {
+                column(&(point_mm * excess_k[observation] - constant_mm))
+            }
+        }
+    }
+}
+
+fn column<const D: usize>(vector: &SVector<f64, D>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(D, 1, vector.as_slice())
+}
+
+/// `x += γ_xy y + γ_xz z, y += γ_yz z`: the first axis is the reference of squareness, and a
+/// positive angle closes the right angle.
+fn shear<const D: usize>(arm_mm: &SVector<f64, D>) -> DMatrix<f64> {
+    let pairs: Vec<_> = axis_pairs(D).collect();
+    DMatrix::from_fn(D, pairs.len(), |row, k| {
+        let (first, second) = pairs[k];
+        if row == first { arm_mm[second] } else { 0.0 }
+    })
+}
+
+/// Downwards, which is −z (planar: −y), by x², xy and y² (planar: x²), and by a constant.
+fn sag<const D: usize>(arm_mm: &SVector<f64, D>, level: bool) -> DMatrix<f64> {
+    let x = arm_mm[0];
+    let mut depths =
+        if D == 2 { vec![x * x] } else { vec![x * x, x * arm_mm[1], arm_mm[1] * arm_mm[1]] };
+    if level {
+        depths.push(1.0);
+    }
+    DMatrix::from_fn(D, depths.len(), |row, k| if row == D - 1 { -depths[k] } else { 0.0 })
+}
+
+/// Rotation of the effect at `amplitude`, a rotation vector (planar: one angle).
+pub(crate) fn rotation_vector<const D: usize>(amplitude: &DVector<f64>) -> Vector3<f64> {
+    if D == 2 {
+        Vector3::new(0.0, 0.0, amplitude[0])
+    } else {
+        Vector3::new(amplitude[0], amplitude[1], amplitude[2])
+    }
+}
+
+pub(crate) fn rotation_matrix<const D: usize>(amplitude: &DVector<f64>) -> SMatrix<f64, D, D> {
+    block(so3::exp(&rotation_vector::<D>(amplitude)).to_rotation_matrix().matrix())
+}
+
+/// `D × parameters` derivative of the rotated arm.
+pub(crate) fn rotation_columns<const D: usize>(
+    amplitude: &DVector<f64>,
+    rotated_mm: &SVector<f64, D>,
+) -> DMatrix<f64> {
+    let all = rotation_derivative(&rotation_vector::<D>(amplitude), rotated_mm);
+    let first = if D == 2 { 2 } else { 0 };
+    DMatrix::from_fn(D, 3 - first, |row, k| all[(row, first + k)])
+}
