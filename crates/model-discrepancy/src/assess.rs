@@ -3,9 +3,9 @@
 use crate::candidate::{Sight, catalogue, classes, label};
 use crate::detectable::{detectable_amplitudes, detectable_rms};
 use crate::error::LoopError;
-use crate::judge::{Setting, hear_catalogue};
+use crate::judge::{Bench, Setting, hear_catalogue};
 use crate::linear::Linear;
-use crate::select::{CATALOGUE_SHARE, CHOICE_FOLDS};
+use crate::select::CATALOGUE_SHARE;
 use crate::separation::{aliased_with, all_fitted, make_visible};
 use crate::system::{System, rows_of};
 use crate::validate::validate;
@@ -59,12 +59,10 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let system = System::declared(model);
     let rows = rows_of(model.layout(), &keep);
     let at = system.fit(&rows, &system.start()).map_err(LoopError::declared)?;
-    let setting = Setting { model, covariates: &[], options, silent: &[] };
+    let setting = Setting { model, covariates: &[], options, silent: &[], thorough: false };
     let lin = Linear::of(&system, &at, &keep, setting.silent);
-    let folds = crate::holdout::folds(lin.clusters.len(), CHOICE_FOLDS);
-    let skip = vec![false; lin.clusters.len()];
-    let alpha = options.alpha * CATALOGUE_SHARE;
-    let hearing = hear_catalogue(&system, &at, &lin, &folds, &skip, alpha);
+    let bench = Bench::new(&setting, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
+    let hearing = hear_catalogue(&system, &at, &bench);
 
     let sights = catalogue(&system, &at, &lin);
     let seen: Vec<_> = (sights.iter())

@@ -104,7 +104,7 @@ fn recorded_shapes(
 }
 
 fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[bool]) -> bool {
-    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach);
+    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
     if alone.is_none_or(|t| t.p_value > DECIDED) {
         return false;
     }
@@ -117,7 +117,7 @@ fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[b
         return false;
     }
     let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
-    let needed = significance(lin, &beside, &accepted.tangent, accepted.reach);
+    let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
     match needed {
         None => true,
         Some(t) if t.p_value > STAY => true,

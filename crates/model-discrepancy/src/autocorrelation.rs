@@ -3,17 +3,36 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::linear::Linear;
+use crate::significance::count;
 
 /// Largest correlation taken seriously; above, noise and drift are the same thing.
-const MAX_PHI: f64 = 0.97;
+const MAX_PHI: f64 = 0.95;
 
-/// Lag-one correlation along the measured order, pooled over components.
+/// Values of the correlation that are compared: 0.05 apart, finer than any data set can tell.
+const PHI_STEPS: u32 = 20;
+
+/// Correlation of successive observations that makes the residual of a fit with orthonormal
+/// columns `q` most likely, 0 to 0.95.
 ///
-/// Corrected for the correlation that a fit with orthonormal columns `q` puts into white noise:
-/// `E[eₜ·eₜ₋₁] = −s²·hₜ,ₜ₋₁`.
-pub(crate) fn lag_one(lin: &Linear<'_>, q: &DMatrix<f64>, residual: &DVector<f64>) -> f64 {
-    let (raw, expected, _) = lag_one_terms(lin, q, residual);
-    (raw - expected).clamp(-MAX_PHI, MAX_PHI)
+/// Restricted likelihood (Patterson and Thompson 1971): unlike the plain lag-one correlation it
+/// is not pulled towards zero by what the fit has taken out.
+pub(crate) fn restricted_likelihood_phi(lin: &Linear<'_>, q: &DMatrix<f64>) -> f64 {
+    let residual = DMatrix::from_columns(std::slice::from_ref(&lin.residual));
+    let dof = count(lin.rows.len().saturating_sub(q.ncols()));
+    let n_series = count(lin.series.len());
+    let deviance = |phi: f64| {
+        let design = prewhitened(lin, q, phi).qr();
+        let mut y = prewhitened(lin, &residual, phi);
+        design.q_tr_mul(&mut y);
+        let square = y.rows(q.ncols(), y.nrows() - q.ncols()).norm_squared();
+        let r = design.r();
+        let volume: f64 = (0..q.ncols()).map(|i| 2.0 * r[(i, i)].abs().ln()).sum();
+        dof * square.ln() + volume - n_series * (1.0 - phi * phi).ln()
+    };
+    let grid = (0..PHI_STEPS).map(|i| MAX_PHI * f64::from(i) / f64::from(PHI_STEPS - 1));
+    grid.map(|phi| (phi, deviance(phi)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0.0, |(phi, _)| phi)
 }
 
 /// Significance of the lag-one correlation (normal approximation, one-sided for `φ > 0`).

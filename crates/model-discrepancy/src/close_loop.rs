@@ -2,11 +2,12 @@
 
 use crate::attribution::{Attribution, attribute};
 use crate::confusable::confusability;
+use crate::constancy::not_proportional;
 use crate::error::LoopError;
 use crate::estimate::{covariance, parameter_estimates};
-use crate::judge::{Setting, hear_covariates};
+use crate::judge::{Bench, Setting, hear_covariates};
 use crate::linear::Linear;
-use crate::select::{Added, CHOICE_FOLDS, QUARTER, Selected, What, select};
+use crate::select::{Added, QUARTER, Selected, What, select};
 use crate::separation::{aliased_with, all_fitted, make_visible, separate_by};
 use crate::summary::{Summaries, step_errors, summarise};
 use crate::system::{Estimate, System, rows_of};
@@ -41,7 +42,8 @@ pub fn close_loop(
     let base = declared.fit(&rows, &declared.start()).map_err(LoopError::declared)?;
     let silent = silent_components(&declared, &base, &rows);
     let covariates = with_order(model, covariates);
-    let setting = Setting { model, covariates: &covariates, options, silent: &silent };
+    let setting =
+        Setting { model, covariates: &covariates, options, silent: &silent, thorough: true };
     let mut chosen = select(&setting, &keep, &base).map_err(LoopError::declared)?;
 
     let attributions: Vec<_> =
@@ -136,11 +138,11 @@ fn describe(setting: &Setting<'_>, what: &What) -> (String, Option<String>, Stri
 
 /// What is still there along a covariate, or between neighbours.
 fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
-    let folds = crate::holdout::folds(lin.clusters.len(), CHOICE_FOLDS);
-    let skip = vec![false; lin.clusters.len()];
     let level = setting.options.alpha * QUARTER;
+    let quick = Setting { thorough: false, ..*setting };
+    let bench = Bench::new(&quick, &chosen.system, &chosen.estimate, lin, level);
     let mut found: Vec<Remaining> = Vec::new();
-    let mut judged = hear_covariates(setting, lin, &folds, &skip);
+    let mut judged = hear_covariates(setting, &bench);
     judged.retain(|j| j.adjusted <= level);
     judged.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
     for j in judged {
@@ -167,8 +169,8 @@ fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
             }
         }
     }
-    let structure = structure(setting, lin);
-    found.extend(structure.into_iter().filter(|s| s.covariate != "position" || s.p_value > 0.0));
+    found.extend(not_proportional(setting.model, chosen, lin));
+    found.extend(structure(setting, lin));
     found
 }
 

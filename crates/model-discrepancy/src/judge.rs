@@ -2,8 +2,9 @@
 
 use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
-use crate::holdout::{Comparison, HeldOut, compare, leave_out};
+use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::select::CHOICE_FOLDS;
 use crate::shape::{Shape, correction, periods, shapes};
 use crate::significance::{Reach, Significance, count, significance};
 use crate::system::{Empirical, Estimate, System};
@@ -20,6 +21,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) options: &'a Options,
     /// Components whose residual is zero throughout: not measured, and left out of inference.
     pub(crate) silent: &'a [bool],
+    /// Whether to score hopeless candidates too, for the report.
+    pub(crate) thorough: bool,
 }
 
 /// A candidate with its scores.
@@ -30,8 +33,9 @@ pub(crate) struct Judged {
     pub(crate) test: Significance,
     /// p-value times the number of things that were looked at.
     pub(crate) adjusted: f64,
-    pub(crate) held_out: HeldOut,
-    pub(crate) comparison: Comparison,
+    /// Error on groups left out; `None` where the candidate was out of the question already.
+    pub(crate) held_out: Option<HeldOut>,
+    pub(crate) comparison: Option<Comparison>,
     /// Bayesian information criterion relative to nothing added; lower is better.
     pub(crate) criterion: f64,
 }
@@ -39,8 +43,39 @@ pub(crate) struct Judged {
 impl Judged {
     /// Whether it makes unseen groups better predicted, all of them.
     pub(crate) fn generalises(&self) -> bool {
-        let c = &self.comparison;
-        c.lost == 0 && c.difference < 0.0 && c.reported[1] < c.reported[0]
+        self.comparison
+            .is_some_and(|c| c.lost == 0 && c.difference < 0.0 && c.reported[1] < c.reported[0])
+    }
+}
+
+/// How candidates are judged in one pass.
+pub(crate) struct Bench<'a> {
+    pub(crate) lin: &'a Linear<'a>,
+    /// Fold of each cluster.
+    pub(crate) folds: Vec<usize>,
+    /// Clusters that are not judged.
+    pub(crate) skip: Vec<bool>,
+    /// Error of the present system on left-out groups.
+    pub(crate) present: HeldOut,
+    /// Significance asked of an adjusted p-value.
+    pub(crate) alpha: f64,
+    /// Whether to score hopeless candidates too.
+    pub(crate) thorough: bool,
+}
+
+impl<'a> Bench<'a> {
+    /// Judges beside `system` as fitted at `at` and linearised in `lin`.
+    pub(crate) fn new(
+        setting: &Setting<'_>,
+        system: &System<'_>,
+        at: &Estimate,
+        lin: &'a Linear<'a>,
+        alpha: f64,
+    ) -> Self {
+        let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+        let skip = excluded(setting, system, at, lin);
+        let present = leave_out(lin, &lin.basis, &folds, &skip);
+        Self { lin, folds, skip, present, alpha, thorough: setting.thorough }
     }
 }
 
@@ -49,10 +84,6 @@ pub(crate) struct Hearing {
     pub(crate) judged: Vec<Judged>,
     /// Effects the design cannot see, with the share absorbed.
     pub(crate) unseen: Vec<(usize, f64)>,
-    /// Error of the present system on left-out groups.
-    pub(crate) present: HeldOut,
-    /// Significance asked of an adjusted p-value.
-    pub(crate) alpha: f64,
     /// Significance asked of one p-value.
     pub(crate) alpha_single: f64,
 }
@@ -79,14 +110,8 @@ pub(crate) fn excluded(
 }
 
 /// Scores every effect of the catalogue that is not in the system.
-pub(crate) fn hear_catalogue(
-    system: &System<'_>,
-    at: &Estimate,
-    lin: &Linear<'_>,
-    folds: &[usize],
-    skip: &[bool],
-    alpha: f64,
-) -> Hearing {
+pub(crate) fn hear_catalogue(system: &System<'_>, at: &Estimate, bench: &Bench<'_>) -> Hearing {
+    let lin = bench.lin;
     let mut candidates = Vec::new();
     let mut unseen = Vec::new();
     for (effect, sight) in catalogue(system, at, lin) {
@@ -97,16 +122,15 @@ pub(crate) fn hear_catalogue(
     }
     let class = classes(&candidates, &lin.basis);
     let trials = trials(&candidates, &class);
-    let present = leave_out(lin, &lin.basis, folds, skip);
     let judged = candidates
         .into_iter()
         .zip(class)
         .filter_map(|(candidate, class)| {
             let family = trials.family(&candidate);
-            judge(lin, &lin.basis, candidate, class, trials.tests * family, folds, skip, &present)
+            judge(bench, &lin.basis, candidate, class, trials.tests * family)
         })
         .collect();
-    Hearing { judged, unseen, present, alpha, alpha_single: alpha / trials.tests.max(1.0) }
+    Hearing { judged, unseen, alpha_single: bench.alpha / trials.tests.max(1.0) }
 }
 
 /// How many independent things a pass looks at.
@@ -142,86 +166,70 @@ fn trials(candidates: &[Candidate], class: &[usize]) -> Trials {
     Trials { tests: count(tests), families }
 }
 
-#[expect(clippy::too_many_arguments, reason = "the whole of one judgement in one place")]
 fn judge(
-    lin: &Linear<'_>,
+    bench: &Bench<'_>,
     base: &Basis,
     candidate: Candidate,
     class: usize,
     trials: f64,
-    folds: &[usize],
-    skip: &[bool],
-    present: &HeldOut,
 ) -> Option<Judged> {
-    let test = significance(lin, base, &candidate.tangent, candidate.reach)?;
-    let mut skip = skip.to_vec();
-    if let Some(home) = candidate.home {
-        skip[home] = true;
-    }
-    let full = base.with(&candidate.tangent, NEW_DIRECTION);
-    let held_out = leave_out(lin, &full, folds, &skip);
-    let comparison = compare(present, &held_out, &skip);
+    let lin = bench.lin;
+    let level = bench.alpha / trials;
+    let test = significance(lin, base, &candidate.tangent, candidate.reach, level)?;
+    let adjusted = (test.p_value * trials).min(1.0);
     let n = count(lin.rows.len());
     let rss_after = test.variance * count(test.dof);
     let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
     let criterion = n * ratio.ln() + count(test.directions) * n.ln();
-    let adjusted = (test.p_value * trials).min(1.0);
-    Some(Judged { candidate, class, test, adjusted, held_out, comparison, criterion })
+    let mut judged =
+        Judged { candidate, class, test, adjusted, held_out: None, comparison: None, criterion };
+    if bench.thorough || adjusted <= bench.alpha {
+        let mut skip = bench.skip.clone();
+        if let Some(home) = judged.candidate.home {
+            skip[home] = true;
+        }
+        let full = base.with(&judged.candidate.tangent, NEW_DIRECTION);
+        let held_out = leave_out(lin, &full, &bench.folds, &skip);
+        judged.comparison = Some(compare(&bench.present, &held_out, &skip));
+        judged.held_out = Some(held_out);
+    }
+    Some(judged)
 }
 
-/// Scores every shape along every covariate, but for the combinations in `tried`.
-pub(crate) fn hear_covariates(
-    setting: &Setting<'_>,
-    lin: &Linear<'_>,
-    folds: &[usize],
-    skip: &[bool],
-) -> Vec<Judged> {
-    let present = leave_out(lin, &lin.basis, folds, skip);
+/// Scores every shape along every covariate.
+pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<Judged> {
+    let layout = bench.lin.layout;
+    let families: Vec<_> =
+        setting.covariates.iter().map(|c| (c, shapes(layout, c), periods(layout, c))).collect();
+    let tried = |(_, shapes, periods): &(_, Vec<Shape>, Vec<Shape>)| {
+        shapes.iter().map(|s| s.tried).sum::<f64>() + periods.first().map_or(0.0, |p| p.tried)
+    };
+    let trials = families.iter().map(tried).sum();
     let mut found = Vec::new();
-    let mut trials = 0.0;
-    for covariate in setting.covariates {
-        for shape in shapes(lin.layout, covariate) {
-            trials += shape.tried;
-            found.extend(hear_shape(lin, covariate, &shape, folds, skip, &present));
+    for (covariate, shapes, periods) in &families {
+        let strongest = strongest_period(bench.lin, covariate, periods);
+        for shape in shapes.iter().chain(strongest) {
+            let candidate = empirical_candidate(bench.lin, &bench.lin.basis, covariate, shape);
+            found.extend(candidate.and_then(|(c, base)| judge(bench, &base, c, 0, trials)));
         }
-        let periods = periods(lin.layout, covariate);
-        trials += periods.first().map_or(0.0, |p| p.tried);
-        found.extend(strongest_period(lin, covariate, &periods, folds, skip, &present));
-    }
-    for judged in &mut found {
-        judged.adjusted = (judged.adjusted * trials).min(1.0);
     }
     found
 }
 
-fn hear_shape(
-    lin: &Linear<'_>,
-    covariate: &Covariate,
-    shape: &Shape,
-    folds: &[usize],
-    skip: &[bool],
-    present: &HeldOut,
-) -> Option<Judged> {
-    let (candidate, base) = empirical_candidate(lin, &lin.basis, covariate, shape)?;
-    judge(lin, &base, candidate, 0, 1.0, folds, skip, present)
-}
-
 /// The period that takes away most; that it is the best of many is in the number of trials.
-fn strongest_period(
+fn strongest_period<'a>(
     lin: &Linear<'_>,
     covariate: &Covariate,
-    periods: &[Shape],
-    folds: &[usize],
-    skip: &[bool],
-    present: &HeldOut,
-) -> Option<Judged> {
+    periods: &'a [Shape],
+) -> Option<&'a Shape> {
     let residual = lin.clean_residual();
     let power = |shape: &Shape| {
-        empirical_candidate(lin, &lin.basis, covariate, shape)
-            .map_or(0.0, |(c, base)| base.with(&c.tangent, NEW_DIRECTION).explained(&residual))
+        empirical_candidate(lin, &lin.basis, covariate, shape).map_or(0.0, |(c, base)| {
+            base.with(&c.tangent, NEW_DIRECTION).explained(&residual) - base.explained(&residual)
+        })
     };
-    let best = periods.iter().max_by(|a, b| power(a).total_cmp(&power(b)))?;
-    hear_shape(lin, covariate, best, folds, skip, present)
+    let powers: Vec<_> = periods.iter().map(power).collect();
+    (0..periods.len()).max_by(|&a, &b| powers[a].total_cmp(&powers[b])).map(|i| &periods[i])
 }
 
 /// A shape as a candidate, limited to what the design sees, and the base to test it beside:

@@ -9,6 +9,7 @@ mod check;
 mod close_loop;
 mod closure;
 mod confusable;
+mod constancy;
 mod detectable;
 mod error;
 mod estimate;

@@ -2,7 +2,7 @@
 
 use crate::candidate::Candidate;
 use crate::holdout::{compare, leave_out};
-use crate::judge::{Hearing, Judged, Setting};
+use crate::judge::{Bench, Hearing, Judged, Setting};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::select::{QUARTER, STAY};
 use crate::significance::{Reach, Significance, count, significance};
@@ -14,10 +14,8 @@ const MAX_CLASSES: usize = 15;
 /// number of pairs tried.
 pub(crate) fn find_pair(
     setting: &Setting<'_>,
-    lin: &Linear<'_>,
+    bench: &Bench<'_>,
     hearing: &Hearing,
-    folds: &[usize],
-    skip: &[bool],
 ) -> Option<[Judged; 2]> {
     let representatives: Vec<_> = (hearing.judged.iter().enumerate())
         .filter(|(_, j)| j.candidate.reach == Reach::Many)
@@ -31,11 +29,10 @@ pub(crate) fn find_pair(
     let mut best: Option<([Judged; 2], f64)> = None;
     for (i, a) in representatives.iter().enumerate() {
         for b in &representatives[i + 1..] {
-            let Some((pair, criterion)) = judge_pair(lin, hearing, a, b, folds, skip) else {
+            let Some((pair, criterion)) = judge_pair(bench, a, b, alpha / pairs) else {
                 continue;
             };
-            let significant = pair[0].adjusted * pairs <= alpha;
-            if significant && best.as_ref().is_none_or(|(_, c)| criterion < *c) {
+            if best.as_ref().is_none_or(|(_, c)| criterion < *c) {
                 best = Some((pair, criterion));
             }
         }
@@ -44,21 +41,15 @@ pub(crate) fn find_pair(
 }
 
 /// Both effects tested together, and each beside the other.
-fn judge_pair(
-    lin: &Linear<'_>,
-    hearing: &Hearing,
-    a: &Judged,
-    b: &Judged,
-    folds: &[usize],
-    skip: &[bool],
-) -> Option<([Judged; 2], f64)> {
+fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<([Judged; 2], f64)> {
     let both = nalgebra::DMatrix::from_columns(
         &(a.candidate.tangent.column_iter().chain(b.candidate.tangent.column_iter()))
             .map(|c| c.into_owned())
             .collect::<Vec<_>>(),
     );
-    let joint = significance(lin, &lin.basis, &both, Reach::Many)?;
-    if joint.directions < a.test.directions + b.test.directions {
+    let lin = bench.lin;
+    let joint = significance(lin, &lin.basis, &both, Reach::Many, level)?;
+    if joint.p_value > level || joint.directions < a.test.directions + b.test.directions {
         return None;
     }
     let a_beside_b = beside(lin, &a.candidate, &b.candidate)?;
@@ -66,8 +57,9 @@ fn judge_pair(
     if a_beside_b.p_value > STAY || b_beside_a.p_value > STAY {
         return None;
     }
-    let held_out = leave_out(lin, &lin.basis.with(&both, NEW_DIRECTION), folds, skip);
-    let comparison = compare(&hearing.present, &held_out, skip);
+    let full = lin.basis.with(&both, NEW_DIRECTION);
+    let held_out = leave_out(lin, &full, &bench.folds, &bench.skip);
+    let comparison = Some(compare(&bench.present, &held_out, &bench.skip));
     let n = count(lin.rows.len());
     let rss = joint.variance * count(joint.dof);
     let ratio = (rss / (rss + joint.explained)).max(f64::MIN_POSITIVE);
@@ -75,7 +67,7 @@ fn judge_pair(
     let member = |of: &Judged, test: Significance| Judged {
         test,
         adjusted: joint.p_value,
-        held_out: held_out.clone(),
+        held_out: Some(held_out.clone()),
         comparison,
         criterion,
         ..of.clone()
@@ -86,5 +78,5 @@ fn judge_pair(
 
 fn beside(lin: &Linear<'_>, tested: &Candidate, other: &Candidate) -> Option<Significance> {
     let base = lin.basis.with(&other.tangent, NEW_DIRECTION);
-    significance(lin, &base, &tested.tangent, tested.reach)
+    significance(lin, &base, &tested.tangent, tested.reach, STAY)
 }

@@ -54,7 +54,7 @@ fn without<'a>(
         return None;
     };
     let beside = base.with(&wide.tangent, NEW_DIRECTION);
-    let still = significance(&lin, &beside, &named.tangent, named.reach);
+    let still = significance(&lin, &beside, &named.tangent, named.reach, STAY);
     if still.is_some_and(|t| t.p_value <= STAY) {
         return None;
     }

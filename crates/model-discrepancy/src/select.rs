@@ -3,9 +3,10 @@
 use least_squares::SolveError;
 
 use crate::candidate::{Candidate, Sight, Source, label, sight};
+use crate::constancy::not_proportional;
 use crate::detectable::detectable_rms;
-use crate::holdout::{folds, rms};
-use crate::judge::{Hearing, Judged, Setting, excluded, hear_catalogue, hear_covariates};
+use crate::holdout::rms;
+use crate::judge::{Bench, Hearing, Judged, Setting, hear_catalogue, hear_covariates};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::pair::find_pair;
 use crate::replace::replace_superseded;
@@ -84,23 +85,26 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         if at_round_off(&lin) {
             return;
         }
-        let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
-        let skip = excluded(setting, &chosen.system, &chosen.estimate, &lin);
         let alpha = setting.options.alpha * CATALOGUE_SHARE;
-        let hearing = hear_catalogue(&chosen.system, &chosen.estimate, &lin, &folds, &skip, alpha);
+        let bench = Bench::new(setting, &chosen.system, &chosen.estimate, &lin, alpha);
+        let hearing = hear_catalogue(&chosen.system, &chosen.estimate, &bench);
         if chosen.passes.is_empty() {
             chosen.unseen.clone_from(&hearing.unseen);
         }
         let mut order = eligible(&hearing.judged, alpha);
         prefer_simpler(&lin, &hearing.judged, &mut order);
+        if !not_proportional(setting.model, chosen, &lin).is_empty() {
+            // The rest is a known misfit of a named effect; single points are not to blame.
+            order.retain(|&i| hearing.judged[i].candidate.reach == Reach::Many);
+        }
         let added = order.iter().find(|&&i| add(chosen, keep, &[&hearing.judged[i]])).copied();
         let pair = if added.is_none() {
-            find_pair(setting, &lin, &hearing, &folds, &skip)
+            find_pair(setting, &bench, &hearing)
                 .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
         } else {
             None
         };
-        chosen.passes.push(record(setting, &lin, &hearing, added, pair.as_ref()));
+        chosen.passes.push(record(setting, &bench, &hearing, added, pair.as_ref()));
         if added.is_none() && pair.is_none() {
             return;
         }
@@ -108,11 +112,17 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
 }
 
 /// Significant candidates that generalise, the best description of the data first.
+///
+/// What shows in many groups goes before what lives in one: a few extreme points describe a
+/// smooth effect well, the other way round is refused by the scatter between groups.
 fn eligible(judged: &[Judged], alpha: f64) -> Vec<usize> {
     let mut order: Vec<_> = (0..judged.len())
         .filter(|&i| judged[i].adjusted <= alpha && judged[i].generalises())
         .collect();
-    order.sort_by(|&a, &b| judged[a].criterion.total_cmp(&judged[b].criterion));
+    let local = |i: usize| judged[i].candidate.reach == Reach::One;
+    order.sort_by(|&a, &b| {
+        local(a).cmp(&local(b)).then(judged[a].criterion.total_cmp(&judged[b].criterion))
+    });
     order
 }
 
@@ -130,7 +140,7 @@ fn prefer_simpler(lin: &Linear<'_>, judged: &[Judged], order: &mut [usize]) {
     for at in simpler {
         let base = lin.basis.with(&judged[order[at]].candidate.tangent, NEW_DIRECTION);
         let c = &judged[best].candidate;
-        let more = significance(lin, &base, &c.tangent, c.reach);
+        let more = significance(lin, &base, &c.tangent, c.reach, STAY);
         if more.is_none_or(|t| t.p_value > STAY) {
             order[..=at].rotate_right(1);
             return;
@@ -190,10 +200,10 @@ fn covariate_pass(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_
     if at_round_off(&lin) {
         return;
     }
-    let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
-    let skip = excluded(setting, &chosen.system, &chosen.estimate, &lin);
-    let judged = hear_covariates(setting, &lin, &folds, &skip);
-    let mut order = eligible(&judged, setting.options.alpha * QUARTER);
+    let alpha = setting.options.alpha * QUARTER;
+    let bench = Bench::new(setting, &chosen.system, &chosen.estimate, &lin, alpha);
+    let judged = hear_covariates(setting, &bench);
+    let mut order = eligible(&judged, alpha);
     prefer_simpler(&lin, &judged, &mut order);
     let found = order.into_iter().find(|&i| add(chosen, keep, &[&judged[i]]));
     if let Some(found) = found {
@@ -210,7 +220,7 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         let Ok(estimate) = without.fit(&rows, &without.carry(&chosen.estimate)) else { continue };
         let lin = Linear::of(&without, &estimate, keep, setting.silent);
         let needed = match sight(setting.model, effect, &estimate, &lin, &lin.basis) {
-            Sight::Seen(c) => significance(&lin, &lin.basis, &c.tangent, c.reach)
+            Sight::Seen(c) => significance(&lin, &lin.basis, &c.tangent, c.reach, STAY)
                 .is_some_and(|t| t.p_value <= STAY),
             Sight::Unseen(_) => false,
         };
@@ -225,7 +235,7 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
 /// The table of one pass for the report, best first.
 fn record(
     setting: &Setting<'_>,
-    lin: &Linear<'_>,
+    bench: &Bench<'_>,
     hearing: &Hearing,
     added: Option<usize>,
     pair: Option<&[Judged; 2]>,
@@ -239,7 +249,7 @@ fn record(
         .map(|(i, j)| {
             let outcome = if added == Some(i) || in_pair(&j.candidate) {
                 Outcome::Added
-            } else if j.adjusted > hearing.alpha {
+            } else if j.adjusted > bench.alpha {
                 Outcome::NotSignificant
             } else if !j.generalises() {
                 Outcome::DidNotGeneralise
@@ -253,8 +263,13 @@ fn record(
                 absorbed: j.candidate.absorbed,
                 f_statistic: j.test.f_statistic,
                 p_value: j.test.p_value,
-                held_out_rms: rms(&j.held_out).0,
-                detectable_rms: detectable_rms(lin, &j.test, &j.candidate, hearing.alpha_single),
+                held_out_rms: j.held_out.as_deref().map_or(f64::NAN, |h| rms(h).0),
+                detectable_rms: detectable_rms(
+                    bench.lin,
+                    &j.test,
+                    &j.candidate,
+                    hearing.alpha_single,
+                ),
                 outcome,
             }
         })

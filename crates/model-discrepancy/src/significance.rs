@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::autocorrelation::{lag_one, prewhitened};
+use crate::autocorrelation::{prewhitened, restricted_likelihood_phi};
 use crate::basis::Basis;
 use crate::linear::{Linear, NEW_DIRECTION};
 
@@ -45,15 +45,20 @@ pub(crate) enum Reach {
 /// taking out the correlation of successive observations (AR(1) by Prais and Winsten 1954); and
 /// a Wald test on the cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang
 /// (2012) and Pustejovsky and Tipton (2018) do, which asks no more than independent groups.
+/// The first alone decides where it is above `level`: the others can only raise it.
 pub(crate) fn significance(
     lin: &Linear<'_>,
     base: &Basis,
     tangent: &DMatrix<f64>,
     reach: Reach,
+    level: f64,
 ) -> Option<Significance> {
     let residual = base.reject(&lin.residual);
     let added = Basis::of(&base.reject_columns(tangent), NEW_DIRECTION.sqrt());
     let mut test = f_test(&residual, base.dim(), &added)?;
+    if test.p_value > level {
+        return Some(test);
+    }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
     if test.dof >= MIN_DOF_FOR_CORRELATION {
         let correlated = correlated_p_value(lin, base, tangent, &full);
@@ -87,52 +92,24 @@ pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
     FisherSnedecor::new(dof1, dof2).map_or(1.0, |d| d.sf(f.max(0.0)))
 }
 
+/// F test with the noise taken as AR(1) along the measured order.
+///
+/// The correlation costs degrees of freedom as well: `n` rows are worth `n·(1 − φ)/(1 + φ)`.
 fn correlated_p_value(lin: &Linear<'_>, base: &Basis, tangent: &DMatrix<f64>, full: &Basis) -> f64 {
-    let mut phi = lag_one(lin, &full.matrix(), &full.reject(&lin.residual));
+    let phi = restricted_likelihood_phi(lin, &full.matrix());
     if phi <= 0.0 {
         return 0.0;
     }
-    let mut p_value = 0.0;
-    // The second round estimates the correlation from the residual of the first.
-    for _ in 0..2 {
-        let base_white = prewhitened(lin, &base.matrix(), phi);
-        let tangent_white = prewhitened(lin, tangent, phi);
-        let residual_white = prewhitened(lin, &DMatrix::from_columns(&[lin.residual.clone()]), phi);
-        let base_basis = Basis::of(&base_white, NEW_DIRECTION);
-        let added = Basis::of(&base_basis.reject_columns(&tangent_white), NEW_DIRECTION.sqrt());
-        let residual = base_basis.reject(&residual_white.column(0).into_owned());
-        let Some(test) = f_test(&residual, base_basis.dim(), &added) else { return 1.0 };
-        p_value = test.p_value;
-        let fitted =
-            generalised_residual(lin, base, tangent, &base_white, &tangent_white, &residual_white);
-        phi = lag_one(lin, &full.matrix(), &fitted).max(phi);
-    }
-    p_value
-}
-
-/// Residual, in the original metric, of the generalised least-squares fit.
-fn generalised_residual(
-    lin: &Linear<'_>,
-    base: &Basis,
-    tangent: &DMatrix<f64>,
-    base_white: &DMatrix<f64>,
-    tangent_white: &DMatrix<f64>,
-    residual_white: &DMatrix<f64>,
-) -> DVector<f64> {
-    let join = |a: &DMatrix<f64>, b: &DMatrix<f64>| {
-        let columns: Vec<_> =
-            a.column_iter().chain(b.column_iter()).map(|c| c.into_owned()).collect();
-        DMatrix::from_columns(&columns)
-    };
-    let design = join(&base.matrix(), tangent);
-    let design_white = join(base_white, tangent_white);
-    let svd = design_white.svd(true, true);
-    let tolerance = NEW_DIRECTION * svd.singular_values.max();
-    // Directions that nothing sees get no coefficient; only the fitted values matter here.
-    svd.solve(residual_white, tolerance).map_or_else(
-        |_| lin.residual.clone(),
-        |coefficients| &lin.residual - design * coefficients.column(0),
-    )
+    let base_basis = Basis::of(&prewhitened(lin, &base.matrix(), phi), NEW_DIRECTION);
+    let tangent = prewhitened(lin, tangent, phi);
+    let added = Basis::of(&base_basis.reject_columns(&tangent), NEW_DIRECTION.sqrt());
+    let residual =
+        prewhitened(lin, &DMatrix::from_columns(std::slice::from_ref(&lin.residual)), phi);
+    let residual = base_basis.reject(&residual.column(0).into_owned());
+    f_test(&residual, base_basis.dim(), &added).map_or(1.0, |test| {
+        let worth = count(test.dof) * (1.0 - phi) / (1.0 + phi);
+        f_tail(test.f_statistic, count(test.directions), worth.max(1.0))
+    })
 }
 
 fn group_p_value(lin: &Linear<'_>, test: &Significance, added: &Basis, full: &Basis) -> f64 {

@@ -122,6 +122,7 @@ fn nested_errors(
     skip_groups: &[usize],
 ) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
     let declared = System::declared(setting.model);
+    let quick = Setting { thorough: false, ..*setting };
     let fold = folds(fitted.len(), MAX_NESTED_FOLDS);
     let n_folds = fold.iter().max().map_or(0, |f| f + 1);
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
@@ -138,7 +139,7 @@ fn nested_errors(
         }
         let rows = rows_of(setting.model.layout(), &rest);
         let Ok(without) = declared.fit(&rows, base) else { continue };
-        let Ok(again) = select(setting, &rest, &without) else { continue };
+        let Ok(again) = select(&quick, &rest, &without) else { continue };
         repeated += 1;
         for (vote, (added, attribution)) in
             votes.iter_mut().zip(chosen.added.iter().zip(attributions))

@@ -5,7 +5,7 @@ use crate::judge::Setting;
 use crate::linear::Linear;
 use crate::select::Selected;
 use crate::significance::count;
-use crate::{Remaining, Verdict};
+use crate::{Remaining, Role, Verdict};
 
 pub(crate) fn verdict(
     setting: &Setting<'_>,
@@ -13,7 +13,7 @@ pub(crate) fn verdict(
     chosen: &Selected<'_>,
     remaining: &[Remaining],
 ) -> Verdict {
-    if !remaining.is_empty() {
+    if !remaining.is_empty() || many_bad_readings(setting, chosen) {
         return Verdict::StructureRemains;
     }
     let dof = lin.rows.len().saturating_sub(chosen.system.dim());
@@ -22,4 +22,12 @@ pub(crate) fn verdict(
         return Verdict::NoiseLargerThanDeclared;
     }
     if chosen.added.is_empty() { Verdict::NothingMissing } else { Verdict::Explained }
+}
+
+/// More single bad readings than two, and than one group in twenty, are no accidents.
+fn many_bad_readings(setting: &Setting<'_>, chosen: &Selected<'_>) -> bool {
+    let effects = setting.model.effects();
+    let bad = chosen.system.active.iter().filter(|a| effects[a.effect].subject.is_some()).count();
+    let groups = setting.model.layout().groups.iter().filter(|g| g.role == Role::Fit).count();
+    bad > 2.max(groups / 20)
 }

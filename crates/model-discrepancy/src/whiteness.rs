@@ -16,7 +16,7 @@ const NEIGHBOURS: usize = 4;
 const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
 
 /// Significance from which on neighbours agree too well.
-const LEVEL: f64 = 0.01;
+const LEVEL: f64 = 0.005;
 
 /// Agreement of neighbours in the measured order and in position.
 pub(crate) fn structure(setting: &Setting<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
