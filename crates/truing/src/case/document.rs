@@ -1,0 +1,116 @@
+use std::ops::Range;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+
+use super::folder::Folder;
+use super::nearest::nearest;
+use super::unit::{differs_in_unit, unit_of};
+use super::{Location, Problem};
+use crate::Error;
+
+/// Name of the file that makes a folder a case.
+pub(crate) const CASE_FILE: &str = "case.toml";
+
+/// The text of `case.toml`, for settings and for saying where one of them is wrong.
+#[derive(Clone, Debug)]
+pub(crate) struct Document {
+    file: Location,
+    text: String,
+}
+
+/// The one key that every kind has; the others are read by the kind itself.
+#[derive(Deserialize)]
+struct Head {
+    kind: Spanned<String>,
+}
+
+impl Document {
+    pub(crate) fn read(folder: &Folder) -> Result<Self, Error> {
+        let text = folder.text(CASE_FILE)?;
+        Ok(Self { file: folder.location(CASE_FILE), text })
+    }
+
+    pub(crate) fn kind(&self) -> Result<Spanned<String>, Error> {
+        let head: Head = self.settings()?;
+        Ok(head.kind)
+    }
+
+    /// Settings of a kind; unknown keys are errors that say which key was probably meant.
+    pub(crate) fn settings<T: DeserializeOwned>(&self) -> Result<T, Error> {
+        toml::from_str(&self.text).map_err(|e| {
+            let span = e.span().unwrap_or(0..0);
+            Error::case(self.at(&span), self.problem(e.message(), &span))
+        })
+    }
+
+    pub(crate) fn at(&self, span: &Range<usize>) -> Location {
+        let before = &self.text[..self.text.floor_char_boundary(span.start)];
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line = 1 + before.matches('\n').count();
+        self.file.clone().line(line).column(1 + before[line_start..].chars().count())
+    }
+
+    pub(crate) fn at_file(&self) -> Location {
+        self.file.clone()
+    }
+
+    fn problem(&self, message: &str, span: &Range<usize>) -> Problem {
+        // serde puts every name it speaks of between backticks, the one found first.
+        let mut names = message.split('`').skip(1).step_by(2).map(str::to_owned);
+        let (first, rest) = (names.next().unwrap_or_default(), names);
+        if message.starts_with("unknown field") {
+            unknown_key(first, rest.collect())
+        } else if message.starts_with("unknown variant") {
+            let expected: Vec<String> = rest.collect();
+            let nearest = nearest(&first, expected.iter().map(String::as_str)).map(str::to_owned);
+            Problem::UnknownWord { found: first, nearest, expected }
+        } else if message.starts_with("missing field") {
+            Problem::MissingKey { purpose: purpose(&first), key: first }
+        } else if message.starts_with("invalid") || message.starts_with("expected a number") {
+            Problem::WrongValue { message: format!("{}{}", self.key_at(span), plain(message)) }
+        } else {
+            Problem::Syntax { message: message.to_owned() }
+        }
+    }
+
+    /// The key whose value stands at `span`, with its unit, for the head of a message.
+    fn key_at(&self, span: &Range<usize>) -> String {
+        let before = &self.text[..self.text.floor_char_boundary(span.start)];
+        let line = &before[before.rfind('\n').map_or(0, |at| at + 1)..];
+        let Some((key, _)) = line.rsplit_once('=') else { return String::new() };
+        let key = key.rsplit(['{', ',']).next().unwrap_or(key).trim();
+        match unit_of(key) {
+            Some(unit) => format!("{} (in {unit}): ", super::quote(key)),
+            None => format!("{}: ", super::quote(key)),
+        }
+    }
+}
+
+fn unknown_key(found: String, expected: Vec<String>) -> Problem {
+    let in_another_unit = expected.iter().find(|known| differs_in_unit(&found, known));
+    let similar = || nearest(&found, expected.iter().map(String::as_str));
+    let nearest = in_another_unit.map(String::as_str).or_else(similar).map(str::to_owned);
+    Problem::UnknownKey { found, nearest, expected }
+}
+
+fn purpose(key: &str) -> &'static str {
+    match key {
+        "kind" => "the kind of the case, e.g. `kind = \"frame-fit\"`",
+        "z0_mm" => "the height of the contact plane above the sensor's reference point",
+        _ => "add it",
+    }
+}
+
+/// A message about a wrong value without the names that Rust gives to types.
+fn plain(message: &str) -> String {
+    message
+        .replace("invalid type: ", "found ")
+        .replace("invalid value: ", "found ")
+        .replace(", expected struct ", ", expected the section ")
+        .replace("floating point", "the number")
+        .replace("usize", "a whole number that is not negative")
+        .replace("u64", "a whole number that is not negative")
+        .replace("a map", "a section")
+}

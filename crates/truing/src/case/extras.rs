@@ -1,0 +1,75 @@
+use super::quote::quote;
+use super::table::Table;
+
+/// Largest covariate: a clock in nanoseconds fits, and squares stay far inside an `f64`.
+const MAX_COVARIATE: f64 = 1e30;
+
+/// Columns that the declared model does not use.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Extras {
+    /// Numbers in every row.
+    pub(crate) covariates: Vec<NumberColumn>,
+    /// Text: possible groupings.
+    pub(crate) labels: Vec<String>,
+    /// Columns dropped or doubtful.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// One numeric column.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NumberColumn {
+    pub(crate) name: String,
+    pub(crate) values: Vec<f64>,
+}
+
+impl Extras {
+    /// Sorts a column into covariates and labels.
+    pub(crate) fn add(&mut self, table: &Table, column: usize) {
+        let name = &table.names()[column];
+        let mut values = Vec::with_capacity(table.n_rows());
+        let mut first_text = None;
+        let mut first_gap = None;
+        for row in 0..table.n_rows() {
+            match parse(table.cell(row, column)) {
+                Cell::Number(value) => values.push(value),
+                Cell::Gap => first_gap = first_gap.or(Some(row)),
+                Cell::Text => first_text = first_text.or(Some(row)),
+            }
+        }
+        match (first_text, first_gap) {
+            (None, None) => self.covariates.push(NumberColumn { name: name.clone(), values }),
+            (None, Some(row)) => self.warnings.push(format!(
+                "{}: {}, so the covariate is left out",
+                table.at_cell(row, column),
+                match table.cell(row, column) {
+                    "" => "the cell is empty".to_owned(),
+                    cell => format!("{} is no finite number below {MAX_COVARIATE:e}", quote(cell)),
+                }
+            )),
+            (Some(row), _) => {
+                self.labels.push(name.clone());
+                if 2 * values.len() > table.n_rows() {
+                    self.warnings.push(format!(
+                        "{}: not a number, so the whole column is taken for a label",
+                        table.at_cell(row, column)
+                    ));
+                }
+            }
+        }
+    }
+}
+
+enum Cell {
+    Number(f64),
+    Gap,
+    Text,
+}
+
+fn parse(cell: &str) -> Cell {
+    match cell.parse::<f64>() {
+        Ok(value) if value.abs() < MAX_COVARIATE => Cell::Number(value),
+        Ok(_) => Cell::Gap,
+        Err(_) if cell.is_empty() => Cell::Gap,
+        Err(_) => Cell::Text,
+    }
+}

@@ -1,0 +1,81 @@
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use model_discrepancy::LoopError;
+
+use super::document::Document;
+use super::folder::Folder;
+use super::loop_settings::LoopSettings;
+use super::nearest::nearest;
+use super::provenance::Provenance;
+use super::{Location, Problem, quote};
+use crate::Error;
+use crate::kinds::{KINDS, Kind, Measured};
+
+/// A case that was read and found usable in form.
+#[derive(Debug)]
+pub struct Case {
+    pub(crate) path: PathBuf,
+    pub(crate) kind: &'static str,
+    pub(crate) measured: Box<dyn Measured>,
+    pub(crate) loop_settings: LoopSettings,
+    pub(crate) provenance: Provenance,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) read_s: f64,
+}
+
+impl Case {
+    /// Kind of the case, e.g. `frame-fit`.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+
+    pub(crate) fn loop_error(&self, source: LoopError) -> Error {
+        Error::Loop { at: Box::new(Location::file(&self.path)), source }
+    }
+
+    /// Notes from reading it: dropped covariates, doubtful columns, unused files.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+/// Reads a case folder.
+///
+/// # Errors
+///
+/// [`Error::Case`] with file, line and column of the first thing that is wrong.
+pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
+    let started = Instant::now();
+    let folder = Folder::open(path.as_ref())?;
+    let document = Document::read(&folder)?;
+    let kind = kind_of(&document)?;
+    let mut reading = (kind.read)(&folder, &document)?;
+    for table in folder.tables_besides(reading.tables) {
+        let table = quote(&table);
+        reading.warnings.push(format!("{table} is not read by a case of kind {}", kind.name));
+    }
+    let provenance = Provenance::read(&folder, &mut reading.warnings);
+    Ok(Case {
+        path: path.as_ref().to_owned(),
+        kind: kind.name,
+        measured: reading.measured,
+        loop_settings: reading.loop_settings,
+        provenance,
+        warnings: reading.warnings,
+        read_s: started.elapsed().as_secs_f64(),
+    })
+}
+
+fn kind_of(document: &Document) -> Result<&'static Kind, Error> {
+    let name = document.kind()?;
+    KINDS.iter().find(|kind| kind.name == name.get_ref()).ok_or_else(|| {
+        let expected: Vec<String> = KINDS.iter().map(|kind| kind.name.to_owned()).collect();
+        let found = name.get_ref().clone();
+        let nearest = nearest(&found, expected.iter().map(String::as_str)).map(str::to_owned);
+        let problem = Problem::UnknownKind { found, nearest, expected };
+        Error::case(document.at(&name.span()), problem)
+    })
+}

@@ -1,0 +1,52 @@
+//! Everything that leaves the process.
+
+use std::fmt::Display;
+use std::fs;
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use truing::Error;
+
+/// One JSON object on standard output.
+pub(crate) fn json(answer: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(answer).expect("plain data with text keys");
+    to_stdout(format_args!("{text}\n"))
+}
+
+/// Text for people on standard output.
+pub(crate) fn text(text: &impl Display) -> Result<(), Error> {
+    to_stdout(format_args!("{text}"))
+}
+
+pub(crate) fn warnings(warnings: &[String]) {
+    for warning in warnings {
+        to_stderr("warning", warning);
+    }
+}
+
+pub(crate) fn error(error: &Error) {
+    to_stderr("error", &error.to_string());
+}
+
+pub(crate) fn write_file(path: &Path, content: &str) -> Result<(), Error> {
+    fs::write(path, content)
+        .map_err(|e| Error::NotWritten { path: path.to_owned(), reason: e.kind() })
+}
+
+fn to_stdout(text: std::fmt::Arguments<'_>) -> Result<(), Error> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_fmt(text).and_then(|()| stdout.flush()) {
+        // Whoever read our output has seen enough.
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(Error::NotWritten { path: "standard output".into(), reason: e.kind() }),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// One line: names out of files must not break it up.
+fn to_stderr(label: &str, message: &str) {
+    let message: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    // Nobody is left to tell when standard error is closed.
+    let _ = writeln!(io::stderr().lock(), "{label}: {message}");
+}

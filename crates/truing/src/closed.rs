@@ -1,0 +1,229 @@
+use std::time::Instant;
+
+use model_discrepancy::{
+    Closure, ErrorSummary, HoldOut, NotObservable, ParameterEstimate, Remaining, Step, Verdict,
+};
+use serde::Serialize;
+
+use crate::estimates::Estimates;
+use crate::{Case, Error};
+
+/// Answer of `truing loop`; serialises as its JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct Closed {
+    /// Kind of the case.
+    pub kind: &'static str,
+    /// Version of this crate.
+    pub version: &'static str,
+    /// How long it took.
+    pub timing: LoopTiming,
+    /// Error of the declared model.
+    pub before: JudgedRms,
+    /// Error with the accepted effects in the model.
+    pub after: JudgedRms,
+    /// Accepted effects, in the order accepted.
+    pub steps: Vec<LoopStep>,
+    /// The conclusion: `nothing-missing`, `explained`, `structure-remains` or
+    /// `noise-larger-than-declared`.
+    pub verdict: &'static str,
+    /// Structure left in the residual.
+    pub remaining: Vec<LoopRemaining>,
+    /// Effects that this design cannot see.
+    pub not_observable: Vec<LoopNotObservable>,
+    /// What was solved for, with the accepted effects in the model.
+    pub estimates: Estimates,
+    /// Notes the user should read.
+    pub warnings: Vec<String>,
+    /// Everything the engine found, for Rust.
+    #[serde(skip)]
+    pub closure: Closure,
+}
+
+/// Wall-clock times.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoopTiming {
+    /// Reading the case.
+    pub read_s: f64,
+    /// Closing the loop on it.
+    pub loop_s: f64,
+}
+
+/// Error of one model.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedRms {
+    /// Root mean square residual per observation on fitted groups.
+    pub train_rms: f64,
+    /// The same on groups that were left out.
+    pub held_out_rms: f64,
+    /// Standard error of `held_out_rms`.
+    pub held_out_std: f64,
+    /// Unit of the three.
+    pub unit: String,
+    /// `check-groups`, `nested` or `leave-one-out`.
+    pub hold_out: &'static str,
+    /// χ² over degrees of freedom, where the noise was declared.
+    pub chi2_per_dof: Option<f64>,
+}
+
+/// One accepted effect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopStep {
+    /// Catalogue id, or `covariate:<column>`.
+    pub effect: String,
+    /// What it is about, where there is one candidate per thing.
+    pub subject: Option<String>,
+    /// One sentence for people.
+    pub description: String,
+    /// Amplitudes of the final model.
+    pub parameters: Vec<LoopParameter>,
+    /// Significance when it was accepted, before correction for the number of candidates.
+    pub p_value: f64,
+    /// Error on groups left out once this effect is in the model.
+    pub held_out_rms: f64,
+    /// Error on fitted groups once this effect is in the model.
+    pub train_rms: f64,
+    /// Other effects that explain the data as well.
+    pub indistinguishable_from: Vec<String>,
+    /// The measurement that would tell them apart.
+    pub separate_by: Option<String>,
+    /// Share of the leave-out repetitions that chose it, or a rival of it.
+    pub stability: Option<f64>,
+}
+
+/// One amplitude.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopParameter {
+    /// Name.
+    pub name: String,
+    /// Estimate.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard uncertainty.
+    pub std: f64,
+}
+
+/// Structure left in the residual.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopRemaining {
+    /// Column along which it shows.
+    pub covariate: String,
+    /// Its shape.
+    pub shape: String,
+    /// Significance, before correction.
+    pub p_value: f64,
+}
+
+/// An effect the design cannot see.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopNotObservable {
+    /// Catalogue id.
+    pub effect: String,
+    /// Parameters of the declared model that absorb it.
+    pub aliased_with: Vec<String>,
+    /// The measurement that would make it visible.
+    pub separate_by: Option<String>,
+}
+
+/// Closes the loop on a case: solves it, and finds what its declared model is missing.
+///
+/// # Errors
+///
+/// As [`solve`](crate::solve), and [`Error::Loop`].
+pub fn close_loop(case: &Case) -> Result<Closed, Error> {
+    let started = Instant::now();
+    let prepared = case.measured.prepare()?;
+    let options = case.loop_settings.options();
+    let closure = model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, &options)
+        .map_err(|source| case.loop_error(source))?;
+    let estimates = (prepared.estimates)(&closure);
+    let warnings = case.warnings.iter().chain(&closure.warnings).cloned().collect();
+    Ok(Closed {
+        kind: case.kind,
+        version: env!("CARGO_PKG_VERSION"),
+        timing: LoopTiming { read_s: case.read_s, loop_s: started.elapsed().as_secs_f64() },
+        before: JudgedRms::of(&closure.before),
+        after: JudgedRms::of(&closure.after),
+        steps: closure.steps.iter().map(LoopStep::of).collect(),
+        verdict: verdict(closure.verdict),
+        remaining: closure.remaining.iter().map(LoopRemaining::of).collect(),
+        not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
+        estimates,
+        warnings,
+        closure,
+    })
+}
+
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NothingMissing => "nothing-missing",
+        Verdict::Explained => "explained",
+        Verdict::StructureRemains => "structure-remains",
+        Verdict::NoiseLargerThanDeclared => "noise-larger-than-declared",
+    }
+}
+
+impl JudgedRms {
+    fn of(summary: &ErrorSummary) -> Self {
+        Self {
+            train_rms: summary.train_rms,
+            held_out_rms: summary.held_out_rms,
+            held_out_std: summary.held_out_std,
+            unit: summary.unit.clone(),
+            hold_out: match summary.hold_out {
+                HoldOut::CheckGroups => "check-groups",
+                HoldOut::Nested => "nested",
+                HoldOut::LeaveOneOut => "leave-one-out",
+            },
+            chi2_per_dof: summary.chi2_per_dof,
+        }
+    }
+}
+
+impl LoopStep {
+    fn of(step: &Step) -> Self {
+        Self {
+            effect: step.effect.clone(),
+            subject: step.subject.clone(),
+            description: step.description.clone(),
+            parameters: step.parameters.iter().map(LoopParameter::of).collect(),
+            p_value: step.p_value,
+            held_out_rms: step.held_out_rms,
+            train_rms: step.train_rms,
+            indistinguishable_from: step.indistinguishable_from.clone(),
+            separate_by: step.separate_by.clone(),
+            stability: step.stability,
+        }
+    }
+}
+
+impl LoopParameter {
+    fn of(parameter: &ParameterEstimate) -> Self {
+        Self {
+            name: parameter.name.clone(),
+            value: parameter.value,
+            unit: parameter.unit.clone(),
+            std: parameter.std,
+        }
+    }
+}
+
+impl LoopRemaining {
+    fn of(remaining: &Remaining) -> Self {
+        Self {
+            covariate: remaining.covariate.clone(),
+            shape: remaining.shape.clone(),
+            p_value: remaining.p_value,
+        }
+    }
+}
+
+impl LoopNotObservable {
+    fn of(unseen: &NotObservable) -> Self {
+        Self {
+            effect: unseen.effect.clone(),
+            aliased_with: unseen.aliased_with.clone(),
+            separate_by: unseen.separate_by.clone(),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+use std::path::PathBuf;
+
+use frame_fit::FrameFitError;
+use ft_center::FtCenterError;
+use model_discrepancy::LoopError;
+
+use crate::{Location, Problem};
+
+/// Why a command could not do what it was asked for.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The case is unusable as it stands.
+    #[error("{at}: {problem}")]
+    Case {
+        /// Where.
+        at: Box<Location>,
+        /// What, and what to do.
+        problem: Box<Problem>,
+    },
+    /// No transform can be had from the points.
+    #[error("{at}: {source}")]
+    FrameFit {
+        /// The table.
+        at: Box<Location>,
+        /// Why.
+        source: FrameFitError,
+    },
+    /// No centre can be had from the wrenches.
+    #[error("{at}: {source}")]
+    FtCenter {
+        /// The table, and the line where one is to blame.
+        at: Box<Location>,
+        /// Why.
+        source: Box<FtCenterError>,
+    },
+    /// The loop cannot be closed.
+    #[error("{at}: {source}")]
+    Loop {
+        /// The case.
+        at: Box<Location>,
+        /// Why.
+        source: LoopError,
+    },
+    /// No kind of that name to write an example of.
+    #[error(
+        "unknown kind `{found}`{}; the kinds are {}",
+        nearest.map_or_else(String::new, |n| format!("; did you mean `{n}`?")),
+        expected.join(", ")
+    )]
+    UnknownKind {
+        /// The kind asked for.
+        found: String,
+        /// The kind that was probably meant.
+        nearest: Option<&'static str>,
+        /// Kinds that there are.
+        expected: Vec<&'static str>,
+    },
+    /// A file that an example case would overwrite.
+    #[error("{} exists already; choose another folder", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file cannot be written.
+    #[error("{} cannot be written: {reason}", path.display())]
+    NotWritten {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: std::io::ErrorKind,
+    },
+}
+
+impl Error {
+    pub(crate) fn case(at: Location, problem: Problem) -> Self {
+        Self::Case { at: Box::new(at), problem: Box::new(problem) }
+    }
+
+    /// Whether the input is usable in form but leaves something free that must be known.
+    #[must_use]
+    pub fn is_undetermined(&self) -> bool {
+        match self {
+            Self::FrameFit { source, .. } => !matches!(
+                source,
+                FrameFitError::InvalidPair { .. }
+                    | FrameFitError::InvalidLoss { .. }
+                    | FrameFitError::InvalidCovariate { .. }
+            ),
+            Self::FtCenter { source, .. } => matches!(
+                **source,
+                FtCenterError::TooFewFramePoints { .. }
+                    | FtCenterError::CoincidentPoints { .. }
+                    | FtCenterError::CollinearPoints { .. }
+                    | FtCenterError::PosesNotEnough { .. }
+            ),
+            Self::Loop { source, .. } => matches!(
+                source,
+                LoopError::Unobservable { .. }
+                    | LoopError::NotConverged { .. }
+                    | LoopError::TooFewGroups { .. }
+            ),
+            Self::Case { .. }
+            | Self::UnknownKind { .. }
+            | Self::Exists { .. }
+            | Self::NotWritten { .. } => false,
+        }
+    }
+
+    /// Exit code of the command line: 3 where the data do not determine the answer, else 2.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        if self.is_undetermined() { 3 } else { 2 }
+    }
+}

@@ -1,0 +1,72 @@
+use serde::Serialize;
+
+use crate::kinds::{DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates};
+use crate::text_table::TextTable;
+
+/// What was solved for, by kind; each serialises as its own object.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum Estimates {
+    /// `frame-fit`.
+    FrameFit(FrameFitEstimates),
+    /// `ft-center` from presses.
+    FtCenter(FtCenterEstimates),
+    /// `ft-center` from a table of displacements.
+    Displacements(DisplacementEstimates),
+    /// `ft-center` from static poses.
+    Gravity(GravityEstimates),
+}
+
+/// One estimated number, in the unit it is reported in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Estimated {
+    pub(crate) name: String,
+    pub(crate) unit: &'static str,
+    pub(crate) value: f64,
+    pub(crate) std: Option<f64>,
+}
+
+impl Estimated {
+    pub(crate) fn new(name: &str, unit: &'static str, value: f64, std: Option<f64>) -> Self {
+        Self { name: name.to_owned(), unit, value, std }
+    }
+}
+
+impl Estimates {
+    /// The numbers that describe the whole case, with their uncertainties.
+    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+        match self {
+            Self::FrameFit(estimates) => estimates.parameters(),
+            Self::FtCenter(estimates) => estimates.parameters(),
+            Self::Displacements(_) => Vec::new(),
+            Self::Gravity(estimates) => estimates.parameters(),
+        }
+    }
+
+    /// Tables for people.
+    pub(crate) fn tables(&self) -> Vec<TextTable> {
+        let mut tables = Vec::new();
+        let parameters = self.parameters();
+        if !parameters.is_empty() {
+            let mut table =
+                TextTable::of_quantities("estimates", &["parameter", "value", "std", "unit"]);
+            for p in &parameters {
+                table.push(vec![
+                    p.name.clone().into(),
+                    p.value.into(),
+                    p.std.into(),
+                    p.unit.to_owned().into(),
+                ]);
+            }
+            tables.push(table);
+        }
+        tables.push(match self {
+            Self::FrameFit(estimates) => estimates.table(),
+            Self::FtCenter(estimates) => estimates.table(),
+            Self::Displacements(estimates) => estimates.table(),
+            Self::Gravity(estimates) => estimates.table(),
+        });
+        tables
+    }
+}

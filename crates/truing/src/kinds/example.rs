@@ -1,0 +1,41 @@
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use super::KINDS;
+use crate::Error;
+use crate::case::nearest;
+
+/// Writes a small commented case of `kind` into `folder`, which is made if need be.
+///
+/// Returns the files written. Nothing is overwritten: if any of them exists, none is written.
+///
+/// # Errors
+///
+/// [`Error::UnknownKind`], [`Error::Exists`], [`Error::NotWritten`].
+pub fn write_example(kind: &str, folder: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error> {
+    let folder = folder.as_ref();
+    let known = KINDS.iter().find(|k| k.name == kind).ok_or_else(|| {
+        let names = KINDS.iter().map(|k| k.name);
+        Error::UnknownKind {
+            found: kind.to_owned(),
+            nearest: nearest(kind, names.clone()),
+            expected: names.collect(),
+        }
+    })?;
+    let files: Vec<PathBuf> = known.example.iter().map(|(name, _)| folder.join(name)).collect();
+    if let Some(path) = files.iter().find(|path| path.symlink_metadata().is_ok()) {
+        return Err(Error::Exists { path: path.clone() });
+    }
+    let not_written = |path: &Path, e: &std::io::Error| match e.kind() {
+        ErrorKind::AlreadyExists => Error::Exists { path: path.to_owned() },
+        reason => Error::NotWritten { path: path.to_owned(), reason },
+    };
+    fs::create_dir_all(folder).map_err(|e| not_written(folder, &e))?;
+    for (path, (_, content)) in files.iter().zip(known.example) {
+        fs::File::create_new(path)
+            .and_then(|mut file| file.write_all(content.as_bytes()))
+            .map_err(|e| not_written(path, &e))?;
+    }
+    Ok(files)
+}

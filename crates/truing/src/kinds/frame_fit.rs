@@ -1,0 +1,177 @@
+//! `frame-fit`: the transform between two frames from points known in both.
+
+mod estimates;
+mod measured;
+
+use frame_fit::{Handedness, Transform};
+use serde::Deserialize;
+
+use crate::Error;
+use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, group_names};
+use crate::kinds::{Kind, Measured, Reading};
+
+pub use estimates::{FrameFitEstimates, PointResidual, TransformStd};
+use measured::{FrameCase, Sigma, Use};
+
+pub(crate) const KIND: Kind = Kind {
+    name: "frame-fit",
+    summary: "transform between two frames from points known in both",
+    read,
+    example: &[
+        ("case.toml", include_str!("../../templates/frame-fit/case.toml")),
+        ("pairs.csv", include_str!("../../templates/frame-fit/pairs.csv")),
+    ],
+};
+
+const PAIRS: &str = "pairs.csv";
+const FROM: [&str; 3] = ["from_x_mm", "from_y_mm", "from_z_mm"];
+const TO: [&str; 3] = ["to_x_mm", "to_y_mm", "to_z_mm"];
+const SIGMA: [&str; 3] = ["sigma_x_mm", "sigma_y_mm", "sigma_z_mm"];
+const KNOWN: &[&str] = &[
+    "point", FROM[0], FROM[1], FROM[2], TO[0], TO[1], TO[2], "sigma_mm", SIGMA[0], SIGMA[1],
+    SIGMA[2], "use",
+];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(rename = "kind")]
+    _kind: serde::de::IgnoredAny,
+    #[serde(default)]
+    model: ModelSettings,
+    #[serde(default)]
+    noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    loop_settings: LoopSettings,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelSettings {
+    #[serde(default)]
+    transform: TransformName,
+    #[serde(default)]
+    handedness: HandednessName,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseSettings {
+    point_mm: Option<Positive>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum TransformName {
+    None,
+    Translation,
+    #[default]
+    Rigid,
+    Similarity,
+    Affine,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum HandednessName {
+    #[default]
+    Proper,
+    Improper,
+}
+
+fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    let settings: Settings = document.settings()?;
+    let table = folder.table(PAIRS, &["point", FROM[0], FROM[1], TO[0], TO[1]])?;
+    let mut columns = Columns::new(&table, KNOWN);
+    let names = columns.ids("point")?.into_iter().map(str::to_owned).collect();
+    let dimension = if columns.has(FROM[2]) || columns.has(TO[2]) { 3 } else { 2 };
+    let from_mm = coordinates(&mut columns, &FROM[..dimension])?;
+    let to_mm = coordinates(&mut columns, &TO[..dimension])?;
+    let mut warnings = Vec::new();
+    let sigma = sigma(&mut columns, dimension, settings.noise.point_mm, &mut warnings)?;
+    let uses = columns.words("use", &[("fit", Use::Fit), ("check", Use::Check)], Some(Use::Fit))?;
+    let extras = columns.rest()?;
+    warnings.extend(extras.warnings);
+    let groups = group_names(settings.loop_settings.group.as_ref(), &table, document)?;
+    let lines = (0..table.n_rows()).map(|row| table.line(row)).collect();
+    let case = FrameCase {
+        file: table.at_file(),
+        lines,
+        dimension,
+        names,
+        from_mm,
+        to_mm,
+        sigma,
+        uses,
+        covariates: extras.covariates,
+        groups,
+        group_column: settings.loop_settings.group.as_ref().map(|g| g.get_ref().clone()),
+        transform: settings.model.transform.into(),
+        handedness: settings.model.handedness.into(),
+    };
+    let measured: Box<dyn Measured> = Box::new(case);
+    Ok(Reading { measured, loop_settings: settings.loop_settings, warnings, tables: &[PAIRS] })
+}
+
+/// One row per point.
+fn coordinates(columns: &mut Columns<'_>, names: &[&'static str]) -> Result<Vec<Vec<f64>>, Error> {
+    let axes = names.iter().map(|name| columns.numbers(name)).collect::<Result<Vec<_>, _>>()?;
+    Ok((0..axes[0].len()).map(|row| axes.iter().map(|axis| axis[row]).collect()).collect())
+}
+
+fn sigma(
+    columns: &mut Columns<'_>,
+    dimension: usize,
+    point_mm: Option<Positive>,
+    warnings: &mut Vec<String>,
+) -> Result<Sigma, Error> {
+    let names = &SIGMA[..dimension];
+    let per_axis = names.iter().copied().find(|name| columns.has(name));
+    if let Some(other) = per_axis
+        && columns.has("sigma_mm")
+    {
+        let (column, other) = ("sigma_mm".to_owned(), other.to_owned());
+        let at = columns.at(&column);
+        return Err(Error::case(at, Problem::ExclusiveColumns { column, other }));
+    }
+    let sigma = if per_axis.is_some() {
+        Sigma::PerAxis(names.iter().map(|n| columns.positives(n)).collect::<Result<_, _>>()?)
+    } else if columns.has("sigma_mm") {
+        Sigma::PerPoint(columns.positives("sigma_mm")?)
+    } else if let Some(Positive(point_mm)) = point_mm {
+        return Ok(Sigma::Same(point_mm));
+    } else {
+        warnings.push(
+            "no `[noise] point_mm` and no sigma column: standard uncertainties are estimated \
+             from the residual"
+                .to_owned(),
+        );
+        return Ok(Sigma::Unknown);
+    };
+    if point_mm.is_some() {
+        warnings
+            .push("`[noise] point_mm` is not used: the table has its own sigma column".to_owned());
+    }
+    Ok(sigma)
+}
+
+impl From<TransformName> for Transform {
+    fn from(name: TransformName) -> Self {
+        match name {
+            TransformName::None => Self::None,
+            TransformName::Translation => Self::Translation,
+            TransformName::Rigid => Self::Rigid,
+            TransformName::Similarity => Self::Similarity,
+            TransformName::Affine => Self::Affine,
+        }
+    }
+}
+
+impl From<HandednessName> for Handedness {
+    fn from(name: HandednessName) -> Self {
+        match name {
+            HandednessName::Proper => Self::Proper,
+            HandednessName::Improper => Self::Improper,
+        }
+    }
+}

@@ -1,0 +1,284 @@
+use std::sync::Arc;
+
+use frame_fit::{
+    FrameFit, FrameFitError, FrameMap, FrameModel, Handedness, MeasuredPoint, Noise, Options,
+    PointPair, ReflectionVerdict, Transform, Uncertainty, fit_frame,
+};
+use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
+use nalgebra::{Point, SVector};
+
+use super::estimates::{FrameFitEstimates, PointResidual, TransformStd};
+use crate::Error;
+use crate::case::{Location, NumberColumn};
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::report::Fact;
+
+/// A `frame-fit` case as read.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameCase {
+    pub(crate) file: Location,
+    /// Line of each point.
+    pub(crate) lines: Vec<usize>,
+    /// 2 or 3.
+    pub(crate) dimension: usize,
+    pub(crate) names: Vec<String>,
+    pub(crate) from_mm: Vec<Vec<f64>>,
+    pub(crate) to_mm: Vec<Vec<f64>>,
+    pub(crate) sigma: Sigma,
+    pub(crate) uses: Vec<Use>,
+    pub(crate) covariates: Vec<NumberColumn>,
+    pub(crate) groups: Option<Vec<String>>,
+    pub(crate) group_column: Option<String>,
+    pub(crate) transform: Transform,
+    pub(crate) handedness: Handedness,
+}
+
+/// What is known of the noise.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Sigma {
+    /// Nothing.
+    Unknown,
+    /// The same for all coordinates of all points.
+    Same(f64),
+    /// One per point.
+    PerPoint(Vec<f64>),
+    /// One column per axis.
+    PerAxis(Vec<Vec<f64>>),
+}
+
+/// What a point is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Use {
+    Fit,
+    Check,
+}
+
+impl Use {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Fit => "fit",
+            Self::Check => "check",
+        }
+    }
+}
+
+impl Measured for FrameCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        if self.dimension == 2 { self.fit_in::<2>() } else { self.fit_in::<3>() }
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        if self.dimension == 2 { self.prepare_in::<2>() } else { self.prepare_in::<3>() }
+    }
+
+    fn words(&self) -> Words {
+        let transform = match self.transform {
+            Transform::None => "nothing is estimated: both frames are claimed to be one",
+            Transform::Translation => "a translation is estimated",
+            Transform::Rigid => "a rotation and a translation are estimated",
+            Transform::Similarity => "a rotation, a translation and one scale are estimated",
+            Transform::Affine => "an affine map is estimated",
+        };
+        let sigma = match &self.sigma {
+            Sigma::Unknown => "not declared; estimated from the residual".to_owned(),
+            Sigma::Same(sigma_mm) => format!("{sigma_mm} mm per coordinate"),
+            Sigma::PerPoint(_) => "declared per point".to_owned(),
+            Sigma::PerAxis(_) => "declared per point and axis".to_owned(),
+        };
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        Words {
+            declared: vec![format!("to = T(from) with T {}: {transform}.", self.transform)],
+            residual: "to − T(from)",
+            components: &["x", "y", "z"][..self.dimension],
+            group_noun: self.group_column.clone().unwrap_or_else(|| "point".to_owned()),
+            measured: vec![
+                fact("dimension", format!("{}", self.dimension)),
+                fact("standard uncertainty", sigma),
+            ],
+            places: Some(Places {
+                x_title: "to x, mm",
+                y_title: "to y, mm",
+                at: self.to_mm.iter().map(|to| [to[0], to[1]]).collect(),
+                names: self.names.clone(),
+            }),
+        }
+    }
+}
+
+impl FrameCase {
+    fn options(&self) -> Options {
+        let noise = match self.sigma {
+            Sigma::Unknown => Noise::Estimated,
+            _ => Noise::Declared,
+        };
+        Options { handedness: self.handedness, noise, ..Options::of(self.transform) }
+    }
+
+    fn pair<const D: usize>(&self, row: usize) -> PointPair<D> {
+        let point = |mm: &[f64]| Point::from(SVector::from_column_slice(mm));
+        let uncertainty = match &self.sigma {
+            Sigma::Unknown => Uncertainty::Isotropic { sigma_mm: 1.0 },
+            Sigma::Same(sigma_mm) => Uncertainty::Isotropic { sigma_mm: *sigma_mm },
+            Sigma::PerPoint(all) => Uncertainty::Isotropic { sigma_mm: all[row] },
+            Sigma::PerAxis(axes) => {
+                Uncertainty::PerAxis { sigma_mm: SVector::from_fn(|axis, _| axes[axis][row]) }
+            }
+        };
+        PointPair {
+            target_mm: point(&self.to_mm[row]),
+            source_mm: point(&self.from_mm[row]),
+            uncertainty,
+        }
+    }
+
+    fn rows_to_fit(&self) -> Vec<usize> {
+        (0..self.names.len()).filter(|row| self.uses[*row] == Use::Fit).collect()
+    }
+
+    fn fit_frame<const D: usize>(&self) -> Result<FrameFit<D>, Error> {
+        let rows = self.rows_to_fit();
+        let pairs: Vec<PointPair<D>> = rows.iter().map(|row| self.pair(*row)).collect();
+        fit_frame(&pairs, &self.options()).map_err(|e| self.error(e, &rows))
+    }
+
+    /// `rows` are those that the solver was given.
+    fn error(&self, source: FrameFitError, rows: &[usize]) -> Error {
+        let mut at = self.file.clone();
+        if let FrameFitError::InvalidPair { index, .. } = source
+            && let Some(row) = rows.get(index)
+        {
+            at = at.line(self.lines[*row]);
+        }
+        Error::FrameFit { at: Box::new(at), source }
+    }
+
+    fn fit_in<const D: usize>(&self) -> Result<Fitted, Error> {
+        let fit = self.fit_frame::<D>()?;
+        let residuals: Vec<SVector<f64, D>> =
+            (0..self.names.len()).map(|row| fit.residual_mm(&self.pair(row))).collect();
+        let observations = (residuals.iter().zip(&self.uses))
+            .map(|(r, usage)| Observation {
+                residual: r.iter().copied().collect(),
+                fitted: *usage == Use::Fit,
+            })
+            .collect();
+        let std = TransformStd::of(&fit);
+        let points = self.points(|row, axis| residuals[row][axis]);
+        let declared = fit.noise == Noise::Declared;
+        Ok(Fitted {
+            estimates: Estimates::FrameFit(FrameFitEstimates::of(
+                &fit.target_from_source,
+                std,
+                points,
+            )),
+            observations,
+            unit: "mm",
+            degrees_of_freedom: fit.degrees_of_freedom,
+            chi2_per_dof: fit.variance_factor.filter(|_| declared),
+            warnings: self.reflection_warning(&fit).into_iter().collect(),
+        })
+    }
+
+    fn reflection_warning<const D: usize>(&self, fit: &FrameFit<D>) -> Option<String> {
+        let reflection = fit.reflection.as_ref()?;
+        let (mirrored, rms_mm, other_rms_mm, other) = match self.handedness {
+            Handedness::Proper => (
+                reflection.verdict == ReflectionVerdict::Improper,
+                reflection.proper_rms_mm,
+                reflection.improper_rms_mm,
+                Handedness::Improper,
+            ),
+            Handedness::Improper => (
+                reflection.verdict == ReflectionVerdict::Proper,
+                reflection.improper_rms_mm,
+                reflection.proper_rms_mm,
+                Handedness::Proper,
+            ),
+        };
+        let has_rotation = matches!(self.transform, Transform::Rigid | Transform::Similarity);
+        (mirrored && has_rotation).then(|| {
+            format!(
+                "the points fit a mirrored frame better: rms {other_rms_mm:.4} mm against \
+                 {rms_mm:.4} mm; check the signs of the axes, or set `[model] handedness = \
+                 \"{other}\"`"
+            )
+        })
+    }
+
+    fn points(&self, residual: impl Fn(usize, usize) -> f64) -> Vec<PointResidual> {
+        let point = |row: usize| PointResidual {
+            point: self.names[row].clone(),
+            usage: self.uses[row].name(),
+            dx_mm: residual(row, 0),
+            dy_mm: residual(row, 1),
+            dz_mm: (self.dimension == 3).then(|| residual(row, 2)),
+        };
+        (0..self.names.len()).map(point).collect()
+    }
+
+    fn prepare_in<const D: usize>(&self) -> Result<Prepared<'_>, Error> {
+        let point = |row: usize| MeasuredPoint {
+            name: self.names[row].clone(),
+            group: self.groups.as_ref().map_or_else(|| self.names[row].clone(), |g| g[row].clone()),
+            role: match self.uses[row] {
+                Use::Fit => Role::Fit,
+                Use::Check => Role::Check,
+            },
+            pair: self.pair::<D>(row),
+        };
+        let points = (0..self.names.len()).map(point).collect();
+        let recorded: Vec<Covariate> = (self.covariates.iter())
+            .map(|c| Covariate {
+                name: c.name.clone(),
+                values: c.values.clone(),
+                origin: Origin::Recorded,
+            })
+            .collect();
+        let model = FrameModel::new(points, &recorded, &self.options())
+            .map_err(|e| self.error(e, &self.rows_to_fit()))?;
+        let mut covariates = model.coordinates();
+        covariates.extend(recorded);
+        let model = Arc::new(model);
+        let of = Arc::clone(&model);
+        let estimates = Box::new(move |closure: &Closure| {
+            let map = of.map_at(&closure.state.base);
+            let layout = of.layout();
+            let mut residuals = vec![[0.0; D]; self.names.len()];
+            for (row, value) in layout.rows.iter().zip(&closure.residuals_after) {
+                residuals[row.observation][row.component] = *value;
+            }
+            let points = self.points(|row, axis| residuals[row][axis]);
+            let std = self.std_with_effects(&map, closure);
+            Estimates::FrameFit(FrameFitEstimates::of(&map, std, points))
+        });
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    /// Uncertainties of the transform with the accepted effects in the model.
+    ///
+    /// The loop's chart is a motion about the image of the fitted points' centroid, in the order
+    /// of the fit's own parameters; its covariance is scaled already.
+    fn std_with_effects<const D: usize>(
+        &self,
+        map: &FrameMap<D>,
+        closure: &Closure,
+    ) -> Option<TransformStd> {
+        let mut fit = self.fit_frame::<D>().ok()?;
+        let rows = self.rows_to_fit();
+        let sum = rows.iter().fold(SVector::zeros(), |sum, row| {
+            sum + SVector::<f64, D>::from_column_slice(&self.from_mm[*row])
+        });
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let centroid_mm = Point::from(sum / rows.len() as f64);
+        let n = fit.covariance.nrows();
+        if closure.covariance.nrows() < n {
+            return None;
+        }
+        fit.pivot_mm = fit.target_from_source.apply(&centroid_mm);
+        fit.covariance = closure.covariance.view((0, 0), (n, n)).into_owned();
+        fit.target_from_source = *map;
+        fit.noise = Noise::Declared;
+        TransformStd::of(&fit)
+    }
+}

@@ -1,0 +1,194 @@
+use std::sync::Arc;
+
+use ft_center::{Displacement, DisplacementModel};
+use model_discrepancy::{Closure, Covariate, Model, Origin};
+use serde::Serialize;
+
+use super::{DISPLACEMENTS, Settings, error, unused};
+use crate::Error;
+use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::regrouped::Regrouped;
+use crate::report::Fact;
+use crate::text_table::TextTable;
+
+const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm"];
+
+/// What a table of displacements is solved for: nothing but its own residual.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DisplacementEstimates {
+    /// Always `null`: displacements do not place the sensor.
+    pub frame: (),
+    /// Always empty.
+    pub centers: [(); 0],
+    /// One per row.
+    pub points: Vec<DisplacementResidual>,
+}
+
+/// One row of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DisplacementResidual {
+    /// Name of the row.
+    pub point: String,
+    /// How far the machine moved.
+    pub commanded_mm: f64,
+    /// How far the sensor found it to have moved.
+    pub solved_mm: f64,
+    /// `solved − commanded`, with the accepted effects taken off.
+    pub residual_mm: f64,
+}
+
+impl DisplacementEstimates {
+    pub(crate) fn table(&self) -> TextTable {
+        let columns = ["point", "commanded mm", "solved mm", "residual mm"];
+        let mut table = TextTable::new("displacements", &columns);
+        for p in &self.points {
+            let name = p.point.clone().into();
+            let numbers = [p.commanded_mm, p.solved_mm, p.residual_mm].map(Into::into);
+            table.push([name].into_iter().chain(numbers).collect());
+        }
+        table
+    }
+}
+
+#[derive(Clone, Debug)]
+struct DisplacementCase {
+    file: Location,
+    rows: Vec<Displacement>,
+    sigma_mm: Option<f64>,
+    covariates: Vec<NumberColumn>,
+    groups: Option<Vec<String>>,
+    group_noun: String,
+}
+
+pub(super) fn read(
+    folder: &Folder,
+    document: &Document,
+    settings: Settings,
+) -> Result<Reading, Error> {
+    let table = folder.table(DISPLACEMENTS, KNOWN)?;
+    let mut columns = Columns::new(&table, KNOWN);
+    let names = columns.ids("point")?;
+    let commanded_mm = columns.numbers("commanded_mm")?;
+    let solved_mm = columns.numbers("solved_mm")?;
+    let rows = (names.into_iter().zip(commanded_mm).zip(solved_mm))
+        .map(|((point, commanded_mm), solved_mm)| Displacement {
+            point: point.to_owned(),
+            commanded_mm,
+            solved_mm,
+        })
+        .collect();
+    let extras = columns.rest()?;
+    let mut warnings = unused(
+        &[
+            ("[contact] z0_mm", settings.contact.z0_mm.is_some()),
+            ("[contact] min_fz_n", settings.contact.min_fz_n.is_some()),
+            ("[contact] spin_hz", settings.contact.spin_hz.is_some()),
+            ("[model] handedness", settings.model.handedness.is_some()),
+            ("[model] gravity", settings.model.gravity.is_some()),
+            ("[noise] force_n", settings.noise.force_n.is_some()),
+            ("[noise] moment_nmm", settings.noise.moment_nmm.is_some()),
+        ],
+        DISPLACEMENTS,
+    );
+    let sigma_mm = settings.noise.displacement_mm.map(|Positive(sigma)| sigma);
+    if sigma_mm.is_none() {
+        warnings.push(
+            "no `[noise] displacement_mm`: the standard uncertainty is estimated from the residual"
+                .to_owned(),
+        );
+    }
+    warnings.extend(extras.warnings);
+    let group = settings.loop_settings.group.as_ref();
+    let measured = DisplacementCase {
+        file: table.at_file(),
+        rows,
+        sigma_mm,
+        covariates: extras.covariates,
+        groups: group_names(group, &table, document)?,
+        group_noun: group.map_or_else(|| "point".to_owned(), |g| g.get_ref().clone()),
+    };
+    Ok(Reading {
+        measured: Box::new(measured),
+        loop_settings: settings.loop_settings,
+        warnings,
+        tables: &[DISPLACEMENTS],
+    })
+}
+
+impl DisplacementCase {
+    fn estimates(&self, residual: impl Fn(usize) -> f64) -> Estimates {
+        let points = (self.rows.iter().enumerate())
+            .map(|(i, row)| DisplacementResidual {
+                point: row.point.clone(),
+                commanded_mm: row.commanded_mm,
+                solved_mm: row.solved_mm,
+                residual_mm: residual(i),
+            })
+            .collect();
+        Estimates::Displacements(DisplacementEstimates { frame: (), centers: [], points })
+    }
+}
+
+impl Measured for DisplacementCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let residuals: Vec<f64> =
+            self.rows.iter().map(|row| row.solved_mm - row.commanded_mm).collect();
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let n = residuals.len() as f64;
+        let chi2_per_dof = self
+            .sigma_mm
+            .map(|sigma_mm| residuals.iter().map(|r| (r / sigma_mm).powi(2)).sum::<f64>() / n);
+        let observations =
+            (residuals.iter()).map(|r| Observation { residual: vec![*r], fitted: true }).collect();
+        Ok(Fitted {
+            estimates: self.estimates(|i| residuals[i]),
+            observations,
+            unit: "mm",
+            degrees_of_freedom: residuals.len(),
+            chi2_per_dof,
+            warnings: Vec::new(),
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let model = DisplacementModel::new(&self.rows, self.sigma_mm)
+            .map_err(|e| error(self.file.clone(), e))?;
+        let mut covariates = model.covariates();
+        covariates.extend(recorded(&self.covariates, |c| c.values.clone()));
+        let mut model: Arc<dyn Model + Send> = Arc::new(model);
+        if let Some(groups) = &self.groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let estimates =
+            Box::new(move |closure: &Closure| self.estimates(|i| closure.residuals_after[i]));
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let sigma = self
+            .sigma_mm
+            .map_or_else(|| "estimated from the residual".to_owned(), |s| format!("{s} mm"));
+        Words {
+            declared: vec!["solved = commanded; nothing is estimated.".to_owned()],
+            residual: "solved − commanded",
+            components: &[],
+            group_noun: self.group_noun.clone(),
+            measured: vec![Fact { name: "standard uncertainty".to_owned(), value: sigma }],
+            places: None,
+        }
+    }
+}
+
+/// Columns recorded by the user as covariates of the loop.
+pub(super) fn recorded<'c>(
+    columns: &'c [NumberColumn],
+    values: impl Fn(&NumberColumn) -> Vec<f64> + 'c,
+) -> impl Iterator<Item = Covariate> + 'c {
+    columns.iter().map(move |column| Covariate {
+        name: column.name.clone(),
+        values: values(column),
+        origin: Origin::Recorded,
+    })
+}

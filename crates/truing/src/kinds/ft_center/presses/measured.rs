@@ -1,0 +1,179 @@
+use std::sync::Arc;
+
+use ft_center::{
+    Contact, FtCenterError, Handedness, HandednessSource, LocateOptions, Located, OrbitOptions,
+    Press, PressModel, PressRole, SolvedPress, locate, solve_presses,
+};
+use model_discrepancy::{Closure, Covariate, Model, Origin};
+
+use super::estimates::FtCenterEstimates;
+use crate::Error;
+use crate::case::{Location, NumberColumn};
+use crate::estimates::Estimates;
+use crate::kinds::ft_center::error;
+use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::regrouped::Regrouped;
+use crate::report::Fact;
+
+/// A case of presses as read.
+#[derive(Clone, Debug)]
+pub(super) struct PressCase {
+    pub(super) presses_file: Location,
+    pub(super) wrench_file: Location,
+    /// Lines of the samples, per press.
+    pub(super) lines: Vec<Vec<usize>>,
+    pub(super) presses: Vec<Press>,
+    pub(super) contact: Contact,
+    pub(super) orbit: OrbitOptions,
+    pub(super) options: LocateOptions,
+    /// One value per press.
+    pub(super) covariates: Vec<NumberColumn>,
+    /// One name per press.
+    pub(super) groups: Option<Vec<String>>,
+    pub(super) group_noun: String,
+}
+
+impl PressCase {
+    fn solved(&self) -> Result<Vec<SolvedPress>, Error> {
+        solve_presses(&self.presses, &self.contact, &self.orbit).map_err(|e| self.record_error(e))
+    }
+
+    /// Presses at known positions: the observations.
+    fn known(&self) -> impl Iterator<Item = &Press> {
+        self.presses.iter().filter(|p| p.role != PressRole::Locate)
+    }
+
+    /// Puts what is wrong with a record to its line of the table.
+    fn record_error(&self, source: FtCenterError) -> Error {
+        let mut at = self.wrench_file.clone();
+        if let FtCenterError::Press { name, source } = &source {
+            let press = self.presses.iter().position(|p| p.name == *name);
+            let lines = press.map(|press| &self.lines[press]);
+            let index = match **source {
+                FtCenterError::TimeNotIncreasing { index, .. }
+                | FtCenterError::NotFinite { index } => index,
+                _ => 0,
+            };
+            if let Some(line) = lines.and_then(|lines| lines.get(index)) {
+                at = at.line(*line);
+            }
+        }
+        error(at, source)
+    }
+
+    fn warnings(&self, located: &Located) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let frame = &located.frame;
+        match (frame.handedness_source, frame.handedness) {
+            (HandednessSource::Assumed, _) => warnings.push(
+                "the frame presses do not tell whether the sensor's z opposes the machine's; \
+                 taken to agree: press off the line, or set `[model] handedness`"
+                    .to_owned(),
+            ),
+            (HandednessSource::Measured, Handedness::Opposed) => warnings.push(format!(
+                "the sensor's z opposes the machine's: the planar map is a reflection (a proper \
+                 rotation misses by {:.3} mm rms)",
+                frame.other_handedness_rms_mm
+            )),
+            _ => {}
+        }
+        if located.widened_by > 1.0 {
+            warnings.push(format!(
+                "the frame's residual is larger than the records explain: uncertainties are \
+                 widened by {:.2}",
+                located.widened_by
+            ));
+        }
+        warnings
+    }
+}
+
+impl Measured for PressCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let presses = self.solved()?;
+        let located =
+            locate(&presses, &self.options).map_err(|e| error(self.presses_file.clone(), e))?;
+        let observations = (located.centers.iter())
+            .filter(|c| c.role != PressRole::Locate)
+            .map(|c| Observation {
+                residual: vec![c.offset_mm.x, c.offset_mm.y],
+                fitted: c.role == PressRole::Frame,
+            })
+            .collect();
+        let frame = &located.frame;
+        let redundant = frame.degrees_of_freedom > 0 && self.options.noise.is_some();
+        Ok(Fitted {
+            observations,
+            unit: "mm",
+            degrees_of_freedom: frame.degrees_of_freedom,
+            chi2_per_dof: redundant.then_some(frame.variance_factor),
+            warnings: self.warnings(&located),
+            estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, &presses)),
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let presses = self.solved()?;
+        let known: Vec<usize> =
+            (0..presses.len()).filter(|press| presses[*press].role != PressRole::Locate).collect();
+        let recorded: Vec<Covariate> = (self.covariates.iter())
+            .map(|c| Covariate {
+                name: c.name.clone(),
+                values: known.iter().map(|press| c.values[*press]).collect(),
+                origin: Origin::Recorded,
+            })
+            .collect();
+        let concrete = PressModel::new(&presses, &self.contact, &self.options, &recorded)
+            .map_err(|e| error(self.presses_file.clone(), e))?;
+        let mut covariates = concrete.covariates();
+        covariates.extend(recorded);
+        let groups: Option<Vec<String>> = self
+            .groups
+            .as_ref()
+            .map(|groups| concrete.observed().iter().map(|press| groups[*press].clone()).collect());
+        let concrete = Arc::new(concrete);
+        let mut model: Arc<dyn Model + Send> = Arc::<PressModel>::clone(&concrete);
+        if let Some(groups) = &groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let estimates = Box::new(move |closure: &Closure| {
+            let located = concrete.located(&closure.state, &closure.covariance);
+            Estimates::FtCenter(FtCenterEstimates::of(&located, &presses))
+        });
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let noise = self.options.noise.map_or_else(
+            || "estimated from the records".to_owned(),
+            |n| format!("{} N, {} N·mm per reading", n.force_n, n.moment_nmm),
+        );
+        let samples: usize = self.presses.iter().map(|p| p.record.len()).sum();
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        Words {
+            declared: vec![
+                "Centre of pressure in the contact plane: x = (z0 Fx − My)/Fz, y = (Mx + z0 \
+                 Fy)/Fz; the answer of a press is the centre of its orbit."
+                    .to_owned(),
+                "Sensor = planar rigid map of machine; its angle and translation are estimated \
+                 from the presses at known positions."
+                    .to_owned(),
+            ],
+            residual: "solved − expected centre, machine frame",
+            components: &["x", "y"],
+            group_noun: self.group_noun.clone(),
+            measured: vec![
+                fact("presses", self.presses.len().to_string()),
+                fact("samples", samples.to_string()),
+                fact("contact plane z0", format!("{} mm", self.contact.z0_mm)),
+                fact("standard uncertainty", noise),
+            ],
+            places: Some(Places {
+                x_title: "machine x, mm",
+                y_title: "machine y, mm",
+                at: self.known().map(|p| [p.machine_mm.x, p.machine_mm.y]).collect(),
+                names: self.known().map(|p| p.name.clone()).collect(),
+            }),
+        }
+    }
+}

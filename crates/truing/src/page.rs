@@ -1,0 +1,137 @@
+//! Reports: a case and its answer as the input of a page.
+
+use model_discrepancy::Model;
+
+use crate::estimates::Estimates;
+use crate::kinds::{Places, Prepared, Words};
+use crate::report::{
+    Arrow, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput, VectorMap, render,
+};
+use crate::solved::Solved;
+use crate::{Case, Closed, Error};
+
+/// The report of a solved case: one self-contained HTML page.
+///
+/// # Errors
+///
+/// As [`solve`](crate::solve).
+pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
+    let prepared = case.measured.prepare()?;
+    let residuals = solved.residual_rows(&*prepared.model);
+    let parameters = parameters(&solved.estimates, None);
+    let arrows = |places: &Places| arrows(&*prepared.model, &residuals, places);
+    let plots = |places: &Places| (arrows(places), Vec::new());
+    let evidence = Evidence::Solved { residuals: &residuals };
+    Ok(page(case, &prepared, &parameters, evidence, plots, &solved.warnings))
+}
+
+/// The report of a closed loop: one self-contained HTML page.
+///
+/// # Errors
+///
+/// As [`solve`](crate::solve).
+pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
+    let prepared = case.measured.prepare()?;
+    let declared = case.measured.fit()?;
+    let parameters = parameters(&declared.estimates, Some(&closed.estimates));
+    let closure = &closed.closure;
+    let model = &*prepared.model;
+    let plots = |places: &Places| {
+        let after = if closure.steps.is_empty() {
+            Vec::new()
+        } else {
+            arrows(model, &closure.residuals_after, places)
+        };
+        (arrows(model, &closure.residuals_before, places), after)
+    };
+    let evidence = Evidence::Closed(closure);
+    // The page shows the closure's own warnings by itself.
+    Ok(page(case, &prepared, &parameters, evidence, plots, &case.warnings))
+}
+
+fn page(
+    case: &Case,
+    prepared: &Prepared<'_>,
+    parameters: &[ParameterRow],
+    evidence: Evidence<'_>,
+    arrows: impl Fn(&Places) -> (Vec<Arrow>, Vec<Arrow>),
+    warnings: &[String],
+) -> String {
+    let Words { declared, residual, components, group_noun, measured, places } =
+        case.measured.words();
+    let components: Vec<String> = components.iter().map(|c| (*c).to_owned()).collect();
+    let plots: Vec<ExtraPlot> = (places.iter())
+        .map(|places| vector_map(places, arrows(places), &prepared.model.layout().unit))
+        .collect();
+    let provenance = &case.provenance;
+    let published = provenance.published.as_ref().map(|text| Published {
+        text: text.clone(),
+        source: provenance.source.clone().unwrap_or_default(),
+        rms: None,
+    });
+    let name = case.path.canonicalize().ok();
+    let name = name.as_ref().unwrap_or(&case.path).file_name().unwrap_or_default();
+    let title = provenance.title.clone().unwrap_or_else(|| name.to_string_lossy().into_owned());
+    let measured: Vec<Fact> = measured;
+    render(&ReportInput {
+        title: &title,
+        kind: case.kind,
+        source: provenance.source.as_deref(),
+        description: &[],
+        measured: &measured,
+        declared: &declared,
+        parameters,
+        layout: prepared.model.layout(),
+        components: &components,
+        residual,
+        group_noun: &group_noun,
+        evidence,
+        covariates: &prepared.covariates,
+        plots: &plots,
+        published: published.as_ref(),
+        warnings,
+    })
+}
+
+fn parameters(declared: &Estimates, after: Option<&Estimates>) -> Vec<ParameterRow> {
+    let after = after.map(Estimates::parameters).unwrap_or_default();
+    let row = |p: crate::estimates::Estimated| {
+        let found = after.iter().find(|a| a.name == p.name);
+        ParameterRow {
+            after: found.and_then(|a| Some((a.value, a.std?))),
+            name: p.name,
+            unit: p.unit.to_owned(),
+            value: p.value,
+            std: p.std,
+        }
+    };
+    declared.parameters().into_iter().map(row).collect()
+}
+
+fn vector_map(places: &Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: &str) -> ExtraPlot {
+    ExtraPlot::Vectors(VectorMap {
+        title: "Residuals at their places".to_owned(),
+        caption: "Arrows that turn, grow or point together are structure; noise points anywhere."
+            .to_owned(),
+        x_title: places.x_title.to_owned(),
+        y_title: places.y_title.to_owned(),
+        unit: unit.to_owned(),
+        before,
+        after,
+    })
+}
+
+/// Residual vectors, first two components, where they were measured.
+fn arrows(model: &dyn Model, residuals: &[f64], places: &Places) -> Vec<Arrow> {
+    let arrow =
+        |(at, name): (&[f64; 2], &String)| Arrow { at: *at, error: [0.0; 2], name: name.clone() };
+    let mut arrows: Vec<Arrow> = places.at.iter().zip(&places.names).map(arrow).collect();
+    for (row, residual) in model.layout().rows.iter().zip(residuals) {
+        if let Some(arrow) = arrows.get_mut(row.observation)
+            && let Some(component) = arrow.error.get_mut(row.component)
+        {
+            *component = *residual;
+        }
+    }
+    arrows
+}

@@ -1,0 +1,77 @@
+use std::time::Instant;
+
+use model_discrepancy::Model;
+use serde::Serialize;
+
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Observation};
+use crate::residual::Residual;
+use crate::{Case, Error};
+
+/// Answer of `truing solve`; serialises as its JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct Solved {
+    /// Kind of the case.
+    pub kind: &'static str,
+    /// Version of this crate.
+    pub version: &'static str,
+    /// How long it took.
+    pub timing: SolveTiming,
+    /// What was solved for.
+    pub estimates: Estimates,
+    /// Residual of the observations that were fitted.
+    pub residual: Residual,
+    /// Residual of those that were only judged; `None` where there are none.
+    pub check: Option<Residual>,
+    /// Notes the user should read.
+    pub warnings: Vec<String>,
+    #[serde(skip)]
+    observations: Vec<Observation>,
+}
+
+/// Wall-clock times.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SolveTiming {
+    /// Reading the case.
+    pub read_s: f64,
+    /// Solving it.
+    pub solve_s: f64,
+}
+
+/// Fits the declared model of a case.
+///
+/// # Errors
+///
+/// [`Error`] of the kind; [`Error::is_undetermined`] where the data leave something free.
+pub fn solve(case: &Case) -> Result<Solved, Error> {
+    let started = Instant::now();
+    let Fitted { estimates, observations, unit, degrees_of_freedom, chi2_per_dof, warnings } =
+        case.measured.fit()?;
+    let components = case.measured.words().components.len().max(1);
+    let of = |fitted: bool| {
+        Residual::of(observations.iter().filter(|o| o.fitted == fitted), components, unit)
+    };
+    let check = Some(of(false)).filter(|check| check.n > 0);
+    let residual = Residual { dof: degrees_of_freedom, chi2_per_dof, ..of(true) };
+    Ok(Solved {
+        kind: case.kind,
+        version: env!("CARGO_PKG_VERSION"),
+        timing: SolveTiming { read_s: case.read_s, solve_s: started.elapsed().as_secs_f64() },
+        residual,
+        check,
+        estimates,
+        observations,
+        warnings: case.warnings.iter().cloned().chain(warnings).collect(),
+    })
+}
+
+impl Solved {
+    /// Residual per row of the layout of the loop's model.
+    pub(crate) fn residual_rows(&self, model: &dyn Model) -> Vec<f64> {
+        let residual = |row: &model_discrepancy::Row| {
+            let observation = self.observations.get(row.observation);
+            observation.and_then(|o| o.residual.get(row.component)).copied().unwrap_or(0.0)
+        };
+        model.layout().rows.iter().map(residual).collect()
+    }
+}

@@ -1,0 +1,218 @@
+//! Answers as text for people.
+
+use std::fmt;
+
+use crate::closed::{JudgedRms, LoopStep};
+use crate::residual::Residual;
+use crate::text_table::{Cell, TextTable, number};
+use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
+
+impl fmt::Display for Solved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}\n", self.kind)?;
+        tables(f, &self.estimates)?;
+        let columns = ["", "rms", "max", "unit", "n", "dof", "chi2/dof"];
+        let mut table = TextTable::new("residual", &columns);
+        table.push(residual_row("fitted", &self.residual));
+        if let Some(check) = &self.check {
+            table.push(residual_row("only judged", check));
+        }
+        write!(f, "{table}")
+    }
+}
+
+fn residual_row(name: &str, residual: &Residual) -> Vec<Cell> {
+    vec![
+        name.into(),
+        residual.rms.into(),
+        residual.max_abs.into(),
+        residual.unit.into(),
+        residual.n.to_string().into(),
+        residual.dof.to_string().into(),
+        residual.chi2_per_dof.into(),
+    ]
+}
+
+fn tables(f: &mut fmt::Formatter<'_>, estimates: &Estimates) -> fmt::Result {
+    estimates.tables().iter().try_for_each(|table| writeln!(f, "{table}"))
+}
+
+impl fmt::Display for Closed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}\n", self.kind)?;
+        let columns = ["", "train rms", "held-out rms", "std", "unit", "chi2/dof", "held out"];
+        let mut table = TextTable::new("error", &columns);
+        table.push(error_row("before", &self.before));
+        table.push(error_row("after", &self.after));
+        writeln!(f, "{table}")?;
+        if self.steps.is_empty() {
+            writeln!(f, "added: nothing\n")?;
+        }
+        for (n, step) in self.steps.iter().enumerate() {
+            write_step(f, n + 1, step)?;
+        }
+        writeln!(f, "verdict: {}\n", self.verdict)?;
+        for left in &self.remaining {
+            writeln!(
+                f,
+                "left in the residual: {} along {} (p = {})",
+                left.shape,
+                left.covariate,
+                p_value(left.p_value)
+            )?;
+        }
+        for unseen in &self.not_observable {
+            let by = absorbed_by(&unseen.aliased_with);
+            let advice = advice(unseen.separate_by.as_deref());
+            writeln!(f, "not observable: {}{by}{advice}", unseen.effect)?;
+        }
+        if !(self.remaining.is_empty() && self.not_observable.is_empty()) {
+            writeln!(f)?;
+        }
+        tables(f, &self.estimates)
+    }
+}
+
+fn error_row(name: &str, error: &JudgedRms) -> Vec<Cell> {
+    vec![
+        name.into(),
+        error.train_rms.into(),
+        error.held_out_rms.into(),
+        error.held_out_std.into(),
+        error.unit.clone().into(),
+        error.chi2_per_dof.into(),
+        error.hold_out.into(),
+    ]
+}
+
+fn write_step(f: &mut fmt::Formatter<'_>, n: usize, step: &LoopStep) -> fmt::Result {
+    let name = labelled(&step.effect, step.subject.as_deref());
+    writeln!(f, "added {n}: {name} — {}", step.description)?;
+    for p in &step.parameters {
+        let (value, std) = (number(Some(p.value)), number(Some(p.std)));
+        writeln!(f, "  {} = {value} {} (std {std})", p.name, p.unit)?;
+    }
+    writeln!(
+        f,
+        "  p = {}, held-out rms then {}",
+        p_value(step.p_value),
+        number(Some(step.held_out_rms))
+    )?;
+    if !step.indistinguishable_from.is_empty() {
+        let rivals = step.indistinguishable_from.join(", ");
+        writeln!(
+            f,
+            "  cannot be told apart from: {rivals}{}",
+            advice(step.separate_by.as_deref())
+        )?;
+    }
+    writeln!(f)
+}
+
+fn p_value(p: f64) -> String {
+    format!("{p:.2e}")
+}
+
+fn absorbed_by(parameters: &[String]) -> String {
+    if parameters.is_empty() {
+        "; it leaves no trace in these data".to_owned()
+    } else {
+        format!("; absorbed by {}", parameters.join(", "))
+    }
+}
+
+fn advice(separate_by: Option<&str>) -> String {
+    separate_by.map_or_else(String::new, |text| format!("; to tell: {text}"))
+}
+
+impl fmt::Display for Checked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let c = &self.counts;
+        writeln!(f, "{}\n", self.kind)?;
+        writeln!(
+            f,
+            "{} observations; {} groups fitted, {} only judged",
+            c.observations, c.fit_groups, c.check_groups
+        )?;
+        writeln!(
+            f,
+            "{} equations for {} parameters: {} degrees of freedom",
+            c.equations, c.parameters, c.dof
+        )?;
+        writeln!(f, "noise: {}", if self.noise_declared { "declared" } else { "estimated" })?;
+        if !self.covariates.is_empty() {
+            writeln!(f, "searched for structure along: {}", self.covariates.join(", "))?;
+        }
+        writeln!(f)?;
+        if !self.parameters.is_empty() {
+            let columns = ["parameter", "value", "std", "unit"];
+            let mut table = TextTable::of_quantities("determined", &columns);
+            for p in &self.parameters {
+                table.push(vec![
+                    p.name.clone().into(),
+                    p.value.into(),
+                    p.std.into(),
+                    p.unit.into(),
+                ]);
+            }
+            writeln!(f, "{table}")?;
+        }
+        self.write_effects(f)
+    }
+}
+
+impl Checked {
+    fn write_effects(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.observable.is_empty() {
+            let columns = ["effect", "parameter", "smallest size", "unit", "absorbed", "same as"];
+            let title = "would be found, 9 times in 10, from this size";
+            let mut table = TextTable::of_quantities(title, &columns);
+            for (effect, things) in families(&self.observable) {
+                let name = if things > 1 {
+                    format!("{} (hardest of {things})", effect.effect)
+                } else {
+                    labelled(&effect.effect, effect.subject.as_deref())
+                };
+                for size in &effect.detectable {
+                    table.push(vec![
+                        name.clone().into(),
+                        size.name.clone().into(),
+                        size.value.into(),
+                        size.unit.clone().into(),
+                        format!("{:.0} %", 100.0 * effect.absorbed).into(),
+                        effect.same_as.join(", ").into(),
+                    ]);
+                }
+            }
+            writeln!(f, "{table}")?;
+        }
+        for effect in &self.not_observable {
+            let by = absorbed_by(&effect.aliased_with);
+            let advice = advice(effect.separate_by.as_deref());
+            let name = labelled(&effect.effect, effect.subject.as_deref());
+            writeln!(f, "would not be found: {name}{by}{advice}")?;
+        }
+        Ok(())
+    }
+}
+
+/// One entry per effect: of candidates about one thing each, the hardest to see.
+fn families(effects: &[ObservableEffect]) -> Vec<(&ObservableEffect, usize)> {
+    let mut families: Vec<(&ObservableEffect, usize)> = Vec::new();
+    for effect in effects {
+        match families.iter_mut().find(|(known, _)| known.effect == effect.effect) {
+            Some((hardest, things)) => {
+                *things += 1;
+                if effect.detectable_rms > hardest.detectable_rms {
+                    *hardest = effect;
+                }
+            }
+            None => families.push((effect, 1)),
+        }
+    }
+    families
+}
+
+fn labelled(effect: &str, subject: Option<&str>) -> String {
+    subject.map_or_else(|| effect.to_owned(), |subject| format!("{effect} [{subject}]"))
+}
