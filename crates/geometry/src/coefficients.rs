@@ -53,7 +53,6 @@ pub fn quintic_remainder(angle_rad: f64) -> f64 {
 
 /// `(θ/2) cot(θ/2)`.
 ///
-/// Falls to zero at π, where its accuracy is relative to ε only as far as `angle_rad` is exact.
 #[must_use]
 pub fn half_cot(angle_rad: f64) -> f64 {
     let half = 0.5 * angle_rad;

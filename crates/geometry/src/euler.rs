@@ -34,7 +34,8 @@ impl EulerAngles {
     /// Reads the angles of a rotation.
     ///
     /// `β = −asin r31`, `α = atan2(r32, r33)`, `γ = atan2(r21, r11)`, in forms that keep full
-    /// accuracy near β = ±π/2: put together, the angles always give the rotation back.
+    /// accuracy near β = ±π/2: put together, the angles give the rotation back to round-off, in
+    /// gimbal lock, where α is dropped, to `π cos β` < 4e-12 rad.
     #[must_use]
     pub fn from_rotation(rotation: &UnitQuaternion<f64>) -> EulerReading {
         let r = rotation.to_rotation_matrix().into_inner();
