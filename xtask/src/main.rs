@@ -1,2 +1,55 @@
-//! Tasks.
-fn main() {}
+//! Reruns everything: tests, fixtures, published figures, benchmarks.
+//!
+//! One file per command. Nothing here links the crates under test: `truing` is run as a process,
+//! and the generators are written from the physics alone.
+
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "tasks speak to people")]
+
+mod bench;
+mod ci;
+mod expectation;
+mod fixtures;
+mod generators;
+mod power;
+mod program;
+mod repro;
+mod shell;
+mod test;
+mod tidy;
+
+use clap::{Parser, Subcommand};
+
+/// Reruns everything: tests, fixtures, published figures, benchmarks.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Solves every fixture, compares with what is recorded beside it, writes `target/repro`.
+    Repro,
+    /// Runs every test, doc test and example of the workspace.
+    Test,
+    /// Regenerates `fixtures/` from its seeds.
+    Fixtures(fixtures::Arguments),
+    /// Measures speed (criterion), solver suites, or the statistics of the loop.
+    Bench(bench::Arguments),
+    /// Runs every check; the first failure stops.
+    Ci(ci::Arguments),
+    /// Checks the rules of the house that the compiler does not.
+    Tidy,
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().command {
+        Command::Repro => repro::run(),
+        Command::Test => test::run(),
+        Command::Fixtures(arguments) => fixtures::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Ci(arguments) => ci::run(&arguments),
+        Command::Tidy => tidy::run(),
+    }
+}

@@ -1,0 +1,66 @@
+//! `cargo xtask bench`: speed, solver suites, or the statistics of the loop.
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use crate::{power, shell};
+
+/// What to measure.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    what: Option<What>,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// Solves the NIST StRD and Moré-Garbow-Hillstrom problems and prints the digits reached.
+    Suites,
+    /// False additions, right names and held-out error of the loop over many simulated cases.
+    Power(power::Arguments),
+}
+
+/// Name of the bench of least-squares that measures accuracy, not time.
+const SUITES: &str = "suites";
+
+/// Runs the benches asked for.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    match &arguments.what {
+        Some(What::Suites) => {
+            shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])
+        }
+        Some(What::Power(arguments)) => power::run(arguments),
+        None => criterion(&["--quick", "--noplot"]),
+    }
+}
+
+/// Runs every bench once, without measuring.
+pub(crate) fn smoke() -> Result<()> {
+    criterion(&["--test"])
+}
+
+fn criterion(options: &[&str]) -> Result<()> {
+    for (package, bench) in benches()? {
+        if bench != SUITES {
+            let start = ["bench", "--package", &package, "--bench", &bench, "--"];
+            shell::cargo(&[&start[..], options].concat())?;
+        }
+    }
+    Ok(())
+}
+
+/// Package and name of every bench.
+fn benches() -> Result<Vec<(String, String)>> {
+    let metadata = shell::metadata(false)?;
+    let packages = metadata["packages"].as_array().context("no packages")?;
+    let mut benches = Vec::new();
+    for package in packages {
+        let targets = package["targets"].as_array().context("no targets")?;
+        let is_bench = |target: &&Value| target["kind"][0] == "bench";
+        for target in targets.iter().filter(is_bench) {
+            let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+            benches.push((text(&package["name"]), text(&target["name"])));
+        }
+    }
+    Ok(benches)
+}

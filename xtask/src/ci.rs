@@ -1,0 +1,41 @@
+//! `cargo xtask ci`: every check in order; the first failure stops.
+
+use anyhow::{Context, Result};
+
+use crate::{bench, fixtures, shell, test, tidy};
+
+/// What to leave out.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Leaves out tests, doc tests and examples, where `cargo xtask test` runs beside.
+    #[arg(long)]
+    skip_tests: bool,
+}
+
+/// Formatting, lints, tests, house rules, documentation, benches, fixtures.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    shell::cargo(&["fmt", "--all", "--", "--check"])?;
+    let lints = ["--all-targets", "--", "-D", "warnings"];
+    let with = |start: &[&'static str]| [start, &lints].concat();
+    shell::cargo(&with(&["clippy", "--workspace", "--all-features"]))?;
+    for package in members()? {
+        let start = ["clippy", "--package", &package, "--no-default-features"];
+        shell::cargo(&[&start[..], &lints].concat())?;
+    }
+    if !arguments.skip_tests {
+        test::run()?;
+    }
+    tidy::run()?;
+    shell::cargo_with(
+        &["doc", "--workspace", "--all-features", "--no-deps"],
+        &[("RUSTDOCFLAGS", "-D warnings")],
+    )?;
+    bench::smoke()?;
+    fixtures::run(&fixtures::Arguments { check: true })
+}
+
+fn members() -> Result<Vec<String>> {
+    let metadata = shell::metadata(false)?;
+    let packages = metadata["packages"].as_array().context("no packages")?;
+    Ok(packages.iter().filter_map(|p| p["name"].as_str()).map(str::to_owned).collect())
+}

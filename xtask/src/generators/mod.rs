@@ -1,0 +1,89 @@
+//! Committed cases: published tables, and simulations written from the physics.
+
+mod noise;
+pub(crate) mod press;
+pub(crate) mod press_tables;
+pub(crate) mod survey;
+mod vector;
+
+mod frame_cases;
+mod press_cases;
+mod published;
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use sha2::{Digest, Sha256};
+
+use crate::expectation::{Expectation, Provenance};
+
+pub(crate) use noise::Colour;
+
+/// A case folder in memory.
+#[derive(Clone, Debug)]
+pub(crate) struct Case {
+    /// Folder under `fixtures/`: crate and case.
+    pub folder: String,
+    /// Name and text of each file.
+    pub files: BTreeMap<String, String>,
+}
+
+/// What a generator says of a case; the rest of its provenance follows.
+struct Story {
+    title: &'static str,
+    truth: String,
+    expect: Expectation,
+}
+
+/// Every committed case that this program can write.
+pub(crate) fn cases() -> Vec<Case> {
+    let mut cases = published::cases();
+    cases.extend(frame_cases::cases());
+    cases.extend(press_cases::cases());
+    cases
+}
+
+/// Completes a generated case with its provenance.
+fn generated(folder: &str, seed: u64, tables: Vec<(&'static str, String)>, story: Story) -> Case {
+    let units = match folder.split('/').next() {
+        Some("ft-center") => "mm, N, N·mm, s",
+        _ => "mm; other columns as their suffix says",
+    };
+    let provenance = Provenance {
+        title: story.title.to_owned(),
+        source: format!("simulated by xtask/src/generators, seed {seed}"),
+        seed: Some(seed),
+        units: units.to_owned(),
+        licence: "MIT OR Apache-2.0".to_owned(),
+        truth: story.truth,
+        published: None,
+        expect: story.expect,
+        files: BTreeMap::new(),
+    };
+    complete(folder, tables, provenance)
+}
+
+/// Adds the hashes, and the provenance itself.
+fn complete(folder: &str, tables: Vec<(&'static str, String)>, mut provenance: Provenance) -> Case {
+    let mut files: BTreeMap<String, String> =
+        tables.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
+    provenance.files =
+        files.iter().map(|(name, text)| (name.clone(), sha256(text.as_bytes()))).collect();
+    let text = toml::to_string(&provenance).expect("provenance is plain data");
+    files.insert("provenance.toml".to_owned(), text);
+    Case { folder: folder.to_owned(), files }
+}
+
+/// SHA-256 in the digits that `sha256sum` prints.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    let mut digits = String::with_capacity(64);
+    for byte in Sha256::digest(bytes) {
+        let _ = write!(digits, "{byte:02x}");
+    }
+    digits
+}
+
+/// Strings for lists.
+fn words(list: &[&str]) -> Vec<String> {
+    list.iter().map(|&word| word.to_owned()).collect()
+}

@@ -1,0 +1,333 @@
+//! A survey: points set on a machine and measured by a tracker, in millimetres.
+//!
+//! The machine says where it is (`from`), the tracker where it sees the machine (`to`). Between
+//! them are the tracker's pose, what is wrong with the machine, and the noise.
+
+use std::fmt::Write as _;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::noise::{Colour, Noise, gaussian};
+use super::vector::{add, norm, rotate, scale};
+
+/// What is wrong with the machine or the measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Defect {
+    /// Nothing.
+    None,
+    /// The frame is displaced, mm.
+    Shift([f64; 3]),
+    /// The frame is rotated about its origin, rad.
+    Rotation([f64; 3]),
+    /// All axes too long, relative.
+    Scale(f64),
+    /// Each axis too long by its own, relative.
+    AxisScale([f64; 3]),
+    /// Axes not square: x gains `[0]·y`, x gains `[1]·z`, y gains `[2]·z`, rad.
+    Squareness([f64; 3]),
+    /// One target sits wrong in its nest: which one, and by how much, mm.
+    BadPoint(usize, [f64; 3]),
+    /// The tracker's stand creeps towards its warm state: total over the survey, mm.
+    ///
+    /// First-order warming whose time constant is twice the survey.
+    Drift([f64; 3]),
+    /// The ram bends under the moving saddle: largest deflection, mm, downwards (−z).
+    ///
+    /// Moving load on a beam on two supports 400 mm outside the travel:
+    /// deflection under the load ∝ x²(L−x)².
+    Sag(f64),
+    /// Cubic error of the x scale: error at the end of travel, mm.
+    Cubic(f64),
+    /// Lead screw of the x axis: amplitude, mm, and period, mm.
+    LeadScrew(f64, f64),
+    /// A mount of carbon-fibre composite swells with humidity: mm per percent, along z.
+    Humidity(f64),
+}
+
+/// A survey to simulate.
+#[derive(Clone, Debug)]
+pub(crate) struct Survey {
+    /// Points fitted.
+    pub n_fit: usize,
+    /// Points set aside for judging.
+    pub n_check: usize,
+    /// Whether to measure x and y only.
+    pub planar: bool,
+    /// Whether the tracker's frame was built parallel to the machine's and on its origin.
+    pub common_frame: bool,
+    /// Whether the second frame is left-handed, as a camera's with y downwards.
+    pub mirrored: bool,
+    /// Standard uncertainty of one coordinate, mm.
+    pub noise_mm: f64,
+    /// Dependence of successive points.
+    pub colour: Colour,
+    /// Whether the case declares the noise.
+    pub declare_noise: bool,
+    /// Value of `[model] transform`.
+    pub transform: &'static str,
+    /// Whether the air temperature is recorded, which drives nothing.
+    pub record_air: bool,
+    /// What is wrong.
+    pub defect: Defect,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl Survey {
+    /// Eighteen points and six check points, 2 µm, rigid, nothing wrong.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            n_fit: 18,
+            n_check: 6,
+            planar: false,
+            common_frame: false,
+            mirrored: false,
+            noise_mm: 0.002,
+            colour: Colour::White,
+            declare_noise: true,
+            transform: "rigid",
+            record_air: false,
+            defect: Defect::None,
+            seed,
+        }
+    }
+}
+
+/// What a survey gave.
+#[derive(Clone, Debug)]
+pub(crate) struct Surveyed {
+    /// Text of `case.toml`.
+    pub case_toml: String,
+    /// Text of `pairs.csv`.
+    pub pairs_csv: String,
+    /// Machine's word for each point, in the order measured, mm.
+    pub from_mm: Vec<[f64; 3]>,
+    /// What the defect did to each point, in the machine's frame, mm.
+    pub displacement_mm: Vec<[f64; 3]>,
+    /// Root mean square over check points of the length of the noise alone, mm.
+    pub check_noise_mm: f64,
+}
+
+/// Half the travel of the machine: x, y, z, mm.
+const TRAVEL_MM: [f64; 3] = [300.0, 200.0, 125.0];
+/// How far outside the travel the supports of the ram stand, mm.
+const SUPPORT_MM: f64 = 400.0;
+/// The stand's warming time constant over the length of the survey.
+const WARMING_TIME: f64 = 2.0;
+/// Seconds between points: drive, settle, average.
+const POINT_INTERVAL_S: f64 = 40.0;
+
+/// Simulates a survey.
+pub(crate) fn simulate(survey: &Survey) -> Surveyed {
+    let mut rng = ChaCha8Rng::seed_from_u64(survey.seed);
+    let pose = Pose::random(survey, &mut rng);
+    let n_points = survey.n_fit + survey.n_check;
+    let from_mm = spread_points(n_points, survey.planar, &mut rng);
+    let is_check = check_points(survey.n_fit, survey.n_check);
+    let covariates = Covariates::simulate(n_points, &mut rng);
+    let mut noises: Vec<Noise> = (0..3).map(|_| Noise::new(survey.colour, &mut rng)).collect();
+
+    let mut displacement_mm = Vec::new();
+    let mut to_mm = Vec::new();
+    let mut check_noise = 0.0;
+    for (index, &from) in from_mm.iter().enumerate() {
+        let displacement =
+            displacement_of(survey.defect, index, n_points, from, covariates.humidity_pct[index]);
+        let mut noise: [f64; 3] =
+            std::array::from_fn(|axis| survey.noise_mm * noises[axis].next(&mut rng));
+        if survey.planar {
+            noise[2] = 0.0;
+        }
+        if is_check[index] {
+            check_noise += norm(&noise).powi(2);
+        }
+        to_mm.push(add(pose.map(add(from, displacement)), noise));
+        displacement_mm.push(displacement);
+    }
+    Surveyed {
+        case_toml: case_toml(survey),
+        pairs_csv: pairs_csv(survey, &from_mm, &to_mm, &is_check, &covariates),
+        from_mm,
+        displacement_mm,
+        check_noise_mm: (check_noise / as_f64(survey.n_check.max(1))).sqrt(),
+    }
+}
+
+/// Displacement of one point by the defect, in the machine's frame, mm.
+fn displacement_of(
+    defect: Defect,
+    index: usize,
+    n_points: usize,
+    p: [f64; 3],
+    humidity_pct: f64,
+) -> [f64; 3] {
+    match defect {
+        Defect::None => [0.0; 3],
+        Defect::Shift(shift) => shift,
+        Defect::Rotation(r) => {
+            let angle = norm(&r);
+            let turned = rotate(scale(1.0 / angle.max(1e-300), r), angle, p);
+            add(turned, scale(-1.0, p))
+        }
+        Defect::Scale(s) => scale(s, p),
+        Defect::AxisScale(s) => std::array::from_fn(|i| s[i] * p[i]),
+        Defect::Squareness(g) => [g[0] * p[1] + g[1] * p[2], g[2] * p[2], 0.0],
+        Defect::BadPoint(bad, offset) => {
+            if index == bad {
+                offset
+            } else {
+                [0.0; 3]
+            }
+        }
+        Defect::Drift(total) => {
+            let time = as_f64(index) / as_f64(n_points - 1) / WARMING_TIME;
+            scale((1.0 - (-time).exp()) / (1.0 - (-1.0 / WARMING_TIME).exp()), total)
+        }
+        Defect::Sag(largest) => {
+            let span = 2.0 * (TRAVEL_MM[0] + SUPPORT_MM);
+            let x = p[0] + span / 2.0;
+            [0.0, 0.0, -largest * (x * (span - x)).powi(2) / (span / 2.0).powi(4)]
+        }
+        Defect::Cubic(at_end) => [at_end * (p[0] / TRAVEL_MM[0]).powi(3), 0.0, 0.0],
+        Defect::LeadScrew(amplitude, period) => {
+            [amplitude * (std::f64::consts::TAU * p[0] / period).sin(), 0.0, 0.0]
+        }
+        Defect::Humidity(per_percent) => [0.0, 0.0, per_percent * (humidity_pct - 50.0)],
+    }
+}
+
+/// Where the tracker stands.
+struct Pose {
+    axis: [f64; 3],
+    angle_rad: f64,
+    translation_mm: [f64; 3],
+    mirrored: bool,
+}
+
+impl Pose {
+    fn random(survey: &Survey, rng: &mut ChaCha8Rng) -> Self {
+        let mut uniform = |half: f64| rng.random_range(-half..half);
+        let direction = [uniform(0.05), uniform(0.05), 1.0];
+        let length = norm(&direction);
+        let angle_rad = uniform(1.2);
+        let translation_mm = [uniform(1500.0), uniform(1500.0), uniform(300.0)];
+        let axis = if survey.planar { [0.0, 0.0, 1.0] } else { direction.map(|v| v / length) };
+        let mirrored = survey.mirrored;
+        if survey.common_frame {
+            return Self { axis, angle_rad: 0.0, translation_mm: [0.0; 3], mirrored };
+        }
+        Self { axis, angle_rad, translation_mm, mirrored }
+    }
+
+    fn map(&self, p: [f64; 3]) -> [f64; 3] {
+        let p = if self.mirrored { [p[0], -p[1], p[2]] } else { p };
+        add(rotate(self.axis, self.angle_rad, p), self.translation_mm)
+    }
+}
+
+/// Points all over the travel, in an order that does not follow any axis.
+///
+/// Each axis is cut into as many slices as there are points and every slice is used once
+/// (Latin hypercube), so that small surveys reach the ends of every axis.
+fn spread_points(n_points: usize, planar: bool, rng: &mut ChaCha8Rng) -> Vec<[f64; 3]> {
+    let mut axes: Vec<Vec<f64>> = Vec::new();
+    for half in TRAVEL_MM {
+        let mut slices: Vec<f64> = (0..n_points)
+            .map(|i| {
+                let place = (as_f64(i) + rng.random_range(0.0..1.0)) / as_f64(n_points);
+                half * (2.0 * place - 1.0)
+            })
+            .collect();
+        for last in (1..n_points).rev() {
+            slices.swap(last, rng.random_range(0..=last));
+        }
+        axes.push(slices);
+    }
+    (0..n_points)
+        .map(|i| {
+            let rounded = |axis: usize| (axes[axis][i] * 1e3).round() / 1e3;
+            [rounded(0), rounded(1), if planar { 0.0 } else { rounded(2) }]
+        })
+        .collect()
+}
+
+/// Check points spread evenly over the order of measurement.
+fn check_points(n_fit: usize, n_check: usize) -> Vec<bool> {
+    let n_points = n_fit + n_check;
+    (0..n_points).map(|i| (i + 1) * n_check / n_points > i * n_check / n_points).collect()
+}
+
+/// What was recorded beside the points.
+struct Covariates {
+    humidity_pct: Vec<f64>,
+    air_c: Vec<f64>,
+}
+
+impl Covariates {
+    fn simulate(n_points: usize, rng: &mut ChaCha8Rng) -> Self {
+        let mut humidity = Noise::new(Colour::Ar1(0.6), rng);
+        let humidity_pct =
+            (0..n_points).map(|_| ((50.0 + 6.0 * humidity.next(rng)) * 10.0).round() / 10.0);
+        let humidity_pct = humidity_pct.collect();
+        let mut air = 20.0;
+        let air_c = (0..n_points).map(|_| {
+            air += 0.08 * gaussian(rng);
+            (air * 100.0_f64).round() / 100.0
+        });
+        Self { humidity_pct, air_c: air_c.collect() }
+    }
+}
+
+fn case_toml(survey: &Survey) -> String {
+    let mut text =
+        format!("kind = \"frame-fit\"\n\n[model]\ntransform = \"{}\"\n", survey.transform);
+    if survey.declare_noise {
+        let _ = write!(text, "\n[noise]\npoint_mm = {}\n", survey.noise_mm);
+    }
+    text
+}
+
+fn pairs_csv(
+    survey: &Survey,
+    from_mm: &[[f64; 3]],
+    to_mm: &[[f64; 3]],
+    is_check: &[bool],
+    covariates: &Covariates,
+) -> String {
+    let n_axes = if survey.planar { 2 } else { 3 };
+    let axes = &["x", "y", "z"][..n_axes];
+    let names = |side: &str| axes.iter().map(|a| format!(",{side}_{a}_mm")).collect::<String>();
+    let with_humidity = matches!(survey.defect, Defect::Humidity(_));
+    let mut text = format!("point{}{},use", names("from"), names("to"));
+    text.push_str(if with_humidity { ",humidity_pct" } else { "" });
+    text.push_str(if matches!(survey.defect, Defect::Drift(_)) { ",time_s" } else { "" });
+    text.push_str(if survey.record_air { ",air_c" } else { "" });
+    text.push('\n');
+    for (index, (from, to)) in from_mm.iter().zip(to_mm).enumerate() {
+        let _ = write!(text, "P{:02}", index + 1);
+        for value in &from[..n_axes] {
+            let _ = write!(text, ",{value:.3}");
+        }
+        for value in &to[..n_axes] {
+            let _ = write!(text, ",{value:.5}");
+        }
+        text.push_str(if is_check[index] { ",check" } else { ",fit" });
+        if with_humidity {
+            let _ = write!(text, ",{:.1}", covariates.humidity_pct[index]);
+        }
+        if matches!(survey.defect, Defect::Drift(_)) {
+            let _ = write!(text, ",{:.0}", POINT_INTERVAL_S * as_f64(index));
+        }
+        if survey.record_air {
+            let _ = write!(text, ",{:.2}", covariates.air_c[index]);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
+}

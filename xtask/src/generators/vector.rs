@@ -1,0 +1,29 @@
+//! The little vector algebra that the generators need, apart from the crates under test.
+
+/// Cross product.
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Rotates `v` about the unit vector `axis` by `angle_rad` (Rodrigues).
+pub(crate) fn rotate(axis: [f64; 3], angle_rad: f64, v: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = angle_rad.sin_cos();
+    let along = (0..3).map(|i| axis[i] * v[i]).sum::<f64>() * (1.0 - cos);
+    let across = cross(axis, v);
+    std::array::from_fn(|i| cos * v[i] + sin * across[i] + along * axis[i])
+}
+
+/// Sum.
+pub(crate) fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// Product with a number.
+pub(crate) fn scale(factor: f64, a: [f64; 3]) -> [f64; 3] {
+    a.map(|v| factor * v)
+}
+
+/// Euclidean length.
+pub(crate) fn norm(a: &[f64]) -> f64 {
+    a.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
