@@ -1,0 +1,114 @@
+//! Errors before and after, on data that chose nothing.
+
+use model_discrepancy::{HoldOut, Options, Role, Verdict, check_tangents, close_loop};
+use model_discrepancy::{Model, State};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{LinearModel, body, coordinates, noise, points};
+
+fn scaled_body(seed: u64, n: usize) -> (LinearModel, Vec<Vector3<f64>>) {
+    let points = points(n, seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
+    let mut errors = noise(n, 0.01, 0.0, &mut rng);
+    for (e, p) in errors.iter_mut().zip(&points) {
+        *e += p * 8e-5;
+    }
+    (body(&points, &errors), points)
+}
+
+#[test]
+fn nested_error_is_near_the_noise_floor() {
+    let (model, points) = scaled_body(5, 24);
+    let closure = close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+    assert_eq!(closure.after.hold_out, HoldOut::Nested);
+    let floor = 0.01 * 3_f64.sqrt();
+    // 72 residuals: the floor itself is known to 1/√144 = 8 %, the fit of 7 parameters adds 5 %.
+    assert!(closure.after.held_out_rms < 1.3 * floor, "{}", closure.after.held_out_rms);
+    assert!(closure.before.held_out_rms > 1.4 * closure.after.held_out_rms);
+    assert_eq!(closure.steps[0].stability, Some(1.0));
+}
+
+#[test]
+fn check_groups_are_judged_and_never_fitted() {
+    let (mut model, points) = scaled_body(6, 30);
+    for group in &mut model.layout.groups[20..] {
+        group.role = Role::Check;
+    }
+    let closure = close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+    assert_eq!(closure.after.hold_out, HoldOut::CheckGroups);
+    assert_eq!(closure.steps[0].effect, "scale");
+
+    let mut spoiled = model.clone();
+    for value in spoiled.data.rows_mut(60, 30).iter_mut() {
+        *value += 1.0;
+    }
+    let again = close_loop(&spoiled, &coordinates(&points), &Options::default()).unwrap();
+    assert_eq!(again.state, closure.state, "check groups must not move the fit");
+    assert!(again.after.held_out_rms > 1.0);
+}
+
+#[test]
+fn noise_beyond_what_was_declared_is_its_own_verdict() {
+    let (n, points) = (30, points(30, 7));
+    let mut rng = ChaCha8Rng::seed_from_u64(1007);
+    let mut model = body(&points, &noise(n, 0.03, 0.0, &mut rng));
+    for row in &mut model.layout.rows {
+        row.sigma = 0.01;
+    }
+    model.layout.sigma_declared = true;
+    let closure = close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+    assert!(closure.steps.is_empty());
+    assert_eq!(closure.verdict, Verdict::NoiseLargerThanDeclared);
+    assert!(closure.before.chi2_per_dof.unwrap() > 5.0);
+}
+
+#[test]
+fn the_same_data_give_the_same_answer() {
+    let (model, points) = scaled_body(8, 20);
+    let run = || close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+    assert_eq!(format!("{:?}", run()), format!("{:?}", run()));
+}
+
+#[test]
+fn the_checker_sees_a_wrong_tangent() {
+    let (model, _) = scaled_body(9, 12);
+    let at = State::declared(model.start(), model.effects());
+    // Linear in every parameter: differences are exact but for round-off of the step.
+    assert!(check_tangents(&model, &at) < 1e-8);
+    let mut wrong = model.clone();
+    wrong.base = wrong.base.scale(1.01);
+    let mixed = Mixed { right: model, wrong };
+    assert!(check_tangents(&mixed, &at) > 1e-3);
+}
+
+/// Residuals of one model, derivatives of another.
+struct Mixed {
+    right: LinearModel,
+    wrong: LinearModel,
+}
+
+impl Model for Mixed {
+    fn layout(&self) -> &model_discrepancy::Layout {
+        self.right.layout()
+    }
+    fn base(&self) -> &[model_discrepancy::Parameter] {
+        self.right.base()
+    }
+    fn effects(&self) -> &[model_discrepancy::Effect] {
+        self.right.effects()
+    }
+    fn start(&self) -> nalgebra::DVector<f64> {
+        self.right.start()
+    }
+    fn residuals(&self, at: &State) -> nalgebra::DVector<f64> {
+        self.right.residuals(at)
+    }
+    fn base_jacobian(&self, at: &State) -> nalgebra::DMatrix<f64> {
+        self.wrong.base_jacobian(at)
+    }
+    fn tangent(&self, at: &State, effect: usize) -> nalgebra::DMatrix<f64> {
+        self.wrong.tangent(at, effect)
+    }
+}

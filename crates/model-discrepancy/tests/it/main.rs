@@ -1,0 +1,9 @@
+//! The loop on simulated data whose truth is known.
+#![expect(clippy::cast_precision_loss, reason = "counts are small")]
+
+mod classes;
+mod covariates;
+mod degenerate;
+mod judged;
+mod linear_model;
+mod power;
