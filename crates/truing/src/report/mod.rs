@@ -1,0 +1,43 @@
+//! Renders what was measured, found and left as one self-contained HTML page.
+//!
+//! [`render`] is a pure function from plain data to a page: inline SVG, inline CSS, no network,
+//! complete without JavaScript. [`IndexEntry::from_page`] reads a page back and
+//! [`render_index`] puts many of them on one page behind a table of error before → after.
+//!
+//! Residuals and errors are in the unit of [`model_discrepancy::Layout::unit`] and are shown in
+//! one unit chosen for the page (µm where mm would need too many zeros). Every «±» on a page is
+//! an expanded uncertainty with coverage factor k = 2.
+
+mod input;
+
+mod markup;
+mod number;
+mod unit;
+
+mod axis;
+mod heatmap;
+mod interval;
+mod panel;
+mod score_chart;
+mod vector_map;
+
+mod reading;
+mod thin;
+mod trend;
+
+mod section;
+mod summary;
+
+mod index;
+mod page;
+
+#[cfg(test)]
+mod tests;
+
+pub use index::{IndexEntry, ReadPageError, render_index};
+pub use input::{
+    Arrow, Curve, CurvePlot, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput,
+    VectorMap,
+};
+pub use page::render;
+pub use summary::{Rms, Summary};

@@ -1,0 +1,123 @@
+//! Pictures that only this kind of case has.
+
+use super::{Context, for_both, paragraph};
+use crate::report::axis::Range;
+use crate::report::input::{Curve, CurvePlot, ExtraPlot, VectorMap};
+use crate::report::markup::Markup;
+use crate::report::number::{count, counted};
+use crate::report::panel::{Axis, Layer, MarkStyle, Panel, mark_sign};
+use crate::report::thin;
+use crate::report::vector_map::Exaggeration;
+
+/// Points of one curve.
+const MOST_POINTS: usize = 1000;
+/// Room for vectors at two maps side by side.
+const MAP: f64 = 440.0;
+
+pub(crate) fn views(out: &mut Markup, context: &Context) {
+    for plot in context.input.plots {
+        match plot {
+            ExtraPlot::Vectors(map) => vectors(out, map),
+            ExtraPlot::Curves(plot) => curves(out, plot),
+        }
+    }
+}
+
+fn vectors(out: &mut Markup, map: &VectorMap) {
+    out.element("h2", &[], &map.title);
+    if !map.caption.is_empty() {
+        paragraph(out, "", &map.caption);
+    }
+    let Some(exaggeration) = Exaggeration::of(map) else {
+        paragraph(out, "quiet", "There is no vector to draw.");
+        return;
+    };
+    out.open("div", &[("class", &"pair")]);
+    for (arrows, name, colour) in
+        [(&map.before, "declared model", 0), (&map.after, "with the added effects", 2)]
+    {
+        if arrows.is_empty() {
+            continue;
+        }
+        out.open("figure", &[]);
+        out.append(&exaggeration.draw(map, arrows, (name, colour), MAP));
+        out.element("figcaption", &[], &vector_caption(name, arrows.len()));
+        out.close("figure");
+    }
+    out.close("div");
+}
+
+fn vector_caption(name: &str, n: usize) -> String {
+    let stride = thin::stride(n, crate::report::vector_map::MOST_ARROWS);
+    if stride > 1 {
+        format!("{name}: every {stride}th of {} vectors", count(n))
+    } else {
+        format!("{name}: {}", counted(n, "vector"))
+    }
+}
+
+fn curves(out: &mut Markup, plot: &CurvePlot) {
+    out.element("h2", &[], &plot.title);
+    if !plot.caption.is_empty() {
+        paragraph(out, "", &plot.caption);
+    }
+    let Some((x, y)) = ranges(plot) else {
+        paragraph(out, "quiet", "There is no curve to draw.");
+        return;
+    };
+    if plot.curves.len() > 1 {
+        out.open("p", &[("class", &"legend")]);
+        for (i, curve) in plot.curves.iter().enumerate() {
+            out.open("span", &[("class", &"key")]);
+            out.append(&mark_sign(i));
+            out.name(&curve.name);
+            out.close("span");
+        }
+        out.close("p");
+    }
+    let layers: Vec<Layer> =
+        plot.curves.iter().enumerate().flat_map(|(i, curve)| curve_layers(curve, i)).collect();
+    out.open("figure", &[]);
+    for_both(out, |width, class| {
+        let panel = Panel {
+            size: (width, 280.0),
+            x: Axis::new(x, plot.x_title.clone()),
+            y: Axis::new(y, plot.y_title.clone()),
+            layers: layers.clone(),
+            alternative: format!("{}: {} against {}", plot.title, plot.y_title, plot.x_title),
+        };
+        panel.draw(class)
+    });
+    if let Some(n) = plot.curves.iter().map(|c| c.points.len()).max().filter(|n| *n > MOST_POINTS) {
+        let text = format!("Of up to {} points a curve, about {MOST_POINTS} are drawn.", count(n));
+        out.element("figcaption", &[], &text);
+    }
+    out.close("figure");
+}
+
+fn ranges(plot: &CurvePlot) -> Option<(Range, Range)> {
+    let points = || plot.curves.iter().flat_map(|c| c.points.iter());
+    let ends = plot
+        .curves
+        .iter()
+        .flat_map(|c| c.points.iter().zip(&c.half_widths).flat_map(|(p, h)| [p[1] - h, p[1] + h]));
+    let x = Range::of(points().map(|p| p[0]))?;
+    let y = Range::of(points().map(|p| p[1]).chain(ends))?;
+    Some((x.padded(0.02), y.padded(0.06)))
+}
+
+fn curve_layers(curve: &Curve, colour: usize) -> Vec<Layer> {
+    let values: Vec<f64> = curve.points.iter().map(|p| p[1]).collect();
+    let kept = thin::envelope(&values, MOST_POINTS);
+    let points: Vec<[f64; 2]> = kept.iter().map(|i| curve.points[*i]).collect();
+    let half = |i: &usize| Some((curve.points[*i], *curve.half_widths.get(*i)?));
+    let band = kept.iter().filter_map(half).map(|(p, h)| [p[0], p[1] - h, p[1] + h]);
+    let mut layers = vec![Layer::Band { points: band.collect(), colour }];
+    if curve.joined {
+        layers.push(Layer::Line { points: points.clone(), colour, trend: false });
+    }
+    if !curve.joined || curve.points.len() <= 60 {
+        layers.push(Layer::Marks { points, colour, style: MarkStyle::default() });
+    }
+    layers
+}

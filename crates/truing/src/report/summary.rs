@@ -1,0 +1,91 @@
+//! The line of a case in a table over many.
+
+use model_discrepancy::HoldOut;
+use serde::{Deserialize, Serialize};
+
+use super::input::Published;
+use super::reading::rms;
+use super::section::{Context, verdict_words};
+
+/// One case in one line: carried inside its page, shown in an index.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the case.
+    pub title: String,
+    /// Kind of the case.
+    pub kind: String,
+    /// Where the data come from.
+    pub source: Option<String>,
+    /// Unit of `before` and `after`.
+    pub unit: String,
+    /// The declared model.
+    pub before: Rms,
+    /// The model with every accepted effect; `None` where the loop was not closed.
+    pub after: Option<Rms>,
+    /// How the error on unseen data was obtained; `None` where it was not.
+    pub hold_out: Option<String>,
+    /// Effects added, with those that explain the data as well.
+    pub added: Vec<Vec<String>>,
+    /// The verdict in words.
+    pub verdict: Option<String>,
+    /// Figure printed in the source.
+    pub published: Option<Published>,
+}
+
+/// Root mean square error; `None` where there is no number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rms {
+    /// On the data fitted.
+    pub train: Option<f64>,
+    /// On data the fit never saw.
+    pub held_out: Option<f64>,
+    /// Standard error of `held_out`.
+    pub held_out_std: Option<f64>,
+}
+
+impl From<&model_discrepancy::ErrorSummary> for Rms {
+    fn from(error: &model_discrepancy::ErrorSummary) -> Self {
+        let number = |v: f64| v.is_finite().then_some(v);
+        Self {
+            train: number(error.train_rms),
+            held_out: number(error.held_out_rms),
+            held_out_std: number(error.held_out_std),
+        }
+    }
+}
+
+impl Summary {
+    pub(crate) fn of(context: &Context) -> Self {
+        let input = context.input;
+        let closure = context.closure;
+        let solved = Rms {
+            train: rms(&context.before).map(|v| v / context.shown.factor),
+            held_out: None,
+            held_out_std: None,
+        };
+        let added = closure.into_iter().flat_map(|c| &c.steps).map(|step| {
+            let own = super::section::step_name(step);
+            [vec![own], step.indistinguishable_from.clone()].concat()
+        });
+        Self {
+            title: input.title.to_string(),
+            kind: input.kind.to_string(),
+            source: input.source.map(str::to_string),
+            unit: input.layout.unit.clone(),
+            before: closure.map_or(solved, |c| Rms::from(&c.before)),
+            after: closure.map(|c| Rms::from(&c.after)),
+            hold_out: closure.map(|c| hold_out_words(c.after.hold_out).to_string()),
+            added: added.collect(),
+            verdict: closure.map(|c| verdict_words(c.verdict).to_string()),
+            published: input.published.cloned(),
+        }
+    }
+}
+
+fn hold_out_words(hold_out: HoldOut) -> &'static str {
+    match hold_out {
+        HoldOut::CheckGroups => "groups set aside",
+        HoldOut::Nested => "left out in turn, choice repeated",
+        HoldOut::LeaveOneOut => "left out in turn",
+    }
+}
