@@ -64,6 +64,21 @@ pub enum FtCenterError {
         /// Time of this sample.
         after_s: f64,
     },
+    /// The height of the contact plane is not finite.
+    #[error("z0_mm must be finite, got {z0_mm}")]
+    InvalidHeight {
+        /// Height given.
+        z0_mm: f64,
+    },
+    /// A record covers too little of a turn to tell its centre from the wobble.
+    #[error("record covers {turns:.3} turns at the given spin, need 1: press longer")]
+    TooFewTurns {
+        /// Turns covered.
+        turns: f64,
+    },
+    /// Numbers are so large or small that results overflow.
+    #[error("values are so large or so small that the result overflows: check the units")]
+    OutOfRange,
     /// The record of one press cannot be used.
     #[error("press {name}: {source}")]
     Press {
@@ -92,12 +107,15 @@ pub enum FtCenterError {
     /// The points are on one line, so that the scale across it is free.
     #[error(
         "frame presses lie on one line (spread along and across {:.3e} and {:.3e} mm): the \
-         affine map across it is free; press off the line", singular_values_mm[0], singular_values_mm[1]
+         affine map across it is free; press off the line", spreads_mm[0], spreads_mm[1]
     )]
     CollinearPoints {
         /// Root mean square spread along and across the line.
-        singular_values_mm: [f64; 2],
+        spreads_mm: [f64; 2],
     },
+    /// The search for the frame came to no end.
+    #[error("frame: {0}")]
+    Frame(#[from] Box<least_squares::SolveError>),
     /// A covariance is not positive definite.
     #[error("covariance of point {index} is not positive definite")]
     InvalidCovariance {

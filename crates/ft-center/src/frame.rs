@@ -1,21 +1,18 @@
 //! Planar frame between machine and sensor: (1.12) to (1.14) of [A].
 
 use geometry::PlanarMap;
-use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
+use least_squares::{Options, Problem, solve};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, Vector2};
 
 use crate::FtCenterError;
+use crate::frame_point::{FramePoint, check_points, whitening};
 
-/// One position known in the machine and found by the sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct FramePoint {
-    /// Where the head was, machine frame.
-    pub machine_mm: Point2<f64>,
-    /// Where the sensor found it.
-    pub sensor_mm: Point2<f64>,
-    /// Covariance of `sensor_mm`, positive definite.
-    pub covariance_mm2: Matrix2<f64>,
-}
+/// How many times better one handedness must fit, in mean square, to count as measured.
+const DECIDED_RATIO: f64 = 10.0;
+
+/// Standard uncertainty of the angle beyond which the frame is not determined: past it the
+/// covariance, which is first order, says nothing.
+const MAX_ANGLE_STD_RAD: f64 = 0.3;
 
 /// Whether the sensor's z points the way the machine's does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +66,14 @@ pub struct SensorFrame {
     pub variance_factor: f64,
 }
 
+impl Handedness {
+    /// diag(1, 1) or diag(1, −1), applied to machine coordinates.
+    pub(crate) fn mirror(self) -> Matrix2<f64> {
+        let y = if self == Self::Opposed { -1.0 } else { 1.0 };
+        Matrix2::from_diagonal(&Vector2::new(1.0, y))
+    }
+}
+
 impl SensorFrame {
     /// The map from machine to sensor coordinates, the direction of [A].
     #[must_use]
@@ -87,11 +92,18 @@ impl SensorFrame {
         let linear = there.linear.transpose();
         PlanarMap { linear, translation_mm: -(linear * there.translation_mm) }
     }
+
+    /// Derivative of a machine position's image by the parameters of `covariance`.
+    pub(crate) fn position_jacobian(&self, machine_mm: &Point2<f64>) -> Matrix2x3<f64> {
+        let arm = self.sensor_from_machine().linear * (machine_mm - self.pivot_mm);
+        Matrix2x3::new(-arm.y, 1.0, 0.0, arm.x, 0.0, 1.0)
+    }
 }
 
-/// Fits the rigid frame to two or more points; more than two tell a reflection.
+/// Fits the rigid frame to two or more points; more than two, off one line, tell a reflection.
 ///
-/// `handedness` holds it where it is known; `None` lets the points decide.
+/// Two points determine it with one degree of freedom left, their distance. `handedness` holds
+/// it where it is known; `None` lets the points decide.
 ///
 /// # Errors
 ///
@@ -101,35 +113,162 @@ pub fn fit_sensor_frame(
     points: &[FramePoint],
     handedness: Option<Handedness>,
 ) -> Result<SensorFrame, FtCenterError> {
-    let _ = (points, handedness);
-    unimplemented!("lands with the next commit")
+    let spread_mm = check_points(points, 2)?;
+    let same = Start::closed_form(points, Handedness::Same);
+    let opposed = Start::closed_form(points, Handedness::Opposed);
+    let degrees_of_freedom = 2 * points.len() - 3;
+    let (start, other, source) = match handedness {
+        Some(Handedness::Same) => (same, opposed, HandednessSource::Given),
+        Some(Handedness::Opposed) => (opposed, same, HandednessSource::Given),
+        None => decide(same, opposed),
+    };
+    let problem = FrameProblem::new(points, start)?;
+    let start_point = DVector::from_column_slice(&start.point);
+    let solution = solve(&problem, start_point, &Options::default()).map_err(Box::new)?;
+    let [angle_rad, x_mm, y_mm] = [solution.point[0], solution.point[1], solution.point[2]];
+    let covariance = solution.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+    if covariance[(0, 0)].sqrt() > MAX_ANGLE_STD_RAD {
+        return Err(FtCenterError::CoincidentPoints { spread_mm });
+    }
+    let rotated =
+        PlanarMap::rigid(angle_rad, start.handedness == Handedness::Opposed, Vector2::zeros());
+    let translation_mm = Vector2::new(x_mm, y_mm) - rotated.linear * start.pivot_mm.coords;
+    let mut frame = SensorFrame {
+        angle_rad: wrapped(angle_rad),
+        translation_mm,
+        handedness: start.handedness,
+        handedness_source: source,
+        other_handedness_rms_mm: other.rms_mm,
+        covariance,
+        pivot_mm: start.pivot_mm,
+        residuals_mm: Vec::new(),
+        degrees_of_freedom,
+        variance_factor: solution.residuals.norm_squared() / crate::count(degrees_of_freedom),
+    };
+    let there = frame.sensor_from_machine();
+    frame.residuals_mm = points.iter().map(|p| p.sensor_mm - there.apply(&p.machine_mm)).collect();
+    Ok(frame)
 }
 
-/// General affine map, the `T = S P⁻¹` of (1.14) in [A], as a diagnostic of the rigid frame.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct AffineFrame {
-    /// Maps machine to sensor coordinates.
-    pub sensor_from_machine: PlanarMap,
-    /// Larger and smaller scale: singular values of the linear part, 1 for a rigid map.
-    pub singular_values: [f64; 2],
-    /// Standard uncertainty of the linear part's entries, as large as the largest of them.
-    pub linear_std_ratio: f64,
-    /// Deviation of the angle between the axes from a right angle.
-    pub shear_rad: f64,
-    /// Sensor position found − position predicted, in input order.
-    pub residuals_mm: Vec<Vector2<f64>>,
-    /// `2 n − 6`.
-    pub degrees_of_freedom: usize,
+/// Which handedness fits, and whether the points really tell.
+fn decide(same: Start, opposed: Start) -> (Start, Start, HandednessSource) {
+    let (better, worse) =
+        if opposed.rms_mm < same.rms_mm { (opposed, same) } else { (same, opposed) };
+    // Two points, or points on one line, are their own mirror image up to round-off.
+    let told = worse.rms_mm.powi(2) > DECIDED_RATIO * better.rms_mm.powi(2)
+        && worse.rms_mm > MIN_MIRROR_RATIO * better.size_mm;
+    if told {
+        (better, worse, HandednessSource::Measured)
+    } else {
+        (same, opposed, HandednessSource::Assumed)
+    }
 }
 
-/// Fits the affine map to three or more points; three leave no residual.
-///
-/// # Errors
-///
-/// [`FtCenterError::TooFewFramePoints`], [`FtCenterError::CollinearPoints`],
-/// [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`].
-pub fn fit_affine_frame(points: &[FramePoint]) -> Result<AffineFrame, FtCenterError> {
-    let _ = points;
-    unimplemented!("lands with the next commit")
+/// Miss of the worse handedness, as a share of the points' spread, that is no round-off.
+const MIN_MIRROR_RATIO: f64 = 1e-6;
+
+/// Angle from −π to π.
+fn wrapped(angle_rad: f64) -> f64 {
+    let (sin, cos) = angle_rad.sin_cos();
+    sin.atan2(cos)
+}
+
+/// Closed-form frame with one weight per point, where the search starts.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    handedness: Handedness,
+    pivot_mm: Point2<f64>,
+    /// Angle, image of the pivot.
+    point: [f64; 3],
+    rms_mm: f64,
+    /// Root mean square distance from the pivot.
+    size_mm: f64,
+}
+
+impl Start {
+    fn closed_form(points: &[FramePoint], handedness: Handedness) -> Self {
+        let weight = |p: &FramePoint| 1.0 / p.covariance_mm2.trace();
+        let total: f64 = points.iter().map(weight).sum();
+        let mean = |of: fn(&FramePoint) -> Vector2<f64>| {
+            points.iter().map(|p| of(p) * weight(p)).sum::<Vector2<f64>>() / total
+        };
+        let (machine, sensor) = (mean(|p| p.machine_mm.coords), mean(|p| p.sensor_mm.coords));
+        let mirror = handedness.mirror();
+        let (mut along, mut across, mut size) = (0.0, 0.0, 0.0);
+        for p in points {
+            let from = mirror * (p.machine_mm.coords - machine);
+            let to = p.sensor_mm.coords - sensor;
+            along += weight(p) * from.dot(&to);
+            across += weight(p) * from.perp(&to);
+            size += from.norm_squared();
+        }
+        let angle_rad = across.atan2(along);
+        let turn = Rotation2::new(angle_rad).into_inner() * mirror;
+        let miss = |p: &FramePoint| {
+            (p.sensor_mm.coords - sensor - turn * (p.machine_mm.coords - machine)).norm_squared()
+        };
+        let n = crate::count(points.len());
+        Self {
+            handedness,
+            pivot_mm: Point2::from(machine),
+            point: [angle_rad, sensor.x, sensor.y],
+            rms_mm: (points.iter().map(miss).sum::<f64>() / n).sqrt(),
+            size_mm: (size / n).sqrt(),
+        }
+    }
+}
+
+/// Whitened misses over angle and image of the pivot.
+struct FrameProblem<'a> {
+    points: &'a [FramePoint],
+    whitening: Vec<Matrix2<f64>>,
+    start: Start,
+}
+
+impl<'a> FrameProblem<'a> {
+    fn new(points: &'a [FramePoint], start: Start) -> Result<Self, FtCenterError> {
+        Ok(Self { points, whitening: whitening(points)?, start })
+    }
+
+    fn arm(&self, i: usize) -> Vector2<f64> {
+        self.start.handedness.mirror() * (self.points[i].machine_mm - self.start.pivot_mm)
+    }
+}
+
+impl Problem for FrameProblem<'_> {
+    type Point = DVector<f64>;
+
+    fn residual_count(&self) -> usize {
+        2 * self.points.len()
+    }
+
+    fn tangent_dim(&self) -> usize {
+        3
+    }
+
+    fn residuals(&self, at: &DVector<f64>, out: &mut DVector<f64>) {
+        let turn = Rotation2::new(at[0]);
+        for (i, p) in self.points.iter().enumerate() {
+            let predicted = turn * self.arm(i) + Vector2::new(at[1], at[2]);
+            let miss = self.whitening[i] * (p.sensor_mm.coords - predicted);
+            out.fixed_rows_mut::<2>(2 * i).copy_from(&miss);
+        }
+    }
+
+    fn jacobian(&self, at: &DVector<f64>, out: &mut DMatrix<f64>) {
+        let turn = Rotation2::new(at[0] + std::f64::consts::FRAC_PI_2);
+        for i in 0..self.points.len() {
+            let mut row = out.fixed_view_mut::<2, 3>(2 * i, 0);
+            row.set_column(0, &(-self.whitening[i] * (turn * self.arm(i))));
+            row.fixed_columns_mut::<2>(1).copy_from(&-self.whitening[i]);
+        }
+    }
+
+    fn retract(&self, at: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+        at + step
+    }
+
+    fn parameter_name(&self, index: usize) -> String {
+        ["frame angle (rad)", "frame translation x (mm)", "frame translation y (mm)"][index].into()
+    }
 }

@@ -1,8 +1,16 @@
 //! Where the head really is: step 3 of [A].
 
 use nalgebra::{Matrix2, Point2, Vector2};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::{FtCenterError, Handedness, Noise, PressRole, SensorFrame, SolvedPress};
+use crate::press_noise::CenterNoise;
+use crate::{
+    Contact, FramePoint, FtCenterError, Handedness, Noise, PressRole, SensorFrame, SolvedPress,
+    Table, fit_sensor_frame,
+};
+
+/// Significance at which the frame's residual counts as larger than the records explain.
+const WIDEN_ALPHA: f64 = 0.01;
 
 /// How presses are put together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,11 +59,75 @@ pub struct Center {
 
 /// Places the sensor by the frame presses and every press in the machine.
 ///
+/// Standard uncertainties come from the noise within the records and, through the frame, from
+/// that of the frame presses. Where the frame's residual is larger than that, the presses did
+/// not repeat as well as each was steady: everything is widened by what the residual shows.
+///
 /// # Errors
 ///
 /// As [`fit_sensor_frame`](crate::fit_sensor_frame) for the frame presses, and
 /// [`FtCenterError::NotPositive`] for the noise.
-pub fn locate(presses: &[SolvedPress], options: &LocateOptions) -> Result<Located, FtCenterError> {
-    let _ = (presses, options);
-    unimplemented!("lands with the next commit")
+pub fn locate(
+    presses: &[SolvedPress],
+    contact: &Contact,
+    options: &LocateOptions,
+) -> Result<Located, FtCenterError> {
+    if presses.is_empty() {
+        return Err(FtCenterError::Empty { of: Table::Presses });
+    }
+    let noise = CenterNoise::of(presses, contact.z0_mm, options.noise)?;
+    let points: Vec<_> = presses
+        .iter()
+        .zip(&noise.covariances_mm2)
+        .filter(|(p, _)| p.role == PressRole::Frame)
+        .map(|(p, covariance_mm2)| FramePoint {
+            machine_mm: p.machine_mm,
+            sensor_mm: p.orbit.center_mm,
+            covariance_mm2: *covariance_mm2,
+        })
+        .collect();
+    let frame = fit_sensor_frame(&points, options.handedness)?;
+    let (widened_by, degrees_of_freedom) = widening(&frame, noise.degrees_of_freedom)?;
+    let centers = presses
+        .iter()
+        .zip(&noise.covariances_mm2)
+        .map(|(p, covariance)| center(p, covariance, &frame, widened_by))
+        .collect();
+    Ok(Located { frame, centers, degrees_of_freedom, widened_by })
+}
+
+/// Factor on covariances, and their degrees of freedom.
+fn widening(frame: &SensorFrame, noise_dof: f64) -> Result<(f64, f64), FtCenterError> {
+    let dof = crate::count(frame.degrees_of_freedom);
+    let expected = FisherSnedecor::new(dof, noise_dof).map_err(|_| FtCenterError::OutOfRange)?;
+    if expected.sf(frame.variance_factor) < WIDEN_ALPHA {
+        Ok((frame.variance_factor, dof))
+    } else {
+        Ok((1.0, noise_dof))
+    }
+}
+
+fn center(
+    press: &SolvedPress,
+    covariance: &Matrix2<f64>,
+    frame: &SensorFrame,
+    widened_by: f64,
+) -> Center {
+    let back = frame.machine_from_sensor();
+    let machine_mm = back.apply(&press.orbit.center_mm);
+    // δ(machine) = L (δ(sensor) − J δ(frame)), and the frame is not independent of its presses.
+    let seen = frame.position_jacobian(&press.machine_mm);
+    let of_frame = seen * frame.covariance * seen.transpose();
+    let sum = match press.role {
+        PressRole::Frame => covariance - of_frame,
+        PressRole::Check | PressRole::Locate => covariance + of_frame,
+    };
+    Center {
+        press: press.name.clone(),
+        role: press.role,
+        sensor_mm: press.orbit.center_mm,
+        machine_mm,
+        offset_mm: machine_mm - press.machine_mm,
+        covariance_mm2: back.linear * sum * back.linear.transpose() * widened_by,
+    }
 }

@@ -1,9 +1,30 @@
 //! Centre of the orbit that a rotating, wobbling head describes during one press.
 
-use geometry::Wrench;
-use nalgebra::{Matrix2, Point2};
+use std::f64::consts::TAU;
 
+use geometry::Wrench;
+use nalgebra::{Complex, Matrix2, Point2, Point3, Vector2, Vector3};
+
+use crate::colour::mean_covariance;
+use crate::error::require_positive;
+use crate::gate::{InContact, gate};
+use crate::harmonic::{self, Basis, HarmonicFit};
+use crate::pressure::pressure_point;
+use crate::spectrum::Spectrum;
 use crate::{Contact, FtCenterError, Sample};
+
+/// Fewest samples whatever the options say: four cosines tell the noise of their mean.
+const MIN_SAMPLES: usize = 5;
+
+/// Fewest samples in which a spin is searched for.
+const MIN_SAMPLES_SPIN: usize = 32;
+
+/// Fewest samples that afford a second harmonic.
+const MIN_SAMPLES_SECOND: usize = 20;
+
+/// Chance of noise alone that a spin found by search must stay under; a false one costs two
+/// degrees of freedom and no bias.
+const SPIN_ALPHA: f64 = 1e-3;
 
 /// How a record is reduced to an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +67,8 @@ pub struct Orbit {
     pub contact_samples: usize,
     /// Samples under the force gate.
     pub gated_samples: usize,
+    /// Root mean square of `Fz` in contact.
+    pub rms_fz_n: f64,
     /// Force gate that was applied.
     pub min_fz_n: f64,
     /// First and last time in contact.
@@ -82,6 +105,145 @@ pub fn solve_orbit(
     contact: &Contact,
     options: &OrbitOptions,
 ) -> Result<Orbit, FtCenterError> {
-    let _ = (record, contact, options);
-    unimplemented!("lands with the next commit")
+    let gated = gate(record, contact, options.min_samples.max(MIN_SAMPLES))?;
+    let samples = &gated.samples;
+    let spin = spin(samples, options)?;
+    let (basis, fitted) = spin.fitted;
+    let n = crate::count(samples.len());
+
+    let rate_hz = |h: usize| crate::count(h) * basis.frequency_hz;
+    let span_s = [samples[0].time_s, samples[samples.len() - 1].time_s];
+    let lines: Vec<_> =
+        (1..=basis.harmonics).map(|h| rate_hz(h) * (span_s[1] - span_s[0])).collect();
+    let shares = fitted.influence.iter().zip(&fitted.residuals_nmm);
+    let errors: Vec<_> = shares.map(|(a, u)| Vector2::from(*u) * (a * n)).collect();
+    let mean = mean_covariance(&errors, &lines);
+
+    let square_n2 = samples.iter().map(|s| s.fz_n * s.fz_n).sum::<f64>() / n;
+    let free = (samples.len() - basis.columns()).max(1);
+    let scatter_mm2 = fitted.residual_moments() / (crate::count(free) * square_n2);
+    let center_mm = Point2::from(fitted.center_mm());
+    let (mean_wrench, free_moment_nmm) = mean_wrench(record, samples, contact.z0_mm, &center_mm);
+    let orbit = Orbit {
+        center_mm,
+        covariance_mm2: mean.covariance,
+        degrees_of_freedom: mean.degrees_of_freedom,
+        effective_samples: effective_samples(&scatter_mm2, &mean.covariance, n),
+        wobble: spin.p_value.map(|p| wobble(samples, basis, &fitted, options, p)),
+        mean_wrench,
+        free_moment_nmm,
+        scatter_mm2,
+        contact_samples: samples.len(),
+        gated_samples: record.len() - samples.len(),
+        rms_fz_n: square_n2.sqrt(),
+        min_fz_n: gated.min_fz_n,
+        span_s,
+    };
+    let finite = orbit.center_mm.iter().chain(orbit.covariance_mm2.iter()).all(|v| v.is_finite());
+    if finite { Ok(orbit) } else { Err(FtCenterError::OutOfRange) }
+}
+
+/// The harmonic fit, and how sure the spin is; `None` without spin.
+struct Spin {
+    fitted: (Basis, HarmonicFit),
+    p_value: Option<f64>,
+}
+
+fn spin(samples: &[InContact], options: &OrbitOptions) -> Result<Spin, FtCenterError> {
+    let constant = harmonic::fit(samples, Basis::CONSTANT).ok_or(FtCenterError::OutOfRange)?;
+    let still = Spin { fitted: (Basis::CONSTANT, constant), p_value: None };
+    let length_s = samples[samples.len() - 1].time_s - samples[0].time_s;
+    let harmonics = |frequency_hz: f64| {
+        let second = 2.0 * frequency_hz * length_s < 0.5 * crate::count(samples.len());
+        if second && samples.len() >= MIN_SAMPLES_SECOND { 2 } else { 1 }
+    };
+    if let Some(frequency_hz) = options.spin_hz {
+        require_positive(frequency_hz, "spin_hz")?;
+        let turns = frequency_hz * length_s;
+        if turns < 1.0 {
+            return Err(FtCenterError::TooFewTurns { turns });
+        }
+        let basis = Basis { frequency_hz, harmonics: harmonics(frequency_hz) };
+        let fitted = harmonic::fit(samples, basis).ok_or(FtCenterError::TooFewTurns { turns })?;
+        let spectrum = spectrum(samples, &still.fitted.1);
+        let p_value = spectrum.p_value_at(frequency_hz).unwrap_or(1.0);
+        return Ok(Spin { fitted: (basis, fitted), p_value: Some(p_value) });
+    }
+    if samples.len() < MIN_SAMPLES_SPIN {
+        return Ok(still);
+    }
+    let found = spectrum(samples, &still.fitted.1).peak().filter(|p| p.p_value < SPIN_ALPHA);
+    let refined = found.and_then(|p| {
+        let harmonics = harmonics(p.frequency_hz);
+        let basis = Basis { frequency_hz: p.frequency_hz, harmonics };
+        let fitted = harmonic::refine(samples, basis)?;
+        Some(Spin { fitted, p_value: Some(p.p_value) })
+    });
+    Ok(refined.unwrap_or(still))
+}
+
+fn spectrum(samples: &[InContact], fitted: &HarmonicFit) -> Spectrum {
+    let times: Vec<_> = samples.iter().map(|s| s.time_s).collect();
+    Spectrum::of(&times, &fitted.residuals_nmm)
+}
+
+fn effective_samples(scatter: &Matrix2<f64>, mean: &Matrix2<f64>, samples: f64) -> f64 {
+    if mean.trace() > 0.0 { scatter.trace() / mean.trace() } else { samples }
+}
+
+fn wobble(
+    samples: &[InContact],
+    basis: Basis,
+    fitted: &HarmonicFit,
+    options: &OrbitOptions,
+    p_value: f64,
+) -> Wobble {
+    let c = |row: usize| Complex::new(fitted.coefficients[(row, 0)], fitted.coefficients[(row, 1)]);
+    // a cos + b sin = A₊ e^(iωt) + A₋ e^(−iωt)
+    let i = Complex::new(0.0, 1.0);
+    let forward = ((c(1) - i * c(2)) / 2.0).norm();
+    let backward = ((c(1) + i * c(2)) / 2.0).norm();
+    let radius_mm = forward.hypot(backward);
+    let n = crate::count(samples.len());
+    let noise = spectrum(samples, fitted).noise_power(basis.frequency_hz);
+    // Too few neighbours: as for white noise.
+    let power = noise.unwrap_or_else(|| fitted.residual_moments().trace());
+    let square_n2 = samples.iter().map(|s| s.fz_n * s.fz_n).sum::<f64>() / n;
+    // Variance of each complex amplitude; half of it is along the amplitude.
+    let amplitude_mm2 = power / (n * n * square_n2);
+    let length_s = samples[samples.len() - 1].time_s - samples[0].time_s;
+    // Rife and Boorstyn 1974: var(ω) = 6 var(A) / (A² T²).
+    let spin_std_hz = (6.0 * amplitude_mm2).sqrt() / (TAU * radius_mm * length_s);
+    Wobble {
+        spin_hz: if forward >= backward { basis.frequency_hz } else { -basis.frequency_hz },
+        spin_std_hz: if options.spin_hz.is_some() { 0.0 } else { spin_std_hz },
+        radius_mm,
+        radius_std_mm: (0.5 * amplitude_mm2).sqrt(),
+        semi_axes_mm: [forward + backward, (forward - backward).abs()],
+        p_value,
+    }
+}
+
+/// The `Fz`-weighted mean wrench, its moment moved so that it acts at the centre of the orbit.
+///
+/// With these weights the mean reacts to an error of the sensor as the centre does, to first
+/// order: a moment bias `b` moves both by `b ΣFz/ΣFz²`.
+fn mean_wrench(
+    record: &[Sample],
+    samples: &[InContact],
+    z0_mm: f64,
+    center_mm: &Point2<f64>,
+) -> (Wrench, f64) {
+    let (mut force, mut free, mut total) = (Vector3::zeros(), 0.0, 0.0);
+    for s in samples {
+        let wrench = &record[s.index].wrench;
+        force += wrench.force_n * s.fz_n;
+        free += pressure_point(wrench, z0_mm).free_moment_nmm * s.fz_n;
+        total += s.fz_n;
+    }
+    let (force_n, free_moment_nmm) = (force / total, free / total);
+    let at = Point3::new(center_mm.x, center_mm.y, z0_mm);
+    let mut mean = Wrench::of_force(force_n, &at);
+    mean.torque_nmm.z += free_moment_nmm;
+    (mean, free_moment_nmm)
 }

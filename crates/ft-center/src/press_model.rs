@@ -1,18 +1,47 @@
 //! The presses as a model for the loop.
 
-use model_discrepancy::{Covariate, Effect, Layout, Model, Parameter, Proposal, State};
+use model_discrepancy::{
+    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+};
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Contact, FtCenterError, LocateOptions, Located, SolvedPress};
+use crate::parameter::parameter;
+use crate::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
+use crate::press_effects::Catalogue;
+use crate::press_noise::CenterNoise;
+use crate::press_proposals::proposals;
+use crate::sensor_errors::Reading;
+use crate::{
+    Contact, FtCenterError, LocateOptions, Located, PressRole, SensorFrame, SolvedPress, locate,
+};
 
 /// Presses, their planar frame, and what the frame leaves out.
-#[derive(Debug)]
+///
+/// Two rows per press of role `Frame` or `Check`: the solved centre mapped to the machine −
+/// the machine's position, in mm. Effects act on the mean wrench of the press and on where the
+/// machine says it is, not on the result.
+///
+/// Rows are weighed by the noise of the records, axis by axis in the machine frame; the
+/// correlation of x and y within a press, which only the noise of `Fz` makes, is left out.
+#[derive(Clone, Debug)]
 pub struct PressModel {
-    layout: Layout,
+    pub(crate) layout: Layout,
+    pub(crate) base: Vec<Parameter>,
+    pub(crate) design: Design,
+    /// One per observation of the layout that is a press.
+    pub(crate) points: Vec<PressPoint>,
+    pub(crate) standards: Vec<Standard>,
+    /// Frame of the declared model.
+    pub(crate) frame: SensorFrame,
+    /// All presses given.
+    pub(crate) presses: Vec<SolvedPress>,
+    /// One per press given.
+    pub(crate) all_points: Vec<PressPoint>,
+    observed: Vec<usize>,
 }
 
 impl PressModel {
-    /// Builds the model of a case of presses.
+    /// Builds the model of a case of presses, in the order measured.
     ///
     /// `covariates` have one value per *observation*: per press of role `Frame` or `Check`, in
     /// input order; see [`PressModel::observed`]. A column whose name ends in `_c` becomes a
@@ -27,30 +56,126 @@ impl PressModel {
         options: &LocateOptions,
         covariates: &[Covariate],
     ) -> Result<Self, FtCenterError> {
-        let _ = (presses, contact, options, covariates);
-        unimplemented!("lands with the next commit")
+        let Located { frame, .. } = locate(presses, contact, options)?;
+        let noise = CenterNoise::of(presses, contact.z0_mm, options.noise)?;
+        let observed: Vec<_> =
+            (0..presses.len()).filter(|&i| presses[i].role != PressRole::Locate).collect();
+        let warm: Vec<_> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        if let Some(wrong) = covariates.iter().find(|c| c.values.len() != observed.len()) {
+            let (got, needed) = (wrong.values.len(), observed.len());
+            return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
+        }
+        let elapsed = elapsed(presses);
+        let point = |i: usize| {
+            let observation = observed.iter().position(|&o| o == i);
+            let warmth = |o: usize| warm.iter().map(|c| c.values[o] - REFERENCE_C).collect();
+            PressPoint {
+                machine_mm: presses[i].machine_mm,
+                reading: Reading {
+                    wrench: presses[i].orbit.mean_wrench,
+                    elapsed_ratio: elapsed[i],
+                },
+                covariance_mm2: noise.covariances_mm2[i],
+                warmth_k: observation.map_or_else(Vec::new, warmth),
+                observation,
+            }
+        };
+        let all_points: Vec<_> = (0..presses.len()).map(point).collect();
+        let fitted: Vec<_> = (observed.iter().enumerate())
+            .filter(|(_, i)| presses[**i].role == PressRole::Frame)
+            .map(|(observation, &i)| (observation, presses[i].name.clone()))
+            .collect();
+        let columns: Vec<_> = warm.iter().map(|c| c.name.clone()).collect();
+        let role = |i: usize| match presses[i].role {
+            PressRole::Frame => Role::Fit,
+            PressRole::Check | PressRole::Locate => Role::Check,
+        };
+        let groups =
+            observed.iter().map(|&i| Group { name: presses[i].name.clone(), role: role(i) });
+        let mut model = Self {
+            layout: Layout {
+                groups: groups.collect(),
+                unit: "mm".to_owned(),
+                sigma_declared: options.noise.is_some(),
+                ..Layout::default()
+            },
+            base: vec![
+                parameter("frame angle", "deg", 1f64.to_degrees()),
+                parameter("frame translation x", "mm", 1.0),
+                parameter("frame translation y", "mm", 1.0),
+            ],
+            design: Design {
+                z0_mm: contact.z0_mm,
+                handedness: frame.handedness,
+                pivot_mm: frame.pivot_mm,
+                catalogue: Catalogue::new(&columns, &fitted),
+            },
+            points: observed.iter().map(|&i| all_points[i].clone()).collect(),
+            standards: Vec::new(),
+            frame,
+            presses: presses.to_vec(),
+            all_points,
+            observed,
+        };
+        model.lay_out();
+        Ok(model)
     }
 
     /// Index into the presses given of each observation of the layout.
     #[must_use]
     pub fn observed(&self) -> &[usize] {
-        unimplemented!("lands with the next commit")
+        &self.observed
     }
 
     /// Position in the machine and mean load of each observation, as covariates for the loop.
     #[must_use]
     pub fn covariates(&self) -> Vec<Covariate> {
-        unimplemented!("lands with the next commit")
+        let column = |name: &str, value: fn(&PressPoint) -> f64| Covariate {
+            name: name.to_owned(),
+            values: self.points.iter().map(value).collect(),
+            origin: Origin::Coordinate,
+        };
+        vec![
+            column("machine_x_mm", |p| p.machine_mm.x),
+            column("machine_y_mm", |p| p.machine_mm.y),
+            column("fz_n", load_n),
+        ]
     }
 
-    /// Frame and centres of all presses, those to be located too, with the effects in `at`.
-    ///
-    /// `covariance` is that of `[base, active amplitudes in catalogue order]`, as
-    /// [`Closure::covariance`](model_discrepancy::Closure::covariance).
-    #[must_use]
-    pub fn located(&self, at: &State, covariance: &DMatrix<f64>) -> Located {
-        let _ = (at, covariance);
-        unimplemented!("lands with the next commit")
+    /// Adds a press as data to be fitted, as a design: its residual is of no meaning.
+    pub(crate) fn add_point(&mut self, point: PressPoint) {
+        let name = format!("proposed {}", self.points.len() + 1);
+        self.layout.groups.insert(self.points.len(), Group { name, role: Role::Fit });
+        self.points.push(PressPoint { observation: None, ..point });
+        self.lay_out();
+    }
+
+    /// Adds knowledge from outside, always fitted and never reported.
+    pub(crate) fn add_standard(&mut self, standard: Standard) {
+        self.layout.groups.push(Group { name: "standard".to_owned(), role: Role::Prior });
+        self.standards.push(standard);
+        self.lay_out();
+    }
+
+    fn lay_out(&mut self) {
+        let mut rows = Vec::new();
+        let linear = self.frame.machine_from_sensor().linear;
+        for (observation, point) in self.points.iter().enumerate() {
+            let covariance = linear * point.covariance_mm2 * linear.transpose();
+            for component in 0..2 {
+                let sigma = covariance[(component, component)].sqrt();
+                rows.push(Row { observation, component, sigma, reported: true });
+            }
+        }
+        for (i, standard) in self.standards.iter().enumerate() {
+            let observation = self.points.len() + i;
+            for component in 0..standard.rows() {
+                let sigma = standard.sigma();
+                rows.push(Row { observation, component, sigma, reported: false });
+            }
+        }
+        self.layout.rows = rows;
+        self.layout.observations = (0..self.points.len() + self.standards.len()).collect();
     }
 }
 
@@ -60,30 +185,77 @@ impl Model for PressModel {
     }
 
     fn base(&self) -> &[Parameter] {
-        unimplemented!("lands with the next commit")
+        &self.base
     }
 
     fn effects(&self) -> &[Effect] {
-        unimplemented!("lands with the next commit")
+        &self.design.catalogue.described
     }
 
     fn start(&self) -> DVector<f64> {
-        unimplemented!("lands with the next commit")
+        let pivot = self.frame.sensor_from_machine().apply(&self.frame.pivot_mm);
+        DVector::from_column_slice(&[self.frame.angle_rad, pivot.x, pivot.y])
     }
 
-    fn residuals(&self, _at: &State) -> DVector<f64> {
-        unimplemented!("lands with the next commit")
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let unpacked = self.design.unpack(at);
+        let mut rows = Vec::with_capacity(self.layout.rows.len());
+        for point in &self.points {
+            rows.extend(self.design.residual(point, &unpacked, at).iter());
+        }
+        for standard in &self.standards {
+            rows.extend(self.design.standard_residual(*standard, &unpacked));
+        }
+        DVector::from_vec(rows)
     }
 
-    fn base_jacobian(&self, _at: &State) -> DMatrix<f64> {
-        unimplemented!("lands with the next commit")
+    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
+        let unpacked = self.design.unpack(at);
+        let mut jacobian = DMatrix::zeros(self.layout.rows.len(), 3);
+        for (i, point) in self.points.iter().enumerate() {
+            let block = self.design.base_jacobian(point, &unpacked);
+            jacobian.fixed_view_mut::<2, 3>(2 * i, 0).copy_from(&block);
+        }
+        let mut row = 2 * self.points.len();
+        for standard in &self.standards {
+            let block = self.design.standard_base_jacobian(*standard, &unpacked);
+            jacobian.rows_mut(row, block.nrows()).copy_from(&block);
+            row += block.nrows();
+        }
+        jacobian
     }
 
-    fn tangent(&self, _at: &State, _effect: usize) -> DMatrix<f64> {
-        unimplemented!("lands with the next commit")
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        let unpacked = self.design.unpack(at);
+        let parameters = self.effects()[effect].parameters.len();
+        let mut tangent = DMatrix::zeros(self.layout.rows.len(), parameters);
+        for (i, point) in self.points.iter().enumerate() {
+            let block = self.design.tangent(point, &unpacked, effect);
+            tangent.rows_mut(2 * i, 2).copy_from(&block);
+        }
+        let mut row = 2 * self.points.len();
+        for standard in &self.standards {
+            let block = self.design.standard_tangent(*standard, &unpacked, effect);
+            tangent.rows_mut(row, block.nrows()).copy_from(&block);
+            row += block.nrows();
+        }
+        tangent
     }
 
     fn proposals(&self) -> Vec<Proposal> {
-        unimplemented!("lands with the next commit")
+        proposals(self)
     }
+}
+
+/// Share of the session that had passed at each press: by the clock where the records' times
+/// follow each other, else by order.
+fn elapsed(presses: &[SolvedPress]) -> Vec<f64> {
+    let middle = |p: &SolvedPress| 0.5 * (p.orbit.span_s[0] + p.orbit.span_s[1]);
+    let clocked = presses.windows(2).all(|w| w[0].orbit.span_s[1] < w[1].orbit.span_s[0]);
+    let times: Vec<_> = (presses.iter().enumerate())
+        .map(|(i, p)| if clocked { middle(p) } else { crate::count(i) })
+        .collect();
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let length = if last > first { last - first } else { 1.0 };
+    times.iter().map(|t| (t - first) / length).collect()
 }

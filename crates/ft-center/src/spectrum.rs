@@ -1,0 +1,174 @@
+//! Spectrum of a planar signal at uneven times, for finding the spin.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Complex;
+
+/// Most cells that a record is sorted into; a 30 s record then reaches 2 kHz.
+const MAX_CELLS: usize = 1 << 17;
+
+/// Bins on either side of a line that its own leakage dominates.
+const LINE_BINS: usize = 4;
+
+/// Bins on either side that show the noise around a line.
+const NEIGHBOUR_BINS: usize = 24;
+
+/// Fewest neighbours from which the noise around a line can be told.
+const MIN_NEIGHBOURS: usize = 12;
+
+/// Median of the sum of two unit exponentials, Γ(2, 1).
+const MEDIAN_OF_TWO: f64 = 1.678_346_990;
+
+/// Power of `x + iy` at positive frequencies, both senses of rotation added.
+///
+/// Samples are sorted into cells of equal length and the record is padded to twice its length,
+/// so that bins are half as wide as the record resolves.
+#[derive(Clone, Debug)]
+pub(crate) struct Spectrum {
+    power: Vec<f64>,
+    bin_hz: f64,
+    /// First bin that makes two turns in the record.
+    first: usize,
+    /// One past the last bin under the mean Nyquist frequency.
+    end: usize,
+}
+
+/// The highest line of a spectrum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Peak {
+    pub(crate) frequency_hz: f64,
+    pub(crate) p_value: f64,
+}
+
+impl Spectrum {
+    /// `signal` at `time_s`, increasing; two samples or more.
+    pub(crate) fn of(time_s: &[f64], signal: &[[f64; 2]]) -> Self {
+        let n = time_s.len();
+        let start = time_s[0];
+        let length_s = (time_s[n - 1] - start) * crate::count(n) / crate::count(n - 1);
+        let cells = (2 * n).next_power_of_two().min(MAX_CELLS);
+        let mut grid = vec![Complex::new(0.0, 0.0); 2 * cells];
+        for (t, s) in time_s.iter().zip(signal) {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a share of the record's length, cut to the grid"
+            )]
+            let cell = ((t - start) / length_s * crate::count(cells)) as usize;
+            grid[cell.min(cells - 1)] += Complex::new(s[0], s[1]);
+        }
+        transform(&mut grid);
+        let half = cells;
+        let power = (0..half)
+            .map(|k| grid[k].norm_sqr() + grid[(2 * cells - k) % (2 * cells)].norm_sqr())
+            .collect();
+        // Bin k is k/2 turns in the record; the mean Nyquist frequency is n/2 turns.
+        Self { power, bin_hz: 0.5 / length_s, first: 4, end: n.min(half) }
+    }
+
+    /// The highest line and the chance of noise alone making it, over all bins searched.
+    pub(crate) fn peak(&self) -> Option<Peak> {
+        let strength = |k: usize| Some((k, self.power[k] / self.background(k)?));
+        let (k, ratio) =
+            (self.first..self.end).filter_map(strength).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let trials = 0.5 * crate::count(self.end - self.first);
+        let frequency_hz = crate::count(k) * self.bin_hz;
+        Some(Peak { frequency_hz, p_value: (trials * tail(ratio)).min(1.0) })
+    }
+
+    /// Chance of noise alone at one frequency; `None` where the noise around it is not seen.
+    pub(crate) fn p_value_at(&self, frequency_hz: f64) -> Option<f64> {
+        let k = self.bin(frequency_hz)?;
+        Some(tail(self.power[k] / self.background(k)?))
+    }
+
+    /// Mean power of the noise around a frequency, one sense of rotation.
+    pub(crate) fn noise_power(&self, frequency_hz: f64) -> Option<f64> {
+        self.background(self.bin(frequency_hz)?)
+    }
+
+    fn bin(&self, frequency_hz: f64) -> Option<usize> {
+        let k = (frequency_hz.abs() / self.bin_hz).round();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to lie within the table"
+        )]
+        (k < crate::count(self.power.len())).then_some(k as usize)
+    }
+
+    /// Mean noise power of one sense of rotation around bin `k`, by the median of its neighbours.
+    fn background(&self, k: usize) -> Option<f64> {
+        let below = k.saturating_sub(2 * NEIGHBOUR_BINS).max(1)..k.saturating_sub(2 * LINE_BINS);
+        let above = k + 2 * LINE_BINS + 1..(k + 2 * NEIGHBOUR_BINS + 1).min(self.end);
+        let mut around: Vec<_> = below.chain(above).map(|j| self.power[j]).collect();
+        if around.len() < MIN_NEIGHBOURS {
+            return None;
+        }
+        let middle = around.len() / 2;
+        let (_, median, _) = around.select_nth_unstable_by(middle, f64::total_cmp);
+        Some(*median / MEDIAN_OF_TWO)
+    }
+}
+
+/// Chance of noise power above `ratio` times its mean.
+///
+/// That of an exponential of mean two: right where the noise shakes along one line, too large
+/// (on the safe side) where it is round.
+fn tail(ratio: f64) -> f64 {
+    // NaN: a record without any noise and without any line.
+    if ratio.is_nan() { 1.0 } else { (-0.5 * ratio).exp() }
+}
+
+/// In-place radix-2 Fourier transform, `Σ x e^(−2πi jk/n)`; the length is a power of two.
+fn transform(x: &mut [Complex<f64>]) {
+    let n = x.len();
+    let bits = n.trailing_zeros();
+    for i in 0..n {
+        let j = i.reverse_bits() >> (usize::BITS - bits);
+        if i < j {
+            x.swap(i, j);
+        }
+    }
+    let roots: Vec<_> = (0..n / 2)
+        .map(|k| Complex::from_polar(1.0, -TAU * crate::count(k) / crate::count(n)))
+        .collect();
+    let mut half = 1;
+    while half < n {
+        let stride = n / (2 * half);
+        for block in x.chunks_exact_mut(2 * half) {
+            let (low, high) = block.split_at_mut(half);
+            for (k, (a, b)) in low.iter_mut().zip(high).enumerate() {
+                let turned = roots[k * stride] * *b;
+                *b = *a - turned;
+                *a += turned;
+            }
+        }
+        half *= 2;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of 64 sums of unit terms.
+    const EXACT: f64 = 1e-12;
+
+    #[test]
+    fn transform_matches_the_sum_it_stands_for() {
+        let n = 64;
+        let x: Vec<_> = (0..n)
+            .map(|i| Complex::new((f64::from(i) * 0.7).sin(), (f64::from(i * i) * 0.1).cos()))
+            .collect();
+        let mut fast = x.clone();
+        transform(&mut fast);
+        for (k, value) in fast.iter().enumerate() {
+            let term = |(i, v): (usize, &Complex<f64>)| {
+                v * Complex::from_polar(1.0, -TAU * (i * k) as f64 / f64::from(n))
+            };
+            let slow: Complex<f64> = x.iter().enumerate().map(term).sum();
+            assert!((slow - value).norm() < EXACT * f64::from(n), "bin {k}");
+        }
+    }
+}

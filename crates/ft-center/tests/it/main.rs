@@ -1,0 +1,5 @@
+//! Tests of the public interface, one binary.
+
+mod coverage;
+mod orbit;
+mod simulator;

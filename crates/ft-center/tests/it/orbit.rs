@@ -1,0 +1,1 @@
+//! Orbit centres: exactness, spin, gate and hostile records.
