@@ -1,6 +1,127 @@
-//! `cargo xtask bench power`.
+//! `cargo xtask bench power`: how often the loop is right, over many simulated cases.
+
+mod cells;
+mod detectable;
+mod scene;
+mod table;
+mod trial;
+mod wilson;
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{fs, thread};
+
+use anyhow::{Context, Result, bail};
+
+use crate::program::Truing;
+use crate::shell;
+use cells::{Cell, Question, cells};
+use trial::Trial;
+
+/// How much to run.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Arguments {}
-pub(crate) fn run(_: &Arguments) -> anyhow::Result<()> {
+pub(crate) struct Arguments {
+    /// Simulated cases per cell.
+    #[arg(long, default_value_t = 200)]
+    seeds: usize,
+    /// Only cells whose crate or situation contains this; writes no documentation.
+    #[arg(long)]
+    only: Option<String>,
+}
+
+/// Processes that run at the same time.
+const N_WORKERS: usize = 2;
+/// Distance between the first seeds of cells, so that no two cells share a case.
+const SEEDS_PER_CELL: usize = 1_000_000;
+
+/// What a cell gave.
+pub(crate) struct Tally {
+    pub(crate) cell: Cell,
+    pub(crate) hits: usize,
+    pub(crate) trials: usize,
+    /// Median of held-out error over noise.
+    pub(crate) ratio: f64,
+    /// How often each answer was given, the most frequent first.
+    pub(crate) answers: Vec<(String, usize)>,
+}
+
+impl Tally {
+    /// Whether the cell is as good as it must be.
+    pub(crate) fn good(&self) -> bool {
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let share = self.hits as f64 / self.trials as f64;
+        match self.cell.question {
+            Question::Named(_) => share >= 0.95 && self.ratio <= 1.1,
+            Question::FalseAddition | Question::ConfidentWrongName => share <= 0.05,
+        }
+    }
+}
+
+/// Runs all cells, prints the table and rewrites the block of `docs/validation.md`.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.seeds == 0 {
+        bail!("at least one seed per cell is needed");
+    }
+    let truing = Truing::build()?;
+    let wanted = |cell: &Cell| {
+        let name = format!("{} {}", cell.krate, cell.situation);
+        arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))
+    };
+    let mut tallies = Vec::new();
+    for (index, cell) in cells().into_iter().enumerate() {
+        if wanted(&cell) {
+            let trials = trials(&truing, &cell, index * SEEDS_PER_CELL, arguments.seeds)?;
+            let tally = tally(cell, &trials);
+            table::print_line(&tally);
+            tallies.push(tally);
+        }
+    }
+    if arguments.only.is_none() {
+        table::write_page(&tallies)?;
+    }
     Ok(())
+}
+
+/// Runs the seeds of one cell on all workers.
+fn trials(truing: &Truing, cell: &Cell, first: usize, n_seeds: usize) -> Result<Vec<Trial>> {
+    let next = AtomicUsize::new(0);
+    let trials = Mutex::new(Vec::with_capacity(n_seeds));
+    let work = |worker: usize| -> Result<()> {
+        let folder = shell::root().join(format!("target/power/{worker}"));
+        fs::create_dir_all(&folder).context("cannot make target/power")?;
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= n_seeds {
+                return Ok(());
+            }
+            let seed = u64::try_from(first + index).context("seed too large")?;
+            let trial = trial::run(truing, cell, seed, &folder)?;
+            trials.lock().expect("no worker panics").push(trial);
+        }
+    };
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..N_WORKERS).map(|w| scope.spawn(move || work(w))).collect();
+        workers.into_iter().try_for_each(|w| w.join().expect("no worker panics"))
+    })?;
+    Ok(trials.into_inner().expect("no worker panics"))
+}
+
+fn tally(cell: Cell, trials: &[Trial]) -> Tally {
+    let mut ratios: Vec<f64> = trials.iter().filter_map(|t| t.ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for trial in trials {
+        *counts.entry(&trial.answer).or_default() += 1;
+    }
+    let mut answers: Vec<(String, usize)> =
+        counts.into_iter().map(|(answer, count)| (answer.to_owned(), count)).collect();
+    answers.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    Tally {
+        cell,
+        hits: trials.iter().filter(|t| t.hit).count(),
+        trials: trials.len(),
+        ratio: ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN),
+        answers,
+    }
 }

@@ -1,6 +1,7 @@
 //! Committed cases: published tables, and simulations written from the physics.
 
 mod noise;
+pub(crate) mod oracle;
 pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod survey;

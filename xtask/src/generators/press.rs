@@ -127,8 +127,6 @@ pub(crate) struct Press {
     pub role: Role,
     /// Where the machine says the head is, mm.
     pub commanded_mm: [f64; 2],
-    /// Where the orbit of the pressure centre is centred, machine frame, mm.
-    pub center_mm: [f64; 2],
     /// Turns per second.
     pub spin_hz: f64,
     /// Time since the session began, s, and the wrench read.
@@ -146,6 +144,15 @@ pub(crate) struct Recorded {
     pub sensor_rad: f64,
     /// Height of the contact plane that the case declares, sensor frame, mm.
     pub declared_height_mm: f64,
+}
+
+impl Recorded {
+    /// A position of the machine in the sensor's frame, mm.
+    pub(crate) fn in_sensor(&self, machine_mm: [f64; 2]) -> [f64; 2] {
+        let offset = [machine_mm[0] - self.sensor_mm[0], machine_mm[1] - self.sensor_mm[1], 0.0];
+        let turned = rotate([0.0, 0.0, 1.0], -self.sensor_rad, offset);
+        [turned[0], self.declared_height_mm.signum() * turned[1]]
+    }
 }
 
 /// Thickness of the platform above the sensor's reference point, mm.
@@ -196,7 +203,7 @@ fn plan(session: &Session, sensor_mm: [f64; 2], rng: &mut ChaCha8Rng) -> Vec<Pla
     const GOLDEN_RAD: f64 = 2.399_963_229_728_653;
     let n_known = session.n_frame + session.n_check;
     let n_presses = n_known + session.n_locate;
-    let side = (1..).find(|s| s * s >= n_known).expect("some square is large enough");
+    let side = (1..=n_known).find(|s| s * s >= n_known).unwrap_or(1);
     let mut cells: Vec<usize> = (0..side * side).collect();
     for last in (1..cells.len()).rev() {
         cells.swap(last, rng.random_range(0..=last));
@@ -276,13 +283,7 @@ impl Rig<'_> {
         }
         // Lifting the head: the bridges see no load before the next press.
         self.sense([0.0; 6], start_s / session_s, play);
-        Press {
-            role: planned.role,
-            commanded_mm: planned.commanded_mm,
-            center_mm,
-            spin_hz,
-            samples,
-        }
+        Press { role: planned.role, commanded_mm: planned.commanded_mm, spin_hz, samples }
     }
 
     /// Where the head really goes, machine frame.

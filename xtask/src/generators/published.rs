@@ -1,6 +1,7 @@
 //! Tables printed in the source documents.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use super::{Case, complete, words};
 use crate::expectation::{Expectation, Number, Provenance};
@@ -87,7 +88,7 @@ transform = \"none\"
 ";
     let mut table = "point,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm\n".to_owned();
     for (index, [x, y, measured, computed]) in VERIFICATION_POINTS_MM.iter().enumerate() {
-        table.push_str(&format!("{},{x},{y},{computed},{x},{y},{measured}\n", index + 1));
+        let _ = writeln!(table, "{},{x},{y},{computed},{x},{y},{measured}", index + 1);
     }
     let provenance = Provenance {
         title: "Computed against measured verification points".to_owned(),

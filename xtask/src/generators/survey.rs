@@ -41,12 +41,16 @@ pub(crate) enum Defect {
     Cubic(f64),
     /// Lead screw of the x axis: amplitude, mm, and period, mm.
     LeadScrew(f64, f64),
+    /// The machine's scales grow with the air temperature, which is recorded: relative per kelvin
+    /// away from 20 °C.
+    Expansion(f64),
     /// A mount of carbon-fibre composite swells with humidity: mm per percent, along z.
     Humidity(f64),
 }
 
 /// A survey to simulate.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent circumstances")]
 pub(crate) struct Survey {
     /// Points fitted.
     pub n_fit: usize,
@@ -103,6 +107,8 @@ pub(crate) struct Surveyed {
     pub pairs_csv: String,
     /// Machine's word for each point, in the order measured, mm.
     pub from_mm: Vec<[f64; 3]>,
+    /// Whether each point is set aside for judging.
+    pub is_check: Vec<bool>,
     /// What the defect did to each point, in the machine's frame, mm.
     pub displacement_mm: Vec<[f64; 3]>,
     /// Root mean square over check points of the length of the noise alone, mm.
@@ -132,8 +138,7 @@ pub(crate) fn simulate(survey: &Survey) -> Surveyed {
     let mut to_mm = Vec::new();
     let mut check_noise = 0.0;
     for (index, &from) in from_mm.iter().enumerate() {
-        let displacement =
-            displacement_of(survey.defect, index, n_points, from, covariates.humidity_pct[index]);
+        let displacement = displacement_of(survey.defect, from, index, &covariates);
         let mut noise: [f64; 3] =
             std::array::from_fn(|axis| survey.noise_mm * noises[axis].next(&mut rng));
         if survey.planar {
@@ -149,19 +154,14 @@ pub(crate) fn simulate(survey: &Survey) -> Surveyed {
         case_toml: case_toml(survey),
         pairs_csv: pairs_csv(survey, &from_mm, &to_mm, &is_check, &covariates),
         from_mm,
+        is_check,
         displacement_mm,
         check_noise_mm: (check_noise / as_f64(survey.n_check.max(1))).sqrt(),
     }
 }
 
 /// Displacement of one point by the defect, in the machine's frame, mm.
-fn displacement_of(
-    defect: Defect,
-    index: usize,
-    n_points: usize,
-    p: [f64; 3],
-    humidity_pct: f64,
-) -> [f64; 3] {
+fn displacement_of(defect: Defect, p: [f64; 3], index: usize, covariates: &Covariates) -> [f64; 3] {
     match defect {
         Defect::None => [0.0; 3],
         Defect::Shift(shift) => shift,
@@ -181,6 +181,7 @@ fn displacement_of(
             }
         }
         Defect::Drift(total) => {
+            let n_points = covariates.air_c.len();
             let time = as_f64(index) / as_f64(n_points - 1) / WARMING_TIME;
             scale((1.0 - (-time).exp()) / (1.0 - (-1.0 / WARMING_TIME).exp()), total)
         }
@@ -193,7 +194,10 @@ fn displacement_of(
         Defect::LeadScrew(amplitude, period) => {
             [amplitude * (std::f64::consts::TAU * p[0] / period).sin(), 0.0, 0.0]
         }
-        Defect::Humidity(per_percent) => [0.0, 0.0, per_percent * (humidity_pct - 50.0)],
+        Defect::Expansion(per_k) => scale(per_k * (covariates.air_c[index] - 20.0), p),
+        Defect::Humidity(per_percent) => {
+            [0.0, 0.0, per_percent * (covariates.humidity_pct[index] - 50.0)]
+        }
     }
 }
 
@@ -297,9 +301,14 @@ fn pairs_csv(
 ) -> String {
     let n_axes = if survey.planar { 2 } else { 3 };
     let axes = &["x", "y", "z"][..n_axes];
-    let names = |side: &str| axes.iter().map(|a| format!(",{side}_{a}_mm")).collect::<String>();
     let with_humidity = matches!(survey.defect, Defect::Humidity(_));
-    let mut text = format!("point{}{},use", names("from"), names("to"));
+    let mut text = "point".to_owned();
+    for side in ["from", "to"] {
+        for axis in axes {
+            let _ = write!(text, ",{side}_{axis}_mm");
+        }
+    }
+    text.push_str(",use");
     text.push_str(if with_humidity { ",humidity_pct" } else { "" });
     text.push_str(if matches!(survey.defect, Defect::Drift(_)) { ",time_s" } else { "" });
     text.push_str(if survey.record_air { ",air_c" } else { "" });

@@ -1,0 +1,226 @@
+//! The situations whose statistics are measured.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::scene::{Scene, session_at, survey_at};
+use crate::generators::Colour;
+use crate::generators::press::{Fault, Session};
+use crate::generators::survey::{Defect, Survey};
+
+/// What is asked of the answers of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Question {
+    /// How often anything is added although nothing is wrong.
+    FalseAddition,
+    /// How often this effect is named, alone or in its class, and nothing else is added.
+    Named(&'static str),
+    /// How often an effect of the catalogue is added and the matter called explained.
+    ConfidentWrongName,
+}
+
+/// One situation.
+pub(crate) struct Cell {
+    /// Crate.
+    pub(crate) krate: &'static str,
+    /// In words.
+    pub(crate) situation: &'static str,
+    pub(crate) question: Question,
+    make: fn(u64) -> Scene,
+}
+
+impl Cell {
+    /// The scene of one seed.
+    pub(crate) fn scene(&self, seed: u64) -> Scene {
+        (self.make)(seed)
+    }
+}
+
+/// How many times its minimal detectable size an effect has.
+const TIMES: f64 = 5.0;
+
+/// All cells.
+pub(crate) fn cells() -> Vec<Cell> {
+    let mut cells = surveys();
+    cells.extend(sessions());
+    cells
+}
+
+fn survey(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
+    Cell { krate: "frame-fit", situation, question, make }
+}
+
+fn session(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
+    Cell { krate: "ft-center", situation, question, make }
+}
+
+fn surveys() -> Vec<Cell> {
+    use Question::{ConfidentWrongName, FalseAddition, Named};
+    vec![
+        survey("nothing, white noise", FalseAddition, |seed| {
+            Scene::Survey(Survey { record_air: true, ..Survey::new(seed) })
+        }),
+        survey("nothing, white noise not declared", FalseAddition, |seed| {
+            Scene::Survey(Survey { declare_noise: false, ..Survey::new(seed) })
+        }),
+        survey("nothing, AR(1) 0.7 from point to point", FalseAddition, |seed| {
+            let colour = Colour::Ar1(0.7);
+            Scene::Survey(Survey { colour, record_air: true, ..Survey::new(seed) })
+        }),
+        survey("nothing, 1/f from point to point", FalseAddition, |seed| {
+            Scene::Survey(Survey { colour: Colour::Pink, ..Survey::new(seed) })
+        }),
+        survey("frames shifted", Named("shift"), |seed| {
+            common(seed, 3, |a, d| Defect::Shift(d.map(|v| a * v)))
+        }),
+        survey("frames rotated", Named("rotation"), |seed| {
+            common(seed, 3, |a, d| Defect::Rotation(d.map(|v| a * v)))
+        }),
+        survey("scale", Named("scale"), |seed| rigid(seed, 1, |a, d| Defect::Scale(a * sign(d)))),
+        survey("scale of each axis", Named("anisotropic-scale"), |seed| {
+            rigid(seed, 3, |a, d| Defect::AxisScale(d.map(|v| a * v)))
+        }),
+        survey("axes out of square", Named("shear"), |seed| {
+            rigid(seed, 3, |a, d| Defect::Squareness(d.map(|v| a * v)))
+        }),
+        survey("one bad point", Named("bad-point"), bad_point),
+        survey("stand drifts", Named("drift"), |seed| {
+            rigid(seed, 3, |a, d| Defect::Drift(d.map(|v| a * v)))
+        }),
+        survey("ram sags", Named("sag"), |seed| rigid(seed, 3, |a, d| Defect::Sag(a * sign(d)))),
+        survey("thermal expansion", Named("temperature"), |seed| {
+            let base = Survey { record_air: true, ..Survey::new(seed) };
+            let d = direction(seed);
+            Scene::Survey(survey_at(&base, |a| Defect::Expansion(a * sign(d)), 1, 7, TIMES))
+        }),
+        survey("lead screw, period 40 mm, 5 σ", ConfidentWrongName, |seed| {
+            outside(seed, Defect::LeadScrew(0.010, 40.0))
+        }),
+        survey("cubic error of x, 10 σ", ConfidentWrongName, |seed| {
+            outside(seed, Defect::Cubic(0.020))
+        }),
+        survey("humidity, 4 σ", ConfidentWrongName, |seed| {
+            outside(seed, Defect::Humidity(0.0013))
+        }),
+    ]
+}
+
+fn sessions() -> Vec<Cell> {
+    use Question::{ConfidentWrongName, FalseAddition, Named};
+    vec![
+        session("nothing, white noise", FalseAddition, |seed| Scene::Session(Session::new(seed))),
+        session("nothing, AR(1) 0.95 from sample to sample", FalseAddition, |seed| {
+            Scene::Session(Session { colour: Colour::Ar1(0.95), ..Session::new(seed) })
+        }),
+        session("nothing, 1/f noise, one load, noise declared", FalseAddition, |seed| {
+            Scene::Session(Session {
+                colour: Colour::Pink,
+                loads_n: vec![40.0],
+                declare_noise: true,
+                ..Session::new(seed)
+            })
+        }),
+        session("sensor bias", Named("sensor-bias"), |seed| {
+            pressed(seed, 3, |a, d| Fault::Bias(moments_and_fz(a, d)))
+        }),
+        session("sensor drifts", Named("bias-drift"), |seed| {
+            pressed(seed, 3, |a, d| Fault::BiasDrift(moments_and_fz(a, d)))
+        }),
+        session("moment gain", Named("moment-gain"), |seed| {
+            pressed(seed, 1, |a, d| Fault::MomentGain(a * sign(d)))
+        }),
+        session("force gain", Named("force-gain"), |seed| {
+            pressed(seed, 1, |a, d| Fault::ForceGain(a * sign(d)))
+        }),
+        session("sideways force leaks into the normal force", Named("crosstalk"), |seed| {
+            pressed(seed, 2, |a, d| Fault::Crosstalk(2, 0, a * sign(d)))
+        }),
+        session("platform thicker than declared", Named("contact-height"), |seed| {
+            pressed(seed, 1, |a, d| Fault::ContactHeight(a * sign(d)))
+        }),
+        session("platform leans", Named("platform-tilt"), |seed| {
+            pressed(seed, 2, |a, d| Fault::PlatformTilt([a * d[0], a * d[1]]))
+        }),
+        session("head gives way under load", Named("load-shift"), |seed| {
+            pressed(seed, 2, |a, d| Fault::LoadShift([a * d[0], a * d[1]]))
+        }),
+        session("machine scale", Named("frame-scale"), |seed| {
+            pressed(seed, 1, |a, d| Fault::FrameScale(a * sign(d)))
+        }),
+        session("play in the moment bridges, 12 N·mm", ConfidentWrongName, |seed| {
+            let loads_n = vec![20.0, 35.0, 60.0];
+            Scene::Session(Session {
+                fault: Fault::Hysteresis(12.0),
+                loads_n,
+                ..Session::new(seed)
+            })
+        }),
+        session("spindle housing warms, 0.12 mm", ConfidentWrongName, |seed| {
+            let d = direction(seed);
+            let end = f64::hypot(d[0], d[1]);
+            let fault = Fault::SpindleGrowth([0.12 * d[0] / end, 0.12 * d[1] / end]);
+            Scene::Session(Session { fault, ..Session::new(seed) })
+        }),
+        session("normal force not linear, 2 % at 60 N", ConfidentWrongName, |seed| {
+            let loads_n = vec![20.0, 35.0, 60.0];
+            let fault = Fault::ForceCurvature(0.02 / 60.0);
+            Scene::Session(Session { loads_n, fault, ..Session::new(seed) })
+        }),
+    ]
+}
+
+/// Effects that share the level of a rigid survey without and with transform, and of a session.
+const RIGID_CANDIDATES: usize = 6;
+const COMMON_CANDIDATES: usize = 8;
+const PRESS_CANDIDATES: usize = 9;
+
+fn rigid(seed: u64, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Scene {
+    let d = direction(seed);
+    let base = Survey::new(seed);
+    Scene::Survey(survey_at(&base, |a| defect(a, d), n_amplitudes, RIGID_CANDIDATES, TIMES))
+}
+
+/// Two frames claimed to be one.
+fn common(seed: u64, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Scene {
+    let d = direction(seed);
+    let base = Survey { common_frame: true, transform: "none", ..Survey::new(seed) };
+    Scene::Survey(survey_at(&base, |a| defect(a, d), n_amplitudes, COMMON_CANDIDATES, TIMES))
+}
+
+fn bad_point(seed: u64) -> Scene {
+    let d = direction(seed);
+    let base = Survey::new(seed);
+    // Every fourth point is a check point, beginning with the fourth.
+    let index = [0, 1, 2, 4, 5, 6, 8, 9][usize::try_from(seed % 8).expect("below 8")];
+    let candidates = RIGID_CANDIDATES * base.n_fit;
+    let defect = |a: f64| Defect::BadPoint(index, d.map(|v| a * v));
+    Scene::Survey(survey_at(&base, defect, 3, candidates, TIMES))
+}
+
+fn outside(seed: u64, defect: Defect) -> Scene {
+    Scene::Survey(Survey { n_fit: 27, n_check: 9, defect, ..Survey::new(seed) })
+}
+
+fn pressed(seed: u64, n_amplitudes: usize, fault: fn(f64, [f64; 3]) -> Fault) -> Scene {
+    let d = direction(seed);
+    let base = Session { loads_n: vec![20.0, 35.0, 60.0], drag: 0.15, ..Session::new(seed) };
+    Scene::Session(session_at(&base, |a| fault(a, d), n_amplitudes, PRESS_CANDIDATES, TIMES))
+}
+
+/// Moments, and a normal force that moves a centre 33 mm off the axis as much.
+fn moments_and_fz(size: f64, d: [f64; 3]) -> [f64; 6] {
+    [0.0, 0.0, 0.03 * size * d[2], size * d[0], size * d[1], 0.0]
+}
+
+/// A direction in space, uniform on the sphere, apart from the seed's other random numbers.
+fn direction(seed: u64) -> [f64; 3] {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5bd1_e995);
+    let z: f64 = rng.random_range(-1.0..1.0);
+    let angle = rng.random_range(0.0..std::f64::consts::TAU);
+    let radius = (1.0 - z * z).sqrt();
+    [radius * angle.cos(), radius * angle.sin(), z]
+}
+
+fn sign(d: [f64; 3]) -> f64 {
+    d[2].signum()
+}

@@ -1,0 +1,61 @@
+//! One simulated case through the loop.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::cells::{Cell, Question};
+use crate::program::{Truing, class_of, number_at};
+
+/// What one case gave.
+#[derive(Clone, Debug)]
+pub(crate) struct Trial {
+    /// Whether the question of the cell is answered with yes.
+    pub(crate) hit: bool,
+    /// Held-out error in the end over what the noise alone makes.
+    pub(crate) ratio: Option<f64>,
+    /// The answer in a line: effects and verdict, or why there is none.
+    pub(crate) answer: String,
+}
+
+/// Simulates, runs and judges one seed, in a folder of the caller's own.
+pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Result<Trial> {
+    let simulated = cell.scene(seed).simulate();
+    let case = folder.join(cell.krate);
+    fs::create_dir_all(&case).with_context(|| format!("cannot make {}", case.display()))?;
+    for (name, text) in &simulated.files {
+        fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
+    }
+    let answer = truing.run(&[
+        "loop".as_ref(),
+        case.as_os_str(),
+        "--json".as_ref(),
+        "--threads".as_ref(),
+        "1".as_ref(),
+    ])?;
+    if answer.code != Some(0) {
+        // No answer counts against every question.
+        let hit = !matches!(cell.question, Question::Named(_));
+        return Ok(Trial { hit, ratio: None, answer: format!("failed: {}", answer.message) });
+    }
+    let steps = answer.json["steps"].as_array().cloned().unwrap_or_default();
+    let classes: Vec<Vec<&str>> = steps.iter().map(class_of).collect();
+    let verdict = answer.json["verdict"].as_str().unwrap_or("none");
+    let names: Vec<&str> = classes.iter().filter_map(|class| class.last().copied()).collect();
+    let hit = match cell.question {
+        Question::FalseAddition => !names.is_empty(),
+        Question::Named(truth) => {
+            !classes.is_empty() && classes.iter().all(|class| class.contains(&truth))
+        }
+        Question::ConfidentWrongName => {
+            verdict == "explained" && names.iter().any(|name| !name.starts_with("covariate:"))
+        }
+    };
+    let held_out = number_at(&answer.json, "after.held_out_rms");
+    Ok(Trial {
+        hit,
+        ratio: held_out.map(|error| error / simulated.noise_mm),
+        answer: format!("{} → {verdict}", names.join(" + ")),
+    })
+}
