@@ -2,7 +2,7 @@
 
 use super::markup::{Markup, Px, shorten, text_width};
 use super::number::{fixed, real};
-use super::panel::{FONT, label, open_svg};
+use super::svg::{FONT, label, open_svg};
 
 /// Similarities between things, 0 to 1.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use super::axis::{Range, Scale, ticks};
 use super::markup::{Markup, Path, Px, shorten, text_width};
-use super::panel::{FONT, colour, label, line, open_svg};
+use super::svg::{FONT, colour, label, line, open_svg};
 
 /// Errors of several models over one axis that starts at zero.
 #[derive(Clone, Debug)]

@@ -17,8 +17,10 @@ mod unit;
 mod axis;
 mod heatmap;
 mod interval;
+mod layer;
 mod panel;
 mod score_chart;
+mod svg;
 mod vector_map;
 
 mod reading;

@@ -3,7 +3,7 @@
 use super::axis::{Range, Scale, ticks};
 use super::markup::{Markup, shorten, text_width};
 use super::number::{power_of_ten, real};
-use super::panel::{FONT, label, line, open_sign, open_svg, rectangle};
+use super::svg::{FONT, label, line, open_sign, open_svg, rectangle};
 
 /// Candidates of one pass, side by side in two charts that share their rows.
 #[derive(Clone, Debug)]

@@ -2,9 +2,10 @@
 
 use super::axis::{Range, drawable, round_step};
 use super::input::{Arrow, VectorMap};
+use super::layer::Layer;
 use super::markup::Markup;
 use super::number::{counted, significant};
-use super::panel::{Axis, Layer, Panel};
+use super::panel::{Axis, Panel};
 use super::thin;
 use super::unit::Shown;
 

@@ -78,18 +78,17 @@ fn picture(out: &mut Markup, closure: &Closure) {
     out.element("h3", &[], "How alike the candidates look to this design");
     out.open("figure", &[]);
     for_both(out, |width, class| heatmap.draw(width, class));
-    let mut caption = "|cos| of the angle between what two candidates leave in the residual: 0 \
-        cannot be mistaken, 1 look the same. The angle says how large an effect must be to be \
-        told apart; whether it was, the data decide."
-        .to_string();
+    let mut caption = vec![
+        "|cos| of the angle between what two candidates leave in the residual: 0 cannot be \
+         mistaken, 1 look the same. The angle says how large an effect must be to be told apart; \
+         whether it was, the data decide."
+            .to_string(),
+    ];
     if chosen.len() < n {
-        caption.push_str(&format!(
-            " The {} most easily confused of {} candidates.",
-            chosen.len(),
-            count(n)
-        ));
+        let all = count(n);
+        caption.push(format!("The {} most easily confused of {all} are drawn.", chosen.len()));
     }
-    out.element("figcaption", &[], &caption);
+    out.element("figcaption", &[], &caption.join(" "));
     out.close("figure");
 }
 

@@ -8,9 +8,10 @@ use super::order::mark_layers;
 use super::residual::MOST_COMPONENTS;
 use super::{Context, SMALL, paragraph};
 use crate::report::axis::{Range, drawable};
+use crate::report::layer::{Layer, mark_sign};
 use crate::report::markup::Markup;
 use crate::report::number::count;
-use crate::report::panel::{Axis, Layer, Panel, mark_sign};
+use crate::report::panel::{Axis, Panel};
 use crate::report::reading::Reading;
 use crate::report::unit::column_title;
 use crate::report::{thin, trend};
@@ -65,7 +66,7 @@ fn choose<'a>(context: &Context<'a>) -> Vec<&'a Covariate> {
 fn varies(covariate: &Covariate, context: &Context) -> bool {
     let values = &covariate.values;
     values.len() == context.input.layout.observations.len()
-        && values.iter().any(|v| drawable(*v) && *v != values[0])
+        && values.iter().any(|v| drawable(*v) && v.total_cmp(&values[0]).is_ne())
 }
 
 fn split(readings: &[Reading], components: usize) -> Vec<Vec<Reading>> {

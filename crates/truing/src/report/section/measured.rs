@@ -23,12 +23,11 @@ fn layout_facts(context: &Context) -> Vec<(String, String)> {
     let layout = context.input.layout;
     let noun = context.input.group_noun;
     let mut facts = Vec::new();
-    let mut groups = counted(context.group_count(Role::Fit), noun);
-    groups.push_str(" fitted");
-    let check = context.group_count(Role::Check);
-    if check > 0 {
-        groups.push_str(&format!(", {} set aside to judge", count(check)));
-    }
+    let fitted = counted(context.group_count(Role::Fit), noun);
+    let groups = match context.group_count(Role::Check) {
+        0 => format!("{fitted} fitted"),
+        check => format!("{fitted} fitted, {} set aside to judge", count(check)),
+    };
     facts.push(("groups".to_string(), groups));
     let observed = counted(layout.observations.len(), "observation");
     let values = counted(context.before.len(), "residual");

@@ -3,10 +3,12 @@
 use super::residual::MOST_COMPONENTS;
 use super::{Context, for_both};
 use crate::report::axis::{Range, Tick, drawable};
+use crate::report::layer::{Layer, MarkStyle};
 use crate::report::markup::{Markup, text_width};
 use crate::report::number::{count, real, significant};
-use crate::report::panel::{Axis, FONT, Layer, MarkStyle, Panel};
+use crate::report::panel::{Axis, Panel};
 use crate::report::reading::Reading;
+use crate::report::svg::FONT;
 use crate::report::trend;
 
 /// Readings of one component drawn one by one; more are drawn as their spread.

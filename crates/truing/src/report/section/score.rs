@@ -41,18 +41,15 @@ fn one_pass(out: &mut Markup, context: &Context, closure: &Closure, index: usize
     out.open("figure", &[]);
     legend(out, pass);
     for_both(out, |width, class| chart.draw(width, class));
-    let mut caption = "Square: error on unseen data were it added".to_string();
-    caption.push_str(match chart.without {
-        Some(_) => "; dashed line: without it.",
-        None => ".",
-    });
+    let mut caption = vec![match chart.without {
+        Some(_) => "Square: error on unseen data were it added; dashed line: without it.".into(),
+        None => "Square: error on unseen data were it added.".to_string(),
+    }];
     if pass.scores.len() > MOST_BARS {
-        caption.push_str(&format!(
-            " The best {MOST_BARS} of {} are drawn.",
-            counted(pass.scores.len(), "candidate")
-        ));
+        let all = counted(pass.scores.len(), "candidate");
+        caption.push(format!("The best {MOST_BARS} of {all} are drawn."));
     }
-    out.element("figcaption", &[], &caption);
+    out.element("figcaption", &[], &caption.join(" "));
     out.close("figure");
     score_table(out, context, index, pass);
 }

@@ -3,9 +3,10 @@
 use super::{Context, for_both, paragraph};
 use crate::report::axis::Range;
 use crate::report::input::{Curve, CurvePlot, ExtraPlot, VectorMap};
+use crate::report::layer::{Layer, MarkStyle, mark_sign};
 use crate::report::markup::Markup;
 use crate::report::number::{count, counted};
-use crate::report::panel::{Axis, Layer, MarkStyle, Panel, mark_sign};
+use crate::report::panel::{Axis, Panel};
 use crate::report::thin;
 use crate::report::vector_map::Exaggeration;
 

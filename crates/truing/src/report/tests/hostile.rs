@@ -162,7 +162,7 @@ fn assert_all_finite(page: &str) {
                 assert!(value.is_finite() && value.abs() < 1e5, "{attribute:?}");
             }
             if attribute.name() == "d" {
-                let letters = attribute.value().chars().filter(|c| c.is_ascii_alphabetic());
+                let letters = attribute.value().chars().filter(char::is_ascii_alphabetic);
                 assert!(letters.clone().all(|c| "MLhmlz".contains(c)), "{attribute:?}");
             }
         }
