@@ -1,9 +1,23 @@
 //! Tables of commanded and solved displacements as a model for the loop.
 
-use model_discrepancy::{Covariate, Effect, Layout, Model, Parameter, State};
+use model_discrepancy::{
+    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+};
 use nalgebra::{DMatrix, DVector};
 
-use crate::FtCenterError;
+use crate::error::require_positive;
+use crate::parameter::parameter;
+use crate::{FtCenterError, Table};
+
+/// Lateral force times height over load of a proposed move, in units of the longest move.
+const LEVER_RATIO: f64 = 0.5;
+
+/// Standard uncertainty of a known weight over its size: a class M1 weight.
+const WEIGHT_RATIO: f64 = 5e-5;
+
+/// Standard uncertainty of an interferometer over the length measured, in air of known
+/// temperature and pressure.
+const TRAVEL_RATIO: f64 = 1e-6;
 
 /// One row of a table of displacements.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,10 +32,53 @@ pub struct Displacement {
 }
 
 /// Solved against commanded displacements; the declared model claims that they are equal.
-#[derive(Debug)]
+///
+/// Residual: solved − commanded, in mm; the declared model has no parameters. Loads are not in
+/// the table, so biases are in terms of the load there was, and every gain looks alike.
+#[derive(Clone, Debug)]
 pub struct DisplacementModel {
     layout: Layout,
+    effects: Vec<Effect>,
+    rows: Vec<Observed>,
 }
+
+/// What one row observes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Observed {
+    /// A displacement found by the sensor.
+    Moved {
+        commanded_mm: f64,
+        solved_mm: f64,
+        /// Load over that of the table.
+        load_ratio: f64,
+        /// `z0 Fx / Fz`: what lateral force adds to the lever arm of the moment.
+        lever_mm: f64,
+    },
+    /// A travel of the machine measured by an independent length standard.
+    Travel { length_mm: f64 },
+    /// A known weight, in units of the table's load, on the sensor.
+    Weight,
+}
+
+/// The catalogue, in the order of [`Model::effects`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    DatumOffset,
+    MomentBias,
+    MomentGain,
+    ForceGain,
+    FrameScale,
+    ForceBias,
+}
+
+const KINDS: [Kind; 6] = [
+    Kind::DatumOffset,
+    Kind::MomentBias,
+    Kind::MomentGain,
+    Kind::ForceGain,
+    Kind::FrameScale,
+    Kind::ForceBias,
+];
 
 impl DisplacementModel {
     /// Builds the model of a table; `sigma_mm` is the declared standard uncertainty of a solved
@@ -31,14 +88,83 @@ impl DisplacementModel {
     ///
     /// [`FtCenterError::Empty`], [`FtCenterError::NotFinite`], [`FtCenterError::NotPositive`].
     pub fn new(rows: &[Displacement], sigma_mm: Option<f64>) -> Result<Self, FtCenterError> {
-        let _ = (rows, sigma_mm);
-        unimplemented!("lands with the next commit")
+        if rows.is_empty() {
+            return Err(FtCenterError::Empty { of: Table::Displacements });
+        }
+        let finite = |r: &Displacement| r.commanded_mm.is_finite() && r.solved_mm.is_finite();
+        if let Some(index) = rows.iter().position(|r| !finite(r)) {
+            return Err(FtCenterError::NotFinite { index });
+        }
+        if let Some(sigma_mm) = sigma_mm {
+            require_positive(sigma_mm, "sigma_mm")?;
+        }
+        let layout = Layout {
+            unit: "mm".to_owned(),
+            sigma_declared: sigma_mm.is_some(),
+            ..Layout::default()
+        };
+        let effects = KINDS.iter().map(|kind| kind.effect()).collect();
+        let mut model = Self { layout, effects, rows: Vec::new() };
+        for r in rows {
+            let observed = Observed::Moved {
+                commanded_mm: r.commanded_mm,
+                solved_mm: r.solved_mm,
+                load_ratio: 1.0,
+                lever_mm: 0.0,
+            };
+            model.push(&r.point, observed, sigma_mm.unwrap_or(1.0), Role::Fit);
+        }
+        Ok(model)
     }
 
     /// The commanded displacement as a covariate for the loop.
     #[must_use]
     pub fn covariates(&self) -> Vec<Covariate> {
-        unimplemented!("lands with the next commit")
+        let moved = |row: &Observed| match row {
+            Observed::Moved { commanded_mm, .. } => Some(*commanded_mm),
+            Observed::Travel { .. } | Observed::Weight => None,
+        };
+        vec![Covariate {
+            name: "commanded_mm".to_owned(),
+            values: self.rows.iter().filter_map(moved).collect(),
+            origin: Origin::Coordinate,
+        }]
+    }
+
+    fn push(&mut self, name: &str, observed: Observed, sigma: f64, role: Role) {
+        let observation = self.rows.len();
+        let reported = matches!(observed, Observed::Moved { .. });
+        self.rows.push(observed);
+        self.layout.rows.push(Row { observation, component: 0, sigma, reported });
+        self.layout.observations.push(observation);
+        self.layout.groups.push(Group { name: name.to_owned(), role });
+    }
+
+    /// The same moves again under other conditions.
+    fn moved_again(&self, load_ratio: f64, lever_mm: f64) -> Self {
+        let mut extended = self.clone();
+        for (i, row) in self.rows.iter().enumerate() {
+            if let Observed::Moved { commanded_mm, solved_mm, .. } = *row {
+                // Levers of either sign, so that they are no constant offset.
+                let lever_mm = if i % 2 == 0 { lever_mm } else { -lever_mm };
+                let again = Observed::Moved { commanded_mm, solved_mm, load_ratio, lever_mm };
+                extended.push("proposed", again, self.layout.rows[i].sigma, Role::Fit);
+            }
+        }
+        extended
+    }
+
+    fn with_standard(mut self, standard: Observed, sigma: f64) -> Self {
+        self.push("standard", standard, sigma, Role::Prior);
+        self
+    }
+
+    fn longest_mm(&self) -> f64 {
+        let length = |row: &Observed| match row {
+            Observed::Moved { commanded_mm, .. } => commanded_mm.abs(),
+            Observed::Travel { .. } | Observed::Weight => 0.0,
+        };
+        self.rows.iter().map(length).fold(0.0, f64::max)
     }
 }
 
@@ -48,26 +174,159 @@ impl Model for DisplacementModel {
     }
 
     fn base(&self) -> &[Parameter] {
-        unimplemented!("lands with the next commit")
+        &[]
     }
 
     fn effects(&self) -> &[Effect] {
-        unimplemented!("lands with the next commit")
+        &self.effects
     }
 
     fn start(&self) -> DVector<f64> {
-        unimplemented!("lands with the next commit")
+        DVector::zeros(0)
     }
 
-    fn residuals(&self, _at: &State) -> DVector<f64> {
-        unimplemented!("lands with the next commit")
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let a = KINDS.map(|kind| at.amplitudes[kind as usize][0]);
+        DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| row.residual(&a)))
     }
 
     fn base_jacobian(&self, _at: &State) -> DMatrix<f64> {
-        unimplemented!("lands with the next commit")
+        DMatrix::zeros(self.rows.len(), 0)
     }
 
-    fn tangent(&self, _at: &State, _effect: usize) -> DMatrix<f64> {
-        unimplemented!("lands with the next commit")
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        let a = KINDS.map(|kind| at.amplitudes[kind as usize][0]);
+        let rows = self.rows.iter().map(|row| row.derivative(&a, KINDS[effect]));
+        DMatrix::from_iterator(self.rows.len(), 1, rows)
+    }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        let proposal =
+            |text: &str, model| Proposal { text: text.to_owned(), model: Box::new(model) };
+        let longest_mm = self.longest_mm();
+        let loaded = || self.moved_again(2.0, 0.0);
+        vec![
+            proposal("press at a second load", loaded()),
+            proposal(
+                "press at a second load, and with a lateral force, the head tilted to either side",
+                self.moved_again(2.0, LEVER_RATIO * longest_mm),
+            ),
+            proposal(
+                "press at a second load, and put a known weight on the sensor",
+                loaded().with_standard(Observed::Weight, WEIGHT_RATIO),
+            ),
+            proposal(
+                "press at a second load, and measure the machine's travel with an independent \
+                 length standard, e.g. a laser interferometer",
+                loaded().with_standard(
+                    Observed::Travel { length_mm: longest_mm },
+                    TRAVEL_RATIO * longest_mm.max(1.0),
+                ),
+            ),
+        ]
+    }
+}
+
+/// Amplitudes, indexed by [`Kind`].
+type Amplitudes = [f64; 6];
+
+impl Observed {
+    /// `x` the true displacement, `e` the lever: the sensor reads
+    /// `(x + (x − e) g_M) / (1 + g_F + b_F/ratio) + b_M/ratio + offset`.
+    fn residual(&self, a: &Amplitudes) -> f64 {
+        let scale = 1.0 + a[Kind::FrameScale as usize];
+        match *self {
+            Self::Moved { commanded_mm, solved_mm, load_ratio, lever_mm } => {
+                let x = commanded_mm * scale;
+                let moment = x + (x - lever_mm) * a[Kind::MomentGain as usize];
+                let shift =
+                    a[Kind::MomentBias as usize] / load_ratio + a[Kind::DatumOffset as usize];
+                solved_mm - moment / Self::force_reading(a, load_ratio) - shift
+            }
+            Self::Travel { length_mm } => length_mm - length_mm * scale,
+            Self::Weight => 1.0 - Self::force_reading(a, 1.0),
+        }
+    }
+
+    /// What the sensor reads of a unit of force.
+    fn force_reading(a: &Amplitudes, load_ratio: f64) -> f64 {
+        1.0 + a[Kind::ForceGain as usize] + a[Kind::ForceBias as usize] / load_ratio
+    }
+
+    fn derivative(&self, a: &Amplitudes, by: Kind) -> f64 {
+        match *self {
+            Self::Moved { commanded_mm, load_ratio, lever_mm, .. } => {
+                let x = commanded_mm * (1.0 + a[Kind::FrameScale as usize]);
+                let gain = a[Kind::MomentGain as usize];
+                let force = Self::force_reading(a, load_ratio);
+                let by_force = (x + (x - lever_mm) * gain) / (force * force);
+                match by {
+                    Kind::DatumOffset => -1.0,
+                    Kind::MomentBias => -1.0 / load_ratio,
+                    Kind::MomentGain => -(x - lever_mm) / force,
+                    Kind::ForceGain => by_force,
+                    Kind::FrameScale => -commanded_mm * (1.0 + gain) / force,
+                    Kind::ForceBias => by_force / load_ratio,
+                }
+            }
+            Self::Travel { length_mm } => match by {
+                Kind::FrameScale => -length_mm,
+                _ => 0.0,
+            },
+            Self::Weight => match by {
+                Kind::ForceGain | Kind::ForceBias => -1.0,
+                _ => 0.0,
+            },
+        }
+    }
+}
+
+impl Kind {
+    fn effect(self) -> Effect {
+        let (id, subject, description, parameter) = match self {
+            Self::DatumOffset => (
+                "datum-offset",
+                None,
+                "machine and sensor count from different origins",
+                parameter("offset", "mm", 1.0),
+            ),
+            Self::MomentBias => (
+                "sensor-bias",
+                Some("moment"),
+                "the sensor reads a constant moment under no load",
+                parameter("bias over load", "mm", 1.0),
+            ),
+            Self::MomentGain => (
+                "moment-gain",
+                None,
+                "the sensor reads moments too large by a ratio",
+                parameter("gain error", "%", 100.0),
+            ),
+            Self::ForceGain => (
+                "force-gain",
+                None,
+                "the sensor reads Fz too large by a ratio",
+                parameter("gain error", "%", 100.0),
+            ),
+            Self::FrameScale => (
+                "frame-scale",
+                None,
+                "the machine moves farther than it says by a ratio",
+                parameter("scale error", "%", 100.0),
+            ),
+            Self::ForceBias => (
+                "sensor-bias",
+                Some("normal force"),
+                "the sensor reads a constant normal force under no load",
+                parameter("bias over load", "%", 100.0),
+            ),
+        };
+        Effect {
+            id: id.to_owned(),
+            subject: subject.map(str::to_owned),
+            description: description.to_owned(),
+            driver: None,
+            parameters: vec![parameter],
+        }
     }
 }

@@ -12,10 +12,13 @@ impl PressModel {
     ///
     /// `covariance` is that of `[base, active amplitudes in catalogue order]`, as
     /// [`Closure::covariance`](model_discrepancy::Closure::covariance); amplitudes that are not
-    /// zero count as active. `offset_mm` is what is left beyond frame and effects.
+    /// zero count as active. A matrix of another shape counts as zero. `offset_mm` is what is left beyond frame and effects.
     #[must_use]
     pub fn located(&self, at: &State, covariance: &DMatrix<f64>) -> Located {
         let unpacked = self.design.unpack(at);
+        let unknown = DMatrix::zeros(self.base.len(), self.base.len());
+        let square = covariance.is_square() && covariance.ncols() >= self.base.len();
+        let covariance = if square { covariance } else { &unknown };
         let active = self.active(at, covariance);
         let frame = self.frame_at(at, &unpacked, covariance, active.len());
         let centers = (self.presses.iter().zip(&self.all_points))

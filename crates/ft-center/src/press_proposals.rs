@@ -29,8 +29,9 @@ const WEIGHT_RATIO: f64 = 5e-5;
 /// temperature and pressure.
 const TRAVEL_RATIO: f64 = 1e-6;
 
-/// Standard uncertainty of locating the platform's datum with a touch probe.
-const DATUM_MM: f64 = 2e-3;
+/// Standard uncertainty of locating the sensor's reference point with a touch probe: housings
+/// give it to a few tenths.
+const DATUM_MM: f64 = 0.2;
 
 /// The cheapest first.
 pub(crate) fn proposals(model: &PressModel) -> Vec<Proposal> {
@@ -70,22 +71,25 @@ pub(crate) fn proposals(model: &PressModel) -> Vec<Proposal> {
             with(&start, fitted.iter().enumerate().map(|(i, p)| sideways(model, p, i))),
         ),
     ];
-    let mut standard = |text: String, standard: Standard| {
-        let mut extended = start.clone();
+    let mut standard = |from: &PressModel, text: String, standard: Standard| {
+        let mut extended = from.clone();
         extended.add_standard(standard);
         list.push(proposal(text, extended));
     };
     standard(
+        &start,
         format!("{first}put a known weight on the sensor"),
         Standard::Weight { load_n: largest_n, sigma_n: WEIGHT_RATIO * largest_n },
     );
     standard(
+        &start,
         format!(
             "{first}measure the machine's travel with an independent length standard, e.g. a laser interferometer"
         ),
         Standard::Travel { length_mm: reach_mm, sigma_mm: TRAVEL_RATIO * reach_mm },
     );
     standard(
+        model,
         "locate the sensor's datum in the machine with a touch probe".to_owned(),
         Standard::Datum { sigma_mm: DATUM_MM },
     );
@@ -114,11 +118,12 @@ fn levels(points: &[&PressPoint]) -> usize {
     1 + loads.windows(2).filter(|w| w[1] > LEVEL_RATIO * w[0]).count()
 }
 
+/// The same press under another load; its centre is taken to be no better known, so that a
+/// proposal counts for what it splits and not for being one more press.
 fn heavier(point: &PressPoint, load_n_wanted: f64) -> PressPoint {
     let ratio = load_n_wanted / load_n(point);
     let mut heavier = point.clone();
     heavier.reading.wrench = point.reading.wrench * ratio;
-    heavier.covariance_mm2 /= ratio * ratio;
     heavier
 }
 

@@ -2,4 +2,5 @@
 
 mod coverage;
 mod orbit;
+mod press_loop;
 mod simulator;
