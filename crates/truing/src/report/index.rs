@@ -76,7 +76,6 @@ fn overview(out: &mut Markup, entries: &[IndexEntry]) {
         "Error before → after on data the fit never saw, ± expanded uncertainty (k\u{a0}=\u{a0}2)",
         &[
             ("case", Kind::Name),
-            ("kind", Kind::Unit),
             ("before", Kind::Number),
             ("after", Kind::Number),
             ("unit", Kind::Unit),
@@ -85,6 +84,7 @@ fn overview(out: &mut Markup, entries: &[IndexEntry]) {
             ("verdict", Kind::Words),
             ("added", Kind::Words),
             ("unseen", Kind::Words),
+            ("kind", Kind::Unit),
             ("source", Kind::Words),
         ],
         entries.iter().enumerate().map(|(i, entry)| line(i, &entry.summary)),
@@ -104,7 +104,6 @@ fn line(index: usize, summary: &Summary) -> Vec<Cell> {
     };
     vec![
         Cell::linked(&summary.title, format!("#case-{}", index + 1)),
-        Cell::new(&summary.kind),
         error(&shown, Some(&summary.before)),
         error(&shown, after),
         Cell::new(&shown.unit),
@@ -113,6 +112,7 @@ fn line(index: usize, summary: &Summary) -> Vec<Cell> {
         text(&summary.verdict),
         Cell::new(added(summary)),
         text(&summary.hold_out),
+        Cell::new(&summary.kind),
         text(&summary.source),
     ]
 }
@@ -144,6 +144,7 @@ fn published(published: &Published) -> String {
 fn added(summary: &Summary) -> String {
     let class = |names: &Vec<String>| names.join(" or ");
     match summary.added.len() {
+        0 if summary.after.is_none() => NONE.to_string(),
         0 => "nothing".to_string(),
         _ => summary.added.iter().map(class).collect::<Vec<_>>().join("; "),
     }

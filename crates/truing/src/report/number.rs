@@ -103,6 +103,9 @@ pub(crate) fn counted(n: usize, noun: &str) -> String {
 
 /// The plural of an English noun; words out of a user's header are treated alike.
 pub(crate) fn plural(noun: &str) -> String {
+    if !noun.ends_with(|c: char| c.is_ascii_alphabetic()) {
+        return noun.to_string();
+    }
     let hisses = ["s", "x", "z", "ch", "sh"].iter().any(|end| noun.ends_with(end));
     if hisses { format!("{noun}es") } else { format!("{noun}s") }
 }

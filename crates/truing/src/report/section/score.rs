@@ -124,8 +124,8 @@ fn score_table(out: &mut Markup, context: &Context, index: usize, pass: &Pass) {
     let columns = [
         ("candidate", Kind::Name),
         ("outcome", Kind::Words),
-        ("F", Kind::Number),
         ("p", Kind::Number),
+        ("F", Kind::Number),
         (held_out.as_str(), Kind::Number),
         ("absorbed by the model", Kind::Number),
         (detectable.as_str(), Kind::Number),
@@ -151,8 +151,8 @@ fn score_row(context: &Context, score: &Score) -> Vec<Cell> {
     vec![
         Cell::new(&score.label),
         Cell::new(outcome_words(score.outcome)),
-        Cell::number(significant(score.f_statistic, 3), score.f_statistic),
         Cell::number(p_value(score.p_value), score.p_value),
+        Cell::number(significant(score.f_statistic, 3), score.f_statistic),
         error(score.held_out_rms),
         Cell::number(percent(score.absorbed), score.absorbed),
         error(score.detectable_rms),

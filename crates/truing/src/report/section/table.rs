@@ -100,8 +100,8 @@ fn write_cell(out: &mut Markup, cell: &Cell, kind: Kind, heads: bool) {
     out.open(tag, &attributes);
     match &cell.link {
         Some(link) => out.element("a", &[("href", link)], &cell.text),
-        None if kind == Kind::Number => out.text(&cell.text),
-        None => out.named_prose(&cell.text),
+        None if kind == Kind::Name => out.named_prose(&cell.text),
+        None => out.prose(&cell.text),
     }
     out.close(tag);
 }

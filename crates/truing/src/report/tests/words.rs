@@ -54,6 +54,7 @@ fn significances_percents_and_counts_read_well() {
     assert_eq!(plural("press"), "presses");
     assert_eq!(plural("touch"), "touches");
     assert_eq!(plural("point"), "points");
+    assert_eq!(plural("לוח"), "לוח");
 }
 
 #[test]
