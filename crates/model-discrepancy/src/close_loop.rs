@@ -1,6 +1,7 @@
 //! The loop: fit, find what is missing, add it, judge it on data the fit never saw.
 
 use crate::attribution::{Attribution, attribute};
+use crate::candidate::Candidate;
 use crate::confusable::confusability;
 use crate::constancy::not_proportional;
 use crate::error::LoopError;
@@ -201,7 +202,7 @@ fn not_observable(
 /// Marks, in the tables of all passes, the candidates that the data accept in place of a step.
 fn mark_rivals(passes: &mut [Pass], attributions: &[Option<Attribution<'_>>]) {
     let rivals: Vec<_> =
-        attributions.iter().flatten().flat_map(|a| a.rivals.iter().map(|r| r.label())).collect();
+        attributions.iter().flatten().flat_map(|a| a.rivals.iter().map(Candidate::label)).collect();
     for score in passes.iter_mut().flat_map(|p| p.scores.iter_mut()) {
         if score.outcome == Outcome::Weaker && rivals.contains(&score.label) {
             score.outcome = Outcome::Rival;

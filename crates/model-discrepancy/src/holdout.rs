@@ -12,8 +12,8 @@ const MAX_SINGLE: usize = 64;
 /// Folds where there are more groups than [`MAX_SINGLE`].
 const FOLDS: usize = 32;
 
-/// Leverage of a fold beyond which the rest of the data do not predict it.
-const MAX_LEVERAGE: f64 = 1.0 - 1e-9;
+/// One minus the leverage of a fold below which the rest of the data do not predict it.
+const MIN_LEFT: f64 = 1e-9;
 
 /// Squared errors of one group that the fit did not see.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,17 +68,23 @@ pub(crate) fn leave_out(
 fn predict(q: &DMatrix<f64>, residual: &DVector<f64>, rows: &[usize]) -> Option<DVector<f64>> {
     let q_f = q.select_rows(rows);
     let e_f = residual.select_rows(rows);
-    if q_f.ncols() == 0 {
+    let (n, k) = q_f.shape();
+    if k == 0 {
         return Some(e_f);
     }
-    let eigen = (q_f.transpose() * &q_f).symmetric_eigen();
-    if eigen.eigenvalues.max() > MAX_LEVERAGE {
+    // The smaller of the two equivalent systems: over the rows left out, or over the parameters.
+    let gram = if n <= k { &q_f * q_f.transpose() } else { q_f.transpose() * &q_f };
+    let left = DMatrix::identity(gram.nrows(), gram.nrows()) - gram;
+    let factor = left.cholesky()?;
+    if factor.l_dirty().diagonal().iter().any(|d| d * d < MIN_LEFT) {
         return None;
     }
-    let v = &eigen.eigenvectors;
-    let along = v.transpose() * (q_f.transpose() * &e_f);
-    let grown = along.zip_map(&eigen.eigenvalues, |a, leverage| a / (1.0 - leverage));
-    Some(e_f + q_f * (v * grown))
+    Some(if n <= k {
+        factor.solve(&e_f)
+    } else {
+        let along = factor.solve(&(q_f.transpose() * &e_f));
+        e_f + q_f * along
+    })
 }
 
 /// Sums the errors (whitened, one per position in `rows`) of one group.

@@ -27,6 +27,7 @@ mod significance;
 mod summary;
 mod system;
 mod validate;
+mod vector_noise;
 mod verdict;
 mod whiteness;
 

@@ -44,7 +44,7 @@ pub(crate) fn find_pair(
 fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<([Judged; 2], f64)> {
     let both = nalgebra::DMatrix::from_columns(
         &(a.candidate.tangent.column_iter().chain(b.candidate.tangent.column_iter()))
-            .map(|c| c.into_owned())
+            .map(nalgebra::Matrix::into_owned)
             .collect::<Vec<_>>(),
     );
     let lin = bench.lin;

@@ -17,8 +17,9 @@ const MIN_DISTINCT_FOR_CURVE: usize = 6;
 /// Distinct values from which on a period can be looked for.
 const MIN_DISTINCT_FOR_PERIOD: usize = 16;
 
-/// Most periods in the range of a covariate that are looked for.
-const MAX_PERIODS: usize = 40;
+/// Most periods in the range of a covariate that are looked for; scattered readings have no
+/// Nyquist limit, but every further period makes chance finds likelier.
+const MAX_PERIODS: usize = 32;
 
 /// An angle must cover this much, in degrees, before its harmonics are looked for.
 const MIN_ARC_DEG: f64 = 120.0;
@@ -69,7 +70,7 @@ pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
         return Vec::new();
     }
     // Half periods in the range, so that no phase falls between two frequencies.
-    let most = (distinct.len() / 3).min(MAX_PERIODS);
+    let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
     (3..=2 * most).map(|half| periodic(covariate, 2.0 * range / count(half), count(most))).collect()
 }
 

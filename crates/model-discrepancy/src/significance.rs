@@ -6,6 +6,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use crate::autocorrelation::{prewhitened, restricted_likelihood_phi};
 use crate::basis::Basis;
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::vector_noise::vector_p_value;
 
 /// Fewest groups for which the scatter between groups is itself well enough known.
 const MIN_CLUSTERS: usize = 8;
@@ -43,8 +44,10 @@ pub(crate) enum Reach {
 ///
 /// Three tests, of which the least significant counts: the classical F test; the same after
 /// taking out the correlation of successive observations (AR(1) by Prais and Winsten 1954); and
-/// a Wald test on the cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang
-/// (2012) and Pustejovsky and Tipton (2018) do, which asks no more than independent groups.
+/// one at group level. Where a group is one vector, that is the F test with the covariance of
+/// its components estimated; where it holds many readings, a Wald test on the cluster-robust
+/// covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky and Tipton
+/// (2018) do, which asks no more than independent groups.
 /// The first alone decides where it is above `level`: the others can only raise it.
 pub(crate) fn significance(
     lin: &Linear<'_>,
@@ -65,12 +68,18 @@ pub(crate) fn significance(
         test.p_value = test.p_value.max(correlated);
     }
     if reach == Reach::Many {
-        test.p_value = test.p_value.max(group_p_value(lin, &test, &added, &full));
+        let at_group_level = vector_p_value(lin, base, tangent, &full)
+            .unwrap_or_else(|| group_p_value(lin, &test, &added, &full));
+        test.p_value = test.p_value.max(at_group_level);
     }
     Some(test)
 }
 
-fn f_test(residual: &DVector<f64>, base_dim: usize, added: &Basis) -> Option<Significance> {
+pub(crate) fn f_test(
+    residual: &DVector<f64>,
+    base_dim: usize,
+    added: &Basis,
+) -> Option<Significance> {
     let directions = added.dim();
     let dof = residual.len().checked_sub(base_dim + directions)?;
     if directions == 0 || dof == 0 {

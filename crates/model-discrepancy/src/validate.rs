@@ -48,7 +48,7 @@ fn enough_groups(model: &dyn Model) -> Result<(), LoopError> {
 
 /// The given covariates that vary, and the measured order.
 pub(crate) fn with_order(model: &dyn Model, covariates: &[Covariate]) -> Vec<Covariate> {
-    let varies = |c: &&Covariate| c.values.iter().any(|&v| v != c.values[0]);
+    let varies = |c: &&Covariate| c.values.iter().any(|v| v.total_cmp(&c.values[0]).is_ne());
     let mut all: Vec<_> = covariates.iter().filter(varies).cloned().collect();
     let n = model.layout().observations.len();
     all.push(Covariate {

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use crate::linear_model::{parameter, scalars};
 
 fn run(model: &crate::linear_model::LinearModel) -> LoopError {
-    close_loop(model, &[], &Options::default()).unwrap_err()
+    close_loop(model, &[], &Options::default()).expect_err("the data cannot be judged")
 }
 
 #[test]

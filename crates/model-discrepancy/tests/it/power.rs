@@ -26,7 +26,8 @@ fn simulate(n: usize, phi: f64, add: impl Fn(&Vector3<f64>, f64) -> Vector3<f64>
                 *e += add(p, i as f64 / (n - 1) as f64 - 0.5);
             }
             let options = Options { nested: false, ..Options::default() };
-            close_loop(&body(&points, &errors), &coordinates(&points), &options).unwrap()
+            close_loop(&body(&points, &errors), &coordinates(&points), &options)
+                .expect("a plate of points can be judged")
         })
         .collect()
 }
