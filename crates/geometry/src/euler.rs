@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-/// Tilt angles of a machine pose: `R = Rz(γ) Ry(β) Rx(α)` ([D], with its signs).
+/// Tilt angles of a machine pose: `R = Rz(γ) Ry(β) Rx(α)` (document \[D\], with its signs).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EulerAngles {

@@ -50,9 +50,9 @@ impl Asphere {
         let mut nearest_miss = f64::INFINITY;
         self.roots(&course, &mut |t| {
             let hit = self.hit_at(line, course.middle + t);
-            let off_center = self.off_center(hit.point_mm.x, hit.point_mm.y);
-            if off_center > 0.5 * self.shape.diameter_mm {
-                nearest_miss = nearest_miss.min(off_center);
+            let (x, y) = (hit.point_mm.x, hit.point_mm.y);
+            if !self.contains(x, y) {
+                nearest_miss = nearest_miss.min(self.off_center(x, y));
                 return ControlFlow::Continue(());
             }
             any = true;

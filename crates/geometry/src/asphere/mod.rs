@@ -20,6 +20,9 @@ const MARGIN_RATIO: f64 = 1.25;
 /// The margin stays this far from the radius at which a conic stands upright.
 const CONIC_SHARE: f64 = 0.999;
 
+/// The rim belongs to the aperture, whatever round-off does to a point on it.
+const RIM_SHARE: f64 = 1e-12;
+
 /// Cells in which the meridian's curvature and height are bounded once.
 const BOUND_CELLS: u32 = 128;
 
@@ -104,6 +107,7 @@ impl Asphere {
             return Err(GeometryError::ApertureBeyondConic { rim_mm, limit_mm });
         }
         let reach = rim_mm.max((MARGIN_RATIO * rim_mm).min(CONIC_SHARE * limit_mm));
+        finite([&(reach * reach)], "aperture diameter")?;
         let whole = profile.meridian_over(Interval { lo: 0.0, hi: reach });
         finite([&whole.slope.square().hi, &whole.bend.magnitude()], "slope of the surface")?;
         let (max_curvature, height) = bounds(&profile, reach);
@@ -151,10 +155,10 @@ impl Asphere {
         Ok(upward_normal(gradient.x, gradient.y))
     }
 
-    /// Whether a point's projection along z is within the aperture.
+    /// Whether a point's projection along z is within the aperture, its rim included.
     #[must_use]
     pub fn contains(&self, x_mm: f64, y_mm: f64) -> bool {
-        self.off_center(x_mm, y_mm) <= 0.5 * self.shape.diameter_mm
+        self.off_center(x_mm, y_mm) <= 0.5 * self.shape.diameter_mm + RIM_SHARE * self.reach
     }
 
     fn off_center(&self, x_mm: f64, y_mm: f64) -> f64 {

@@ -154,13 +154,18 @@ fn a_ring_of_feet_is_refused_and_its_neighbours_are_not() {
     assert!((beside.point_mm.x - ring).abs() < 1e-2 && beside.point_mm.y == 0.0);
 }
 
-#[test]
-fn the_nearer_of_two_feet_is_found_on_a_gull_wing() {
-    // z = −a (r² − b²)² + a b⁴ has crests at r = ±b; queries under the wing see both flanks.
+/// `z = −a (r² − b²)² + a b⁴`, a gull wing with its crest at r = 15 mm; in the form of the standard
+/// the r² term is a paraboloid.
+fn gull_wing() -> Asphere {
     let (a, b) = (2e-4_f64, 15.0_f64);
     let radius = 1.0 / (4.0 * a * b * b);
-    let shape = AsphereShape::on_axis(radius, -1.0, vec![-a], 50.0);
-    let asphere = Asphere::new(shape).unwrap();
+    Asphere::new(AsphereShape::on_axis(radius, -1.0, vec![-a], 50.0)).expect("valid shape")
+}
+
+#[test]
+fn the_nearer_of_two_feet_is_found_on_a_gull_wing() {
+    // Queries under the wing see both flanks.
+    let asphere = gull_wing();
     let mut rng = rng(44);
     for _ in 0..300 {
         let query = Point3::new(rng.random_range(-20.0..20.0), 0.0, rng.random_range(-60.0..60.0));
@@ -171,6 +176,25 @@ fn the_nearer_of_two_feet_is_found_on_a_gull_wing() {
             Err(other) => panic!("{query}: {other}"),
         }
     }
+}
+
+#[test]
+fn halfway_between_two_flanks_is_refused() {
+    let asphere = gull_wing();
+    let foot = |x: f64| asphere.closest_point(&Point3::new(x, 0.0, -8.0));
+    let (mut inner, mut outer) = (10.0, 20.0);
+    assert!(foot(inner).unwrap().point_mm.x < 15.0 && foot(outer).unwrap().point_mm.x > 15.0);
+    let tie = (0..60).find_map(|_| {
+        let middle = 0.5 * (inner + outer);
+        match foot(middle) {
+            Ok(foot) if foot.point_mm.x < 15.0 => inner = middle,
+            Ok(_) => outer = middle,
+            Err(error) => return Some(error),
+        }
+        None
+    });
+    let refused = matches!(tie, Some(GeometryError::AmbiguousFoot { .. }));
+    assert!(refused, "{tie:?} between {inner} and {outer}");
 }
 
 #[test]

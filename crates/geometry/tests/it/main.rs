@@ -12,6 +12,8 @@ mod line_hits;
 mod planar;
 mod regimes;
 mod scaling;
+#[cfg(feature = "serde")]
+mod serialised;
 mod wrench;
 
 use proptest::test_runner::{Config, RngSeed};
