@@ -86,22 +86,10 @@ impl Asphere {
     /// [`GeometryError::InvalidRadius`], [`GeometryError::InvalidAperture`],
     /// [`GeometryError::ApertureBeyondConic`], [`GeometryError::NonFinite`].
     pub fn new(shape: AsphereShape) -> Result<Self, GeometryError> {
-        let radius_mm = shape.radius_mm;
-        let inverse = radius_mm.recip();
-        if radius_mm == 0.0 {
-            return Err(GeometryError::InvalidRadius { radius_mm });
-        }
-        finite([&inverse], "vertex radius")?;
-        finite([&shape.conic], "conic constant")?;
-        finite(&shape.coefficients, "aspheric coefficient")?;
-        finite([&shape.diameter_mm], "aperture diameter")?;
-        finite(shape.aperture_center_mm.iter(), "aperture centre")?;
-        if shape.diameter_mm <= 0.0 {
-            return Err(GeometryError::InvalidAperture { diameter_mm: shape.diameter_mm });
-        }
+        check(&shape)?;
         let rim_mm = shape.aperture_center_mm.coords.norm() + 0.5 * shape.diameter_mm;
         finite([&rim_mm], "aperture centre")?;
-        let profile = Profile::new(radius_mm, shape.conic, shape.coefficients.clone());
+        let profile = Profile::new(shape.radius_mm, shape.conic, shape.coefficients.clone());
         let limit_mm = profile.limit();
         if rim_mm >= limit_mm {
             return Err(GeometryError::ApertureBeyondConic { rim_mm, limit_mm });
@@ -267,6 +255,24 @@ impl From<Asphere> for AsphereShape {
     fn from(asphere: Asphere) -> Self {
         asphere.shape
     }
+}
+
+/// Refuses numbers that make no shape.
+fn check(shape: &AsphereShape) -> Result<(), GeometryError> {
+    let radius_mm = shape.radius_mm;
+    let inverse = radius_mm.recip();
+    if radius_mm == 0.0 {
+        return Err(GeometryError::InvalidRadius { radius_mm });
+    }
+    finite([&inverse], "vertex radius")?;
+    finite([&shape.conic], "conic constant")?;
+    finite(&shape.coefficients, "aspheric coefficient")?;
+    finite([&shape.diameter_mm], "aperture diameter")?;
+    finite(shape.aperture_center_mm.iter(), "aperture centre")?;
+    if shape.diameter_mm <= 0.0 {
+        return Err(GeometryError::InvalidAperture { diameter_mm: shape.diameter_mm });
+    }
+    Ok(())
 }
 
 fn upward_normal(slope_x: f64, slope_y: f64) -> Unit<Vector3<f64>> {
