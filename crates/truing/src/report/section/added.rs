@@ -25,7 +25,7 @@ pub(crate) fn added(out: &mut Markup, context: &Context) {
 /// Id of an effect with its subject in brackets.
 pub(crate) fn step_name(step: &Step) -> String {
     match &step.subject {
-        Some(subject) => format!("{} ({subject})", step.effect),
+        Some(subject) => format!("{} [{subject}]", step.effect),
         None => step.effect.clone(),
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn left(out: &mut Markup, context: &Context) {
     table(
         out,
         "Structure left in the residual",
-        &[("along", Kind::Name), ("shape", Kind::Words), ("p", Kind::Number)],
+        &[("in", Kind::Name), ("shape", Kind::Words), ("p", Kind::Number)],
         closure.remaining.iter().map(|r| {
             vec![
                 Cell::new(column_title(&r.covariate)),

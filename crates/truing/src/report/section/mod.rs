@@ -14,6 +14,7 @@ mod order;
 mod residual;
 mod residual_table;
 mod score;
+mod score_table;
 mod table;
 mod verdict;
 mod views;

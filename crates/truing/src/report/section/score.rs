@@ -1,16 +1,16 @@
 //! How every candidate scored.
 
-use model_discrepancy::{Closure, HoldOut, Outcome, Pass, Score};
+use model_discrepancy::{Closure, HoldOut, Outcome, Pass};
 
-use super::{Cell, Context, Kind, for_both, paragraph, table};
+use super::added::step_name;
+use super::score_table::score_table;
+use super::{Context, for_both, paragraph};
 use crate::report::markup::Markup;
-use crate::report::number::{count, counted, p_value, percent, significant};
+use crate::report::number::{counted, p_value};
 use crate::report::score_chart::{ScoreChart, ScoreRow, bar_sign};
 
 /// Candidates drawn in a chart.
-const MOST_BARS: usize = 14;
-/// Candidates in a table.
-const MOST_ROWS: usize = 40;
+const MOST_BARS: usize = 12;
 
 pub(crate) fn scores(out: &mut Markup, context: &Context) {
     let Some(closure) = context.closure else {
@@ -28,16 +28,36 @@ pub(crate) fn scores(out: &mut Markup, context: &Context) {
          is significant after correction for the size of the catalogue and the error on unseen \
          data falls; then all others are judged again.",
     );
+    paragraph(
+        out,
+        "quiet",
+        "p before correction for the size of the catalogue. Absorbed: share of the effect that \
+         the declared model takes up and so hides. Detectable from: smallest effect, as rms \
+         residual, that would be found 9 times in 10.",
+    );
+    let mut shown: Option<&Pass> = None;
+    let mut number = 0;
     for (i, pass) in closure.passes.iter().enumerate() {
-        if !pass.scores.is_empty() {
-            one_pass(out, context, closure, i, pass);
+        // After a step that is no candidate of the catalogue the same scores may come again.
+        let again = shown.is_some_and(|last| same(last, pass));
+        if !pass.scores.is_empty() && !again {
+            number += 1;
+            one_pass(out, context, number, pass, without(closure, i));
+            shown = Some(pass);
         }
     }
 }
 
-fn one_pass(out: &mut Markup, context: &Context, closure: &Closure, index: usize, pass: &Pass) {
-    out.element("h3", &[], &heading(index, pass));
-    let chart = chart(context, closure, index, pass);
+fn same(a: &Pass, b: &Pass) -> bool {
+    let key = |pass: &Pass| -> Vec<(String, u64)> {
+        pass.scores.iter().map(|s| (s.label.clone(), s.p_value.to_bits())).collect()
+    };
+    key(a) == key(b)
+}
+
+fn one_pass(out: &mut Markup, context: &Context, number: usize, pass: &Pass, without: Option<f64>) {
+    out.element("h3", &[], &heading(number, pass));
+    let chart = chart(context, number, pass, without);
     out.open("figure", &[]);
     legend(out, pass);
     for_both(out, |width, class| chart.draw(width, class));
@@ -51,7 +71,7 @@ fn one_pass(out: &mut Markup, context: &Context, closure: &Closure, index: usize
     }
     out.element("figcaption", &[], &caption.join(" "));
     out.close("figure");
-    score_table(out, context, index, pass);
+    score_table(out, context, number, pass);
 }
 
 /// What the looks of bars mean: those that occur.
@@ -76,15 +96,22 @@ const LOOKS: [(&str, &str); 4] = [
     ("small", "not significant"),
 ];
 
-fn heading(index: usize, pass: &Pass) -> String {
-    let added = pass.scores.iter().find(|s| s.outcome == Outcome::Added);
-    match added {
-        Some(score) => format!("Pass {}: {} added", index + 1, score.label),
-        None => format!("Pass {}: nothing added", index + 1),
+fn heading(number: usize, pass: &Pass) -> String {
+    let added = added(pass);
+    if added.is_empty() {
+        format!("Pass {number}: nothing added")
+    } else {
+        format!("Pass {number}: {} added", added.join(" and "))
     }
 }
 
-fn chart(context: &Context, closure: &Closure, index: usize, pass: &Pass) -> ScoreChart {
+/// Labels of what was added in a pass.
+fn added(pass: &Pass) -> Vec<&str> {
+    let added = pass.scores.iter().filter(|s| s.outcome == Outcome::Added);
+    added.map(|s| s.label.as_str()).collect()
+}
+
+fn chart(context: &Context, number: usize, pass: &Pass, without: Option<f64>) -> ScoreChart {
     let rows = pass.scores.iter().take(MOST_BARS).map(|score| ScoreRow {
         name: score.label.clone(),
         p_value: if score.outcome == Outcome::NotObservable { f64::NAN } else { score.p_value },
@@ -95,12 +122,11 @@ fn chart(context: &Context, closure: &Closure, index: usize, pass: &Pass) -> Sco
         pass.scores.first().map(|s| format!("; best: {}, p {}", s.label, p_value(s.p_value)));
     ScoreChart {
         rows: rows.collect(),
-        without: without(closure, index).map(|rms| context.show(rms)),
+        without: without.map(|rms| context.show(rms)),
         error_title: context.shown.title("error on unseen data if added"),
         alternative: format!(
-            "Scores of {} in pass {}{}; the table below has the numbers",
+            "Scores of {} in pass {number}{}; the table below has the numbers",
             counted(pass.scores.len(), "candidate"),
-            index + 1,
             best.unwrap_or_default()
         ),
     }
@@ -108,66 +134,22 @@ fn chart(context: &Context, closure: &Closure, index: usize, pass: &Pass) -> Sco
 
 /// Error with groups left out in turn before this pass, where the closure holds it.
 fn without(closure: &Closure, pass: usize) -> Option<f64> {
-    match pass.checked_sub(1) {
-        Some(step) => closure.steps.get(step).map(|s| s.held_out_rms),
+    let earlier = &closure.passes[..pass];
+    let last_added = earlier.iter().rev().find_map(|p| added(p).last().copied());
+    let rms = match last_added {
+        Some(label) => {
+            let step = closure.steps.iter().position(|s| step_name(s) == label)?;
+            // Between passes that added nothing, covariates may have been added.
+            let quiet = earlier.last().is_some_and(|p| added(p).is_empty());
+            let after = closure.steps[step + 1..].iter();
+            let covariates = after.take_while(|s| quiet && s.effect.starts_with("covariate:"));
+            covariates.last().unwrap_or(&closure.steps[step]).held_out_rms
+        }
         // On check groups the error is not comparable with groups left out in turn.
-        None if closure.before.hold_out == HoldOut::CheckGroups => None,
-        None => Some(closure.before.held_out_rms),
-    }
-    .filter(|rms| rms.is_finite())
-}
-
-fn score_table(out: &mut Markup, context: &Context, index: usize, pass: &Pass) {
-    let held_out = context.shown.title("unseen error if added");
-    let detectable = context.shown.title("detectable from");
-    let caption = format!("Scores in pass {}", index + 1);
-    let columns = [
-        ("candidate", Kind::Name),
-        ("outcome", Kind::Words),
-        ("p", Kind::Number),
-        ("F", Kind::Number),
-        (held_out.as_str(), Kind::Number),
-        ("absorbed by the model", Kind::Number),
-        (detectable.as_str(), Kind::Number),
-    ];
-    let rows = pass.scores.iter().take(MOST_ROWS).map(|score| score_row(context, score));
-    table(out, &caption, &columns, rows);
-    paragraph(
-        out,
-        "quiet",
-        "p before correction for the size of the catalogue. Absorbed: share of the effect that \
-         the declared model takes up and so hides. Detectable from: smallest effect, as rms \
-         residual, that would be found 9 times in 10.",
-    );
-    if pass.scores.len() > MOST_ROWS {
-        let more = pass.scores.len() - MOST_ROWS;
-        let text = format!("{} more scored lower and are not listed.", count(more));
-        paragraph(out, "quiet", &text);
-    }
-}
-
-fn score_row(context: &Context, score: &Score) -> Vec<Cell> {
-    let error = |v: f64| Cell::number(significant(context.show(v), 3), v);
-    vec![
-        Cell::new(&score.label),
-        Cell::new(outcome_words(score.outcome)),
-        Cell::number(p_value(score.p_value), score.p_value),
-        Cell::number(significant(score.f_statistic, 3), score.f_statistic),
-        error(score.held_out_rms),
-        Cell::number(percent(score.absorbed), score.absorbed),
-        error(score.detectable_rms),
-    ]
-}
-
-fn outcome_words(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Added => "added",
-        Outcome::Rival => "as good as the one added",
-        Outcome::Weaker => "another was better",
-        Outcome::NotSignificant => "not significant",
-        Outcome::DidNotGeneralise => "unseen error did not fall",
-        Outcome::NotObservable => "cannot be seen",
-    }
+        None if pass > 0 || closure.before.hold_out == HoldOut::CheckGroups => return None,
+        None => closure.before.held_out_rms,
+    };
+    Some(rms).filter(|rms| rms.is_finite())
 }
 
 fn class(outcome: Outcome) -> &'static str {

@@ -1,5 +1,6 @@
 //! Numbers and sentences for people.
 
+use model_discrepancy::Outcome;
 use proptest::prelude::*;
 
 use super::sample::{four_displacements, long_log, photogrammetry};
@@ -116,6 +117,22 @@ fn what_was_added_has_its_uncertainty() {
     {
         assert!(added.contains(expected), "{expected} in {added}");
     }
+}
+
+#[test]
+fn passes_are_headed_by_what_they_added_and_shown_once() {
+    let mut sample = photogrammetry();
+    let passes = &mut sample.closure.passes;
+    passes[0].scores[1].outcome = Outcome::Added;
+    // After a covariate was looked for in vain the catalogue is scored again, with the same result.
+    passes.push(passes[1].clone());
+    let page = render(&sample.closed());
+    let document = parse(&page);
+    let scores = section(&document, "How each candidate effect scored");
+    let headings: Vec<String> =
+        scores.descendants().filter(|n| n.has_tag_name("h3")).map(text_of).collect();
+    let expected = ["Pass 1: scale and anisotropic-scale added", "Pass 2: nothing added"];
+    assert_eq!(headings, expected);
 }
 
 #[test]

@@ -131,7 +131,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
 
 /// Two that matter, and one for each press.
 fn candidates() -> Vec<String> {
-    let shifts = (1..=PRESSES).map(|press| format!("load-shift (press {press})"));
+    let shifts = (1..=PRESSES).map(|press| format!("load-shift [press {press}]"));
     strings(&["bias-drift", "covariate:temperature_c"]).into_iter().chain(shifts).collect()
 }
 

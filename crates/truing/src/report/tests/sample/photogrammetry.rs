@@ -161,7 +161,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             "shear",
             "sag",
             "drift",
-            "bad-point (T117)",
+            "bad-point [T117]",
             "covariate:temperature_c",
         ]),
         state: no_state(),
@@ -203,7 +203,7 @@ fn first_pass() -> Pass {
             score("drift", (3.2, 0.031), 0.71, 0.2, Outcome::DidNotGeneralise),
             score("shear", (1.3, 0.31), 0.70, 0.1, Outcome::NotSignificant),
             score("sag", (0.9, 0.36), 0.69, 0.35, Outcome::NotSignificant),
-            score("bad-point (T117)", (0.8, 0.52), 0.72, 0.2, Outcome::NotSignificant),
+            score("bad-point [T117]", (0.8, 0.52), 0.72, 0.2, Outcome::NotSignificant),
             unseen("shift"),
             unseen("rotation"),
         ],
@@ -214,7 +214,7 @@ fn second_pass() -> Pass {
     Pass {
         scores: vec![
             score("covariate:temperature_c", (4.4, 0.05), 0.0352, 0.4, Outcome::NotSignificant),
-            score("bad-point (T104)", (2.9, 0.052), 0.0363, 0.2, Outcome::NotSignificant),
+            score("bad-point [T104]", (2.9, 0.052), 0.0363, 0.2, Outcome::NotSignificant),
             score("anisotropic-scale", (1.4, 0.27), 0.0372, 0.03, Outcome::NotSignificant),
             score("sag", (1.1, 0.30), 0.0368, 0.35, Outcome::NotSignificant),
             score("drift", (0.7, 0.56), 0.0375, 0.2, Outcome::NotSignificant),
