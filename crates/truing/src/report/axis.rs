@@ -109,7 +109,7 @@ fn tick_label(at: f64, step: f64, range: Range) -> String {
     if (-4..7).contains(&largest) && smallest >= -6 {
         fixed(at, (-smallest).max(0))
     } else {
-        significant(at, (largest - smallest + 1).clamp(1, 10))
+        significant(at, (largest - smallest + 1).clamp(1, 13))
     }
 }
 
