@@ -197,22 +197,29 @@ impl Display for Path {
 }
 
 /// Cuts a label to what a width in SVG units can hold.
+///
+/// The middle goes: what tells `bad-point [P17]` from `bad-point [P18]` stands at the end.
 pub(crate) fn shorten(text: &str, width: f64, font_size: f64) -> String {
+    /// Share of the room that the beginning gets.
+    const HEAD: f64 = 0.6;
     let limit = width / font_size;
     if em_width(text) <= limit {
         return text.to_string();
     }
-    let mut used = em_width("…");
-    let mut kept = String::new();
-    for c in text.chars() {
-        used += em(c);
-        if used > limit {
-            break;
-        }
-        kept.push(c);
-    }
-    kept.push('…');
-    kept
+    let room = limit - em_width("…");
+    let head = fitting(text.chars(), HEAD * room);
+    let tail = fitting(text.chars().rev(), (1.0 - HEAD) * room);
+    head.into_iter().chain(['…']).chain(tail.into_iter().rev()).collect()
+}
+
+/// The first characters that fit.
+fn fitting(characters: impl Iterator<Item = char>, room: f64) -> Vec<char> {
+    let mut used = 0.0;
+    let fits = |c: &char| {
+        used += em(*c);
+        used <= room
+    };
+    characters.take_while(fits).collect()
 }
 
 /// Width of text in SVG units, on the wide side.

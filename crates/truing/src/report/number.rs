@@ -98,7 +98,7 @@ pub(crate) fn count(n: usize) -> String {
 /// A count with its noun, in the plural where it should be.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     let noun = if n == 1 { noun.to_string() } else { plural(noun) };
-    format!("{}\u{a0}{noun}", count(n))
+    format!("{} {noun}", count(n))
 }
 
 /// The plural of an English noun; words out of a user's header are treated alike.
