@@ -70,6 +70,14 @@ pub enum FtCenterError {
         /// Height given.
         z0_mm: f64,
     },
+    /// The monitor would lift before it touches.
+    #[error("lift_fz_n of {lift_fz_n} N is above touch_fz_n of {touch_fz_n} N")]
+    LiftAboveTouch {
+        /// Force under which the head counts as lifted.
+        lift_fz_n: f64,
+        /// Force from which it counts as touching.
+        touch_fz_n: f64,
+    },
     /// A record covers too little of a turn to tell its centre from the wobble.
     #[error("record covers {turns:.3} turns at the given spin, need 1: press longer")]
     TooFewTurns {
@@ -168,6 +176,12 @@ pub enum FtCenterError {
         largest: f64,
         /// Smallest singular value of the scaled design.
         smallest: f64,
+    },
+    /// The tool has no weight that could be located.
+    #[error("weight of {weight_n:.3e} N is nothing beside the forces read: is a tool mounted?")]
+    NoWeight {
+        /// Weight found.
+        weight_n: f64,
     },
     /// A covariate has not one value per observation.
     #[error("covariate {name} has {got} values for {needed} observations")]
