@@ -1,4 +1,4 @@
-//! truing
+#![doc = include_str!("../README.md")]
 
 pub mod report;
 

@@ -4,6 +4,7 @@ mod estimates;
 mod measured;
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use ft_center::{Contact, LocateOptions, OrbitOptions, Press, PressRole, Sample};
 use nalgebra::Point2;
@@ -86,6 +87,7 @@ pub(super) fn read(
         covariates,
         groups,
         group_noun: group.map_or_else(|| "press".to_owned(), |g| g.get_ref().clone()),
+        solved: OnceLock::new(),
     };
     Ok(Reading {
         measured: Box::new(measured),

@@ -1,4 +1,4 @@
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use ft_center::{
     Contact, FtCenterError, Handedness, HandednessSource, LocateOptions, Located, OrbitOptions,
@@ -31,11 +31,18 @@ pub(super) struct PressCase {
     /// One name per press.
     pub(super) groups: Option<Vec<String>>,
     pub(super) group_noun: String,
+    pub(super) solved: OnceLock<Vec<SolvedPress>>,
 }
 
 impl PressCase {
-    fn solved(&self) -> Result<Vec<SolvedPress>, Error> {
-        solve_presses(&self.presses, &self.contact, &self.orbit).map_err(|e| self.record_error(e))
+    /// The records, reduced once: they are the long part of the work.
+    fn solved(&self) -> Result<&[SolvedPress], Error> {
+        if let Some(solved) = self.solved.get() {
+            return Ok(solved);
+        }
+        let solved = solve_presses(&self.presses, &self.contact, &self.orbit)
+            .map_err(|e| self.record_error(e))?;
+        Ok(self.solved.get_or_init(|| solved))
     }
 
     /// Presses at known positions: the observations.
@@ -91,8 +98,8 @@ impl PressCase {
 impl Measured for PressCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let presses = self.solved()?;
-        let located =
-            locate(&presses, &self.options).map_err(|e| error(self.presses_file.clone(), e))?;
+        let located = locate(presses, &self.contact, &self.options)
+            .map_err(|e| error(self.presses_file.clone(), e))?;
         let observations = (located.centers.iter())
             .filter(|c| c.role != PressRole::Locate)
             .map(|c| Observation {
@@ -108,7 +115,7 @@ impl Measured for PressCase {
             degrees_of_freedom: frame.degrees_of_freedom,
             chi2_per_dof: redundant.then_some(frame.variance_factor),
             warnings: self.warnings(&located),
-            estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, &presses)),
+            estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, presses)),
         })
     }
 
@@ -123,7 +130,7 @@ impl Measured for PressCase {
                 origin: Origin::Recorded,
             })
             .collect();
-        let concrete = PressModel::new(&presses, &self.contact, &self.options, &recorded)
+        let concrete = PressModel::new(presses, &self.contact, &self.options, &recorded)
             .map_err(|e| error(self.presses_file.clone(), e))?;
         let mut covariates = concrete.covariates();
         covariates.extend(recorded);
@@ -138,7 +145,7 @@ impl Measured for PressCase {
         }
         let estimates = Box::new(move |closure: &Closure| {
             let located = concrete.located(&closure.state, &closure.covariance);
-            Estimates::FtCenter(FtCenterEstimates::of(&located, &presses))
+            Estimates::FtCenter(FtCenterEstimates::of(&located, presses))
         });
         Ok(Prepared { model, covariates, estimates })
     }
