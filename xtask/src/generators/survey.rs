@@ -70,6 +70,8 @@ pub(crate) struct Survey {
     pub declare_noise: bool,
     /// Value of `[model] transform`.
     pub transform: &'static str,
+    /// Value of `[model] handedness`, where the case declares it.
+    pub handedness: Option<&'static str>,
     /// Whether the air temperature is recorded, which drives nothing.
     pub record_air: bool,
     /// What is wrong.
@@ -91,6 +93,7 @@ impl Survey {
             colour: Colour::White,
             declare_noise: true,
             transform: "rigid",
+            handedness: None,
             record_air: false,
             defect: Defect::None,
             seed,
@@ -286,6 +289,9 @@ impl Covariates {
 fn case_toml(survey: &Survey) -> String {
     let mut text =
         format!("kind = \"frame-fit\"\n\n[model]\ntransform = \"{}\"\n", survey.transform);
+    if let Some(handedness) = survey.handedness {
+        let _ = writeln!(text, "handedness = \"{handedness}\"");
+    }
     if survey.declare_noise {
         let _ = write!(text, "\n[noise]\npoint_mm = {}\n", survey.noise_mm);
     }
