@@ -34,7 +34,7 @@ fn one_step(out: &mut Markup, context: &Context, step: &Step) {
     out.open("h3", &[]);
     out.name(&step_name(step));
     out.close("h3");
-    paragraph(out, "", &step.description);
+    paragraph(out, "", &sentence(&step.description));
     if step.parameters.is_empty() {
         paragraph(out, "quiet", "It has no amplitude of its own.");
     } else {

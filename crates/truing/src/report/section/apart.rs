@@ -51,7 +51,9 @@ fn one_class(out: &mut Markup, step: &Step) {
         Some(text) => {
             out.text("To tell them apart: ");
             out.named_prose(text);
-            out.text(".");
+            if !text.ends_with('.') {
+                out.text(".");
+            }
         }
         None => out.text("No further measurement known to this kind of case would split them."),
     }

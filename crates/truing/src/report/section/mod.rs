@@ -48,6 +48,16 @@ fn for_both(out: &mut Markup, draw: impl Fn(f64, &str) -> Markup) {
     out.append(&draw(NARROW, "plot narrow"));
 }
 
+/// A description as a sentence: catalogues write them without capital and full stop.
+fn sentence(text: &str) -> String {
+    let mut characters = text.chars();
+    let Some(first) = characters.next() else {
+        return String::new();
+    };
+    let end = if text.ends_with(['.', '!', '?']) { "" } else { "." };
+    first.to_uppercase().chain(characters).chain(end.chars()).collect()
+}
+
 fn paragraph(out: &mut Markup, class: &str, text: &str) {
     if class.is_empty() {
         out.open("p", &[]);

@@ -26,7 +26,8 @@ pub(crate) fn scores(out: &mut Markup, context: &Context) {
         "",
         "Each candidate is judged alone, beside what is already in the model. It is added when it \
          is significant after correction for the size of the catalogue and the error on unseen \
-         data falls; then all others are judged again.",
+         data falls; then all others are judged again. Two that explain the data only together \
+         may be added as a pair.",
     );
     paragraph(
         out,
@@ -57,7 +58,13 @@ fn same(a: &Pass, b: &Pass) -> bool {
 
 fn one_pass(out: &mut Markup, context: &Context, number: usize, pass: &Pass, without: Option<f64>) {
     out.element("h3", &[], &heading(number, pass));
-    let chart = chart(context, number, pass, without);
+    if pass.scores.iter().any(|s| s.p_value.is_finite() && s.outcome != Outcome::NotObservable) {
+        figure(out, &chart(context, number, pass, without), pass);
+    }
+    score_table(out, context, number, pass);
+}
+
+fn figure(out: &mut Markup, chart: &ScoreChart, pass: &Pass) {
     out.open("figure", &[]);
     legend(out, pass);
     for_both(out, |width, class| chart.draw(width, class));
@@ -71,7 +78,6 @@ fn one_pass(out: &mut Markup, context: &Context, number: usize, pass: &Pass, wit
     }
     out.element("figcaption", &[], &caption.join(" "));
     out.close("figure");
-    score_table(out, context, number, pass);
 }
 
 /// What the looks of bars mean: those that occur.
@@ -135,10 +141,10 @@ fn chart(context: &Context, number: usize, pass: &Pass, without: Option<f64>) ->
 /// Error with groups left out in turn before this pass, where the closure holds it.
 fn without(closure: &Closure, pass: usize) -> Option<f64> {
     let earlier = &closure.passes[..pass];
-    let last_added = earlier.iter().rev().find_map(|p| added(p).last().copied());
+    let labels: Vec<&str> = earlier.iter().flat_map(added).collect();
+    let last_added = closure.steps.iter().rposition(|s| labels.contains(&step_name(s).as_str()));
     let rms = match last_added {
-        Some(label) => {
-            let step = closure.steps.iter().position(|s| step_name(s) == label)?;
+        Some(step) => {
             // Between passes that added nothing, covariates may have been added.
             let quiet = earlier.last().is_some_and(|p| added(p).is_empty());
             let after = closure.steps[step + 1..].iter();

@@ -1,5 +1,6 @@
 //! Marks stand where their values are, before and after on one scale.
 
+use model_discrepancy::Outcome;
 use roxmltree::{Document, Node};
 
 use super::sample::{Sample, four_displacements, photogrammetry};
@@ -118,6 +119,27 @@ fn bars_grow_with_significance_and_the_added_one_is_marked() {
     // p of the fourth candidate of the sample, against the first, which is cut at 16 decades.
     let ratio = width(&bars[3]) / width(&bars[0]);
     assert!((ratio - decades(0.031) / 16.0).abs() < 1e-3, "{ratio}");
+}
+
+#[test]
+fn a_pass_is_compared_with_the_error_that_it_started_from() {
+    let mut sample = four_displacements();
+    // Both effects come in as a pair; then another pass adds nothing.
+    let passes = &mut sample.closure.passes;
+    passes[0].scores[3].outcome = Outcome::Added;
+    passes[1].scores[0].outcome = Outcome::NotSignificant;
+    passes[1].scores[0].label = "drift".into();
+    passes[1].scores[0].held_out_rms = 0.0659;
+    let page = render(&sample.closed());
+    let document = parse(&page);
+    let drawings = wide_drawings(&document, "How each candidate effect scored");
+    let place = |svg: &Node, class: &str, attribute: &str| {
+        number(svg.children().find(|n| has_class(*n, class)).unwrap(), attribute)
+    };
+    // Its error is the one of the last step: the square stands on the line.
+    let centre = place(&drawings[1], "tag", "x") + 0.5 * place(&drawings[1], "tag", "width");
+    let line = place(&drawings[1], "reference", "x1");
+    assert!((centre - line).abs() < 2.0 * ROUNDING_PX, "{centre} against {line}");
 }
 
 #[test]
