@@ -3,7 +3,7 @@
 use model_discrepancy::{ParameterEstimate, Step};
 
 use super::declared::shifted;
-use super::{Cell, Context, Kind, paragraph, table};
+use super::{Cell, Context, Kind, paragraph, sentence, table};
 use crate::report::markup::Markup;
 use crate::report::number::{p_value, percent, significant, with_expanded};
 
