@@ -5,7 +5,7 @@ pub(crate) mod oracle;
 pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod survey;
-mod vector;
+pub(crate) mod vector;
 
 mod frame_cases;
 mod press_cases;

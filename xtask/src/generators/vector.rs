@@ -27,3 +27,36 @@ pub(crate) fn scale(factor: f64, a: [f64; 3]) -> [f64; 3] {
 pub(crate) fn norm(a: &[f64]) -> f64 {
     a.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
+
+/// Removes from `column` what lies in the span of `others`.
+pub(crate) fn orthogonalise(column: &mut [f64], others: &[Vec<f64>]) {
+    for direction in orthonormal(others) {
+        remove(&direction, column);
+    }
+}
+
+/// An orthonormal basis of the span of `columns` (Gram-Schmidt, each twice against round-off).
+pub(crate) fn orthonormal(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for column in columns {
+        let mut column = column.clone();
+        let before = norm(&column);
+        for _ in 0..2 {
+            for direction in &basis {
+                remove(direction, &mut column);
+            }
+        }
+        let length = norm(&column);
+        // What is left of a dependent column is round-off.
+        if length > 1e-12 * before {
+            basis.push(column.iter().map(|v| v / length).collect());
+        }
+    }
+    basis
+}
+
+/// Removes the part along a unit column.
+fn remove(direction: &[f64], column: &mut [f64]) {
+    let along: f64 = direction.iter().zip(column.iter()).map(|(d, v)| d * v).sum();
+    column.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
+}

@@ -1,5 +1,7 @@
 //! How large an effect must be to be found: the non-central F-test, for a known design.
 
+use crate::generators::vector::{norm, orthogonalise};
+
 /// Probability of a false addition that the whole catalogue shares.
 const ALPHA: f64 = 0.05;
 /// Probability with which an effect of the smallest size is found.
@@ -24,39 +26,13 @@ pub(crate) struct Design {
 /// equally over the candidates.
 pub(crate) fn smallest(design: &Design) -> f64 {
     let mut signal = design.signal.clone();
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for column in &design.base {
-        let mut column = column.clone();
-        remove(&basis, &mut column);
-        let length = dot(&column, &column).sqrt();
-        if length > 0.0 {
-            for value in &mut column {
-                *value /= length;
-            }
-            basis.push(column);
-        }
-    }
-    remove(&basis, &mut signal);
+    orthogonalise(&mut signal, &design.base);
     let m = as_f64(design.n_amplitudes);
-    let dof = as_f64(signal.len()) - as_f64(basis.len()) - m;
+    let dof = as_f64(signal.len()) - as_f64(design.base.len()) - m;
     let level = ALPHA / as_f64(design.n_candidates);
     let critical = bisect(1e6, |f| level - (1.0 - f_cdf(f, m, dof, 0.0)));
     let noncentrality = bisect(1e4, |lambda| (1.0 - f_cdf(critical, m, dof, lambda)) - POWER);
-    (noncentrality / dot(&signal, &signal)).sqrt()
-}
-
-/// Removes the part along orthonormal columns, twice for round-off.
-fn remove(basis: &[Vec<f64>], column: &mut [f64]) {
-    for _ in 0..2 {
-        for direction in basis {
-            let along = dot(direction, column);
-            column.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
-        }
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    noncentrality.sqrt() / norm(&signal)
 }
 
 /// Where a rising function is zero, between 0 and `end`.
