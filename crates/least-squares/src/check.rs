@@ -6,7 +6,18 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Problem;
 
-/// Analytic Jacobian against differences, and the entry that agrees worst.
+/// Largest step, in units of the one that changes a residual by one standard uncertainty.
+const FIRST_STEP: f64 = 1024.0;
+/// Factor between steps.
+const SHRINK: f64 = 2.0;
+/// Steps: the last changes a residual by 1e-5 of a standard uncertainty.
+const LEVELS: usize = 28;
+/// Orders of extrapolation: the error falls with the eighth power of the step.
+const ORDERS: usize = 3;
+/// Ratio between two columns' lengths from which the steps are chosen anew.
+const FAR_OFF: f64 = 10.0;
+
+/// Analytic Jacobian against differences: the entry that agrees worst.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JacobianCheck {
     /// Entry with the largest relative error.
@@ -32,6 +43,9 @@ pub struct JacobianEntry {
 
 impl JacobianCheck {
     /// Largest error of an entry, relative to the largest entry of its column.
+    ///
+    /// A right Jacobian of smooth residuals comes out at 1e-9 or better; a wrong sign, factor or
+    /// frame at 1e-3 or worse.
     #[must_use]
     pub fn worst_relative_error(&self) -> f64 {
         self.worst.relative_error
@@ -40,19 +54,19 @@ impl JacobianCheck {
 
 impl fmt::Display for JacobianCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let w = &self.worst;
-        write!(
-            f,
-            "worst entry: residual {} by {} (direction {}): analytic {:e}, numeric {:e}, relative error {:.1e}",
-            w.row, w.name, w.column, w.analytic, w.numeric, w.relative_error
-        )
+        let JacobianEntry { row, column, name, analytic, numeric, relative_error } = &self.worst;
+        write!(f, "worst entry: residual {row} by {name} (direction {column}), ")?;
+        write!(f, "analytic {analytic:e}, numeric {numeric:e}, ")?;
+        write!(f, "{relative_error:.1e} of the column's largest")
     }
 }
 
 /// Compares [`Problem::jacobian`] at `at` with Ridders' extrapolated central differences.
+///
+/// Steps are taken with [`Problem::retract`], so the check covers the tangent space too: its
+/// side, order and scale. Costs some 60 residual evaluations per column.
 pub fn check_jacobian<P: Problem>(problem: &P, at: &P::Point) -> JacobianCheck {
-    let (rows, columns) = (problem.residual_count(), problem.tangent_dim());
-    let mut analytic = DMatrix::zeros(rows, columns);
+    let mut analytic = DMatrix::zeros(problem.residual_count(), problem.tangent_dim());
     problem.jacobian(at, &mut analytic);
     let mut worst = JacobianEntry {
         row: 0,
@@ -62,20 +76,71 @@ pub fn check_jacobian<P: Problem>(problem: &P, at: &P::Point) -> JacobianCheck {
         numeric: 0.0,
         relative_error: 0.0,
     };
-    for column in 0..columns {
-        let numeric = ridders(problem, at, column);
-        let scale = analytic.column(column).amax().max(numeric.amax());
-        for row in 0..rows {
-            let (a, n) = (analytic[(row, column)], numeric[row]);
-            let relative_error = if a == n { 0.0 } else { (a - n).abs() / scale };
+    for (column, expected) in analytic.column_iter().enumerate() {
+        let numeric = differentiate(problem, at, column, expected.amax());
+        let largest = expected.amax().max(numeric.amax());
+        for (row, (&analytic, &numeric)) in expected.iter().zip(&numeric).enumerate() {
+            let error = (analytic - numeric).abs();
+            let relative_error = if error == 0.0 { 0.0 } else { error / largest };
+            // NaN counts as worst, and stays so.
             if relative_error > worst.relative_error || relative_error.is_nan() {
                 let name = problem.parameter_name(column);
-                worst =
-                    JacobianEntry { row, column, name, analytic: a, numeric: n, relative_error };
+                worst = JacobianEntry { row, column, name, analytic, numeric, relative_error };
             }
         }
     }
     JacobianCheck { worst }
+}
+
+/// One column by differences; the expected length only sets the steps.
+fn differentiate<P: Problem>(
+    problem: &P,
+    at: &P::Point,
+    column: usize,
+    expected: f64,
+) -> DVector<f64> {
+    let usable = |length: f64| length > 0.0 && length.is_finite();
+    let first = ridders(problem, at, column, if usable(expected) { expected } else { 1.0 });
+    let found = first.derivative.amax();
+    let ratio = found / expected;
+    if !usable(found) || (FAR_OFF.recip()..FAR_OFF).contains(&ratio) {
+        return first.derivative;
+    }
+    let second = ridders(problem, at, column, found);
+    if second.error < first.error { second.derivative } else { first.derivative }
+}
+
+struct Extrapolated {
+    derivative: DVector<f64>,
+    /// Largest change by the last extrapolation, over the column.
+    error: f64,
+}
+
+/// Ridders (1982): central differences over shrinking steps, extrapolated to zero; the level
+/// kept is the one whose extrapolation moved the column least.
+fn ridders<P: Problem>(problem: &P, at: &P::Point, column: usize, length: f64) -> Extrapolated {
+    let rows = problem.residual_count();
+    let mut best =
+        Extrapolated { derivative: DVector::repeat(rows, f64::NAN), error: f64::INFINITY };
+    let mut coarser: Vec<DVector<f64>> = Vec::new();
+    let mut h = FIRST_STEP / length;
+    for _ in 0..LEVELS {
+        let mut finer = vec![central(problem, at, column, h)];
+        let mut factor = 1.0;
+        for (order, coarse) in coarser.iter().take(ORDERS).enumerate() {
+            factor *= SHRINK * SHRINK;
+            let fine = &finer[order];
+            let next = (fine * factor - coarse) / (factor - 1.0);
+            let error = (&next - fine).amax().max((&next - coarse).amax());
+            if error < best.error {
+                best = Extrapolated { derivative: next.clone(), error };
+            }
+            finer.push(next);
+        }
+        coarser = finer;
+        h /= SHRINK;
+    }
+    best
 }
 
 fn central<P: Problem>(problem: &P, at: &P::Point, column: usize, h: f64) -> DVector<f64> {
@@ -87,35 +152,4 @@ fn central<P: Problem>(problem: &P, at: &P::Point, column: usize, h: f64) -> DVe
     step[column] = -h;
     problem.residuals(&problem.retract(at, &step), &mut backward);
     (forward - backward) / (2.0 * h)
-}
-
-/// Ridders (1982): Richardson extrapolation over shrinking steps, the entry with the least
-/// estimated error kept.
-fn ridders<P: Problem>(problem: &P, at: &P::Point, column: usize) -> DVector<f64> {
-    const SHRINK: f64 = 2.0;
-    const LEVELS: usize = 40;
-    let mut best = DVector::zeros(problem.residual_count());
-    let mut best_error = DVector::repeat(problem.residual_count(), f64::INFINITY);
-    let mut previous: Vec<DVector<f64>> = Vec::new();
-    let mut h = 1e2;
-    for _ in 0..LEVELS {
-        let mut current = vec![central(problem, at, column, h)];
-        let mut factor = SHRINK * SHRINK;
-        for (k, coarse) in previous.iter().take(4).enumerate() {
-            let fine = &current[k];
-            let next = (fine * factor - coarse) / (factor - 1.0);
-            for row in 0..best.len() {
-                let error = (next[row] - fine[row]).abs().max((next[row] - coarse[row]).abs());
-                if error < best_error[row] {
-                    best_error[row] = error;
-                    best[row] = next[row];
-                }
-            }
-            factor *= SHRINK * SHRINK;
-            current.push(next);
-        }
-        previous = current;
-        h /= SHRINK;
-    }
-    best
 }

@@ -5,10 +5,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::linearised::Linearised;
 use crate::null_space::free_directions;
-use crate::{FreeDirection, Options, Problem, SolveError};
+use crate::search::Counts;
+use crate::{FreeDirection, Options, Problem, Report, SolveError};
 
 /// Uncertainty of a point, as its data and their whitening determine it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Covariance {
     /// A-priori covariance of the tangent step; zero rows and columns for held directions.
     ///
@@ -27,19 +29,22 @@ pub struct Covariance {
 /// # Errors
 ///
 /// [`SolveError::Unobservable`] when a direction is free, and the errors of bad input;
-/// [`SolveError::NotConverged`] never.
+/// never [`SolveError::NotConverged`] or [`SolveError::Stalled`].
 pub fn covariance<P: Problem>(
     problem: &P,
     at: &P::Point,
     options: &Options,
 ) -> Result<Covariance, SolveError<P::Point>> {
-    let linearised = Linearised::at(problem, at, options)?;
+    let mut linearised = Linearised::evaluate(problem, at, options)?;
+    linearised.differentiate(problem, at)?;
     let factored = Factored::new(&linearised, options.rank_tolerance);
-    if factored.rank < linearised.free.len() {
+    if !factored.is_full_rank() {
+        let counts = Counts { searches: 0, iterations: 0, residuals: 1, jacobians: 1 };
+        let cost = linearised.evaluated.cost;
         return Err(SolveError::Unobservable {
             directions: factored.free_directions(problem, &linearised),
             best: Box::new(at.clone()),
-            report: Box::new(linearised.report(&factored)),
+            report: Box::new(Report::new(&linearised, &factored, counts, cost)),
         });
     }
     Ok(Covariance {
@@ -50,14 +55,15 @@ pub fn covariance<P: Problem>(
     })
 }
 
-/// `J S⁻¹ P = Q R` with unit columns in `J S⁻¹`, and the singular values of `R`.
+/// `J S⁻¹ P = Q R` with unit columns in `J S⁻¹`, and what the singular values of `R` say.
 pub(crate) struct Factored {
+    /// Column lengths `S`; 1 for a column of zeros.
     scale: DVector<f64>,
+    /// Column of `J` for each column of `R`.
     order: Vec<usize>,
     r: DMatrix<f64>,
-    /// Right singular vectors of `J S⁻¹` whose singular value is nought.
+    /// Right singular vectors of `J S⁻¹` whose singular value counts as nought, weakest last.
     null_space: DMatrix<f64>,
-    pub(crate) rank: usize,
     pub(crate) condition: f64,
 }
 
@@ -65,42 +71,47 @@ impl Factored {
     pub(crate) fn new(linearised: &Linearised, rank_tolerance: f64) -> Self {
         let jacobian = &linearised.jacobian;
         let (rows, columns) = jacobian.shape();
-        let scale = DVector::from_iterator(
-            columns,
-            jacobian.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }),
-        );
+        let scale = linearised.column_norms.map(|s| if s > 0.0 { s } else { 1.0 });
         // Rows of zeros make a wide matrix square; they change neither R nor the null space.
-        let mut scaled = jacobian.clone().resize_vertically(rows.max(columns), 0.0);
-        for (mut column, s) in scaled.column_iter_mut().zip(scale.iter()) {
-            column /= *s;
+        let mut scaled = DMatrix::zeros(rows.max(columns), columns);
+        for (k, s) in scale.iter().enumerate() {
+            scaled.view_mut((0, k), (rows, 1)).zip_apply(&jacobian.column(k), |out, v| {
+                *out = v / s;
+            });
         }
-        let qr = MatRef::from_column_major_slice(scaled.as_slice(), scaled.nrows(), columns)
-            .col_piv_qr();
-        let r =
-            DMatrix::from_fn(columns, columns, |i, j| if i <= j { qr.R()[(i, j)] } else { 0.0 });
-        let order = qr.P().arrays().0.to_vec();
-
-        let svd = r.clone().svd(false, true);
-        let v_t = svd.v_t.expect("requested");
-        let largest = svd.singular_values.max();
-        let free: Vec<usize> =
-            (0..columns).filter(|&i| svd.singular_values[i] <= rank_tolerance * largest).collect();
-        let mut null_space = DMatrix::zeros(columns, free.len());
-        for (k, &i) in free.iter().enumerate() {
+        let (r, order) = pivoted_qr(&scaled);
+        let (singular_values, v_t) = singular_values(&r);
+        let largest = singular_values.iter().copied().fold(0.0, f64::max);
+        let smallest = singular_values.iter().copied().fold(f64::INFINITY, f64::min);
+        let weak: Vec<usize> = (0..columns)
+            .filter(|&i| singular_values[i] <= rank_tolerance * largest || largest == 0.0)
+            .collect();
+        let mut null_space = DMatrix::zeros(columns, weak.len());
+        for (k, &i) in weak.iter().enumerate() {
             for (j, &column) in order.iter().enumerate() {
                 null_space[(column, k)] = v_t[(i, j)];
             }
         }
-        let condition = if columns == 0 { 1.0 } else { largest / svd.singular_values.min() };
-        Self { scale, order, r, rank: columns - free.len(), null_space, condition }
+        let condition = if columns == 0 { 1.0 } else { largest / smallest };
+        Self { scale, order, r, null_space, condition }
     }
 
+    pub(crate) fn rank(&self) -> usize {
+        self.order.len() - self.null_space.ncols()
+    }
+
+    pub(crate) fn is_full_rank(&self) -> bool {
+        self.null_space.ncols() == 0
+    }
+
+    /// `S⁻¹ P R⁻¹ R⁻ᵀ Pᵀ S⁻¹`, held directions filled in with zeros.
     pub(crate) fn covariance(&self, linearised: &Linearised) -> DMatrix<f64> {
         let columns = self.order.len();
         let mut inverse = DMatrix::identity(columns, columns);
         self.r.solve_upper_triangular_mut(&mut inverse);
         let pivoted = &inverse * inverse.transpose();
-        let mut covariance = DMatrix::zeros(linearised.tangent_dim, linearised.tangent_dim);
+        let dim = linearised.tangent_dim();
+        let mut covariance = DMatrix::zeros(dim, dim);
         for (i, &a) in self.order.iter().enumerate() {
             for (j, &b) in self.order.iter().enumerate() {
                 covariance[(linearised.free[a], linearised.free[b])] =
@@ -116,5 +127,40 @@ impl Factored {
         linearised: &Linearised,
     ) -> Vec<FreeDirection> {
         free_directions(&self.null_space, &self.scale, &linearised.free, problem)
+    }
+
+    /// Free directions as shares of unit columns and as steps, weakest first.
+    pub(crate) fn weakest_directions(
+        &self,
+    ) -> impl Iterator<Item = (DVector<f64>, DVector<f64>)> + '_ {
+        self.null_space.column_iter().rev().map(|share| {
+            let share = share.into_owned();
+            let step = share.component_div(&self.scale);
+            (share, step)
+        })
+    }
+}
+
+fn pivoted_qr(matrix: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
+    let (rows, columns) = matrix.shape();
+    let qr = MatRef::from_column_major_slice(matrix.as_slice(), rows, columns).col_piv_qr();
+    let upper = |i: usize, j: usize| if i <= j { qr.R()[(i, j)] } else { 0.0 };
+    (DMatrix::from_fn(columns, columns, upper), qr.P().arrays().0.to_vec())
+}
+
+/// Singular values and the right singular vectors, transposed.
+fn singular_values(r: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let n = r.ncols();
+    if n == 0 {
+        return (DVector::zeros(0), DMatrix::zeros(0, 0));
+    }
+    match MatRef::from_column_major_slice(r.as_slice(), n, n).svd() {
+        Ok(svd) => (
+            DVector::from_fn(n, |i, _| svd.S().column_vector()[i]),
+            DMatrix::from_fn(n, n, |i, j| svd.V()[(j, i)]),
+        ),
+        // The iteration of the SVD failed, which finite input has never made it do: nothing is
+        // known of the rank, so nothing is claimed.
+        Err(_) => (DVector::zeros(n), DMatrix::identity(n, n)),
     }
 }

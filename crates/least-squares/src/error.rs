@@ -26,9 +26,9 @@ pub enum SolveError<Point = DVector<f64>> {
         /// Its value.
         value: f64,
     },
-    /// A held direction does not exist.
-    #[error("direction {index} cannot be held: the problem has {tangent_dim}")]
-    HeldOutOfRange {
+    /// A held direction, or one with a prior, does not exist.
+    #[error("there is no direction {index}: the problem has {tangent_dim}, counted from 0")]
+    DirectionOutOfRange {
         /// The index given.
         index: usize,
         /// Number of tangent directions of the problem.
@@ -57,15 +57,34 @@ pub enum SolveError<Point = DVector<f64>> {
         variance: f64,
     },
     /// The search stopped before it met a tolerance.
-    #[error("not converged: cost {:.6e} after {} iterations", report.final_cost, report.iterations)]
+    #[error(
+        "not converged: cost {:.6e} after {} iterations; start closer or allow more iterations",
+        report.final_cost, report.iterations
+    )]
     NotConverged {
         /// The best point found.
         best: Box<Point>,
         /// How far the search came.
         report: Box<Report>,
     },
+    /// No step lowers the cost although the Jacobian promises it.
+    #[error(
+        "stalled at cost {:.6e} with a gradient correlation of {:.1e}: the residuals do not \
+         follow their Jacobian; compare them with check_jacobian",
+        report.final_cost, report.gradient
+    )]
+    Stalled {
+        /// The best point found.
+        best: Box<Point>,
+        /// How far the search came.
+        report: Box<Report>,
+    },
     /// The data leave a direction free: adding it changes no residual.
-    #[error("the data do not determine {} of {} directions; free: {}; hold one of them, add a prior, or add data that see it", directions.len(), report.parameters, directions.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and "))]
+    #[error(
+        "the data leave {} of {} directions free: {}; hold one, add a prior, or measure what \
+         depends on it",
+        directions.len(), report.parameters, Listed(directions)
+    )]
     Unobservable {
         /// One per free direction.
         directions: Vec<FreeDirection>,
@@ -85,6 +104,17 @@ pub struct FreeDirection {
     pub components: Vec<(String, f64)>,
     /// The direction as a tangent step, in the units of the parameters.
     pub step: DVector<f64>,
+}
+
+struct Listed<'a>(&'a [FreeDirection]);
+
+impl fmt::Display for Listed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, direction) in self.0.iter().enumerate() {
+            write!(f, "{}{direction}", if i == 0 { "" } else { " and " })?;
+        }
+        Ok(())
+    }
 }
 
 impl fmt::Display for FreeDirection {

@@ -2,173 +2,187 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::covariance::Factored;
-use crate::{Options, Problem, Report, SolveError};
+use crate::qr::dot;
+use crate::{Options, Problem, SolveError};
 
 /// Residuals at a point with what the robust losses make of them.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Evaluated {
     /// As the problem gives them.
     pub(crate) residuals: DVector<f64>,
-    /// `ρ'` per row.
-    pub(crate) weights: DVector<f64>,
-    /// `½ Σ ρ`.
+    /// `√ρ'` per row.
+    pub(crate) root_weights: DVector<f64>,
+    /// `½ Σ ρ`; not finite where a residual is not.
     pub(crate) cost: f64,
 }
 
 impl Evaluated {
-    pub(crate) fn zeros(rows: usize) -> Self {
+    pub(crate) fn new(rows: usize) -> Self {
         Self {
             residuals: DVector::zeros(rows),
-            weights: DVector::repeat(rows, 1.0),
+            root_weights: DVector::repeat(rows, 1.0),
             cost: f64::INFINITY,
         }
     }
 
-    /// Evaluates in place; the cost is not finite when a residual is not.
     pub(crate) fn fill<P: Problem>(&mut self, problem: &P, at: &P::Point, options: &Options) {
         problem.residuals(at, &mut self.residuals);
-        if options.robust.is_empty() {
-            self.cost = 0.5 * self.residuals.norm_squared();
-            return;
+        let mut twice_cost = self.residuals.norm_squared();
+        if !options.robust.is_empty() {
+            self.root_weights.fill(1.0);
         }
-        let rows = self.residuals.len();
-        self.weights.fill(1.0);
-        let mut cost = self.residuals.norm_squared();
         for robust in &options.robust {
-            let end = robust.rows.end.min(rows);
-            let mut first = robust.rows.start.min(end);
+            let end = robust.rows.end.min(self.residuals.len());
+            let mut first = robust.rows.start;
             while first < end {
-                let n = robust.block_rows.min(end - first);
-                let s = self.residuals.rows(first, n).norm_squared();
+                let count = robust.block_rows.min(end - first);
+                let s = self.residuals.rows(first, count).norm_squared();
                 let (rho, weight) = robust.loss.evaluate(s);
-                cost += rho - s;
-                self.weights.rows_mut(first, n).fill(weight);
-                first += n;
+                twice_cost += rho - s;
+                self.root_weights.rows_mut(first, count).fill(weight.sqrt());
+                first += count;
             }
         }
-        self.cost = 0.5 * cost;
+        self.cost = 0.5 * twice_cost;
     }
 }
 
+/// Whitened, robustly weighted rows and their derivative by the free directions.
+#[derive(Clone, Debug)]
 pub(crate) struct Linearised {
     /// Tangent directions that may move, in order.
     pub(crate) free: Vec<usize>,
-    pub(crate) tangent_dim: usize,
     pub(crate) evaluated: Evaluated,
     /// `√w r`.
     pub(crate) weighted: DVector<f64>,
     /// `√w J`, free columns only.
     pub(crate) jacobian: DMatrix<f64>,
+    /// Lengths of the columns of `jacobian`.
+    pub(crate) column_norms: DVector<f64>,
+    /// As the problem gives it.
     full: DMatrix<f64>,
 }
 
+/// An entry of the Jacobian that is infinite or NaN.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NonFinite {
+    row: usize,
+    column: usize,
+    value: f64,
+}
+
+impl<Point> From<NonFinite> for SolveError<Point> {
+    fn from(NonFinite { row, column, value }: NonFinite) -> Self {
+        Self::NonFiniteJacobian { row, column, value }
+    }
+}
+
 impl Linearised {
-    pub(crate) fn at<P: Problem>(
+    /// Evaluates residuals and leaves the Jacobian for [`Linearised::differentiate`].
+    pub(crate) fn evaluate<P: Problem>(
         problem: &P,
         at: &P::Point,
         options: &Options,
     ) -> Result<Self, SolveError<P::Point>> {
-        let free = free_columns(problem, options)?;
-        let (rows, tangent_dim) = (problem.residual_count(), problem.tangent_dim());
-        let mut evaluated = Evaluated::zeros(rows);
+        let free = free_directions(problem, options)?;
+        let (rows, columns) = (problem.residual_count(), problem.tangent_dim());
+        let mut evaluated = Evaluated::new(rows);
         evaluated.fill(problem, at, options);
-        if let Some(row) = evaluated.residuals.iter().position(|r| !r.is_finite()) {
-            return Err(SolveError::NonFiniteResidual { row, value: evaluated.residuals[row] });
+        if !evaluated.cost.is_finite() {
+            // Finite residuals whose squares overflow count as infinite.
+            let residuals = &evaluated.residuals;
+            let row = residuals.iter().position(|r| !(r * r).is_finite());
+            let row = row.unwrap_or_else(|| residuals.iamax());
+            return Err(SolveError::NonFiniteResidual { row, value: residuals[row] });
         }
-        let mut linearised = Self {
+        Ok(Self {
             weighted: DVector::zeros(rows),
             jacobian: DMatrix::zeros(rows, free.len()),
-            full: DMatrix::zeros(rows, tangent_dim),
+            column_norms: DVector::zeros(free.len()),
+            full: DMatrix::zeros(rows, columns),
             free,
-            tangent_dim,
             evaluated,
-        };
-        linearised.linearise(problem, at)?;
-        Ok(linearised)
+        })
     }
 
     /// Brings the Jacobian up to date with `evaluated`, which belongs to `at`.
-    pub(crate) fn linearise<P: Problem>(
+    pub(crate) fn differentiate<P: Problem>(
         &mut self,
         problem: &P,
         at: &P::Point,
-    ) -> Result<(), SolveError<P::Point>> {
+    ) -> Result<(), NonFinite> {
         self.full.fill(0.0);
         problem.jacobian(at, &mut self.full);
+        let weights = &self.evaluated.root_weights;
+        self.weighted.zip_zip_apply(&self.evaluated.residuals, weights, |out, r, w| {
+            *out = w * r;
+        });
         for (k, &column) in self.free.iter().enumerate() {
-            for row in 0..self.full.nrows() {
-                let value = self.full[(row, column)];
-                if !value.is_finite() {
-                    return Err(SolveError::NonFiniteJacobian { row, column, value });
-                }
-                self.jacobian[(row, k)] = self.evaluated.weights[row].sqrt() * value;
+            let mut out = self.jacobian.column_mut(k);
+            out.zip_zip_apply(&self.full.column(column), weights, |out, d, w| {
+                *out = w * d;
+            });
+            self.column_norms[k] = dot(out.as_slice(), out.as_slice()).sqrt();
+            if !self.column_norms[k].is_finite() {
+                let entries = self.full.column(column);
+                let row = entries.iter().position(|v| !(v * v).is_finite());
+                let row = row.unwrap_or_else(|| entries.iamax());
+                return Err(NonFinite { row, column, value: entries[row] });
             }
         }
-        self.weighted.zip_zip_apply(
-            &self.evaluated.residuals,
-            &self.evaluated.weights,
-            |out, r, w| {
-                *out = w.sqrt() * r;
-            },
-        );
         Ok(())
     }
 
-    /// Largest correlation of a free column with the residual.
+    /// Largest correlation of a free column with the residual, 0 to 1.
     pub(crate) fn gradient_correlation(&self) -> f64 {
-        let norm = self.weighted.norm();
+        let weighted = self.weighted.as_slice();
+        let norm = dot(weighted, weighted).sqrt();
         if norm == 0.0 {
             return 0.0;
         }
-        self.jacobian
-            .column_iter()
-            .map(|c| (c.norm(), c.dot(&self.weighted)))
-            .filter(|(length, _)| *length > 0.0)
-            .map(|(length, dot)| (dot / (length * norm)).abs())
-            .fold(0.0, f64::max)
+        let correlation = |k: usize| {
+            let length = self.column_norms[k];
+            let projection = dot(self.jacobian.column(k).as_slice(), weighted);
+            if length > 0.0 { (projection / length / norm).abs() } else { 0.0 }
+        };
+        (0..self.free.len()).map(correlation).fold(0.0, f64::max)
+    }
+
+    pub(crate) fn tangent_dim(&self) -> usize {
+        self.full.ncols()
+    }
+
+    /// Writes a step of the free directions into one of all directions.
+    pub(crate) fn spread(&self, step: &DVector<f64>, out: &mut DVector<f64>) {
+        for (k, &index) in self.free.iter().enumerate() {
+            out[index] = step[k];
+        }
     }
 
     /// Rows that count at all.
-    pub(crate) fn used(&self) -> usize {
-        self.evaluated.weights.iter().filter(|w| **w > 0.0).count()
+    pub(crate) fn residuals_used(&self) -> usize {
+        self.evaluated.root_weights.iter().filter(|w| **w > 0.0).count()
     }
 
     pub(crate) fn degrees_of_freedom(&self) -> usize {
-        self.used().saturating_sub(self.free.len())
+        self.residuals_used().saturating_sub(self.free.len())
     }
 
     pub(crate) fn variance_factor(&self) -> Option<f64> {
-        let dof = self.degrees_of_freedom();
+        let degrees_of_freedom = self.degrees_of_freedom();
         #[expect(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
-        (dof > 0).then(|| self.weighted.norm_squared() / dof as f64)
-    }
-
-    pub(crate) fn report(&self, factored: &Factored) -> Report {
-        Report {
-            termination: None,
-            iterations: 0,
-            residual_evaluations: 1,
-            jacobian_evaluations: 1,
-            initial_cost: self.evaluated.cost,
-            final_cost: self.evaluated.cost,
-            gradient: self.gradient_correlation(),
-            rank: factored.rank,
-            condition: factored.condition,
-            residuals_given: self.evaluated.residuals.len(),
-            residuals_used: self.used(),
-            parameters: self.free.len(),
-        }
+        (degrees_of_freedom > 0).then(|| self.weighted.norm_squared() / degrees_of_freedom as f64)
     }
 }
 
-fn free_columns<P: Problem>(
+/// Checks the options against the problem and lists the directions that are not held.
+fn free_directions<P: Problem>(
     problem: &P,
     options: &Options,
 ) -> Result<Vec<usize>, SolveError<P::Point>> {
     let tangent_dim = problem.tangent_dim();
     if let Some(&index) = options.held.iter().find(|&&i| i >= tangent_dim) {
-        return Err(SolveError::HeldOutOfRange { index, tangent_dim });
+        return Err(SolveError::DirectionOutOfRange { index, tangent_dim });
     }
     for (index, robust) in options.robust.iter().enumerate() {
         let (scale, block_rows) = (robust.loss.scale(), robust.block_rows);

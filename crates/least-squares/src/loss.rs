@@ -66,6 +66,7 @@ impl Loss {
 
 /// Residual rows under a robust loss.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobustRows {
     /// Rows concerned; an end past the last residual means the last residual.
     pub rows: Range<usize>,

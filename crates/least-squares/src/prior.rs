@@ -1,11 +1,12 @@
 //! Prior knowledge as further residual rows.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use crate::{Problem, SolveError};
 
-/// What is known of some functions of the point before any data: mean and uncertainty.
+/// What is known of some quantities before any data: their mean and its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Prior {
     /// What is expected.
     pub mean: DVector<f64>,
@@ -14,31 +15,32 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// Independent quantities with their standard uncertainties.
-    ///
-    /// A missing standard uncertainty counts as NaN, which [`WithPrior::new`] rejects.
+    /// Independent quantities, each given as mean and standard uncertainty.
     #[must_use]
-    pub fn independent(mean: &[f64], sigma: &[f64]) -> Self {
-        let variance = |i: usize| sigma.get(i).map_or(f64::NAN, |s| s * s);
+    pub fn independent(mean_and_sigma: &[(f64, f64)]) -> Self {
+        let n = mean_and_sigma.len();
         Self {
-            mean: DVector::from_row_slice(mean),
-            covariance: DMatrix::from_diagonal(&DVector::from_fn(mean.len(), |i, _| variance(i))),
+            mean: DVector::from_fn(n, |i, _| mean_and_sigma[i].0),
+            covariance: DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| {
+                mean_and_sigma[i].1.powi(2)
+            })),
         }
     }
 }
 
-/// A problem whose last rows are a [`Prior`].
+/// A problem with a [`Prior`] as its last rows.
 ///
-/// `quantity` says what the prior is about: it returns the quantities at a point and their
-/// derivative by the tangent step, `prior rows × tangent_dim`. For a vector and its leading
-/// directions that is the vector itself and an identity; for a pose near its mean, the
-/// logarithm of their difference and the inverse of the exponential's Jacobian.
+/// `quantity` says what the prior is about: at a point it returns the quantities, and their
+/// derivative by the tangent step (`prior rows × tangent_dim`). For a pose near its mean these
+/// are the logarithm of their difference and the inverse of the exponential's Jacobian; for
+/// vectors see [`with_vector_prior`].
 #[derive(Clone, Debug)]
 pub struct WithPrior<'a, P, F> {
     problem: &'a P,
     quantity: F,
     mean: DVector<f64>,
-    factor: Cholesky<f64, Dyn>,
+    /// `L` of the covariance `L Lᵀ`; its inverse whitens.
+    factor: DMatrix<f64>,
 }
 
 impl<'a, P, F> WithPrior<'a, P, F>
@@ -50,15 +52,49 @@ where
     ///
     /// # Errors
     ///
-    /// [`SolveError::InvalidPrior`] when the covariance is not positive definite.
+    /// [`SolveError::InvalidPrior`] when the mean is not finite, or the covariance is not a
+    /// positive definite matrix of its size.
     pub fn new(problem: &'a P, prior: Prior, quantity: F) -> Result<Self, SolveError<P::Point>> {
-        let n = prior.mean.len();
-        let factor = Some(prior.covariance)
-            .filter(|c| c.shape() == (n, n) && c.iter().all(|v| v.is_finite()))
-            .and_then(Cholesky::new)
-            .ok_or(SolveError::InvalidPrior { row: 0, variance: f64::NAN })?;
-        Ok(Self { problem, quantity, mean: prior.mean, factor })
+        let Prior { mean, covariance } = prior;
+        let factor = cholesky(&covariance, mean.len())?;
+        match mean.iter().position(|m| !m.is_finite()) {
+            Some(row) => Err(SolveError::InvalidPrior { row, variance: covariance[(row, row)] }),
+            None => Ok(Self { problem, quantity, mean, factor }),
+        }
     }
+}
+
+/// Appends a prior on some components of a point that is a plain vector.
+///
+/// # Errors
+///
+/// [`SolveError::DirectionOutOfRange`] when a direction does not exist, otherwise as
+/// [`WithPrior::new`].
+#[expect(clippy::type_complexity, reason = "a closure's type has no name of its own")]
+pub fn with_vector_prior<'a, P: Problem<Point = DVector<f64>>>(
+    problem: &'a P,
+    directions: &[usize],
+    prior: Prior,
+) -> Result<
+    WithPrior<'a, P, impl Fn(&DVector<f64>) -> (DVector<f64>, DMatrix<f64>) + Clone>,
+    SolveError,
+> {
+    let tangent_dim = problem.tangent_dim();
+    if let Some(&index) = directions.iter().find(|&&i| i >= tangent_dim) {
+        return Err(SolveError::DirectionOutOfRange { index, tangent_dim });
+    }
+    if directions.len() != prior.mean.len() {
+        return Err(SolveError::InvalidPrior { row: directions.len(), variance: f64::NAN });
+    }
+    let directions = directions.to_vec();
+    let mut derivative = DMatrix::zeros(directions.len(), tangent_dim);
+    for (row, &column) in directions.iter().enumerate() {
+        derivative[(row, column)] = 1.0;
+    }
+    let quantity = move |point: &DVector<f64>| {
+        (DVector::from_fn(directions.len(), |i, _| point[directions[i]]), derivative.clone())
+    };
+    WithPrior::new(problem, prior, quantity)
 }
 
 impl<P, F> Problem for WithPrior<'_, P, F>
@@ -82,7 +118,7 @@ where
         self.problem.residuals(at, &mut rows);
         out.rows_mut(0, n).copy_from(&rows);
         let mut tail = (self.quantity)(at).0 - &self.mean;
-        self.factor.l_dirty().solve_lower_triangular_mut(&mut tail);
+        self.factor.solve_lower_triangular_mut(&mut tail);
         out.rows_mut(n, self.mean.len()).copy_from(&tail);
     }
 
@@ -92,7 +128,7 @@ where
         self.problem.jacobian(at, &mut rows);
         out.rows_mut(0, n).copy_from(&rows);
         let mut tail = (self.quantity)(at).1;
-        self.factor.l_dirty().solve_lower_triangular_mut(&mut tail);
+        self.factor.solve_lower_triangular_mut(&mut tail);
         out.rows_mut(n, self.mean.len()).copy_from(&tail);
     }
 
@@ -103,4 +139,25 @@ where
     fn parameter_name(&self, index: usize) -> String {
         self.problem.parameter_name(index)
     }
+}
+
+/// Lower factor of an `n × n` covariance, or the first row that the rows before determine.
+fn cholesky<Point>(covariance: &DMatrix<f64>, n: usize) -> Result<DMatrix<f64>, SolveError<Point>> {
+    if covariance.shape() != (n, n) {
+        return Err(SolveError::InvalidPrior { row: covariance.nrows(), variance: f64::NAN });
+    }
+    let mut lower = DMatrix::zeros(n, n);
+    for row in 0..n {
+        for column in 0..row {
+            let known: f64 = (0..column).map(|k| lower[(row, k)] * lower[(column, k)]).sum();
+            lower[(row, column)] = (covariance[(row, column)] - known) / lower[(column, column)];
+        }
+        let known: f64 = (0..row).map(|k: usize| lower[(row, k)] * lower[(row, k)]).sum();
+        let variance: f64 = covariance[(row, row)] - known;
+        if !(variance > 0.0 && variance.is_finite()) {
+            return Err(SolveError::InvalidPrior { row, variance });
+        }
+        lower[(row, row)] = variance.sqrt();
+    }
+    Ok(lower)
 }

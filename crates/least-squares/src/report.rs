@@ -1,12 +1,18 @@
 use std::fmt;
 
+use crate::covariance::Factored;
+use crate::linearised::Linearised;
+use crate::search::Counts;
+
 /// How a solution was reached, or how far the search came.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Report {
     /// Why the search stopped; `None` when it did not converge.
     pub termination: Option<Termination>,
-    /// Steps accepted.
+    /// Searches made; more than one where the first gave no usable answer.
+    pub searches: usize,
+    /// Steps accepted, over all searches.
     pub iterations: usize,
     /// Calls of [`Problem::residuals`](crate::Problem::residuals).
     pub residual_evaluations: usize,
@@ -28,6 +34,31 @@ pub struct Report {
     pub residuals_used: usize,
     /// Free tangent directions.
     pub parameters: usize,
+}
+
+impl Report {
+    pub(crate) fn new(
+        at: &Linearised,
+        factored: &Factored,
+        counts: Counts,
+        initial_cost: f64,
+    ) -> Self {
+        Self {
+            termination: None,
+            searches: counts.searches,
+            iterations: counts.iterations,
+            residual_evaluations: counts.residuals,
+            jacobian_evaluations: counts.jacobians,
+            initial_cost,
+            final_cost: at.evaluated.cost,
+            gradient: at.gradient_correlation(),
+            rank: factored.rank(),
+            condition: factored.condition,
+            residuals_given: at.evaluated.residuals.len(),
+            residuals_used: at.residuals_used(),
+            parameters: at.free.len(),
+        }
+    }
 }
 
 /// Ways to succeed.
@@ -52,8 +83,12 @@ impl fmt::Display for Report {
         }
         writeln!(
             f,
-            " after {} iterations, {} residual and {} Jacobian evaluations",
-            self.iterations, self.residual_evaluations, self.jacobian_evaluations
+            " after {} iterations in {} search{}, {} residual and {} Jacobian evaluations",
+            self.iterations,
+            self.searches,
+            if self.searches == 1 { "" } else { "es" },
+            self.residual_evaluations,
+            self.jacobian_evaluations
         )?;
         writeln!(
             f,

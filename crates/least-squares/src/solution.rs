@@ -4,6 +4,7 @@ use crate::Report;
 
 /// A converged estimate of full rank, with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Solution<Point> {
     /// The estimate.
     pub point: Point,

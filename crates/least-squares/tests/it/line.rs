@@ -38,6 +38,6 @@ fn line() {
     let held = Options { held: vec![7], ..Options::default() };
     assert_eq!(
         solve(&Line, DVector::from_vec(vec![0.0, 0.0]), &held).unwrap_err(),
-        SolveError::HeldOutOfRange { index: 7, tangent_dim: 2 }
+        SolveError::DirectionOutOfRange { index: 7, tangent_dim: 2 }
     );
 }

@@ -1,3 +1,4 @@
 //! Behaviour of the solver, seen from outside.
 
 mod line;
+mod suites;
