@@ -80,7 +80,7 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
                 let aliased_with = aliased_with(&system, &at, &lin, *e);
                 (
                     *absorbed,
-                    Visibility::Hidden { aliased_with, separate_by: make_visible(model, *e) },
+                    Visibility::Hidden { aliased_with, separate_by: make_visible(model, *e, &[]) },
                 )
             }
             Sight::Seen(candidate) => {

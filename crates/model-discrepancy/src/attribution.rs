@@ -10,6 +10,7 @@ use crate::select::{CHOICE_FOLDS, STAY, Selected, What};
 use crate::shape::shapes;
 use crate::significance::significance;
 use crate::system::{System, rows_of};
+use crate::validate::ORDER;
 
 /// Significance below which the accepted effect is needed beside a rival, whatever the error on
 /// unseen groups says: the true name is refused once in a hundred times.
@@ -83,9 +84,9 @@ pub(crate) fn attribute<'a>(
     Some(Attribution { system, accepted, rivals: others })
 }
 
-/// Recorded columns, other than the one the accepted effect follows itself.
+/// Recorded columns and the measured order, other than what the accepted effect follows itself.
 ///
-/// A time stamp that runs with the measured order is another word for a drift, not a rival.
+/// Where the effect is a drift already, time and order are another word for it, not rivals.
 fn recorded_shapes(
     setting: &Setting<'_>,
     lin: &Linear<'_>,
@@ -95,13 +96,23 @@ fn recorded_shapes(
         Source::Effect(active) => setting.model.effects()[active.effect].driver.clone(),
         Source::Empirical(e) => Some(e.covariate.clone()),
     };
-    let columns = setting.covariates.iter().filter(|c| c.origin == Origin::Recorded);
-    columns
-        .filter(|c| driver.as_deref() != Some(c.name.as_str()) && !c.name.ends_with("_s"))
-        .flat_map(|c| shapes(lin.layout, c).into_iter().map(move |s| (c, s)))
-        .filter_map(|(c, s)| empirical_candidate(lin, &lin.basis, c, &s))
-        .map(|(candidate, _)| candidate)
-        .collect()
+    let accepted_span = span(&lin.basis, accepted);
+    let another_word = |c: &Candidate| same_span(&span(&lin.basis, c), &accepted_span);
+    let mut found = Vec::new();
+    for covariate in setting.covariates {
+        let order = covariate.name == ORDER || covariate.name.ends_with("_s");
+        if driver.as_deref() == Some(covariate.name.as_str())
+            || (covariate.origin == Origin::Coordinate && !order)
+        {
+            continue;
+        }
+        // Along the order only a plain drift: a curve imitates too much.
+        let shapes =
+            shapes(lin.layout, covariate).into_iter().take(if order { 1 } else { usize::MAX });
+        let candidates = shapes.filter_map(|s| empirical_candidate(lin, &lin.basis, covariate, &s));
+        found.extend(candidates.map(|(c, _)| c).filter(|c| !order || !another_word(c)));
+    }
+    found
 }
 
 fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[bool]) -> bool {

@@ -103,7 +103,7 @@ fn steps(
         let names = attribution.map(Attribution::names).unwrap_or_default();
         let separate_by = attribution
             .filter(|a| !a.rivals.is_empty())
-            .and_then(|a| separate_by(a, &chosen.estimate));
+            .and_then(|a| separate_by(a, &chosen.estimate, setting.silent));
         let (effect, subject, description) = describe(setting, &added.what);
         Step {
             effect,
@@ -193,7 +193,7 @@ fn not_observable(
         found.push(NotObservable {
             effect: name,
             aliased_with: aliased_with(declared, base, &lin, e),
-            separate_by: make_visible(setting.model, e),
+            separate_by: make_visible(setting.model, e, setting.silent),
         });
     }
     found
@@ -203,9 +203,13 @@ fn not_observable(
 fn mark_rivals(passes: &mut [Pass], attributions: &[Option<Attribution<'_>>]) {
     let rivals: Vec<_> =
         attributions.iter().flatten().flat_map(|a| a.rivals.iter().map(Candidate::label)).collect();
-    for score in passes.iter_mut().flat_map(|p| p.scores.iter_mut()) {
-        if score.outcome == Outcome::Weaker && rivals.contains(&score.label) {
-            score.outcome = Outcome::Rival;
+    for pass in passes {
+        let added = pass.scores.iter().any(|s| s.outcome == Outcome::Added);
+        for score in pass.scores.iter_mut().filter(|_| added) {
+            let beaten = matches!(score.outcome, Outcome::Weaker | Outcome::NotSignificant);
+            if beaten && rivals.contains(&score.label) {
+                score.outcome = Outcome::Rival;
+            }
         }
     }
 }

@@ -68,10 +68,12 @@ pub(crate) fn select<'a>(
     let mut chosen =
         Selected { system, estimate, added: Vec::new(), passes: Vec::new(), unseen: Vec::new() };
     loop {
-        let before = chosen.added.len();
         catalogue_passes(setting, keep, &mut chosen);
+        let named = chosen.system.clone();
         covariate_pass(setting, keep, &mut chosen);
-        if chosen.added.len() == before || chosen.added.len() >= setting.options.max_steps {
+        // With nothing new along the covariates the catalogue has had its say.
+        let unchanged = chosen.system.empirical.len() == named.empirical.len();
+        if unchanged || chosen.added.len() >= setting.options.max_steps {
             break;
         }
     }

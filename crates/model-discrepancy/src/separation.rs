@@ -6,6 +6,7 @@ use crate::attribution::Attribution;
 use crate::candidate::{Sight, Source, sight};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::system::{Active, Estimate, System, whitened};
+use crate::validate::ORDER;
 use crate::{Model, Role};
 
 /// A proposal within this share of the best separation is as good, and the cheaper one is named.
@@ -15,7 +16,11 @@ const AS_GOOD: f64 = 0.7;
 const WORTHWHILE: f64 = 1.5;
 
 /// The measurement, out of those the user could make, that would split the class best.
-pub(crate) fn separate_by(attribution: &Attribution<'_>, estimate: &Estimate) -> Option<String> {
+pub(crate) fn separate_by(
+    attribution: &Attribution<'_>,
+    estimate: &Estimate,
+    silent: &[bool],
+) -> Option<String> {
     let Source::Effect(active) = &attribution.accepted.source else {
         return covariate_advice(attribution);
     };
@@ -31,13 +36,12 @@ pub(crate) fn separate_by(attribution: &Attribution<'_>, estimate: &Estimate) ->
     }
     let amplitude = &estimate.state.amplitudes[active.effect];
     let others: Vec<_> = attribution.system.active.iter().map(|a| a.effect).collect();
-    let present = distance(model, model, active.effect, &rivals, &others, amplitude).unwrap_or(0.0);
+    let reach = |extended: &dyn Model| {
+        distance(model, extended, silent, active.effect, &rivals, &others, amplitude).unwrap_or(0.0)
+    };
+    let present = reach(model);
     let proposals = model.proposals();
-    let distances: Vec<_> = proposals
-        .iter()
-        .map(|p| distance(model, p.model.as_ref(), active.effect, &rivals, &others, amplitude))
-        .map(|d| d.unwrap_or(0.0))
-        .collect();
+    let distances: Vec<_> = proposals.iter().map(|p| reach(p.model.as_ref())).collect();
     let best = distances.iter().copied().fold(0.0, f64::max);
     let worthwhile = best > WORTHWHILE * present && best > NEW_DIRECTION * amplitude.norm();
     let cheapest = distances.iter().position(|&d| d >= AS_GOOD * best)?;
@@ -46,6 +50,10 @@ pub(crate) fn separate_by(attribution: &Attribution<'_>, estimate: &Estimate) ->
 
 fn covariate_advice(attribution: &Attribution<'_>) -> Option<String> {
     attribution.rivals.iter().find_map(|r| match &r.source {
+        Source::Empirical(e) if e.covariate == ORDER => Some(
+            "repeat the readings in another order, so that time and the other conditions do not run together"
+                .to_owned(),
+        ),
         Source::Empirical(e) => Some(format!(
             "vary {} independently of the other conditions, or hold it constant",
             e.covariate
@@ -59,21 +67,19 @@ fn covariate_advice(attribution: &Attribution<'_>) -> Option<String> {
 fn distance(
     model: &dyn Model,
     extended: &dyn Model,
+    silent: &[bool],
     accepted: usize,
     rivals: &[usize],
     others: &[usize],
     amplitude: &DVector<f64>,
 ) -> Option<f64> {
-    let twin = |effect: usize| {
-        let wanted = &model.effects()[effect];
-        extended.effects().iter().position(|e| e.id == wanted.id && e.subject == wanted.subject)
-    };
+    let twin = |effect: usize| twin(model, extended, effect);
     let system = others.iter().filter_map(|&o| twin(o)).fold(System::declared(extended), |s, e| {
         let parameters = (0..extended.effects()[e].parameters.len()).collect();
         s.with_effect(Active { effect: e, parameters })
     });
     let at = system.start();
-    let lin = Linear::of(&system, &at, &all_fitted(extended), &[]);
+    let lin = Linear::of(&system, &at, &all_fitted(extended), silent);
     let effect = |e: usize| lin.tangent(&extended.tangent(&at.state, e));
     let trace = effect(twin(accepted)?) * amplitude;
     rivals
@@ -88,22 +94,33 @@ pub(crate) fn all_fitted(model: &dyn Model) -> Vec<bool> {
 }
 
 /// The cheapest measurement with which the design would see `effect`.
-pub(crate) fn make_visible(model: &dyn Model, effect: usize) -> Option<String> {
-    let wanted = &model.effects()[effect];
-    model.proposals().into_iter().find_map(|proposal| {
-        let extended = proposal.model.as_ref();
-        let twin = extended
-            .effects()
-            .iter()
-            .position(|e| e.id == wanted.id && e.subject == wanted.subject)?;
-        let system = System::declared(extended);
-        let at = system.start();
-        let lin = Linear::of(&system, &at, &all_fitted(extended), &[]);
-        match sight(extended, twin, &at, &lin, &lin.basis) {
-            Sight::Seen(_) => Some(proposal.text),
-            Sight::Unseen(_) => None,
-        }
+pub(crate) fn make_visible(model: &dyn Model, effect: usize, silent: &[bool]) -> Option<String> {
+    let found = model.proposals().into_iter().find(|p| {
+        twin(model, p.model.as_ref(), effect).is_some_and(|e| sees(p.model.as_ref(), e, silent))
+    });
+    if let Some(proposal) = found {
+        return Some(proposal.text);
+    }
+    let names: Vec<_> = (0..silent.len())
+        .filter(|&c| silent[c])
+        .map(|c| ["x", "y", "z"].get(c).copied().unwrap_or("the other components"))
+        .collect();
+    (!names.is_empty() && sees(model, effect, &[])).then(|| {
+        format!("measure {} as well: both sides hold the same numbers", names.join(" and "))
     })
+}
+
+/// The same effect in an extended model.
+fn twin(model: &dyn Model, extended: &dyn Model, effect: usize) -> Option<usize> {
+    let wanted = &model.effects()[effect];
+    extended.effects().iter().position(|e| e.id == wanted.id && e.subject == wanted.subject)
+}
+
+fn sees(model: &dyn Model, effect: usize, silent: &[bool]) -> bool {
+    let system = System::declared(model);
+    let at = system.start();
+    let lin = Linear::of(&system, &at, &all_fitted(model), silent);
+    matches!(sight(model, effect, &at, &lin, &lin.basis), Sight::Seen(_))
 }
 
 /// Parameters of the system that together imitate an effect the design cannot see.
