@@ -3,6 +3,9 @@
 //!
 //! Run with `cargo run --example close_the_loop`.
 
+#![expect(clippy::print_stdout, reason = "the output of an example")]
+
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -44,7 +47,8 @@ fn write_case(folder: &Path) -> std::io::Result<()> {
             0.005 * (2.0 * even - 1.0)
         });
         let [u, v, w] = [0, 1, 2].map(|i| seen[i] + noise[i] + 100.0);
-        pairs += &format!("P{point},{x},{y},{z},{u:.4},{v:.4},{w:.4}\n");
+        writeln!(pairs, "P{point},{x},{y},{z},{u:.4},{v:.4},{w:.4}")
+            .expect("a String takes any text");
     }
     fs::write(folder.join("pairs.csv"), pairs)
 }

@@ -1,4 +1,4 @@
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 /// Rows shown before a table is cut: one screen, and some.
 const MAX_ROWS: usize = 40;
@@ -108,11 +108,11 @@ impl fmt::Display for TextTable {
             for (column, cell) in cells.iter().enumerate() {
                 let width = widths[column];
                 text.push(' ');
-                text.push_str(&if is_text(column) {
-                    format!("{cell:<width$}")
+                if is_text(column) {
+                    write!(text, "{cell:<width$}")?;
                 } else {
-                    format!("{cell:>width$}")
-                });
+                    write!(text, "{cell:>width$}")?;
+                }
             }
             writeln!(f, "{}", text.trim_end())
         };
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn numbers_read_well() {
         assert_eq!(number(Some(0.279_734)), "0.27973");
-        assert_eq!(number(Some(-1234.567_89)), "-1234.6");
+        assert_eq!(number(Some(-1_234.567_89)), "-1234.6");
         assert_eq!(number(Some(1.5e-9)), "1.500e-9");
         assert_eq!(number(Some(f64::NAN)), "–");
         assert_eq!(number(None), "–");

@@ -97,7 +97,7 @@ fn not_utf8(at: &Location, error: &std::string::FromUtf8Error) -> Error {
     let valid = error.utf8_error().valid_up_to();
     let (before, rest) = error.as_bytes().split_at(valid);
     let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-    let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+    let line = before.split(|b| *b == b'\n').count();
     let column = 1 + String::from_utf8_lossy(&before[line_start..]).chars().count();
     let byte = rest.first().copied().unwrap_or_default();
     Error::case(at.clone().line(line).column(column), Problem::NotUtf8 { byte })

@@ -35,6 +35,15 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Gather pages written by `--report` in one, with a table of all of them
+    Index {
+        /// Page to write
+        #[arg(long, value_name = "FILE.html")]
+        output: PathBuf,
+        /// Pages of single cases, in the order to show them
+        #[arg(value_name = "PAGE.html", required = true)]
+        pages: Vec<PathBuf>,
+    },
     /// Write a small commented case to start from
     Init {
         /// Kind of case

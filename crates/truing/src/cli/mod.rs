@@ -4,11 +4,12 @@ mod arguments;
 mod output;
 mod spinner;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
 use serde::Serialize;
+use truing::report::{IndexEntry, render_index};
 use truing::{Case, Error, check, close_loop, loop_report, read_case, solve, solve_report};
 
 use arguments::{Arguments, Command, Run};
@@ -20,6 +21,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Solve(run) => answer(&run, "solving", solve, solve_report),
         Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
         Command::Check { case, json } => checked(&case, json),
+        Command::Index { output, pages } => index(&output, &pages),
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
     };
     match result {
@@ -86,12 +88,25 @@ fn print(answer: &impl Answer, json: bool) -> Result<(), Error> {
     Ok(())
 }
 
+fn index(path: &Path, pages: &[PathBuf]) -> Result<(), Error> {
+    let entries: Vec<_> = pages.iter().map(|page| entry(page)).collect::<Result<_, _>>()?;
+    let introduction = "Error of each case's declared model, and of the model with what the loop \
+                        added, on data that the fit never saw.";
+    output::write_file(path, &render_index("Truing: all cases", introduction, &entries))
+}
+
+fn entry(page: &Path) -> Result<IndexEntry, Error> {
+    let text = std::fs::read_to_string(page)
+        .map_err(|e| Error::NotRead { path: page.to_owned(), reason: e.kind() })?;
+    IndexEntry::from_page(&text).map_err(|source| Error::Page { path: page.to_owned(), source })
+}
+
 fn init(kind: &str, folder: Option<&Path>) -> Result<(), Error> {
     let folder = folder.unwrap_or(Path::new(kind));
     let files = truing::write_example(kind, folder)?;
-    let listed = files.iter().map(|f| format!("  {}\n", f.display())).collect::<String>();
-    let folder = folder.display();
+    let listed: Vec<String> = files.iter().map(|f| format!("  {}", f.display())).collect();
+    let (listed, folder) = (listed.join("\n"), folder.display());
     output::text(&format_args!(
-        "wrote\n{listed}next: truing solve {folder}, truing loop {folder}\n"
+        "wrote\n{listed}\nnext: truing solve {folder}, truing loop {folder}\n"
     ))
 }

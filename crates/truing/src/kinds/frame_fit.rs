@@ -42,7 +42,7 @@ struct Settings {
     #[serde(default)]
     noise: NoiseSettings,
     #[serde(default, rename = "loop")]
-    loop_settings: LoopSettings,
+    closure: LoopSettings,
 }
 
 #[derive(Default, Deserialize)]
@@ -92,7 +92,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let uses = columns.words("use", &[("fit", Use::Fit), ("check", Use::Check)], Some(Use::Fit))?;
     let extras = columns.rest()?;
     warnings.extend(extras.warnings);
-    let groups = group_names(settings.loop_settings.group.as_ref(), &table, document)?;
+    let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
     let lines = (0..table.n_rows()).map(|row| table.line(row)).collect();
     let case = FrameCase {
         file: table.at_file(),
@@ -105,12 +105,12 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         uses,
         covariates: extras.covariates,
         groups,
-        group_column: settings.loop_settings.group.as_ref().map(|g| g.get_ref().clone()),
+        group_column: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         transform: settings.model.transform.into(),
         handedness: settings.model.handedness.into(),
     };
     let measured: Box<dyn Measured> = Box::new(case);
-    Ok(Reading { measured, loop_settings: settings.loop_settings, warnings, tables: &[PAIRS] })
+    Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: &[PAIRS] })
 }
 
 /// One row per point.

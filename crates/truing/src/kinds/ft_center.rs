@@ -45,7 +45,7 @@ struct Settings {
     #[serde(default)]
     noise: NoiseSettings,
     #[serde(default, rename = "loop")]
-    loop_settings: LoopSettings,
+    closure: LoopSettings,
 }
 
 #[derive(Default, Deserialize)]

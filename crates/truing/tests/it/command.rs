@@ -9,7 +9,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// A command that takes this long hangs: the slowest test case takes seconds.
-const HANG: Duration = Duration::from_secs(300);
+const HANG: Duration = Duration::from_mins(5);
 
 /// A case folder that vanishes with the test.
 pub(crate) struct Case {

@@ -12,7 +12,7 @@ use truing::{check, close_loop, read_case, solve};
 use crate::command::{Case, truing};
 
 /// Far beyond the slowest case of a few dozen points; what takes longer hangs.
-const HANG: Duration = Duration::from_secs(120);
+const HANG: Duration = Duration::from_mins(2);
 
 /// Values that break something somewhere.
 const POISON: [&str; 24] = [

@@ -1,5 +1,12 @@
 //! The command line and the facade, from case folders to answers and exit codes.
 
+#![expect(
+    clippy::format_push_string,
+    clippy::format_collect,
+    reason = "short tables are put together where speed is nothing"
+)]
+#![expect(clippy::unwrap_used, reason = "helpers of tests, not marked as tests themselves")]
+
 mod answers;
 mod command;
 mod examples;

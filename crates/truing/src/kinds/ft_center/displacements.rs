@@ -100,7 +100,7 @@ pub(super) fn read(
         );
     }
     warnings.extend(extras.warnings);
-    let group = settings.loop_settings.group.as_ref();
+    let group = settings.closure.group.as_ref();
     let measured = DisplacementCase {
         file: table.at_file(),
         rows,
@@ -111,7 +111,7 @@ pub(super) fn read(
     };
     Ok(Reading {
         measured: Box::new(measured),
-        loop_settings: settings.loop_settings,
+        loop_settings: settings.closure,
         warnings,
         tables: &[DISPLACEMENTS],
     })

@@ -190,7 +190,7 @@ pub(super) fn read(
     );
     let noise: Option<Noise> = settings.noise.of_sensor(document, &mut warnings)?;
     warnings.extend(extras.warnings);
-    let group = settings.loop_settings.group.as_ref();
+    let group = settings.closure.group.as_ref();
     let measured = GravityCase {
         file: table.at_file(),
         poses,
@@ -201,7 +201,7 @@ pub(super) fn read(
     };
     Ok(Reading {
         measured: Box::new(measured),
-        loop_settings: settings.loop_settings,
+        loop_settings: settings.closure,
         warnings,
         tables: &[GRAVITY],
     })

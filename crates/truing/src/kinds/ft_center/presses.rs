@@ -56,7 +56,7 @@ pub(super) fn read(
     let samples = folder.table(WRENCH, KNOWN_WRENCH)?;
     let records = Records::read(&samples, &table, &names)?;
     warnings.extend(records.extras.warnings.iter().cloned());
-    let group = settings.loop_settings.group.as_ref();
+    let group = settings.closure.group.as_ref();
     let groups = match group {
         Some(group) => Some(groups(group, &table, &samples, &records, document)?),
         None => None,
@@ -91,7 +91,7 @@ pub(super) fn read(
     };
     Ok(Reading {
         measured: Box::new(measured),
-        loop_settings: settings.loop_settings,
+        loop_settings: settings.closure,
         warnings,
         tables: &[PRESSES, WRENCH],
     })

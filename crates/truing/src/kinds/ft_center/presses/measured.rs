@@ -67,32 +67,6 @@ impl PressCase {
         }
         error(at, source)
     }
-
-    fn warnings(&self, located: &Located) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let frame = &located.frame;
-        match (frame.handedness_source, frame.handedness) {
-            (HandednessSource::Assumed, _) => warnings.push(
-                "the frame presses do not tell whether the sensor's z opposes the machine's; \
-                 taken to agree: press off the line, or set `[model] handedness`"
-                    .to_owned(),
-            ),
-            (HandednessSource::Measured, Handedness::Opposed) => warnings.push(format!(
-                "the sensor's z opposes the machine's: the planar map is a reflection (a proper \
-                 rotation misses by {:.3} mm rms)",
-                frame.other_handedness_rms_mm
-            )),
-            _ => {}
-        }
-        if located.widened_by > 1.0 {
-            warnings.push(format!(
-                "the frame's residual is larger than the records explain: uncertainties are \
-                 widened by {:.2}",
-                located.widened_by
-            ));
-        }
-        warnings
-    }
 }
 
 impl Measured for PressCase {
@@ -114,7 +88,7 @@ impl Measured for PressCase {
             unit: "mm",
             degrees_of_freedom: frame.degrees_of_freedom,
             chi2_per_dof: redundant.then_some(frame.variance_factor),
-            warnings: self.warnings(&located),
+            warnings: warnings(&located),
             estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, presses)),
         })
     }
@@ -183,4 +157,30 @@ impl Measured for PressCase {
             }),
         }
     }
+}
+
+fn warnings(located: &Located) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let frame = &located.frame;
+    match (frame.handedness_source, frame.handedness) {
+        (HandednessSource::Assumed, _) => warnings.push(
+            "the frame presses do not tell whether the sensor's z opposes the machine's; \
+             taken to agree: press off the line, or set `[model] handedness`"
+                .to_owned(),
+        ),
+        (HandednessSource::Measured, Handedness::Opposed) => warnings.push(format!(
+            "the sensor's z opposes the machine's: the planar map is a reflection (a proper \
+             rotation misses by {:.3} mm rms)",
+            frame.other_handedness_rms_mm
+        )),
+        _ => {}
+    }
+    if located.widened_by > 1.0 {
+        warnings.push(format!(
+            "the frame's residual is larger than the records explain: uncertainties are \
+             widened by {:.2}",
+            located.widened_by
+        ));
+    }
+    warnings
 }
