@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::Outcome;
-use crate::program::{class_of, number_at};
+use crate::program::{class_of, number_at, strings};
 
 const HEADER: [&str; 8] = [
     "case",
@@ -28,11 +28,44 @@ pub(crate) fn print(outcomes: &[Outcome]) {
             line.iter().zip(&widths).map(|(cell, &width)| format!("{cell:<width$}")).collect();
         println!("{}", cells.join("  ").trim_end());
     }
+    println!();
+    for outcome in outcomes {
+        details(outcome);
+    }
     for outcome in outcomes {
         for mismatch in &outcome.mismatches {
             println!("{}: {mismatch}", outcome.name);
         }
     }
+}
+
+/// What was added to a published case, and everywhere how rivals could be told apart.
+fn details(outcome: &Outcome) {
+    let steps = outcome.loop_json["steps"].as_array().map_or(&[][..], Vec::as_slice);
+    for step in steps {
+        let mut parts = Vec::new();
+        if outcome.provenance.published.is_some() {
+            parts.extend(step["parameters"].as_array().into_iter().flatten().map(parameter));
+            parts.extend(step["p_value"].as_f64().map(|p| format!("p = {p:.2e}")));
+        }
+        if let Some(how) = step["separate_by"].as_str() {
+            parts.push(format!("told apart by: {how}"));
+        }
+        if !parts.is_empty() {
+            println!("{}: {}: {}", outcome.name, step_name(step), parts.join("; "));
+        }
+    }
+    if outcome.provenance.published.is_some() {
+        for warning in strings(&outcome.loop_json["warnings"], None) {
+            println!("{}: {warning}", outcome.name);
+        }
+    }
+}
+
+fn parameter(parameter: &Value) -> String {
+    let number = |key: &str| parameter[key].as_f64().unwrap_or(f64::NAN);
+    let text = |key: &str| parameter[key].as_str().unwrap_or_default();
+    format!("{} = {:.4} ± {:.4} {}", text("name"), number("value"), number("std"), text("unit"))
 }
 
 fn line(outcome: &Outcome) -> [String; 8] {
@@ -66,13 +99,13 @@ fn change(json: &Value, key: &str) -> String {
 
 fn named(json: &Value) -> String {
     let steps = json["steps"].as_array().map_or(&[][..], Vec::as_slice);
-    let classes: Vec<String> = steps
-        .iter()
-        .map(|step| {
-            let mut class = class_of(step);
-            class.rotate_right(1);
-            class.join(" | ")
-        })
-        .collect();
+    let classes: Vec<String> = steps.iter().map(step_name).collect();
     if classes.is_empty() { "nothing".to_owned() } else { classes.join(", ") }
+}
+
+/// The effect first, then those it cannot be told from.
+fn step_name(step: &Value) -> String {
+    let mut class = class_of(step);
+    class.rotate_right(1);
+    class.join(" | ")
 }
