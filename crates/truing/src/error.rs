@@ -56,6 +56,22 @@ pub enum Error {
         /// Kinds that there are.
         expected: Vec<&'static str>,
     },
+    /// A page that an index should gather cannot be read.
+    #[error("{}: cannot be read: {reason}", path.display())]
+    NotRead {
+        /// The page.
+        path: PathBuf,
+        /// Why.
+        reason: std::io::ErrorKind,
+    },
+    /// A file that an index should gather is not a page of this program.
+    #[error("{}: {source}", path.display())]
+    Page {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: crate::report::ReadPageError,
+    },
     /// A file that an example case would overwrite.
     #[error("{} exists already; choose another folder", path.display())]
     Exists {
@@ -102,6 +118,8 @@ impl Error {
             ),
             Self::Case { .. }
             | Self::UnknownKind { .. }
+            | Self::NotRead { .. }
+            | Self::Page { .. }
             | Self::Exists { .. }
             | Self::NotWritten { .. } => false,
         }
