@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-use crate::pair::dynamic;
+use crate::decompose::{determinant, singular};
 use crate::{FrameMap, Handedness, PointPair, Transform};
 
 /// Estimate with each point weighted by the mean variance of its coordinates.
@@ -98,14 +98,8 @@ impl<const D: usize> Moments<D> {
     /// What turning about the longest axis (planar: about the centroid) costs when the points
     /// match: the two smallest moments.
     fn matching_gap(&self) -> f64 {
-        let ascending = |moment: &SMatrix<f64, D, D>| {
-            let values = dynamic(moment).singular_values();
-            let mut values: Vec<f64> = values.iter().copied().collect();
-            values.sort_by(f64::total_cmp);
-            values
-        };
-        let (target, source) = (ascending(&self.target), ascending(&self.source));
-        (0..2).map(|k| (target[k] * source[k]).sqrt()).sum()
+        let (target, source) = (singular(&self.target).values, singular(&self.source).values);
+        (D - 2..D).map(|k| (target[k] * source[k]).sqrt()).sum()
     }
 }
 
@@ -116,17 +110,15 @@ fn procrustes<const D: usize>(
 ) -> ClosedForm<D> {
     let centred = Centred::new(pairs);
     let moments = Moments::of(pairs, &centred);
-    let svd = dynamic(&moments.cross).svd(true, true);
-    let (u, v_t) = (svd.u.expect("requested"), svd.v_t.expect("requested"));
+    let svd = singular(&moments.cross);
+    // The smallest singular value takes the sign that the handedness asks for.
     let wanted = if handedness == Handedness::Improper { -1.0 } else { 1.0 };
-    let sign = if u.determinant() * v_t.determinant() * wanted < 0.0 { -1.0 } else { 1.0 };
-    // The sign goes to the smallest singular value, wherever it stands.
-    let smallest = svd.singular_values.imin();
-    let mut signed = svd.singular_values.clone();
-    signed[smallest] *= sign;
-    let mut turned = v_t;
-    turned.row_mut(smallest).scale_mut(sign);
-    let rotation = SMatrix::from_column_slice((u * turned).as_slice());
+    let sign = (determinant(&svd.u) * determinant(&svd.v) * wanted).signum();
+    let mut signed = svd.values;
+    signed[D - 1] *= sign;
+    let mut turned = svd.v;
+    turned.column_mut(D - 1).scale_mut(sign);
+    let rotation = svd.u * turned.transpose();
 
     let scale = match transform {
         Transform::Similarity if signed.sum() > 0.0 => {
@@ -135,8 +127,8 @@ fn procrustes<const D: usize>(
         _ => 1.0,
     };
     // The cost of turning about the axis of the largest singular value.
-    let unturned = if D == 3 { svd.singular_values.max() } else { 0.0 };
-    let relative_gap = (signed.sum() - unturned) / moments.matching_gap();
+    let gap = signed[D - 2] + signed[D - 1];
+    let relative_gap = gap / moments.matching_gap();
     ClosedForm { map: centred.map(rotation * scale), relative_gap }
 }
 

@@ -2,7 +2,7 @@ use std::fmt;
 
 use least_squares::FreeDirection;
 
-use crate::Transform;
+use crate::{Handedness, Transform};
 
 /// Why no transform could be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -51,6 +51,20 @@ pub enum FrameFitError {
         /// Difference between the fit of the two, over what matching points would give.
         relative_gap: f64,
     },
+    /// One frame mirrors the other, and no proper map (or no improper one, where that was asked
+    /// for) can be estimated.
+    #[error(
+        "no {handedness} map can be estimated, it would miss by {rms_mm:.3} mm; one of the other \
+         handedness misses by {other_rms_mm:.3} mm: check the signs of the axes, or fit that one"
+    )]
+    Mirrored {
+        /// What was asked for.
+        handedness: Handedness,
+        /// Root-mean-square distance left by the best map of that handedness.
+        rms_mm: f64,
+        /// Root-mean-square distance left by the best map of the other handedness.
+        other_rms_mm: f64,
+    },
     /// The noise is as large as the spread of the points.
     #[error(
         "the noise leaves {parameter} about the centroid unknown (standard uncertainty \
@@ -66,9 +80,10 @@ pub enum FrameFitError {
         /// Root-mean-square spread along the principal directions, the largest first.
         spreads_mm: Vec<f64>,
     },
-    /// The weighted points leave a combination of parameters free.
+    /// The points under their weights leave a combination of parameters free, although they
+    /// spread: those that do count too little, or a robust loss rejects them.
     #[error(
-        "the weighted points leave {} free; the uncertainties differ too much",
+        "the points under their weights leave {} free; add points, or even out the uncertainties",
         directions.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ")
     )]
     Unobservable {

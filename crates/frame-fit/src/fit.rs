@@ -4,8 +4,9 @@ use least_squares::Report;
 use nalgebra::{DMatrix, Point, SVector};
 
 use crate::motion::Motion;
-use crate::refine::{FitProblem, refine};
-use crate::spread::check_spread;
+use crate::problem::FitProblem;
+use crate::refine::refine;
+use crate::spread::{Spread, check_spread};
 use crate::{
     FrameFitError, FrameMap, Handedness, Noise, Options, PointPair, Reflection, ReflectionVerdict,
     Transform, closed_form, input, reflection,
@@ -46,7 +47,7 @@ pub struct FrameFit<const D: usize> {
     /// Whether the data speak for a mirrored frame; `None` where the points do not span enough
     /// to judge.
     pub reflection: Option<Reflection>,
-    /// How the search went, with the condition of the problem.
+    /// How the search went from the closed form, and the condition of the problem.
     pub report: Report,
 }
 
@@ -70,12 +71,30 @@ pub fn fit_frame<const D: usize>(
     input::check_count(options.transform, D, pairs.len())?;
     let spread = check_spread(pairs, options.transform)?;
     let reflection = reflection::judge(pairs, options);
-    let start = closed_form::estimate(pairs, options.transform, options.handedness);
-    check_gap(start.relative_gap, reflection.as_ref(), options.handedness)?;
+    fit_checked(pairs, options, &spread, reflection).map_err(|error| match error {
+        // Symmetric bodies and shrunken scales: the mirror is the cause.
+        FrameFitError::Ambiguous { .. }
+        | FrameFitError::TooNoisy { .. }
+        | FrameFitError::NotConverged { .. }
+        | FrameFitError::Unobservable { .. } => mirrored(reflection, options).unwrap_or(error),
+        _ => error,
+    })
+}
 
+fn fit_checked<const D: usize>(
+    pairs: &[PointPair<D>],
+    options: &Options,
+    spread: &Spread<D>,
+    reflection: Option<Reflection>,
+) -> Result<FrameFit<D>, FrameFitError> {
+    let start = closed_form::estimate(pairs, options.transform, options.handedness);
+    // Written so that NaN fails.
+    if !(start.relative_gap > SMALLEST_GAP) {
+        return Err(FrameFitError::Ambiguous { relative_gap: start.relative_gap });
+    }
     let problem = FitProblem::new(pairs, options.transform, &start.map);
-    let solution = refine(&problem, start.map, options)?;
-    let map = solution.point;
+    let solution = refine(&problem, options)?;
+    let map = problem.map(&solution.point);
     let fit = FrameFit {
         transform: options.transform,
         handedness: map.handedness(),
@@ -95,22 +114,21 @@ pub fn fit_frame<const D: usize>(
     Ok(fit)
 }
 
-fn check_gap(
-    relative_gap: f64,
-    reflection: Option<&Reflection>,
-    handedness: Handedness,
-) -> Result<(), FrameFitError> {
-    let against = match handedness {
-        Handedness::Proper => ReflectionVerdict::Improper,
-        Handedness::Improper => ReflectionVerdict::Proper,
+/// The error to give where the data speak decisively for the other handedness.
+fn mirrored(reflection: Option<Reflection>, options: &Options) -> Option<FrameFitError> {
+    let reflection = reflection?;
+    let (proper, improper) = (reflection.proper_rms_mm, reflection.improper_rms_mm);
+    let (against, rms_mm, other_rms_mm) = match options.handedness {
+        Handedness::Proper => (ReflectionVerdict::Improper, proper, improper),
+        Handedness::Improper => (ReflectionVerdict::Proper, improper, proper),
     };
-    // A symmetric body and its mirror image are told by the verdict.
-    let mirrored = reflection.is_some_and(|r| r.verdict == against);
-    if relative_gap > SMALLEST_GAP || mirrored {
-        Ok(())
-    } else {
-        Err(FrameFitError::Ambiguous { relative_gap })
-    }
+    let handedness = options.handedness;
+    let asked = matches!(options.transform, Transform::Rigid | Transform::Similarity);
+    (asked && reflection.verdict == against).then_some(FrameFitError::Mirrored {
+        handedness,
+        rms_mm,
+        other_rms_mm,
+    })
 }
 
 fn check_noise<const D: usize>(fit: &FrameFit<D>, motions: &[Motion]) -> Result<(), FrameFitError> {

@@ -1,6 +1,6 @@
 //! Validation of what the user gives, once and before anything else.
 
-use crate::pair::dynamic;
+use crate::decompose::dynamic;
 use crate::{FrameFitError, InvalidPair, PointPair, Transform, Uncertainty};
 
 /// The orbit of the Earth's satellites is nearer; beyond it a double resolves less than 0.1 µm.

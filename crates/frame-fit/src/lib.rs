@@ -1,6 +1,7 @@
 //! Transform between two frames from points measured in both, with its uncertainty.
 
 mod closed_form;
+mod decompose;
 mod effects;
 mod error;
 mod fit;
@@ -12,6 +13,7 @@ mod nested;
 mod options;
 mod pair;
 mod point;
+mod problem;
 mod proposals;
 mod refine;
 mod reflection;

@@ -6,7 +6,7 @@ use nalgebra::{
 };
 
 use crate::Handedness;
-use crate::pair::dynamic;
+use crate::decompose::{determinant, dynamic};
 
 /// Largest deviation of `LᵀL` from the identity that still passes for a rotation.
 const ORTHOGONAL_TOL: f64 = 1e-9;
@@ -54,11 +54,7 @@ impl<const D: usize> FrameMap<D> {
     /// Whether the map mirrors.
     #[must_use]
     pub fn handedness(&self) -> Handedness {
-        if dynamic(&self.linear).determinant() < 0.0 {
-            Handedness::Improper
-        } else {
-            Handedness::Proper
-        }
+        if determinant(&self.linear) < 0.0 { Handedness::Improper } else { Handedness::Proper }
     }
 
     /// Rows of the homogeneous matrix, `D + 1` of them.

@@ -5,9 +5,9 @@ use model_discrepancy::{
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
+use crate::decompose::dynamic;
 use crate::effects::{self, Entry};
-use crate::motion::{self, Motion};
-use crate::pair::dynamic;
+use crate::motion::{self, Motion, Moved};
 use crate::spread::Spread;
 use crate::term::{self, Place, Term};
 use crate::{
@@ -26,6 +26,8 @@ pub struct FrameModel<const D: usize> {
     pub(crate) covariates: Vec<Covariate>,
     pub(crate) spread: Spread<D>,
     reference: FrameMap<D>,
+    /// Images of the source points under `reference`.
+    images_mm: Vec<SVector<f64, D>>,
     motions: Vec<Motion>,
     pivot_mm: SVector<f64, D>,
     layout: Layout,
@@ -83,6 +85,7 @@ impl<const D: usize> FrameModel<D> {
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
         Self {
             pivot_mm: reference.apply(&spread.centroid_mm).coords,
+            images_mm: points.iter().map(|p| reference.apply(&p.pair.source_mm).coords).collect(),
             base: motions.iter().map(|m| base_parameter(*m)).collect(),
             layout: layout(&points, options.noise),
             transform,
@@ -113,7 +116,7 @@ impl<const D: usize> FrameModel<D> {
     /// The transform at the base parameters of a [`State`].
     #[must_use]
     pub fn map_at(&self, base: &DVector<f64>) -> FrameMap<D> {
-        motion::finite(self.transform, &self.motions, &self.pivot_mm, base).after(&self.reference)
+        self.moved_at(base).map(&self.pivot_mm).after(&self.reference)
     }
 
     /// The fit of the declared model that base parameters start from.
@@ -127,24 +130,28 @@ impl<const D: usize> FrameModel<D> {
         here.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0)).collect()
     }
 
-    /// The source points as the effects of `at` deform them.
-    fn deformed(&self, at: &State) -> Vec<Point<f64, D>> {
-        let active = self.active(at, Place::Source);
-        let deform = |(i, point): (usize, &MeasuredPoint<D>)| {
-            let source_mm = point.pair.source_mm;
-            source_mm + displacement(&active, i, &source_mm.coords)
-        };
-        self.points.iter().enumerate().map(deform).collect()
+    fn moved_at(&self, base: &DVector<f64>) -> Moved<D> {
+        motion::finite(self.transform, &self.motions, base)
     }
 
-    /// Rotation of the target frame by the effect of that name, and its pivot there.
+    /// By how much the effects of `at` move the images of the source points under `reference`.
+    fn deformations(&self, at: &State) -> Vec<SVector<f64, D>> {
+        let active = self.active(at, Place::Source);
+        let sources = self.points.iter().map(|p| p.pair.source_mm.coords);
+        sources
+            .enumerate()
+            .map(|(i, source)| self.reference.linear * displacement(&active, i, &source))
+            .collect()
+    }
+
+    /// Rotation of the target frame by the effect of that name, less identity, and its pivot.
     fn target_rotation(&self, at: &State) -> (SMatrix<f64, D, D>, SVector<f64, D>) {
         let rotation = self.terms.iter().zip(&at.amplitudes).find_map(|(term, amplitude)| {
             let Term::Rotation { pivot_mm } = term else { return None };
             let pivot_mm = self.reference.apply(&Point::from(*pivot_mm)).coords;
-            Some((term::rotation_matrix(amplitude), pivot_mm))
+            Some((term::rotation_strain(amplitude), pivot_mm))
         });
-        rotation.unwrap_or_else(|| (SMatrix::identity(), SVector::zeros()))
+        rotation.unwrap_or_else(|| (SMatrix::zeros(), SVector::zeros()))
     }
 
     /// Rows of every point; zero where `of_point` has none.
@@ -222,27 +229,31 @@ impl<const D: usize> Model for FrameModel<D> {
         DVector::zeros(self.motions.len())
     }
 
+    /// Everything is a displacement from the images under `reference`, so that residuals of
+    /// micrometres keep their digits far from the origin.
     fn residuals(&self, at: &State) -> DVector<f64> {
-        let map = self.map_at(&at.base);
-        let (rotation, pivot_mm) = self.target_rotation(at);
+        let moved = self.moved_at(&at.base);
+        let (rotation, rotation_pivot_mm) = self.target_rotation(at);
         let after = self.active(at, Place::Target);
         let mut residuals = DVector::zeros(D * self.points.len());
-        for (i, (point, deformed)) in self.points.iter().zip(self.deformed(at)).enumerate() {
-            let mapped = map.apply(&deformed).coords;
-            let rotated = pivot_mm + rotation * (mapped - pivot_mm);
-            let predicted = rotated + displacement(&after, i, &rotated);
-            let residual = point.pair.target_mm.coords - predicted;
-            residuals.fixed_rows_mut::<D>(D * i).copy_from(&residual);
+        for (i, deformation) in self.deformations(at).into_iter().enumerate() {
+            let image_mm = self.images_mm[i];
+            let mapped =
+                deformation + moved.displacement(&(image_mm + deformation - self.pivot_mm));
+            let turned = mapped + rotation * (image_mm + mapped - rotation_pivot_mm);
+            let total = turned + displacement(&after, i, &(image_mm + turned));
+            let missed = self.points[i].pair.target_mm.coords - image_mm;
+            residuals.fixed_rows_mut::<D>(D * i).copy_from(&(missed - total));
         }
         residuals
     }
 
     fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
         let (rotation, _) = self.target_rotation(at);
-        let turned = dynamic(&-rotation);
-        let deformed = self.deformed(at);
+        let turned = dynamic(&-(SMatrix::identity() + rotation));
+        let deformations = self.deformations(at);
         self.stacked(self.motions.len(), |i| {
-            let arm_mm = self.reference.apply(&deformed[i]).coords - self.pivot_mm;
+            let arm_mm = self.images_mm[i] + deformations[i] - self.pivot_mm;
             let moved = motion::finite_jacobian(self.transform, &self.motions, &at.base, &arm_mm);
             Some(&turned * moved)
         })
@@ -251,19 +262,22 @@ impl<const D: usize> Model for FrameModel<D> {
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let term = &self.terms[effect];
         let amplitude = &at.amplitudes[effect];
-        let map = self.map_at(&at.base);
-        let (rotation, pivot_mm) = self.target_rotation(at);
+        let moved = self.moved_at(&at.base);
+        let (rotation, rotation_pivot_mm) = self.target_rotation(at);
+        let turned = SMatrix::identity() + rotation;
         if term.place() == Place::Rotation {
-            let deformed = self.deformed(at);
+            let deformations = self.deformations(at);
             return self.stacked(amplitude.len(), |i| {
-                let rotated = rotation * (map.apply(&deformed[i]).coords - pivot_mm);
-                Some(-term::rotation_columns(amplitude, &rotated))
+                let deformed = self.images_mm[i] + deformations[i];
+                let mapped = deformed + moved.displacement(&(deformed - self.pivot_mm));
+                Some(-term::rotation_columns(amplitude, &(turned * (mapped - rotation_pivot_mm))))
             });
         }
         let carried = match term.place() {
-            Place::Source => dynamic(&-(rotation * map.linear)),
-            _ => -DMatrix::identity(D, D),
+            Place::Source => turned * (SMatrix::identity() + moved.strain) * self.reference.linear,
+            _ => SMatrix::identity(),
         };
+        let carried = dynamic(&-carried);
         self.stacked(amplitude.len(), |i| {
             let source_mm = self.points[i].pair.source_mm.coords;
             term.touches(i).then(|| &carried * term.columns(i, &source_mm))

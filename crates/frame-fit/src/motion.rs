@@ -1,7 +1,7 @@
 //! The parameters of a transform: small motions about a pivot in the target frame.
 
 use geometry::so3;
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
 use crate::{FrameMap, Transform};
 
@@ -104,6 +104,19 @@ impl Motion {
         }
         moved
     }
+
+    /// The matrix that takes the arm to the displacement; zero for a translation.
+    fn strain<const D: usize>(self) -> SMatrix<f64, D, D> {
+        let mut strain = SMatrix::<f64, D, D>::zeros();
+        if !self.is_translation() {
+            for k in 0..D {
+                let mut unit = SVector::zeros();
+                unit[k] = 1.0;
+                strain.set_column(k, &self.displacement::<D>(&unit));
+            }
+        }
+        strain
+    }
 }
 
 /// `∂y/∂parameters` at zero, `D × parameters`.
@@ -129,43 +142,75 @@ pub(crate) fn rotation_vector(motions: &[Motion], parameters: &DVector<f64>) -> 
     vector
 }
 
-/// The upper left block, for a planar rotation about z.
-pub(crate) fn block<const D: usize>(matrix: &Matrix3<f64>) -> SMatrix<f64, D, D> {
-    SMatrix::from_fn(|row, column| matrix[(row, column)])
+/// A finite motion `y ↦ y + shift + strain (y − pivot)`.
+///
+/// Kept as its difference from standing still, so that a motion of micrometres moves points by
+/// micrometres good to all digits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moved<const D: usize> {
+    pub(crate) strain: SMatrix<f64, D, D>,
+    pub(crate) shift_mm: SVector<f64, D>,
 }
 
-/// `y ↦ c + t + M (y − c)`: the motion of finite `parameters` about the pivot `c`.
+impl<const D: usize> Moved<D> {
+    pub(crate) fn still() -> Self {
+        Self { strain: SMatrix::zeros(), shift_mm: SVector::zeros() }
+    }
+
+    /// By how much a point at `arm_mm` from the pivot moves.
+    pub(crate) fn displacement(&self, arm_mm: &SVector<f64, D>) -> SVector<f64, D> {
+        self.shift_mm + self.strain * arm_mm
+    }
+
+    /// `self` after `first`, about the same pivot.
+    pub(crate) fn after(&self, first: &Self) -> Self {
+        Self {
+            strain: self.strain + first.strain + self.strain * first.strain,
+            shift_mm: self.displacement(&first.shift_mm) + first.shift_mm,
+        }
+    }
+
+    /// The motion as a map, about `pivot_mm`.
+    pub(crate) fn map(&self, pivot_mm: &SVector<f64, D>) -> FrameMap<D> {
+        FrameMap {
+            linear: SMatrix::identity() + self.strain,
+            translation_mm: self.shift_mm - self.strain * pivot_mm,
+        }
+    }
+}
+
+/// `exp(r) − I = [r]× J_l(r)`, without the cancellation; the upper left block when planar.
+pub(crate) fn rotation_strain<const D: usize>(rotation_rad: &Vector3<f64>) -> SMatrix<f64, D, D> {
+    let strain = rotation_rad.cross_matrix() * so3::left_jacobian(rotation_rad);
+    SMatrix::from_fn(|row, column| strain[(row, column)])
+}
+
+/// The motion of finite `parameters`.
 ///
-/// `M = eˢ exp(r)` for a similarity, `I + [r]× + S` for an affine map; both have the tangent
-/// given by [`Motion::displacement`] at zero.
+/// `I + strain` is `eˢ exp(r)` for a similarity, `I + [r]× + S` for an affine map; both have the
+/// tangent given by [`Motion::displacement`] at zero.
 pub(crate) fn finite<const D: usize>(
     transform: Transform,
     motions: &[Motion],
-    pivot_mm: &SVector<f64, D>,
     parameters: &DVector<f64>,
-) -> FrameMap<D> {
-    let mut shift_mm = SVector::zeros();
-    let mut linear = SMatrix::identity();
-    if transform != Transform::Affine && transform.has_rotation() {
-        let rotation = so3::exp(&rotation_vector(motions, parameters)).to_rotation_matrix();
-        linear = block(rotation.matrix());
+) -> Moved<D> {
+    let mut moved = Moved::still();
+    let affine = transform == Transform::Affine;
+    if transform.has_rotation() && !affine {
+        moved.strain = rotation_strain(&rotation_vector(motions, parameters));
     }
     for (motion, &value) in motions.iter().zip(parameters.iter()) {
         match motion {
-            Motion::Translation(axis) => shift_mm[*axis] = value,
-            Motion::Scale => linear *= value.exp(),
-            Motion::Rotation(_) if transform != Transform::Affine => {}
-            _ => {
-                let column = |k: usize| {
-                    let mut unit = SVector::zeros();
-                    unit[k] = value;
-                    motion.displacement::<D>(&unit)
-                };
-                linear += SMatrix::from_fn(|row, k| column(k)[row]);
+            Motion::Translation(axis) => moved.shift_mm[*axis] = value,
+            Motion::Scale => {
+                moved.strain *= value.exp();
+                moved.strain += SMatrix::<f64, D, D>::identity() * value.exp_m1();
             }
+            Motion::Rotation(_) if !affine => {}
+            _ => moved.strain += motion.strain() * value,
         }
     }
-    FrameMap { linear, translation_mm: pivot_mm + shift_mm - linear * pivot_mm }
+    moved
 }
 
 /// `∂y/∂parameters` of [`finite`] at finite `parameters`, `D × parameters`; `arm_mm` is that of
@@ -180,8 +225,7 @@ pub(crate) fn finite_jacobian<const D: usize>(
     if transform == Transform::Affine || !transform.has_rotation() {
         return jacobian(motions, arm_mm);
     }
-    let linear = finite(transform, motions, &SVector::zeros(), parameters).linear;
-    let moved_mm = linear * arm_mm;
+    let moved_mm = arm_mm + finite(transform, motions, parameters).strain * arm_mm;
     let turns = rotation_derivative(&rotation_vector(motions, parameters), &moved_mm);
     let mut jacobian = DMatrix::zeros(D, motions.len());
     for (column, motion) in motions.iter().enumerate() {

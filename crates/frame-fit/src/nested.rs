@@ -1,6 +1,6 @@
 //! Which family do the data need?
 
-use crate::refine::FitProblem;
+use crate::problem::FitProblem;
 use crate::statistics::{chi2_tail, f_tail, ratio};
 use crate::{FrameFit, FrameFitError, Noise, Options, PointPair, Transform, fit_frame, input};
 
@@ -63,7 +63,7 @@ fn test<const D: usize>(
     let numerator_dof = smaller.degrees_of_freedom - denominator_dof;
     // What rounding leaves of an exact fit is no measure of noise.
     let map = &larger.target_from_source;
-    let round_off = FitProblem::new(pairs, larger.transform, map).round_off_chi2(map);
+    let round_off = FitProblem::new(pairs, larger.transform, map).round_off_chi2;
     let left = (variance_factor * ratio(denominator_dof)).max(round_off);
     let before = smaller.variance_factor? * ratio(smaller.degrees_of_freedom);
     let drop = (before - left).max(0.0);

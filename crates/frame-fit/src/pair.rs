@@ -1,6 +1,6 @@
 //! One point measured in two frames, and how well.
 
-use nalgebra::{Cholesky, Const, DMatrix, Dyn, Point, SMatrix, SVector};
+use nalgebra::{Cholesky, DMatrix, Dyn, Point, SMatrix, SVector};
 
 /// One point measured in both frames: `D` = 2 planar, 3 spatial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,10 +113,4 @@ impl<const D: usize> Uncertainty<D> {
     pub(crate) fn is_isotropic(&self) -> bool {
         matches!(self, Self::Isotropic { .. })
     }
-}
-
-/// A matrix of run-time size, for the decompositions that need one.
-pub(crate) fn dynamic<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> DMatrix<f64> {
-    let _: (Const<R>, Const<C>) = matrix.shape_generic();
-    DMatrix::from_column_slice(R, C, matrix.as_slice())
 }

@@ -1,6 +1,6 @@
 //! Further measurements that would tell effects apart or make them visible.
 
-use model_discrepancy::{Covariate, Model, Proposal};
+use model_discrepancy::{Covariate, Proposal};
 use nalgebra::{Point, SVector};
 
 use crate::effects::{CELSIUS, TIME};

@@ -1,112 +1,28 @@
 //! The estimate by Levenberg-Marquardt from the closed form, for any uncertainty and loss.
 
-use least_squares::{Loss, Problem, RobustRows, Solution, SolveError};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use least_squares::{Loss, RobustRows, Solution, SolveError};
 
-use crate::motion::{self, Motion};
-use crate::{FrameFitError, FrameMap, Noise, Options, PointPair, Transform};
+use crate::motion::Moved;
+use crate::problem::FitProblem;
+use crate::{FrameFitError, Noise, Options};
 
-/// Whitened residuals `W (target − T·source)` of every pair.
-pub(crate) struct FitProblem<'a, const D: usize> {
-    pairs: &'a [PointPair<D>],
-    whitening_per_mm: Vec<SMatrix<f64, D, D>>,
-    transform: Transform,
-    pub(crate) motions: Vec<Motion>,
-    pub(crate) pivot_mm: SVector<f64, D>,
-}
-
-impl<'a, const D: usize> FitProblem<'a, D> {
-    /// The pivot is the weighted centroid of the points as `near` maps them.
-    pub(crate) fn new(pairs: &'a [PointPair<D>], transform: Transform, near: &FrameMap<D>) -> Self {
-        let mut pivot_mm = SVector::zeros();
-        let mut total = 0.0;
-        for pair in pairs {
-            let weight = pair.uncertainty.mean_weight_per_mm2();
-            total += weight;
-            pivot_mm += (near.apply(&pair.source_mm).coords - pivot_mm) * (weight / total);
-        }
-        let whitening = |p: &PointPair<D>| p.uncertainty.whitening_per_mm().expect("checked");
-        Self {
-            pairs,
-            whitening_per_mm: pairs.iter().map(whitening).collect(),
-            transform,
-            motions: motion::motions(transform, D),
-            pivot_mm,
-        }
-    }
-
-    /// Weighted sum of squares that rounding of the coordinates leaves of an exact fit.
-    pub(crate) fn round_off_chi2(&self, at: &FrameMap<D>) -> f64 {
-        let of_pair = |pair: &PointPair<D>, whitening: &SMatrix<f64, D, D>| {
-            let largest_mm =
-                [pair.target_mm.coords.amax(), at.apply(&pair.source_mm).coords.amax()]
-                    .into_iter()
-                    .fold(at.translation_mm.amax(), f64::max);
-            (whitening.norm() * ROUND_OFF_ULPS * f64::EPSILON * largest_mm).powi(2)
-        };
-        let pairs = self.pairs.iter().zip(&self.whitening_per_mm);
-        pairs.map(|(pair, whitening)| of_pair(pair, whitening)).sum()
-    }
-}
-
-/// Units in the last place of a coordinate that a transform of a point may lose.
-const ROUND_OFF_ULPS: f64 = 8.0;
-
-impl<const D: usize> Problem for FitProblem<'_, D> {
-    type Point = FrameMap<D>;
-
-    fn residual_count(&self) -> usize {
-        D * self.pairs.len()
-    }
-
-    fn tangent_dim(&self) -> usize {
-        self.motions.len()
-    }
-
-    fn residuals(&self, at: &FrameMap<D>, out: &mut DVector<f64>) {
-        for (i, (pair, whitening)) in self.pairs.iter().zip(&self.whitening_per_mm).enumerate() {
-            let residual = whitening * (pair.target_mm - at.apply(&pair.source_mm));
-            out.fixed_rows_mut::<D>(D * i).copy_from(&residual);
-        }
-    }
-
-    fn jacobian(&self, at: &FrameMap<D>, out: &mut DMatrix<f64>) {
-        for (i, (pair, whitening)) in self.pairs.iter().zip(&self.whitening_per_mm).enumerate() {
-            let arm_mm = at.apply(&pair.source_mm).coords - self.pivot_mm;
-            for (column, motion) in self.motions.iter().enumerate() {
-                let moved = whitening * motion.displacement(&arm_mm);
-                out.fixed_view_mut::<D, 1>(D * i, column).copy_from(&-moved);
-            }
-        }
-    }
-
-    fn retract(&self, at: &FrameMap<D>, step: &DVector<f64>) -> FrameMap<D> {
-        motion::finite(self.transform, &self.motions, &self.pivot_mm, step).after(at)
-    }
-
-    fn parameter_name(&self, index: usize) -> String {
-        self.motions[index].name().to_owned()
-    }
-}
-
-/// Refines `start` until it minimises the weighted squares, or the loss that `options` names.
+/// Minimises the weighted squares, or the loss that `options` names, over motions of `problem`.
 pub(crate) fn refine<const D: usize>(
-    problem: &FitProblem<'_, D>,
-    start: FrameMap<D>,
+    problem: &FitProblem<D>,
     options: &Options,
-) -> Result<Solution<FrameMap<D>>, FrameFitError> {
-    let plain = solve(problem, start, None)?;
-    let Some(loss) = options.loss else { return Ok(plain) };
+) -> Result<Solution<Moved<D>>, FrameFitError> {
+    let solution = solve(problem, Moved::still(), None)?;
+    let Some(loss) = options.loss else { return Ok(solution) };
     // Huber's loss is convex for all but the rotation, so that a start spoilt by outliers is
     // mended before a loss that ignores them could lock on to it.
-    let mut huber = plain;
-    for _ in 0..SCALE_PASSES {
-        let sigma = robust_sigma(&huber, D, options.noise);
-        let convex = Loss::Huber { scale: sigma * scale_of(loss) };
-        huber = solve(problem, huber.point, Some(convex))?;
+    let mut convex = solution;
+    let passes = if options.noise == Noise::Declared { 1 } else { SCALE_PASSES };
+    for _ in 0..passes {
+        let scale = robust_sigma(&convex, D, options.noise) * scale_of(loss);
+        convex = solve(problem, convex.point, Some(Loss::Huber { scale }))?;
     }
-    let sigma = robust_sigma(&huber, D, options.noise);
-    solve(problem, huber.point, Some(with_scale(loss, sigma * scale_of(loss))))
+    let scale = robust_sigma(&convex, D, options.noise) * scale_of(loss);
+    solve(problem, convex.point, Some(with_scale(loss, scale)))
 }
 
 /// Passes over estimated noise and robust fit; the scale settles to a percent in three.
@@ -115,20 +31,15 @@ const SCALE_PASSES: usize = 3;
 /// Standard deviation of a whitened coordinate: 1 when declared, else from the median distance,
 /// which half of the points being bad does not move far.
 fn robust_sigma<const D: usize>(
-    solution: &Solution<FrameMap<D>>,
+    solution: &Solution<Moved<D>>,
     dimension: usize,
     noise: Noise,
 ) -> f64 {
     if noise == Noise::Declared {
         return 1.0;
     }
-    let mut distances: Vec<f64> = solution
-        .residuals
-        .as_slice()
-        .chunks(dimension)
-        .map(|r| r.iter().map(|v| v * v).sum())
-        .map(f64::sqrt)
-        .collect();
+    let residuals = solution.residuals.as_slice().chunks(dimension);
+    let mut distances: Vec<f64> = residuals.map(|r| norm_squared(r).sqrt()).collect();
     distances.sort_by(f64::total_cmp);
     let median = distances[distances.len() / 2];
     // Median of the chi distribution with 2 and 3 degrees of freedom.
@@ -156,19 +67,44 @@ fn with_scale(loss: Loss, scale: f64) -> Loss {
 }
 
 fn solve<const D: usize>(
-    problem: &FitProblem<'_, D>,
-    start: FrameMap<D>,
+    problem: &FitProblem<D>,
+    start: Moved<D>,
     loss: Option<Loss>,
-) -> Result<Solution<FrameMap<D>>, FrameFitError> {
-    let robust = loss.map(|loss| RobustRows::all(D, loss)).into_iter().collect();
-    let options = least_squares::Options { robust, ..least_squares::Options::default() };
-    least_squares::solve(problem, start, &options).map_err(|error| match error {
+) -> Result<Solution<Moved<D>>, FrameFitError> {
+    let options = least_squares::Options {
+        gradient_tolerance: rounding_correlation(problem, &start, loss)
+            .max(least_squares::Options::default().gradient_tolerance),
+        robust: loss.map(|loss| RobustRows::all(D, loss)).into_iter().collect(),
+        ..least_squares::Options::default()
+    };
+    least_squares::solve(problem, start, &options).map_err(translated)
+}
+
+/// Correlation between residual and Jacobian that rounding of the coordinates causes: its share
+/// of the residual.
+fn rounding_correlation<const D: usize>(
+    problem: &FitProblem<D>,
+    at: &Moved<D>,
+    loss: Option<Loss>,
+) -> f64 {
+    let weighted = |s: f64| loss.map_or(s, |loss| loss.evaluate(s).1 * s);
+    let whitened = problem.whitened(at);
+    let chi2: f64 = whitened.as_slice().chunks(D).map(|r| weighted(norm_squared(r))).sum();
+    if chi2 > problem.round_off_chi2 { (problem.round_off_chi2 / chi2).sqrt() } else { 1.0 }
+}
+
+fn norm_squared(residual: &[f64]) -> f64 {
+    residual.iter().map(|v| v * v).sum()
+}
+
+fn translated<Point>(error: SolveError<Point>) -> FrameFitError {
+    match error {
         SolveError::Unobservable { directions, .. } => FrameFitError::Unobservable { directions },
         SolveError::InvalidLoss { scale, .. } => FrameFitError::InvalidLoss { scale },
-        SolveError::NotConverged { report, .. } => {
+        SolveError::NotConverged { report, .. } | SolveError::Stalled { report, .. } => {
             FrameFitError::NotConverged { iterations: report.iterations, cost: report.final_cost }
         }
         // Finite input within bounds gives finite residuals and derivatives.
         _ => FrameFitError::NotConverged { iterations: 0, cost: f64::NAN },
-    })
+    }
 }

@@ -2,9 +2,9 @@
 
 use nalgebra::DVector;
 
-use least_squares::Problem;
-
-use crate::refine::{FitProblem, refine};
+use crate::motion::Moved;
+use crate::problem::FitProblem;
+use crate::refine::refine;
 use crate::spread::check_spread;
 use crate::statistics::ratio;
 use crate::{FrameMap, Handedness, Noise, Options, PointPair, Transform, closed_form};
@@ -91,20 +91,20 @@ impl Misfit {
         let start = closed_form::estimate(pairs, options.transform, options.handedness).map;
         let problem = FitProblem::new(pairs, options.transform, &start);
         let exact = options.loss.is_none() && pairs.iter().all(|p| p.uncertainty.is_isotropic());
-        let map = if exact {
-            start
+        let best = if exact {
+            Moved::still()
         } else {
             // The closed form is still a fair witness where the iteration fails.
-            refine(&problem, start, options).map_or(start, |solution| solution.point)
+            refine(&problem, options).map_or(Moved::still(), |solution| solution.point)
         };
-        let mut whitened = DVector::zeros(problem.residual_count());
-        problem.residuals(&map, &mut whitened);
+        let whitened = problem.whitened(&best);
         let chi2 = match options.loss {
             None => whitened.norm_squared(),
             // Outliers weigh on both maps; the better half of the points decides.
             Some(_) => median_norm_squared::<D>(&whitened) * ratio(pairs.len()),
         };
-        Self { rms_mm: rms_mm(pairs, &map), chi2: chi2.max(problem.round_off_chi2(&map)) }
+        let rms_mm = rms_mm(pairs, &problem.map(&best));
+        Self { rms_mm, chi2: chi2.max(problem.round_off_chi2) }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::decompose::singular;
 use crate::motion::axis_pairs;
-use crate::pair::dynamic;
 use crate::statistics::ratio;
 use crate::{FrameMap, Handedness};
 
@@ -31,18 +31,14 @@ pub struct Shape<const D: usize> {
 /// Scales and shears of `map`, for a diagnosis of the affine transform.
 #[must_use]
 pub fn shape_of<const D: usize>(map: &FrameMap<D>) -> Shape<D> {
-    let svd = dynamic(&map.linear).svd(true, true);
-    let (u, v_t) = (svd.u.expect("requested"), svd.v_t.expect("requested"));
-    let scales = svd.singular_values;
-    let mut order: Vec<usize> = (0..D).collect();
-    order.sort_by(|&a, &b| scales[b].total_cmp(&scales[a]));
+    let svd = singular(&map.linear);
     Shape {
-        principal_scales: SVector::from_fn(|k, _| scales[order[k]]),
-        principal_directions: SMatrix::from_fn(|row, k| v_t[(order[k], row)]),
+        principal_scales: svd.values,
+        principal_directions: svd.v,
         axis_scales: SVector::from_fn(|k, _| map.linear.column(k).norm()),
         shears_rad: axis_pairs(D).map(|(a, b)| closing_angle(&map.linear, a, b)).collect(),
-        mean_scale: scales.iter().product::<f64>().powf(ratio(D).recip()),
-        rotation: SMatrix::from_column_slice((u * v_t).as_slice()),
+        mean_scale: svd.values.product().powf(ratio(D).recip()),
+        rotation: svd.u * svd.v.transpose(),
         handedness: map.handedness(),
     }
 }

@@ -3,8 +3,10 @@
 use least_squares::Problem;
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::refine::FitProblem;
-use crate::statistics::{chi2_tail, f_tail, normal_quantile, ratio};
+use crate::decompose::dynamic;
+use crate::motion::Moved;
+use crate::problem::FitProblem;
+use crate::statistics::{chi2_tail, f_tail, noncentrality, ratio};
 use crate::{FrameFit, FrameFitError, Noise, Options, PointPair, fit_frame, input};
 
 /// Share of a bias that has to show in the residual for a direction to count as controlled.
@@ -38,8 +40,8 @@ pub struct Reliability<const D: usize> {
     /// Baarda's `w` of each coordinate, standard normal for a good point (Pope's τ where the
     /// noise is estimated); 0 where uncontrolled.
     pub w: SVector<f64, D>,
-    /// Smallest bias of each coordinate that is found with the chosen power; infinite where
-    /// uncontrolled.
+    /// Smallest bias of each coordinate alone with which the point is found with the chosen
+    /// power; infinite where uncontrolled.
     pub detectable_mm: SVector<f64, D>,
     /// Best estimate of the bias of the point; `None` where the others do not determine it.
     pub bias_mm: Option<SVector<f64, D>>,
@@ -144,18 +146,17 @@ pub fn reliability<const D: usize>(
     input::check_pairs(pairs)?;
     let map = &fit.target_from_source;
     let problem = FitProblem::new(pairs, fit.transform, map);
-    let mut whitened = DVector::zeros(problem.residual_count());
+    let whitened = problem.whitened(&Moved::still());
     let mut jacobian = DMatrix::zeros(problem.residual_count(), problem.tangent_dim());
-    problem.residuals(map, &mut whitened);
-    problem.jacobian(map, &mut jacobian);
+    problem.jacobian(&Moved::still(), &mut jacobian);
     let orthonormal = jacobian.qr().q();
-    let critical = critical_p(snooping, pairs.len());
     let judge = Judge {
         noise: fit.noise,
-        chi2: whitened.norm_squared(),
+        // What rounding leaves of an exact fit is no contradiction.
+        chi2: whitened.norm_squared().max(problem.round_off_chi2),
         dof: problem.residual_count().saturating_sub(problem.tangent_dim()),
-        // Non-centrality that a two-sided test of one coordinate finds with the chosen power.
-        detectable_sigmas: normal_quantile(1.0 - 0.5 * critical) + normal_quantile(snooping.power),
+        critical_p: critical_p(snooping, pairs.len()),
+        power: snooping.power,
     };
     let of_point = |i: usize| {
         let rows = orthonormal.rows(D * i, D);
@@ -171,7 +172,43 @@ struct Judge {
     noise: Noise,
     chi2: f64,
     dof: usize,
-    detectable_sigmas: f64,
+    critical_p: f64,
+    power: f64,
+}
+
+/// The directions of a point that the others control, in whitened coordinates.
+struct Controlled {
+    /// Unit direction, and the share of a bias along it that shows in the residual.
+    directions: Vec<(DVector<f64>, f64)>,
+}
+
+impl Controlled {
+    /// `redundancy` is the whitened block of `I − QQᵀ` of the point.
+    fn of(redundancy: &DMatrix<f64>) -> Self {
+        let eigen = redundancy.clone().symmetric_eigen();
+        let directions = (0..redundancy.nrows())
+            .map(|k| (eigen.eigenvectors.column(k).into_owned(), eigen.eigenvalues[k]))
+            .filter(|(_, share)| *share > SMALLEST_REDUNDANCY)
+            .collect();
+        Self { directions }
+    }
+
+    fn count(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// Drop of the weighted sum of squares when the point is left out.
+    fn chi2_drop(&self, residual: &DVector<f64>) -> f64 {
+        self.directions.iter().map(|(along, share)| along.dot(residual).powi(2) / share).sum()
+    }
+
+    /// Whitened bias that the residual points to.
+    fn bias(&self, residual: &DVector<f64>) -> DVector<f64> {
+        let zero = DVector::zeros(residual.len());
+        self.directions
+            .iter()
+            .fold(zero, |sum, (along, share)| sum + along * (along.dot(residual) / share))
+    }
 }
 
 impl Judge {
@@ -182,57 +219,64 @@ impl Judge {
         redundancy: &DMatrix<f64>,
         residual: &DVector<f64>,
     ) -> Reliability<D> {
-        let sigma = match self.noise {
-            Noise::Declared => 1.0,
-            Noise::Estimated => (self.chi2 / ratio(self.dof.max(1))).sqrt(),
+        let whitening = dynamic(&pair.uncertainty.whitening_per_mm().expect("checked"));
+        let controlled = Controlled::of(redundancy);
+        let sigma = self.sigma();
+        let detectable = self.detectable_sigmas(controlled.count()) * sigma;
+        let mut reliability = Reliability {
+            redundancy: SVector::zeros(),
+            w: SVector::zeros(),
+            detectable_mm: SVector::repeat(f64::INFINITY),
+            bias_mm: None,
+            chi2_drop: controlled.chi2_drop(residual),
+            p_value: self.p_value(controlled.chi2_drop(residual), controlled.count()),
         };
-        let whitening = pair.uncertainty.whitening_per_mm().expect("checked");
-        let (mut share, mut w, mut detectable_mm) =
-            (SVector::zeros(), SVector::zeros(), SVector::repeat(f64::INFINITY));
         for axis in 0..D {
             // A bias of 1 mm along the axis, whitened, and what shows of it.
-            let bias = DVector::from_column_slice(whitening.column(axis).as_slice());
-            let shown = bias.dot(&(redundancy * &bias));
-            share[axis] = shown / bias.norm_squared();
-            if share[axis] > SMALLEST_REDUNDANCY {
-                w[axis] =
-                    if sigma > 0.0 { bias.dot(residual) / (shown.sqrt() * sigma) } else { 0.0 };
-                detectable_mm[axis] = self.detectable_sigmas * sigma / shown.sqrt();
+            let bias = whitening.column(axis);
+            let shown = bias.dot(&(redundancy * bias));
+            reliability.redundancy[axis] = shown / bias.norm_squared();
+            if reliability.redundancy[axis] > SMALLEST_REDUNDANCY {
+                reliability.w[axis] = bias.dot(residual) / (shown.sqrt() * sigma);
+                reliability.detectable_mm[axis] = detectable / shown.sqrt();
             }
         }
-        let eigen = redundancy.clone().symmetric_eigen();
-        let controlled: Vec<usize> =
-            (0..D).filter(|&k| eigen.eigenvalues[k] > SMALLEST_REDUNDANCY).collect();
-        let along = |k: usize| eigen.eigenvectors.column(k).dot(residual);
-        let chi2_drop: f64 =
-            controlled.iter().map(|&k| along(k).powi(2) / eigen.eigenvalues[k]).sum();
-        let bias_mm = (controlled.len() == D).then(|| {
-            let mut whitened_bias = DVector::zeros(D);
-            for &k in &controlled {
-                let column = eigen.eigenvectors.column(k);
-                whitened_bias += column * (along(k) / eigen.eigenvalues[k]);
-            }
-            let covariance = pair.uncertainty.covariance_mm2();
-            let bias = covariance
-                * whitening.transpose()
-                * SVector::from_column_slice(whitened_bias.as_slice());
-            bias
-        });
-        let p_value = self.p_value(chi2_drop, controlled.len());
-        Reliability { redundancy: share, w, detectable_mm, bias_mm, chi2_drop, p_value }
+        if controlled.count() == D {
+            let bias = whitening.solve_lower_triangular(&controlled.bias(residual));
+            reliability.bias_mm = bias.map(|b| SVector::from_column_slice(b.as_slice()));
+        }
+        reliability
+    }
+
+    /// Standard deviation of a whitened coordinate.
+    fn sigma(&self) -> f64 {
+        match self.noise {
+            Noise::Declared => 1.0,
+            Noise::Estimated => (self.chi2 / ratio(self.dof.max(1))).sqrt(),
+        }
+    }
+
+    /// Degrees of freedom that the other points have left for the noise, where it is estimated.
+    fn others(&self, controlled: usize) -> Option<usize> {
+        (self.noise == Noise::Estimated).then(|| self.dof.saturating_sub(controlled))
+    }
+
+    fn detectable_sigmas(&self, controlled: usize) -> f64 {
+        let others = self.others(controlled);
+        if controlled == 0 || others == Some(0) {
+            return f64::INFINITY;
+        }
+        noncentrality(self.critical_p, self.power, controlled, others).sqrt()
     }
 
     fn p_value(&self, chi2_drop: f64, controlled: usize) -> f64 {
-        match self.noise {
+        match self.others(controlled) {
             _ if controlled == 0 => 1.0,
-            Noise::Declared => chi2_tail(chi2_drop, controlled),
-            Noise::Estimated if self.dof <= controlled => 1.0,
-            Noise::Estimated => {
-                let others = self.dof - controlled;
-                let left = (self.chi2 - chi2_drop).max(0.0) / ratio(others);
-                // An exact fit contradicts nobody.
-                let f = if chi2_drop > 0.0 { chi2_drop / ratio(controlled) / left } else { 0.0 };
-                f_tail(f, controlled, others)
+            None => chi2_tail(chi2_drop, controlled),
+            Some(0) => 1.0,
+            Some(others) => {
+                let left = (self.chi2 - chi2_drop).max(f64::MIN_POSITIVE) / ratio(others);
+                f_tail(chi2_drop / ratio(controlled) / left, controlled, others)
             }
         }
     }

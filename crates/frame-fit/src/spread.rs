@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, Point, SMatrix, SVector};
 
+use crate::decompose::singular;
 use crate::{FrameFitError, FreeMotion, PointPair, Transform};
 
 /// No instrument tells such points apart: a hundredth of an atom.
@@ -33,13 +34,11 @@ impl<const D: usize> Spread<D> {
             let arm = point.coords - centroid_mm;
             arms.fixed_view_mut::<1, D>(row, 0).copy_from(&arm.transpose());
         }
-        let svd = arms.qr().r().svd(false, true);
-        let v_t = svd.v_t.expect("requested");
-        let mut order: Vec<usize> = (0..D).collect();
-        order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
+        let triangle = arms.qr().r();
+        let svd = singular(&SMatrix::<f64, D, D>::from_column_slice(triangle.as_slice()));
         Self {
-            rms_mm: SVector::from_fn(|k, _| svd.singular_values[order[k]] / count.sqrt()),
-            directions: SMatrix::from_fn(|row, k| v_t[(order[k], row)]),
+            rms_mm: svd.values / count.sqrt(),
+            directions: svd.v,
             centroid_mm: Point::from(centroid_mm),
             smallest_mm: SMALLEST_SPREAD_MM.max(ROUND_OFF_ULPS * f64::EPSILON * largest),
         }

@@ -1,9 +1,8 @@
 //! What the effects do to a point, and how the prediction changes with their amplitudes.
 
-use geometry::so3;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
-use crate::motion::{axis_pairs, block, rotation_derivative};
+use crate::motion::{self, axis_pairs, rotation_derivative};
 
 /// What one effect does.
 #[derive(Clone, Debug)]
@@ -126,8 +125,9 @@ pub(crate) fn rotation_vector<const D: usize>(amplitude: &DVector<f64>) -> Vecto
     }
 }
 
-pub(crate) fn rotation_matrix<const D: usize>(amplitude: &DVector<f64>) -> SMatrix<f64, D, D> {
-    block(so3::exp(&rotation_vector::<D>(amplitude)).to_rotation_matrix().matrix())
+/// That rotation less identity.
+pub(crate) fn rotation_strain<const D: usize>(amplitude: &DVector<f64>) -> SMatrix<f64, D, D> {
+    motion::rotation_strain(&rotation_vector::<D>(amplitude))
 }
 
 /// `D × parameters` derivative of the rotated arm.
