@@ -15,13 +15,14 @@ const LARGEST_STATISTIC: f64 = 1e100;
 
 /// Probability that F with these degrees of freedom exceeds `f`.
 pub(crate) fn f_tail(f: f64, numerator_dof: usize, denominator_dof: usize) -> f64 {
-    FisherSnedecor::new(ratio(numerator_dof), ratio(denominator_dof))
-        .map_or(f64::NAN, |d| d.sf(f.clamp(0.0, LARGEST_STATISTIC)))
+    let tail = FisherSnedecor::new(ratio(numerator_dof), ratio(denominator_dof));
+    tail.map_or(f64::NAN, |d| if f.is_nan() { f } else { d.sf(f.clamp(0.0, LARGEST_STATISTIC)) })
 }
 
 /// Probability that χ² exceeds `chi2`.
 pub(crate) fn chi2_tail(chi2: f64, dof: usize) -> f64 {
-    ChiSquared::new(ratio(dof)).map_or(f64::NAN, |d| d.sf(chi2.clamp(0.0, LARGEST_STATISTIC)))
+    let tail = ChiSquared::new(ratio(dof));
+    tail.map_or(f64::NAN, |d| if chi2.is_nan() { chi2 } else { d.sf(chi2.min(LARGEST_STATISTIC)) })
 }
 
 /// Quantile of the standard normal distribution.
