@@ -43,7 +43,8 @@ pub(crate) struct Expectation {
     /// Whether effects of the catalogue beyond `effects` are a mismatch.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub nothing_else: bool,
-    /// Whether a shape along a covariate may be added beside, as empirical.
+    /// Whether a shape along a covariate may be added beside, as empirical, or an effect that the
+    /// answer itself calls a rival of such a shape.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub empirical_allowed: bool,
     /// For each list, one covariate that must be named, as left-over or as empirical.

@@ -15,7 +15,8 @@ pub(crate) enum Question {
     FalseAddition,
     /// How often this effect is named, alone or in its class, and nothing else is added.
     Named(&'static str),
-    /// How often an effect of the catalogue is added and the matter called explained.
+    /// How often an effect of the catalogue is added, with no covariate among its rivals, and the
+    /// matter called explained.
     ConfidentWrongName,
 }
 

@@ -49,7 +49,7 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
             !classes.is_empty() && classes.iter().all(|class| class.contains(&truth))
         }
         Question::ConfidentWrongName => {
-            verdict == "explained" && names.iter().any(|name| !name.starts_with("covariate:"))
+            verdict == "explained" && classes.iter().any(|class| names_catalogue_alone(class))
         }
     };
     let held_out = number_at(&answer.json, "after.held_out_rms");
@@ -58,6 +58,12 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
         ratio: held_out.map(|error| error / simulated.noise_mm),
         answer: format!("{} → {verdict}", names.join(" + ")),
     })
+}
+
+/// Whether a class holds names of the catalogue and no covariate: one with a covariate among its
+/// rivals says itself that the name is not sure.
+fn names_catalogue_alone(class: &[&str]) -> bool {
+    class.iter().all(|name| !name.starts_with("covariate:"))
 }
 
 /// The first two lines of a message without the numbers of processes, so that equal ones count

@@ -41,7 +41,8 @@ fn effects(expect: &Expectation, closed: &Value, wrong: &mut Vec<String>) {
     }
     for step in steps {
         let effect = step["effect"].as_str().unwrap_or("?");
-        let empirical = expect.empirical_allowed && effect.starts_with("covariate:");
+        let empirical = expect.empirical_allowed
+            && class_of(step).iter().any(|name| name.starts_with("covariate:"));
         if !empirical && !expect.effects.iter().any(|class| in_class(step, class)) {
             wrong.push(format!("{effect} was added, which the data do not hold"));
         }
@@ -50,8 +51,9 @@ fn effects(expect: &Expectation, closed: &Value, wrong: &mut Vec<String>) {
 
 fn structure(expect: &Expectation, closed: &Value, wrong: &mut Vec<String>) {
     let mut named = strings(&closed["remaining"], Some("covariate"));
-    let steps = strings(&closed["steps"], Some("effect"));
-    named.extend(steps.iter().filter_map(|effect| effect.strip_prefix("covariate:")));
+    let steps = closed["steps"].as_array().map_or(&[][..], Vec::as_slice);
+    let classes = steps.iter().flat_map(class_of);
+    named.extend(classes.filter_map(|effect| effect.strip_prefix("covariate:")));
     for covariates in &expect.structure {
         if !covariates.iter().any(|wanted| named.contains(&wanted.as_str())) {
             wrong.push(format!("no structure was found along {}", covariates.join(" or ")));
