@@ -1,4 +1,5 @@
 //! Time of one small fit, and of the parts it could be made of.
+#![expect(clippy::print_stdout, reason = "says how many evaluations the time buys")]
 
 use std::hint::black_box;
 

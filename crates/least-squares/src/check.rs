@@ -14,6 +14,10 @@ const SHRINK: f64 = 2.0;
 const LEVELS: usize = 28;
 /// Orders of extrapolation: the error falls with the eighth power of the step.
 const ORDERS: usize = 3;
+/// Finest levels, whose scatter is taken as rounding noise.
+const NOISY_LEVELS: usize = 5;
+/// Factor over the least error so far at which coarser steps are not looked at.
+const PAST_THE_MINIMUM: f64 = 1e3;
 /// Ratio between two columns' lengths from which the steps are chosen anew.
 const FAR_OFF: f64 = 10.0;
 
@@ -112,35 +116,54 @@ fn differentiate<P: Problem>(
 
 struct Extrapolated {
     derivative: DVector<f64>,
-    /// Largest change by the last extrapolation, over the column.
+    /// Estimated error of its worst entry.
     error: f64,
 }
 
-/// Ridders (1982): central differences over shrinking steps, extrapolated to zero; the level
-/// kept is the one whose extrapolation moved the column least.
+/// Ridders (1982): central differences over shrinking steps, extrapolated to zero.
+///
+/// The level kept is the first minimum of the error, from the finest step on: the change by the
+/// extrapolation plus the rounding noise of the differences. Steps so coarse that the residuals
+/// saturate agree with each other on nonsense, and are never reached.
 fn ridders<P: Problem>(problem: &P, at: &P::Point, column: usize, length: f64) -> Extrapolated {
+    let mut steps = Vec::with_capacity(LEVELS);
+    let mut h = FIRST_STEP / length;
+    for _ in 0..LEVELS {
+        steps.push((h, central(problem, at, column, h)));
+        h /= SHRINK;
+    }
+    let noise = steps[LEVELS - NOISY_LEVELS..]
+        .windows(2)
+        .map(|pair| pair[1].0 * (&pair[1].1 - &pair[0].1).amax())
+        .fold(0.0, f64::max);
     let rows = problem.residual_count();
     let mut best =
         Extrapolated { derivative: DVector::repeat(rows, f64::NAN), error: f64::INFINITY };
-    let mut coarser: Vec<DVector<f64>> = Vec::new();
-    let mut h = FIRST_STEP / length;
-    for _ in 0..LEVELS {
-        let mut finer = vec![central(problem, at, column, h)];
-        let mut factor = 1.0;
-        for (order, coarse) in coarser.iter().take(ORDERS).enumerate() {
-            factor *= SHRINK * SHRINK;
-            let fine = &finer[order];
-            let next = (fine * factor - coarse) / (factor - 1.0);
-            let error = (&next - fine).amax().max((&next - coarse).amax());
-            if error < best.error {
-                best = Extrapolated { derivative: next.clone(), error };
-            }
-            finer.push(next);
+    for window in steps.windows(ORDERS + 1).rev() {
+        let (derivative, change) = extrapolate(window);
+        let error = change + noise / window[ORDERS].0;
+        if error < best.error {
+            best = Extrapolated { derivative, error };
+        } else if error > PAST_THE_MINIMUM * best.error {
+            break;
         }
-        coarser = finer;
-        h /= SHRINK;
     }
     best
+}
+
+/// Richardson's tableau over steps that halve; also the last change of any entry.
+fn extrapolate(steps: &[(f64, DVector<f64>)]) -> (DVector<f64>, f64) {
+    let mut level: Vec<DVector<f64>> = steps.iter().map(|(_, d)| d.clone()).collect();
+    let mut factor = 1.0;
+    let mut change = f64::INFINITY;
+    while level.len() > 1 {
+        factor *= SHRINK * SHRINK;
+        let next: Vec<_> =
+            level.windows(2).map(|w| (&w[1] * factor - &w[0]) / (factor - 1.0)).collect();
+        change = (&next[next.len() - 1] - &level[level.len() - 1]).amax();
+        level = next;
+    }
+    (level.remove(0), change)
 }
 
 fn central<P: Problem>(problem: &P, at: &P::Point, column: usize, h: f64) -> DVector<f64> {

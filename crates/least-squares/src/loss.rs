@@ -8,17 +8,17 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Loss {
-    /// Linear beyond `scale`; convex, so it adds no local minima. 1.345 keeps 95 % efficiency.
+    /// Linear beyond `scale`; convex, so it adds no local minima.
     Huber {
         /// Where the loss turns linear.
         scale: f64,
     },
-    /// Logarithmic: large residuals fade without ever vanishing. 2.385 keeps 95 % efficiency.
+    /// Logarithmic: large residuals fade without ever vanishing.
     Cauchy {
         /// Where the weight is one half.
         scale: f64,
     },
-    /// Biweight: no influence at all beyond `scale`. 4.685 keeps 95 % efficiency.
+    /// Biweight: no influence at all beyond `scale`.
     Tukey {
         /// Where the weight reaches zero.
         scale: f64,
@@ -31,6 +31,24 @@ pub enum Loss {
 }
 
 impl Loss {
+    /// Huber's loss at the scale that keeps 95 % efficiency on scalar Gaussian residuals.
+    #[must_use]
+    pub const fn huber_95() -> Self {
+        Self::Huber { scale: 1.345 }
+    }
+
+    /// Cauchy's loss at the scale that keeps 95 % efficiency on scalar Gaussian residuals.
+    #[must_use]
+    pub const fn cauchy_95() -> Self {
+        Self::Cauchy { scale: 2.385 }
+    }
+
+    /// Tukey's loss at the scale that keeps 95 % efficiency on scalar Gaussian residuals.
+    #[must_use]
+    pub const fn tukey_95() -> Self {
+        Self::Tukey { scale: 4.685 }
+    }
+
     /// `(ρ(s), ρ'(s))` at the squared norm `s` of a block; `ρ'` is the block's weight.
     #[must_use]
     pub fn evaluate(self, s: f64) -> (f64, f64) {
@@ -44,8 +62,8 @@ impl Loss {
             Self::Cauchy { .. } => (k2 * (s / k2).ln_1p(), 1.0 / (1.0 + s / k2)),
             Self::Tukey { .. } if s >= k2 => (k2 / 3.0, 0.0),
             Self::Tukey { .. } => {
-                let inside = 1.0 - s / k2;
-                (k2 / 3.0 * (1.0 - inside.powi(3)), inside.powi(2))
+                let u = s / k2;
+                (s * (1.0 - u + u * u / 3.0), (1.0 - u).powi(2))
             }
             Self::GemanMcClure { .. } => {
                 let shrink = 1.0 / (1.0 + s / k2);

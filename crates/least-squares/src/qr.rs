@@ -43,6 +43,11 @@ impl Qr {
         }
     }
 
+    /// What the columns before it leave of a column, up to sign.
+    pub(crate) fn diagonal(&self, column: usize) -> f64 {
+        self.diagonal[column]
+    }
+
     /// Overwrites the leading rows of `v` with `Qᵀ v`; `v` has as many rows as `A`, or more.
     pub(crate) fn q_transpose_mul(&self, v: &mut DVector<f64>) {
         let height = self.packed.nrows();

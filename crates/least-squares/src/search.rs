@@ -1,5 +1,7 @@
 //! One Levenberg-Marquardt search from one point.
 
+mod step;
+
 use nalgebra::DVector;
 
 use crate::linearised::{Evaluated, Linearised, NonFinite};
@@ -9,26 +11,14 @@ use crate::{Options, Problem, SolveError, Termination};
 /// Share of the cost below which its rounding hides a decrease: the sum of some hundred squares
 /// is good to about 1e-15.
 const COST_RESOLUTION: f64 = 1e-14;
-/// Actual over promised decrease from which a step is accepted.
-const MIN_GAIN: f64 = 1e-4;
 /// A polishing step has to shrink the gradient by this factor to be followed by another.
 const POLISH_RATE: f64 = 0.9;
-/// Gradient, in units of the residual's measured noise, that counts as nought.
-const NOISE_FACTOR: f64 = 1e3;
-/// Factor on a step that rounding swallows, to see whether the residuals follow at all.
-const ENLARGEMENT: f64 = 1e4;
 /// Correlation that the cost cannot resolve: the square root of [`COST_RESOLUTION`].
 const UNRESOLVED_CORRELATION: f64 = 1e-7;
-/// Damping after an undamped step is rejected.
-const REDAMPING: f64 = 1e-12;
-/// Damping at which a step has vanished beside any other.
-const MAX_DAMPING: f64 = 1e60;
 /// Share of the start's residual below which nothing is left to fit.
 const NOTHING_LEFT: f64 = 1e-31;
-/// Where along the step its curvature is measured, as a share of it (Transtrum 2012: 0.1).
-const CURVATURE_PROBE: f64 = 0.1;
-/// Largest acceleration over velocity for which the expansion is trusted (Transtrum 2012: 0.75).
-const MAX_ACCELERATION: f64 = 0.75;
+/// Share of a column, left by those before it, that is rounding: the column is theirs.
+const DEPENDENT: f64 = 1e-14;
 
 /// How a search scales and bends its steps.
 #[derive(Clone, Copy, Debug)]
@@ -107,6 +97,8 @@ struct Search<'a, P: Problem> {
     growth: f64,
     step: DVector<f64>,
     path: DVector<f64>,
+    /// Whether the cost has ceased to tell better from worse.
+    polishing: bool,
     /// Where the search was before a step that the cost could not judge.
     before_polish: Option<Before<P::Point>>,
     iterations: usize,
@@ -122,16 +114,6 @@ struct Before<Point> {
     point: Point,
     evaluated: Evaluated,
     gradient: f64,
-}
-
-enum Trial {
-    Accepted,
-    /// With what the Jacobian leaves unexplained of the change, where that is a number.
-    Rejected {
-        unexplained: Option<f64>,
-    },
-    /// The residuals did not change at all: the step is below the resolution of the point.
-    Unchanged,
 }
 
 impl<'a, P: Problem> Search<'a, P> {
@@ -156,6 +138,7 @@ impl<'a, P: Problem> Search<'a, P> {
             growth: 2.0,
             step: DVector::zeros(columns),
             path: DVector::zeros(columns),
+            polishing: false,
             before_polish: None,
             iterations: 0,
             residual_evaluations: 0,
@@ -212,6 +195,11 @@ impl<'a, P: Problem> Search<'a, P> {
         self.rotated.rows_mut(0, rows).copy_from(&self.at.weighted);
         self.rotated.rows_range_mut(rows..).fill(0.0);
         self.qr.q_transpose_mul(&mut self.rotated);
+        for (k, &norm) in self.at.column_norms.iter().enumerate() {
+            if self.qr.diagonal(k).abs() <= DEPENDENT * norm {
+                self.rotated[k] = 0.0;
+            }
+        }
         let memory = self.style.scale_memory;
         for (scale, &norm) in self.scale.iter_mut().zip(&self.at.column_norms) {
             *scale = f64::max(memory * *scale, norm);
@@ -233,118 +221,41 @@ impl<'a, P: Problem> Search<'a, P> {
             && evaluated.residuals.amax() < 1.0
     }
 
-    /// Tries ever shorter steps until one is accepted, or none can be.
+    /// Moves on: by the cost while that can tell, then by the gradient.
     fn advance(&mut self) -> Option<Ended> {
         let promise = 0.5 * self.gradient().powi(2);
-        let blind = promise <= COST_RESOLUTION * self.at.evaluated.cost;
-        let mut noise = None;
-        let mut undamped_next = true;
-        while self.damping <= MAX_DAMPING {
-            self.qr.solve_damped(&self.rotated, self.damping, &self.scale, &mut self.step);
-            if self.step.iter().all(|s| s.is_finite()) {
-                if self.step_is_negligible() {
-                    return Some(Ended::Converged(Termination::Step));
-                }
-                match self.try_step(blind) {
-                    Trial::Accepted => return None,
-                    Trial::Rejected { unexplained } => noise = unexplained.or(noise),
-                    Trial::Unchanged if noise.is_some() || self.damping == 0.0 => break,
-                    // Not even the first step was felt: see what the longest one does.
-                    Trial::Unchanged if undamped_next => {
-                        undamped_next = false;
-                        self.damping = 0.0;
-                        continue;
-                    }
-                    Trial::Unchanged => {}
-                }
+        if !self.polishing && promise > COST_RESOLUTION * self.at.evaluated.cost {
+            let ended = self.descend()?;
+            if !matches!(ended, Ended::Converged(Termination::Cost)) {
+                return Some(ended);
             }
-            self.damping = if self.damping > 0.0 { self.damping * self.growth } else { REDAMPING };
-            self.growth *= 2.0;
         }
-        let converged = self.at.gradient_correlation() <= UNRESOLVED_CORRELATION
-            || match noise {
-                Some(noise) => self.gradient() <= NOISE_FACTOR * noise,
-                None => self.is_below_resolution(),
-            };
-        Some(if converged { Ended::Converged(Termination::Cost) } else { Ended::Stalled })
+        self.polish()
     }
 
-    /// Whether residuals that do not feel the last step do follow one that is longer.
-    fn is_below_resolution(&mut self) -> bool {
-        self.step *= ENLARGEMENT;
-        self.predicted.gemv(1.0, &self.at.jacobian, &self.step, 0.0);
-        self.at.spread(&self.step, &mut self.tangent);
-        let enlarged = self.problem.retract(&self.point, &self.tangent);
-        self.evaluate_trial(&enlarged);
-        self.unexplained() <= 0.5 * self.predicted.norm()
-    }
-
-    /// Whether the step, and the undamped one too, is lost in the way already come.
-    fn step_is_negligible(&mut self) -> bool {
-        let tolerance = self.options.step_tolerance;
-        let path = &self.path;
-        let negligible = |step: &DVector<f64>| {
-            step.iter().zip(path).all(|(s, p)| s.abs() <= tolerance * p.abs())
-        };
-        if !negligible(&self.step) {
-            return false;
-        }
-        let mut undamped = self.step.clone();
-        self.qr.solve_damped(&self.rotated, 0.0, &self.scale, &mut undamped);
-        negligible(&undamped)
-    }
-
-    fn try_step(&mut self, blind: bool) -> Trial {
-        self.predicted.gemv(1.0, &self.at.jacobian, &self.step, 0.0);
-        let scaled = self.step.component_mul(&self.scale).norm_squared();
-        let promise = 0.5 * self.predicted.norm_squared() + self.damping * scaled;
-        if self.style.accelerate && !blind && !self.accelerate() {
-            return Trial::Rejected { unexplained: None };
+    /// Takes an undamped step that the cost cannot judge; the gradient will, in
+    /// [`Search::linearise`]. Damping would only slow the last digits.
+    fn polish(&mut self) -> Option<Ended> {
+        self.polishing = true;
+        self.damping = 0.0;
+        if !self.solve_step() {
+            return Some(Ended::Converged(Termination::Cost));
         }
         self.at.spread(&self.step, &mut self.tangent);
         let candidate = self.problem.retract(&self.point, &self.tangent);
         self.evaluate_trial(&candidate);
-
         let cost = self.at.evaluated.cost;
-        let decrease = cost - self.trial.cost;
-        if blind && decrease.abs() <= UNRESOLVED_CORRELATION * cost {
-            self.polish_to(candidate);
-            return Trial::Accepted;
+        let change = (cost - self.trial.cost).abs();
+        if change.is_nan() || change > UNRESOLVED_CORRELATION * cost {
+            return Some(Ended::Converged(Termination::Cost));
         }
-        if decrease > 0.0 && decrease > MIN_GAIN * promise {
-            self.move_to(candidate);
-            let gain = decrease / promise;
-            self.damping *= f64::max(self.style.relief, 1.0 - (2.0 * gain - 1.0).powi(3));
-            self.growth = 2.0;
-            return Trial::Accepted;
-        }
-        if self.trial.residuals == self.at.evaluated.residuals {
-            return Trial::Unchanged;
-        }
-        Trial::Rejected { unexplained: self.trial.cost.is_finite().then(|| self.unexplained()) }
-    }
-
-    fn evaluate_trial(&mut self, candidate: &P::Point) {
-        self.residual_evaluations += 1;
-        self.trial.fill(self.problem, candidate, self.options);
-    }
-
-    fn move_to(&mut self, candidate: P::Point) {
-        self.path += &self.step;
-        self.point = candidate;
-        std::mem::swap(&mut self.at.evaluated, &mut self.trial);
-        self.iterations += 1;
-    }
-
-    /// Moves where the cost cannot judge; the gradient will, in [`Search::linearise`].
-    fn polish_to(&mut self, candidate: P::Point) {
         self.before_polish = Some(Before {
             point: self.point.clone(),
             evaluated: self.at.evaluated.clone(),
             gradient: self.gradient(),
         });
         self.move_to(candidate);
-        self.damping = 0.0;
+        None
     }
 
     /// Keeps the better of the last two points by their gradients.
@@ -358,42 +269,5 @@ impl<'a, P: Problem> Search<'a, P> {
             Ok(()) => Ended::Converged(Termination::Cost),
             Err(non_finite) => Ended::NonFinite(non_finite),
         }
-    }
-
-    /// Change of the residuals at the trial that the Jacobian does not predict.
-    ///
-    /// For a short step this is the rounding noise of the residuals.
-    fn unexplained(&self) -> f64 {
-        let (now, then) = (&self.trial.residuals, &self.at.evaluated.residuals);
-        let rows = now.iter().zip(then).zip(&self.at.evaluated.root_weights).zip(&self.predicted);
-        rows.map(|(((n, t), w), p)| (w * (n - t) - p).powi(2)).sum::<f64>().sqrt()
-    }
-
-    /// Adds half the acceleration along the model's curvature (Transtrum and Sethna 2012).
-    ///
-    /// False where the curvature is too strong for the step to be trusted.
-    fn accelerate(&mut self) -> bool {
-        self.at.spread(&(&self.step * CURVATURE_PROBE), &mut self.tangent);
-        let probe = self.problem.retract(&self.point, &self.tangent);
-        self.evaluate_trial(&probe);
-        let (now, then) = (&self.trial.residuals, &self.at.evaluated.residuals);
-        let weights = &self.at.evaluated.root_weights;
-        self.bend.fill(0.0);
-        for row in 0..now.len() {
-            let slope = weights[row] * (now[row] - then[row]) / CURVATURE_PROBE;
-            self.bend[row] = 2.0 / CURVATURE_PROBE * (slope - self.predicted[row]);
-        }
-        if self.bend.iter().any(|b| !b.is_finite()) {
-            return false;
-        }
-        self.qr.q_transpose_mul(&mut self.bend);
-        let mut acceleration = self.step.clone();
-        self.qr.solve_damped(&self.bend, self.damping, &self.scale, &mut acceleration);
-        let length = |v: &DVector<f64>| v.component_mul(&self.scale).norm();
-        if length(&acceleration) > MAX_ACCELERATION * length(&self.step) {
-            return false;
-        }
-        self.step.axpy(0.5, &acceleration, 1.0);
-        true
     }
 }

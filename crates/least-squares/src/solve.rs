@@ -42,8 +42,9 @@ pub fn solve<P: Problem>(
         let second = search(problem, start, options, BOLD, &mut counts)?;
         best = best.or(Candidate::new(second, options));
     }
-    if !settled(&best) {
-        for across in valley::starts(problem, options, &best.found, &best.factored, &mut counts) {
+    let weak = best.factored.as_ref().filter(|_| !settled(&best));
+    if let Some(factored) = weak {
+        for across in valley::starts(problem, options, &best.found, factored, &mut counts) {
             if let Ok(found) = search(problem, across, options, plain(options), &mut counts) {
                 best = best.or(Candidate::new(found, options));
             }
@@ -66,12 +67,14 @@ fn plain(options: &Options) -> Style {
 /// The end of a search and what its Jacobian determines.
 struct Candidate<Point> {
     found: Found<Point>,
-    factored: Factored,
+    /// `None` where the Jacobian is not finite.
+    factored: Option<Factored>,
 }
 
 impl<Point: Clone> Candidate<Point> {
     fn new(found: Found<Point>, options: &Options) -> Self {
-        let factored = Factored::new(&found.at, options.rank_tolerance);
+        let finite = !matches!(found.ended, Ended::NonFinite(_));
+        let factored = finite.then(|| Factored::new(&found.at, options.rank_tolerance));
         Self { found, factored }
     }
 
@@ -80,7 +83,8 @@ impl<Point: Clone> Candidate<Point> {
     }
 
     fn is_usable(&self) -> bool {
-        matches!(self.found.ended, Ended::Converged(_)) && self.factored.is_full_rank()
+        let full_rank = self.factored.as_ref().is_some_and(Factored::is_full_rank);
+        full_rank && matches!(self.found.ended, Ended::Converged(_))
     }
 
     /// Whether the fit leaves nothing but rounding, below the data's uncertainty.
@@ -108,28 +112,28 @@ impl<Point: Clone> Candidate<Point> {
             Ended::NonFinite(non_finite) => return Err(non_finite.into()),
             Ended::Stalled | Ended::OutOfIterations => None,
         };
+        let factored = factored.expect("a search that ends otherwise has a finite Jacobian");
         let report = Report { termination, ..Report::new(&at, &factored, counts, initial_cost) };
         if !factored.is_full_rank() {
             let directions = factored.free_directions(problem, &at);
             let (best, report) = (Box::new(point), Box::new(report));
             return Err(SolveError::Unobservable { directions, best, report });
         }
-        match ended {
-            Ended::Stalled => {
-                Err(SolveError::Stalled { best: Box::new(point), report: Box::new(report) })
-            }
-            Ended::OutOfIterations => {
-                Err(SolveError::NotConverged { best: Box::new(point), report: Box::new(report) })
-            }
-            Ended::Converged(_) | Ended::NonFinite(_) => Ok(Solution {
-                point,
-                covariance: factored.covariance(&at),
-                degrees_of_freedom: at.degrees_of_freedom(),
-                variance_factor: at.variance_factor(),
-                residuals: at.evaluated.residuals,
-                weights: at.evaluated.root_weights.map(|w| w * w),
-                report,
-            }),
+        if termination.is_none() {
+            let (best, report) = (Box::new(point), Box::new(report));
+            return Err(match ended {
+                Ended::Stalled => SolveError::Stalled { best, report },
+                _ => SolveError::NotConverged { best, report },
+            });
         }
+        Ok(Solution {
+            point,
+            covariance: factored.covariance(&at),
+            degrees_of_freedom: at.degrees_of_freedom(),
+            variance_factor: at.variance_factor(),
+            residuals: at.evaluated.residuals,
+            weights: at.evaluated.root_weights.map(|w| w * w),
+            report,
+        })
     }
 }

@@ -3,21 +3,21 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Most parameters of any suite problem (Osborne 2).
-pub const MAX_PARAMETERS: usize = 11;
+pub(crate) const MAX_PARAMETERS: usize = 11;
 
 /// A value with its gradient by the parameters.
 #[derive(Clone, Copy, Debug)]
-pub struct Dual {
-    pub value: f64,
-    pub slope: [f64; MAX_PARAMETERS],
+pub(crate) struct Dual {
+    pub(crate) value: f64,
+    pub(crate) slope: [f64; MAX_PARAMETERS],
 }
 
 impl Dual {
-    pub fn constant(value: f64) -> Self {
+    pub(crate) fn constant(value: f64) -> Self {
         Self { value, slope: [0.0; MAX_PARAMETERS] }
     }
 
-    pub fn parameters(values: &[f64]) -> Vec<Self> {
+    pub(crate) fn parameters(values: &[f64]) -> Vec<Self> {
         let mut parameters: Vec<_> = values.iter().map(|v| Self::constant(*v)).collect();
         for (i, p) in parameters.iter_mut().enumerate() {
             p.slope[i] = 1.0;
@@ -30,50 +30,46 @@ impl Dual {
         Self { value, slope: self.slope.map(|s| derivative * s) }
     }
 
-    pub fn exp(self) -> Self {
+    pub(crate) fn exp(self) -> Self {
         let e = self.value.exp();
         self.chain(e, e)
     }
 
-    pub fn sqrt(self) -> Self {
+    pub(crate) fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, 0.5 / root)
     }
 
-    pub fn sin(self) -> Self {
+    pub(crate) fn sin(self) -> Self {
         self.chain(self.value.sin(), self.value.cos())
     }
 
-    pub fn cos(self) -> Self {
+    pub(crate) fn cos(self) -> Self {
         self.chain(self.value.cos(), -self.value.sin())
     }
 
-    pub fn atan(self) -> Self {
+    pub(crate) fn atan(self) -> Self {
         self.chain(self.value.atan(), 1.0 / (1.0 + self.value * self.value))
     }
 
-    pub fn abs(self) -> Self {
+    pub(crate) fn abs(self) -> Self {
         self.chain(self.value.abs(), self.value.signum())
     }
 
-    pub fn powi(self, n: i32) -> Self {
+    pub(crate) fn powi(self, n: i32) -> Self {
         self.chain(self.value.powi(n), f64::from(n) * self.value.powi(n - 1))
     }
 
-    pub fn square(self) -> Self {
+    pub(crate) fn square(self) -> Self {
         self * self
     }
 
     /// `self` to a power that is itself a function of the parameters; `self` is positive.
-    pub fn powd(self, power: Self) -> Self {
+    pub(crate) fn powd(self, power: Self) -> Self {
         let value = self.value.powf(power.value);
         let by_base = power.value * self.value.powf(power.value - 1.0);
         let by_power = if self.value == 0.0 { 0.0 } else { value * self.value.ln() };
-        let mut slope = self.slope.map(|s| by_base * s);
-        for (total, s) in slope.iter_mut().zip(power.slope) {
-            *total += by_power * s;
-        }
-        Self { value, slope }
+        combine(value, (self, by_base), (power, by_power))
     }
 }
 
@@ -83,6 +79,12 @@ impl From<f64> for Dual {
     }
 }
 
+/// `value` with the gradient `by_a ∇a + by_b ∇b`.
+fn combine(value: f64, (a, by_a): (Dual, f64), (b, by_b): (Dual, f64)) -> Dual {
+    let slope = std::array::from_fn(|i| by_a * a.slope[i] + by_b * b.slope[i]);
+    Dual { value, slope }
+}
+
 impl Neg for Dual {
     type Output = Self;
     fn neg(self) -> Self {
@@ -90,40 +92,35 @@ impl Neg for Dual {
     }
 }
 
-impl<T: Into<Dual>> Add<T> for Dual {
+impl<T: Into<Self>> Add<T> for Dual {
     type Output = Self;
     fn add(self, other: T) -> Self {
         let other = other.into();
-        let mut slope = self.slope;
-        slope.iter_mut().zip(other.slope).for_each(|(a, b)| *a += b);
-        Self { value: self.value + other.value, slope }
+        combine(self.value + other.value, (self, 1.0), (other, 1.0))
     }
 }
 
-impl<T: Into<Dual>> Sub<T> for Dual {
+impl<T: Into<Self>> Sub<T> for Dual {
     type Output = Self;
     fn sub(self, other: T) -> Self {
-        self + -other.into()
+        let other = other.into();
+        combine(self.value - other.value, (self, 1.0), (other, -1.0))
     }
 }
 
-impl<T: Into<Dual>> Mul<T> for Dual {
+impl<T: Into<Self>> Mul<T> for Dual {
     type Output = Self;
     fn mul(self, other: T) -> Self {
         let other = other.into();
-        let mut slope = self.slope.map(|s| s * other.value);
-        slope.iter_mut().zip(other.slope).for_each(|(a, b)| *a += self.value * b);
-        Self { value: self.value * other.value, slope }
+        combine(self.value * other.value, (self, other.value), (other, self.value))
     }
 }
 
-impl<T: Into<Dual>> Div<T> for Dual {
+impl<T: Into<Self>> Div<T> for Dual {
     type Output = Self;
     fn div(self, other: T) -> Self {
         let other = other.into();
-        let value = self.value / other.value;
-        let mut slope = self.slope.map(|s| s / other.value);
-        slope.iter_mut().zip(other.slope).for_each(|(a, b)| *a -= value / other.value * b);
-        Self { value, slope }
+        let quotient = self.value / other.value;
+        combine(quotient, (self, other.value.recip()), (other, -quotient / other.value))
     }
 }
