@@ -88,8 +88,7 @@ fn fit_checked<const D: usize>(
     reflection: Option<Reflection>,
 ) -> Result<FrameFit<D>, FrameFitError> {
     let start = closed_form::estimate(pairs, options.transform, options.handedness);
-    // Written so that NaN fails.
-    if !(start.relative_gap > SMALLEST_GAP) {
+    if start.relative_gap.is_nan() || start.relative_gap <= SMALLEST_GAP {
         return Err(FrameFitError::Ambiguous { relative_gap: start.relative_gap });
     }
     let problem = FitProblem::new(pairs, options.transform, &start.map);

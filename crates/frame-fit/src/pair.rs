@@ -79,28 +79,22 @@ impl<const D: usize> Uncertainty<D> {
 
     /// `W` with `WᵀW` the inverse covariance; `None` where there is none.
     pub(crate) fn whitening_per_mm(&self) -> Option<SMatrix<f64, D, D>> {
-        match self {
-            Self::Full { covariance_mm2 } => {
-                // Correlations first: sigmas of very different size must not decide the rank.
-                let sigma = self.sigma_mm();
-                let correlation = DMatrix::from_fn(D, D, |row, column| {
-                    let mean =
-                        f64::midpoint(covariance_mm2[(row, column)], covariance_mm2[(column, row)]);
-                    mean / (sigma[row] * sigma[column])
-                });
-                let lower = Cholesky::<f64, Dyn>::new(correlation)?.unpack();
-                let inverse = lower.solve_lower_triangular(&DMatrix::identity(D, D))?;
-                Some(SMatrix::from_fn(|row, column| inverse[(row, column)] / sigma[column]))
-            }
-            _ => {
-                let sigma = self.sigma_mm();
-                Some(SMatrix::from_fn(
-                    |row, column| {
-                        if row == column { sigma[row].recip() } else { 0.0 }
-                    },
-                ))
-            }
-        }
+        let sigma = self.sigma_mm();
+        let Self::Full { covariance_mm2 } = self else {
+            return Some(SMatrix::from_fn(
+                |row, column| {
+                    if row == column { sigma[row].recip() } else { 0.0 }
+                },
+            ));
+        };
+        // Correlations first: sigmas of very different size must not decide the rank.
+        let correlation = DMatrix::from_fn(D, D, |row, column| {
+            let mean = f64::midpoint(covariance_mm2[(row, column)], covariance_mm2[(column, row)]);
+            mean / (sigma[row] * sigma[column])
+        });
+        let lower = Cholesky::<f64, Dyn>::new(correlation)?.unpack();
+        let inverse = lower.solve_lower_triangular(&DMatrix::identity(D, D))?;
+        Some(SMatrix::from_fn(|row, column| inverse[(row, column)] / sigma[column]))
     }
 
     /// One weight for the whole point, from the mean variance of its coordinates.

@@ -28,7 +28,8 @@ pub(crate) struct FitProblem<const D: usize> {
 struct Imaged<const D: usize> {
     arm_mm: SVector<f64, D>,
     miss_mm: SVector<f64, D>,
-    whitening_per_mm: SMatrix<f64, D, D>,
+    /// Per mm.
+    whitening: SMatrix<f64, D, D>,
 }
 
 impl<const D: usize> FitProblem<D> {
@@ -44,15 +45,15 @@ impl<const D: usize> FitProblem<D> {
         let pivot_mm = near.linear * source_center_mm + near.translation_mm;
         let mut round_off_chi2 = 0.0;
         let imaged = |pair: &PointPair<D>| {
-            let whitening_per_mm = pair.uncertainty.whitening_per_mm().expect("checked");
+            let whitening = pair.uncertainty.whitening_per_mm().expect("checked");
             let largest_mm = [&pair.target_mm.coords, &pair.source_mm.coords, &near.translation_mm]
                 .map(SVector::amax);
             let lost_mm =
                 ROUND_OFF_ULPS * f64::EPSILON * largest_mm.into_iter().fold(0.0, f64::max);
-            round_off_chi2 += (whitening_per_mm.norm() * lost_mm).powi(2);
+            round_off_chi2 += (whitening.norm() * lost_mm).powi(2);
             let arm_mm = near.linear * (pair.source_mm.coords - source_center_mm);
             let miss_mm = (pair.target_mm.coords - pivot_mm) - arm_mm;
-            Imaged { arm_mm, miss_mm, whitening_per_mm }
+            Imaged { arm_mm, miss_mm, whitening }
         };
         Self {
             points: pairs.iter().map(imaged).collect(),
@@ -91,7 +92,7 @@ impl<const D: usize> Problem for FitProblem<D> {
     fn residuals(&self, at: &Moved<D>, out: &mut DVector<f64>) {
         for (i, point) in self.points.iter().enumerate() {
             let left_mm = point.miss_mm - at.displacement(&point.arm_mm);
-            out.fixed_rows_mut::<D>(D * i).copy_from(&(point.whitening_per_mm * left_mm));
+            out.fixed_rows_mut::<D>(D * i).copy_from(&(point.whitening * left_mm));
         }
     }
 
@@ -99,7 +100,7 @@ impl<const D: usize> Problem for FitProblem<D> {
         for (i, point) in self.points.iter().enumerate() {
             let arm_mm = point.arm_mm + at.displacement(&point.arm_mm);
             for (column, motion) in self.motions.iter().enumerate() {
-                let moved = point.whitening_per_mm * motion.displacement(&arm_mm);
+                let moved = point.whitening * motion.displacement(&arm_mm);
                 out.fixed_view_mut::<D, 1>(D * i, column).copy_from(&-moved);
             }
         }

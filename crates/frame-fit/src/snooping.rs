@@ -102,7 +102,8 @@ pub fn snoop<const D: usize>(
         let critical_p = critical_p(snooping, kept.len());
         let worst = (0..kept.len())
             .filter(|&k| reliability[k].bias_mm.is_some() && reliability[k].p_value < critical_p)
-            .min_by(|&a, &b| reliability[a].p_value.total_cmp(&reliability[b].p_value));
+            // Not by the probability, which underflows for gross errors.
+            .max_by(|&a, &b| reliability[a].chi2_drop.total_cmp(&reliability[b].chi2_drop));
         if let Some(worst) = worst.filter(|_| removed.len() < snooping.max_removed) {
             let mut fewer = used;
             fewer.remove(worst);
@@ -150,14 +151,11 @@ pub fn reliability<const D: usize>(
     let mut jacobian = DMatrix::zeros(problem.residual_count(), problem.tangent_dim());
     problem.jacobian(&Moved::still(), &mut jacobian);
     let orthonormal = jacobian.qr().q();
-    let judge = Judge {
-        noise: fit.noise,
-        // What rounding leaves of an exact fit is no contradiction.
-        chi2: whitened.norm_squared().max(problem.round_off_chi2),
-        dof: problem.residual_count().saturating_sub(problem.tangent_dim()),
-        critical_p: critical_p(snooping, pairs.len()),
-        power: snooping.power,
-    };
+    // What rounding leaves of an exact fit is no contradiction.
+    let chi2 = whitened.norm_squared().max(problem.round_off_chi2);
+    let dof = problem.residual_count().saturating_sub(problem.tangent_dim());
+    let judge =
+        Judge::new::<D>(fit.noise, chi2, dof, critical_p(snooping, pairs.len()), snooping.power);
     let of_point = |i: usize| {
         let rows = orthonormal.rows(D * i, D);
         let redundancy = DMatrix::identity(D, D) - rows * rows.transpose();
@@ -172,8 +170,9 @@ struct Judge {
     noise: Noise,
     chi2: f64,
     dof: usize,
-    critical_p: f64,
-    power: f64,
+    /// Detectable size of a fully controlled bias, in standard deviations, by the number of
+    /// directions that are controlled.
+    detectable_sigmas: Vec<f64>,
 }
 
 /// The directions of a point that the others control, in whitened coordinates.
@@ -212,6 +211,23 @@ impl Controlled {
 }
 
 impl Judge {
+    fn new<const D: usize>(
+        noise: Noise,
+        chi2: f64,
+        dof: usize,
+        critical_p: f64,
+        power: f64,
+    ) -> Self {
+        let mut judge = Self { noise, chi2, dof, detectable_sigmas: vec![f64::INFINITY] };
+        for controlled in 1..=D {
+            judge.detectable_sigmas.push(match judge.others(controlled) {
+                Some(0) => f64::INFINITY,
+                others => noncentrality(critical_p, power, controlled, others).sqrt(),
+            });
+        }
+        judge
+    }
+
     /// `redundancy` is `I − QQᵀ` and `residual` the residual of the point, both whitened.
     fn point<const D: usize>(
         &self,
@@ -222,7 +238,7 @@ impl Judge {
         let whitening = dynamic(&pair.uncertainty.whitening_per_mm().expect("checked"));
         let controlled = Controlled::of(redundancy);
         let sigma = self.sigma();
-        let detectable = self.detectable_sigmas(controlled.count()) * sigma;
+        let detectable = self.detectable_sigmas[controlled.count()] * sigma;
         let mut reliability = Reliability {
             redundancy: SVector::zeros(),
             w: SVector::zeros(),
@@ -259,14 +275,6 @@ impl Judge {
     /// Degrees of freedom that the other points have left for the noise, where it is estimated.
     fn others(&self, controlled: usize) -> Option<usize> {
         (self.noise == Noise::Estimated).then(|| self.dof.saturating_sub(controlled))
-    }
-
-    fn detectable_sigmas(&self, controlled: usize) -> f64 {
-        let others = self.others(controlled);
-        if controlled == 0 || others == Some(0) {
-            return f64::INFINITY;
-        }
-        noncentrality(self.critical_p, self.power, controlled, others).sqrt()
     }
 
     fn p_value(&self, chi2_drop: f64, controlled: usize) -> f64 {

@@ -95,6 +95,12 @@ pub enum FtCenterError {
         /// What is wrong with it.
         source: Box<FtCenterError>,
     },
+    /// The machine position of a press is not finite.
+    #[error("press {name}: its machine position is not finite")]
+    PressPosition {
+        /// Name of the press.
+        name: String,
+    },
     /// The frame needs more presses at known positions.
     #[error("{got} presses at known positions (use = frame), need {needed}")]
     TooFewFramePoints {
@@ -121,9 +127,20 @@ pub enum FtCenterError {
         /// Root mean square spread along and across the line.
         spreads_mm: [f64; 2],
     },
-    /// The search for the frame came to no end.
+    /// The uncertainty of the frame has no answer.
     #[error("frame: {0}")]
     Frame(#[from] Box<least_squares::SolveError>),
+    /// The frame did not settle: covariances contradict each other wildly.
+    #[error(
+        "angle of the frame still moves by {step_rad:.1e} rad after {iterations} iterations: \
+         check the covariances of the presses"
+    )]
+    FrameNotConverged {
+        /// Last step.
+        step_rad: f64,
+        /// Iterations made.
+        iterations: usize,
+    },
     /// A covariance is not positive definite.
     #[error("covariance of point {index} is not positive definite")]
     InvalidCovariance {

@@ -1,7 +1,7 @@
 //! Planar frame between machine and sensor: (1.12) to (1.14) of [A].
 
 use geometry::PlanarMap;
-use least_squares::{Options, Problem, solve};
+use least_squares::{Options, Problem, covariance};
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, Vector2};
 
 use crate::FtCenterError;
@@ -9,6 +9,11 @@ use crate::frame_point::{FramePoint, check_points, whitening};
 
 /// How many times better one handedness must fit, in mean square, to count as measured.
 const DECIDED_RATIO: f64 = 10.0;
+
+/// Steps of the angle under this are round-off.
+const SETTLED_RAD: f64 = 1e-14;
+
+const MAX_ITERATIONS: usize = 100;
 
 /// Standard uncertainty of the angle beyond which the frame is not determined: past it the
 /// covariance, which is first order, says nothing.
@@ -123,10 +128,10 @@ pub fn fit_sensor_frame(
         None => decide(same, opposed),
     };
     let problem = FrameProblem::new(points, start)?;
-    let start_point = DVector::from_column_slice(&start.point);
-    let solution = solve(&problem, start_point, &Options::default()).map_err(Box::new)?;
-    let [angle_rad, x_mm, y_mm] = [solution.point[0], solution.point[1], solution.point[2]];
-    let covariance = solution.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+    let (point, residuals) = problem.minimise(DVector::from_column_slice(&start.point))?;
+    let covariance = covariance(&problem, &point, &Options::default()).map_err(Box::new)?.matrix;
+    let [angle_rad, x_mm, y_mm] = [point[0], point[1], point[2]];
+    let covariance = covariance.fixed_view::<3, 3>(0, 0).into_owned();
     if covariance[(0, 0)].sqrt() > MAX_ANGLE_STD_RAD {
         return Err(FtCenterError::CoincidentPoints { spread_mm });
     }
@@ -143,7 +148,7 @@ pub fn fit_sensor_frame(
         pivot_mm: start.pivot_mm,
         residuals_mm: Vec::new(),
         degrees_of_freedom,
-        variance_factor: solution.residuals.norm_squared() / crate::count(degrees_of_freedom),
+        variance_factor: residuals.norm_squared() / crate::count(degrees_of_freedom),
     };
     let there = frame.sensor_from_machine();
     frame.residuals_mm = points.iter().map(|p| p.sensor_mm - there.apply(&p.machine_mm)).collect();
@@ -228,6 +233,33 @@ struct FrameProblem<'a> {
 impl<'a> FrameProblem<'a> {
     fn new(points: &'a [FramePoint], start: Start) -> Result<Self, FtCenterError> {
         Ok(Self { points, whitening: whitening(points)?, start })
+    }
+
+    /// Gauss-Newton from the closed form, which is the answer already where each point's
+    /// covariance is round; the angle is the only thing that is not linear.
+    fn minimise(&self, start: DVector<f64>) -> Result<(DVector<f64>, DVector<f64>), FtCenterError> {
+        let rows = self.residual_count();
+        let (mut residuals, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, 3));
+        let mut point = start;
+        let mut step_rad = f64::NAN;
+        for _ in 0..MAX_ITERATIONS {
+            self.residuals(&point, &mut residuals);
+            self.jacobian(&point, &mut jacobian);
+            let qr = jacobian.clone().qr();
+            let downhill = qr.q().transpose() * &residuals;
+            let step =
+                qr.r().solve_upper_triangular(&-downhill).ok_or(FtCenterError::OutOfRange)?;
+            step_rad = step[0].abs();
+            if !step.iter().all(|s| s.is_finite()) {
+                return Err(FtCenterError::OutOfRange);
+            }
+            point += step;
+            if step_rad <= SETTLED_RAD {
+                self.residuals(&point, &mut residuals);
+                return Ok((point, residuals));
+            }
+        }
+        Err(FtCenterError::FrameNotConverged { step_rad, iterations: MAX_ITERATIONS })
     }
 
     fn arm(&self, i: usize) -> Vector2<f64> {

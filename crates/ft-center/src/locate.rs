@@ -65,8 +65,8 @@ pub struct Center {
 ///
 /// # Errors
 ///
-/// As [`fit_sensor_frame`](crate::fit_sensor_frame) for the frame presses, and
-/// [`FtCenterError::NotPositive`] for the noise.
+/// As [`fit_sensor_frame`](crate::fit_sensor_frame) for the frame presses,
+/// [`FtCenterError::PressPosition`], and [`FtCenterError::NotPositive`] for the noise.
 pub fn locate(
     presses: &[SolvedPress],
     contact: &Contact,
@@ -74,6 +74,9 @@ pub fn locate(
 ) -> Result<Located, FtCenterError> {
     if presses.is_empty() {
         return Err(FtCenterError::Empty { of: Table::Presses });
+    }
+    if let Some(press) = presses.iter().find(|p| p.machine_mm.iter().any(|v| !v.is_finite())) {
+        return Err(FtCenterError::PressPosition { name: press.name.clone() });
     }
     let noise = CenterNoise::of(presses, contact.z0_mm, options.noise)?;
     let points: Vec<_> = presses

@@ -22,6 +22,9 @@ const MIN_SAMPLES_SPIN: usize = 32;
 /// Fewest samples that afford a second harmonic.
 const MIN_SAMPLES_SECOND: usize = 20;
 
+/// Residual over moment that is no more than round-off.
+const ROUND_OFF: f64 = 1e-14;
+
 /// Chance of noise alone that a spin found by search must stay under; a false one costs two
 /// degrees of freedom and no bias.
 const SPIN_ALPHA: f64 = 1e-3;
@@ -123,7 +126,8 @@ pub fn solve_orbit(
     let free = (samples.len() - basis.columns()).max(1);
     let scatter_mm2 = fitted.residual_moments() / (crate::count(free) * square_n2);
     let center_mm = Point2::from(fitted.center_mm());
-    let (mean_wrench, free_moment_nmm) = mean_wrench(record, samples, contact.z0_mm, &center_mm);
+    let (mean_wrench, free_moment_nmm) =
+        mean_wrench(record, samples, &fitted.influence, contact.z0_mm, &center_mm);
     let orbit = Orbit {
         center_mm,
         covariance_mm2: mean.covariance,
@@ -151,35 +155,57 @@ struct Spin {
 
 fn spin(samples: &[InContact], options: &OrbitOptions) -> Result<Spin, FtCenterError> {
     let constant = harmonic::fit(samples, Basis::CONSTANT).ok_or(FtCenterError::OutOfRange)?;
-    let still = Spin { fitted: (Basis::CONSTANT, constant), p_value: None };
-    let length_s = samples[samples.len() - 1].time_s - samples[0].time_s;
-    let harmonics = |frequency_hz: f64| {
-        let second = 2.0 * frequency_hz * length_s < 0.5 * crate::count(samples.len());
-        if second && samples.len() >= MIN_SAMPLES_SECOND { 2 } else { 1 }
-    };
     if let Some(frequency_hz) = options.spin_hz {
-        require_positive(frequency_hz, "spin_hz")?;
-        let turns = frequency_hz * length_s;
-        if turns < 1.0 {
-            return Err(FtCenterError::TooFewTurns { turns });
-        }
-        let basis = Basis { frequency_hz, harmonics: harmonics(frequency_hz) };
-        let fitted = harmonic::fit(samples, basis).ok_or(FtCenterError::TooFewTurns { turns })?;
-        let spectrum = spectrum(samples, &still.fitted.1);
-        let p_value = spectrum.p_value_at(frequency_hz).unwrap_or(1.0);
-        return Ok(Spin { fitted: (basis, fitted), p_value: Some(p_value) });
+        return given_spin(samples, frequency_hz, &constant);
     }
-    if samples.len() < MIN_SAMPLES_SPIN {
+    let left = constant.residual_moments().trace();
+    let size: f64 = samples.iter().flat_map(|s| s.moment_nmm).map(|m| m * m).sum();
+    let still = Spin { fitted: (Basis::CONSTANT, constant), p_value: None };
+    if samples.len() < MIN_SAMPLES_SPIN || left <= ROUND_OFF.powi(2) * size {
         return Ok(still);
     }
-    let found = spectrum(samples, &still.fitted.1).peak().filter(|p| p.p_value < SPIN_ALPHA);
-    let refined = found.and_then(|p| {
-        let harmonics = harmonics(p.frequency_hz);
-        let basis = Basis { frequency_hz: p.frequency_hz, harmonics };
-        let fitted = harmonic::refine(samples, basis)?;
-        Some(Spin { fitted, p_value: Some(p.p_value) })
+    let before = spectrum(samples, &still.fitted.1);
+    let found = before.candidates_hz().into_iter().filter_map(|frequency_hz| {
+        let fitted = harmonic::refine(samples, basis(samples, frequency_hz))?;
+        // The noise is that of what the fit leaves: a strong line leaks over all of its own.
+        let after = spectrum(samples, &fitted.1);
+        let p_value = after.p_value(frequency_hz, before.power(frequency_hz)) * before.trials();
+        (p_value < SPIN_ALPHA).then_some(Spin { fitted, p_value: Some(p_value) })
     });
-    Ok(refined.unwrap_or(still))
+    let clearest = found.min_by(|a, b| left_over(a).total_cmp(&left_over(b)));
+    Ok(clearest.unwrap_or(still))
+}
+
+fn left_over(spin: &Spin) -> f64 {
+    spin.fitted.1.residual_moments().trace()
+}
+
+fn given_spin(
+    samples: &[InContact],
+    frequency_hz: f64,
+    constant: &HarmonicFit,
+) -> Result<Spin, FtCenterError> {
+    require_positive(frequency_hz, "spin_hz")?;
+    let turns = frequency_hz * length_s(samples);
+    if turns < 1.0 {
+        return Err(FtCenterError::TooFewTurns { turns });
+    }
+    let basis = basis(samples, frequency_hz);
+    let fitted = harmonic::fit(samples, basis).ok_or(FtCenterError::TooFewTurns { turns })?;
+    let power = spectrum(samples, constant).power(frequency_hz);
+    let p_value = spectrum(samples, &fitted).p_value(frequency_hz, power);
+    Ok(Spin { fitted: (basis, fitted), p_value: Some(p_value) })
+}
+
+/// One harmonic, and a second one where the samples resolve and afford it.
+fn basis(samples: &[InContact], frequency_hz: f64) -> Basis {
+    let resolved = 2.0 * frequency_hz * length_s(samples) < 0.5 * crate::count(samples.len());
+    let harmonics = if resolved && samples.len() >= MIN_SAMPLES_SECOND { 2 } else { 1 };
+    Basis { frequency_hz, harmonics }
+}
+
+fn length_s(samples: &[InContact]) -> f64 {
+    samples[samples.len() - 1].time_s - samples[0].time_s
 }
 
 fn spectrum(samples: &[InContact], fitted: &HarmonicFit) -> Spectrum {
@@ -211,9 +237,8 @@ fn wobble(
     let square_n2 = samples.iter().map(|s| s.fz_n * s.fz_n).sum::<f64>() / n;
     // Variance of each complex amplitude; half of it is along the amplitude.
     let amplitude_mm2 = power / (n * n * square_n2);
-    let length_s = samples[samples.len() - 1].time_s - samples[0].time_s;
     // Rife and Boorstyn 1974: var(ω) = 6 var(A) / (A² T²).
-    let spin_std_hz = (6.0 * amplitude_mm2).sqrt() / (TAU * radius_mm * length_s);
+    let spin_std_hz = (6.0 * amplitude_mm2).sqrt() / (TAU * radius_mm * length_s(samples));
     Wobble {
         spin_hz: if forward >= backward { basis.frequency_hz } else { -basis.frequency_hz },
         spin_std_hz: if options.spin_hz.is_some() { 0.0 } else { spin_std_hz },
@@ -224,22 +249,24 @@ fn wobble(
     }
 }
 
-/// The `Fz`-weighted mean wrench, its moment moved so that it acts at the centre of the orbit.
+/// The mean wrench, weighted as the fit weighs each sample in the centre, its moment moved so
+/// that it acts there.
 ///
-/// With these weights the mean reacts to an error of the sensor as the centre does, to first
-/// order: a moment bias `b` moves both by `b ΣFz/ΣFz²`.
+/// With these weights the mean reacts to an error of the sensor as the centre does: the centre
+/// moves by `b Σaᵢ` under a moment bias `b`, and the mean load is `1/Σaᵢ`.
 fn mean_wrench(
     record: &[Sample],
     samples: &[InContact],
+    influence: &[f64],
     z0_mm: f64,
     center_mm: &Point2<f64>,
 ) -> (Wrench, f64) {
     let (mut force, mut free, mut total) = (Vector3::zeros(), 0.0, 0.0);
-    for s in samples {
+    for (s, share) in samples.iter().zip(influence) {
         let wrench = &record[s.index].wrench;
-        force += wrench.force_n * s.fz_n;
-        free += pressure_point(wrench, z0_mm).free_moment_nmm * s.fz_n;
-        total += s.fz_n;
+        force += wrench.force_n * *share;
+        free += pressure_point(wrench, z0_mm).free_moment_nmm * share;
+        total += share;
     }
     let (force_n, free_moment_nmm) = (force / total, free / total);
     let at = Point3::new(center_mm.x, center_mm.y, z0_mm);

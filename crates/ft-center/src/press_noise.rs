@@ -1,4 +1,4 @@
-//! Covariance of every orbit centre, pooled over the presses.
+//! Covariance of every orbit centre, drawn towards the mean of all presses.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -9,6 +9,9 @@ use crate::{FtCenterError, Noise, SolvedPress};
 /// still have weights: a picometre.
 const FLOOR_MM: f64 = 1e-9;
 
+/// Degrees of freedom that the mean over all presses counts for beside a press's own.
+const MEAN_DOF: f64 = 16.0;
+
 /// Covariances of centres, and the degrees of freedom they are known to.
 #[derive(Clone, Debug)]
 pub(crate) struct CenterNoise {
@@ -18,26 +21,18 @@ pub(crate) struct CenterNoise {
 }
 
 impl CenterNoise {
-    /// Pools the noise of all records, or spreads the declared noise over them.
+    /// Blends the noise of each record with that of all, or spreads the declared noise over them.
     ///
-    /// A record's own covariance rests on a few cosines; as moment noise, `C n ⟨Fz²⟩`, it is the
-    /// same for all presses of one sensor and head, and is averaged over them. Declared noise
-    /// is of one reading, and is widened by how much more than white the records vary slowly.
+    /// A record's own covariance rests on a few cosines; as moment noise, `C n ⟨Fz²⟩`, it is much
+    /// the same for all presses of one sensor and head, and is drawn towards their mean the
+    /// more, the less it is known itself. Declared noise is of one reading, and is widened by
+    /// how much more than white the records vary slowly.
     pub(crate) fn of(
         presses: &[SolvedPress],
         z0_mm: f64,
         noise: Option<Noise>,
     ) -> Result<Self, FtCenterError> {
-        let degrees_of_freedom = presses.iter().map(|p| p.orbit.degrees_of_freedom).sum();
-        let (mut slow, mut all) = (Matrix2::zeros(), Matrix2::zeros());
-        for p in presses {
-            let share = p.orbit.degrees_of_freedom / degrees_of_freedom;
-            let square_n2 = p.orbit.rms_fz_n.powi(2);
-            let samples = crate::count(p.orbit.contact_samples);
-            slow += share * samples * square_n2 * p.orbit.covariance_mm2;
-            all += share * square_n2 * p.orbit.scatter_mm2;
-        }
-        let colour: f64 = if all.trace() > 0.0 { slow.trace() / all.trace() } else { 1.0 };
+        let pooled = Pooled::of(presses);
         if let Some(noise) = noise {
             require_positive(noise.force_n, "force_n")?;
             require_positive(noise.moment_nmm, "moment_nmm")?;
@@ -45,13 +40,64 @@ impl CenterNoise {
         let floor = Matrix2::identity() * FLOOR_MM.powi(2);
         let one = |p: &SolvedPress| {
             let one_sample = match noise {
-                Some(noise) => reading_noise(p, z0_mm, noise) * colour.max(1.0),
-                None => slow,
+                Some(noise) => reading_noise(p, z0_mm, noise) * pooled.colour(),
+                None => {
+                    let own = own_share(p);
+                    slow_noise(p) * own + pooled.slow * (1.0 - own)
+                }
             };
             let samples = crate::count(p.orbit.contact_samples);
             one_sample / (samples * p.orbit.rms_fz_n.powi(2)) + floor
         };
-        Ok(Self { covariances_mm2: presses.iter().map(one).collect(), degrees_of_freedom })
+        let dof = |p: &SolvedPress| {
+            let own = own_share(p);
+            let scatter = own.powi(2) / p.orbit.degrees_of_freedom
+                + (1.0 - own).powi(2) / pooled.degrees_of_freedom;
+            1.0 / scatter
+        };
+        Ok(Self {
+            covariances_mm2: presses.iter().map(one).collect(),
+            degrees_of_freedom: presses.iter().map(dof).sum::<f64>() / crate::count(presses.len()),
+        })
+    }
+}
+
+/// Noise of one sample, of the press itself against the mean of all.
+fn own_share(press: &SolvedPress) -> f64 {
+    let dof = press.orbit.degrees_of_freedom;
+    dof / (dof + MEAN_DOF)
+}
+
+/// What one sample's noise would have to be, were samples independent; N²mm².
+fn slow_noise(press: &SolvedPress) -> Matrix2<f64> {
+    let samples = crate::count(press.orbit.contact_samples);
+    samples * press.orbit.rms_fz_n.powi(2) * press.orbit.covariance_mm2
+}
+
+/// Means over presses, weighted by degrees of freedom.
+struct Pooled {
+    slow: Matrix2<f64>,
+    /// Noise of one sample as it is, slow or not.
+    all: Matrix2<f64>,
+    degrees_of_freedom: f64,
+}
+
+impl Pooled {
+    fn of(presses: &[SolvedPress]) -> Self {
+        let degrees_of_freedom = presses.iter().map(|p| p.orbit.degrees_of_freedom).sum();
+        let (mut slow, mut all) = (Matrix2::zeros(), Matrix2::zeros());
+        for p in presses {
+            let share = p.orbit.degrees_of_freedom / degrees_of_freedom;
+            slow += share * slow_noise(p);
+            all += share * p.orbit.rms_fz_n.powi(2) * p.orbit.scatter_mm2;
+        }
+        Self { slow, all, degrees_of_freedom }
+    }
+
+    /// How much larger the noise of a mean is than that of as many independent samples.
+    fn colour(&self) -> f64 {
+        let white = self.all.trace();
+        if white > 0.0 { (self.slow.trace() / white).max(1.0) } else { 1.0 }
     }
 }
 

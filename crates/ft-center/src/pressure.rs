@@ -24,7 +24,8 @@ pub struct PressurePoint {
 ///
 /// # Errors
 ///
-/// [`FtCenterError::NotFinite`], [`FtCenterError::NoContact`] when `|Fz| < min_fz_n`, and
+/// [`FtCenterError::NotFinite`] with the position in `[fx, fy, fz, mx, my, mz]`,
+/// [`FtCenterError::InvalidHeight`], [`FtCenterError::NoContact`] when `|Fz| < min_fz_n`, and
 /// [`FtCenterError::NotPositive`] for the gate itself.
 pub fn center_of_pressure(
     wrench: &Wrench,
@@ -32,9 +33,11 @@ pub fn center_of_pressure(
     min_fz_n: f64,
 ) -> Result<PressurePoint, FtCenterError> {
     require_positive(min_fz_n, "min_fz_n")?;
-    let finite = wrench.force_n.iter().chain(wrench.torque_nmm.iter()).all(|v| v.is_finite());
-    if !finite || !z0_mm.is_finite() {
-        return Err(FtCenterError::NotFinite { index: 0 });
+    if !z0_mm.is_finite() {
+        return Err(FtCenterError::InvalidHeight { z0_mm });
+    }
+    if let Some(index) = wrench.to_vector().iter().position(|v| !v.is_finite()) {
+        return Err(FtCenterError::NotFinite { index });
     }
     let fz_n = wrench.force_n.z;
     if fz_n.abs() < min_fz_n {

@@ -7,17 +7,20 @@ use nalgebra::Complex;
 /// Most cells that a record is sorted into; a 30 s record then reaches 2 kHz.
 const MAX_CELLS: usize = 1 << 17;
 
-/// Bins on either side of a line that its own leakage dominates.
-const LINE_BINS: usize = 4;
+/// Bins on either side of a line that are the line itself.
+const LINE_BINS: usize = 2;
 
 /// Bins on either side that show the noise around a line.
 const NEIGHBOUR_BINS: usize = 24;
 
 /// Fewest neighbours from which the noise around a line can be told.
-const MIN_NEIGHBOURS: usize = 12;
+const MIN_NEIGHBOURS: f64 = 12.0;
 
-/// Median of the sum of two unit exponentials, Γ(2, 1).
-const MEDIAN_OF_TWO: f64 = 1.678_346_990;
+/// Mean logarithm of the sum of two unit exponentials, ψ(2) = 1 − γ.
+const MEAN_LOG_OF_TWO: f64 = 0.422_784_335_098_467_1;
+
+/// Variance of the same logarithm, ψ'(2) = π²/6 − 1.
+const LOG_VARIANCE_OF_TWO: f64 = 0.644_934_066_848_226_4;
 
 /// Power of `x + iy` at positive frequencies, both senses of rotation added.
 ///
@@ -31,13 +34,6 @@ pub(crate) struct Spectrum {
     first: usize,
     /// One past the last bin under the mean Nyquist frequency.
     end: usize,
-}
-
-/// The highest line of a spectrum.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Peak {
-    pub(crate) frequency_hz: f64,
-    pub(crate) p_value: f64,
 }
 
 impl Spectrum {
@@ -66,25 +62,40 @@ impl Spectrum {
         Self { power, bin_hz: 0.5 / length_s, first: 4, end: n.min(half) }
     }
 
-    /// The highest line and the chance of noise alone making it, over all bins searched.
-    pub(crate) fn peak(&self) -> Option<Peak> {
-        let strength = |k: usize| Some((k, self.power[k] / self.background(k)?));
-        let (k, ratio) =
-            (self.first..self.end).filter_map(strength).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let trials = 0.5 * crate::count(self.end - self.first);
-        let frequency_hz = crate::count(k) * self.bin_hz;
-        Some(Peak { frequency_hz, p_value: (trials * tail(ratio)).min(1.0) })
+    /// Frequencies of the highest line and of the one that stands out most from its neighbours,
+    /// which slow noise or the leakage of the line itself may tell apart.
+    pub(crate) fn candidates_hz(&self) -> Vec<f64> {
+        let highest = |strength: &dyn Fn(usize) -> Option<f64>| {
+            let bins = (self.first..self.end).filter_map(|k| Some((k, strength(k)?)));
+            bins.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
+        };
+        let tallest = highest(&|k| Some(self.power[k]));
+        let clearest = highest(&|k| Some(self.background(k)?.ratio(self.power[k])));
+        let mut bins: Vec<_> = tallest.into_iter().chain(clearest).collect();
+        bins.dedup();
+        bins.into_iter().map(|k| crate::count(k) * self.bin_hz).collect()
     }
 
-    /// Chance of noise alone at one frequency; `None` where the noise around it is not seen.
-    pub(crate) fn p_value_at(&self, frequency_hz: f64) -> Option<f64> {
-        let k = self.bin(frequency_hz)?;
-        Some(tail(self.power[k] / self.background(k)?))
+    /// Power of both senses of rotation at a frequency.
+    pub(crate) fn power(&self, frequency_hz: f64) -> f64 {
+        self.bin(frequency_hz).map_or(0.0, |k| self.power[k])
+    }
+
+    /// Chance that noise like that of this spectrum makes a line of `power` at a frequency; 1
+    /// where the noise around it is not seen.
+    pub(crate) fn p_value(&self, frequency_hz: f64, power: f64) -> f64 {
+        let background = self.bin(frequency_hz).and_then(|k| self.background(k));
+        background.map_or(1.0, |b| tail(b.ratio(power)))
+    }
+
+    /// Independent frequencies that are searched.
+    pub(crate) fn trials(&self) -> f64 {
+        0.5 * crate::count(self.end.saturating_sub(self.first))
     }
 
     /// Mean power of the noise around a frequency, one sense of rotation.
     pub(crate) fn noise_power(&self, frequency_hz: f64) -> Option<f64> {
-        self.background(self.bin(frequency_hz)?)
+        Some(self.background(self.bin(frequency_hz)?)?.power)
     }
 
     fn bin(&self, frequency_hz: f64) -> Option<usize> {
@@ -97,17 +108,65 @@ impl Spectrum {
         (k < crate::count(self.power.len())).then_some(k as usize)
     }
 
-    /// Mean noise power of one sense of rotation around bin `k`, by the median of its neighbours.
-    fn background(&self, k: usize) -> Option<f64> {
+    /// Mean noise power of one sense of rotation around bin `k`: a power law through its
+    /// neighbours, so that the steep spectrum of slow noise makes no line of its own.
+    fn background(&self, k: usize) -> Option<Background> {
         let below = k.saturating_sub(2 * NEIGHBOUR_BINS).max(1)..k.saturating_sub(2 * LINE_BINS);
         let above = k + 2 * LINE_BINS + 1..(k + 2 * NEIGHBOUR_BINS + 1).min(self.end);
-        let mut around: Vec<_> = below.chain(above).map(|j| self.power[j]).collect();
-        if around.len() < MIN_NEIGHBOURS {
+        let mut sums = LineFit::default();
+        let origin = crate::count(k.max(1)).ln();
+        for j in below.chain(above).filter(|&j| self.power[j] > 0.0) {
+            sums.add(crate::count(j).ln() - origin, self.power[j].ln());
+        }
+        sums.at_origin()
+    }
+}
+
+/// Noise around a line.
+#[derive(Clone, Copy, Debug)]
+struct Background {
+    /// Mean power of one sense of rotation.
+    power: f64,
+    /// Standard uncertainty of its logarithm.
+    log_std: f64,
+}
+
+impl Background {
+    /// Power of a line over the noise, the noise taken two standard uncertainties up.
+    fn ratio(&self, line: f64) -> f64 {
+        line / (self.power * (2.0 * self.log_std).exp())
+    }
+}
+
+/// Straight line through logarithms of power.
+#[derive(Clone, Copy, Debug, Default)]
+struct LineFit {
+    n: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl LineFit {
+    fn add(&mut self, x: f64, y: f64) {
+        self.n += 1.0;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+    }
+
+    /// Height at `x = 0`; `None` where too few points tell.
+    fn at_origin(&self) -> Option<Background> {
+        let spread = self.n * self.xx - self.x * self.x;
+        if self.n < MIN_NEIGHBOURS || spread <= 0.0 {
             return None;
         }
-        let middle = around.len() / 2;
-        let (_, median, _) = around.select_nth_unstable_by(middle, f64::total_cmp);
-        Some(*median / MEDIAN_OF_TWO)
+        let height = (self.xx * self.y - self.x * self.xy) / spread;
+        // Neighbouring bins, half as wide as the record resolves, are correlated in pairs.
+        let variance = 2.0 * LOG_VARIANCE_OF_TWO * self.xx / spread;
+        Some(Background { power: (height - MEAN_LOG_OF_TWO).exp(), log_std: variance.sqrt() })
     }
 }
 

@@ -68,6 +68,9 @@ pub fn contact_on_surface(
     min_force_n: f64,
 ) -> Result<SurfaceContact, FtCenterError> {
     require_positive(min_force_n, "min_force_n")?;
+    if let Some(index) = wrench.to_vector().iter().position(|v| !v.is_finite()) {
+        return Err(FtCenterError::NotFinite { index });
+    }
     let size_n = wrench.force_n.norm();
     if size_n < min_force_n {
         return Err(FtCenterError::NoContact { fz_n: size_n, min_fz_n: min_force_n });

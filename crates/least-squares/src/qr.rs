@@ -1,21 +1,33 @@
-//! Householder factorisation on contiguous columns, and damped steps from its factor.
+//! Pivoted Householder factorisation on contiguous columns, and damped steps from its factor.
 //!
-//! The iteration has its own because a library call costs more than the arithmetic here: on
-//! 60 × 6 this factor takes 1.0 µs, `faer`'s pivoted one 6 µs and `nalgebra`'s 1.6 µs
-//! (`cargo bench --bench dense`).
+//! The iteration has its own because a library call costs more than the arithmetic here: see
+//! `benches/dense.rs`, which times it beside the factorisations of `faer` and `nalgebra`.
 
 use nalgebra::{DMatrix, DVector};
 
-/// `A = Q R` with `Q` as reflectors.
+/// Share of a column's length, left by the columns before it, that is rounding.
+const DEPENDENT: f64 = 1e-14;
+/// Share of its last exact value from which a running remainder has to be computed anew.
+const STALE: f64 = 1e-3;
+
+/// `A P = Q R` with `Q` as reflectors, dependent columns last.
 pub(crate) struct Qr {
     /// Reflectors on and below the diagonal, `R` above it; at least as many rows as columns.
     packed: DMatrix<f64>,
     /// Diagonal of `R`.
     diagonal: DVector<f64>,
+    /// Column of `A` for each column of `R`.
+    order: Vec<usize>,
+    /// Columns that the ones before them do not span.
+    rank: usize,
+    /// Squared length left of each column, over its whole; and when last computed exactly.
+    remaining: Vec<[f64; 2]>,
     /// Scratch of [`Qr::solve_damped`]: rows of the damped factor as columns.
     rows: DMatrix<f64>,
     /// The row of `√λ D` being rotated into the factor.
     incoming: DVector<f64>,
+    /// Right-hand side, then solution, in the order of the columns of `R`.
+    solution: DVector<f64>,
 }
 
 impl Qr {
@@ -23,43 +35,78 @@ impl Qr {
         Self {
             packed: DMatrix::zeros(rows.max(columns), columns),
             diagonal: DVector::zeros(columns),
+            order: Vec::with_capacity(columns),
+            rank: 0,
+            remaining: Vec::with_capacity(columns),
             rows: DMatrix::zeros(columns, columns),
             incoming: DVector::zeros(columns),
+            solution: DVector::zeros(columns),
         }
     }
 
-    /// Factors `a`; rows of zeros stand in for those that a wide matrix lacks.
-    pub(crate) fn factor(&mut self, a: &DMatrix<f64>) {
+    /// Factors `a`, whose columns have the given lengths; rows of zeros stand in for those that
+    /// a wide matrix lacks.
+    pub(crate) fn factor(&mut self, a: &DMatrix<f64>, lengths: &DVector<f64>) {
+        let columns = a.ncols();
         self.packed.fill(0.0);
         self.packed.rows_mut(0, a.nrows()).copy_from(a);
+        self.order.clear();
+        self.order.extend(0..columns);
+        self.remaining.clear();
+        self.remaining.extend(lengths.iter().map(|l| [if *l > 0.0 { 1.0 } else { 0.0 }; 2]));
+        self.rank = (0..columns).find(|&k| !self.eliminate(k, lengths)).unwrap_or(columns);
+        for k in self.rank..columns {
+            self.diagonal[k] = 0.0;
+            self.packed.column_mut(k).rows_range_mut(self.rank..).fill(0.0);
+        }
+    }
+
+    /// Brings the most independent column to place `k` and reflects it; false if none is left.
+    fn eliminate(&mut self, k: usize, lengths: &DVector<f64>) -> bool {
+        let largest = |best: usize, j: usize| {
+            if self.remaining[j][0] > self.remaining[best][0] { j } else { best }
+        };
+        let pivot = (k..self.order.len()).fold(k, largest);
+        if self.remaining[pivot][0] <= DEPENDENT * DEPENDENT {
+            return false;
+        }
+        self.packed.swap_columns(k, pivot);
+        self.order.swap(k, pivot);
+        self.remaining.swap(k, pivot);
         let height = self.packed.nrows();
-        for k in 0..self.packed.ncols() {
-            let (head, rest) = self.packed.as_mut_slice().split_at_mut((k + 1) * height);
-            let reflector = &mut head[k * height + k..];
-            self.diagonal[k] = reflect(reflector);
-            for column in rest.chunks_exact_mut(height) {
-                apply(reflector, &mut column[k..]);
+        let (head, rest) = self.packed.as_mut_slice().split_at_mut((k + 1) * height);
+        let reflector = &mut head[k * height + k..];
+        self.diagonal[k] = reflect(reflector);
+        for (i, column) in rest.chunks_exact_mut(height).enumerate() {
+            apply(reflector, &mut column[k..]);
+            let j = k + 1 + i;
+            let length = lengths[self.order[j]];
+            let [left, exact] = &mut self.remaining[j];
+            *left -= (column[k] / length).powi(2);
+            if *left <= STALE * *exact {
+                let tail = &column[k + 1..];
+                *left = dot(tail, tail) / (length * length);
+                *exact = *left;
             }
         }
+        true
     }
 
-    /// What the columns before it leave of a column, up to sign.
-    pub(crate) fn diagonal(&self, column: usize) -> f64 {
-        self.diagonal[column]
-    }
-
-    /// Overwrites the leading rows of `v` with `Qᵀ v`; `v` has as many rows as `A`, or more.
+    /// Overwrites the leading rows of `v` with `Qᵀ v`, nought where no column leads; `v` has as
+    /// many rows as `A`, or more.
     pub(crate) fn q_transpose_mul(&self, v: &mut DVector<f64>) {
-        let height = self.packed.nrows();
-        for (k, column) in self.packed.as_slice().chunks_exact(height.max(1)).enumerate() {
+        let height = self.packed.nrows().max(1);
+        let reflectors = self.packed.as_slice().chunks_exact(height).take(self.rank);
+        for (k, column) in reflectors.enumerate() {
             apply(&column[k..], &mut v.as_mut_slice()[k..]);
         }
+        v.rows_range_mut(self.rank..self.order.len()).fill(0.0);
     }
 
-    /// Solves `min ‖R x + b‖² + λ‖D x‖²` by Givens rotations (Moré 1978, section 3).
+    /// Solves `min ‖A x + r‖² + λ‖D x‖²` by Givens rotations (Moré 1978, section 3).
     ///
-    /// `b` holds the leading rows of `Qᵀ r`. The result is not finite where `R` is singular and
-    /// `λ` does not make up for it.
+    /// `b` holds the leading rows of `Qᵀ r`. A dependent column takes no step where `λ` is
+    /// nought.
     pub(crate) fn solve_damped(
         &mut self,
         b: &DVector<f64>,
@@ -67,30 +114,32 @@ impl Qr {
         scale: &DVector<f64>,
         x: &mut DVector<f64>,
     ) {
-        let n = self.diagonal.len();
+        let n = self.order.len();
         for k in 0..n {
             self.rows[(k, k)] = self.diagonal[k];
             for j in k + 1..n {
                 self.rows[(j, k)] = self.packed[(k, j)];
             }
-            x[k] = -b[k];
+            self.solution[k] = -b[k];
         }
         let root = damping.sqrt();
-        for k in 0..n {
-            if root > 0.0 {
-                self.rotate_in(k, root * scale[k], x);
+        if root > 0.0 {
+            for k in 0..n {
+                self.rotate_in(k, root * scale[self.order[k]]);
             }
         }
         for k in (0..n).rev() {
             let row = self.rows.column(k);
-            let known: f64 = (k + 1..n).map(|j| row[j] * x[j]).sum();
-            x[k] = (x[k] - known) / row[k];
+            let known: f64 = (k + 1..n).map(|j| row[j] * self.solution[j]).sum();
+            let left = self.solution[k] - known;
+            self.solution[k] = if left == 0.0 { 0.0 } else { left / row[k] };
+            x[self.order[k]] = self.solution[k];
         }
     }
 
     /// Rotates the row `value · e_first` into the factor.
-    fn rotate_in(&mut self, first: usize, value: f64, rhs: &mut DVector<f64>) {
-        let n = self.diagonal.len();
+    fn rotate_in(&mut self, first: usize, value: f64) {
+        let n = self.order.len();
         self.incoming.fill(0.0);
         self.incoming[first] = value;
         let mut incoming_rhs = 0.0;
@@ -105,8 +154,8 @@ impl Qr {
                 self.rows[(j, k)] = cos * kept + sin * new;
                 self.incoming[j] = cos * new - sin * kept;
             }
-            let kept = rhs[k];
-            rhs[k] = cos * kept + sin * incoming_rhs;
+            let kept = self.solution[k];
+            self.solution[k] = cos * kept + sin * incoming_rhs;
             incoming_rhs = cos * incoming_rhs - sin * kept;
         }
     }

@@ -17,8 +17,6 @@ const POLISH_RATE: f64 = 0.9;
 const UNRESOLVED_CORRELATION: f64 = 1e-7;
 /// Share of the start's residual below which nothing is left to fit.
 const NOTHING_LEFT: f64 = 1e-31;
-/// Share of a column, left by those before it, that is rounding: the column is theirs.
-const DEPENDENT: f64 = 1e-14;
 
 /// How a search scales and bends its steps.
 #[derive(Clone, Copy, Debug)]
@@ -190,16 +188,11 @@ impl<'a, P: Problem> Search<'a, P> {
     }
 
     fn factor(&mut self) {
-        self.qr.factor(&self.at.jacobian);
+        self.qr.factor(&self.at.jacobian, &self.at.column_norms);
         let rows = self.at.weighted.len();
         self.rotated.rows_mut(0, rows).copy_from(&self.at.weighted);
         self.rotated.rows_range_mut(rows..).fill(0.0);
         self.qr.q_transpose_mul(&mut self.rotated);
-        for (k, &norm) in self.at.column_norms.iter().enumerate() {
-            if self.qr.diagonal(k).abs() <= DEPENDENT * norm {
-                self.rotated[k] = 0.0;
-            }
-        }
         let memory = self.style.scale_memory;
         for (scale, &norm) in self.scale.iter_mut().zip(&self.at.column_norms) {
             *scale = f64::max(memory * *scale, norm);

@@ -102,6 +102,7 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         let added = order.iter().find(|&&i| add(chosen, keep, &[&hearing.judged[i]])).copied();
         let pair = if added.is_none() {
             find_pair(setting, &bench, &hearing)
+                .filter(|pair| !one_shape_is_better(setting, &bench, pair))
                 .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
         } else {
             None
@@ -111,6 +112,25 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
             return;
         }
     }
+}
+
+/// Difference of the Bayesian information criterion that is worth mentioning (Raftery 1995).
+const WORTH_MENTIONING: f64 = 2.0;
+
+/// Whether a single shape along a covariate describes the data better than two named effects.
+fn one_shape_is_better(setting: &Setting<'_>, bench: &Bench<'_>, pair: &[Judged; 2]) -> bool {
+    let judged = hear_covariates(setting, bench);
+    let order = eligible(&judged, setting.options.alpha * QUARTER);
+    let n = count(bench.lin.rows.len());
+    let before = bench.lin.clean_residual().norm_squared();
+    order.iter().any(|&i| {
+        let test = &judged[i].test;
+        let Source::Empirical(shape) = &judged[i].candidate.source else { return false };
+        // Unlike two effects, a shape brings its constants along: they count here.
+        let left = (test.variance * count(test.dof) / before).max(f64::MIN_POSITIVE);
+        let criterion = n * left.ln() + count(test.directions + shape.constants) * n.ln();
+        criterion < pair[0].criterion - WORTH_MENTIONING
+    })
 }
 
 /// Significant candidates that generalise, the best description of the data first.

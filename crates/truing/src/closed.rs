@@ -132,12 +132,17 @@ pub struct LoopNotObservable {
 /// As [`solve`](crate::solve), and [`Error::Loop`].
 pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let started = Instant::now();
+    let declared = case.measured.fit()?;
     let prepared = case.measured.prepare()?;
     let options = case.loop_settings.options();
     let closure = model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, &options)
         .map_err(|source| case.loop_error(source))?;
     let estimates = (prepared.estimates)(&closure);
-    let warnings = case.warnings.iter().chain(&closure.warnings).cloned().collect();
+    let warnings = (case.warnings.iter())
+        .chain(&declared.warnings)
+        .chain(&closure.warnings)
+        .cloned()
+        .collect();
     Ok(Closed {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use frame_fit::FrameFitError;
+use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
 
@@ -19,7 +19,7 @@ pub enum Error {
         problem: Box<Problem>,
     },
     /// No transform can be had from the points.
-    #[error("{at}: {source}")]
+    #[error("{at}: {source}{}", left_free(source))]
     FrameFit {
         /// The table.
         at: Box<Location>,
@@ -27,7 +27,7 @@ pub enum Error {
         source: FrameFitError,
     },
     /// No centre can be had from the wrenches.
-    #[error("{at}: {source}")]
+    #[error("{at}: {source}{}", frame_left_free(source))]
     FtCenter {
         /// The table, and the line where one is to blame.
         at: Box<Location>,
@@ -129,5 +129,29 @@ impl Error {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         if self.is_undetermined() { 3 } else { 2 }
+    }
+}
+
+/// What too few points leave free, which the count alone does not say.
+fn left_free(error: &FrameFitError) -> &'static str {
+    match error {
+        FrameFitError::TooFewPoints { got: 0, .. } => "; the whole transform is free",
+        FrameFitError::TooFewPoints { transform: Transform::Affine, .. } => {
+            "; stretch and shear off the points are free"
+        }
+        FrameFitError::TooFewPoints { got: 1, .. } => "; the rotation about the one point is free",
+        FrameFitError::TooFewPoints { .. } => {
+            "; the rotation about the line through the points is free"
+        }
+        _ => "",
+    }
+}
+
+/// What too few presses leave free.
+fn frame_left_free(error: &FtCenterError) -> &'static str {
+    match error {
+        FtCenterError::TooFewFramePoints { got: 0, .. } => "; the whole frame is free",
+        FtCenterError::TooFewFramePoints { .. } => "; the frame's angle is free",
+        _ => "",
     }
 }

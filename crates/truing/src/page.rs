@@ -46,7 +46,8 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     };
     let evidence = Evidence::Closed(closure);
     // The page shows the closure's own warnings by itself.
-    Ok(page(case, &prepared, &parameters, evidence, plots, &case.warnings))
+    let warnings: Vec<String> = case.warnings.iter().chain(&declared.warnings).cloned().collect();
+    Ok(page(case, &prepared, &parameters, evidence, plots, &warnings))
 }
 
 fn page(

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point2, Point3};
 
 /// Umeyama, IEEE PAMI 13 (1991) 376-380, the example at the end of section III: three points
 /// that a reflection would map better. Three digits are printed. The mean squared error is that
-/// of its equation 33 by hand: σ_y² − tr(DS)²/σ_x² = 10/9 − (10/9) c² = 0.533.
+/// of its equation 33 by hand: `σ_y² − tr(DS)²/σ_x²` = 10/9 − (10/9) c² = 0.533.
 #[test]
 fn umeyama_1991_example() {
     let pairs = [([0.0, 0.0], [0.0, 0.0]), ([1.0, 0.0], [-1.0, 0.0]), ([0.0, 2.0], [0.0, 2.0])]

@@ -107,7 +107,7 @@ fn survive<const D: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(crate::seeded(400))]
 
     #[test]
     fn nothing_panics(

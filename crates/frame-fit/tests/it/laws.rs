@@ -101,7 +101,7 @@ fn nudge<const D: usize>(rng: &mut ChaCha8Rng, transform: Transform, size: f64) 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::seeded(60))]
 
     #[test]
     fn exact_points_are_recovered(seed in any::<u64>()) {

@@ -15,7 +15,7 @@ const PLACEMENT: Placement =
     Placement { angle_rad: 0.4, mirrored: false, shift_mm: Vector2::new(-210.0, 95.0) };
 
 /// Presses on a 3 × 3 grid of 40 mm pitch, the loads in turn; `fault` spoils each reading.
-fn grid(
+pub(crate) fn grid(
     loads_n: &[f64],
     lateral_n: f64,
     colour: &Colour,

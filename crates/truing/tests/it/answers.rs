@@ -279,3 +279,28 @@ fn check_says_when_there_is_too_little_for_the_loop() {
     let message = case.message("loop", 3);
     assert!(message.contains("measure at least 3 groups"), "{message}");
 }
+
+#[test]
+fn a_mirrored_frame_is_said_by_every_command() {
+    let case = Case::example("frame-fit");
+    let text = std::fs::read_to_string(case.file("pairs.csv")).unwrap();
+    let mirrored = text.lines().map(|line| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if cells.len() > 6 && cells[6].parse::<f64>().is_ok() {
+            cells[6] = format!("{}", -cells[6].parse::<f64>().unwrap());
+        }
+        cells.join(",") + "\n"
+    });
+    case.write("pairs.csv", mirrored.collect::<String>());
+    for command in ["solve", "loop", "check"] {
+        let warnings = case.json(command)["warnings"].to_string();
+        assert!(warnings.contains("set `[model] handedness = \\\"improper\\\"`"), "{warnings}");
+    }
+    case.replace("case.toml", "# handedness = \"proper\"", "handedness = \"improper\"");
+    let answer = case.json("solve");
+    assert_eq!(answer["warnings"], json!([]));
+    assert_eq!(answer["estimates"]["handedness"], "improper");
+    assert_eq!(answer["estimates"]["angles_deg"], Value::Null, "a reflection has no angles");
+    // The noise of the example, 0.01 mm in three coordinates, and half as much again.
+    assert!(number(&answer["residual"]["rms"]) < 0.026);
+}

@@ -129,6 +129,7 @@ fn frames_that_are_not_determined() {
     case.write("presses.csv", text.replace(",frame,", ",check,"));
     let text = message(&case, 3);
     assert!(text.contains("0 presses at known positions (use = frame), need"), "{text}");
+    assert!(text.ends_with("; the whole frame is free"), "{text}");
 }
 
 #[test]

@@ -344,7 +344,13 @@ fn points_that_do_not_determine_the_transform() {
     let case = planar();
     case.write("pairs.csv", "point,from_x_mm,from_y_mm,to_x_mm,to_y_mm\na,0,0,10,0\n");
     let message = case.message("solve", 3);
-    assert!(message.contains("a rigid transform needs at least 2 points, got 1"), "{message}");
+    assert!(
+        message.ends_with(
+            "a rigid transform needs at least 2 points, got 1; the rotation about the one point \
+             is free"
+        ),
+        "{message}"
+    );
     case.write("case.toml", "kind = \"frame-fit\"\n");
     let line = "point,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm\n\
                 a,0,0,0,10,0,0\nb,50,0,0,60,0,0\nc,70,0,0,80,0,0\nd,99,0,0,109,0,0\n";
@@ -353,6 +359,9 @@ fn points_that_do_not_determine_the_transform() {
         let message = case.message(command, 3);
         assert!(message.contains("rotation about the line (1.000, 0.000, 0.000)"), "{message}");
     }
+    case.write("pairs.csv", line.lines().take(3).collect::<Vec<_>>().join("\n"));
+    let message = case.message("solve", 3);
+    assert!(message.contains("the rotation about the line through the points is free"));
 }
 
 #[test]

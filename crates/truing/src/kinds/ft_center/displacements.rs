@@ -4,7 +4,7 @@ use ft_center::{Displacement, DisplacementModel};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use serde::Serialize;
 
-use super::{DISPLACEMENTS, Settings, error, unused};
+use super::{CenterEstimate, DISPLACEMENTS, FrameEstimate, Settings, error, unused};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
@@ -18,10 +18,10 @@ const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm"];
 /// What a table of displacements is solved for: nothing but its own residual.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DisplacementEstimates {
-    /// Always `null`: displacements do not place the sensor.
-    pub frame: (),
+    /// Always `None`: displacements do not place the sensor.
+    pub frame: Option<FrameEstimate>,
     /// Always empty.
-    pub centers: [(); 0],
+    pub centers: Vec<CenterEstimate>,
     /// One per row.
     pub points: Vec<DisplacementResidual>,
 }
@@ -127,7 +127,7 @@ impl DisplacementCase {
                 residual_mm: residual(i),
             })
             .collect();
-        Estimates::Displacements(DisplacementEstimates { frame: (), centers: [], points })
+        Estimates::Displacements(DisplacementEstimates { frame: None, centers: Vec::new(), points })
     }
 }
 

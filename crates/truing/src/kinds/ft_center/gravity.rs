@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::displacements::recorded;
 use super::wrench::wrenches;
-use super::{GRAVITY, ModelSettings, Settings, error, unused};
+use super::{CenterEstimate, FrameEstimate, GRAVITY, ModelSettings, Settings, error, unused};
 use crate::Error;
 use crate::case::{
     Columns, Document, Finite, Folder, Location, NumberColumn, Problem, Table, group_names,
@@ -30,10 +30,10 @@ const LENGTH_TOL: f64 = 1e-3;
 /// What static poses are solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GravityEstimates {
-    /// Always `null`: poses do not place the sensor.
-    pub frame: (),
+    /// Always `None`: poses do not place the sensor.
+    pub frame: Option<FrameEstimate>,
     /// Always empty.
-    pub centers: [(); 0],
+    pub centers: Vec<CenterEstimate>,
     /// What the sensor reads under no load.
     pub bias: WrenchEstimate,
     /// Weight of the tool beyond the sensor.
@@ -86,8 +86,8 @@ impl GravityEstimates {
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let mean_square = misses.iter().map(|m| m * m).sum::<f64>() / misses.len() as f64;
         Self {
-            frame: (),
-            centers: [],
+            frame: None,
+            centers: Vec::new(),
             bias: WrenchEstimate {
                 fx_n: bias[0],
                 fy_n: bias[1],
