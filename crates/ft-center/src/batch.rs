@@ -211,7 +211,7 @@ impl<'a> WrenchArrays<'a> {
 }
 
 impl Sums {
-    #[inline(always)]
+    #[inline]
     fn add(&mut self, z0_mm: f64, min_fz_n: f64, [fx, fy, fz, mx, my, mz]: [f64; 6]) {
         let touching = fz.abs() >= min_fz_n;
         // A product with zero keeps NaN, so that it is seen.

@@ -1,4 +1,37 @@
 //! Where a polishing head really presses, from a six-axis force/torque sensor.
+//!
+//! - [`center_of_pressure`] solves one wrench, [`solve_orbit`] the record of a spinning, wobbling
+//!   head: centre of the orbit with its covariance under coloured noise, spin and wobble.
+//! - [`fit_sensor_frame`] places the sensor in the machine by presses at known positions, mirrored
+//!   where the z axes oppose each other; [`fit_affine_frame`] shows scale and shear.
+//! - [`locate`] puts presses together: found − commanded position is the offset to compensate.
+//! - [`contact_on_surface`] finds the contact on a curved workpiece on top of the sensor,
+//!   [`Monitor`] follows it live without allocating, [`solve_batch`] reads millions of samples once.
+//! - [`PressModel`], [`DisplacementModel`] and [`GravityModel`] are these measurements as models for
+//!   the loop of `model_discrepancy`, with the effects that they may lack.
+//!
+//! A wrench acts *on* the sensor, its moment is about the sensor's reference point: `M = p × F`.
+//! Lengths are in mm, forces in N, moments in N·mm, angles in rad, times in s. The normal force of
+//! a press may have either sign, but one sign throughout a record.
+//!
+//! Source: [A], a patent on locating polishing heads by a force sensor, with the numbers of its
+//! equations; `docs/ft-center.md` in the repository lists what it gets wrong.
+//!
+//! ```
+//! use ft_center::center_of_pressure;
+//! use geometry::Wrench;
+//! use nalgebra::{Point3, Vector3};
+//!
+//! // 40 N down and 3 N sideways at (12, −7) on a platform 30 mm high, and a pad's friction couple.
+//! let at = Point3::new(12.0, -7.0, 30.0);
+//! let mut wrench = Wrench::of_force(Vector3::new(3.0, 0.0, -40.0), &at);
+//! wrench.torque_nmm.z += 150.0;
+//!
+//! let found = center_of_pressure(&wrench, 30.0, 5.0)?;
+//! assert!((found.position_mm - at.xy()).norm() < 1e-12);
+//! assert!((found.free_moment_nmm - 150.0).abs() < 1e-10);
+//! # Ok::<(), ft_center::FtCenterError>(())
+//! ```
 
 mod affine;
 mod batch;
@@ -53,3 +86,7 @@ pub use surface_contact::{CoupleAxis, SurfaceContact, contact_on_surface};
 fn count(n: usize) -> f64 {
     n as f64
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

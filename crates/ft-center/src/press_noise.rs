@@ -39,12 +39,11 @@ impl CenterNoise {
         }
         let floor = Matrix2::identity() * FLOOR_MM.powi(2);
         let one = |p: &SolvedPress| {
-            let one_sample = match noise {
-                Some(noise) => reading_noise(p, z0_mm, noise) * pooled.colour(),
-                None => {
-                    let own = own_share(p);
-                    slow_noise(p) * own + pooled.slow * (1.0 - own)
-                }
+            let one_sample = if let Some(noise) = noise {
+                reading_noise(p, z0_mm, noise) * pooled.colour()
+            } else {
+                let own = own_share(p);
+                slow_noise(p) * own + pooled.slow * (1.0 - own)
             };
             let samples = crate::count(p.orbit.contact_samples);
             one_sample / (samples * p.orbit.rms_fz_n.powi(2)) + floor

@@ -5,9 +5,13 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// What is wrong with a reading, as amplitudes of effects; all zero in the declared model.
 ///
-/// `(Mx, My)` reads `gain · (I + shear) · (M + fz_into_moment · Fz + lateral_into_moment · (Fx, Fy))
-/// + bias + drift · elapsed`, and `Fz` reads `gain · (Fz + moment_into_fz · M) + bias + drift ·
-/// elapsed`, with the true wrench on the right.
+/// With the true wrench on the right, `(Mx, My)` reads
+///
+/// ```text
+/// gain·(I + shear)·(M + fz_into_moment·Fz + lateral_into_moment·(Fx, Fy)) + bias + drift·elapsed
+/// ```
+///
+/// and `Fz` reads `gain·(Fz + moment_into_fz·M) + bias + drift·elapsed`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SensorErrors {
     pub(crate) moment_bias_nmm: Vector2<f64>,

@@ -224,7 +224,7 @@ mod tests {
         transform(&mut fast);
         for (k, value) in fast.iter().enumerate() {
             let term = |(i, v): (usize, &Complex<f64>)| {
-                v * Complex::from_polar(1.0, -TAU * (i * k) as f64 / f64::from(n))
+                v * Complex::from_polar(1.0, -TAU * crate::count(i * k) / f64::from(n))
             };
             let slow: Complex<f64> = x.iter().enumerate().map(term).sum();
             assert!((slow - value).norm() < EXACT * f64::from(n), "bin {k}");

@@ -42,9 +42,9 @@ fn sample(i: u32) -> Sample {
     let angle = f64::from(i) * 0.1;
     let radius_mm = if i % 11 == 10 { 500.0 } else { 20.0 };
     let at = Point3::new(radius_mm * angle.cos(), radius_mm * angle.sin(), 120.0);
-    let load_n = if i % 17 == 0 { 0.5 } else { 40.0 };
+    let load_n = if i.is_multiple_of(17) { 0.5 } else { 40.0 };
     let mut wrench = Wrench::of_force(Vector3::new(2.0, -1.0, -load_n), &at);
-    wrench.torque_nmm.z += if i % 23 == 0 { f64::NAN } else { 150.0 };
+    wrench.torque_nmm.z += if i.is_multiple_of(23) { f64::NAN } else { 150.0 };
     Sample { time_s: f64::from(i) * 1e-3, wrench }
 }
 

@@ -63,7 +63,8 @@ fn a_rotation_misses_a_mirrored_circle_by_its_radius_times_root_two() {
 
     let forced = fit_sensor_frame(&points, Some(Handedness::Same)).unwrap();
     assert_eq!(forced.handedness_source, HandednessSource::Given);
-    let rms = (forced.residuals_mm.iter().map(|r| r.norm_squared()).sum::<f64>() / 3.0).sqrt();
+    let rms =
+        (forced.residuals_mm.iter().map(nalgebra::Matrix::norm_squared).sum::<f64>() / 3.0).sqrt();
     assert!(rms > 42.0, "{rms} mm");
 }
 

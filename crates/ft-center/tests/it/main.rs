@@ -1,4 +1,11 @@
 //! Tests of the public interface, one binary.
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    clippy::type_complexity,
+    reason = "helpers of tests: a failure is a failed test, and counts are small"
+)]
 
 mod batch;
 mod centroid;

@@ -4,7 +4,7 @@ use ft_center::{
     LocateOptions, OrbitOptions, Press, PressModel, PressRole, SolvedPress, solve_presses,
 };
 use geometry::Wrench;
-use model_discrepancy::{Closure, Model, Options, State, check_tangents, close_loop};
+use model_discrepancy::{Closure, Options, Step, close_loop};
 use nalgebra::{Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -59,131 +59,61 @@ fn closed(presses: &[Press]) -> Closure {
     close_loop(&model, &model.covariates(), &Options::default()).unwrap()
 }
 
-fn show(c: &Closure) {
-    for s in &c.steps {
-        println!(
-            "step {} {:?} p {:.1e} rivals {:?} by {:?} params {:?}",
-            s.effect,
-            s.subject,
-            s.p_value,
-            s.indistinguishable_from,
-            s.separate_by,
-            s.parameters
-                .iter()
-                .map(|p| format!("{} {:.4}±{:.4} {}", p.name, p.value, p.std, p.unit))
-                .collect::<Vec<_>>()
-        );
-    }
-    println!(
-        "verdict {:?} before {:.5}/{:.5} after {:.5}/{:.5}",
-        c.verdict,
-        c.before.train_rms,
-        c.before.held_out_rms,
-        c.after.train_rms,
-        c.after.held_out_rms
-    );
-    for n in &c.not_observable {
-        println!("  hidden {} {:?} by {:?}", n.effect, n.aliased_with, n.separate_by);
-    }
-    println!("remaining {:?}", c.remaining);
+/// Names of one step: the effect and what the data accept in its place.
+fn names(step: &Step) -> Vec<&str> {
+    let rivals = step.indistinguishable_from.iter().map(String::as_str);
+    std::iter::once(step.effect.as_str()).chain(rivals).collect()
 }
 
 #[test]
-fn explore_loop() {
-    let cases: Vec<(&str, Vec<f64>, f64, Box<dyn Fn(usize, &mut Wrench)>)> = vec![
-        ("none", vec![40.0], 3.0, Box::new(|_, _| {})),
-        (
-            "moment bias one load",
-            vec![40.0],
-            3.0,
-            Box::new(|_, w| w.torque_nmm += Vector3::new(30.0, -50.0, 0.0)),
-        ),
-        (
-            "moment bias two loads",
-            vec![40.0, 80.0],
-            3.0,
-            Box::new(|_, w| w.torque_nmm += Vector3::new(30.0, -50.0, 0.0)),
-        ),
-        (
-            "moment bias three loads",
-            vec![40.0, 80.0, 20.0],
-            3.0,
-            Box::new(|_, w| w.torque_nmm += Vector3::new(30.0, -50.0, 0.0)),
-        ),
-        ("fz bias one load", vec![40.0], 3.0, Box::new(|_, w| w.force_n.z += 1.0)),
-        ("fz bias two loads", vec![40.0, 80.0], 3.0, Box::new(|_, w| w.force_n.z += 1.0)),
-        ("fz gain one", vec![40.0], 3.0, Box::new(|_, w| w.force_n.z *= 1.02)),
-        ("fz gain two", vec![40.0, 80.0], 3.0, Box::new(|_, w| w.force_n.z *= 1.02)),
-        ("moment gain two", vec![40.0, 80.0], 3.0, Box::new(|_, w| w.torque_nmm *= 1.02)),
-        ("moment gain two lateral", vec![40.0, 80.0], 12.0, Box::new(|_, w| w.torque_nmm *= 1.02)),
-        ("my gain two", vec![40.0, 80.0], 3.0, Box::new(|_, w| w.torque_nmm.y *= 1.02)),
-        ("drift", vec![40.0, 80.0], 3.0, Box::new(|k, w| w.torque_nmm.x += 6.0 * k as f64)),
-        (
-            "height",
-            vec![40.0, 80.0],
-            12.0,
-            Box::new(|_, w| {
-                let f = w.force_n;
-                w.torque_nmm += Vector3::new(0.0, 0.0, 2.0).cross(&f);
-            }),
-        ),
-    ];
-    for (name, loads, lateral, fault) in &cases {
-        println!("=== {name}");
-        show(&closed(&grid(loads, *lateral, &Colour::COLOURED, 5, fault)));
-    }
+fn adds_nothing_where_nothing_is_wrong() {
+    let closure = closed(&grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, |_, _| {}));
+    assert!(closure.steps.is_empty(), "{:?}", closure.steps);
 }
 
 #[test]
-fn explore_distance() {
-    let m = model(&grid(&[40.0], 3.0, &Colour::COLOURED, 5, |_, w| w.force_n.z += 1.0));
-    let pos = |m: &dyn Model, id: &str, s: Option<&str>| {
-        m.effects().iter().position(|e| e.id == id && e.subject.as_deref() == s).unwrap()
+fn one_load_cannot_tell_a_moment_bias_from_the_frame() {
+    let bias = |_, w: &mut Wrench| w.torque_nmm += Vector3::new(30.0, -50.0, 0.0);
+    let closure = closed(&grid(&[40.0], 3.0, &Colour::COLOURED, 5, bias));
+    let hidden = closure.not_observable.iter().find(|n| n.effect == "sensor-bias [moment]");
+    let hidden = hidden.expect("one load hides a moment bias");
+    assert!(hidden.aliased_with.iter().any(|a| a.contains("translation")), "{hidden:?}");
+    assert_eq!(hidden.separate_by.as_deref(), Some("press at a second load"));
+    assert!(closure.steps.iter().all(|s| !names(s).contains(&"sensor-bias")));
+}
+
+#[test]
+fn two_loads_find_the_moment_bias() {
+    let bias = |_, w: &mut Wrench| w.torque_nmm += Vector3::new(30.0, -50.0, 0.0);
+    let closure = closed(&grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, bias));
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    assert!(names(&closure.steps[0]).contains(&"sensor-bias"), "{:?}", closure.steps);
+}
+
+#[test]
+fn one_load_cannot_tell_a_force_bias_from_a_gain() {
+    let bias = |_, w: &mut Wrench| w.force_n.z += 1.0;
+    let closure = closed(&grid(&[40.0], 3.0, &Colour::COLOURED, 5, bias));
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let class = names(&closure.steps[0]);
+    assert!(class.contains(&"force-gain") && class.contains(&"sensor-bias"), "{class:?}");
+    assert!(closure.steps[0].separate_by.is_some());
+}
+
+#[test]
+fn two_loads_tell_a_force_bias_from_a_gain() {
+    let bias = |_, w: &mut Wrench| w.force_n.z += 1.0;
+    let closure = closed(&grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, bias));
+    let class = names(&closure.steps[0]);
+    assert!(class.contains(&"sensor-bias") && !class.contains(&"force-gain"), "{class:?}");
+}
+
+#[test]
+fn a_height_error_shows_in_lateral_forces() {
+    let low = |_, w: &mut Wrench| {
+        let f = w.force_n;
+        w.torque_nmm += Vector3::new(0.0, 0.0, 2.0).cross(&f);
     };
-    let white = |m: &dyn Model, mut x: nalgebra::DMatrix<f64>| {
-        for (i, r) in m.layout().rows.iter().enumerate() {
-            let mut row = x.row_mut(i);
-            row /= r.sigma;
-        }
-        x
-    };
-    for p in m.proposals() {
-        let e = p.model.as_ref();
-        let at = State::declared(e.start(), e.effects());
-        let mut d = vec![];
-        for (a, b) in [
-            (("force-gain", None), ("sensor-bias", Some("normal force"))),
-            (("force-gain", None), ("frame-scale", None)),
-            (("force-gain", None), ("moment-gain", None)),
-        ] {
-            let (a, b) = (pos(e, a.0, a.1), pos(e, b.0, b.1));
-            let base = white(e, e.base_jacobian(&at));
-            let g = white(e, e.tangent(&at, b));
-            let t = white(e, e.tangent(&at, a)) * 0.024;
-            let mut all = nalgebra::DMatrix::zeros(base.nrows(), base.ncols() + g.ncols());
-            all.columns_mut(0, base.ncols()).copy_from(&base);
-            all.columns_mut(base.ncols(), g.ncols()).copy_from(&g);
-            let q = all.qr().q();
-            d.push((&t - &q * (q.transpose() * &t)).norm());
-        }
-        println!("{} {:?}", p.text, d);
-    }
-}
-
-#[test]
-fn explore_table4() {
-    use ft_center::{Displacement, DisplacementModel};
-    let rows: Vec<_> = [(1.0, 0.819), (2.0, 1.961), (5.0, 5.168), (10.0, 10.5)]
-        .iter()
-        .map(|(a, b)| Displacement { point: format!("{a}"), commanded_mm: *a, solved_mm: *b })
-        .collect();
-    let m = DisplacementModel::new(&rows, None).unwrap();
-    let c = close_loop(&m, &m.covariates(), &Options::default()).unwrap();
-    show(&c);
-    for p in &c.passes {
-        println!("---");
-        for s in &p.scores {
-            println!("{:?}", s);
-        }
-    }
+    let closure = closed(&grid(&[40.0, 80.0], 12.0, &Colour::COLOURED, 5, low));
+    assert!(names(&closure.steps[0]).contains(&"contact-height"), "{:?}", closure.steps);
 }
