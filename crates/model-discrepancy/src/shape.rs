@@ -21,6 +21,9 @@ const MIN_DISTINCT_FOR_PERIOD: usize = 16;
 /// Nyquist limit, but every further period makes chance finds likelier.
 const MAX_PERIODS: usize = 32;
 
+/// Widest gap, as a share of the range: between bunches of readings any period fits.
+const MAX_GAP: f64 = 0.25;
+
 /// An angle must cover this much, in degrees, before its harmonics are looked for.
 const MIN_ARC_DEG: f64 = 120.0;
 
@@ -66,7 +69,8 @@ pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     if covariate.name.ends_with("_deg") && range >= MIN_ARC_DEG && distinct.len() > 4 {
         return (1..=3).map(|k| periodic(covariate, 360.0 / f64::from(k), 3.0)).collect();
     }
-    if distinct.len() < MIN_DISTINCT_FOR_PERIOD {
+    let widest = distinct.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+    if distinct.len() < MIN_DISTINCT_FOR_PERIOD || widest > MAX_GAP * range {
         return Vec::new();
     }
     // Half periods in the range, so that no phase falls between two frequencies.
