@@ -9,7 +9,7 @@ const CONTACT_N: f64 = 5.0;
 /// Centre of a press in the sensor's frame, mm.
 ///
 /// Constant part of a least-squares fit of a constant and two harmonics of the known spin to
-/// x = (z Fx − My)/Fz, y = (Mx + z Fy)/Fz ([A] 1.11): the mean, with what an incomplete turn
+/// x = (z Fx − My)/Fz, y = (Mx + z Fy)/Fz (\[A\] 1.11): the mean, with what an incomplete turn
 /// leaves of the orbit taken out.
 pub(crate) fn center_mm(press: &Press, height_mm: f64) -> [f64; 2] {
     let touching: Vec<_> =

@@ -18,7 +18,7 @@ fn number(path: &str, value: f64, tolerance: f64, because: &str) -> Number {
     Number { path: path.to_owned(), value, tolerance, because: because.to_owned() }
 }
 
-/// [A] Table 4: distance moved by the machine and distance solved from the force sensor.
+/// \[A\] Table 4: distance moved by the machine and distance solved from the force sensor.
 fn table_4_of_a() -> Case {
     let case_toml = "\
 # Polishing-head centre by six-axis force sensor, [A] Table 4: the machine moved by 1, 2, 5 and
@@ -64,7 +64,7 @@ point,commanded_mm,solved_mm
     complete("ft-center/published-a-table-4", tables, provenance)
 }
 
-/// x, y, measured z and computed z of the eight verification points of [D], mm.
+/// x, y, measured z and computed z of the eight verification points of \[D\], mm.
 const VERIFICATION_POINTS_MM: [[&str; 4]; 8] = [
     ["-527.552", "-502.870", "-283.091", "-283.090"],
     ["-527.552", "-446.301", "-283.135", "-283.138"],
@@ -76,7 +76,7 @@ const VERIFICATION_POINTS_MM: [[&str; 4]; 8] = [
     ["-470.983", "-446.301", "-283.325", "-283.327"],
 ];
 
-/// [D] Table 4: verification points on the paraboloid, computed from the pose and measured.
+/// \[D\] Table 4: verification points on the paraboloid, computed from the pose and measured.
 fn table_4_of_d() -> Case {
     let case_toml = "\
 # Self-positioning of a paraboloid, [D] Table 4: where the solved pose puts eight verification
