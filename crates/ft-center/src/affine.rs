@@ -1,4 +1,4 @@
-//! Affine frame: the `T = S P⁻¹` of (1.14) in [A].
+//! Affine frame: the `T = S P⁻¹` of (1.14) in \[A\].
 
 use geometry::PlanarMap;
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Vector2, Vector3};

@@ -128,7 +128,7 @@ pub fn solve_batch(
     })
 }
 
-/// Centre of pressure of every sample, (1.11) of [A]; NaN where there is no contact.
+/// Centre of pressure of every sample, (1.11) of \[A\]; NaN where there is no contact.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Planar frame between machine and sensor: (1.12) to (1.14) of [A].
+//! Planar frame between machine and sensor: (1.12) to (1.14) of \[A\].
 
 use geometry::PlanarMap;
 use least_squares::{Options, Problem, covariance};
@@ -80,7 +80,7 @@ impl Handedness {
 }
 
 impl SensorFrame {
-    /// The map from machine to sensor coordinates, the direction of [A].
+    /// The map from machine to sensor coordinates, the direction of \[A\].
     #[must_use]
     pub fn sensor_from_machine(&self) -> PlanarMap {
         PlanarMap::rigid(

@@ -14,7 +14,7 @@
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad, times in s. The normal force of
 //! a press may have either sign, but one sign throughout a record.
 //!
-//! Source: [A], a patent on locating polishing heads by a force sensor, with the numbers of its
+//! Source: \[A\], a patent on locating polishing heads by a force sensor, with the numbers of its
 //! equations; `docs/ft-center.md` in the repository lists what it gets wrong.
 //!
 //! ```

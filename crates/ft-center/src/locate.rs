@@ -1,4 +1,4 @@
-//! Where the head really is: step 3 of [A].
+//! Where the head really is: step 3 of \[A\].
 
 use nalgebra::{Matrix2, Point2, Vector2};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};

@@ -1,4 +1,4 @@
-//! Centre of pressure of one wrench: [A] (1.2) to (1.11).
+//! Centre of pressure of one wrench: \[A\] (1.2) to (1.11).
 
 use geometry::Wrench;
 use nalgebra::Point2;
@@ -16,7 +16,7 @@ pub struct PressurePoint {
     pub free_moment_nmm: f64,
 }
 
-/// Centre of pressure of one wrench in the plane `z = z0`: (1.11) of [A].
+/// Centre of pressure of one wrench in the plane `z = z0`: (1.11) of \[A\].
 ///
 /// `x = (z0 Fx − My) / Fz`, `y = (Mx + z0 Fy) / Fz`. `Fz` may have either sign: a press reads
 /// negative on a sensor whose z points out of the platform. `Mz` is left out, because the

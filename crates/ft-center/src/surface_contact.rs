@@ -1,4 +1,4 @@
-//! Contact on a curved workpiece that stands on the sensor: the live monitoring of [A].
+//! Contact on a curved workpiece that stands on the sensor: the live monitoring of \[A\].
 
 use geometry::{Line, Surface, Wrench};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
@@ -51,7 +51,7 @@ pub struct SurfaceContact {
 /// Point of a workpiece's surface through which a wrench acts.
 ///
 /// Solves `p × F + m a = M` for the point `p` of the surface and the couple `m` about the axis
-/// `a`: three equations, exactly determined, where (1.11) of [A] is the case of a plane. The wrench
+/// `a`: three equations, exactly determined, where (1.11) of \[A\] is the case of a plane. The wrench
 /// is that *on* the sensor, so that its force points into the workpiece; of several crossings
 /// the one that the force enters first counts. Does not allocate.
 ///
