@@ -36,7 +36,8 @@ pub struct AffineFrame {
 /// # Errors
 ///
 /// [`FtCenterError::TooFewFramePoints`], [`FtCenterError::CollinearPoints`],
-/// [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`].
+/// [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`],
+/// [`FtCenterError::OutOfRange`].
 pub fn fit_affine_frame(points: &[FramePoint]) -> Result<AffineFrame, FtCenterError> {
     check_points(points, 3)?;
     let n = crate::count(points.len());
@@ -70,6 +71,10 @@ pub fn fit_affine_frame(points: &[FramePoint]) -> Result<AffineFrame, FtCenterEr
     let sensor_from_machine = PlanarMap { linear, translation_mm };
     let parts = sensor_from_machine.parts();
     let (x, y) = (linear.column(0), linear.column(1));
+    let finite = linear.iter().chain(translation_mm.iter()).all(|v| v.is_finite());
+    if !finite {
+        return Err(FtCenterError::OutOfRange);
+    }
     let image_of = |p: &FramePoint| rows * arm(p);
     Ok(AffineFrame {
         sensor_from_machine,

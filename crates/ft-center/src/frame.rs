@@ -113,7 +113,8 @@ impl SensorFrame {
 /// # Errors
 ///
 /// [`FtCenterError::TooFewFramePoints`], [`FtCenterError::CoincidentPoints`],
-/// [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`].
+/// [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`],
+/// [`FtCenterError::OutOfRange`].
 pub fn fit_sensor_frame(
     points: &[FramePoint],
     handedness: Option<Handedness>,
@@ -151,6 +152,10 @@ pub fn fit_sensor_frame(
         variance_factor: residuals.norm_squared() / crate::count(degrees_of_freedom),
     };
     let there = frame.sensor_from_machine();
+    let numbers = there.linear.iter().chain(there.translation_mm.iter());
+    if !numbers.chain([&frame.variance_factor]).all(|v| v.is_finite()) {
+        return Err(FtCenterError::OutOfRange);
+    }
     frame.residuals_mm = points.iter().map(|p| p.sensor_mm - there.apply(&p.machine_mm)).collect();
     Ok(frame)
 }
