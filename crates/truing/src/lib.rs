@@ -37,3 +37,8 @@ pub use kinds::{
 pub use page::{loop_report, solve_report};
 pub use residual::Residual;
 pub use solved::{SolveTiming, Solved, solve};
+
+/// The examples of the repository's first page, so that they are compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct FirstPage;
