@@ -3,7 +3,8 @@
 //! An effect moves the prediction: a positive amplitude is a `to` point that lies further along
 //! the effect than declared, so the residual `to − T(from)` grows with it. Scales, shears, sag
 //! and expansion deform the source frame before the transform; shift, rotation, drift and bad
-//! points act in the target frame after it.
+//! points act in the target frame after it. A reflection is a candidate only where the points fit
+//! a mirrored frame decisively better: nothing short of a whole mirror is one.
 
 use model_discrepancy::{Covariate, Effect, Parameter, Role};
 use nalgebra::SVector;
@@ -40,9 +41,13 @@ pub(crate) fn catalogue<const D: usize>(
     points: &[MeasuredPoint<D>],
     spread: &Spread<D>,
     covariates: &[Covariate],
+    mirrored: bool,
 ) -> Vec<Entry<D>> {
     let fixed_mm = fixed_point(transform, spread);
     let mut entries = Vec::new();
+    if mirrored {
+        entries.push(reflection(fixed_mm, spread));
+    }
     if !transform.has_translation() {
         entries.push(shift());
     }
@@ -109,6 +114,15 @@ fn rotation<const D: usize>(pivot_mm: SVector<f64, D>) -> Entry<D> {
     let names = if D == 2 { &["rz"][..] } else { &["rx", "ry", "rz"][..] };
     let parameters = names.iter().map(|name| parameter(*name, "µrad", 1e6)).collect();
     entry("rotation", text, parameters, Term::Rotation { pivot_mm })
+}
+
+/// Mirrors along the direction in which the points extend least: there a proper fit is nearest to
+/// the improper one.
+fn reflection<const D: usize>(fixed_mm: SVector<f64, D>, spread: &Spread<D>) -> Entry<D> {
+    let text = "one frame is mirrored: an axis points the other way";
+    let normal = spread.directions.column(D - 1).into_owned();
+    let parameters = vec![parameter("mirrored", "1", 1.0)];
+    entry("reflection", text, parameters, Term::Reflection { fixed_mm, normal })
 }
 
 fn scale<const D: usize>(fixed_mm: SVector<f64, D>) -> Entry<D> {

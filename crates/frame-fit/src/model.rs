@@ -22,6 +22,8 @@ use crate::{
 pub struct FrameModel<const D: usize> {
     pub(crate) transform: Transform,
     pub(crate) options: Options,
+    /// Whether the points fit a frame of the other handedness decisively better.
+    pub(crate) mirrored: bool,
     pub(crate) points: Vec<MeasuredPoint<D>>,
     pub(crate) covariates: Vec<Covariate>,
     pub(crate) spread: Spread<D>,
@@ -64,8 +66,11 @@ impl<const D: usize> FrameModel<D> {
         }
         let fitted: Vec<_> =
             points.iter().filter(|p| p.role != Role::Check).map(|p| p.pair).collect();
-        let reference = fit_frame(&fitted, options)?.target_from_source;
-        Ok(Self::about(reference, points, covariates.to_vec(), *options))
+        let fit = fit_frame(&fitted, options)?;
+        let mirrored = matches!(options.transform, Transform::Rigid | Transform::Similarity)
+            && fit.reflection.is_some_and(|r| r.speaks_against(options.handedness));
+        let reference = fit.target_from_source;
+        Ok(Self::about(reference, points, covariates.to_vec(), *options, mirrored))
     }
 
     /// The model in a chart about `reference`; everything else is taken as checked.
@@ -74,12 +79,13 @@ impl<const D: usize> FrameModel<D> {
         points: Vec<MeasuredPoint<D>>,
         covariates: Vec<Covariate>,
         options: Options,
+        mirrored: bool,
     ) -> Self {
         let transform = options.transform;
         let fitted: Vec<Point<f64, D>> =
             points.iter().filter(|p| p.role != Role::Check).map(|p| p.pair.source_mm).collect();
         let spread = Spread::of(fitted.iter().copied());
-        let entries = effects::catalogue(transform, &points, &spread, &covariates);
+        let entries = effects::catalogue(transform, &points, &spread, &covariates, mirrored);
         let motions = motion::motions(transform, D);
         let (effects, terms) =
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
@@ -90,6 +96,7 @@ impl<const D: usize> FrameModel<D> {
             layout: layout(&points, options.noise),
             transform,
             options,
+            mirrored,
             points,
             covariates,
             spread,
@@ -282,6 +289,14 @@ impl<const D: usize> Model for FrameModel<D> {
             let source_mm = self.points[i].pair.source_mm.coords;
             term.touches(i).then(|| &carried * term.columns(i, &source_mm))
         })
+    }
+
+    /// A bad point adds to the target, last of all.
+    fn local_tangent(&self, _at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
+        match self.terms[effect] {
+            Term::BadPoint { observation } => Some((observation, -DMatrix::identity(D, D))),
+            _ => None,
+        }
     }
 
     fn proposals(&self) -> Vec<Proposal> {

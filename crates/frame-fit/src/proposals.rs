@@ -97,7 +97,7 @@ fn extended<const D: usize>(model: &FrameModel<D>, planned: Vec<Planned<D>>) -> 
             covariate.values.push(value);
         }
     }
-    FrameModel::about(*model.reference(), points, covariates, model.options)
+    FrameModel::about(*model.reference(), points, covariates, model.options, model.mirrored)
 }
 
 /// Time goes on at its mean pace; temperatures are those of the point `like`, or warmer.

@@ -30,6 +30,17 @@ pub struct Reflection {
     pub log_likelihood_ratio: f64,
 }
 
+impl Reflection {
+    /// Whether the data speak decisively for a map of the other handedness.
+    #[must_use]
+    pub fn speaks_against(&self, handedness: Handedness) -> bool {
+        match handedness {
+            Handedness::Proper => self.verdict == ReflectionVerdict::Improper,
+            Handedness::Improper => self.verdict == ReflectionVerdict::Proper,
+        }
+    }
+}
+
 /// What the data say about a mirrored frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -11,6 +11,11 @@ pub(crate) enum Term<const D: usize> {
     Rotation {
         pivot_mm: SVector<f64, D>,
     },
+    /// Along one direction; an amplitude of one mirrors.
+    Reflection {
+        fixed_mm: SVector<f64, D>,
+        normal: SVector<f64, D>,
+    },
     Scale {
         fixed_mm: SVector<f64, D>,
     },
@@ -76,6 +81,9 @@ impl<const D: usize> Term<D> {
             Self::Drift { elapsed } => DMatrix::identity(D, D) * elapsed[observation],
             Self::BadPoint { observation: bad } => {
                 DMatrix::identity(D, D) * f64::from(u8::from(observation == *bad))
+            }
+            Self::Reflection { fixed_mm, normal } => {
+                column(&(normal * (-2.0 * (point_mm - fixed_mm).dot(normal))))
             }
             Self::Scale { fixed_mm } => column(&(point_mm - fixed_mm)),
             Self::AnisotropicScale { fixed_mm } => {

@@ -1,13 +1,17 @@
 //! What a design can see, before or without any finding.
 
-use crate::candidate::{Sight, catalogue, classes, label};
-use crate::detectable::{detectable_amplitudes, detectable_rms};
+use crate::candidate::{Sight, Source, catalogue, classes, label};
+use crate::detectable::{
+    detectable_amplitudes, detectable_rms, local_detectable_amplitudes, local_detectable_rms,
+    noncentrality,
+};
 use crate::error::LoopError;
-use crate::judge::{Bench, Setting, hear_catalogue};
+use crate::judge::{Bench, Judged, Setting, hear_catalogue};
 use crate::linear::Linear;
+use crate::local::{LocalSight, local_effects};
 use crate::select::CATALOGUE_SHARE;
 use crate::separation::{aliased_with, all_fitted, make_visible};
-use crate::system::{System, rows_of};
+use crate::system::{Estimate, System, rows_of};
 use crate::validate::validate;
 use crate::{Model, Options};
 
@@ -63,63 +67,110 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let lin = Linear::of(&system, &at, &keep, setting.silent);
     let bench = Bench::new(&setting, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let hearing = hear_catalogue(&system, &at, &bench);
+    let assessor = Assessor { system, at, lin: &lin, alpha: hearing.alpha_single };
+    let mut assessments = assessor.of_many(&hearing.judged);
+    assessments.extend(assessor.of_one());
+    assessments.sort_by(|a, b| {
+        label(&a.effect, a.subject.as_deref()).cmp(&label(&b.effect, b.subject.as_deref()))
+    });
+    Ok(assessments)
+}
 
-    let sights = catalogue(&system, &at, &lin);
-    let seen: Vec<_> = (sights.iter())
-        .filter_map(|(_, s)| match s {
-            Sight::Seen(c) => Some((**c).clone()),
-            Sight::Unseen(_) => None,
-        })
-        .collect();
-    let class = classes(&seen, &lin.basis);
-    let mut assessments = Vec::new();
-    for (e, sight) in &sights {
-        let effect = &model.effects()[*e];
-        let (absorbed, sight) = match sight {
-            Sight::Unseen(absorbed) => {
-                let aliased_with = aliased_with(&system, &at, &lin, *e);
-                (
-                    *absorbed,
-                    Visibility::Hidden { aliased_with, separate_by: make_visible(model, *e, &[]) },
-                )
-            }
+/// The fitted declared model, and the significance asked of one p-value.
+struct Assessor<'a> {
+    system: System<'a>,
+    at: Estimate,
+    lin: &'a Linear<'a>,
+    alpha: f64,
+}
+
+impl Assessor<'_> {
+    /// Effects that move many observations.
+    fn of_many(&self, judged: &[Judged]) -> Vec<Assessment> {
+        let sights = catalogue(&self.system, &self.at, self.lin);
+        let seen: Vec<_> = (sights.iter())
+            .filter_map(|(_, s)| match s {
+                Sight::Seen(c) => Some((**c).clone()),
+                Sight::Unseen(_) => None,
+            })
+            .collect();
+        let class = classes(&seen, &self.lin.basis);
+        let assess = |(e, sight): &(usize, Sight)| match sight {
+            Sight::Unseen(absorbed) => Some(self.hidden(*e, *absorbed)),
             Sight::Seen(candidate) => {
                 let own = candidate.label();
-                let Some(judged) = hearing.judged.iter().find(|j| j.candidate.label() == own)
-                else {
-                    continue;
+                let test = judged.iter().find(|j| j.candidate.label() == own)?.test;
+                let Source::Effect(active) = &candidate.source else { return None };
+                let amplitudes = detectable_amplitudes(self.lin, &test, candidate, self.alpha);
+                let position = seen.iter().position(|c| c.label() == own)?;
+                let twin = |&i: &usize| position != i && class[position] == class[i];
+                let visible = Visibility::Visible {
+                    detectable: self.reported(*e, &active.parameters, amplitudes.as_slice()),
+                    detectable_rms: detectable_rms(self.lin, &test, candidate, self.alpha),
+                    same_as: (0..seen.len()).filter(twin).map(|i| seen[i].label()).collect(),
                 };
-                let amplitudes =
-                    detectable_amplitudes(&lin, &judged.test, candidate, hearing.alpha_single);
-                let crate::candidate::Source::Effect(active) = &candidate.source else { continue };
-                let detectable = (active.parameters.iter().zip(amplitudes.iter()))
-                    .map(|(&p, a)| {
-                        let p = &effect.parameters[p];
-                        (p.name.clone(), a * p.report_factor.abs(), p.unit.clone())
-                    })
-                    .collect();
-                let position = seen.iter().position(|c| c.label() == own);
-                let same_as = (0..seen.len())
-                    .filter(|&i| position.is_some_and(|p| p != i && class[p] == class[i]))
-                    .map(|i| seen[i].label())
-                    .collect();
-                let rms = detectable_rms(&lin, &judged.test, candidate, hearing.alpha_single);
-                (
-                    candidate.absorbed,
-                    Visibility::Visible { detectable, detectable_rms: rms, same_as },
-                )
+                Some(self.assessment(*e, candidate.absorbed, visible))
             }
         };
-        assessments.push(Assessment {
+        sights.iter().filter_map(assess).collect()
+    }
+
+    /// Effects that move one observation each.
+    fn of_one(&self) -> Vec<Assessment> {
+        let mut known: Option<((usize, usize), f64)> = None;
+        let mut lambda = |directions: usize, dof: usize| match known {
+            Some((key, lambda)) if key == (directions, dof) => lambda,
+            _ => {
+                let lambda = noncentrality(self.alpha, directions, dof);
+                known = Some(((directions, dof), lambda));
+                lambda
+            }
+        };
+        let mut assess = |(e, sight): (usize, LocalSight)| match sight {
+            LocalSight::Unseen(absorbed) => self.hidden(e, absorbed),
+            LocalSight::Seen(local) => {
+                let lambda = lambda(local.test.directions, local.test.dof);
+                let amplitudes = local_detectable_amplitudes(&local, lambda);
+                let visible = Visibility::Visible {
+                    detectable: self.reported(e, &local.parameters, &amplitudes),
+                    detectable_rms: local_detectable_rms(self.lin, &local, lambda),
+                    same_as: Vec::new(),
+                };
+                self.assessment(e, local.absorbed, visible)
+            }
+        };
+        local_effects(&self.system, &self.at, self.lin).into_iter().map(&mut assess).collect()
+    }
+
+    fn reported(
+        &self,
+        e: usize,
+        parameters: &[usize],
+        sizes: &[f64],
+    ) -> Vec<(String, f64, String)> {
+        let all = &self.system.model.effects()[e].parameters;
+        let one = |(&p, size): (&usize, &f64)| {
+            (all[p].name.clone(), size * all[p].report_factor.abs(), all[p].unit.clone())
+        };
+        parameters.iter().zip(sizes).map(one).collect()
+    }
+
+    fn hidden(&self, e: usize, absorbed: f64) -> Assessment {
+        let sight = Visibility::Hidden {
+            aliased_with: aliased_with(&self.system, &self.at, self.lin, e),
+            separate_by: make_visible(self.system.model, e, &[]),
+        };
+        self.assessment(e, absorbed, sight)
+    }
+
+    fn assessment(&self, e: usize, absorbed: f64, sight: Visibility) -> Assessment {
+        let effect = &self.system.model.effects()[e];
+        Assessment {
             effect: effect.id.clone(),
             subject: effect.subject.clone(),
             description: effect.description.clone(),
             absorbed,
             sight,
-        });
+        }
     }
-    assessments.sort_by(|a, b| {
-        label(&a.effect, a.subject.as_deref()).cmp(&label(&b.effect, b.subject.as_deref()))
-    });
-    Ok(assessments)
 }

@@ -2,10 +2,11 @@
 
 use crate::Origin;
 use crate::basis::Basis;
-use crate::candidate::{Candidate, Sight, Source, inside, label, same_span, sight};
+use crate::candidate::{Candidate, Sight, Source, catalogue, inside, label, same_span, sight};
 use crate::holdout::{compare, folds, leave_out};
 use crate::judge::{Setting, empirical_candidate, excluded, shape_again};
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::local::{full_sight, promising};
 use crate::select::{CHOICE_FOLDS, STAY, Selected, What};
 use crate::shape::shapes;
 use crate::significance::significance;
@@ -71,14 +72,14 @@ pub(crate) fn attribute<'a>(
     };
     let skip = excluded(setting, &system, &estimate, &lin);
     let mut others = Vec::new();
-    for effect in 0..setting.model.effects().len() {
-        if system.has_effect(effect) || *what == What::Effect(effect) {
-            continue;
-        }
-        if let Sight::Seen(c) = sight(setting.model, effect, &estimate, &lin, &lin.basis) {
-            others.push(*c);
-        }
-    }
+    let sights = catalogue(&system, &estimate, &lin).into_iter();
+    let local = promising(&system, &estimate, &lin, DECIDED).into_iter();
+    let sights = sights.chain(local.map(|e| (e, full_sight(&system, &estimate, &lin, e))));
+    let sights = sights.filter(|(effect, _)| *what != What::Effect(*effect));
+    others.extend(sights.filter_map(|(_, sight)| match sight {
+        Sight::Seen(candidate) => Some(*candidate),
+        Sight::Unseen(_) => None,
+    }));
     others.extend(recorded_shapes(setting, &lin, &accepted));
     others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
     Some(Attribution { system, accepted, rivals: others })

@@ -70,6 +70,11 @@ impl Basis {
         self.vectors.iter().map(|q| q.dot(x).powi(2)).sum()
     }
 
+    /// The given rows of [`Basis::matrix`].
+    pub(crate) fn rows(&self, rows: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), self.vectors.len(), |i, k| self.vectors[k][rows[i]])
+    }
+
     /// The basis as a matrix, `rows × dim`.
     pub(crate) fn matrix(&self) -> DMatrix<f64> {
         if self.vectors.is_empty() {

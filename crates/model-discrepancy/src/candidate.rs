@@ -12,7 +12,7 @@ use crate::{Effect, Model};
 ///
 /// At 0.045 the model absorbs 99.8 % of the effect: it would have to be 22 times larger than
 /// one that the design was made for, and small errors of the design pass for it.
-const MIN_KEPT: f64 = 0.045;
+pub(crate) const MIN_KEPT: f64 = 0.045;
 
 /// The same for an effect driven by a covariate: its mean may be absorbed, not its variation.
 const MIN_KEPT_DRIVEN: f64 = 1e-4;
@@ -72,14 +72,15 @@ pub(crate) enum Sight {
     Unseen(f64),
 }
 
-/// Every effect of the catalogue that is not yet in `system`.
+/// Every effect of the catalogue that is not yet in `system` and moves many observations.
 pub(crate) fn catalogue(
     system: &System<'_>,
     at: &Estimate,
     lin: &Linear<'_>,
 ) -> Vec<(usize, Sight)> {
     let effects = system.model.effects();
-    let missing = (0..effects.len()).filter(|&e| !system.has_effect(e));
+    let local = |e: usize| system.model.local_tangent(&at.state, e).is_some();
+    let missing = (0..effects.len()).filter(|&e| !system.has_effect(e) && !local(e));
     missing.map(|e| (e, sight(system.model, e, at, lin, &lin.basis))).collect()
 }
 

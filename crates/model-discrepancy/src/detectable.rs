@@ -6,6 +6,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use crate::basis::Basis;
 use crate::candidate::Candidate;
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::local::LocalTest;
 use crate::significance::{Significance, count, f_tail};
 
 /// Probability of finding an effect of the minimal detectable size.
@@ -57,15 +58,35 @@ pub(crate) fn detectable_rms(
 /// Rms per observation, in report units, of a random unit combination of `directions`.
 fn unwhitened_rms(lin: &Linear<'_>, directions: &DMatrix<f64>) -> f64 {
     let mut sum = 0.0;
-    let mut observations = std::collections::BTreeSet::new();
     for (i, &row) in lin.rows.iter().enumerate() {
         let row = lin.layout.rows[row];
         if row.reported {
-            observations.insert(row.observation);
             sum += directions.row(i).norm_squared() * row.sigma * row.sigma;
         }
     }
-    (sum / count(directions.ncols().max(1)) / count(observations.len().max(1))).sqrt()
+    let observations = reported_observations(lin).max(1);
+    (sum / count(directions.ncols().max(1)) / count(observations)).sqrt()
+}
+
+/// [`detectable_rms`] of an effect that moves one observation.
+pub(crate) fn local_detectable_rms(lin: &Linear<'_>, local: &LocalTest, lambda: f64) -> f64 {
+    let seen = (1.0 - local.absorbed).max(f64::MIN_POSITIVE);
+    let length = (lambda * local.test.variance / seen).sqrt();
+    length * (local.reported / count(reported_observations(lin).max(1))).sqrt()
+}
+
+/// Amplitude of each parameter alone, in internal units, at which the effect would be found nine
+/// times in ten.
+pub(crate) fn local_detectable_amplitudes(local: &LocalTest, lambda: f64) -> Vec<f64> {
+    local.kept.iter().map(|kept| (lambda * local.test.variance).sqrt() / kept).collect()
+}
+
+fn reported_observations(lin: &Linear<'_>) -> usize {
+    let mut reported = vec![false; lin.layout.observations.len()];
+    for row in lin.rows.iter().map(|&row| lin.layout.rows[row]).filter(|row| row.reported) {
+        reported[row.observation] = true;
+    }
+    reported.into_iter().filter(|&r| r).count()
 }
 
 /// Amplitude of each parameter alone, in internal units, at which the candidate would be found

@@ -4,6 +4,7 @@ use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
 use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::local::{LocalSight, full_sight, local_effects};
 use crate::select::CHOICE_FOLDS;
 use crate::shape::{Shape, correction, periods, shapes};
 use crate::significance::{Reach, Significance, count, significance};
@@ -120,8 +121,22 @@ pub(crate) fn hear_catalogue(system: &System<'_>, at: &Estimate, bench: &Bench<'
             Sight::Unseen(absorbed) => unseen.push((effect, absorbed)),
         }
     }
+    let mut locals = Families::default();
+    for (effect, sight) in local_effects(system, at, lin) {
+        match sight {
+            LocalSight::Seen(local) => {
+                locals.push(&system.model.effects()[effect].id, effect, local.test.p_value);
+            }
+            LocalSight::Unseen(absorbed) => unseen.push((effect, absorbed)),
+        }
+    }
+    for effect in locals.worth_hearing(bench) {
+        if let Sight::Seen(candidate) = full_sight(system, at, lin, effect) {
+            candidates.push(*candidate);
+        }
+    }
     let class = classes(&candidates, &lin.basis);
-    let trials = trials(&candidates, &class);
+    let trials = trials(&candidates, &class, &locals);
     let judged = candidates
         .into_iter()
         .zip(class)
@@ -131,6 +146,32 @@ pub(crate) fn hear_catalogue(system: &System<'_>, at: &Estimate, bench: &Bench<'
         })
         .collect();
     Hearing { judged, unseen, alpha_single: bench.alpha / trials.tests.max(1.0) }
+}
+
+/// Candidates that move one observation each, by id: effect and p-value on its own.
+#[derive(Default)]
+struct Families(Vec<(String, Vec<(usize, f64)>)>);
+
+impl Families {
+    fn push(&mut self, id: &str, effect: usize, p_value: f64) {
+        match self.0.iter_mut().find(|(known, _)| known == id) {
+            Some((_, members)) => members.push((effect, p_value)),
+            None => self.0.push((id.to_owned(), vec![(effect, p_value)])),
+        }
+    }
+
+    /// Those that may be significant, and for the report the strongest of each family.
+    fn worth_hearing(&self, bench: &Bench<'_>) -> Vec<usize> {
+        let mut worth = Vec::new();
+        for (_, members) in &self.0 {
+            let level = bench.alpha / count(members.len());
+            let strongest = members.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            let shown = strongest.filter(|_| bench.thorough).map(|(effect, _)| *effect);
+            let heard = |m: &&(usize, f64)| m.1 <= level || Some(m.0) == shown;
+            worth.extend(members.iter().filter(heard).map(|(effect, _)| *effect));
+        }
+        worth
+    }
 }
 
 /// How many independent things a pass looks at.
@@ -150,10 +191,14 @@ impl Trials {
     }
 }
 
-fn trials(candidates: &[Candidate], class: &[usize]) -> Trials {
-    let mut families: Vec<(String, usize)> = Vec::new();
-    let mut tests = 0;
+fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trials {
+    let mut families: Vec<(String, usize)> =
+        locals.0.iter().map(|(id, members)| (id.clone(), members.len())).collect();
+    let mut tests = families.len();
     for (i, candidate) in candidates.iter().enumerate() {
+        if locals.0.iter().any(|(id, _)| *id == candidate.id) {
+            continue;
+        }
         if candidate.reach == Reach::Many {
             tests += usize::from(class[i] == i);
         } else if let Some((_, n)) = families.iter_mut().find(|(id, _)| *id == candidate.id) {

@@ -97,6 +97,7 @@ mod estimate;
 mod holdout;
 mod judge;
 mod linear;
+mod local;
 mod model;
 mod options;
 mod pair;

@@ -31,6 +31,16 @@ pub trait Model: Sync {
     /// `∂ residual / ∂ amplitude` of one effect, `rows × parameters of the effect`.
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64>;
 
+    /// The tangent of an effect that moves one observation only: which, and its rows there.
+    ///
+    /// Must agree with [`Model::tangent`], which is zero in all other rows. The rows of that
+    /// observation must follow each other. A catalogue with one candidate per observation is
+    /// searched in a time that grows with their number, and not with its square, where this is
+    /// given.
+    fn local_tangent(&self, _at: &State, _effect: usize) -> Option<(usize, DMatrix<f64>)> {
+        None
+    }
+
     /// Further measurements that the user could make, the cheapest first.
     ///
     /// The loop uses them to say which measurement would tell two effects apart.

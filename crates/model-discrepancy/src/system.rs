@@ -206,10 +206,7 @@ impl Problem for Kept<'_, '_> {
 
     fn jacobian(&self, at: &Estimate, out: &mut DMatrix<f64>) {
         let layout = self.system.model.layout();
-        let all = self.system.jacobian(at);
-        for (i, &row) in self.rows.iter().enumerate() {
-            out.row_mut(i).copy_from(&(all.row(row) / layout.rows[row].sigma));
-        }
+        out.copy_from(&whitened(layout, self.rows, &self.system.jacobian(at)));
     }
 
     fn retract(&self, at: &Estimate, step: &DVector<f64>) -> Estimate {
@@ -232,9 +229,7 @@ pub(crate) fn rows_of(layout: &Layout, keep: &[bool]) -> Vec<usize> {
 
 /// The rows of `rows`, whitened.
 pub(crate) fn whitened(layout: &Layout, rows: &[usize], all: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(rows.len(), all.ncols());
-    for (i, &row) in rows.iter().enumerate() {
-        out.row_mut(i).copy_from(&(all.row(row) / layout.rows[row].sigma));
-    }
-    out
+    DMatrix::from_fn(rows.len(), all.ncols(), |i, column| {
+        all[(rows[i], column)] / layout.rows[rows[i]].sigma
+    })
 }

@@ -144,10 +144,14 @@ fn reflection() -> Case {
 }
 
 fn reflection_undeclared() -> Case {
-    let truth = "The second frame is a camera's with y downwards, and the case does not say so. An \
-                 axis scale of −2 is the same map, so that name is no error; but the mirror must be \
-                 told.";
-    let expect = Expectation { says: words(&["mirrored"]), ..Expectation::default() };
+    let truth = "The second frame is a camera's with y downwards, and the case does not say so. The \
+                 mirror must be told, and named.";
+    let expect = Expectation {
+        effects: vec![words(&["reflection"])],
+        nothing_else: true,
+        says: words(&["mirrored"]),
+        ..Expectation::default()
+    };
     survey_case("reflection-undeclared", &mirrored(), "Left-handed camera frame", truth, expect)
 }
 

@@ -52,7 +52,7 @@ fn assert_named(closure: &Closure, id: &str) -> usize {
     let names: Vec<_> =
         closure.steps.iter().map(|s| (s.effect.as_str(), &s.indistinguishable_from)).collect();
     assert!(!names.is_empty() && names[0].0 == id && names[0].1.is_empty(), "{id}: {names:?}");
-    assert_eq!(closure.verdict, Verdict::Explained, "{id}");
+    assert_eq!(closure.verdict, Verdict::Explained, "{id}: {:?}", closure.remaining);
     let (before, after) = (closure.before.held_out_rms, closure.after.held_out_rms);
     // A point that is off on its own stays so for a fit that never saw it.
     assert!(id == "bad-point" || after < 0.7 * before, "{id}: {before} {after}");
@@ -107,4 +107,17 @@ fn where_nothing_is_missing_nothing_is_added() {
     }
     // At 5 % two of forty are expected; six would be beyond 2.9 σ.
     assert!(added <= 5, "{added} of 40");
+}
+
+/// The mirror is whole: its amplitude is one, and no scale of −200 % takes its name.
+#[test]
+fn an_undeclared_mirror_is_named() {
+    for (seed, transform) in [(31, Transform::Rigid), (32, Transform::Similarity)] {
+        let closure = survey(seed, transform, false, |_, x| Vector3::new(0.0, -2.0 * x.y, 0.0));
+        let step = &closure.steps[0];
+        assert_eq!(step.effect, "reflection", "{transform:?}");
+        assert!(step.indistinguishable_from.is_empty(), "{:?}", step.indistinguishable_from);
+        let mirrored = &step.parameters[0];
+        assert!((mirrored.value - 1.0).abs() < 5.0 * mirrored.std, "{mirrored:?}");
+    }
 }

@@ -6,4 +6,5 @@ mod covariates;
 mod degenerate;
 mod judged;
 mod linear_model;
+mod local;
 mod power;

@@ -1,0 +1,107 @@
+//! Candidates that move one observation are judged the same, however their tangent is given.
+
+use model_discrepancy::{
+    Effect, Layout, Model, Options, Outcome, Parameter, State, Visibility, assess, close_loop,
+};
+use nalgebra::{DMatrix, DVector, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{LinearModel, body, noise, points};
+
+/// Both ways sum the same products in another order, over 120 rows.
+const AGREEMENT: f64 = 1e-9;
+
+/// A [`LinearModel`] that says which observation a bad point is about.
+struct Local(LinearModel);
+
+impl Model for Local {
+    fn layout(&self) -> &Layout {
+        self.0.layout()
+    }
+    fn base(&self) -> &[Parameter] {
+        self.0.base()
+    }
+    fn effects(&self) -> &[Effect] {
+        self.0.effects()
+    }
+    fn start(&self) -> DVector<f64> {
+        self.0.start()
+    }
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        self.0.residuals(at)
+    }
+    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
+        self.0.base_jacobian(at)
+    }
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        self.0.tangent(at, effect)
+    }
+    fn local_tangent(&self, _: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
+        let point = self.0.catalogue[effect].subject.as_ref()?.strip_prefix('P')?;
+        Some((point.parse().ok()?, -DMatrix::identity(3, 3)))
+    }
+}
+
+fn with_bad_points(bad: &[(usize, f64)]) -> LinearModel {
+    let points = points(40, 5);
+    let mut errors = noise(40, 0.01, 0.0, &mut ChaCha8Rng::seed_from_u64(6));
+    for &(i, by) in bad {
+        errors[i] += Vector3::new(by, 0.0, -by);
+    }
+    body(&points, &errors)
+}
+
+#[test]
+fn the_loop_finds_the_same() {
+    for bad in [&[][..], &[(7, 0.08)], &[(7, 0.08), (23, -0.1)]] {
+        let whole = with_bad_points(bad);
+        let local = Local(whole.clone());
+        let [a, b] = [&whole as &dyn Model, &local]
+            .map(|model| close_loop(model, &[], &Options::default()).unwrap());
+        assert_eq!(a.steps.len(), bad.len());
+        for (a, b) in a.steps.iter().zip(&b.steps) {
+            assert_eq!((&a.effect, &a.subject), (&b.effect, &b.subject));
+            assert!((a.p_value / b.p_value - 1.0).abs() < AGREEMENT);
+            assert_eq!(a.indistinguishable_from, b.indistinguishable_from);
+        }
+        assert_eq!(a.verdict, b.verdict);
+        assert!((a.after.held_out_rms / b.after.held_out_rms - 1.0).abs() < AGREEMENT);
+        // The strongest of the family is shown, and it is the same one.
+        let strongest = |c: &model_discrepancy::Closure| {
+            let family = |s: &&model_discrepancy::Score| s.label.starts_with("bad-point");
+            let last = c.passes.last().unwrap();
+            let mut scores: Vec<_> = last.scores.iter().filter(family).collect();
+            scores.retain(|s| s.outcome != Outcome::NotObservable);
+            scores.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+            (scores[0].label.clone(), scores[0].f_statistic)
+        };
+        let (of_all, of_local) = (strongest(&a), strongest(&b));
+        assert_eq!(of_all.0, of_local.0);
+        assert!((of_all.1 / of_local.1 - 1.0).abs() < AGREEMENT);
+    }
+}
+
+#[test]
+fn the_design_sees_the_same() {
+    let whole = with_bad_points(&[]);
+    let local = Local(whole.clone());
+    let [a, b] =
+        [&whole as &dyn Model, &local].map(|model| assess(model, &Options::default()).unwrap());
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(&b) {
+        assert_eq!((&a.effect, &a.subject), (&b.effect, &b.subject));
+        assert!((a.absorbed - b.absorbed).abs() < AGREEMENT);
+        let (
+            Visibility::Visible { detectable: a, detectable_rms: a_rms, .. },
+            Visibility::Visible { detectable: b, detectable_rms: b_rms, .. },
+        ) = (&a.sight, &b.sight)
+        else {
+            panic!("all are visible")
+        };
+        assert!((a_rms / b_rms - 1.0).abs() < AGREEMENT);
+        for (a, b) in a.iter().zip(b) {
+            assert!((a.1 / b.1 - 1.0).abs() < AGREEMENT, "{a:?} {b:?}");
+        }
+    }
+}
