@@ -62,7 +62,7 @@ fn unwhitened_rms(lin: &Linear<'_>, directions: &DMatrix<f64>) -> f64 {
         let row = lin.layout.rows[row];
         if row.reported {
             observations.insert(row.observation);
-            sum += directions.row(i).norm_squared() * row.sigma * row.sigma;
+            sum += directions.row(i).norm_squared() * lin.sigma[i] * lin.sigma[i];
         }
     }
     (sum / count(directions.ncols().max(1)) / count(observations.len().max(1))).sqrt()
