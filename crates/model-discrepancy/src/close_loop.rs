@@ -170,7 +170,7 @@ fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
             }
         }
     }
-    found.extend(not_proportional(setting.model, chosen, lin));
+    found.extend(not_proportional(setting, chosen, lin));
     found.extend(structure(setting, lin));
     found
 }

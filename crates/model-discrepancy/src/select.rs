@@ -95,7 +95,7 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         }
         let mut order = eligible(&hearing.judged, alpha);
         prefer_simpler(&lin, &hearing.judged, &mut order);
-        if !not_proportional(setting.model, chosen, &lin).is_empty() {
+        if !not_proportional(setting, chosen, &lin).is_empty() {
             // The rest is a known misfit of a named effect; single points are not to blame.
             order.retain(|&i| hearing.judged[i].candidate.reach == Reach::Many);
         }
