@@ -1,16 +1,16 @@
 //! Where the head really is: step 3 of \[A\].
 
-use nalgebra::{Matrix2, Point2, Vector2};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use model_discrepancy::{Row, common_variance};
+use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
-use crate::press_noise::CenterNoise;
+use crate::press_noise::center_covariances;
 use crate::{
     Contact, FramePoint, FtCenterError, Handedness, Noise, PressRole, SensorFrame, SolvedPress,
     Table, fit_sensor_frame,
 };
 
-/// Significance at which the frame's residual counts as larger than the records explain.
-const WIDEN_ALPHA: f64 = 0.01;
+/// Rounds of weighing and fitting; the seat moves by less than a thousandth in the last.
+const REWEIGHTINGS: usize = 3;
 
 /// How presses are put together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,15 +26,17 @@ pub struct LocateOptions {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Located {
-    /// The sensor in the machine, from the presses of role [`PressRole::Frame`].
+    /// The sensor in the machine, from the presses of role [`PressRole::Frame`]; its covariance
+    /// is scaled by its `variance_factor`.
     pub frame: SensorFrame,
     /// One per press, in input order.
     pub centers: Vec<Center>,
     /// Degrees of freedom of all covariances: intervals are Student's.
     pub degrees_of_freedom: f64,
-    /// Factor by which covariances were widened, because the frame's residual is larger than
-    /// the records explain at the 1 % level; 1 where it is not.
-    pub widened_by: f64,
+    /// Standard deviation, along each axis, of the scatter from press to press beyond the noise
+    /// of the records: how well the head seats. Part of all covariances; zero where the frame
+    /// presses show none.
+    pub seat_mm: f64,
 }
 
 /// One press in the machine frame.
@@ -59,9 +61,11 @@ pub struct Center {
 
 /// Places the sensor by the frame presses and every press in the machine.
 ///
-/// Standard uncertainties come from the noise within the records and, through the frame, from
-/// that of the frame presses. Where the frame's residual is larger than that, the presses did
-/// not repeat as well as each was steady: everything is widened by what the residual shows.
+/// A press is uncertain by the noise within its record and by how well the head seats, which only
+/// the frame's residual shows. The seat is estimated by restricted likelihood; covariances are then
+/// scaled by the residual's variance factor, and intervals are Student's with its degrees of
+/// freedom (Knapp and Hartung 2003). Few frame presses know their own scatter badly, and the
+/// intervals say so.
 ///
 /// # Errors
 ///
@@ -78,10 +82,10 @@ pub fn locate(
     if let Some(press) = presses.iter().find(|p| p.machine_mm.iter().any(|v| !v.is_finite())) {
         return Err(FtCenterError::PressPosition { name: press.name.clone() });
     }
-    let noise = CenterNoise::of(presses, contact.z0_mm, options.noise)?;
+    let covariances_mm2 = center_covariances(presses, contact.z0_mm, options.noise)?;
     let points: Vec<_> = presses
         .iter()
-        .zip(&noise.covariances_mm2)
+        .zip(&covariances_mm2)
         .filter(|(p, _)| p.role == PressRole::Frame)
         .map(|(p, covariance_mm2)| FramePoint {
             machine_mm: p.machine_mm,
@@ -89,33 +93,57 @@ pub fn locate(
             covariance_mm2: *covariance_mm2,
         })
         .collect();
-    let frame = fit_sensor_frame(&points, options.handedness)?;
-    let (widened_by, degrees_of_freedom) = widening(&frame, noise.degrees_of_freedom)?;
+    let (mut frame, seat_mm) = frame_with_seat(&points, options.handedness)?;
     let centers = presses
         .iter()
-        .zip(&noise.covariances_mm2)
-        .map(|(p, covariance)| center(p, covariance, &frame, widened_by))
+        .zip(&covariances_mm2)
+        .map(|(p, covariance)| center(p, &seated(covariance, seat_mm), &frame))
         .collect();
-    Ok(Located { frame, centers, degrees_of_freedom, widened_by })
+    frame.covariance *= frame.variance_factor;
+    let degrees_of_freedom = crate::count(frame.degrees_of_freedom);
+    Ok(Located { frame, centers, degrees_of_freedom, seat_mm })
 }
 
-/// Factor on covariances, and their degrees of freedom.
-fn widening(frame: &SensorFrame, noise_dof: f64) -> Result<(f64, f64), FtCenterError> {
-    let dof = crate::count(frame.degrees_of_freedom);
-    let expected = FisherSnedecor::new(dof, noise_dof).map_err(|_| FtCenterError::OutOfRange)?;
-    if expected.sf(frame.variance_factor) < WIDEN_ALPHA {
-        Ok((frame.variance_factor, dof))
-    } else {
-        Ok((1.0, noise_dof))
+/// The frame, and how well the head seats, each weighed by the other.
+fn frame_with_seat(
+    points: &[FramePoint],
+    handedness: Option<Handedness>,
+) -> Result<(SensorFrame, f64), FtCenterError> {
+    let mut frame = fit_sensor_frame(points, handedness)?;
+    let mut seat_mm = 0.0;
+    for _ in 0..REWEIGHTINGS {
+        seat_mm = seat(points, &frame).sqrt();
+        let weighed: Vec<_> = (points.iter())
+            .map(|p| FramePoint { covariance_mm2: seated(&p.covariance_mm2, seat_mm), ..*p })
+            .collect();
+        frame = fit_sensor_frame(&weighed, handedness)?;
     }
+    Ok((frame, seat_mm))
 }
 
-fn center(
-    press: &SolvedPress,
-    covariance: &Matrix2<f64>,
-    frame: &SensorFrame,
-    widened_by: f64,
-) -> Center {
+/// Variance of the seat along each axis, mm².
+fn seat(points: &[FramePoint], frame: &SensorFrame) -> f64 {
+    let row = |i: usize| Row {
+        observation: i / 2,
+        component: i % 2,
+        sigma: points[i / 2].covariance_mm2[(i % 2, i % 2)].sqrt(),
+        reported: true,
+    };
+    let rows: Vec<_> = (0..2 * points.len()).map(row).collect();
+    let residual = DVector::from_fn(rows.len(), |i, _| frame.residuals_mm[i / 2][i % 2]);
+    let mut jacobian = DMatrix::zeros(rows.len(), 3);
+    for (i, point) in points.iter().enumerate() {
+        let block = frame.position_jacobian(&point.machine_mm);
+        jacobian.fixed_view_mut::<2, 3>(2 * i, 0).copy_from(&block);
+    }
+    common_variance(&rows, &residual, &jacobian)
+}
+
+fn seated(covariance_mm2: &Matrix2<f64>, seat_mm: f64) -> Matrix2<f64> {
+    covariance_mm2 + Matrix2::identity() * seat_mm.powi(2)
+}
+
+fn center(press: &SolvedPress, covariance: &Matrix2<f64>, frame: &SensorFrame) -> Center {
     let back = frame.machine_from_sensor();
     let machine_mm = back.apply(&press.orbit.center_mm);
     // δ(machine) = L (δ(sensor) − J δ(frame)), and the frame is not independent of its presses.
@@ -131,6 +159,6 @@ fn center(
         sensor_mm: press.orbit.center_mm,
         machine_mm,
         offset_mm: machine_mm - press.machine_mm,
-        covariance_mm2: back.linear * sum * back.linear.transpose() * widened_by,
+        covariance_mm2: back.linear * sum * back.linear.transpose() * frame.variance_factor,
     }
 }

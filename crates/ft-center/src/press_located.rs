@@ -1,8 +1,8 @@
 //! Presses in the machine frame once effects are part of the model.
 
 use geometry::PlanarMap;
-use model_discrepancy::{Model, State};
-use nalgebra::{DMatrix, Matrix2, Point2, Vector2};
+use model_discrepancy::{Model, Row, State, common_variance};
+use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
 use crate::press_design::{PressPoint, Unpacked};
 use crate::{Center, Handedness, Located, PressModel, PressRole, SensorFrame, SolvedPress};
@@ -20,17 +20,24 @@ impl PressModel {
         let square = covariance.is_square() && covariance.ncols() >= self.base.len();
         let covariance = if square { covariance } else { &unknown };
         let active = self.active(at, covariance);
-        let frame = self.frame_at(at, &unpacked, covariance, active.len());
+        let residuals = self.residuals(at);
+        let seat_mm = self.seat(at, &residuals, &active).sqrt();
+        let frame = self.frame_at(at, &unpacked, covariance, &residuals, seat_mm, active.len());
         let centers = (self.presses.iter().zip(&self.all_points))
             .map(|(press, point)| {
                 let miss = self.design.residual(point, &unpacked, at);
-                let uncertainty = self.offset_covariance(point, &unpacked, covariance, &active);
-                self.center(press, point, &unpacked, miss, &frame, uncertainty)
+                let of_model = self.offset_covariance(point, &unpacked, covariance, &active);
+                let of_press = self.press_covariance(point, &unpacked, seat_mm);
+                let of_press = of_press * frame.variance_factor;
+                let covariance_mm2 = match press.role {
+                    PressRole::Frame => of_press - of_model,
+                    PressRole::Check | PressRole::Locate => of_press + of_model,
+                };
+                self.center(press, point, &unpacked, miss, covariance_mm2)
             })
             .collect();
         let degrees_of_freedom = crate::count(frame.degrees_of_freedom);
-        let widened_by = frame.variance_factor;
-        Located { frame, centers, degrees_of_freedom, widened_by }
+        Located { frame, centers, degrees_of_freedom, seat_mm }
     }
 
     /// Effect and parameter behind each column of `covariance` after the base; none where the
@@ -45,21 +52,38 @@ impl PressModel {
         if covariance.ncols() == self.base.len() + active.len() { active } else { Vec::new() }
     }
 
+    /// Variance of the seat along each axis, mm², as the loop estimates it.
+    fn seat(&self, at: &State, residuals: &DVector<f64>, active: &[(usize, usize)]) -> f64 {
+        let fitted: Vec<usize> = (self.observed().iter().enumerate())
+            .filter(|(_, press)| self.presses[**press].role == PressRole::Frame)
+            .flat_map(|(i, _)| [2 * i, 2 * i + 1])
+            .collect();
+        let rows: Vec<Row> = fitted.iter().map(|&row| self.layout.rows[row]).collect();
+        let mut jacobian = self.base_jacobian(at);
+        for &(effect, parameter) in active {
+            let column = jacobian.ncols();
+            jacobian = jacobian.insert_column(column, 0.0);
+            jacobian.set_column(column, &self.tangent(at, effect).column(parameter));
+        }
+        common_variance(&rows, &residuals.select_rows(&fitted), &jacobian.select_rows(&fitted))
+    }
+
     fn frame_at(
         &self,
         at: &State,
         unpacked: &Unpacked,
         covariance: &DMatrix<f64>,
+        residuals: &DVector<f64>,
+        seat_mm: f64,
         active: usize,
     ) -> SensorFrame {
         let reflected = self.design.handedness == Handedness::Opposed;
         let turned = PlanarMap::rigid(at.base[0], reflected, Vector2::zeros()).linear;
-        let residuals = self.residuals(at);
         let (mut residuals_mm, mut chi2) = (Vec::new(), 0.0);
         for (i, &press) in self.observed().iter().enumerate() {
             if self.presses[press].role == PressRole::Frame {
                 let miss: Vector2<f64> = residuals.fixed_rows::<2>(2 * i).into_owned();
-                let sigma = |k: usize| self.layout.rows[2 * i + k].sigma;
+                let sigma = |k: usize| self.layout.rows[2 * i + k].sigma.hypot(seat_mm);
                 chi2 += (miss.x / sigma(0)).powi(2) + (miss.y / sigma(1)).powi(2);
                 residuals_mm.push(turned * miss);
             }
@@ -86,23 +110,22 @@ impl PressModel {
         point: &PressPoint,
         at: &Unpacked,
         offset_mm: Vector2<f64>,
-        frame: &SensorFrame,
         covariance_mm2: Matrix2<f64>,
     ) -> Center {
-        let orbit =
-            self.design.linear(at) * point.covariance_mm2 * self.design.linear(at).transpose();
-        let orbit = orbit * frame.variance_factor;
         Center {
             press: press.name.clone(),
             role: press.role,
             sensor_mm: Point2::from(self.design.corrected(point, at).center_mm),
             machine_mm: press.machine_mm + offset_mm,
             offset_mm,
-            covariance_mm2: match press.role {
-                PressRole::Frame => orbit - covariance_mm2,
-                PressRole::Check | PressRole::Locate => orbit + covariance_mm2,
-            },
+            covariance_mm2,
         }
+    }
+
+    /// Covariance of a centre by its record and its seat, machine frame.
+    fn press_covariance(&self, point: &PressPoint, at: &Unpacked, seat_mm: f64) -> Matrix2<f64> {
+        let seated = point.covariance_mm2 + Matrix2::identity() * seat_mm.powi(2);
+        self.design.linear(at) * seated * self.design.linear(at).transpose()
     }
 
     /// Covariance of the residual of a press due to base and effects.

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::parameter::parameter;
 use crate::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
 use crate::press_effects::Catalogue;
-use crate::press_noise::CenterNoise;
+use crate::press_noise::center_covariances;
 use crate::press_proposals::proposals;
 use crate::sensor_errors::Reading;
 use crate::{
@@ -21,8 +21,9 @@ use crate::{
 /// the machine's position, in mm. Effects act on the mean wrench of the press and on where the
 /// machine says it is, not on the result.
 ///
-/// Rows are weighed by the noise of the records, axis by axis in the machine frame; the
-/// correlation of x and y within a press, which only the noise of `Fz` makes, is left out.
+/// Rows are weighed by the noise of the records, axis by axis in the machine frame, and by the
+/// scatter from press to press that the loop finds beside it; the correlation of x and y within
+/// a press, which only the noise of `Fz` makes, is left out.
 #[derive(Clone, Debug)]
 pub struct PressModel {
     pub(crate) layout: Layout,
@@ -57,7 +58,7 @@ impl PressModel {
         covariates: &[Covariate],
     ) -> Result<Self, FtCenterError> {
         let Located { frame, .. } = locate(presses, contact, options)?;
-        let noise = CenterNoise::of(presses, contact.z0_mm, options.noise)?;
+        let covariances_mm2 = center_covariances(presses, contact.z0_mm, options.noise)?;
         let observed: Vec<_> =
             (0..presses.len()).filter(|&i| presses[i].role != PressRole::Locate).collect();
         let warm: Vec<_> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
@@ -75,7 +76,7 @@ impl PressModel {
                     wrench: presses[i].orbit.mean_wrench,
                     elapsed_ratio: elapsed[i],
                 },
-                covariance_mm2: noise.covariances_mm2[i],
+                covariance_mm2: covariances_mm2[i],
                 warmth_k: observation.map_or_else(Vec::new, warmth),
                 observation,
             }
@@ -240,6 +241,11 @@ impl Model for PressModel {
             row += block.nrows();
         }
         tangent
+    }
+
+    /// A head seats anew on every press, which no record shows.
+    fn common_scatter(&self) -> bool {
+        true
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -1,4 +1,5 @@
-//! Covariance of every orbit centre, drawn towards the mean of all presses.
+//! Covariance of every orbit centre by the noise within its record, drawn towards the mean of all
+//! presses.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -12,53 +13,36 @@ const FLOOR_MM: f64 = 1e-9;
 /// Degrees of freedom that the mean over all presses counts for beside a press's own.
 const MEAN_DOF: f64 = 16.0;
 
-/// Covariances of centres, and the degrees of freedom they are known to.
-#[derive(Clone, Debug)]
-pub(crate) struct CenterNoise {
-    /// Sensor frame, one per press.
-    pub(crate) covariances_mm2: Vec<Matrix2<f64>>,
-    pub(crate) degrees_of_freedom: f64,
-}
-
-impl CenterNoise {
-    /// Blends the noise of each record with that of all, or spreads the declared noise over them.
-    ///
-    /// A record's own covariance rests on a few cosines; as moment noise, `C n ⟨Fz²⟩`, it is much
-    /// the same for all presses of one sensor and head, and is drawn towards their mean the
-    /// more, the less it is known itself. Declared noise is of one reading, and is widened by
-    /// how much more than white the records vary slowly.
-    pub(crate) fn of(
-        presses: &[SolvedPress],
-        z0_mm: f64,
-        noise: Option<Noise>,
-    ) -> Result<Self, FtCenterError> {
-        let pooled = Pooled::of(presses);
-        if let Some(noise) = noise {
-            require_positive(noise.force_n, "force_n")?;
-            require_positive(noise.moment_nmm, "moment_nmm")?;
-        }
-        let floor = Matrix2::identity() * FLOOR_MM.powi(2);
-        let one = |p: &SolvedPress| {
-            let one_sample = if let Some(noise) = noise {
-                reading_noise(p, z0_mm, noise) * pooled.colour()
-            } else {
-                let own = own_share(p);
-                slow_noise(p) * own + pooled.slow * (1.0 - own)
-            };
-            let samples = crate::count(p.orbit.contact_samples);
-            one_sample / (samples * p.orbit.rms_fz_n.powi(2)) + floor
-        };
-        let dof = |p: &SolvedPress| {
-            let own = own_share(p);
-            let scatter = own.powi(2) / p.orbit.degrees_of_freedom
-                + (1.0 - own).powi(2) / pooled.degrees_of_freedom;
-            1.0 / scatter
-        };
-        Ok(Self {
-            covariances_mm2: presses.iter().map(one).collect(),
-            degrees_of_freedom: presses.iter().map(dof).sum::<f64>() / crate::count(presses.len()),
-        })
+/// Covariance of each centre in the sensor frame, from inside its record.
+///
+/// A record's own covariance rests on a few cosines; as moment noise, `C n ⟨Fz²⟩`, it is much
+/// the same for all presses of one sensor and head, and is drawn towards their mean the more, the
+/// less it is known itself. Declared noise is of one reading: it is spread over the records, and
+/// widened by how much more than white they vary slowly.
+///
+/// How well the head seats from press to press is no part of it: no record shows that.
+pub(crate) fn center_covariances(
+    presses: &[SolvedPress],
+    z0_mm: f64,
+    noise: Option<Noise>,
+) -> Result<Vec<Matrix2<f64>>, FtCenterError> {
+    let pooled = Pooled::of(presses);
+    if let Some(noise) = noise {
+        require_positive(noise.force_n, "force_n")?;
+        require_positive(noise.moment_nmm, "moment_nmm")?;
     }
+    let floor = Matrix2::identity() * FLOOR_MM.powi(2);
+    let one = |p: &SolvedPress| {
+        let one_sample = if let Some(noise) = noise {
+            reading_noise(p, z0_mm, noise) * pooled.colour()
+        } else {
+            let own = own_share(p);
+            slow_noise(p) * own + pooled.slow * (1.0 - own)
+        };
+        let samples = crate::count(p.orbit.contact_samples);
+        one_sample / (samples * p.orbit.rms_fz_n.powi(2)) + floor
+    };
+    Ok(presses.iter().map(one).collect())
 }
 
 /// Noise of one sample, of the press itself against the mean of all.
@@ -78,19 +62,18 @@ struct Pooled {
     slow: Matrix2<f64>,
     /// Noise of one sample as it is, slow or not.
     all: Matrix2<f64>,
-    degrees_of_freedom: f64,
 }
 
 impl Pooled {
     fn of(presses: &[SolvedPress]) -> Self {
-        let degrees_of_freedom = presses.iter().map(|p| p.orbit.degrees_of_freedom).sum();
+        let degrees_of_freedom: f64 = presses.iter().map(|p| p.orbit.degrees_of_freedom).sum();
         let (mut slow, mut all) = (Matrix2::zeros(), Matrix2::zeros());
         for p in presses {
             let share = p.orbit.degrees_of_freedom / degrees_of_freedom;
             slow += share * slow_noise(p);
             all += share * p.orbit.rms_fz_n.powi(2) * p.orbit.scatter_mm2;
         }
-        Self { slow, all, degrees_of_freedom }
+        Self { slow, all }
     }
 
     /// How much larger the noise of a mean is than that of as many independent samples.

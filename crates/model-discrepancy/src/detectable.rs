@@ -61,7 +61,7 @@ fn unwhitened_rms(lin: &Linear<'_>, directions: &DMatrix<f64>) -> f64 {
     for (i, &row) in lin.rows.iter().enumerate() {
         let row = lin.layout.rows[row];
         if row.reported {
-            sum += directions.row(i).norm_squared() * row.sigma * row.sigma;
+            sum += directions.row(i).norm_squared() * lin.sigma[i] * lin.sigma[i];
         }
     }
     let observations = reported_observations(lin).max(1);

@@ -22,7 +22,7 @@ pub(crate) fn covariance(system: &System<'_>, at: &Estimate, keep: &[bool]) -> D
         return DMatrix::zeros(0, 0);
     }
     let rows = rows_of(system.model.layout(), keep);
-    let mut jacobian = whitened(system.model.layout(), &rows, &system.jacobian(at));
+    let mut jacobian = whitened(system.model.layout(), at, &rows, &system.jacobian(at));
     let scale: Vec<_> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     for (mut column, scale) in jacobian.column_iter_mut().zip(&scale) {
         column.unscale_mut(*scale);
@@ -45,7 +45,7 @@ fn covariance_factor(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 
     let layout = system.model.layout();
     let Some(dof) = rows.len().checked_sub(system.dim()).filter(|&d| d > 0) else { return 1.0 };
     let all = system.residuals(at);
-    let chi2: f64 = rows.iter().map(|&r| (all[r] / layout.rows[r].sigma).powi(2)).sum();
+    let chi2: f64 = rows.iter().map(|&r| (all[r] / at.sigma(&layout.rows[r])).powi(2)).sum();
     if layout.sigma_declared && !too_noisy(chi2, count(dof)) { 1.0 } else { chi2 / count(dof) }
 }
 

@@ -95,7 +95,7 @@ pub(crate) fn group_error(lin: &Linear<'_>, rows: &[usize], errors: &DVector<f64
         let row = lin.layout.rows[lin.rows[i]];
         sum.whitened += error * error;
         if row.reported {
-            sum.reported += (error * row.sigma).powi(2);
+            sum.reported += (error * lin.sigma[i]).powi(2);
             if last != Some(row.observation) {
                 sum.observations += 1;
                 last = Some(row.observation);

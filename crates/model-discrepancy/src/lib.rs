@@ -89,6 +89,7 @@ mod candidate;
 mod check;
 mod close_loop;
 mod closure;
+mod common_scatter;
 mod confusable;
 mod constancy;
 mod detectable;
@@ -120,6 +121,7 @@ pub use closure::{
     Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass, Remaining,
     Score, Step, Verdict,
 };
+pub use common_scatter::common_variance;
 pub use error::LoopError;
 pub use model::{
     Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,

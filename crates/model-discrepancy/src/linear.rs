@@ -15,6 +15,8 @@ pub(crate) struct Linear<'a> {
     pub(crate) layout: &'a Layout,
     /// Row numbers in the layout.
     pub(crate) rows: Vec<usize>,
+    /// Standard uncertainty of each, common scatter included.
+    pub(crate) sigma: Vec<f64>,
     /// Whitened residual of the fitted system.
     pub(crate) residual: DVector<f64>,
     /// Span of the system's whitened Jacobian.
@@ -36,20 +38,22 @@ impl<'a> Linear<'a> {
             .filter(|&row| !silent.get(layout.rows[row].component).copied().unwrap_or(false))
             .collect();
         let all = system.residuals(at);
-        let residual = DVector::from_iterator(
-            rows.len(),
-            rows.iter().map(|&row| all[row] / layout.rows[row].sigma),
-        );
-        let jacobian = whitened(layout, &rows, &system.jacobian(at));
+        let sigma: Vec<_> = rows.iter().map(|&row| at.sigma(&layout.rows[row])).collect();
+        let residual = DVector::from_fn(rows.len(), |i, _| all[rows[i]] / sigma[i]);
+        let jacobian = whitened(layout, at, &rows, &system.jacobian(at));
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         let (clusters, cluster_groups) = clusters(layout, &rows);
         let series = series(layout, &rows);
-        Self { layout, rows, residual, basis, clusters, cluster_groups, series }
+        Self { layout, rows, sigma, residual, basis, clusters, cluster_groups, series }
     }
 
     /// Whitened rows of a tangent given for all rows of the layout.
     pub(crate) fn tangent(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
-        whitened(self.layout, &self.rows, all)
+        let mut out = all.select_rows(&self.rows);
+        for (mut row, sigma) in out.row_iter_mut().zip(&self.sigma) {
+            row.unscale_mut(*sigma);
+        }
+        out
     }
 
     /// Residual with what the basis explains taken out (none is left after a converged fit).

@@ -62,7 +62,7 @@ impl<'a> Readings<'a> {
         let mut tangent = DMatrix::zeros(rows.len(), values.ncols());
         for (at, &i) in rows.iter().enumerate() {
             let row = lin.rows[i];
-            tangent.row_mut(at).copy_from(&(values.row(row - first) / lin.layout.rows[row].sigma));
+            tangent.row_mut(at).copy_from(&(values.row(row - first) / lin.sigma[i]));
         }
         let q = lin.basis.rows(rows);
         let along = q.transpose() * &tangent;
@@ -100,7 +100,7 @@ impl<'a> Readings<'a> {
         for (at, &i) in rows.iter().enumerate() {
             let row = self.lin.layout.rows[self.lin.rows[i]];
             if row.reported {
-                sum += directions.row(at).norm_squared() * row.sigma * row.sigma;
+                sum += directions.row(at).norm_squared() * self.lin.sigma[i].powi(2);
             }
         }
         sum / count(directions.ncols().max(1))

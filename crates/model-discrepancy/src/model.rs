@@ -41,6 +41,15 @@ pub trait Model: Sync {
         None
     }
 
+    /// Whether observations may scatter by more than [`Row::sigma`], all alike.
+    ///
+    /// True where sigma is known from inside each observation (the noise of its record) and says
+    /// nothing of how well an observation repeats. The loop then adds to the reported rows the
+    /// one variance that makes the residual most likely, anew for every set of effects.
+    fn common_scatter(&self) -> bool {
+        false
+    }
+
     /// Further measurements that the user could make, the cheapest first.
     ///
     /// The loop uses them to say which measurement would tell two effects apart.

@@ -65,7 +65,7 @@ fn without<'a>(
         return None;
     }
     next.system = wide.added_to(&next.system);
-    next.estimate = next.system.fit(&rows, &next.system.carry(&next.estimate)).ok()?;
+    next.estimate = next.system.fit_anew(&rows, &next.system.carry(&next.estimate)).ok()?;
     next.added.retain(|a| a.what != What::Effect(effect));
     Some(next)
 }

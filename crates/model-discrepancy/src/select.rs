@@ -64,7 +64,7 @@ pub(crate) fn select<'a>(
 ) -> Result<Selected<'a>, SolveError<Estimate>> {
     let system = System::declared(setting.model);
     let rows = rows_of(setting.model.layout(), keep);
-    let estimate = system.fit(&rows, start)?;
+    let estimate = system.fit_anew(&rows, start)?;
     let mut chosen =
         Selected { system, estimate, added: Vec::new(), passes: Vec::new(), unseen: Vec::new() };
     loop {
@@ -95,7 +95,7 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         }
         let mut order = eligible(&hearing.judged, alpha);
         prefer_simpler(&lin, &hearing.judged, &mut order);
-        if !not_proportional(setting.model, chosen, &lin).is_empty() {
+        if !not_proportional(setting, chosen, &lin).is_empty() {
             // The rest is a known misfit of a named effect; single points are not to blame.
             order.retain(|&i| hearing.judged[i].candidate.reach == Reach::Many);
         }
@@ -182,6 +182,7 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Judged]) -> bool
     if cost(&system, &estimate, &rows) >= cost(&chosen.system, &chosen.estimate, &rows) {
         return false;
     }
+    let Ok(estimate) = system.fit_anew(&rows, &estimate) else { return false };
     chosen.system = system;
     chosen.estimate = estimate;
     for judged in candidates {
@@ -202,13 +203,12 @@ fn what(candidate: &Candidate) -> What {
 fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
     let layout = system.model.layout();
     let all = system.residuals(at);
-    rows.iter().map(|&row| (all[row] / layout.rows[row].sigma).powi(2)).sum()
+    rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
 }
 
 fn at_round_off(lin: &Linear<'_>) -> bool {
-    let sum: f64 = (lin.rows.iter().zip(lin.residual.iter()))
-        .map(|(&row, r)| (r * lin.layout.rows[row].sigma).powi(2))
-        .sum();
+    let sum: f64 =
+        (lin.sigma.iter().zip(lin.residual.iter())).map(|(sigma, r)| (r * sigma).powi(2)).sum();
     (sum / count(lin.rows.len().max(1))).sqrt() < ROUND_OFF
 }
 
@@ -247,6 +247,7 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
             Sight::Unseen(_) => false,
         };
         if !needed {
+            let Ok(estimate) = without.fit_anew(&rows, &estimate) else { continue };
             chosen.system = without;
             chosen.estimate = estimate;
             chosen.added.retain(|a| a.what != What::Effect(effect));

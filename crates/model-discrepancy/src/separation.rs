@@ -133,7 +133,7 @@ pub(crate) fn aliased_with(
     effect: usize,
 ) -> Vec<String> {
     const NAMED: f64 = 1.0 / 3.0;
-    let jacobian = whitened(lin.layout, &lin.rows, &system.jacobian(at));
+    let jacobian = whitened(lin.layout, at, &lin.rows, &system.jacobian(at));
     let tangent = lin.tangent(&system.model.tangent(&at.state, effect));
     let lengths: Vec<_> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     let mut scaled = jacobian;

@@ -138,7 +138,7 @@ fn nested_errors(
             rest[g] = false;
         }
         let rows = rows_of(setting.model.layout(), &rest);
-        let Ok(without) = declared.fit(&rows, base) else { continue };
+        let Ok(without) = declared.fit_anew(&rows, base) else { continue };
         let Ok(again) = select(&quick, &rest, &without) else { continue };
         repeated += 1;
         for (vote, (added, attribution)) in
@@ -234,7 +234,7 @@ pub(crate) fn step_errors(
                 .map_or(system.clone(), |e| system.with_empirical(e.clone())),
         };
         let start = system.carry(&chosen.estimate);
-        let at = system.fit(&rows, &start).unwrap_or(start);
+        let at = system.fit_anew(&rows, &start).unwrap_or(start);
         let lin = Linear::of(&system, &at, keep, setting.silent);
         let skip = excluded(setting, &system, &at, &lin);
         let left_out = leave_out(&lin, &lin.basis, &folds(lin.clusters.len(), CHOICE_FOLDS), &skip);

@@ -3,7 +3,8 @@
 use least_squares::{Problem, SolveError, solve};
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Layout, Model, Role, State};
+use crate::common_scatter::common_variance;
+use crate::{Layout, Model, Role, Row, State};
 
 /// A correction that is linear in its coefficients and knows no physics.
 #[derive(Clone, Debug)]
@@ -38,12 +39,32 @@ pub(crate) struct System<'a> {
     pub(crate) empirical: Vec<Empirical>,
 }
 
+/// Most rounds of weighing and fitting; each changes the weights tenfold less than the last.
+const MAX_REWEIGHTINGS: usize = 4;
+
+/// Relative change of the common variance that no longer matters: a hundredth of its own
+/// uncertainty from a thousand rows.
+const SETTLED: f64 = 5e-4;
+
 /// Parameters of a [`System`].
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     pub(crate) state: State,
     /// One vector per empirical correction.
     pub(crate) coefficients: Vec<DVector<f64>>,
+    /// Variance that reported rows share beyond their sigma, in report units squared.
+    pub(crate) common_variance: f64,
+}
+
+impl Estimate {
+    /// Standard uncertainty of a row, common scatter included.
+    pub(crate) fn sigma(&self, row: &Row) -> f64 {
+        if row.reported && self.common_variance > 0.0 {
+            row.sigma.hypot(self.common_variance.sqrt())
+        } else {
+            row.sigma
+        }
+    }
 }
 
 impl<'a> System<'a> {
@@ -78,6 +99,7 @@ impl<'a> System<'a> {
         self.carry(&Estimate {
             state: State::declared(base, self.model.effects()),
             coefficients: Vec::new(),
+            common_variance: 0.0,
         })
     }
 
@@ -100,7 +122,7 @@ impl<'a> System<'a> {
                 _ => DVector::zeros(e.columns.ncols()),
             })
             .collect();
-        Estimate { state, coefficients }
+        Estimate { state, coefficients, common_variance: from.common_variance }
     }
 
     pub(crate) fn dim(&self) -> usize {
@@ -152,7 +174,7 @@ impl<'a> System<'a> {
         next
     }
 
-    /// Fits everything that is switched on to the rows of `keep`.
+    /// Fits everything that is switched on to the rows of `keep`, weighed as at `start`.
     pub(crate) fn fit(
         &self,
         keep: &[usize],
@@ -163,6 +185,34 @@ impl<'a> System<'a> {
         }
         let kept = Kept { system: self, rows: keep };
         Ok(solve(&kept, self.carry(start), &least_squares::Options::default())?.point)
+    }
+
+    /// [`System::fit`] with the scatter that all rows share estimated anew.
+    pub(crate) fn fit_anew(
+        &self,
+        keep: &[usize],
+        start: &Estimate,
+    ) -> Result<Estimate, SolveError<Estimate>> {
+        let mut at = self.fit(keep, start)?;
+        if !self.model.common_scatter() {
+            return Ok(at);
+        }
+        for _ in 0..MAX_REWEIGHTINGS {
+            let before = at.common_variance;
+            at.common_variance = self.common_variance(keep, &at);
+            if (at.common_variance - before).abs() <= SETTLED * at.common_variance {
+                break;
+            }
+            at = self.fit(keep, &at)?;
+        }
+        Ok(at)
+    }
+
+    fn common_variance(&self, keep: &[usize], at: &Estimate) -> f64 {
+        let rows: Vec<_> = keep.iter().map(|&row| self.model.layout().rows[row]).collect();
+        let residual = self.residuals(at).select_rows(keep);
+        let jacobian = self.jacobian(at).select_rows(keep);
+        common_variance(&rows, &residual, &jacobian)
     }
 
     /// Names of the columns of [`System::jacobian`].
@@ -200,13 +250,13 @@ impl Problem for Kept<'_, '_> {
         let layout = self.system.model.layout();
         let all = self.system.residuals(at);
         for (out, &row) in out.iter_mut().zip(self.rows) {
-            *out = all[row] / layout.rows[row].sigma;
+            *out = all[row] / at.sigma(&layout.rows[row]);
         }
     }
 
     fn jacobian(&self, at: &Estimate, out: &mut DMatrix<f64>) {
         let layout = self.system.model.layout();
-        out.copy_from(&whitened(layout, self.rows, &self.system.jacobian(at)));
+        out.copy_from(&whitened(layout, at, self.rows, &self.system.jacobian(at)));
     }
 
     fn retract(&self, at: &Estimate, step: &DVector<f64>) -> Estimate {
@@ -228,8 +278,12 @@ pub(crate) fn rows_of(layout: &Layout, keep: &[bool]) -> Vec<usize> {
 }
 
 /// The rows of `rows`, whitened.
-pub(crate) fn whitened(layout: &Layout, rows: &[usize], all: &DMatrix<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), all.ncols(), |i, column| {
-        all[(rows[i], column)] / layout.rows[rows[i]].sigma
-    })
+pub(crate) fn whitened(
+    layout: &Layout,
+    at: &Estimate,
+    rows: &[usize],
+    all: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let sigma: Vec<_> = rows.iter().map(|&row| at.sigma(&layout.rows[row])).collect();
+    DMatrix::from_fn(rows.len(), all.ncols(), |i, column| all[(rows[i], column)] / sigma[i])
 }

@@ -17,7 +17,9 @@ pub(crate) fn verdict(
         return Verdict::StructureRemains;
     }
     let dof = lin.rows.len().saturating_sub(chosen.system.dim());
-    let chi2 = lin.residual.norm_squared();
+    // Judged by what was declared, without any scatter that the loop has estimated.
+    let declared = lin.rows.iter().zip(&lin.sigma).map(|(&row, s)| s / lin.layout.rows[row].sigma);
+    let chi2: f64 = lin.residual.iter().zip(declared).map(|(r, ratio)| (r * ratio).powi(2)).sum();
     if setting.model.layout().sigma_declared && dof > 0 && too_noisy(chi2, count(dof)) {
         return Verdict::NoiseLargerThanDeclared;
     }

@@ -68,6 +68,10 @@ impl Model for Regrouped<'_> {
         self.inner.tangent(at, effect)
     }
 
+    fn common_scatter(&self) -> bool {
+        self.inner.common_scatter()
+    }
+
     fn proposals(&self) -> Vec<Proposal> {
         self.inner.proposals()
     }

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::simulator::{CONTACT, Colour, Head, Placement, press, record};
+use crate::simulator::{CONTACT, Colour, Head, Placement, normal, press, record};
 
 /// Sets simulated. Of 2 axes × 1000, 95 % ± 4 standard deviations (of 0.49 %) are 93–97 %.
 const SETS: usize = 1000;
@@ -87,41 +87,57 @@ fn white_intervals_would_fail_under_coloured_noise() {
 const PLACEMENT: Placement =
     Placement { angle_rad: -2.1, mirrored: true, shift_mm: Vector2::new(264.3, 210.3) };
 
-fn session(colour: &Colour, offset_mm: Vector2<f64>, rng: &mut ChaCha8Rng) -> Vec<Press> {
-    let at = [[300.0, 100.0], [340.0, 100.0], [320.0, 150.0], [290.0, 140.0], [322.0, 118.0]];
-    (at.iter().enumerate())
-        .map(|(i, at)| {
-            let machine = Point2::from(*at);
-            let (role, truth) = if i == 4 {
+/// How a session is pressed.
+struct Session<'a> {
+    /// Four frame presses under each; the press to locate has the first.
+    loads_n: &'a [f64],
+    samples: usize,
+    colour: Colour,
+    /// The head seats anew on each press.
+    seat_mm: f64,
+}
+
+fn session(session: &Session<'_>, offset_mm: Vector2<f64>, rng: &mut ChaCha8Rng) -> Vec<Press> {
+    let at = [[300.0, 100.0], [340.0, 100.0], [320.0, 150.0], [290.0, 140.0]];
+    let frame = session.loads_n.iter().flat_map(|load_n| at.map(|at| (at, *load_n)));
+    let located = ([322.0, 118.0], session.loads_n[0]);
+    let n_frame = at.len() * session.loads_n.len();
+    (frame.chain([located]).enumerate())
+        .map(|(i, (at, load_n))| {
+            let machine = Point2::from(at);
+            let (role, truth) = if i == n_frame {
                 (PressRole::Locate, machine + offset_mm)
             } else {
                 (PressRole::Frame, machine)
             };
-            let center = PLACEMENT.to_sensor(truth);
-            let record = record(center, &Head::default(), colour, 300, 20.0, rng);
+            let seat = Vector2::new(normal(rng), normal(rng)) * session.seat_mm;
+            let center = PLACEMENT.to_sensor(truth + seat);
+            let head = Head { load_n, ..Head::default() };
+            let record = record(center, &head, &session.colour, session.samples, 20.0, rng);
             press(&format!("p{i}"), role, machine, record)
         })
         .collect()
 }
 
-fn assert_located_covered(colour: &Colour, seed: u64) {
+fn assert_located_covered(of: &Session<'_>, seed: u64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let offset_mm = Vector2::new(0.31, -0.22);
     let [mut angles, mut pivots, mut offsets] = [const { Share { hits: 0, tries: 0 } }; 3];
     for _ in 0..SETS {
-        let presses = session(colour, offset_mm, &mut rng);
+        let presses = session(of, offset_mm, &mut rng);
         let solved = solve_presses(&presses, &CONTACT, &OrbitOptions::default()).unwrap();
-        let Located { frame, centers, degrees_of_freedom: dof, widened_by } =
+        let Located { frame, centers, degrees_of_freedom: dof, .. } =
             locate(&solved, &CONTACT, &LocateOptions::default()).unwrap();
-        let widened = frame.covariance * widened_by;
-        angles.add(frame.angle_rad - PLACEMENT.angle_rad, widened[(0, 0)].sqrt(), dof);
+        let covariance = &frame.covariance;
+        angles.add(frame.angle_rad - PLACEMENT.angle_rad, covariance[(0, 0)].sqrt(), dof);
         let pivot = PLACEMENT.to_sensor(frame.pivot_mm);
         let found = frame.sensor_from_machine().apply(&frame.pivot_mm);
         for axis in 0..2 {
-            let std = widened[(1 + axis, 1 + axis)].sqrt();
+            let std = covariance[(1 + axis, 1 + axis)].sqrt();
             pivots.add(found[axis] - pivot[axis], std, dof);
-            let std = centers[4].covariance_mm2[(axis, axis)].sqrt();
-            offsets.add(centers[4].offset_mm[axis] - offset_mm[axis], std, dof);
+            let located = centers.last().unwrap();
+            let std = located.covariance_mm2[(axis, axis)].sqrt();
+            offsets.add(located.offset_mm[axis] - offset_mm[axis], std, dof);
         }
     }
     angles.assert_95("frame angles");
@@ -129,12 +145,37 @@ fn assert_located_covered(colour: &Colour, seed: u64) {
     offsets.assert_95("offsets");
 }
 
+/// One load: the records' noise is the same for all.
+fn steady(colour: Colour) -> Session<'static> {
+    Session { loads_n: &[40.0], samples: 300, colour, seat_mm: 0.0 }
+}
+
+/// 2 N·mm over 60 N, or 20 N, and the root of 120 samples: the records know 3 and 9 µm.
+fn seating(seat_mm: f64) -> Session<'static> {
+    Session { loads_n: &[20.0, 60.0], samples: 120, colour: Colour::WHITE, seat_mm }
+}
+
 #[test]
 fn frame_and_offsets_under_white_noise() {
-    assert_located_covered(&Colour::WHITE, 5);
+    assert_located_covered(&steady(Colour::WHITE), 5);
 }
 
 #[test]
 fn frame_and_offsets_under_coloured_noise() {
-    assert_located_covered(&Colour { memory_s: 0.2, ..Colour::COLOURED }, 6);
+    assert_located_covered(&steady(Colour { memory_s: 0.2, ..Colour::COLOURED }), 6);
+}
+
+#[test]
+fn frame_and_offsets_of_a_head_that_seats_perfectly() {
+    assert_located_covered(&seating(0.0), 7);
+}
+
+#[test]
+fn frame_and_offsets_with_a_seat_like_the_noise_of_the_records() {
+    assert_located_covered(&seating(0.005), 8);
+}
+
+#[test]
+fn frame_and_offsets_with_a_seat_beyond_the_noise_of_the_records() {
+    assert_located_covered(&seating(0.030), 9);
 }

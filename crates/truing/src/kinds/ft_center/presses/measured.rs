@@ -88,7 +88,7 @@ impl Measured for PressCase {
             unit: "mm",
             degrees_of_freedom: frame.degrees_of_freedom,
             chi2_per_dof: redundant.then_some(frame.variance_factor),
-            warnings: warnings(&located),
+            warnings: warnings(&located, presses),
             estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, presses)),
         })
     }
@@ -159,7 +159,7 @@ impl Measured for PressCase {
     }
 }
 
-fn warnings(located: &Located) -> Vec<String> {
+fn warnings(located: &Located, presses: &[SolvedPress]) -> Vec<String> {
     let mut warnings = Vec::new();
     let frame = &located.frame;
     match (frame.handedness_source, frame.handedness) {
@@ -175,11 +175,14 @@ fn warnings(located: &Located) -> Vec<String> {
         )),
         _ => {}
     }
-    if located.widened_by > 1.0 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let of_records = presses.iter().map(|p| 0.5 * p.orbit.covariance_mm2.trace()).sum::<f64>()
+        / presses.len() as f64;
+    if located.seat_mm.powi(2) > of_records {
         warnings.push(format!(
-            "the frame's residual is larger than the records explain: uncertainties are \
-             widened by {:.2}",
-            located.widened_by
+            "presses scatter by {:.4} mm along each axis beyond the noise of their records: the \
+             head seats no better, or something is missing; it is part of every uncertainty",
+            located.seat_mm
         ));
     }
     warnings
