@@ -1,5 +1,7 @@
 //! Errors before and after, on the data that made the models and on data they never saw.
 
+use rayon::prelude::*;
+
 use crate::attribution::Attribution;
 use crate::candidate::Source;
 use crate::holdout::{GroupError, folds, leave_out, rms};
@@ -121,42 +123,65 @@ fn nested_errors(
     fitted: &[usize],
     skip_groups: &[usize],
 ) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
-    let declared = System::declared(setting.model);
-    let quick = Setting { thorough: false, ..*setting };
     let fold = folds(fitted.len(), MAX_NESTED_FOLDS);
     let n_folds = fold.iter().max().map_or(0, |f| f + 1);
+    let members = |f: usize| -> Vec<usize> {
+        (0..fitted.len()).filter(|&i| fold[i] == f && !skip_groups.contains(&fitted[i])).collect()
+    };
+    // Each repetition stands alone, so the answer does not depend on the number of threads.
+    let repetitions: Vec<_> = (0..n_folds)
+        .into_par_iter()
+        .filter_map(|f| {
+            let members = members(f);
+            let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
+            Some((members, repeat_without(setting, keep, base, &left_out)?))
+        })
+        .collect();
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
     let mut votes = vec![0_usize; chosen.added.len()];
-    let mut repeated = 0_usize;
-    for f in 0..n_folds {
-        let members: Vec<_> = (0..fitted.len())
-            .filter(|&i| fold[i] == f && !skip_groups.contains(&fitted[i]))
-            .collect();
-        let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
-        let mut rest = keep.to_vec();
-        for &g in &left_out {
-            rest[g] = false;
+    for (members, repetition) in &repetitions {
+        let accepted = chosen.added.iter().zip(attributions);
+        for (vote, (added, attribution)) in votes.iter_mut().zip(accepted) {
+            let same = |again: &What| agrees(again, &added.what, attribution.as_ref());
+            *vote += usize::from(repetition.added.iter().any(same));
         }
-        let rows = rows_of(setting.model.layout(), &rest);
-        let Ok(without) = declared.fit_anew(&rows, base) else { continue };
-        let Ok(again) = select(&quick, &rest, &without) else { continue };
-        repeated += 1;
-        for (vote, (added, attribution)) in
-            votes.iter_mut().zip(chosen.added.iter().zip(attributions))
-        {
-            *vote += usize::from(
-                again.added.iter().any(|a| agrees(&a.what, &added.what, attribution.as_ref())),
-            );
-        }
-        let before = reported_errors(&declared, &without, &left_out);
-        let after = reported_errors(&again.system, &again.estimate, &left_out);
-        for ((&i, b), a) in members.iter().zip(before).zip(after) {
-            errors[0][i] = b;
-            errors[1][i] = a;
+        for (k, &i) in members.iter().enumerate() {
+            errors[0][i] = repetition.before[k];
+            errors[1][i] = repetition.after[k];
         }
     }
+    let repeated = repetitions.len();
     let share = |v: usize| (repeated > 0).then(|| count(v) / count(repeated));
     (errors, votes.into_iter().map(share).collect())
+}
+
+/// The choice made without some groups, and the errors of both models on them.
+struct Repetition {
+    added: Vec<What>,
+    before: Vec<Option<GroupError>>,
+    after: Vec<Option<GroupError>>,
+}
+
+fn repeat_without(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    left_out: &[usize],
+) -> Option<Repetition> {
+    let declared = System::declared(setting.model);
+    let quick = Setting { thorough: false, ..*setting };
+    let mut rest = keep.to_vec();
+    for &g in left_out {
+        rest[g] = false;
+    }
+    let rows = rows_of(setting.model.layout(), &rest);
+    let without = declared.fit_anew(&rows, base).ok()?;
+    let again = select(&quick, &rest, &without).ok()?;
+    Some(Repetition {
+        before: reported_errors(&declared, &without, left_out),
+        after: reported_errors(&again.system, &again.estimate, left_out),
+        added: again.added.into_iter().map(|a| a.what).collect(),
+    })
 }
 
 /// Whether a repetition found the same effect, or one that counts as the same.

@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
         value_name = "N",
         value_parser = clap::value_parser!(u16).range(1..)
     )]
-    threads: Option<u16>,
+    pub(crate) threads: Option<u16>,
     #[command(subcommand)]
     pub(crate) command: Command,
 }

@@ -4,6 +4,7 @@ mod arguments;
 mod output;
 mod spinner;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -17,7 +18,11 @@ use spinner::Spinner;
 
 /// Runs the command that the process was started with.
 pub(crate) fn run() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    if let Some(threads) = arguments.threads {
+        limit_threads(threads.into());
+    }
+    let result = match arguments.command {
         Command::Solve(run) => answer(&run, "solving", solve, solve_report),
         Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
         Command::Check { case, json } => checked(&case, json),
@@ -31,6 +36,15 @@ pub(crate) fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Bounds the threads of every command; more than the machine has are of no use.
+fn limit_threads(threads: usize) {
+    let available = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.min(available))
+        .build_global()
+        .expect("nothing has used the pool before");
 }
 
 /// An answer that can be shown as text, as JSON, and as a page.
