@@ -34,7 +34,8 @@ pub(crate) fn scores(out: &mut Markup, context: &Context) {
         "quiet",
         "p before correction for the size of the catalogue. Absorbed: share of the effect that \
          the declared model takes up and so hides. Detectable from: smallest effect, as rms \
-         residual, that would be found 9 times in 10.",
+         residual, that would be found 9 times in 10. Of effects that move one reading each, \
+         the strongest and the significant ones are listed.",
     );
     let mut shown: Option<&Pass> = None;
     let mut number = 0;
