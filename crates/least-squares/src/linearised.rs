@@ -30,6 +30,11 @@ impl Evaluated {
         let mut twice_cost = self.residuals.norm_squared();
         if !options.robust.is_empty() {
             self.root_weights.fill(1.0);
+            // Not all squares less what the losses take off them: beside an outlier that
+            // difference would hide the cost of all other rows in its rounding.
+            let is_plain = |row: &usize| !options.robust.iter().any(|r| r.rows.contains(row));
+            let plain = (0..self.residuals.len()).filter(is_plain);
+            twice_cost = plain.map(|row| self.residuals[row].powi(2)).sum();
         }
         for robust in &options.robust {
             let end = robust.rows.end.min(self.residuals.len());
@@ -38,7 +43,7 @@ impl Evaluated {
                 let count = robust.block_rows.min(end - first);
                 let s = self.residuals.rows(first, count).norm_squared();
                 let (rho, weight) = robust.loss.evaluate(s);
-                twice_cost += rho - s;
+                twice_cost += rho;
                 self.root_weights.rows_mut(first, count).fill(weight.sqrt());
                 first += count;
             }

@@ -82,7 +82,7 @@ impl Loss {
     }
 }
 
-/// Residual rows under a robust loss.
+/// Residual rows under a robust loss. Several of them have no row in common.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobustRows {

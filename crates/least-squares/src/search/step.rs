@@ -58,7 +58,12 @@ impl<P: Problem> Search<'_, P> {
         }
         let converged = self.at.gradient_correlation() <= UNRESOLVED_CORRELATION
             || match noise {
-                Some(noise) => self.gradient() <= NOISE_FACTOR * noise,
+                Some(noise) => {
+                    // Rounding of the residuals changes the cost by up to noise · ‖r‖, the full
+                    // step by half the square of the gradient.
+                    let hidden = (2.0 * noise * self.at.weighted.norm()).sqrt();
+                    self.gradient() <= hidden.max(NOISE_FACTOR * noise)
+                }
                 None => self.is_below_resolution(),
             };
         Some(if converged { Ended::Converged(Termination::Cost) } else { Ended::Stalled })

@@ -2,6 +2,9 @@
 
 use least_squares::{Loss, Options, RobustRows, solve};
 use nalgebra::{DVector, Matrix2, Vector2};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
 
 use crate::problems::{Written, line};
 use crate::suites::dual::Dual;
@@ -135,4 +138,37 @@ fn rows_outside_the_range_keep_their_full_weight() {
     let fit = solve(&line(&points), DVector::zeros(2), &options).unwrap();
     assert!(fit.weights.rows_range(5..).iter().all(|w| *w == 1.0));
     assert!(fit.weights.rows_range(..5).iter().any(|w| *w < 1.0));
+}
+
+/// Ranges of a metre that are good to a micrometre, one of them half a millimetre off: rounding
+/// of the ranges, not of the sum, is what hides the last decrease of the cost.
+#[test]
+fn long_ranges_with_short_uncertainties_converge() {
+    const SIGMA_MM: f64 = 1e-3;
+    let stations = [[0.0, 0.0, 0.0], [800.0, 0.0, 0.0], [100.0, 700.0, 0.0], [700.0, 600.0, 500.0]];
+    for seed in 0..200 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let noise = Normal::new(0.0, SIGMA_MM).unwrap();
+        let truth = [0; 3].map(|_| rng.random_range(100.0..900.0));
+        let mut ranges = Vec::new();
+        for k in 0..40 {
+            let offsets: Vec<f64> = (0..3).map(|c| truth[c] - stations[k % 4][c]).collect();
+            let range = DVector::from_vec(offsets).norm() - 0.3;
+            ranges.push(range + noise.sample(&mut rng));
+        }
+        ranges[17] += 0.5;
+        let problem = Written::new(&["x", "y", "z", "offset"], 40, |x: &[Dual]| {
+            let range = |k: usize| {
+                let square = |c: usize| (x[c] - stations[k % 4][c]) * (x[c] - stations[k % 4][c]);
+                (square(0) + square(1) + square(2)).sqrt() - x[3]
+            };
+            (0..40).map(|k| (range(k) - ranges[k]) / SIGMA_MM).collect()
+        });
+        let robust = vec![RobustRows::all(1, Loss::cauchy_95())];
+        let options = Options { robust, ..Options::default() };
+        let start = DVector::from_fn(4, |i, _| if i < 3 { truth[i] + 0.1 } else { 0.0 });
+        if let Err(refused) = solve(&problem, start, &options) {
+            panic!("seed {seed}: {refused}");
+        }
+    }
 }
