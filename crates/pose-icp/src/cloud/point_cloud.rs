@@ -41,16 +41,11 @@ impl PointCloud {
         if self.points_mm.is_empty() {
             return Err(RegisterError::Empty { side });
         }
-        let usable = |v: &f64| v.abs() <= MAX_COORDINATE_MM;
-        if let Some(index) = self.points_mm.iter().position(|p| !p.iter().all(usable)) {
-            let value = self.points_mm[index].iter().copied().find(|v| !usable(v));
-            let value = value.expect("the position was found by such a coordinate");
-            return Err(RegisterError::InvalidPoint {
-                side,
-                index,
-                value,
-                limit: MAX_COORDINATE_MM,
-            });
+        for (index, point) in self.points_mm.iter().enumerate() {
+            if let Some(&value) = point.iter().find(|v| v.is_nan() || v.abs() > MAX_COORDINATE_MM) {
+                let limit = MAX_COORDINATE_MM;
+                return Err(RegisterError::InvalidPoint { side, index, value, limit });
+            }
         }
         let Some(normals) = &self.normals else { return Ok(()) };
         if normals.len() != self.points_mm.len() {
