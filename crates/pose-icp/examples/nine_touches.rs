@@ -4,6 +4,8 @@
 //!
 //! `cargo run -p pose-icp --example nine_touches`
 
+#![expect(clippy::print_stdout, reason = "an example shows what it finds")]
+
 use geometry::{AsphereShape, EulerAngles};
 use nalgebra::{Point3, Vector3};
 use pose_icp::{

@@ -41,6 +41,7 @@ mod cloud;
 // Touches of a surface that is known exactly.
 mod error;
 mod exact;
+mod missing;
 
 pub use cloud::{PointCloud, RegisterError, Side};
 
@@ -50,6 +51,7 @@ pub use exact::{
     SideTouches, Tip, TipSide, Touch, WeakComponent, WeakDirection, fit_pose, height_at,
     start_from_touches,
 };
+pub use missing::{MeasuredTouch, PoseModel};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -62,6 +62,15 @@ impl Part {
         })
     }
 
+    /// Radius by which surface forms are normalised: the part's own, or that of the contacts.
+    pub(crate) fn form_radius_mm(&self, contacts: &[Foot]) -> f64 {
+        let reach = |foot: &Foot| foot.point_mm.coords.xy().norm();
+        match &self.shape {
+            Some(shape) => shape.aperture_center_mm.coords.norm() + 0.5 * shape.diameter_mm,
+            None => contacts.iter().map(reach).fold(f64::MIN_POSITIVE, f64::max),
+        }
+    }
+
     /// Height on the z axis of the point about which tilting hardly changes the surface.
     pub(crate) fn pivot_mm(&self) -> f64 {
         self.pivot_mm

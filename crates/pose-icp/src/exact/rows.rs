@@ -1,11 +1,11 @@
 //! Whitened equations of a pose problem.
 
 use geometry::{Foot, GeometryError};
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Point2, Vector3};
 
 use super::chart::Chart;
 use super::triangle::{MAX, Triangle};
-use crate::{LateralPrior, Part, PoseError, Tip, Touch};
+use crate::{LateralPrior, Part, PoseError, PoseStart, Tip, Touch};
 
 /// Everything the equations depend on but the pose.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +65,14 @@ impl Whitened {
             }
         }
         Ok(Self { prior: *prior, whitener })
+    }
+
+    /// The same knowledge of another clamping, whose axis is where `pose` has it.
+    pub(crate) fn moved_to(mut self, pose: &PoseStart) -> Self {
+        let axis = pose.machine_from_workpiece().rotation * Vector3::z();
+        let down_mm = self.prior.at_z_mm - pose.position_mm.z;
+        self.prior.center_mm = Point2::from(pose.position_mm.xy() + axis.xy() * (down_mm / axis.z));
+        self
     }
 
     pub(crate) fn equations(&self, at: &Chart) -> [([f64; MAX], f64); 2] {

@@ -49,6 +49,9 @@ pub(crate) struct Spectrum {
 impl Spectrum {
     pub(crate) fn of(triangle: &Triangle, free: &[usize], travel_mm: f64) -> Self {
         let n = free.len();
+        if n == 0 {
+            return Self { singular_values: Vec::new(), weak: Vec::new(), free: Vec::new() };
+        }
         let scale = |k: usize| if free[k] < 3 { 1.0 } else { travel_mm };
         let scaled = DMatrix::from_fn(n, n, |i, j| triangle.entry(i, j) / scale(j));
         let svd = scaled.svd(false, true);

@@ -2,4 +2,5 @@
 
 mod pose_degenerate;
 mod pose_exact;
+mod pose_model;
 mod pose_scene;

@@ -13,7 +13,8 @@ pub(crate) const DIAMETER_MM: f64 = 100.0;
 pub(crate) const TIP_MM: f64 = 3.0;
 
 pub(crate) fn paraboloid() -> Part {
-    Part::asphere(AsphereShape::on_axis(RADIUS_MM, -1.0, vec![], DIAMETER_MM)).unwrap()
+    Part::asphere(AsphereShape::on_axis(RADIUS_MM, -1.0, vec![], DIAMETER_MM))
+        .expect("the paraboloid is sound")
 }
 
 pub(crate) fn tip() -> Tip {
