@@ -22,6 +22,13 @@ pub(crate) const CELSIUS: &str = "_c";
 /// the touches see less than a fifth of it.
 const SEEN_DRIFT: f64 = 0.04;
 
+/// No machine is further out of square than this.
+const GROSS_RAD: f64 = 1e-3;
+/// What a touch can show at all.
+const SEEN_MM: f64 = 1e-3;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// An effect as the loop sees it, and what it does.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
@@ -39,6 +46,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) center_mm: Vector3<f64>,
     /// Mean squares of the normals' components, machine frame.
     pub(crate) normal_squares: Vector3<f64>,
+    /// Root mean square of the normals' components times the height over the mean, machine frame.
+    pub(crate) lateral_travel_mm: Vector3<f64>,
 }
 
 /// The catalogue.
@@ -73,8 +82,8 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
             Term::Form(form),
         ));
     }
-    entries.push(scale(setting.center_mm));
-    entries.push(squareness(setting.center_mm));
+    entries.extend(scales(setting.center_mm));
+    entries.push(squareness(setting));
     entries.push(drift(setting));
     entries.extend(temperatures(setting.covariates));
     entries.extend(bad_points(setting.touches));
@@ -129,25 +138,40 @@ fn pose(setting: &Setting<'_>) -> Vec<Entry> {
     entries
 }
 
-fn scale(fixed_mm: Vector3<f64>) -> Entry {
-    let text = "the machine's axes read long, each by its own amount";
-    let parameters = ["x", "y", "z"].map(|axis| parameter(axis, "ppm", 1e6)).into();
-    entry("machine-scale", text, parameters, Term::Scale { fixed_mm })
+/// One candidate per axis: the scale of z alone is a vertex radius to the touches of a paraboloid,
+/// and has to be called so.
+fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
+    AXES.into_iter().enumerate().map(move |(axis, name)| {
+        let text = format!("the machine's {name} axis reads long");
+        let parameters = vec![parameter(name, "ppm", 1e6)];
+        let mut entry = entry("machine-scale", &text, parameters, Term::Scale { fixed_mm, axis });
+        entry.effect.subject = Some(name.to_owned());
+        entry
+    })
 }
 
-fn squareness(fixed_mm: Vector3<f64>) -> Entry {
+/// Pairs with z only where the part is steep enough for a gross error to show.
+fn squareness(setting: &Setting<'_>) -> Entry {
     let text = "the machine's axes are not square to each other";
-    let parameters = ["xy", "xz", "yz"].map(|pair| parameter(pair, "µrad", 1e6)).into();
-    entry("squareness", text, parameters, Term::Squareness { fixed_mm })
+    let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
+        .into_iter()
+        .filter(|&(first, second)| {
+            second < 2 || setting.lateral_travel_mm[first] * GROSS_RAD > SEEN_MM
+        })
+        .collect();
+    let parameters = (pairs.iter())
+        .map(|&(a, b)| parameter(&format!("{}{}", AXES[a], AXES[b]), "µrad", 1e6))
+        .collect();
+    let fixed_mm = setting.center_mm;
+    entry("squareness", text, parameters, Term::Squareness { fixed_mm, pairs })
 }
 
 fn drift(setting: &Setting<'_>) -> Entry {
     let text = "the readings drift while the part is touched";
     let axes: Vec<usize> =
         (0..3).filter(|&k| k == 2 || setting.normal_squares[k] > SEEN_DRIFT).collect();
-    let named = |unit: &str, factor| {
-        axes.iter().map(|&k| parameter(["x", "y", "z"][k], unit, factor)).collect()
-    };
+    let named =
+        |unit: &str, factor| axes.iter().map(|&k| parameter(AXES[k], unit, factor)).collect();
     if let Some(time) = setting.covariates.iter().find(|c| c.name == TIME) {
         let start = time.values.first().copied().unwrap_or(0.0);
         let elapsed = time.values.iter().map(|t| t - start).collect();

@@ -39,7 +39,7 @@ pub struct PoseModel {
 #[derive(Clone, Debug)]
 pub(crate) struct Standard {
     pub(crate) effect: &'static str,
-    pub(crate) amplitude: usize,
+    pub(crate) parameter: &'static str,
     pub(crate) sigma: f64,
 }
 
@@ -95,28 +95,8 @@ impl PoseModel {
                 Setup::new(start, pivot_mm, here, k * free.len())
             })
             .collect();
-        let mut contacts = Vec::with_capacity(touches.len());
-        let mut normal_squares = Vector3::zeros();
-        let mut center_mm = Vector3::zeros();
-        for (index, touch) in touches.iter().enumerate() {
-            let chart = setups[setup_of[index]].reference;
-            let foot = part
-                .surface()
-                .closest_point(&chart.in_workpiece(&touch.touch.center_mm))
-                .map_err(|source| PoseError::NoFoot { index, source })?;
-            let normal = chart.direction_to_machine(&foot.normal);
-            normal_squares += normal.component_mul(&normal) / ratio(touches.len());
-            center_mm += touch.touch.center_mm.coords / ratio(touches.len());
-            contacts.push(foot);
-        }
-        let setting = Setting {
-            part: &part,
-            held: &options.held,
-            touches: &touches,
-            covariates: &covariates,
-            center_mm,
-            normal_squares,
-        };
+        let contacts = contacts(&part, &touches, &setups, &setup_of)?;
+        let setting = setting(&part, options, &touches, &covariates, &contacts, &setups, &setup_of);
         let entries = effects::catalogue(&setting);
         let (effects, terms) =
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
@@ -196,6 +176,15 @@ impl PoseModel {
         self.setups[setup].chart(&self.free, &at.base, &extra)
     }
 
+    /// Effect and column of the amplitude that a standard knows.
+    fn amplitude_of(&self, standard: &Standard) -> Option<(usize, usize)> {
+        let of_effect = |(e, effect): (usize, &Effect)| {
+            let column = effect.parameters.iter().position(|p| p.name == standard.parameter)?;
+            (effect.id == standard.effect).then_some((e, column))
+        };
+        self.effects.iter().enumerate().find_map(of_effect)
+    }
+
     fn contact(&self, index: usize) -> Contact<'_> {
         let center_mm = self.touches[index].touch.center_mm.coords;
         Contact { observation: index, center_mm, foot: &self.contacts[index] }
@@ -252,6 +241,50 @@ impl PoseModel {
             }
         }
         rows
+    }
+}
+
+fn contacts(
+    part: &Part,
+    touches: &[MeasuredTouch],
+    setups: &[Setup],
+    setup_of: &[usize],
+) -> Result<Vec<Foot>, PoseError> {
+    let of = |(index, touch): (usize, &MeasuredTouch)| {
+        let chart = setups[setup_of[index]].reference;
+        let foot = part.surface().closest_point(&chart.in_workpiece(&touch.touch.center_mm));
+        foot.map_err(|source| PoseError::NoFoot { index, source })
+    };
+    touches.iter().enumerate().map(of).collect()
+}
+
+fn setting<'a>(
+    part: &'a Part,
+    options: &'a PoseOptions,
+    touches: &'a [MeasuredTouch],
+    covariates: &'a [Covariate],
+    contacts: &[Foot],
+    setups: &[Setup],
+    setup_of: &[usize],
+) -> Setting<'a> {
+    let n = ratio(touches.len().max(1));
+    let sum = touches.iter().fold(Vector3::zeros(), |sum, t| sum + t.touch.center_mm.coords);
+    let center_mm: Vector3<f64> = sum / n;
+    let (mut normal_squares, mut travel_squares) = (Vector3::zeros(), Vector3::zeros());
+    for (index, contact) in contacts.iter().enumerate() {
+        let normal = setups[setup_of[index]].reference.direction_to_machine(&contact.normal);
+        let squares = normal.component_mul(&normal) / n;
+        normal_squares += squares;
+        travel_squares += squares * (touches[index].touch.center_mm.z - center_mm.z).powi(2);
+    }
+    Setting {
+        part,
+        held: &options.held,
+        touches,
+        covariates,
+        center_mm,
+        normal_squares,
+        lateral_travel_mm: travel_squares.map(f64::sqrt),
     }
 }
 
@@ -336,8 +369,8 @@ impl Model for PoseModel {
             }
         }
         for standard in &self.standards {
-            let effect = self.effects.iter().position(|e| e.id == standard.effect);
-            residuals.push(effect.map_or(0.0, |e| at.amplitudes[e][standard.amplitude]));
+            let of = |(e, k): (usize, usize)| at.amplitudes[e][k];
+            residuals.push(self.amplitude_of(standard).map_or(0.0, of));
         }
         DVector::from_vec(residuals)
     }
@@ -385,8 +418,8 @@ impl Model for PoseModel {
         };
         let mut tangent = stacked(rows, columns, of_touch, self.touches.len());
         for (k, standard) in self.standards.iter().enumerate() {
-            if standard.effect == self.effects[effect].id {
-                tangent[(rows - self.standards.len() + k, standard.amplitude)] = 1.0;
+            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
+                tangent[(rows - self.standards.len() + k, column)] = 1.0;
             }
         }
         tangent

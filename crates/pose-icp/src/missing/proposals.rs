@@ -44,23 +44,25 @@ pub(crate) fn proposals(model: &PoseModel) -> Vec<Proposal> {
     propose("touch a ring of points near the rim", with_ring(model));
     propose(
         "calibrate the tip on a reference sphere or ring",
-        with_standard(model, vec![("tip-radius", 0, TIP_MM)]),
+        with_standard(model, vec![("tip-radius", "radius", TIP_MM)]),
     );
     if let Some(shape) = model.part.shape() {
         let sigma_mm = RADIUS_RATIO * shape.radius_mm.abs();
         propose(
             "measure the vertex radius by other means, e.g. an interferometer on a radius bench",
-            with_standard(model, vec![("vertex-radius", 0, sigma_mm)]),
+            with_standard(model, vec![("vertex-radius", "radius", sigma_mm)]),
         );
     }
-    let axes = |effect: &'static str, sigma: f64| (0..3).map(|k| (effect, k, sigma)).collect();
+    let known = |effect: &'static str, names: [&'static str; 3], sigma: f64| {
+        names.into_iter().map(|name| (effect, name, sigma)).collect()
+    };
     propose(
         "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
-        with_standard(model, axes("machine-scale", SCALE_RATIO)),
+        with_standard(model, known("machine-scale", ["x", "y", "z"], SCALE_RATIO)),
     );
     propose(
         "measure the machine's squareness with an angle standard",
-        with_standard(model, axes("squareness", SQUARE_RAD)),
+        with_standard(model, known("squareness", ["xy", "xz", "yz"], SQUARE_RAD)),
     );
     let reversed: Vec<usize> = all.iter().rev().copied().collect();
     propose("touch all points a second time, in reverse order", again(model, &reversed, 0.0));
@@ -115,8 +117,11 @@ fn again(model: &PoseModel, which: &[usize], warmer_k: f64) -> Option<PoseModel>
     extended(model, &starts(model), planned, &model.options, vec![])
 }
 
-fn with_standard(model: &PoseModel, known: Vec<(&'static str, usize, f64)>) -> Option<PoseModel> {
-    let standard = |(effect, amplitude, sigma)| Standard { effect, amplitude, sigma };
+fn with_standard(
+    model: &PoseModel,
+    known: Vec<(&'static str, &'static str, f64)>,
+) -> Option<PoseModel> {
+    let standard = |(effect, parameter, sigma)| Standard { effect, parameter, sigma };
     let standards = known.into_iter().map(standard).collect();
     extended(model, &starts(model), vec![], &model.options, standards)
 }

@@ -13,10 +13,10 @@ pub(crate) enum Term {
     Tip,
     /// The surface is not the nominal one.
     Form(Form),
-    /// The machine reads its axes long, about `fixed_mm`.
-    Scale { fixed_mm: Vector3<f64> },
-    /// The machine's axes are not square; about `fixed_mm`.
-    Squareness { fixed_mm: Vector3<f64> },
+    /// The machine reads one axis long, about `fixed_mm`.
+    Scale { fixed_mm: Vector3<f64>, axis: usize },
+    /// The machine's axes are not square: `first += γ second` for each pair; about `fixed_mm`.
+    Squareness { fixed_mm: Vector3<f64>, pairs: Vec<(usize, usize)> },
     /// Readings along the axes in `axes` go with time or order.
     Drift { elapsed: Vec<f64>, axes: Vec<usize> },
     /// Readings of z, and the part's size, go with a temperature.
@@ -40,18 +40,10 @@ impl Term {
     pub(crate) fn readings(&self, contact: &Contact<'_>) -> Vec<Vector3<f64>> {
         let arm = |fixed_mm: &Vector3<f64>| contact.center_mm - fixed_mm;
         match self {
-            Self::Scale { fixed_mm } => {
+            Self::Scale { fixed_mm, axis } => vec![Vector3::ith(*axis, arm(fixed_mm)[*axis])],
+            Self::Squareness { fixed_mm, pairs } => {
                 let arm = arm(fixed_mm);
-                (0..3).map(|k| Vector3::ith(k, arm[k])).collect()
-            }
-            Self::Squareness { fixed_mm } => {
-                let arm = arm(fixed_mm);
-                // x += γ_xy y + γ_xz z, y += γ_yz z: the first axis is the reference.
-                vec![
-                    Vector3::new(arm.y, 0.0, 0.0),
-                    Vector3::new(arm.z, 0.0, 0.0),
-                    Vector3::new(0.0, arm.z, 0.0),
-                ]
+                pairs.iter().map(|&(first, second)| Vector3::ith(first, arm[second])).collect()
             }
             Self::Drift { elapsed, axes } => {
                 let elapsed = elapsed.get(contact.observation).copied().unwrap_or(0.0);
