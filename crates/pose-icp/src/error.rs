@@ -2,7 +2,7 @@ use std::fmt;
 
 use geometry::GeometryError;
 
-use crate::{PoseParameter, WeakDirection};
+use crate::{PoseParameter, WeakMotion};
 
 /// Why no pose could be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -85,7 +85,7 @@ pub enum PoseError {
     )]
     Undetermined {
         /// One per free motion.
-        directions: Vec<WeakDirection>,
+        directions: Vec<WeakMotion>,
     },
     /// The side touches do not lie around the part.
     #[error(
@@ -148,7 +148,7 @@ fn besides(prior_rows: usize) -> String {
     if prior_rows == 0 { String::new() } else { format!(" and {prior_rows} from the side touches") }
 }
 
-struct Listed<'a>(&'a [WeakDirection]);
+struct Listed<'a>(&'a [WeakMotion]);
 
 impl fmt::Display for Listed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -48,7 +48,7 @@ pub use cloud::{PointCloud, RegisterError, Side};
 pub use error::{InvalidTouch, PoseError};
 pub use exact::{
     EdgeTouches, Height, LateralPrior, Noise, Part, PoseFit, PoseOptions, PoseParameter, PoseStart,
-    SideTouches, Tip, TipSide, Touch, WeakComponent, WeakDirection, fit_pose, height_at,
+    SideTouches, Tip, TipSide, Touch, WeakComponent, WeakMotion, fit_pose, height_at,
     start_from_touches,
 };
 pub use missing::{MeasuredTouch, PoseModel};

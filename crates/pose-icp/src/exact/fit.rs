@@ -8,7 +8,7 @@ use super::weak::{Spectrum, covariance};
 use crate::error::InvalidTouch;
 use crate::{
     Noise, Part, PoseError, PoseOptions, PoseParameter, PoseStart, Tip, TipSide, Touch,
-    WeakDirection,
+    WeakMotion,
 };
 
 /// Coordinates beyond this are slips: a kilometre.
@@ -42,7 +42,7 @@ pub struct PoseFit {
     /// angles measured by the travel they cause at the touches.
     pub singular_values: Vec<f64>,
     /// Motions that the touches hardly show, the weakest last.
-    pub weak_directions: Vec<WeakDirection>,
+    pub weak_directions: Vec<WeakMotion>,
     /// Steps accepted.
     pub iterations: usize,
     /// Poses at which the equations were evaluated.

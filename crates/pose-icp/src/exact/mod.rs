@@ -24,4 +24,4 @@ pub use part::Part;
 pub(crate) use rows::Whitened;
 pub use start::start_from_touches;
 pub use touch::{Tip, TipSide, Touch};
-pub use weak::{WeakComponent, WeakDirection};
+pub use weak::{WeakComponent, WeakMotion};

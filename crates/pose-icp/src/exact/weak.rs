@@ -7,7 +7,7 @@ use crate::PoseParameter;
 
 /// A motion of the workpiece that the touches hardly show.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WeakDirection {
+pub struct WeakMotion {
     /// Singular value over the largest, with angles measured by the travel they cause at the
     /// touches; 0 for a motion that changes nothing at all.
     pub relative_singular_value: f64,
@@ -42,8 +42,8 @@ const MIN_SHARE: f64 = 0.01;
 pub(crate) struct Spectrum {
     /// Descending; whitened travel per mm, 1/mm times mm.
     pub(crate) singular_values: Vec<f64>,
-    pub(crate) weak: Vec<WeakDirection>,
-    pub(crate) free: Vec<WeakDirection>,
+    pub(crate) weak: Vec<WeakMotion>,
+    pub(crate) free: Vec<WeakMotion>,
 }
 
 impl Spectrum {
@@ -79,7 +79,7 @@ fn directions(
     ratios: &[f64],
     free: &[usize],
     scale: &impl Fn(usize) -> f64,
-) -> Vec<WeakDirection> {
+) -> Vec<WeakMotion> {
     let of = |(shares, &relative_singular_value): (nalgebra::DVectorView<'_, f64>, &f64)| {
         let mut named: Vec<usize> =
             (0..free.len()).filter(|&k| shares[k].abs() >= MIN_SHARE * shares.amax()).collect();
@@ -91,7 +91,7 @@ fn directions(
             sigma: None,
         };
         let components = named.iter().map(component).collect();
-        WeakDirection { relative_singular_value, components }
+        WeakMotion { relative_singular_value, components }
     };
     basis.column_iter().zip(ratios).map(of).collect()
 }
@@ -136,7 +136,7 @@ pub(crate) fn covariance(triangle: &Triangle, free: &[usize]) -> Option<Matrix6<
     Some(covariance)
 }
 
-impl WeakDirection {
+impl WeakMotion {
     /// Enters the uncertainties of the parameters.
     pub(crate) fn with_sigmas(mut self, sigma: impl Fn(PoseParameter) -> Option<f64>) -> Self {
         for component in &mut self.components {
@@ -146,7 +146,7 @@ impl WeakDirection {
     }
 }
 
-impl fmt::Display for WeakDirection {
+impl fmt::Display for WeakMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, component) in self.components.iter().enumerate() {
             let name = component.parameter.words();
