@@ -6,4 +6,13 @@
 // Clouds and meshes.
 mod cloud;
 
-pub use cloud::{PointCloud, RegisterError, Side};
+pub use cloud::{
+    CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
+    RegisterOptions, Registration, Side, Termination, WeakDirection, estimate_normals,
+    register_to_cloud, thin_out,
+};
+
+/// Runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
