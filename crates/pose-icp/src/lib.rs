@@ -5,12 +5,14 @@
 
 // Clouds and meshes.
 mod cloud;
+mod mesh;
 
 pub use cloud::{
     CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
     RegisterOptions, Registration, Side, Termination, WeakDirection, estimate_normals,
     register_to_cloud, thin_out,
 };
+pub use mesh::{Holes, MeshTarget, TriangleMesh, register_to_mesh, sample_surface};
 
 /// Runs the README's example.
 #[cfg(doctest)]

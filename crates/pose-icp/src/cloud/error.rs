@@ -105,6 +105,39 @@ pub enum RegisterError {
         /// Neighbours looked at.
         neighbours: usize,
     },
+    /// A face names a vertex that is not there.
+    #[error("face {face} of the {side} names vertex {vertex}, but there are {vertices}, from 0")]
+    NoSuchVertex {
+        /// Which mesh.
+        side: Side,
+        /// Position of the face, from 0.
+        face: usize,
+        /// The vertex named.
+        vertex: u32,
+        /// Vertices that there are.
+        vertices: usize,
+    },
+    /// Faces whose corners lie on a line, or coincide.
+    #[error(
+        "{count} faces of the {side} have no area, the first is face {first}, from 0: remove them \
+         from the mesh"
+    )]
+    ZeroAreaFaces {
+        /// Which mesh.
+        side: Side,
+        /// How many.
+        count: usize,
+        /// Position of the first, from 0.
+        first: usize,
+    },
+    /// The surface is not whole.
+    #[error(
+        "the target mesh has {count} holes: close them, or let the points over them be skipped"
+    )]
+    MeshHoles {
+        /// How many rims there are beyond the border of a sheet.
+        count: usize,
+    },
     /// An option is not usable.
     #[error("{option} cannot be {value}; it must be {}", option.range())]
     InvalidOption {

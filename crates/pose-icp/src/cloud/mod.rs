@@ -16,6 +16,11 @@ mod sums;
 mod target;
 mod voxels;
 
+pub(crate) use kd_tree::{Found, NONE};
+pub(crate) use point_cloud::check_points;
+pub(crate) use register::register;
+pub(crate) use target::{Foot, Target};
+
 pub use error::{OptionName, RegisterError, Side};
 pub use normals::estimate_normals;
 pub use observability::{Observability, WeakDirection};

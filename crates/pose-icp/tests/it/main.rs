@@ -3,3 +3,4 @@
 
 // Clouds and meshes.
 mod cloud;
+mod mesh;
