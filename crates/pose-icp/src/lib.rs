@@ -37,13 +37,19 @@
 
 // Clouds and meshes.
 mod cloud;
+mod mesh;
 
 // Touches of a surface that is known exactly.
 mod error;
 mod exact;
 mod missing;
 
-pub use cloud::{PointCloud, RegisterError, Side};
+pub use cloud::{
+    CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
+    RegisterOptions, Registration, Side, Termination, WeakDirection, estimate_normals,
+    register_to_cloud, thin_out,
+};
+pub use mesh::{Holes, MeshTarget, TriangleMesh, register_to_mesh, sample_surface};
 
 pub use error::{InvalidTouch, PoseError};
 pub use exact::{
@@ -53,6 +59,7 @@ pub use exact::{
 };
 pub use missing::{MeasuredTouch, PoseModel};
 
+/// Runs the README's example.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

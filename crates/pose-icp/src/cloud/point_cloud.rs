@@ -5,6 +5,9 @@ use crate::{RegisterError, Side};
 /// Coordinates beyond this are a wrong unit or a broken file, not a machine.
 pub(crate) const MAX_COORDINATE_MM: f64 = 1e9;
 
+/// Points are numbered in 32 bits, and the last number means «none».
+const MAX_POINTS: usize = u32::MAX as usize - 1;
+
 /// How far the length of a normal may be from 1; what single-precision files hold is 1e-7 off.
 const UNIT_LENGTH_TOL: f64 = 1e-4;
 
@@ -41,12 +44,11 @@ impl PointCloud {
         if self.points_mm.is_empty() {
             return Err(RegisterError::Empty { side });
         }
-        for (index, point) in self.points_mm.iter().enumerate() {
-            if let Some(&value) = point.iter().find(|v| v.is_nan() || v.abs() > MAX_COORDINATE_MM) {
-                let limit = MAX_COORDINATE_MM;
-                return Err(RegisterError::InvalidPoint { side, index, value, limit });
-            }
+        if self.points_mm.len() > MAX_POINTS {
+            let (got, limit) = (self.points_mm.len(), MAX_POINTS);
+            return Err(RegisterError::TooManyPoints { side, got, limit });
         }
+        check_points(&self.points_mm, side)?;
         let Some(normals) = &self.normals else { return Ok(()) };
         if normals.len() != self.points_mm.len() {
             let (points, normals) = (self.points_mm.len(), normals.len());
@@ -60,4 +62,14 @@ impl PointCloud {
             None => Ok(()),
         }
     }
+}
+
+pub(crate) fn check_points(points: &[Point3<f64>], side: Side) -> Result<(), RegisterError> {
+    for (index, point) in points.iter().enumerate() {
+        if let Some(&value) = point.iter().find(|v| v.is_nan() || v.abs() > MAX_COORDINATE_MM) {
+            let limit = MAX_COORDINATE_MM;
+            return Err(RegisterError::InvalidPoint { side, index, value, limit });
+        }
+    }
+    Ok(())
 }

@@ -7,8 +7,7 @@ use super::search::{Failed, Found, search};
 use super::weak::{Spectrum, covariance};
 use crate::error::InvalidTouch;
 use crate::{
-    Noise, Part, PoseError, PoseOptions, PoseParameter, PoseStart, Tip, TipSide, Touch,
-    WeakMotion,
+    Noise, Part, PoseError, PoseOptions, PoseParameter, PoseStart, Tip, TipSide, Touch, WeakMotion,
 };
 
 /// Coordinates beyond this are slips: a kilometre.
