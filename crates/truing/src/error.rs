@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
+use pose_icp::PoseError;
 
 use crate::{Location, Problem};
 
@@ -33,6 +34,14 @@ pub enum Error {
         at: Box<Location>,
         /// Why.
         source: Box<FtCenterError>,
+    },
+    /// No pose can be had from the points.
+    #[error("{at}: {source}")]
+    PoseIcp {
+        /// The table, and the line where one is to blame.
+        at: Box<Location>,
+        /// Why.
+        source: Box<PoseError>,
     },
     /// The loop cannot be closed.
     #[error("{at}: {source}")]
@@ -109,6 +118,12 @@ impl Error {
                     | FtCenterError::CoincidentPoints { .. }
                     | FtCenterError::CollinearPoints { .. }
                     | FtCenterError::PosesNotEnough { .. }
+            ),
+            Self::PoseIcp { source, .. } => matches!(
+                **source,
+                PoseError::TooFewTouches { .. }
+                    | PoseError::Undetermined { .. }
+                    | PoseError::NotConverged { .. }
             ),
             Self::Loop { source, .. } => matches!(
                 source,

@@ -1,6 +1,8 @@
 use serde::Serialize;
 
-use crate::kinds::{DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates};
+use crate::kinds::{
+    DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates, PoseIcpEstimates,
+};
 use crate::text_table::TextTable;
 
 /// What was solved for, by kind; each serialises as its own object.
@@ -16,6 +18,8 @@ pub enum Estimates {
     Displacements(DisplacementEstimates),
     /// `ft-center` from static poses.
     Gravity(GravityEstimates),
+    /// `pose-icp`.
+    PoseIcp(PoseIcpEstimates),
 }
 
 /// One estimated number, in the unit it is reported in.
@@ -41,6 +45,7 @@ impl Estimates {
             Self::FtCenter(estimates) => estimates.parameters(),
             Self::Displacements(_) => Vec::new(),
             Self::Gravity(estimates) => estimates.parameters(),
+            Self::PoseIcp(estimates) => estimates.parameters(),
         }
     }
 
@@ -66,6 +71,7 @@ impl Estimates {
             Self::FtCenter(estimates) => estimates.table(),
             Self::Displacements(estimates) => estimates.table(),
             Self::Gravity(estimates) => estimates.table(),
+            Self::PoseIcp(estimates) => estimates.table(),
         });
         tables
     }

@@ -20,6 +20,7 @@ pub use ft_center;
 pub use geometry;
 pub use least_squares;
 pub use model_discrepancy;
+pub use pose_icp;
 
 pub use case::{Case, Location, Problem, read_case};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
@@ -31,8 +32,8 @@ pub use error::Error;
 pub use estimates::Estimates;
 pub use kinds::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FrameFitEstimates,
-    FtCenterEstimates, GravityEstimates, LineMiss, PointResidual, TransformStd, WrenchEstimate,
-    kinds, write_example,
+    FtCenterEstimates, GravityEstimates, HeightCheck, LineMiss, PointResidual, PoseEstimate,
+    PoseIcpEstimates, TouchResidual, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
 pub use residual::Residual;

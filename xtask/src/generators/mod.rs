@@ -1,5 +1,6 @@
 //! Committed cases: published tables, and simulations written from the physics.
 
+pub(crate) mod mirror;
 mod noise;
 pub(crate) mod oracle;
 pub(crate) mod press;
@@ -8,6 +9,7 @@ pub(crate) mod survey;
 pub(crate) mod vector;
 
 mod frame_cases;
+mod mirror_cases;
 mod press_cases;
 mod published;
 
@@ -41,6 +43,7 @@ pub(crate) fn cases() -> Vec<Case> {
     let mut cases = published::cases();
     cases.extend(frame_cases::cases());
     cases.extend(press_cases::cases());
+    cases.extend(mirror_cases::cases());
     cases
 }
 

@@ -1,6 +1,7 @@
-//! A simulated case of either kind, and how large its effect must be.
+//! A simulated case of any kind, and how large its effect must be.
 
 use super::detectable::{Design, smallest};
+use crate::generators::mirror::{self, Flaw, Mirror};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
 use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
@@ -11,6 +12,7 @@ use crate::generators::survey::{self, Defect, Survey};
 pub(crate) enum Scene {
     Survey(Survey),
     Session(Session),
+    Mirror(Mirror),
 }
 
 /// A case folder, and the error on its check groups that the noise alone makes.
@@ -43,6 +45,13 @@ impl Scene {
                     ],
                     noise_mm: check_error_mm(&press::simulate(&sound)),
                 }
+            }
+            Self::Mirror(scene) => {
+                let touched = mirror::simulate(scene);
+                let mut files =
+                    vec![("case.toml", touched.case_toml), ("points.csv", touched.points_csv)];
+                files.extend(touched.edge_csv.map(|text| ("edge.csv", text)));
+                Simulated { files, noise_mm: touched.check_noise_mm }
             }
         }
     }
@@ -112,6 +121,40 @@ pub(crate) fn session_at(
     let signal = rows(&|i| [after[i][0] - before[i][0], after[i][1] - before[i][1]]);
     let factor = smallest(&Design { signal, base, n_amplitudes, n_candidates });
     Session { fault: fault(times * factor * SMALL), ..session.clone() }
+}
+
+/// Scales the flaw, given at a small size, to `times` its minimal detectable size.
+pub(crate) fn mirror_at(
+    mirror: &Mirror,
+    flaw: impl Fn(f64) -> Flaw,
+    n_amplitudes: usize,
+    n_candidates: usize,
+    times: f64,
+) -> Mirror {
+    const SMALL: f64 = 1e-6;
+    let touched = mirror::simulate(&Mirror { flaw: flaw(SMALL), ..mirror.clone() });
+    let fitted: Vec<usize> =
+        (0..touched.is_check.len()).filter(|&i| !touched.is_check[i]).collect();
+    // The mean of two touches of the side, whose lever to the origin is a few millimetres.
+    let side_mm = mirror.noise_mm / 2.0_f64.sqrt();
+    let rows = |of_touch: &dyn Fn(usize) -> f64, sides: [f64; 2]| -> Vec<f64> {
+        let touches = fitted.iter().map(|&i| of_touch(i) / mirror.noise_mm);
+        touches.chain(sides.map(|v| v / side_mm)).collect()
+    };
+    let moment = |i: usize| {
+        let (n, p) = (touched.normals[i], touched.contacts_mm[i]);
+        [n[1] * p[2] - n[2] * p[1], n[2] * p[0] - n[0] * p[2]]
+    };
+    let base = vec![
+        rows(&|i| touched.normals[i][0], [1.0, 0.0]),
+        rows(&|i| touched.normals[i][1], [0.0, 1.0]),
+        rows(&|i| touched.normals[i][2], [0.0, 0.0]),
+        rows(&|i| moment(i)[0], [0.0, 0.0]),
+        rows(&|i| moment(i)[1], [0.0, 0.0]),
+    ];
+    let signal = rows(&|i| touched.signal_mm[i], [0.0, 0.0]);
+    let factor = smallest(&Design { signal, base, n_amplitudes, n_candidates });
+    Mirror { flaw: flaw(times * factor * SMALL), ..mirror.clone() }
 }
 
 /// Standard uncertainty of one coordinate of a press' centre under white noise: the seat, and the

@@ -3,6 +3,7 @@
 mod example;
 mod frame_fit;
 mod ft_center;
+mod pose_icp;
 
 use std::fmt;
 use std::sync::Arc;
@@ -21,6 +22,8 @@ pub use ft_center::{
     GravityEstimates, LineMiss, WrenchEstimate,
 };
 
+pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
+
 /// One kind of case.
 pub(crate) struct Kind {
     /// Name, as in `case.toml`.
@@ -34,7 +37,7 @@ pub(crate) struct Kind {
 }
 
 /// Every kind, in the order in which they are listed.
-pub(crate) const KINDS: &[Kind] = &[frame_fit::KIND, ft_center::KIND];
+pub(crate) const KINDS: &[Kind] = &[frame_fit::KIND, ft_center::KIND, pose_icp::KIND];
 
 /// Names of the kinds.
 pub fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {

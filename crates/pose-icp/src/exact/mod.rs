@@ -1,0 +1,27 @@
+//! The pose of a part whose surface is known exactly.
+
+mod chart;
+mod edge;
+mod fit;
+mod height;
+mod options;
+mod parameter;
+mod part;
+mod rows;
+mod search;
+mod start;
+mod touch;
+mod triangle;
+mod weak;
+
+pub(crate) use chart::Chart;
+pub use edge::{EdgeTouches, SideTouches};
+pub use fit::{PoseFit, fit_pose};
+pub use height::{Height, height_at};
+pub use options::{LateralPrior, Noise, PoseOptions};
+pub use parameter::{PoseParameter, PoseStart};
+pub use part::Part;
+pub(crate) use rows::Whitened;
+pub use start::start_from_touches;
+pub use touch::{Tip, TipSide, Touch};
+pub use weak::{WeakComponent, WeakMotion};

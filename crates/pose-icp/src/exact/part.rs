@@ -1,0 +1,97 @@
+use std::sync::Arc;
+
+use geometry::{Asphere, AsphereShape, Foot, GeometryError, Surface};
+
+/// How far past the rim feet are sought during a search, as a share of the aperture.
+///
+/// The search may leave the aperture where tilt and decentre are hardly told apart; what it ends
+/// with is checked against the aperture itself.
+const SEARCH_RATIO: f64 = 2.0;
+/// The search's own aperture stays this far inside the end of the conic.
+const CONIC_SHARE: f64 = 0.95;
+
+/// The part as drawn: its surface, in the workpiece frame.
+#[derive(Clone, Debug)]
+pub struct Part {
+    surface: Arc<dyn Surface>,
+    shape: Option<AsphereShape>,
+    /// Point about which a rotation hardly changes the surface, on the z axis.
+    pivot_mm: f64,
+}
+
+impl Part {
+    /// A surface of revolution; its rotation γ is not visible and has to be held.
+    ///
+    /// # Errors
+    ///
+    /// As [`Asphere::new`].
+    pub fn asphere(shape: AsphereShape) -> Result<Self, GeometryError> {
+        let exact = Asphere::new(shape.clone())?;
+        let pivot_mm = if flat(&shape) { 0.0 } else { shape.radius_mm };
+        let surface: Arc<dyn Surface> = match Asphere::new(widened(&shape)) {
+            Ok(wide) => Arc::new(wide),
+            // The polynomial part overflows past the rim: the exact one has a margin of its own.
+            Err(_) => Arc::new(exact),
+        };
+        Ok(Self { surface, shape: Some(shape), pivot_mm })
+    }
+
+    /// Any other surface.
+    #[must_use]
+    pub fn freeform(surface: Arc<dyn Surface>) -> Self {
+        Self { surface, shape: None, pivot_mm: 0.0 }
+    }
+
+    /// The asphere it was made from, if it was.
+    #[must_use]
+    pub fn shape(&self) -> Option<&AsphereShape> {
+        self.shape.as_ref()
+    }
+
+    /// The surface, beyond the rim too.
+    #[must_use]
+    pub fn surface(&self) -> &dyn Surface {
+        &*self.surface
+    }
+
+    /// Whether a foot is on the part itself, its rim included.
+    pub(crate) fn contains(&self, foot: &Foot) -> bool {
+        self.shape.as_ref().map_or(foot.inside_aperture, |shape| {
+            let off_mm = (foot.point_mm.xy() - shape.aperture_center_mm).norm();
+            off_mm <= 0.5 * shape.diameter_mm * (1.0 + RIM_SHARE)
+        })
+    }
+
+    /// Radius by which surface forms are normalised: the part's own, or that of the contacts.
+    pub(crate) fn form_radius_mm(&self, contacts: &[Foot]) -> f64 {
+        let reach = |foot: &Foot| foot.point_mm.coords.xy().norm();
+        match &self.shape {
+            Some(shape) => shape.aperture_center_mm.coords.norm() + 0.5 * shape.diameter_mm,
+            None => contacts.iter().map(reach).fold(f64::MIN_POSITIVE, f64::max),
+        }
+    }
+
+    /// Height on the z axis of the point about which tilting hardly changes the surface.
+    pub(crate) fn pivot_mm(&self) -> f64 {
+        self.pivot_mm
+    }
+}
+
+/// A touch on the rim is inside, whatever round-off does to it.
+const RIM_SHARE: f64 = 1e-9;
+/// Beyond this many diameters the vertex radius is no useful lever arm.
+const FLAT_DIAMETERS: f64 = 1e4;
+
+fn flat(shape: &AsphereShape) -> bool {
+    shape.radius_mm.abs() > FLAT_DIAMETERS * shape.diameter_mm
+}
+
+fn widened(shape: &AsphereShape) -> AsphereShape {
+    let off_mm = shape.aperture_center_mm.coords.norm();
+    let curvature = shape.radius_mm.recip();
+    let squeeze = (1.0 + shape.conic) * curvature * curvature;
+    let limit_mm = if squeeze > 0.0 { squeeze.sqrt().recip() } else { f64::INFINITY };
+    let room_mm = 2.0 * (CONIC_SHARE * limit_mm - off_mm);
+    let diameter_mm = (SEARCH_RATIO * shape.diameter_mm).min(room_mm).max(shape.diameter_mm);
+    AsphereShape { diameter_mm, ..shape.clone() }
+}

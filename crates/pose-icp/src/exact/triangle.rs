@@ -1,0 +1,147 @@
+//! Least squares with up to six unknowns, row by row, without memory of the rows.
+
+use crate::PoseParameter;
+
+/// Number of parameters of a pose.
+pub(crate) const MAX: usize = PoseParameter::ALL.len();
+
+/// Upper triangle `R` of the rows seen so far, with `Qᵀ r` beside it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle {
+    n: usize,
+    /// Row `k` holds columns `k..n`, and the right-hand side in column `MAX`.
+    rows: [[f64; MAX + 1]; MAX],
+}
+
+impl Triangle {
+    pub(crate) fn new(n: usize) -> Self {
+        Self { n, rows: [[0.0; MAX + 1]; MAX] }
+    }
+
+    /// Rotates in the equation `row · step = −residual` (Givens).
+    pub(crate) fn push(&mut self, mut row: [f64; MAX + 1]) {
+        for k in 0..self.n {
+            let (kept, new) = (self.rows[k][k], row[k]);
+            if new == 0.0 {
+                continue;
+            }
+            // Whitened rows are far from the ends of the exponent range: no `hypot` is needed.
+            let inverse = (kept * kept + new * new).sqrt().recip();
+            let (cos, sin) = (kept * inverse, new * inverse);
+            for (a, b) in self.rows[k][k..].iter_mut().zip(&mut row[k..]) {
+                (*a, *b) = (cos * *a + sin * *b, cos * *b - sin * *a);
+            }
+        }
+    }
+
+    /// Half the squared length of the part of the residual that a full step removes.
+    pub(crate) fn predicted(&self) -> f64 {
+        0.5 * self.rows[..self.n].iter().map(|row| row[MAX] * row[MAX]).sum::<f64>()
+    }
+
+    /// Minimises `‖J step + r‖² + damping ‖D step‖²`, `D` being the lengths of the columns.
+    ///
+    /// A column of zeros takes no step.
+    pub(crate) fn step(&self, damping: f64) -> [f64; MAX] {
+        let mut damped = *self;
+        if damping > 0.0 {
+            let root = damping.sqrt();
+            for k in 0..self.n {
+                let length = (0..=k).map(|i| self.rows[i][k].powi(2)).sum::<f64>().sqrt();
+                let mut row = [0.0; MAX + 1];
+                row[k] = root * length;
+                damped.push(row);
+            }
+        }
+        let mut step = [0.0; MAX];
+        for k in (0..self.n).rev() {
+            let known: f64 = (k + 1..self.n).map(|j| damped.rows[k][j] * step[j]).sum();
+            let left = -damped.rows[k][MAX] - known;
+            step[k] = if damped.rows[k][k] == 0.0 { 0.0 } else { left / damped.rows[k][k] };
+        }
+        step
+    }
+
+    /// Newton's step under damping, `second` being what `RᵀR` lacks.
+    ///
+    /// With `step = −R⁻¹ y` this is `(I + R⁻ᵀ (S + λ D²) R⁻¹) y = Qᵀ r`, which keeps the accuracy
+    /// of `R`. `None` where the Hessian is not positive definite.
+    pub(crate) fn newton(&self, second: &[[f64; MAX]; MAX], damping: f64) -> Option<[f64; MAX]> {
+        let n = self.n;
+        let damped = |k: usize| damping * (0..=k).map(|i| self.rows[i][k].powi(2)).sum::<f64>();
+        // Columns of S, each solved by Rᵀ from the left; then rows, by Rᵀ again.
+        let mut inner = [[0.0; MAX]; MAX];
+        for j in 0..n {
+            let extra = damped(j);
+            let solved = self.solve_transposed(|i| {
+                second[i.min(j)][i.max(j)] + if i == j { extra } else { 0.0 }
+            })?;
+            for i in 0..n {
+                inner[i][j] = solved[i];
+            }
+        }
+        for row in &mut inner[..n] {
+            let copy = *row;
+            *row = self.solve_transposed(|j| copy[j])?;
+        }
+        for (k, row) in inner[..n].iter_mut().enumerate() {
+            row[k] += 1.0;
+        }
+        let mut y = cholesky_solve(&inner, n, |k| self.rows[k][MAX])?;
+        for k in (0..n).rev() {
+            let known: f64 = (k + 1..n).map(|j| self.rows[k][j] * y[j]).sum();
+            y[k] = (y[k] - known) / self.rows[k][k];
+        }
+        Some(y.map(|v| -v))
+    }
+
+    /// `R⁻ᵀ b`; `None` where `R` is singular.
+    fn solve_transposed(&self, b: impl Fn(usize) -> f64) -> Option<[f64; MAX]> {
+        let mut x = [0.0; MAX];
+        for k in 0..self.n {
+            let pivot = self.rows[k][k];
+            if pivot == 0.0 {
+                return None;
+            }
+            let known: f64 = (0..k).map(|i| self.rows[i][k] * x[i]).sum();
+            x[k] = (b(k) - known) / pivot;
+        }
+        Some(x)
+    }
+
+    /// Entry of `R`.
+    pub(crate) fn entry(&self, row: usize, column: usize) -> f64 {
+        if row <= column { self.rows[row][column] } else { 0.0 }
+    }
+}
+
+/// Solves `A x = b` for the leading `n × n` block of a symmetric `A`; `None` unless it is clearly
+/// positive definite.
+fn cholesky_solve(a: &[[f64; MAX]; MAX], n: usize, b: impl Fn(usize) -> f64) -> Option<[f64; MAX]> {
+    let mut l = [[0.0; MAX]; MAX];
+    let mut x = [0.0; MAX];
+    for i in 0..n {
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
+            let left = a[i][j] - known;
+            if i == j {
+                if left.is_nan() || left < MIN_PIVOT {
+                    return None;
+                }
+                l[i][i] = left.sqrt();
+            } else {
+                l[i][j] = left / l[j][j];
+            }
+        }
+        let known: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
+        x[i] = (b(i) - known) / l[i][i];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| l[k][i] * x[k]).sum();
+        x[i] = (x[i] - known) / l[i][i];
+    }
+    Some(x)
+}
+
+/// Least curvature of the cost along a direction, relative to Gauss-Newton's, that is trusted.
+const MIN_PIVOT: f64 = 1e-3;

@@ -1,0 +1,162 @@
+use std::fmt;
+
+use nalgebra::{DMatrix, Matrix6};
+
+use super::triangle::Triangle;
+use crate::PoseParameter;
+
+/// A motion of the workpiece that the touches hardly show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeakMotion {
+    /// Singular value over the largest, with angles measured by the travel they cause at the
+    /// touches; 0 for a motion that changes nothing at all.
+    pub relative_singular_value: f64,
+    /// Parameters that take part, the one that moves the touches most first.
+    pub components: Vec<WeakComponent>,
+}
+
+/// Share of one parameter in a weak direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct WeakComponent {
+    /// Which.
+    pub parameter: PoseParameter,
+    /// Change of it along the direction, mm or rad; the largest travel is 1 mm.
+    pub step: f64,
+    /// Standard uncertainty of the parameter, mm or rad; `None` where it is unbounded or unknown.
+    pub sigma: Option<f64>,
+}
+
+/// Below this share of the largest singular value a direction is called weak: 1 µm of noise
+/// becomes more than 0.1 mm of travel.
+const WEAK: f64 = 1e-2;
+/// Below this share a direction is free; surfaces are evaluated to some 1e-13 mm.
+const FREE: f64 = 1e-9;
+/// Travels below this, of a largest of 1, are not named: tilting a shallow mirror about its far
+/// centre of curvature moves it sideways by some twenty times the travel of the tilt.
+const MIN_SHARE: f64 = 0.01;
+
+/// Singular values of the whitened Jacobian, angles scaled by `travel_mm`, and weak directions.
+///
+/// `triangle` is that of the chart with its pivot in the workpiece's origin.
+pub(crate) struct Spectrum {
+    /// Descending; whitened travel per mm, 1/mm times mm.
+    pub(crate) singular_values: Vec<f64>,
+    pub(crate) weak: Vec<WeakMotion>,
+    pub(crate) free: Vec<WeakMotion>,
+}
+
+impl Spectrum {
+    pub(crate) fn of(triangle: &Triangle, free: &[usize], travel_mm: f64) -> Self {
+        let n = free.len();
+        if n == 0 {
+            return Self { singular_values: Vec::new(), weak: Vec::new(), free: Vec::new() };
+        }
+        let scale = |k: usize| if free[k] < 3 { 1.0 } else { travel_mm };
+        let scaled = DMatrix::from_fn(n, n, |i, j| triangle.entry(i, j) / scale(j));
+        let svd = scaled.svd(false, true);
+        let v_t = svd.v_t.unwrap_or_else(|| DMatrix::identity(n, n));
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
+        let singular_values: Vec<f64> = order.iter().map(|&i| svd.singular_values[i]).collect();
+        let largest = singular_values.first().copied().unwrap_or(0.0);
+        let ratio = |i: usize| if largest > 0.0 { singular_values[i] / largest } else { 0.0 };
+        let named = |range: std::ops::Range<usize>| {
+            let ratios: Vec<f64> = range.clone().map(ratio).collect();
+            let basis = DMatrix::from_fn(n, range.len(), |k, i| v_t[(order[range.start + i], k)]);
+            directions(&eliminate(basis), &ratios, free, &scale)
+        };
+        let first_weak = (0..n).find(|&i| ratio(i) <= WEAK).unwrap_or(n);
+        let first_free = (0..n).find(|&i| ratio(i) <= FREE).unwrap_or(n);
+        let (weak, unseen) = (named(first_weak..first_free), named(first_free..n));
+        Self { singular_values, weak, free: unseen }
+    }
+}
+
+/// Names of the columns of `basis`, whose rows are travels of the free parameters.
+fn directions(
+    basis: &DMatrix<f64>,
+    ratios: &[f64],
+    free: &[usize],
+    scale: &impl Fn(usize) -> f64,
+) -> Vec<WeakMotion> {
+    let of = |(shares, &relative_singular_value): (nalgebra::DVectorView<'_, f64>, &f64)| {
+        let mut named: Vec<usize> =
+            (0..free.len()).filter(|&k| shares[k].abs() >= MIN_SHARE * shares.amax()).collect();
+        named.sort_by(|&a, &b| shares[b].abs().total_cmp(&shares[a].abs()));
+        let largest = named.first().map_or(1.0, |&k| shares[k]);
+        let component = |&k: &usize| WeakComponent {
+            parameter: PoseParameter::ALL[free[k]],
+            step: shares[k] / largest / scale(k),
+            sigma: None,
+        };
+        let components = named.iter().map(component).collect();
+        WeakMotion { relative_singular_value, components }
+    };
+    basis.column_iter().zip(ratios).map(of).collect()
+}
+
+/// Gauss-Jordan on columns with complete pivoting: a basis of the same directions in which each
+/// has as few parameters as elimination gives.
+fn eliminate(mut basis: DMatrix<f64>) -> DMatrix<f64> {
+    let mut pivoted = Vec::new();
+    for k in 0..basis.ncols() {
+        let free_rows = (0..basis.nrows()).filter(|row| !pivoted.contains(row));
+        let largest = |row: usize| basis.row(row).columns_range(k..).amax();
+        let Some(row) = free_rows.max_by(|&a, &b| largest(a).total_cmp(&largest(b))) else { break };
+        let column = k + basis.row(row).columns_range(k..).iamax_full().1;
+        basis.swap_columns(k, column);
+        let pivot = basis[(row, k)];
+        basis.column_mut(k).unscale_mut(pivot);
+        let unit = basis.column(k).into_owned();
+        for other in (0..basis.ncols()).filter(|&other| other != k) {
+            let share = basis[(row, other)];
+            basis.column_mut(other).axpy(-share, &unit, 1.0);
+        }
+        pivoted.push(row);
+    }
+    basis
+}
+
+/// `R⁻¹ R⁻ᵀ`, held parameters filled in with zeros; `None` where `R` is singular.
+pub(crate) fn covariance(triangle: &Triangle, free: &[usize]) -> Option<Matrix6<f64>> {
+    let n = free.len();
+    let r = DMatrix::from_fn(n, n, |i, j| triangle.entry(i, j));
+    let mut inverse = DMatrix::identity(n, n);
+    if !r.solve_upper_triangular_mut(&mut inverse) {
+        return None;
+    }
+    let packed = &inverse * inverse.transpose();
+    let mut covariance = Matrix6::zeros();
+    for (i, &a) in free.iter().enumerate() {
+        for (j, &b) in free.iter().enumerate() {
+            covariance[(a, b)] = packed[(i, j)];
+        }
+    }
+    Some(covariance)
+}
+
+impl WeakMotion {
+    /// Enters the uncertainties of the parameters.
+    pub(crate) fn with_sigmas(mut self, sigma: impl Fn(PoseParameter) -> Option<f64>) -> Self {
+        for component in &mut self.components {
+            component.sigma = sigma(component.parameter);
+        }
+        self
+    }
+}
+
+impl fmt::Display for WeakMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, component) in self.components.iter().enumerate() {
+            let name = component.parameter.words();
+            write!(f, "{}{name}", if i == 0 { "" } else { " with " })?;
+            let unit = if component.parameter.is_angle() { "mrad" } else { "mm" };
+            let factor = if component.parameter.is_angle() { 1e3 } else { 1.0 };
+            if let Some(sigma) = component.sigma {
+                write!(f, " (standard uncertainty {:.3} {unit})", sigma * factor)?;
+            }
+        }
+        Ok(())
+    }
+}

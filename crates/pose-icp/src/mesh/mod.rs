@@ -1,0 +1,12 @@
+//! Triangle meshes: what makes one usable, and registration onto one.
+
+mod border;
+mod sample;
+mod surface;
+mod target;
+mod triangles;
+
+pub use border::Holes;
+pub use sample::sample_surface;
+pub use target::{MeshTarget, register_to_mesh};
+pub use triangles::TriangleMesh;

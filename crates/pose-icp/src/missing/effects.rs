@@ -1,0 +1,223 @@
+//! What a pose leaves out: the catalogue of effects.
+//!
+//! A positive amplitude is a ball that is larger, a surface that is higher, a reading that is
+//! longer than declared.
+
+use model_discrepancy::{Covariate, Effect, Parameter, Role};
+use nalgebra::Vector3;
+
+use super::form::Form;
+use super::measured::MeasuredTouch;
+use super::setup::reported;
+use super::term::Term;
+use crate::{Part, PoseParameter};
+
+/// Reference temperature of dimensional measurement, ISO 1.
+const REFERENCE_C: f64 = 20.0;
+/// Name of the column that times the touches.
+pub(crate) const TIME: &str = "time_s";
+/// Ending of the columns that are temperatures.
+pub(crate) const CELSIUS: &str = "_c";
+/// Mean square of a normal's component from which a drift along that axis can be told: below it,
+/// the touches see less than a fifth of it.
+const SEEN_DRIFT: f64 = 0.04;
+
+/// No machine is further out of square than this.
+const GROSS_RAD: f64 = 1e-3;
+/// What a touch can show at all.
+const SEEN_MM: f64 = 1e-3;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// An effect as the loop sees it, and what it does.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) effect: Effect,
+    pub(crate) term: Term,
+}
+
+/// What the catalogue depends on.
+pub(crate) struct Setting<'a> {
+    pub(crate) part: &'a Part,
+    pub(crate) held: &'a [PoseParameter],
+    pub(crate) touches: &'a [MeasuredTouch],
+    pub(crate) covariates: &'a [Covariate],
+    /// Mean of the readings, machine frame.
+    pub(crate) center_mm: Vector3<f64>,
+    /// Mean squares of the normals' components, machine frame.
+    pub(crate) normal_squares: Vector3<f64>,
+    /// Root mean square of the normals' components times the height over the mean, machine frame.
+    pub(crate) lateral_travel_mm: Vector3<f64>,
+}
+
+/// The catalogue.
+pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
+    let mut entries = pose(setting);
+    let text = "the probe's ball is larger than declared";
+    entries.push(entry("tip-radius", text, vec![parameter("radius", "mm", 1.0)], Term::Tip));
+    if setting.part.shape().is_some() {
+        entries.push(entry(
+            "vertex-radius",
+            "the vertex radius of the part is longer than declared",
+            vec![parameter("radius", "mm", 1.0)],
+            Term::Form(Form::VertexRadius),
+        ));
+        entries.push(entry(
+            "conic",
+            "the conic constant of the part is larger than declared",
+            vec![parameter("conic", "1", 1.0)],
+            Term::Form(Form::Conic),
+        ));
+    }
+    for (id, text, form) in [
+        ("astigmatism", "the part is bent like a saddle", Form::Astigmatism),
+        ("coma", "the part has coma", Form::Coma),
+        ("trefoil", "the part is bent with three lobes", Form::Trefoil),
+    ] {
+        let parameters = vec![parameter("cos", "µm", 1e3), parameter("sin", "µm", 1e3)];
+        entries.push(entry(
+            id,
+            &format!("{text}; height at the rim"),
+            parameters,
+            Term::Form(form),
+        ));
+    }
+    entries.extend(scales(setting.center_mm));
+    entries.push(squareness(setting));
+    entries.push(drift(setting));
+    entries.extend(temperatures(setting.covariates));
+    entries.extend(bad_points(setting.touches));
+    entries
+}
+
+fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) -> Entry {
+    let effect = Effect {
+        id: id.to_owned(),
+        subject: None,
+        description: description.to_owned(),
+        driver: None,
+        parameters,
+    };
+    Entry { effect, term }
+}
+
+fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
+    Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
+}
+
+/// What the declared model holds may be wrong; γ of a surface of revolution changes nothing.
+fn pose(setting: &Setting<'_>) -> Vec<Entry> {
+    use PoseParameter::{Alpha, Beta, Gamma, X, Y, Z};
+    let symmetric = setting.part.shape().is_some();
+    let families: [(&str, &str, &[PoseParameter]); 4] = [
+        ("height", "the part lies higher than declared", &[Z]),
+        ("decentre", "the part lies beside where it is declared", &[X, Y]),
+        ("tilt", "the part is tilted against its declared pose", &[Alpha, Beta]),
+        ("rotation", "the part is turned against its declared pose", &[Gamma]),
+    ];
+    let mut entries = Vec::new();
+    for (id, text, members) in families {
+        let held: Vec<PoseParameter> = (members.iter().copied())
+            .filter(|p| setting.held.contains(p) && !(symmetric && *p == Gamma))
+            .collect();
+        if held.is_empty() {
+            continue;
+        }
+        let named = |p: &PoseParameter| {
+            let (unit, factor) = reported(*p);
+            parameter(p.name(), unit, factor)
+        };
+        let parameters = held.iter().map(named).collect();
+        entries.push(entry(
+            id,
+            text,
+            parameters,
+            Term::Pose(held.iter().map(|p| *p as usize).collect()),
+        ));
+    }
+    entries
+}
+
+/// One candidate per axis: the scale of z alone is a vertex radius to the touches of a paraboloid,
+/// and has to be called so.
+fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
+    AXES.into_iter().enumerate().map(move |(axis, name)| {
+        let text = format!("the machine's {name} axis reads long");
+        let parameters = vec![parameter(name, "ppm", 1e6)];
+        let mut entry = entry("machine-scale", &text, parameters, Term::Scale { fixed_mm, axis });
+        entry.effect.subject = Some(name.to_owned());
+        entry
+    })
+}
+
+/// Pairs with z only where the part is steep enough for a gross error to show.
+fn squareness(setting: &Setting<'_>) -> Entry {
+    let text = "the machine's axes are not square to each other";
+    let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
+        .into_iter()
+        .filter(|&(first, second)| {
+            second < 2 || setting.lateral_travel_mm[first] * GROSS_RAD > SEEN_MM
+        })
+        .collect();
+    let parameters = (pairs.iter())
+        .map(|&(a, b)| parameter(&format!("{}{}", AXES[a], AXES[b]), "µrad", 1e6))
+        .collect();
+    let fixed_mm = setting.center_mm;
+    entry("squareness", text, parameters, Term::Squareness { fixed_mm, pairs })
+}
+
+fn drift(setting: &Setting<'_>) -> Entry {
+    let text = "the readings drift while the part is touched";
+    let axes: Vec<usize> =
+        (0..3).filter(|&k| k == 2 || setting.normal_squares[k] > SEEN_DRIFT).collect();
+    let named =
+        |unit: &str, factor| axes.iter().map(|&k| parameter(AXES[k], unit, factor)).collect();
+    if let Some(time) = setting.covariates.iter().find(|c| c.name == TIME) {
+        let start = time.values.first().copied().unwrap_or(0.0);
+        let elapsed = time.values.iter().map(|t| t - start).collect();
+        let parameters = named("µm/h", 3.6e6);
+        let mut entry = entry("drift", text, parameters, Term::Drift { elapsed, axes });
+        entry.effect.driver = Some(TIME.to_owned());
+        return entry;
+    }
+    // Internally per touch, so that a longer series has the same parameter; reported over all.
+    let count = setting.touches.len();
+    let elapsed = (0..count).map(ratio).collect();
+    let parameters = named("µm", 1e3 * ratio(count.saturating_sub(1).max(1)));
+    entry("drift", text, parameters, Term::Drift { elapsed, axes })
+}
+
+fn temperatures(covariates: &[Covariate]) -> Vec<Entry> {
+    let columns: Vec<_> = covariates.iter().filter(|c| c.name.ends_with(CELSIUS)).collect();
+    let several = columns.len() > 1;
+    (columns.into_iter())
+        .map(|column| {
+            let text = format!("the readings of z and the part's size go with {}", column.name);
+            let excess_k = column.values.iter().map(|t| t - REFERENCE_C).collect();
+            let parameters =
+                vec![parameter("z growth", "µm/K", 1e3), parameter("expansion", "ppm/K", 1e6)];
+            let mut entry = entry("temperature", &text, parameters, Term::Temperature { excess_k });
+            entry.effect.subject = several.then(|| column.name.clone());
+            entry.effect.driver = Some(column.name.clone());
+            entry
+        })
+        .collect()
+}
+
+fn bad_points(touches: &[MeasuredTouch]) -> Vec<Entry> {
+    let fitted = touches.iter().enumerate().filter(|(_, t)| t.role == Role::Fit);
+    fitted
+        .map(|(observation, touch)| {
+            let text = format!("touch {} is off on its own", touch.name);
+            let parameters = vec![parameter("along the normal", "mm", 1.0)];
+            let mut entry = entry("bad-point", &text, parameters, Term::BadPoint { observation });
+            entry.effect.subject = Some(touch.name.clone());
+            entry
+        })
+        .collect()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+pub(crate) fn ratio(count: usize) -> f64 {
+    count as f64
+}

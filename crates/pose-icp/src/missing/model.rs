@@ -1,0 +1,431 @@
+use geometry::Foot;
+use model_discrepancy::{
+    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+};
+use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3};
+
+use super::effects::{self, Entry, Setting, ratio};
+use super::measured::MeasuredTouch;
+use super::proposals;
+use super::setup::{Setup, reported};
+use super::term::{Contact, Distances, Term, combined, stacked};
+use crate::exact::{Chart, Whitened};
+use crate::{Noise, Part, PoseError, PoseOptions, PoseParameter, PoseStart, Touch, fit_pose};
+
+/// Touches of a part of known surface, and the effects that its pose leaves out.
+///
+/// Residual: distance of the ball's centre from the surface less the ball's radius, along the
+/// surface's normal, in mm; one row per touch. Side touches of the part follow as prior knowledge.
+#[derive(Clone, Debug)]
+pub struct PoseModel {
+    pub(crate) part: Part,
+    pub(crate) options: PoseOptions,
+    pub(crate) touches: Vec<MeasuredTouch>,
+    pub(crate) covariates: Vec<Covariate>,
+    pub(crate) setups: Vec<Setup>,
+    /// Setup of each touch.
+    pub(crate) setup_of: Vec<usize>,
+    /// Contacts at the reference pose.
+    pub(crate) contacts: Vec<Foot>,
+    pub(crate) free: Vec<usize>,
+    pub(crate) standards: Vec<Standard>,
+    layout: Layout,
+    base: Vec<Parameter>,
+    effects: Vec<Effect>,
+    terms: Vec<Term>,
+}
+
+/// One amplitude measured by other means, as a proposal may have it.
+#[derive(Clone, Debug)]
+pub(crate) struct Standard {
+    pub(crate) effect: &'static str,
+    pub(crate) parameter: &'static str,
+    pub(crate) sigma: f64,
+}
+
+impl PoseModel {
+    /// Model of `touches`, in the order measured, starting from `start`.
+    ///
+    /// `covariates` are the columns recorded beside the touches, one value per touch: `time_s`
+    /// drives the drift, every column ending in `_c` a thermal effect.
+    ///
+    /// # Errors
+    ///
+    /// As [`fit_pose`] on the touches to be fitted, and [`PoseError::InvalidCovariate`].
+    pub fn new(
+        part: Part,
+        touches: Vec<MeasuredTouch>,
+        covariates: &[Covariate],
+        start: &PoseStart,
+        options: &PoseOptions,
+    ) -> Result<Self, PoseError> {
+        for covariate in covariates {
+            let finite = covariate.values.iter().all(|v| v.is_finite());
+            if !finite || covariate.values.len() != touches.len() {
+                let (covariate, needed) = (covariate.name.clone(), touches.len());
+                return Err(PoseError::InvalidCovariate { covariate, needed });
+            }
+        }
+        let fitted: Vec<Touch> =
+            touches.iter().filter(|t| t.role != Role::Check).map(|t| t.touch).collect();
+        let fit = fit_pose(&part, &fitted, start, options)?;
+        let setup_of = vec![0; touches.len()];
+        let starts = vec![fit.pose];
+        Self::about(part, touches, covariates.to_vec(), &starts, setup_of, options, vec![])
+    }
+
+    /// The model in charts about `starts`; everything else is taken as checked.
+    pub(crate) fn about(
+        part: Part,
+        touches: Vec<MeasuredTouch>,
+        covariates: Vec<Covariate>,
+        starts: &[PoseStart],
+        setup_of: Vec<usize>,
+        options: &PoseOptions,
+        standards: Vec<Standard>,
+    ) -> Result<Self, PoseError> {
+        let free: Vec<usize> = (0..PoseParameter::ALL.len())
+            .filter(|&i| !options.held.contains(&PoseParameter::ALL[i]))
+            .collect();
+        let pivot_mm = if free.starts_with(&[0, 1, 2]) { part.pivot_mm() } else { 0.0 };
+        let lateral = options.lateral.as_ref().map(Whitened::new).transpose()?;
+        let setups: Vec<Setup> = (starts.iter().enumerate())
+            .map(|(k, start)| {
+                let here = if k == 0 { lateral } else { lateral.map(|l| l.moved_to(start)) };
+                Setup::new(start, pivot_mm, here, k * free.len())
+            })
+            .collect();
+        let contacts = contacts(&part, &touches, &setups, &setup_of)?;
+        let setting = setting(&part, options, &touches, &covariates, &contacts, &setups, &setup_of);
+        let entries = effects::catalogue(&setting);
+        let (effects, terms) =
+            entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
+        let base = (0..setups.len())
+            .flat_map(|_| free.iter().map(|&i| base_parameter(PoseParameter::ALL[i])))
+            .collect();
+        let layout = layout(&touches, &setups, &standards, options.noise);
+        let options = options.clone();
+        Ok(Self {
+            part,
+            options,
+            touches,
+            covariates,
+            setups,
+            setup_of,
+            contacts,
+            free,
+            standards,
+            layout,
+            base,
+            effects,
+            terms,
+        })
+    }
+
+    /// The given covariates and the places of the contacts (`part_x_mm`, `part_y_mm`,
+    /// `part_radius_mm`), one value per observation.
+    #[must_use]
+    pub fn all_covariates(&self) -> Vec<Covariate> {
+        let place = |name: &str, of: fn(&Foot) -> f64| Covariate {
+            name: name.to_owned(),
+            values: self.contacts.iter().map(of).collect(),
+            origin: Origin::Coordinate,
+        };
+        let mut all = vec![
+            place("part_x_mm", |f| f.point_mm.x),
+            place("part_y_mm", |f| f.point_mm.y),
+            place("part_radius_mm", |f| f.point_mm.coords.xy().norm()),
+        ];
+        all.extend(self.covariates.iter().cloned());
+        // Prior knowledge has no place: the mean, which no shape turns on.
+        for covariate in &mut all {
+            let mean = covariate.values.iter().sum::<f64>() / ratio(covariate.values.len().max(1));
+            covariate.values.resize(self.layout.observations.len(), mean);
+        }
+        all
+    }
+
+    /// The pose at the parameters of a state.
+    #[must_use]
+    pub fn pose_at(&self, at: &State) -> PoseStart {
+        self.chart(0, at).pose()
+    }
+
+    /// Covariance of `[x y z α β γ]` from that of the free base parameters, which lead it.
+    #[must_use]
+    pub fn pose_covariance(&self, at: &State, base: &DMatrix<f64>) -> Matrix6<f64> {
+        let mut in_chart = Matrix6::zeros();
+        for (i, &a) in self.free.iter().enumerate() {
+            for (j, &b) in self.free.iter().enumerate() {
+                in_chart[(a, b)] = base[(i, j)];
+            }
+        }
+        let to_pose = self.chart(0, at).pose_jacobian();
+        to_pose * in_chart * to_pose.transpose()
+    }
+
+    fn chart(&self, setup: usize, at: &State) -> Chart {
+        let mut extra = [0.0; 6];
+        for (term, amplitudes) in self.terms.iter().zip(&at.amplitudes) {
+            if let Term::Pose(parameters) = term {
+                for (&parameter, &amplitude) in parameters.iter().zip(amplitudes.iter()) {
+                    extra[parameter] += amplitude;
+                }
+            }
+        }
+        self.setups[setup].chart(&self.free, &at.base, &extra)
+    }
+
+    /// Effect and column of the amplitude that a standard knows.
+    fn amplitude_of(&self, standard: &Standard) -> Option<(usize, usize)> {
+        let of_effect = |(e, effect): (usize, &Effect)| {
+            let column = effect.parameters.iter().position(|p| p.name == standard.parameter)?;
+            (effect.id == standard.effect).then_some((e, column))
+        };
+        self.effects.iter().enumerate().find_map(of_effect)
+    }
+
+    fn contact(&self, index: usize) -> Contact<'_> {
+        let center_mm = self.touches[index].touch.center_mm.coords;
+        Contact { observation: index, center_mm, foot: &self.contacts[index] }
+    }
+
+    fn distances(&self) -> Distances<'_> {
+        Distances {
+            shape: self.part.shape(),
+            radius_mm: self.part.form_radius_mm(&self.contacts),
+            side: if self.options.tip.side == crate::TipSide::Above { 1.0 } else { -1.0 },
+        }
+    }
+
+    /// The reading less what the effects of the machine added to it, and what the others add to
+    /// its distance.
+    fn corrected(&self, index: usize, at: &State) -> (Point3<f64>, f64) {
+        let contact = self.contact(index);
+        let parts = self.distances();
+        let (mut center_mm, mut added_mm) = (contact.center_mm, 0.0);
+        for (term, amplitudes) in self.terms.iter().zip(&at.amplitudes) {
+            if amplitudes.iter().all(|a| *a == 0.0) {
+                continue;
+            }
+            center_mm -= combined(&term.readings(&contact), amplitudes);
+            let distances = term.distances(&contact, &parts);
+            added_mm += distances.iter().zip(amplitudes.iter()).map(|(d, a)| d * a).sum::<f64>();
+        }
+        (Point3::from(center_mm), added_mm)
+    }
+
+    fn foot(&self, chart: &Chart, center_mm: &Point3<f64>) -> Option<Foot> {
+        self.part.surface().closest_point(&chart.in_workpiece(center_mm)).ok()
+    }
+
+    fn charts(&self, at: &State) -> Vec<Chart> {
+        (0..self.setups.len()).map(|k| self.chart(k, at)).collect()
+    }
+
+    /// `∂ residual / ∂ [m α β γ]` of every row but the standards; NaN where there is no foot.
+    fn pose_rows(&self, at: &State) -> Vec<(usize, [f64; 6])> {
+        let charts = self.charts(at);
+        let mut rows = Vec::with_capacity(self.layout.rows.len());
+        for (index, &setup) in self.setup_of.iter().enumerate() {
+            let chart = &charts[setup];
+            let (center_mm, _) = self.corrected(index, at);
+            let row = self.foot(chart, &center_mm).map_or([f64::NAN; 6], |foot| {
+                chart.distance_row(&center_mm, &chart.direction_to_machine(&foot.normal))
+            });
+            rows.push((setup, row));
+        }
+        for (setup, chart) in charts.iter().enumerate() {
+            if let Some(lateral) = &self.setups[setup].lateral {
+                rows.extend(lateral.equations(chart).map(|(row, _)| (setup, row)));
+            }
+        }
+        rows
+    }
+}
+
+fn contacts(
+    part: &Part,
+    touches: &[MeasuredTouch],
+    setups: &[Setup],
+    setup_of: &[usize],
+) -> Result<Vec<Foot>, PoseError> {
+    let of = |(index, touch): (usize, &MeasuredTouch)| {
+        let chart = setups[setup_of[index]].reference;
+        let foot = part.surface().closest_point(&chart.in_workpiece(&touch.touch.center_mm));
+        foot.map_err(|source| PoseError::NoFoot { index, source })
+    };
+    touches.iter().enumerate().map(of).collect()
+}
+
+fn setting<'a>(
+    part: &'a Part,
+    options: &'a PoseOptions,
+    touches: &'a [MeasuredTouch],
+    covariates: &'a [Covariate],
+    contacts: &[Foot],
+    setups: &[Setup],
+    setup_of: &[usize],
+) -> Setting<'a> {
+    let n = ratio(touches.len().max(1));
+    let sum = touches.iter().fold(Vector3::zeros(), |sum, t| sum + t.touch.center_mm.coords);
+    let center_mm: Vector3<f64> = sum / n;
+    let (mut normal_squares, mut travel_squares) = (Vector3::zeros(), Vector3::zeros());
+    for (index, contact) in contacts.iter().enumerate() {
+        let normal = setups[setup_of[index]].reference.direction_to_machine(&contact.normal);
+        let squares = normal.component_mul(&normal) / n;
+        normal_squares += squares;
+        travel_squares += squares * (touches[index].touch.center_mm.z - center_mm.z).powi(2);
+    }
+    Setting {
+        part,
+        held: &options.held,
+        touches,
+        covariates,
+        center_mm,
+        normal_squares,
+        lateral_travel_mm: travel_squares.map(f64::sqrt),
+    }
+}
+
+fn base_parameter(parameter: PoseParameter) -> Parameter {
+    let (unit, report_factor) = reported(parameter);
+    Parameter { name: parameter.name().to_owned(), unit: unit.to_owned(), report_factor }
+}
+
+fn layout(
+    touches: &[MeasuredTouch],
+    setups: &[Setup],
+    standards: &[Standard],
+    noise: Noise,
+) -> Layout {
+    let mut layout = Layout {
+        unit: "mm".to_owned(),
+        sigma_declared: noise == Noise::Declared,
+        ..Layout::default()
+    };
+    let mut index = std::collections::HashMap::new();
+    for touch in touches {
+        let check = touch.role == Role::Check;
+        let group = *index.entry((touch.group.as_str(), check)).or_insert_with(|| {
+            layout.groups.push(Group { name: touch.group.clone(), role: touch.role });
+            layout.groups.len() - 1
+        });
+        push(&mut layout, group, touch.touch.sigma_mm, true);
+    }
+    let mut prior = |name: &str, sigma: f64| {
+        layout.groups.push(Group { name: name.to_owned(), role: Role::Prior });
+        let group = layout.groups.len() - 1;
+        push(&mut layout, group, sigma, false);
+    };
+    for _ in setups.iter().filter(|s| s.lateral.is_some()) {
+        // The equations of the side touches come whitened.
+        prior("side touches along x", 1.0);
+        prior("side touches along y", 1.0);
+    }
+    for standard in standards {
+        prior("standard", standard.sigma);
+    }
+    layout
+}
+
+fn push(layout: &mut Layout, group: usize, sigma: f64, reported: bool) {
+    let observation = layout.observations.len();
+    layout.observations.push(group);
+    layout.rows.push(Row { observation, component: 0, sigma, reported });
+}
+
+impl Model for PoseModel {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn base(&self) -> &[Parameter] {
+        &self.base
+    }
+
+    fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    fn start(&self) -> DVector<f64> {
+        DVector::zeros(self.base.len())
+    }
+
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let charts = self.charts(at);
+        let target_mm = self.options.tip.signed_radius_mm();
+        let mut residuals = Vec::with_capacity(self.layout.rows.len());
+        for (index, &setup) in self.setup_of.iter().enumerate() {
+            let (center_mm, added_mm) = self.corrected(index, at);
+            let distance_mm = self
+                .foot(&charts[setup], &center_mm)
+                .map_or(f64::NAN, |foot| foot.signed_distance_mm);
+            residuals.push(distance_mm - target_mm - added_mm);
+        }
+        for (setup, chart) in self.setups.iter().zip(&charts) {
+            if let Some(lateral) = &setup.lateral {
+                residuals.extend(lateral.equations(chart).map(|(_, residual)| residual));
+            }
+        }
+        for standard in &self.standards {
+            let of = |(e, k): (usize, usize)| at.amplitudes[e][k];
+            residuals.push(self.amplitude_of(standard).map_or(0.0, of));
+        }
+        DVector::from_vec(residuals)
+    }
+
+    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.layout.rows.len(), self.base.len());
+        for (i, (setup, row)) in self.pose_rows(at).into_iter().enumerate() {
+            for (k, &parameter) in self.free.iter().enumerate() {
+                jacobian[(i, self.setups[setup].first + k)] = row[parameter];
+            }
+        }
+        jacobian
+    }
+
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        let term = &self.terms[effect];
+        let (rows, columns) = (self.layout.rows.len(), self.effects[effect].parameters.len());
+        if let Term::Pose(parameters) = term {
+            let pose_rows = self.pose_rows(at);
+            return DMatrix::from_fn(rows, columns, |i, k| {
+                pose_rows.get(i).map_or(0.0, |(_, row)| row[parameters[k]])
+            });
+        }
+        let charts = self.charts(at);
+        let parts = self.distances();
+        let of_touch = |i: usize| -> Vec<f64> {
+            let contact = self.contact(i);
+            let readings = term.readings(&contact);
+            let mut values = vec![0.0; columns];
+            if !readings.is_empty() {
+                let chart = &charts[self.setup_of[i]];
+                let (center_mm, _) = self.corrected(i, at);
+                let normal = self.foot(chart, &center_mm).map_or_else(
+                    || Vector3::repeat(f64::NAN),
+                    |foot| chart.direction_to_machine(&foot.normal),
+                );
+                for (value, reading) in values.iter_mut().zip(&readings) {
+                    *value -= normal.dot(reading);
+                }
+            }
+            for (value, distance) in values.iter_mut().zip(term.distances(&contact, &parts)) {
+                *value -= distance;
+            }
+            values
+        };
+        let mut tangent = stacked(rows, columns, of_touch, self.touches.len());
+        for (k, standard) in self.standards.iter().enumerate() {
+            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
+                tangent[(rows - self.standards.len() + k, column)] = 1.0;
+            }
+        }
+        tangent
+    }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        proposals::proposals(self)
+    }
+}

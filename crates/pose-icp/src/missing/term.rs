@@ -1,0 +1,111 @@
+//! What the effects do to a touch.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::form::Form;
+
+/// What one effect does.
+#[derive(Clone, Debug)]
+pub(crate) enum Term {
+    /// Pose parameters that the declared model holds: indices into `[x y z α β γ]`.
+    Pose(Vec<usize>),
+    /// The ball is larger than declared.
+    Tip,
+    /// The surface is not the nominal one.
+    Form(Form),
+    /// The machine reads one axis long, about `fixed_mm`.
+    Scale { fixed_mm: Vector3<f64>, axis: usize },
+    /// The machine's axes are not square: `first += γ second` for each pair; about `fixed_mm`.
+    Squareness { fixed_mm: Vector3<f64>, pairs: Vec<(usize, usize)> },
+    /// Readings along the axes in `axes` go with time or order.
+    Drift { elapsed: Vec<f64>, axes: Vec<usize> },
+    /// Readings of z, and the part's size, go with a temperature.
+    Temperature { excess_k: Vec<f64> },
+    /// One touch is off on its own.
+    BadPoint { observation: usize },
+}
+
+/// Where and how a touch was made.
+pub(crate) struct Contact<'a> {
+    pub(crate) observation: usize,
+    /// Ball's centre as read, machine frame.
+    pub(crate) center_mm: Vector3<f64>,
+    /// Contact in the part as declared, workpiece frame.
+    pub(crate) foot: &'a geometry::Foot,
+}
+
+impl Term {
+    /// What a unit of each amplitude adds to the reading, machine frame; empty where the effect
+    /// is not one of the machine.
+    pub(crate) fn readings(&self, contact: &Contact<'_>) -> Vec<Vector3<f64>> {
+        let arm = |fixed_mm: &Vector3<f64>| contact.center_mm - fixed_mm;
+        match self {
+            Self::Scale { fixed_mm, axis } => vec![Vector3::ith(*axis, arm(fixed_mm)[*axis])],
+            Self::Squareness { fixed_mm, pairs } => {
+                let arm = arm(fixed_mm);
+                pairs.iter().map(|&(first, second)| Vector3::ith(first, arm[second])).collect()
+            }
+            Self::Drift { elapsed, axes } => {
+                let elapsed = elapsed.get(contact.observation).copied().unwrap_or(0.0);
+                axes.iter().map(|&axis| Vector3::ith(axis, elapsed)).collect()
+            }
+            Self::Temperature { excess_k } => {
+                let excess_k = excess_k.get(contact.observation).copied().unwrap_or(0.0);
+                vec![Vector3::new(0.0, 0.0, excess_k), Vector3::zeros()]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// What a unit of each amplitude adds to the distance from the nominal surface, apart from
+    /// [`Term::readings`]; empty where it adds nothing.
+    pub(crate) fn distances(&self, contact: &Contact<'_>, parts: &Distances<'_>) -> Vec<f64> {
+        let normal = contact.foot.normal;
+        match self {
+            Self::Tip => vec![parts.side],
+            Self::Form(form) => form
+                .heights(parts.shape, parts.radius_mm, &contact.foot.point_mm)
+                .into_iter()
+                .map(|height| height * normal.z)
+                .collect(),
+            Self::Temperature { excess_k } => {
+                let excess_k = excess_k.get(contact.observation).copied().unwrap_or(0.0);
+                vec![0.0, normal.dot(&contact.foot.point_mm.coords) * excess_k]
+            }
+            Self::BadPoint { observation } => {
+                vec![f64::from(u8::from(*observation == contact.observation))]
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// What [`Term::distances`] needs to know of the part.
+pub(crate) struct Distances<'a> {
+    pub(crate) shape: Option<&'a geometry::AsphereShape>,
+    /// Where ρ = 1.
+    pub(crate) radius_mm: f64,
+    /// +1 or −1: the side on which the ball is.
+    pub(crate) side: f64,
+}
+
+/// Sum of the columns times the amplitudes.
+pub(crate) fn combined(columns: &[Vector3<f64>], amplitudes: &DVector<f64>) -> Vector3<f64> {
+    columns.iter().zip(amplitudes.iter()).fold(Vector3::zeros(), |sum, (c, a)| sum + c * *a)
+}
+
+/// Rows of every touch, zero elsewhere.
+pub(crate) fn stacked(
+    n_rows: usize,
+    columns: usize,
+    of_touch: impl Fn(usize) -> Vec<f64>,
+    touches: usize,
+) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(n_rows, columns);
+    for i in 0..touches {
+        for (j, value) in of_touch(i).into_iter().enumerate().take(columns) {
+            out[(i, j)] = value;
+        }
+    }
+    out
+}

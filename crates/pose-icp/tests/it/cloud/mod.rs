@@ -1,0 +1,10 @@
+//! Registration of clouds.
+
+mod consistency;
+mod degenerate;
+mod freedoms;
+mod laws;
+mod nearest;
+mod neighbourhoods;
+mod outliers;
+mod scene;

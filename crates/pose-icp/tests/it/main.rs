@@ -1,0 +1,13 @@
+//! Public behaviour of `pose-icp`.
+
+#![expect(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
+
+// Touches of a surface that is known exactly.
+mod pose_degenerate;
+mod pose_exact;
+mod pose_model;
+mod pose_scene;
+
+// Clouds and meshes.
+mod cloud;
+mod mesh;

@@ -1,0 +1,5 @@
+//! Triangle meshes.
+
+mod defects;
+mod fit;
+mod shapes;

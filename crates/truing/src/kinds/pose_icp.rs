@@ -1,0 +1,233 @@
+//! `pose-icp`: where a workpiece lies, from touches of its surface.
+
+mod estimates;
+mod measured;
+mod surface;
+mod tables;
+
+use geometry::EulerAngles;
+use nalgebra::Vector3;
+use pose_icp::{
+    EdgeTouches, PoseError, PoseOptions, PoseParameter, PoseStart, Tip, TipSide, start_from_touches,
+};
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::Error;
+use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::kinds::{Kind, Measured, Reading};
+
+pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
+use measured::PoseCase;
+use surface::SurfaceSettings;
+use tables::Points;
+
+pub(crate) const KIND: Kind = Kind {
+    name: "pose-icp",
+    summary: "pose of a workpiece from touches of its surface",
+    read,
+    example: &[
+        ("case.toml", include_str!("../../templates/pose-icp/case.toml")),
+        ("points.csv", include_str!("../../templates/pose-icp/points.csv")),
+        ("edge.csv", include_str!("../../templates/pose-icp/edge.csv")),
+    ],
+};
+
+const POINTS: &str = "points.csv";
+const EDGE: &str = "edge.csv";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(rename = "kind")]
+    _kind: serde::de::IgnoredAny,
+    surface: SurfaceSettings,
+    #[serde(default)]
+    pose: PoseSettings,
+    #[serde(default)]
+    probe: ProbeSettings,
+    #[serde(default)]
+    noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    closure: LoopSettings,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseSettings {
+    gamma_deg: Option<Finite>,
+    initial: Option<Initial>,
+    held: Option<Spanned<Vec<ParameterName>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Initial {
+    x_mm: Finite,
+    y_mm: Finite,
+    z_mm: Finite,
+    #[serde(default = "zero")]
+    alpha_deg: Finite,
+    #[serde(default = "zero")]
+    beta_deg: Finite,
+}
+
+fn zero() -> Finite {
+    Finite(0.0)
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ParameterName {
+    X,
+    Y,
+    Z,
+    Alpha,
+    Beta,
+    Gamma,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProbeSettings {
+    tip_radius_mm: Option<Finite>,
+    #[serde(default)]
+    side: SideName,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+enum SideName {
+    #[default]
+    #[serde(rename = "+z")]
+    Above,
+    #[serde(rename = "-z")]
+    Below,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseSettings {
+    point_mm: Option<Positive>,
+    edge_mm: Option<Positive>,
+}
+
+fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    let settings: Settings = document.settings()?;
+    let mut warnings = Vec::new();
+    let surface = settings.surface.read(folder, document, &mut warnings)?;
+    let points = Points::read(folder, document, settings.closure.group.as_ref())?;
+    warnings.extend(points.warnings.iter().cloned());
+    if settings.noise.point_mm.is_none() {
+        warnings.push(
+            "no `[noise] point_mm`: standard uncertainties are estimated from the residual"
+                .to_owned(),
+        );
+    }
+    let Finite(radius_mm) = settings.probe.tip_radius_mm.unwrap_or(zero());
+    let side = match settings.probe.side {
+        SideName::Above => TipSide::Above,
+        SideName::Below => TipSide::Below,
+    };
+    let tip = Tip { radius_mm, side };
+    let Finite(gamma_deg) = settings.pose.gamma_deg.unwrap_or(zero());
+    let edge = if folder.has(EDGE) { Some(edge(folder, &settings.noise, document)?) } else { None };
+    let case = assemble(surface, points, tip, gamma_deg.to_radians(), edge.as_ref(), &settings)?;
+    let tables: &[&str] = if folder.has(EDGE) { &[POINTS, EDGE] } else { &[POINTS] };
+    let measured: Box<dyn Measured> = Box::new(case);
+    Ok(Reading { measured, loop_settings: settings.closure, warnings, tables })
+}
+
+/// Side touches with the file they come from.
+struct Edge {
+    at: Location,
+    touches: EdgeTouches,
+}
+
+fn edge(folder: &Folder, noise: &NoiseSettings, document: &Document) -> Result<Edge, Error> {
+    if noise.edge_mm.is_some() && noise.point_mm.is_none() {
+        let key = "[noise] point_mm".to_owned();
+        let purpose = "the uncertainty of the side touches is declared, so that of the points must \
+                       be too";
+        return Err(Error::case(document.at_file(), Problem::MissingKey { key, purpose }));
+    }
+    // Undeclared, a side touch is as good as any other.
+    let sigma_mm = noise.edge_mm.or(noise.point_mm).map_or(1.0, |Positive(mm)| mm);
+    let (at, [first, second, third, fourth, center_mm]) = tables::edge(folder)?;
+    let sides_mm = [first, second, third, fourth];
+    Ok(Edge { at, touches: EdgeTouches { sides_mm, center_mm, sigma_mm } })
+}
+
+fn assemble(
+    surface: surface::Surface,
+    points: Points,
+    tip: Tip,
+    gamma_rad: f64,
+    edge: Option<&Edge>,
+    settings: &Settings,
+) -> Result<PoseCase, Error> {
+    let at = points.file.clone();
+    let located = edge
+        .map(|edge| {
+            let located = edge.touches.locate(tip, gamma_rad);
+            located.map_err(|source| error(edge.at.clone(), source))
+        })
+        .transpose()?;
+    let named = settings.pose.held.as_ref().map(|held| held.get_ref().as_slice());
+    let held = held(named.unwrap_or_default());
+    let lateral_held = held.contains(&PoseParameter::X) && held.contains(&PoseParameter::Y);
+    let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
+    let start = match (&settings.pose.initial, &located) {
+        (Some(initial), _) => PoseStart {
+            position_mm: Vector3::new(initial.x_mm.0, initial.y_mm.0, initial.z_mm.0),
+            angles: EulerAngles {
+                alpha_rad: initial.alpha_deg.0.to_radians(),
+                beta_rad: initial.beta_deg.0.to_radians(),
+                gamma_rad,
+            },
+        },
+        (None, Some(located)) => located.start,
+        (None, None) => {
+            let touches = points.touches(sigma_mm.unwrap_or(1.0));
+            start_from_touches(&surface.part, &touches, tip, gamma_rad)
+                .map_err(|source| error(at, source))?
+        }
+    };
+    let options = PoseOptions {
+        tip,
+        held,
+        lateral: located.filter(|_| !lateral_held).map(|l| l.prior),
+        noise: if sigma_mm.is_some() {
+            pose_icp::Noise::Declared
+        } else {
+            pose_icp::Noise::Estimated
+        },
+    };
+    // γ is held by default; a freeform part may show it, and is asked where nobody states it.
+    let ask_gamma = surface.shows_gamma && settings.pose.gamma_deg.is_none() && named.is_none();
+    Ok(PoseCase { surface, points, start, options, sigma_mm, ask_gamma })
+}
+
+fn held(names: &[ParameterName]) -> Vec<PoseParameter> {
+    let mut held = vec![PoseParameter::Gamma];
+    held.extend(names.iter().map(|name| PoseParameter::from(*name)));
+    held.sort_unstable();
+    held.dedup();
+    held
+}
+
+impl From<ParameterName> for PoseParameter {
+    fn from(name: ParameterName) -> Self {
+        match name {
+            ParameterName::X => Self::X,
+            ParameterName::Y => Self::Y,
+            ParameterName::Z => Self::Z,
+            ParameterName::Alpha => Self::Alpha,
+            ParameterName::Beta => Self::Beta,
+            ParameterName::Gamma => Self::Gamma,
+        }
+    }
+}
+
+fn error(at: Location, source: PoseError) -> Error {
+    Error::PoseIcp { at: Box::new(at), source: Box::new(source) }
+}

@@ -1,0 +1,154 @@
+use geometry::EulerAngles;
+use nalgebra::{Matrix6, Vector6};
+use pose_icp::PoseStart;
+use serde::Serialize;
+
+use crate::estimates::Estimated;
+use crate::text_table::TextTable;
+
+/// What a `pose-icp` case is solved for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PoseIcpEstimates {
+    /// Workpiece to machine.
+    pub pose: PoseEstimate,
+    /// Rows of the homogeneous matrix that maps workpiece to machine coordinates.
+    pub matrix: Vec<Vec<f64>>,
+    /// Points that were only judged: where the pose puts them along the machine's z.
+    pub checks: Vec<HeightCheck>,
+    /// Residual of every point, in the order of the table.
+    pub points: Vec<TouchResidual>,
+    /// Of the whitened Jacobian without the held parameters, the largest first; angles are
+    /// measured by the travel they cause at the points.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub singular_values: Vec<f64>,
+    /// Motions of the part that the points hardly show.
+    pub weak_directions: Vec<String>,
+}
+
+/// `p_machine = Rz(γ) Ry(β) Rx(α) p + d`, with standard uncertainties.
+///
+/// They are 0 for what is held, `None` where the noise is unknown and nothing is redundant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PoseEstimate {
+    /// Position of the workpiece's origin.
+    pub x_mm: f64,
+    /// Position of the workpiece's origin.
+    pub y_mm: f64,
+    /// Position of the workpiece's origin.
+    pub z_mm: f64,
+    /// Tilt about x.
+    pub alpha_deg: f64,
+    /// Tilt about y.
+    pub beta_deg: f64,
+    /// Rotation about z.
+    pub gamma_deg: f64,
+    /// Of `x_mm`.
+    pub std_x_mm: Option<f64>,
+    /// Of `y_mm`.
+    pub std_y_mm: Option<f64>,
+    /// Of `z_mm`.
+    pub std_z_mm: Option<f64>,
+    /// Of `alpha_deg`.
+    pub std_alpha_deg: Option<f64>,
+    /// Of `beta_deg`.
+    pub std_beta_deg: Option<f64>,
+    /// Of `gamma_deg`.
+    pub std_gamma_deg: Option<f64>,
+}
+
+/// A point that was only judged.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeightCheck {
+    /// Its name.
+    pub point: String,
+    /// Machine z as measured.
+    pub z_measured_mm: f64,
+    /// Machine z at which the probe would meet the part there.
+    pub z_computed_mm: f64,
+    /// Computed − measured.
+    pub dz_mm: f64,
+    /// Standard uncertainty of `z_computed_mm` from that of the pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_mm: Option<f64>,
+}
+
+/// Residual of one point.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TouchResidual {
+    /// Its name.
+    pub point: String,
+    /// `fit` or `check`.
+    #[serde(rename = "use")]
+    pub usage: &'static str,
+    /// Distance from the surface along its normal, less the tip's radius.
+    pub residual_mm: f64,
+}
+
+impl PoseEstimate {
+    pub(super) fn of(pose: &PoseStart, stds: Option<Vector6<f64>>) -> Self {
+        let PoseStart { position_mm, angles } = pose;
+        let EulerAngles { alpha_rad, beta_rad, gamma_rad } = *angles;
+        let length = |k: usize| stds.map(|s| s[k]);
+        let angle = |k: usize| stds.map(|s| s[k].to_degrees());
+        Self {
+            x_mm: position_mm.x,
+            y_mm: position_mm.y,
+            z_mm: position_mm.z,
+            alpha_deg: alpha_rad.to_degrees(),
+            beta_deg: beta_rad.to_degrees(),
+            gamma_deg: gamma_rad.to_degrees(),
+            std_x_mm: length(0),
+            std_y_mm: length(1),
+            std_z_mm: length(2),
+            std_alpha_deg: angle(3),
+            std_beta_deg: angle(4),
+            std_gamma_deg: angle(5),
+        }
+    }
+}
+
+pub(super) fn stds(covariance: &Matrix6<f64>) -> Vector6<f64> {
+    covariance.diagonal().map(|v| v.max(0.0).sqrt())
+}
+
+pub(super) fn matrix(pose: &PoseStart) -> Vec<Vec<f64>> {
+    let homogeneous = pose.machine_from_workpiece().to_homogeneous();
+    homogeneous.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+impl PoseIcpEstimates {
+    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+        let p = &self.pose;
+        vec![
+            Estimated::new("x", "mm", p.x_mm, p.std_x_mm),
+            Estimated::new("y", "mm", p.y_mm, p.std_y_mm),
+            Estimated::new("z", "mm", p.z_mm, p.std_z_mm),
+            Estimated::new("α", "°", p.alpha_deg, p.std_alpha_deg),
+            Estimated::new("β", "°", p.beta_deg, p.std_beta_deg),
+            Estimated::new("γ", "°", p.gamma_deg, p.std_gamma_deg),
+        ]
+    }
+
+    pub(crate) fn table(&self) -> TextTable {
+        if self.checks.is_empty() {
+            let mut table = TextTable::new("points", &["point", "use", "residual (mm)"]);
+            for p in &self.points {
+                let residual = p.residual_mm;
+                table.push(vec![p.point.clone().into(), p.usage.into(), residual.into()]);
+            }
+            return table;
+        }
+        let columns = ["point", "z measured (mm)", "z computed (mm)", "dz (mm)", "std (mm)"];
+        let mut table = TextTable::of_quantities("check points", &columns);
+        for c in &self.checks {
+            table.push(vec![
+                c.point.clone().into(),
+                c.z_measured_mm.into(),
+                c.z_computed_mm.into(),
+                c.dz_mm.into(),
+                c.std_mm.into(),
+            ]);
+        }
+        table
+    }
+}

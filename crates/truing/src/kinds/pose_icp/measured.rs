@@ -1,0 +1,252 @@
+use std::sync::Arc;
+
+use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
+use pose_icp::{
+    MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter, PoseStart, Touch,
+    fit_pose, height_at,
+};
+
+use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, matrix, stds};
+use super::surface::Surface;
+use super::tables::Points;
+use crate::Error;
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::report::Fact;
+
+/// A `pose-icp` case as read.
+#[derive(Debug)]
+pub(super) struct PoseCase {
+    pub(super) surface: Surface,
+    pub(super) points: Points,
+    pub(super) start: PoseStart,
+    pub(super) options: PoseOptions,
+    /// Declared standard uncertainty of a point.
+    pub(super) sigma_mm: Option<f64>,
+    /// Whether γ is estimated where the points show it.
+    pub(super) ask_gamma: bool,
+}
+
+/// The pose with the options under which it was found.
+struct Located {
+    fit: PoseFit,
+    options: PoseOptions,
+    warnings: Vec<String>,
+}
+
+impl Measured for PoseCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let Located { fit, mut warnings, .. } = self.locate()?;
+        let mut residuals_mm = Vec::with_capacity(self.points.names.len());
+        let mut checks = Vec::new();
+        let mut fitted = fit.residuals_mm.iter();
+        for row in 0..self.points.names.len() {
+            if self.points.is_check[row] {
+                let (residual_mm, check) = self.judged(&fit, row)?;
+                residuals_mm.push(residual_mm);
+                checks.push(check);
+            } else {
+                residuals_mm.extend(fitted.next().copied());
+            }
+        }
+        warnings.extend(fit.weak_directions.iter().map(|weak| format!("hardly visible: {weak}")));
+        let observations = (residuals_mm.iter().zip(&self.points.is_check))
+            .map(|(r, check)| Observation { residual: vec![*r], fitted: !check })
+            .collect();
+        let declared = self.sigma_mm.is_some();
+        Ok(Fitted {
+            estimates: Estimates::PoseIcp(PoseIcpEstimates {
+                pose: PoseEstimate::of(&fit.pose, fit.standard_uncertainties()),
+                matrix: matrix(&fit.pose),
+                checks,
+                points: self.residuals(|row| residuals_mm[row]),
+                singular_values: fit.singular_values.clone(),
+                weak_directions: fit.weak_directions.iter().map(ToString::to_string).collect(),
+            }),
+            observations,
+            unit: "mm",
+            degrees_of_freedom: fit.degrees_of_freedom,
+            chi2_per_dof: fit.variance_factor.filter(|_| declared),
+            warnings,
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let Located { fit, options, .. } = self.locate()?;
+        let recorded: Vec<Covariate> = (self.points.covariates.iter())
+            .map(|c| Covariate {
+                name: c.name.clone(),
+                values: c.values.clone(),
+                origin: Origin::Recorded,
+            })
+            .collect();
+        let part = self.surface.part.clone();
+        let model = PoseModel::new(part, self.measured_touches(), &recorded, &fit.pose, &options)
+            .map_err(|e| self.error(e, None))?;
+        let covariates = model.all_covariates();
+        let model = Arc::new(model);
+        let of = Arc::clone(&model);
+        let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &fit));
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        let held: Vec<&str> = self.options.held.iter().map(|p| p.name()).collect();
+        let sigma = match self.sigma_mm {
+            Some(mm) => format!("{mm} mm"),
+            None => "not declared; estimated from the residual".to_owned(),
+        };
+        let sides = match self.options.lateral {
+            Some(_) => "four, as prior knowledge of where the axis is",
+            None => "none, or not used",
+        };
+        Words {
+            declared: vec![
+                format!("p_machine = Rz(γ) Ry(β) Rx(α) p + d; held: {}.", held.join(", ")),
+                format!("The part is the nominal one: {}.", self.surface.words),
+            ],
+            residual: "distance from the surface − tip radius",
+            components: &[],
+            group_noun: self.points.group_column.clone().unwrap_or_else(|| "point".to_owned()),
+            measured: vec![
+                fact("surface", self.surface.words.clone()),
+                fact("tip radius", format!("{} mm", self.options.tip.radius_mm)),
+                fact("standard uncertainty of a point", sigma),
+                fact("side touches", sides.to_owned()),
+            ],
+            places: Some(Places {
+                x_title: "machine x, mm",
+                y_title: "machine y, mm",
+                at: self.points.centers_mm.iter().map(|p| [p.x, p.y]).collect(),
+                names: self.points.names.clone(),
+            }),
+        }
+    }
+}
+
+impl PoseCase {
+    fn touches(&self) -> Vec<Touch> {
+        self.points.touches(self.sigma_mm.unwrap_or(1.0))
+    }
+
+    /// Fits the pose; γ of a freeform part is estimated where it shows.
+    fn locate(&self) -> Result<Located, Error> {
+        let touches = self.touches();
+        let fit =
+            |options: &PoseOptions| fit_pose(&self.surface.part, &touches, &self.start, options);
+        let mut warnings = Vec::new();
+        if self.ask_gamma {
+            let mut options = self.options.clone();
+            options.held.retain(|p| *p != PoseParameter::Gamma);
+            match fit(&options) {
+                Ok(fit) => return Ok(Located { fit, options, warnings }),
+                Err(PoseError::Undetermined { .. } | PoseError::TooFewTouches { .. }) => warnings
+                    .push("the points do not show the rotation γ: it is held at 0".to_owned()),
+                Err(source) => return Err(self.error(source, Some(&self.points.fitted()))),
+            }
+        }
+        let fit = fit(&self.options).map_err(|e| self.error(e, Some(&self.points.fitted())))?;
+        Ok(Located { fit, options: self.options.clone(), warnings })
+    }
+
+    /// Residual and height of a point that was not fitted.
+    fn judged(&self, fit: &PoseFit, row: usize) -> Result<(f64, HeightCheck), Error> {
+        let at = self.points.centers_mm[row];
+        let rows = [row];
+        let fail = |source: PoseError| self.error(source, Some(&rows));
+        let tip = self.options.tip;
+        let part = &self.surface.part;
+        let local = fit.machine_from_workpiece.inverse_transform_point(&at);
+        let foot = part
+            .surface()
+            .closest_point(&local)
+            .map_err(|source| fail(PoseError::NoFoot { index: 0, source }))?;
+        let height = height_at(part, fit, tip, at.x, at.y, at.z).map_err(fail)?;
+        let check = HeightCheck {
+            point: self.points.names[row].clone(),
+            z_measured_mm: at.z,
+            z_computed_mm: height.z_mm,
+            dz_mm: height.z_mm - at.z,
+            std_mm: height.sigma_mm,
+        };
+        Ok((foot.signed_distance_mm - tip.signed_radius_mm(), check))
+    }
+
+    fn residuals(&self, residual_mm: impl Fn(usize) -> f64) -> Vec<TouchResidual> {
+        (0..self.points.names.len())
+            .map(|row| TouchResidual {
+                point: self.points.names[row].clone(),
+                usage: if self.points.is_check[row] { "check" } else { "fit" },
+                residual_mm: residual_mm(row),
+            })
+            .collect()
+    }
+
+    fn measured_touches(&self) -> Vec<MeasuredTouch> {
+        let points = &self.points;
+        let sigma_mm = self.sigma_mm.unwrap_or(1.0);
+        (0..points.names.len())
+            .map(|row| MeasuredTouch {
+                name: points.names[row].clone(),
+                group: points.groups.as_ref().map_or(&points.names, |groups| groups)[row].clone(),
+                role: if points.is_check[row] { Role::Check } else { Role::Fit },
+                touch: Touch::new(points.centers_mm[row], sigma_mm),
+            })
+            .collect()
+    }
+
+    /// Estimates with the accepted effects in the model.
+    fn closed(&self, model: &PoseModel, closure: &Closure, declared: &PoseFit) -> Estimates {
+        let pose = model.pose_at(&closure.state);
+        let n = model.base().len();
+        let stds = (closure.covariance.nrows() >= n).then(|| {
+            let base = closure.covariance.view((0, 0), (n, n)).into_owned();
+            stds(&model.pose_covariance(&closure.state, &base))
+        });
+        let residual_mm = |row: usize| closure.residuals_after[row];
+        let from_machine = pose.machine_from_workpiece();
+        let check = |row: usize| {
+            let at = self.points.centers_mm[row];
+            let local = from_machine.inverse_transform_point(&at);
+            // Along z the surface is as far as along its normal over the normal's z.
+            let foot = self.surface.part.surface().closest_point(&local).ok()?;
+            let dz_mm = -residual_mm(row) / (from_machine.rotation * foot.normal).z;
+            Some(HeightCheck {
+                point: self.points.names[row].clone(),
+                z_measured_mm: at.z,
+                z_computed_mm: at.z + dz_mm,
+                dz_mm,
+                std_mm: None,
+            })
+        };
+        let judged = (0..self.points.names.len()).filter(|row| self.points.is_check[*row]);
+        Estimates::PoseIcp(PoseIcpEstimates {
+            pose: PoseEstimate::of(&pose, stds),
+            matrix: matrix(&pose),
+            checks: judged.filter_map(check).collect(),
+            points: self.residuals(residual_mm),
+            singular_values: Vec::new(),
+            weak_directions: declared.weak_directions.iter().map(ToString::to_string).collect(),
+        })
+    }
+
+    /// `rows` are those that the solver was given.
+    fn error(&self, source: PoseError, rows: Option<&[usize]>) -> Error {
+        let mut at = self.points.file.clone();
+        let index = match source {
+            PoseError::InvalidTouch { index, .. }
+            | PoseError::NoFoot { index, .. }
+            | PoseError::OutsideAperture { index, .. }
+            | PoseError::TipTooLarge { index, .. } => Some(index),
+            _ => None,
+        };
+        if let Some(index) = index {
+            let row = rows.map_or(Some(index), |rows| rows.get(index).copied());
+            if let Some(line) = row.and_then(|row| self.points.lines.get(row)) {
+                at = at.line(*line);
+            }
+        }
+        super::error(at, source)
+    }
+}
