@@ -78,6 +78,17 @@ pub enum ForceImpedanceError {
         /// Iterations made.
         iterations: usize,
     },
+    /// The impedance rings faster than the samples can follow.
+    #[error(
+        "the impedance rings at {natural_hz:.3} Hz, samples show {nyquist_hz:.3} Hz at most: use \
+         more mass or damping, or a shorter interval"
+    )]
+    TooFastForSampling {
+        /// Natural frequency.
+        natural_hz: f64,
+        /// Half the sampling frequency.
+        nyquist_hz: f64,
+    },
     /// The surface is nearly along the tool, so that dividing by the cosine means nothing.
     #[error(
         "the normal is {angle_rad:.4} rad off the tool's axis: the published formula needs less \

@@ -48,19 +48,29 @@
 mod balance;
 mod chain;
 mod cofactor;
+mod command;
+mod controller;
+mod discretise;
 mod error;
 mod forward;
 mod head;
+mod impedance;
 mod pose;
 mod scalar;
+mod settings;
 mod warning;
+mod watch;
 
 pub use balance::{Balance, ContactForce};
 pub use chain::MachineChain;
+pub use command::{Command, Fault, Limits, Measurement, Status};
+pub use controller::Controller;
 pub use error::ForceImpedanceError;
 pub use forward::ForwardPose;
 pub use head::{Head, HeadGeometry, HeadLimits};
+pub use impedance::{Discretisation, Impedance, ImpedanceParameters};
 pub use pose::HeadPose;
+pub use settings::{ControllerSettings, ReferenceMode};
 pub use warning::{Warning, WarningLimits, warnings};
 
 #[cfg(doctest)]

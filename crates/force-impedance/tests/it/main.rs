@@ -5,7 +5,14 @@
     reason = "helpers of tests: a failure is a failed test, and counts are small"
 )]
 
+mod allocation;
 mod balance;
+mod controller;
 mod degenerate;
+mod discretise;
 mod equilibrium;
+mod faults;
+mod hostile;
 mod kinematics;
+mod random_cycles;
+mod rig;
