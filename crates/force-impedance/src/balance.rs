@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, Matrix3x4, Matrix4x3, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix3x4, Point3, Vector3, Vector4};
 
 use crate::cofactor::orthogonal;
 use crate::pose::HeadPose;
@@ -15,10 +15,10 @@ const MAX_PUBLISHED_RAD: f64 = 1.47;
 /// acts along the axis past the axial cell and cannot be told from contact force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
-    /// Contact force per load-cell reading, `3×4`, N per N.
-    pub influence: Matrix3x4<f64>,
+    /// Contact force per load-cell reading.
+    columns: [Vector3<f64>; 4],
     /// What the head's weight adds to the contact force.
-    pub of_weight_n: Vector3<f64>,
+    of_weight_n: Vector3<f64>,
     /// Direction of the tool, joint to tip.
     axis: Vector3<f64>,
     /// Cosines between legs and axis.
@@ -33,22 +33,22 @@ impl Head {
         let u = pose.axis;
         let axial_mm = pose.lengths_mm[3];
         let reach_mm = axial_mm + self.geometry.tip_to_plane_mm;
-        let mut columns = [-u; 4];
-        let mut leg_cosines = [0.0; 3];
-        for i in 0..3 {
-            let leg = &pose.legs_axis[i];
-            let moment_mm = pose.joints_mm[i].coords.cross(leg);
-            leg_cosines[i] = leg.dot(&u);
-            columns[i] = u.cross(&moment_mm) / reach_mm - u * leg_cosines[i];
-        }
+        let per_reach = 1.0 / reach_mm;
+        let column = |joint_mm: &Point3<f64>, leg: &Vector3<f64>, cosine: f64| {
+            u.cross(&joint_mm.coords.cross(leg)) * per_reach - u * cosine
+        };
+        let [p1, p2, p3] = &pose.joints_mm;
+        let [d1, d2, d3] = &pose.legs_axis;
+        let leg_cosines = [d1.dot(&u), d2.dot(&u), d3.dot(&u)];
+        let [c1, c2, c3] = leg_cosines;
         // The centre of gravity slides with the head.
         let arm_mm =
             self.geometry.center_of_gravity_mm + axial_mm - self.geometry.plane_to_joint_mm;
         let weight_n = self.geometry.gravity_direction * self.geometry.weight_n;
         let along_n = u * u.dot(&weight_n);
         Balance {
-            influence: Matrix3x4::from_columns(&columns),
-            of_weight_n: (along_n - weight_n) * (arm_mm / reach_mm) - along_n,
+            columns: [column(p1, d1, c1), column(p2, d2, c2), column(p3, d3, c3), -u],
+            of_weight_n: (along_n - weight_n) * (arm_mm * per_reach) - along_n,
             axis: u,
             leg_cosines,
         }
@@ -70,11 +70,24 @@ pub struct ContactForce {
 }
 
 impl Balance {
+    /// Contact force per load-cell reading, `3×4`, N per N.
+    #[must_use]
+    pub fn influence(&self) -> Matrix3x4<f64> {
+        Matrix3x4::from_columns(&self.columns)
+    }
+
+    /// What the head's weight adds to the contact force.
+    #[must_use]
+    pub const fn of_weight_n(&self) -> Vector3<f64> {
+        self.of_weight_n
+    }
+
     /// Force of the workpiece on the tool from the four cells (compression positive).
     #[inline]
     #[must_use]
     pub fn force_n(&self, cells_n: &[f64; 4]) -> Vector3<f64> {
-        self.influence * Vector4::from(*cells_n) + self.of_weight_n
+        let ([a, b, c, d], [f1, f2, f3, f4]) = (&self.columns, *cells_n);
+        a * f1 + b * f2 + c * f3 + d * f4 + self.of_weight_n
     }
 
     /// The same, split along the outward unit normal of the surface.
@@ -91,7 +104,7 @@ impl Balance {
     /// Covariance of the force for independent cells of standard uncertainty `sigma_n`, N².
     #[must_use]
     pub fn covariance_n2(&self, sigma_n: &[f64; 4]) -> Matrix3<f64> {
-        let mut scaled = self.influence;
+        let mut scaled = self.influence();
         for (mut column, sigma) in scaled.column_iter_mut().zip(sigma_n) {
             column *= *sigma;
         }
@@ -102,7 +115,7 @@ impl Balance {
     #[inline]
     #[must_use]
     pub fn normal_weights(&self, normal: &Vector3<f64>) -> [f64; 4] {
-        (self.influence.transpose() * normal).into()
+        self.columns.map(|column| column.dot(normal))
     }
 
     /// Internal force of the cells that no contact force balances: the preload of the legs.
@@ -112,8 +125,7 @@ impl Balance {
     #[inline]
     #[must_use]
     pub fn preload_n(&self, cells_n: &[f64; 4]) -> f64 {
-        let columns: Matrix4x3<f64> = self.influence.transpose();
-        orthogonal(&columns).dot(&Vector4::from(*cells_n))
+        orthogonal(&self.columns).dot(&Vector4::from(*cells_n))
     }
 
     /// Axial force as published: `Σ F_i cos γ_i + F4`, without weight.

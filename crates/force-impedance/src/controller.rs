@@ -1,7 +1,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::scalar::norm;
-use crate::watch::{Sound, Watch};
+use crate::watch::Watch;
 use crate::{
     Command, ContactForce, ControllerSettings, ForceImpedanceError, Head, HeadPose, Impedance,
     ImpedanceParameters, Limits, Measurement, ReferenceMode, Status,
@@ -123,7 +123,7 @@ impl Controller {
             seen,
             dt_s,
         ) {
-            Ok(sound) => self.act(&sound, seen, dt_s),
+            Ok(cells_n) => self.act(&cells_n, seen, dt_s),
             Err(fault) => self.hold(Status::Held(fault), None, Limits::default()),
         }
     }
@@ -139,9 +139,9 @@ impl Controller {
     }
 
     #[inline]
-    fn act(&mut self, sound: &Sound, seen: &Measurement, dt_s: f64) -> Command {
+    fn act(&mut self, cells_n: &[f64; 4], seen: &Measurement, dt_s: f64) -> Command {
         let interval_s = self.settings.interval_s.min(dt_s);
-        let contact = self.head.balance(&sound.pose).contact(&sound.cells_n, &seen.normal);
+        let contact = self.head.balance(&self.watch.pose).contact(cells_n, &seen.normal);
         let mut limits = Limits::default();
         self.follow_reference(seen.reference_n, interval_s, &mut limits);
         if let Some(left) = self.recovery_left.checked_sub(1) {
@@ -234,13 +234,14 @@ impl Controller {
         let share = if far { longest_mm / length_mm } else { 1.0 };
         limits.set(Limits::RATE, far);
         let tip_mm: Point3<f64> = self.pose.tip_mm + way_mm * share;
-        let reached = self.head.pose_at(&tip_mm).ok();
-        limits.set(Limits::WORKSPACE, reached.is_none());
+        let pose = HeadPose::of(&self.head, &tip_mm.coords);
+        let reached = self.head.allows(&pose);
+        limits.set(Limits::WORKSPACE, !reached);
         let before_mm = self.offset_mm;
-        if let Some(pose) = reached {
+        if reached {
             self.pose = pose;
         }
-        let cut = far || reached.is_none();
+        let cut = far || !reached;
         self.offset_mm = if cut {
             let [inward_mm, outward_mm] = self.settings.travel_mm;
             between((self.pose.tip_mm - programmed_mm).dot(normal), inward_mm, outward_mm)

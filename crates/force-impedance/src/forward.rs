@@ -59,18 +59,18 @@ impl Head {
     /// One Gauss-Newton step from a pose towards four lengths.
     #[inline]
     pub(crate) fn forward_step(&self, from: &HeadPose, lengths_mm: &[f64; 4]) -> Point3<f64> {
-        from.tip_mm + least_squares(&self.leg_jacobian(from), &misfit(from, lengths_mm))
+        from.tip_mm + least_squares(&from.length_gradients(self), &misfit(from, lengths_mm))
     }
 
-    #[inline]
-    pub(crate) fn judged(&self, pose: HeadPose, lengths_mm: &[f64; 4]) -> ForwardPose {
-        let direction = orthogonal(&self.leg_jacobian(&pose));
-        let consistency_mm = direction.dot(&misfit(&pose, lengths_mm));
+    fn judged(&self, pose: HeadPose, lengths_mm: &[f64; 4]) -> ForwardPose {
+        let direction = orthogonal(&pose.length_gradients(self));
+        let consistency_mm = direction.dot(&Vector4::from(misfit(&pose, lengths_mm)));
         ForwardPose { pose, consistency_mm, consistency_direction: direction }
     }
 }
 
 #[inline]
-fn misfit(pose: &HeadPose, lengths_mm: &[f64; 4]) -> Vector4<f64> {
-    Vector4::from(*lengths_mm) - Vector4::from(pose.lengths_mm)
+fn misfit(pose: &HeadPose, lengths_mm: &[f64; 4]) -> [f64; 4] {
+    let ([a, b, c, d], [e, f, g, h]) = (lengths_mm, pose.lengths_mm);
+    [a - e, b - f, c - g, d - h]
 }

@@ -101,7 +101,7 @@ impl Head {
             tilt_cosine: libm::cos(limits.tilt_rad),
         };
         let start = HeadPose::of(&head, &head.start_tip_mm().coords);
-        let relative_spread = gram_spread(&head.leg_jacobian(&start));
+        let relative_spread = gram_spread(&start.length_gradients(&head));
         if relative_spread.is_nan() || relative_spread < MIN_RELATIVE_SPREAD {
             return Err(ForceImpedanceError::LegsDoNotHold { relative_spread });
         }
@@ -143,43 +143,47 @@ impl Head {
             return Err(ForceImpedanceError::NotFinite { quantity, index });
         }
         let pose = HeadPose::of(self, &tip_mm.coords);
-        self.check(&pose)?;
-        Ok(pose)
+        if self.allows(&pose) { Ok(pose) } else { Err(self.reason(&pose)) }
     }
 
-    /// Whether a pose is within the limits.
+    /// Whether a pose is within the limits, for those who need no reason.
     #[inline]
-    pub(crate) fn check(&self, pose: &HeadPose) -> Result<(), ForceImpedanceError> {
-        let cosine = STRAIGHT.dot(&pose.axis);
-        // So that NaN is out of range too.
-        let upright = cosine >= self.tilt_cosine;
-        if !upright {
-            let tilt_rad = pose.tilt_rad();
-            return Err(ForceImpedanceError::TiltOutOfRange {
-                tilt_rad,
-                max_rad: self.limits.tilt_rad,
-            });
-        }
+    pub(crate) fn allows(&self, pose: &HeadPose) -> bool {
         let [l1, l2, l3, l4] = pose.lengths_mm;
+        let [shortest_mm, longest_mm] = self.limits.leg_mm;
+        let leg = |l: f64| l >= shortest_mm && l <= longest_mm;
+        let axial = l4 >= self.limits.axial_mm[0] && l4 <= self.limits.axial_mm[1];
+        -pose.axis.y >= self.tilt_cosine && axial && leg(l1) && leg(l2) && leg(l3)
+    }
+
+    /// Why a pose is not within the limits.
+    #[cold]
+    fn reason(&self, pose: &HeadPose) -> ForceImpedanceError {
+        let tilt_rad = pose.tilt_rad();
+        let [l1, l2, l3, l4] = pose.lengths_mm;
+        let upright = -pose.axis.y >= self.tilt_cosine;
+        if !upright {
+            return ForceImpedanceError::TiltOutOfRange { tilt_rad, max_rad: self.limits.tilt_rad };
+        }
         let [min_mm, max_mm] = self.limits.axial_mm;
-        if !(l4 >= min_mm && l4 <= max_mm) {
-            return Err(ForceImpedanceError::AxialOutOfRange { length_mm: l4, min_mm, max_mm });
+        if l4 < min_mm || l4 > max_mm {
+            return ForceImpedanceError::AxialOutOfRange { length_mm: l4, min_mm, max_mm };
         }
         let [min_mm, max_mm] = self.limits.leg_mm;
-        for (leg, length_mm) in [(1, l1), (2, l2), (3, l3)] {
-            if !(length_mm >= min_mm && length_mm <= max_mm) {
-                return Err(ForceImpedanceError::LegOutOfRange { leg, length_mm, min_mm, max_mm });
-            }
-        }
-        Ok(())
+        let fits = |l: f64| l >= min_mm && l <= max_mm;
+        let (leg, length_mm) = match [fits(l1), fits(l2)] {
+            [false, _] => (1, l1),
+            [_, false] => (2, l2),
+            _ => (3, l3),
+        };
+        ForceImpedanceError::LegOutOfRange { leg, length_mm, min_mm, max_mm }
     }
 
     /// `∂(l1, l2, l3, l4)/∂tip` at a pose, `4×3`, mm per mm.
     #[inline]
     #[must_use]
     pub fn leg_jacobian(&self, pose: &HeadPose) -> Matrix4x3<f64> {
-        let [a, b, c] = pose.length_gradients(self);
-        let u = pose.axis;
+        let [a, b, c, u] = pose.length_gradients(self);
         Matrix4x3::new(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, u.x, u.y, u.z)
     }
 }

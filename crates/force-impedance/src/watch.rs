@@ -20,12 +20,6 @@ pub(crate) struct Watch {
     cells_n: [f64; 4],
     unchanged_cycles: u32,
     /// Where the head was last seen.
-    pose: HeadPose,
-}
-
-/// A cycle's readings that may be believed.
-pub(crate) struct Sound {
-    pub(crate) cells_n: [f64; 4],
     pub(crate) pose: HeadPose,
 }
 
@@ -34,7 +28,8 @@ impl Watch {
         Self { cells_n: [0.0; 4], unchanged_cycles: 0, pose }
     }
 
-    /// Everything that can be wrong, in the order of the fault table.
+    /// Everything that can be wrong, in the order of the fault table; the cells' readings where
+    /// nothing is, with the head's place in `pose`.
     #[inline]
     pub(crate) fn judge(
         &mut self,
@@ -44,7 +39,7 @@ impl Watch {
         commanded: &HeadPose,
         seen: &Measurement,
         dt_s: f64,
-    ) -> Result<Sound, Fault> {
+    ) -> Result<[f64; 4], Fault> {
         let [shortest, longest] = INTERVAL_RANGE;
         let in_time =
             dt_s >= shortest * settings.interval_s && dt_s <= longest * settings.interval_s;
@@ -64,14 +59,15 @@ impl Watch {
         if frozen {
             return Err(Fault::Frozen);
         }
-        let pose = self.find(head, settings.max_consistency_mm, &lengths_mm);
-        // A head that was lost is looked for from where it was sent.
-        self.pose = pose.unwrap_or(*commanded);
-        let pose = pose.ok_or(Fault::Lengths)?;
-        if !usable(&seen.normal, &pose.axis, normal_cosine) {
+        if !self.find(head, settings.max_consistency_mm, &lengths_mm) {
+            // A head that was lost is looked for from where it was sent.
+            self.pose = *commanded;
+            return Err(Fault::Lengths);
+        }
+        if !usable(&seen.normal, &self.pose.axis, normal_cosine) {
             return Err(Fault::Normal);
         }
-        Ok(Sound { cells_n, pose })
+        Ok(cells_n)
     }
 
     #[inline]
@@ -82,20 +78,23 @@ impl Watch {
         self.unchanged_cycles >= limit
     }
 
-    /// The pose of the lengths, from where the head was last seen.
+    /// Finds the pose of the lengths from where the head was last seen; false where there is none.
     #[inline]
-    fn find(&self, head: &Head, max_mm: f64, lengths_mm: &[f64; 4]) -> Option<HeadPose> {
-        let mut pose = self.pose;
+    fn find(&mut self, head: &Head, max_mm: f64, lengths_mm: &[f64; 4]) -> bool {
         for _ in 0..MAX_STEPS {
-            let tip_mm = head.forward_step(&pose, lengths_mm);
-            let step_mm = norm(&(tip_mm - pose.tip_mm));
-            pose = head.pose_at(&tip_mm).ok()?;
+            let tip_mm = head.forward_step(&self.pose, lengths_mm);
+            let step_mm = norm(&(tip_mm - self.pose.tip_mm));
+            self.pose = HeadPose::of(head, &tip_mm.coords);
+            if !head.allows(&self.pose) {
+                return false;
+            }
             if step_mm <= LAST_STEP_MM {
                 break;
             }
         }
-        let agrees = |(a, b): (&f64, &f64)| (a - b).abs() <= max_mm;
-        pose.lengths_mm.iter().zip(lengths_mm).all(agrees).then_some(pose)
+        let ([a, b, c, d], [e, f, g, h]) = (self.pose.lengths_mm, lengths_mm);
+        let agrees = |found_mm: f64, read_mm: &f64| (found_mm - read_mm).abs() <= max_mm;
+        agrees(a, e) && agrees(b, f) && agrees(c, g) && agrees(d, h)
     }
 }
 
