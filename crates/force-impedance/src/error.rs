@@ -1,5 +1,5 @@
 /// Why there is no answer to rely on.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ForceImpedanceError {
     /// A setting is outside the range in which it has a meaning.
@@ -99,6 +99,55 @@ pub enum ForceImpedanceError {
         angle_rad: f64,
         /// Largest.
         max_rad: f64,
+    },
+    /// One sample of a log cannot be used.
+    #[cfg(feature = "std")]
+    #[error("sample {}: {source}", index + 1)]
+    Sample {
+        /// Position in the log.
+        index: usize,
+        /// What is wrong with it.
+        source: Box<ForceImpedanceError>,
+    },
+    /// Time stands still or runs backwards within a segment.
+    #[cfg(feature = "std")]
+    #[error("time does not increase at sample {}: {before_s} s, then {after_s} s", index + 1)]
+    TimeNotIncreasing {
+        /// Position of the later sample.
+        index: usize,
+        /// Time before.
+        before_s: f64,
+        /// Time of this sample.
+        after_s: f64,
+    },
+    /// A log is too short to be judged.
+    #[cfg(feature = "std")]
+    #[error("log has {got} samples, need {needed}: record longer")]
+    TooFewSamples {
+        /// Samples given.
+        got: usize,
+        /// Samples needed.
+        needed: usize,
+    },
+    /// Only some samples have a reference.
+    #[cfg(feature = "std")]
+    #[error("{with} of {samples} samples have a reference force: all must have it, or none")]
+    PartialReference {
+        /// Samples with a reference.
+        with: usize,
+        /// All samples.
+        samples: usize,
+    },
+    /// A covariate has not one value per sample.
+    #[cfg(feature = "std")]
+    #[error("covariate {name} has {got} values for {needed} samples")]
+    CovariateLength {
+        /// Name of the column.
+        name: String,
+        /// Values given.
+        got: usize,
+        /// Values needed.
+        needed: usize,
     },
 }
 

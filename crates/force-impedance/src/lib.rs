@@ -55,6 +55,20 @@ mod error;
 mod forward;
 mod head;
 mod impedance;
+#[cfg(feature = "std")]
+mod log;
+#[cfg(feature = "std")]
+mod log_blocks;
+#[cfg(feature = "std")]
+mod log_delay;
+#[cfg(feature = "std")]
+mod log_effects;
+#[cfg(feature = "std")]
+mod log_model;
+#[cfg(feature = "std")]
+mod log_proposals;
+#[cfg(feature = "std")]
+mod log_sensitivity;
 mod pose;
 mod scalar;
 mod settings;
@@ -69,9 +83,20 @@ pub use error::ForceImpedanceError;
 pub use forward::ForwardPose;
 pub use head::{Head, HeadGeometry, HeadLimits};
 pub use impedance::{Discretisation, Impedance, ImpedanceParameters};
+#[cfg(feature = "std")]
+pub use log::{ForceFormula, LogSample, LoggedForce, solve_log};
+#[cfg(feature = "std")]
+pub use log_model::{LogModel, LogOptions};
 pub use pose::HeadPose;
 pub use settings::{ControllerSettings, ReferenceMode};
 pub use warning::{Warning, WarningLimits, warnings};
+
+/// A count as a number; exact below 2⁵³.
+#[cfg(feature = "std")]
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
+}
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -64,7 +64,7 @@ pub fn probe_contact(
 }
 
 /// What the check must find, so that it is known to find anything.
-#[cfg(control)]
+#[cfg(feature = "control")]
 #[unsafe(no_mangle)]
 pub fn probe_control(values: &[f64], index: usize) -> f64 {
     values[index]

@@ -14,5 +14,7 @@ mod equilibrium;
 mod faults;
 mod hostile;
 mod kinematics;
+mod log;
+mod log_rig;
 mod random_cycles;
 mod rig;
