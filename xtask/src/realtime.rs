@@ -44,7 +44,10 @@ pub(crate) fn run() -> Result<()> {
     fs::write(folder.join("src/lib.rs"), PROBE).context("target/realtime/src/lib.rs")?;
     fs::copy(shell::root().join("Cargo.lock"), folder.join("Cargo.lock")).context("Cargo.lock")?;
     ensure!(!asks_for_the_trap(&[])?, "a panic can be reached from the real-time path");
-    ensure!(asks_for_the_trap(&["--features", "control"])?, "the check does not find a panic that is there");
+    ensure!(
+        asks_for_the_trap(&["--features", "control"])?,
+        "the check does not find a panic that is there"
+    );
     println!("realtime: builds without std; no panic can be reached from the real-time path");
     Ok(())
 }

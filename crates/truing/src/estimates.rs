@@ -1,6 +1,9 @@
 use serde::Serialize;
 
-use crate::kinds::{DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates};
+use crate::kinds::{
+    DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
+    GravityEstimates,
+};
 use crate::text_table::TextTable;
 
 /// What was solved for, by kind; each serialises as its own object.
@@ -16,6 +19,8 @@ pub enum Estimates {
     Displacements(DisplacementEstimates),
     /// `ft-center` from static poses.
     Gravity(GravityEstimates),
+    /// `force-impedance`.
+    ForceImpedance(ForceImpedanceEstimates),
 }
 
 /// One estimated number, in the unit it is reported in.
@@ -41,6 +46,7 @@ impl Estimates {
             Self::FtCenter(estimates) => estimates.parameters(),
             Self::Displacements(_) => Vec::new(),
             Self::Gravity(estimates) => estimates.parameters(),
+            Self::ForceImpedance(estimates) => estimates.parameters(),
         }
     }
 
@@ -66,6 +72,7 @@ impl Estimates {
             Self::FtCenter(estimates) => estimates.table(),
             Self::Displacements(estimates) => estimates.table(),
             Self::Gravity(estimates) => estimates.table(),
+            Self::ForceImpedance(estimates) => estimates.table(),
         });
         tables
     }

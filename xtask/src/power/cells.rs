@@ -3,8 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::scene::{Scene, session_at, survey_at};
+use super::scene::{Scene, run_at, session_at, survey_at};
 use crate::generators::Colour;
+use crate::generators::polish::{Flaw, Run};
 use crate::generators::press::{Fault, Session};
 use crate::generators::survey::{Defect, Survey};
 
@@ -44,6 +45,7 @@ const TIMES: f64 = 5.0;
 pub(crate) fn cells() -> Vec<Cell> {
     let mut cells = surveys();
     cells.extend(sessions());
+    cells.extend(runs());
     cells
 }
 
@@ -53,6 +55,10 @@ fn survey(situation: &'static str, question: Question, make: fn(u64) -> Scene) -
 
 fn session(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
     Cell { krate: "ft-center", situation, question, make }
+}
+
+fn run(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
+    Cell { krate: "force-impedance", situation, question, make }
 }
 
 fn surveys() -> Vec<Cell> {
@@ -176,10 +182,66 @@ fn sessions() -> Vec<Cell> {
     ]
 }
 
+fn runs() -> Vec<Cell> {
+    use Question::{ConfidentWrongName, FalseAddition, Named};
+    vec![
+        run("nothing, white noise", FalseAddition, |seed| Scene::Run(Run::new(seed))),
+        run("nothing, AR(1) 0.8 from sample to sample", FalseAddition, |seed| {
+            let colour = Colour::Ar1(0.8);
+            Scene::Run(Run { colour, declare_noise: false, ..Run::new(seed) })
+        }),
+        run("nothing, 1/f noise, strips not named", FalseAddition, |seed| {
+            let colour = Colour::Pink;
+            let unnamed = Run { name_segments: false, declare_noise: false, ..Run::new(seed) };
+            Scene::Run(Run { colour, ..unnamed })
+        }),
+        run("zero of the axial cell", Named("leg-zero"), |seed| {
+            polished(seed, |a, d| Flaw::CellZero(3, a * sign(d)))
+        }),
+        run("zero of the cell of leg 2", Named("leg-zero"), |seed| {
+            polished(seed, |a, d| Flaw::CellZero(1, a * sign(d)))
+        }),
+        run("zero of the length of leg 1", Named("leg-zero"), |seed| {
+            polished(seed, |a, d| Flaw::LengthZero(0, a * sign(d)))
+        }),
+        run("gain of the axial cell", Named("leg-gain"), |seed| {
+            polished(seed, |a, d| Flaw::CellGain(3, a * sign(d)))
+        }),
+        run("gain of the cell of leg 3", Named("leg-gain"), |seed| {
+            polished(seed, |a, d| Flaw::CellGain(2, a * sign(d)))
+        }),
+        run("head heavier than declared", Named("head-weight"), |seed| {
+            polished(seed, |a, d| Flaw::Weight(a * sign(d)))
+        }),
+        run("friction left out, formula as published", Named("contact-friction"), |seed| {
+            let formula = "published";
+            Scene::Run(Run { formula, weight_n: 0.0, friction: 0.05, ..Run::new(seed) })
+        }),
+        run("friction of the spline", Named("spline-friction"), |seed| {
+            polished(seed, |a, _| Flaw::Spline(a))
+        }),
+        run("axial cell drifts", Named("force-drift"), |seed| {
+            polished(seed, |a, d| Flaw::Drift(a * sign(d)))
+        }),
+        run("reference late", Named("delay"), |seed| polished(seed, |a, _| Flaw::Delay(a))),
+        run("play in the reference, 2 N", ConfidentWrongName, |seed| {
+            Scene::Run(Run { flaw: Flaw::Play(2.0), ..Run::new(seed) })
+        }),
+        run("axial cell not linear, 7 % at 60 N", ConfidentWrongName, |seed| {
+            Scene::Run(Run { flaw: Flaw::CellCurvature(1.2e-3), ..Run::new(seed) })
+        }),
+        run("humidity, 0.5 N", ConfidentWrongName, |seed| {
+            Scene::Run(Run { flaw: Flaw::Humidity(0.08), ..Run::new(seed) })
+        }),
+    ]
+}
+
 /// Effects that share the level of a rigid survey without and with transform, and of a session.
 const RIGID_CANDIDATES: usize = 6;
 const COMMON_CANDIDATES: usize = 8;
 const PRESS_CANDIDATES: usize = 15;
+/// Zeros of cells and lengths, gains, weight, two kinds of friction, drift, delay.
+const RUN_CANDIDATES: usize = 17;
 
 /// Thirty-six points and twelve check points: a rigid fit with an effect of three amplitudes adds
 /// 9/108 of the variance to points it never saw, 4 % in the root.
@@ -208,6 +270,11 @@ fn bad_point(seed: u64) -> Scene {
     let candidates = RIGID_CANDIDATES * base.n_fit;
     let defect = |a: f64| Defect::BadPoint(index, d.map(|v| a * v));
     Scene::Survey(survey_at(&base, defect, 3, candidates, TIMES))
+}
+
+fn polished(seed: u64, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
+    let d = direction(seed);
+    Scene::Run(run_at(&Run::new(seed), |a| flaw(a, d), RUN_CANDIDATES, TIMES))
 }
 
 fn outside(seed: u64, defect: Defect) -> Scene {
