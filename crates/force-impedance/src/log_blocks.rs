@@ -13,8 +13,9 @@ const N_GROUPS: usize = 16;
 const ENOUGH_SEGMENTS: usize = 6;
 /// The slide is taken to move when its speed is this many times what noise makes of it.
 const CLEAR_SPEED: f64 = 3.0;
-/// Median of |second difference| of white noise over its standard deviation: 0.6745·√6.
-const SECOND_DIFFERENCE: f64 = 1.652;
+/// Median of |fourth difference| of white noise over its standard deviation: 0.6745·√70. The motion
+/// itself leaves nearly nothing in it.
+const FOURTH_DIFFERENCE: f64 = 5.643;
 /// Time over which the speed of the slide is taken.
 const SPEED_SPAN_S: f64 = 0.04;
 
@@ -179,11 +180,13 @@ fn sign(x: f64) -> f64 {
 /// Standard deviation of the axial readings from sample to sample.
 fn noise(run: &[LogSample]) -> f64 {
     let axial = |s: &LogSample| s.lengths_mm[3];
-    let mut bends: Vec<f64> =
-        run.windows(3).map(|w| (axial(&w[0]) - 2.0 * axial(&w[1]) + axial(&w[2])).abs()).collect();
+    let fourth = |w: &[LogSample]| {
+        axial(&w[0]) - 4.0 * axial(&w[1]) + 6.0 * axial(&w[2]) - 4.0 * axial(&w[3]) + axial(&w[4])
+    };
+    let mut bends: Vec<f64> = run.windows(5).map(|w| fourth(w).abs()).collect();
     if bends.is_empty() {
         return 0.0;
     }
     bends.sort_by(f64::total_cmp);
-    bends[bends.len() / 2] / SECOND_DIFFERENCE
+    bends[bends.len() / 2] / FOURTH_DIFFERENCE
 }

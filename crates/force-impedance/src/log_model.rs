@@ -81,7 +81,7 @@ impl LogModel {
         let published = options.formula == ForceFormula::Published;
         let catalogue = LogEffect::catalogue(published, warm.len());
         let blocks = blocks(head, samples, &solved, options.formula, &warmth_k);
-        let (records, record_of) = records(samples, &blocks);
+        let (records, record_of) = records(samples, &solved, &blocks);
         let mut model = Self {
             layout: Layout::default(),
             effects: catalogue.iter().map(|e| e.description(&names)).collect(),
@@ -202,10 +202,7 @@ impl LogModel {
             return (0.0, 0.0);
         };
         let record = &self.records[record];
-        let (late_n, slope) = record.mean(&block.samples, delay_s);
-        let (now_n, _) = record.mean(&block.samples, 0.0);
-        // The true force is what the reference will read.
-        (late_n - now_n, slope)
+        record.effect(&block.samples, delay_s)
     }
 }
 
@@ -218,12 +215,17 @@ fn rubbed(block: &Block, mu: f64) -> (f64, f64) {
     (block.normal_n - true_n, true_n * s.rub_share / with)
 }
 
-fn records(samples: &[LogSample], blocks: &[Block]) -> (Vec<Record>, Vec<usize>) {
+fn records(
+    samples: &[LogSample],
+    solved: &[LoggedForce],
+    blocks: &[Block],
+) -> (Vec<Record>, Vec<usize>) {
     let mut records = Vec::new();
     let mut ends = Vec::new();
     let mut start = 0;
     for run in samples.chunk_by(|a, b| a.segment == b.segment) {
-        let Some(record) = Record::of(run, start) else { return (Vec::new(), Vec::new()) };
+        let forces = &solved[start..start + run.len()];
+        let Some(record) = Record::of(run, forces, start) else { return (Vec::new(), Vec::new()) };
         records.push(record);
         start += run.len();
         ends.push(start);
