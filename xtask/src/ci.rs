@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 
-use crate::{bench, fixtures, shell, test, tidy};
+use crate::{bench, fixtures, realtime, shell, test, tidy};
 
 /// What to leave out.
 #[derive(Debug, clap::Args)]
@@ -12,7 +12,7 @@ pub(crate) struct Arguments {
     skip_tests: bool,
 }
 
-/// Formatting, lints, tests, house rules, documentation, benches, fixtures.
+/// Formatting, lints, tests, house rules, documentation, the real-time path, benches, fixtures.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     shell::cargo(&["fmt", "--all", "--", "--check"])?;
     let lints = ["--all-targets", "--", "-D", "warnings"];
@@ -30,6 +30,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         &["doc", "--workspace", "--all-features", "--no-deps"],
         &[("RUSTDOCFLAGS", "-D warnings")],
     )?;
+    realtime::run()?;
     bench::smoke()?;
     fixtures::run(&fixtures::Arguments { check: true })
 }

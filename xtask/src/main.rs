@@ -12,6 +12,7 @@ mod fixtures;
 mod generators;
 mod power;
 mod program;
+mod realtime;
 mod repro;
 mod shell;
 mod test;
@@ -41,6 +42,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Runs every check; the first failure stops.
     Ci(ci::Arguments),
+    /// Checks that force-impedance builds without `std` and cannot panic while it controls.
+    Realtime,
     /// Checks the rules of the house that the compiler does not.
     Tidy,
 }
@@ -52,6 +55,7 @@ fn main() -> ExitCode {
         Command::Fixtures(arguments) => fixtures::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
+        Command::Realtime => realtime::run(),
         Command::Tidy => tidy::run(),
     };
     match done {

@@ -2,6 +2,8 @@
 
 mod cells;
 mod detectable;
+mod mirror_cells;
+mod run_cells;
 mod scene;
 mod table;
 mod trial;

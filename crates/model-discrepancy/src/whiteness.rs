@@ -19,9 +19,18 @@ const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
 const LEVEL: f64 = 0.005;
 
 /// Agreement of neighbours in the measured order and in position.
+///
+/// Where a group holds several observations, they may depend on each other: the groups must not.
 pub(crate) fn structure(setting: &Setting<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
     let residual = lin.clean_residual();
     let mut found = Vec::new();
+    if groups_are_runs(lin) {
+        found.extend(
+            group_z(lin, &residual).map(|z| remaining("order", "autocorrelated", upper_tail(z))),
+        );
+        found.retain(|r| r.p_value <= LEVEL);
+        return found;
+    }
     if lin.series.iter().map(Vec::len).max().unwrap_or(0) >= *OBSERVATIONS.start() {
         let z = lag_one_z(lin, &lin.basis.matrix(), &residual);
         found.push(remaining("order", "autocorrelated", upper_tail(z)));
@@ -31,6 +40,24 @@ pub(crate) fn structure(setting: &Setting<'_>, lin: &Linear<'_>) -> Vec<Remainin
     }
     found.retain(|r| r.p_value <= LEVEL);
     found
+}
+
+/// Whether groups hold several observations on the whole: runs of samples, not single ones.
+fn groups_are_runs(lin: &Linear<'_>) -> bool {
+    let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
+    longest > 2 * lin.clusters.len()
+}
+
+/// Lag-one correlation of the groups' mean residuals, times the root of their number; `None` for
+/// few groups.
+fn group_z(lin: &Linear<'_>, residual: &nalgebra::DVector<f64>) -> Option<f64> {
+    let mean =
+        |group: &Vec<usize>| group.iter().map(|&i| residual[i]).sum::<f64>() / count(group.len());
+    let means: Vec<f64> = lin.clusters.iter().map(mean).collect();
+    let square: f64 = means.iter().map(|m| m * m).sum();
+    let lagged: f64 = means.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let enough = means.len() >= *OBSERVATIONS.start() && square > 0.0;
+    enough.then(|| lagged / square * count(means.len()).sqrt())
 }
 
 fn remaining(covariate: &str, shape: &str, p_value: f64) -> Remaining {

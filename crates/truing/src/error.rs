@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use force_impedance::ForceImpedanceError;
 use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
@@ -42,6 +43,14 @@ pub enum Error {
         at: Box<Location>,
         /// Why.
         source: Box<PoseError>,
+    },
+    /// No contact force can be had from the log.
+    #[error("{at}: {source}")]
+    ForceImpedance {
+        /// The table, and the line where one is to blame.
+        at: Box<Location>,
+        /// Why.
+        source: Box<ForceImpedanceError>,
     },
     /// The loop cannot be closed.
     #[error("{at}: {source}")]
@@ -125,6 +134,9 @@ impl Error {
                     | PoseError::Undetermined { .. }
                     | PoseError::NotConverged { .. }
             ),
+            Self::ForceImpedance { source, .. } => {
+                matches!(**source, ForceImpedanceError::LegsDoNotHold { .. })
+            }
             Self::Loop { source, .. } => matches!(
                 source,
                 LoopError::Unobservable { .. }

@@ -1,7 +1,8 @@
 use serde::Serialize;
 
 use crate::kinds::{
-    DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates, PoseIcpEstimates,
+    DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
+    GravityEstimates, PoseIcpEstimates,
 };
 use crate::text_table::TextTable;
 
@@ -20,6 +21,8 @@ pub enum Estimates {
     Gravity(GravityEstimates),
     /// `pose-icp`.
     PoseIcp(PoseIcpEstimates),
+    /// `force-impedance`.
+    ForceImpedance(ForceImpedanceEstimates),
 }
 
 /// One estimated number, in the unit it is reported in.
@@ -46,6 +49,7 @@ impl Estimates {
             Self::Displacements(_) => Vec::new(),
             Self::Gravity(estimates) => estimates.parameters(),
             Self::PoseIcp(estimates) => estimates.parameters(),
+            Self::ForceImpedance(estimates) => estimates.parameters(),
         }
     }
 
@@ -72,6 +76,7 @@ impl Estimates {
             Self::Displacements(estimates) => estimates.table(),
             Self::Gravity(estimates) => estimates.table(),
             Self::PoseIcp(estimates) => estimates.table(),
+            Self::ForceImpedance(estimates) => estimates.table(),
         });
         tables
     }

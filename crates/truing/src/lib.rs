@@ -15,6 +15,7 @@ mod solved;
 mod text;
 mod text_table;
 
+pub use force_impedance;
 pub use frame_fit;
 pub use ft_center;
 pub use geometry;
@@ -31,9 +32,10 @@ pub use closed::{
 pub use error::Error;
 pub use estimates::Estimates;
 pub use kinds::{
-    CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FrameFitEstimates,
-    FtCenterEstimates, GravityEstimates, HeightCheck, LineMiss, PointResidual, PoseEstimate,
-    PoseIcpEstimates, TouchResidual, TransformStd, WrenchEstimate, kinds, write_example,
+    CenterEstimate, ContactForceEstimate, DisplacementEstimates, DisplacementResidual,
+    ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
+    HeightCheck, ImpedanceEstimate, LineMiss, PointResidual, PoseEstimate, PoseIcpEstimates,
+    TouchResidual, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
 pub use residual::Residual;

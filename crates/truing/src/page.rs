@@ -1,6 +1,6 @@
 //! Reports: a case and its answer as the input of a page.
 
-use model_discrepancy::Model;
+use model_discrepancy::{Model, State};
 
 use crate::estimates::Estimates;
 use crate::kinds::{Places, Prepared, Words};
@@ -17,7 +17,7 @@ use crate::{Case, Closed, Error};
 /// As [`solve`](crate::solve).
 pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let prepared = case.measured.prepare()?;
-    let residuals = solved.residual_rows(&*prepared.model);
+    let residuals = declared_residuals(&*prepared.model, solved);
     let parameters = parameters(&solved.estimates, None);
     let arrows = |places: &Places| arrows(&*prepared.model, &residuals, places);
     let plots = |places: &Places| (arrows(places), Vec::new());
@@ -50,6 +50,15 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     Ok(page(case, &prepared, &parameters, evidence, plots, &warnings))
 }
 
+/// Residuals of the declared model; one without parameters is its own fit, whatever it averages.
+fn declared_residuals(model: &dyn Model, solved: &Solved) -> Vec<f64> {
+    if model.base().is_empty() {
+        let declared = State::declared(model.start(), model.effects());
+        return model.residuals(&declared).iter().copied().collect();
+    }
+    solved.residual_rows(model)
+}
+
 fn page(
     case: &Case,
     prepared: &Prepared<'_>,
@@ -61,9 +70,10 @@ fn page(
     let Words { declared, residual, components, group_noun, measured, places } =
         case.measured.words();
     let components: Vec<String> = components.iter().map(|c| (*c).to_owned()).collect();
-    let plots: Vec<ExtraPlot> = (places.iter())
-        .map(|places| vector_map(places, arrows(places), &prepared.model.layout().unit))
-        .collect();
+    let maps = (places.iter())
+        .map(|places| vector_map(places, arrows(places), &prepared.model.layout().unit));
+    let curves = case.measured.curves().into_iter().map(ExtraPlot::Curves);
+    let plots: Vec<ExtraPlot> = maps.chain(curves).collect();
     let provenance = &case.provenance;
     let published = provenance.published.as_ref().map(|text| Published {
         text: text.clone(),

@@ -3,6 +3,9 @@
 pub(crate) mod mirror;
 mod noise;
 pub(crate) mod oracle;
+pub(crate) mod polish;
+pub(crate) mod polish_head;
+pub(crate) mod polish_tables;
 pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod survey;
@@ -10,6 +13,7 @@ pub(crate) mod vector;
 
 mod frame_cases;
 mod mirror_cases;
+mod polish_cases;
 mod press_cases;
 mod published;
 
@@ -44,6 +48,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(frame_cases::cases());
     cases.extend(press_cases::cases());
     cases.extend(mirror_cases::cases());
+    cases.extend(polish_cases::cases());
     cases
 }
 
@@ -51,6 +56,7 @@ pub(crate) fn cases() -> Vec<Case> {
 fn generated(folder: &str, seed: u64, tables: Vec<(&'static str, String)>, story: Story) -> Case {
     let units = match folder.split('/').next() {
         Some("ft-center") => "mm, N, N·mm, s",
+        Some("force-impedance") => "mm, N, s",
         _ => "mm; other columns as their suffix says",
     };
     let provenance = Provenance {

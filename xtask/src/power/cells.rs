@@ -3,9 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::scene::{Scene, mirror_at, session_at, survey_at};
+use super::mirror_cells::mirrors;
+use super::run_cells::runs;
+use super::scene::{Scene, session_at, survey_at};
 use crate::generators::Colour;
-use crate::generators::mirror::{Flaw, Mirror};
 use crate::generators::press::{Fault, Session};
 use crate::generators::survey::{Defect, Survey};
 
@@ -28,7 +29,7 @@ pub(crate) struct Cell {
     /// In words.
     pub(crate) situation: &'static str,
     pub(crate) question: Question,
-    make: fn(u64) -> Scene,
+    pub(crate) make: fn(u64) -> Scene,
 }
 
 impl Cell {
@@ -39,13 +40,14 @@ impl Cell {
 }
 
 /// How many times its minimal detectable size an effect has.
-const TIMES: f64 = 5.0;
+pub(crate) const TIMES: f64 = 5.0;
 
 /// All cells.
 pub(crate) fn cells() -> Vec<Cell> {
     let mut cells = surveys();
     cells.extend(sessions());
     cells.extend(mirrors());
+    cells.extend(runs());
     cells
 }
 
@@ -55,10 +57,6 @@ fn survey(situation: &'static str, question: Question, make: fn(u64) -> Scene) -
 
 fn session(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
     Cell { krate: "ft-center", situation, question, make }
-}
-
-fn mirror(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
-    Cell { krate: "pose-icp", situation, question, make }
 }
 
 fn surveys() -> Vec<Cell> {
@@ -182,91 +180,6 @@ fn sessions() -> Vec<Cell> {
     ]
 }
 
-fn mirrors() -> Vec<Cell> {
-    use Question::{ConfidentWrongName, FalseAddition, Named};
-    vec![
-        mirror("nothing, white noise", FalseAddition, |seed| {
-            Scene::Mirror(Mirror { record_air: true, ..Mirror::new(seed) })
-        }),
-        mirror("nothing, white noise not declared", FalseAddition, |seed| {
-            Scene::Mirror(Mirror { declare_noise: false, ..Mirror::new(seed) })
-        }),
-        mirror("nothing, AR(1) 0.7 from touch to touch", FalseAddition, |seed| {
-            let colour = Colour::Ar1(0.7);
-            Scene::Mirror(Mirror { colour, record_air: true, ..Mirror::new(seed) })
-        }),
-        mirror("ball larger, on a near-sphere", Named("tip-radius"), |seed| {
-            let base =
-                Mirror { radius_mm: 60.0, conic: -0.02, diameter_mm: 80.0, ..large_mirror(seed) };
-            touched(&base, 1, |a, d| Flaw::Tip(a * sign(d)))
-        }),
-        mirror("vertex radius", Named("vertex-radius"), |seed| {
-            touched(&large_mirror(seed), 1, |a, d| Flaw::VertexRadius(a * sign(d)))
-        }),
-        mirror("conic constant", Named("conic"), |seed| {
-            touched(&large_mirror(seed), 1, |a, d| Flaw::Conic(a * sign(d)))
-        }),
-        mirror("bent like a saddle", Named("astigmatism"), |seed| {
-            touched(&large_mirror(seed), 2, |a, d| Flaw::Astigmatism([a * d[0], a * d[1]]))
-        }),
-        mirror("coma", Named("coma"), |seed| {
-            touched(&large_mirror(seed), 2, |a, d| Flaw::Coma([a * d[0], a * d[1]]))
-        }),
-        mirror("three lobes", Named("trefoil"), |seed| {
-            touched(&large_mirror(seed), 2, |a, d| Flaw::Trefoil([a * d[0], a * d[1]]))
-        }),
-        mirror("scale of one axis of the machine", Named("machine-scale"), |seed| {
-            touched(&large_mirror(seed), 1, |a, d| Flaw::MachineScale(along_one(d).map(|v| a * v)))
-        }),
-        mirror("axes out of square", Named("squareness"), |seed| {
-            touched(&large_mirror(seed), 1, |a, d| Flaw::Squareness([a * sign(d), 0.0, 0.0]))
-        }),
-        mirror("spindle grows", Named("drift"), |seed| {
-            touched(&large_mirror(seed), 1, |a, d| Flaw::Drift(a * sign(d)))
-        }),
-        mirror("column follows the air", Named("temperature"), |seed| {
-            let base = Mirror { record_air: true, ..large_mirror(seed) };
-            touched(&base, 2, |a, d| Flaw::Growth(a * sign(d)))
-        }),
-        mirror("one bad touch", Named("bad-point"), bad_touch),
-        mirror("rings, 4 µm, period 16 mm", ConfidentWrongName, |seed| {
-            Scene::Mirror(Mirror { flaw: Flaw::Rings(0.004, 16.0), ..large_mirror(seed) })
-        }),
-        mirror("humidity, 4 σ", ConfidentWrongName, |seed| {
-            Scene::Mirror(Mirror { flaw: Flaw::Humidity(0.0012), ..large_mirror(seed) })
-        }),
-    ]
-}
-
-/// Effects that share the level of a session with a mirror.
-const MIRROR_CANDIDATES: usize = 9;
-
-/// Fifty-four touches and eighteen check points.
-fn large_mirror(seed: u64) -> Mirror {
-    Mirror { n_points: 72, ..Mirror::new(seed) }
-}
-
-fn touched(base: &Mirror, n_amplitudes: usize, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
-    let d = direction(base.seed);
-    Scene::Mirror(mirror_at(base, |a| flaw(a, d), n_amplitudes, MIRROR_CANDIDATES, TIMES))
-}
-
-/// The axis along which `d` is longest.
-fn along_one(d: [f64; 3]) -> [f64; 3] {
-    let longest = d.map(f64::abs).into_iter().fold(0.0, f64::max);
-    d.map(|v| if v.abs() < longest { 0.0 } else { v.signum() })
-}
-
-fn bad_touch(seed: u64) -> Scene {
-    let d = direction(seed);
-    let base = large_mirror(seed);
-    // Every fourth touch is a check point, beginning with the fourth.
-    let index = [0, 1, 2, 4, 5, 6, 8, 9][usize::try_from(seed % 8).expect("below 8")];
-    let candidates = MIRROR_CANDIDATES * base.n_points;
-    let flaw = |a: f64| Flaw::BadPoint(index, a * sign(d));
-    Scene::Mirror(mirror_at(&base, flaw, 1, candidates, TIMES))
-}
-
 /// Effects that share the level of a rigid survey without and with transform, and of a session.
 const RIGID_CANDIDATES: usize = 6;
 const COMMON_CANDIDATES: usize = 8;
@@ -317,7 +230,7 @@ fn moments(size: f64, d: [f64; 3]) -> [f64; 6] {
 }
 
 /// A direction in space, uniform on the sphere, apart from the seed's other random numbers.
-fn direction(seed: u64) -> [f64; 3] {
+pub(crate) fn direction(seed: u64) -> [f64; 3] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5bd1_e995);
     let z: f64 = rng.random_range(-1.0..1.0);
     let angle = rng.random_range(0.0..std::f64::consts::TAU);
@@ -325,6 +238,6 @@ fn direction(seed: u64) -> [f64; 3] {
     [radius * angle.cos(), radius * angle.sin(), z]
 }
 
-fn sign(d: [f64; 3]) -> f64 {
+pub(crate) fn sign(d: [f64; 3]) -> f64 {
     d[2].signum()
 }

@@ -1,8 +1,10 @@
 //! A simulated case of any kind, and how large its effect must be.
 
 use super::detectable::{Design, smallest};
-use crate::generators::mirror::{self, Flaw, Mirror};
+use crate::generators::mirror::{self, Mirror};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
+use crate::generators::polish::{self, Run};
+use crate::generators::polish_tables;
 use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::survey::{self, Defect, Survey};
@@ -13,12 +15,13 @@ pub(crate) enum Scene {
     Survey(Survey),
     Session(Session),
     Mirror(Mirror),
+    Run(Run),
 }
 
 /// A case folder, and the error on its check groups that the noise alone makes.
 pub(crate) struct Simulated {
     pub(crate) files: Vec<(&'static str, String)>,
-    pub(crate) noise_mm: f64,
+    pub(crate) noise: f64,
 }
 
 impl Scene {
@@ -31,7 +34,7 @@ impl Scene {
                         ("case.toml", surveyed.case_toml),
                         ("pairs.csv", surveyed.pairs_csv),
                     ],
-                    noise_mm: surveyed.check_noise_mm,
+                    noise: surveyed.check_noise_mm,
                 }
             }
             Self::Session(scene) => {
@@ -43,7 +46,18 @@ impl Scene {
                         ("presses.csv", presses_csv(&recorded)),
                         ("wrench.csv", wrench_csv(&recorded)),
                     ],
-                    noise_mm: check_error_mm(&press::simulate(&sound)),
+                    noise: check_error_mm(&press::simulate(&sound)),
+                }
+            }
+            Self::Run(scene) => {
+                let samples = polish::simulate(scene);
+                let sound = Run { flaw: polish::Flaw::None, ..scene.clone() };
+                Simulated {
+                    files: vec![
+                        ("case.toml", polish_tables::case_toml(scene)),
+                        ("log.csv", polish_tables::log_csv(scene, &samples)),
+                    ],
+                    noise: rms(&polish::residuals_n(&sound, &polish::simulate(&sound))),
                 }
             }
             Self::Mirror(scene) => {
@@ -51,7 +65,7 @@ impl Scene {
                 let mut files =
                     vec![("case.toml", touched.case_toml), ("points.csv", touched.points_csv)];
                 files.extend(touched.edge_csv.map(|text| ("edge.csv", text)));
-                Simulated { files, noise_mm: touched.check_noise_mm }
+                Simulated { files, noise: touched.check_noise_mm }
             }
         }
     }
@@ -126,7 +140,7 @@ pub(crate) fn session_at(
 /// Scales the flaw, given at a small size, to `times` its minimal detectable size.
 pub(crate) fn mirror_at(
     mirror: &Mirror,
-    flaw: impl Fn(f64) -> Flaw,
+    flaw: impl Fn(f64) -> mirror::Flaw,
     n_amplitudes: usize,
     n_candidates: usize,
     times: f64,
@@ -168,4 +182,30 @@ fn center_sigma_mm(session: &Session, clean: &Recorded, index: usize) -> f64 {
     let n_samples = session.n_samples as f64;
     let moment2 = session.moment_noise_nmm.powi(2) + session.force_noise_n.powi(2) * lever2;
     (session.seat_mm.powi(2) + moment2 / load_n.powi(2) / n_samples).sqrt()
+}
+
+/// Scales the flaw, given at a small size, to `times` its minimal detectable size. The declared head
+/// has no free parameters.
+pub(crate) fn run_at(
+    run: &Run,
+    flaw: impl Fn(f64) -> polish::Flaw,
+    n_candidates: usize,
+    times: f64,
+) -> Run {
+    const SMALL: f64 = 1e-3;
+    let silent = Run { noise_n: 0.0, length_noise_mm: 0.0, ..run.clone() };
+    let before = polish::residuals_n(&silent, &polish::simulate(&silent));
+    let faulty = Run { flaw: flaw(SMALL), ..silent };
+    let after = polish::residuals_n(&faulty, &polish::simulate(&faulty));
+    // The axial cell and the reference; the legs add little.
+    let sigma_n = 2f64.sqrt() * run.noise_n;
+    let signal = after.iter().zip(&before).map(|(a, b)| (a - b) / sigma_n).collect();
+    let design = Design { signal, base: Vec::new(), n_amplitudes: 1, n_candidates };
+    Run { flaw: flaw(times * smallest(&design) * SMALL), ..run.clone() }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let n = values.len() as f64;
+    (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt()
 }

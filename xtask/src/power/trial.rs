@@ -55,7 +55,7 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
     let held_out = number_at(&answer.json, "after.held_out_rms");
     Ok(Trial {
         hit,
-        ratio: held_out.map(|error| error / simulated.noise_mm),
+        ratio: held_out.map(|error| error / simulated.noise),
         answer: format!("{} → {verdict}", names.join(" + ")),
     })
 }

@@ -1,6 +1,7 @@
 //! Kinds of cases: one module each, and the table that names them.
 
 mod example;
+mod force_impedance;
 mod frame_fit;
 mod ft_center;
 mod pose_icp;
@@ -13,9 +14,10 @@ use model_discrepancy::{Closure, Covariate, Model};
 use crate::Error;
 use crate::case::{Document, Folder, LoopSettings};
 use crate::estimates::Estimates;
-use crate::report::Fact;
+use crate::report::{CurvePlot, Fact};
 
 pub use example::write_example;
+pub use force_impedance::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
 pub use frame_fit::{FrameFitEstimates, PointResidual, TransformStd};
 pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
@@ -37,7 +39,8 @@ pub(crate) struct Kind {
 }
 
 /// Every kind, in the order in which they are listed.
-pub(crate) const KINDS: &[Kind] = &[frame_fit::KIND, ft_center::KIND, pose_icp::KIND];
+pub(crate) const KINDS: &[Kind] =
+    &[frame_fit::KIND, ft_center::KIND, pose_icp::KIND, force_impedance::KIND];
 
 /// Names of the kinds.
 pub fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -63,6 +66,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 
     /// The case in words.
     fn words(&self) -> Words;
+
+    /// Curves that the report of this kind shows.
+    fn curves(&self) -> Vec<CurvePlot> {
+        Vec::new()
+    }
 }
 
 /// The declared model, fitted.

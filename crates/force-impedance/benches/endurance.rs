@@ -1,0 +1,58 @@
+//! 10⁸ cycles of NaN, infinities, jumps, dropouts and jitter: the output is finite, within limits
+//! and rate, and control resumes when it must. Stops at the first that is not.
+//!
+//! `cargo bench -p force-impedance --bench endurance`; with `--test` or `--quick`, 10⁵ cycles.
+#![expect(clippy::print_stdout, reason = "a bench prints its result")]
+#![expect(clippy::unwrap_used, reason = "settings of a bench are known to be good")]
+
+#[path = "../tests/it/hostile.rs"]
+mod hostile;
+
+use force_impedance::{
+    Controller, ControllerSettings, Head, HeadGeometry, HeadLimits, ImpedanceParameters,
+    ReferenceMode, Status,
+};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use hostile::{Hostile, Judge};
+
+const N_CYCLES: u64 = 100_000_000;
+
+fn main() {
+    let short = std::env::args().any(|a| a == "--test" || a == "--quick");
+    let n = if short { 100_000 } else { N_CYCLES };
+    for mode in [ReferenceMode::Rebased, ReferenceMode::Absolute] {
+        endure(mode, n / 2);
+    }
+}
+
+fn endure(mode: ReferenceMode, n: u64) {
+    let geometry = HeadGeometry {
+        tip_to_plane_mm: 120.0,
+        plane_to_joint_mm: 180.0,
+        head_radius_mm: 40.0,
+        bracket_radius_mm: 110.0,
+        leg_angles_rad: [90.0_f64, 210.0, 330.0].map(f64::to_radians),
+        weight_n: 85.0,
+        center_of_gravity_mm: 140.0,
+        gravity_direction: -Vector3::z(),
+    };
+    let parameters =
+        ImpedanceParameters { mass_kg: 1.0, damping_ns_per_mm: 0.5, stiffness_n_per_mm: 2.0 };
+    let limits = HeadLimits::wide(&geometry);
+    let settings = ControllerSettings { mode, ..ControllerSettings::default() };
+    let mut controller =
+        Controller::new(Head::new(geometry, limits).unwrap(), parameters, settings).unwrap();
+    let mut stream = Hostile::new(ChaCha8Rng::seed_from_u64(42));
+    let mut judge = Judge::new(&controller, limits);
+    let mut held = 0_u64;
+    for _ in 0..n {
+        let (seen, dt_s) = stream.next(controller.head());
+        let command = controller.update(&seen, dt_s);
+        judge.check(&command, stream.good_in_a_row());
+        held += u64::from(matches!(command.status, Status::Held(_)));
+    }
+    println!("{mode:?}: {n} cycles, {held} of them held; every output within limits and rate");
+}

@@ -1,0 +1,194 @@
+//! Logs: forces, tangents, effects found, effects not found, what cannot be separated.
+
+use force_impedance::{ForceFormula, ForceImpedanceError, LogModel, LogOptions, solve_log};
+use model_discrepancy::{
+    Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
+};
+
+use crate::equilibrium::head;
+use crate::log_rig::{Faults, Run, record};
+
+/// What central differences of a smooth function leave, relative to its largest derivative.
+const DIFFERENCE_TOL: f64 = 1e-6;
+
+fn closed(run: &Run, options: &LogOptions) -> Closure {
+    let samples = record(run);
+    let model = LogModel::new(&head(), &samples, options, &[]).unwrap();
+    let covariates = model.covariates(&samples);
+    close_loop(&model, &covariates, &Options { nested: false, ..Options::default() }).unwrap()
+}
+
+/// Effect, its parameter as reported, and every name of the class.
+fn first(closure: &Closure) -> (String, f64, Vec<String>) {
+    let step = &closure.steps[0];
+    let mut class = step.indistinguishable_from.clone();
+    class.push(step.effect.clone());
+    (step.effect.clone(), step.parameters[0].value, class)
+}
+
+#[test]
+fn without_faults_or_noise_the_forces_agree() {
+    let run = Run { noise_n: 0.0, n_samples: 300, ..Run::default() };
+    for force in solve_log(&head(), &record(&run), ForceFormula::FullBalance).unwrap() {
+        assert!(force.residual_n.unwrap().abs() < 1e-9);
+        assert!(force.consistency_mm.abs() < 1e-10);
+        assert!((force.preload_n - 300.0 / 3f64.sqrt()).abs() < 30.0);
+    }
+}
+
+#[test]
+fn tangents_agree_with_differences_and_with_the_rig() {
+    let samples = record(&Run { n_samples: 600, ..Run::default() });
+    let warm = Covariate {
+        name: "air_c".to_owned(),
+        values: (0..600).map(|i| 19.0 + 0.01 * f64::from(i)).collect(),
+        origin: Origin::Recorded,
+    };
+    for formula in [ForceFormula::FullBalance, ForceFormula::Published] {
+        let options = LogOptions { formula, ..LogOptions::default() };
+        let model =
+            LogModel::new(&head(), &samples, &options, std::slice::from_ref(&warm)).unwrap();
+        let mut at = State::declared(model.start(), model.effects());
+        let worst = check_tangents(&model, &at);
+        assert!(worst < DIFFERENCE_TOL, "{formula:?}: {worst:e}");
+        for (effect, amplitude) in model.effects().iter().zip(&mut at.amplitudes) {
+            amplitude[0] = 0.3 / effect.parameters[0].report_factor;
+        }
+        let worst = check_tangents(&model, &at);
+        assert!(worst < DIFFERENCE_TOL, "{formula:?}: {worst:e}");
+        for proposal in model.proposals() {
+            assert!(check_tangents(proposal.model.as_ref(), &at) < DIFFERENCE_TOL);
+        }
+    }
+}
+
+/// The residual that a fault makes in the rig is what its effect takes away again.
+#[test]
+fn every_effect_takes_away_what_its_fault_makes() {
+    let one = |i: usize, value: f64| std::array::from_fn(|k| if k == i { value } else { 0.0 });
+    let mut cases = vec![
+        ("head-weight", 3.0, Faults { weight_n: 3.0, ..Faults::default() }),
+        ("spline-friction", 2.0, Faults { spline_n: 2.0, ..Faults::default() }),
+        ("force-drift", 2.0, Faults { drift_n: 2.0, ..Faults::default() }),
+        ("delay", 0.02, Faults { delay_s: 0.02, ..Faults::default() }),
+    ];
+    for i in 0..4 {
+        cases.push(("leg-zero", 1.0, Faults { cell_zero_n: one(i, 1.0), ..Faults::default() }));
+        cases.push(("leg-zero", 0.1, Faults { length_zero_mm: one(i, 0.1), ..Faults::default() }));
+        cases.push(("leg-gain", 0.02, Faults { cell_gain: one(i, 0.02), ..Faults::default() }));
+    }
+    for (id, size, faults) in cases {
+        let run = Run { noise_n: 0.0, n_samples: 1000, faults, ..Run::default() };
+        let model = LogModel::new(&head(), &record(&run), &LogOptions::default(), &[]).unwrap();
+        let declared = State::declared(model.start(), model.effects());
+        let before = model.residuals(&declared).norm();
+        let after = (0..model.effects().len())
+            .filter(|e| model.effects()[*e].id == id)
+            .map(|e| {
+                let mut at = declared.clone();
+                at.amplitudes[e][0] = size;
+                model.residuals(&at).norm()
+            })
+            .fold(f64::INFINITY, f64::min);
+        // Friction turns round within a block, a length's zero is not linear to the last digit.
+        let share = match id {
+            "spline-friction" => 0.15,
+            "delay" => 0.02,
+            _ => 0.005,
+        };
+        assert!(after < share * before, "{id} {faults:?}: {before} {after}");
+    }
+}
+
+#[test]
+fn coloured_noise_without_a_fault_adds_nothing() {
+    for seed in 0..6 {
+        for colour in [0.0, 0.9] {
+            let closure = closed(&Run { colour, seed, ..Run::default() }, &LogOptions::default());
+            assert!(closure.steps.is_empty(), "{:?}", closure.steps);
+        }
+    }
+}
+
+#[test]
+fn faults_are_named_with_their_size() {
+    let cases = [
+        ("head-weight", 4.0, 0.3, Faults { weight_n: 4.0, ..Faults::default() }),
+        ("spline-friction", 1.0, 0.2, Faults { spline_n: 1.0, ..Faults::default() }),
+        ("delay", 30.0, 3.0, Faults { delay_s: 0.030, ..Faults::default() }),
+        ("force-drift", 1.5, 0.2, Faults { drift_n: 1.5, ..Faults::default() }),
+        ("leg-gain", 3.0, 0.3, Faults { cell_gain: [0.0, 0.0, 0.0, 0.03], ..Faults::default() }),
+        ("leg-zero", 2.0, 0.3, Faults { cell_zero_n: [2.0, 0.0, 0.0, 0.0], ..Faults::default() }),
+    ];
+    for (id, size, tolerance, faults) in cases {
+        let closure =
+            closed(&Run { faults, colour: 0.5, ..Run::default() }, &LogOptions::default());
+        let (effect, value, class) = first(&closure);
+        assert!(class.iter().any(|name| name.starts_with(id)), "{id}: {class:?}");
+        if effect == id {
+            assert!((value - size).abs() < tolerance, "{id}: {value}");
+        }
+        assert_eq!(closure.steps.len(), 1, "{id}: {:?}", closure.steps);
+        assert!(closure.after.held_out_rms < 0.8 * closure.before.held_out_rms, "{id}");
+    }
+}
+
+#[test]
+fn the_published_formula_lacks_friction_and_weight() {
+    let options = LogOptions { formula: ForceFormula::Published, ..LogOptions::default() };
+    let closure = closed(&Run::default(), &options);
+    let names: Vec<&str> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+    assert!(names.contains(&"contact-friction"), "{names:?}");
+    assert!(names.contains(&"head-weight"), "{names:?}");
+    let mu = closure.steps.iter().find(|s| s.effect == "contact-friction").unwrap();
+    assert!((mu.parameters[0].value - 0.15).abs() < 0.01, "{:?}", mu.parameters);
+}
+
+/// Without a reference, only the lengths have a second opinion, and only of their common part.
+#[test]
+fn without_a_reference_forces_cannot_be_judged() {
+    let faults = Faults { length_zero_mm: [0.05, 0.0, 0.0, 0.0], ..Faults::default() };
+    let run = Run { with_reference: false, faults, ..Run::default() };
+    let samples = record(&run);
+    let model = LogModel::new(&head(), &samples, &LogOptions::default(), &[]).unwrap();
+    assert_eq!(model.layout().unit, "mm");
+    let covariates = model.covariates(&samples);
+    let closure = close_loop(&model, &covariates, &Options::default()).unwrap();
+    for id in ["head-weight", "spline-friction", "force-drift", "delay", "leg-gain [force, axial]"]
+    {
+        let hidden = closure.not_observable.iter().find(|n| n.effect.starts_with(id));
+        assert!(hidden.is_some(), "{id}: {:?}", closure.not_observable);
+    }
+    let weight = closure.not_observable.iter().find(|n| n.effect == "head-weight").unwrap();
+    assert!(weight.separate_by.as_ref().unwrap().contains("reference instrument"));
+    let (_, _, class) = first(&closure);
+    assert!(class.iter().any(|name| name.starts_with("leg-zero")), "{class:?}");
+    assert_ne!(closure.verdict, Verdict::NothingMissing);
+}
+
+#[test]
+fn unusable_logs_are_refused() {
+    let head = head();
+    let samples = record(&Run { n_samples: 40, ..Run::default() });
+    let solve = |s: &[force_impedance::LogSample]| solve_log(&head, s, ForceFormula::FullBalance);
+    assert!(matches!(solve(&[]), Err(ForceImpedanceError::TooFewSamples { .. })));
+    let mut bad = samples.clone();
+    bad[7].cells_n[2] = f64::NAN;
+    let e = solve(&bad).unwrap_err();
+    assert_eq!(e.to_string(), "sample 8: load cell 3 (counted from 1) is not finite");
+    let mut bad = samples.clone();
+    bad[9].time_s = bad[8].time_s;
+    assert!(matches!(solve(&bad), Err(ForceImpedanceError::TimeNotIncreasing { index: 9, .. })));
+    let mut bad = samples.clone();
+    bad[3].reference_n = None;
+    assert!(matches!(solve(&bad), Err(ForceImpedanceError::PartialReference { .. })));
+    let mut bad = samples.clone();
+    bad[3].lengths_mm = [0.0; 4];
+    assert!(matches!(solve(&bad), Err(ForceImpedanceError::Sample { index: 3, .. })));
+    let new = |s: &[force_impedance::LogSample], c: &[Covariate]| {
+        LogModel::new(&head, s, &LogOptions::default(), c)
+    };
+    assert!(new(&samples[..5], &[]).is_err());
+    let short = Covariate { name: "a".to_owned(), values: vec![1.0], origin: Origin::Recorded };
+    assert!(matches!(new(&samples, &[short]), Err(ForceImpedanceError::CovariateLength { .. })));
+}

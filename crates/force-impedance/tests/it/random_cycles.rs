@@ -1,0 +1,34 @@
+//! Whatever comes in, what goes out is finite, within limits and within the rate. The bench
+//! `endurance` runs the same for 10⁸ cycles.
+
+use force_impedance::{Controller, ControllerSettings, HeadLimits, ReferenceMode, Status};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::equilibrium::{GEOMETRY, head};
+use crate::hostile::{Hostile, Judge};
+use crate::rig::SOFT;
+
+const N_CYCLES: usize = 300_000;
+
+#[test]
+fn output_stays_within_its_limits_whatever_comes_in() {
+    for mode in [ReferenceMode::Absolute, ReferenceMode::Rebased] {
+        let settings = ControllerSettings { mode, ..ControllerSettings::default() };
+        let mut controller = Controller::new(head(), SOFT, settings).unwrap();
+        let mut stream = Hostile::new(ChaCha8Rng::seed_from_u64(41));
+        let mut judge = Judge::new(&controller, HeadLimits::wide(&GEOMETRY));
+        let (mut controlled, mut held) = (0, 0);
+        for _ in 0..N_CYCLES {
+            let (seen, dt_s) = stream.next(controller.head());
+            let command = controller.update(&seen, dt_s);
+            judge.check(&command, stream.good_in_a_row());
+            match command.status {
+                Status::Controlling | Status::NoContact => controlled += 1,
+                _ => held += 1,
+            }
+        }
+        // Both sides of the table have been exercised.
+        assert!(controlled > N_CYCLES / 10 && held > N_CYCLES / 10, "{controlled} {held}");
+    }
+}

@@ -1,0 +1,268 @@
+//! `force-impedance`: the contact force of a polishing head on four legs.
+
+mod estimates;
+mod measured;
+
+use force_impedance::{
+    ForceFormula, Head, HeadGeometry, HeadLimits, ImpedanceParameters, LogOptions, LogSample,
+};
+use nalgebra::{Unit, Vector3};
+use serde::Deserialize;
+
+use crate::Error;
+use crate::case::{
+    Columns, Document, Finite, Folder, LoopSettings, Positive, Problem, Table, group_names,
+};
+use crate::kinds::{Kind, Reading};
+use measured::LogCase;
+
+pub use estimates::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
+
+pub(crate) const KIND: Kind = Kind {
+    name: "force-impedance",
+    summary: "contact force of a polishing head on four legs",
+    read,
+    example: &[
+        ("case.toml", include_str!("../../templates/force-impedance/case.toml")),
+        ("log.csv", include_str!("../../templates/force-impedance/log.csv")),
+    ],
+};
+
+const LOG: &str = "log.csv";
+const KNOWN: &[&str] = &[
+    "time_s",
+    "l1_mm",
+    "l2_mm",
+    "l3_mm",
+    "l4_mm",
+    "f1_n",
+    "f2_n",
+    "f3_n",
+    "f4_n",
+    "nx",
+    "ny",
+    "nz",
+    "reference_n",
+    "segment",
+];
+const LENGTHS: [&str; 4] = ["l1_mm", "l2_mm", "l3_mm", "l4_mm"];
+const CELLS: [&str; 4] = ["f1_n", "f2_n", "f3_n", "f4_n"];
+
+/// Vectors printed with four digits are this close to unit length; others are slips.
+const LENGTH_TOL: f64 = 1e-3;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(rename = "kind")]
+    _kind: serde::de::IgnoredAny,
+    head: HeadSettings,
+    #[serde(default)]
+    impedance: Option<ImpedanceSettings>,
+    #[serde(default)]
+    model: ModelSettings,
+    #[serde(default)]
+    noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    closure: LoopSettings,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HeadSettings {
+    tip_to_plane_mm: Positive,
+    plane_to_joint_mm: Positive,
+    head_radius_mm: Positive,
+    bracket_radius_mm: Positive,
+    leg_angles_deg: Option<[Finite; 3]>,
+    weight_n: Option<Finite>,
+    center_of_gravity_mm: Option<Finite>,
+    gravity: Option<[Finite; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ImpedanceSettings {
+    mass_kg: Positive,
+    damping_ns_per_mm: Positive,
+    stiffness_n_per_mm: Option<Finite>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelSettings {
+    force: Option<FormulaName>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum FormulaName {
+    FullBalance,
+    Published,
+}
+
+impl From<FormulaName> for ForceFormula {
+    fn from(name: FormulaName) -> Self {
+        match name {
+            FormulaName::FullBalance => Self::FullBalance,
+            FormulaName::Published => Self::Published,
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseSettings {
+    force_n: Option<Positive>,
+}
+
+fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    let settings: Settings = document.settings()?;
+    let head = head(&settings.head, document)?;
+    let table = folder.table(LOG, KNOWN)?;
+    let mut columns = Columns::new(&table, KNOWN);
+    let segment_names = if columns.has("segment") { Some(columns.texts("segment")?) } else { None };
+    let group = settings.closure.group.as_ref();
+    let groups = group_names(group, &table, document)?;
+    let (segments, of_row) = segments(segment_names.as_deref(), groups.as_deref(), &table);
+    let samples = samples(&table, &mut columns, &of_row)?;
+    let extras = columns.rest()?;
+    let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
+    let mut warnings = noise_warning(sigma_n, samples[0].reference_n.is_some());
+    warnings.extend(extras.warnings);
+    let formula = settings.model.force.map_or_else(ForceFormula::default, Into::into);
+    let noun = match (group, segment_names) {
+        (Some(group), _) => group.get_ref().clone(),
+        (None, Some(_)) => "segment".to_owned(),
+        (None, None) => "part of the log".to_owned(),
+    };
+    let measured = LogCase {
+        file: table.at_file(),
+        lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
+        head,
+        impedance: settings.impedance.as_ref().map(Into::into),
+        samples,
+        options: LogOptions { formula, sigma_n, segments },
+        covariates: extras.covariates,
+        groups,
+        group_noun: noun,
+    };
+    Ok(Reading {
+        measured: Box::new(measured),
+        loop_settings: settings.closure,
+        warnings,
+        tables: &[LOG],
+    })
+}
+
+fn noise_warning(sigma_n: Option<f64>, has_reference: bool) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if sigma_n.is_none() {
+        warnings.push(
+            "no `[noise] force_n`: the standard uncertainty is estimated from the residual"
+                .to_owned(),
+        );
+    }
+    if !has_reference {
+        warnings.push(
+            "no column `reference_n`: nothing says what the contact force was, so only the \
+             agreement of the four lengths is judged (mm); zeros and gains of the load cells, the \
+             head's weight, friction, drift and delay cannot be seen"
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+impl From<&ImpedanceSettings> for ImpedanceParameters {
+    fn from(s: &ImpedanceSettings) -> Self {
+        Self {
+            mass_kg: s.mass_kg.0,
+            damping_ns_per_mm: s.damping_ns_per_mm.0,
+            stiffness_n_per_mm: s.stiffness_n_per_mm.map_or(0.0, |k| k.0),
+        }
+    }
+}
+
+fn head(s: &HeadSettings, document: &Document) -> Result<Head, Error> {
+    let angles = s.leg_angles_deg.map_or([90.0, 210.0, 330.0], |a| a.map(|Finite(a)| a));
+    let [x, y, z] = s.gravity.map_or([0.0, 0.0, -1.0], |g| g.map(|Finite(g)| g));
+    let gravity = Unit::try_new(Vector3::new(x, y, z), LENGTH_TOL).ok_or_else(|| {
+        let message = "`[head] gravity` must not be the zero vector; it points down in the Y frame";
+        Error::case(document.at_file(), Problem::WrongValue { message: message.to_owned() })
+    })?;
+    let weight_n = s.weight_n.map_or(0.0, |Finite(w)| w);
+    if weight_n != 0.0 && s.center_of_gravity_mm.is_none() {
+        let purpose = "a head with weight has a centre of gravity";
+        let key = "[head] center_of_gravity_mm".to_owned();
+        return Err(Error::case(document.at_file(), Problem::MissingKey { key, purpose }));
+    }
+    let geometry = HeadGeometry {
+        tip_to_plane_mm: s.tip_to_plane_mm.0,
+        plane_to_joint_mm: s.plane_to_joint_mm.0,
+        head_radius_mm: s.head_radius_mm.0,
+        bracket_radius_mm: s.bracket_radius_mm.0,
+        leg_angles_rad: angles.map(f64::to_radians),
+        weight_n,
+        // Without a declared place, a missing weight is looked for in the plane of the legs.
+        center_of_gravity_mm: s.center_of_gravity_mm.map_or(s.plane_to_joint_mm.0, |Finite(c)| c),
+        gravity_direction: *gravity,
+    };
+    let source = match Head::new(geometry, HeadLimits::wide(&geometry)) {
+        Ok(head) => return Ok(head),
+        Err(source) => source,
+    };
+    Err(Error::ForceImpedance { at: Box::new(document.at_file()), source: Box::new(source) })
+}
+
+/// Names of the stretches of a log, and the stretch of each row; a new group is a new stretch.
+fn segments(
+    names: Option<&[&str]>,
+    groups: Option<&[String]>,
+    table: &Table,
+) -> (Vec<String>, Vec<usize>) {
+    let key = |row: usize| (names.map(|n| n[row]), groups.map(|g| g[row].as_str()));
+    let mut labels: Vec<String> = Vec::new();
+    let mut of_row: Vec<usize> = Vec::with_capacity(table.n_rows());
+    for row in 0..table.n_rows() {
+        if row == 0 || key(row) != key(row - 1) {
+            let (segment, group) = key(row);
+            labels.push(group.or(segment).unwrap_or("log").to_owned());
+        }
+        of_row.push(labels.len() - 1);
+    }
+    (labels, of_row)
+}
+
+fn samples(
+    table: &Table,
+    columns: &mut Columns<'_>,
+    of_row: &[usize],
+) -> Result<Vec<LogSample>, Error> {
+    let four = |columns: &mut Columns<'_>, names: [&'static str; 4]| {
+        names.into_iter().map(|name| columns.numbers(name)).collect::<Result<Vec<_>, _>>()
+    };
+    let time_s = columns.numbers("time_s")?;
+    let lengths_mm = four(columns, LENGTHS)?;
+    let cells_n = four(columns, CELLS)?;
+    let (nx, ny, nz) = (columns.numbers("nx")?, columns.numbers("ny")?, columns.numbers("nz")?);
+    let reference_n =
+        if columns.has("reference_n") { Some(columns.numbers("reference_n")?) } else { None };
+    let sample = |row: usize| {
+        let normal = Vector3::new(nx[row], ny[row], nz[row]);
+        let length = normal.norm();
+        if (length - 1.0).abs() > LENGTH_TOL {
+            let message = format!("(nx, ny, nz) has length {length:.4}, expected a unit vector");
+            return Err(Error::case(table.at_row(row), Problem::WrongValue { message }));
+        }
+        Ok(LogSample {
+            time_s: time_s[row],
+            lengths_mm: std::array::from_fn(|i| lengths_mm[i][row]),
+            cells_n: std::array::from_fn(|i| cells_n[i][row]),
+            normal: Unit::new_normalize(normal),
+            reference_n: reference_n.as_ref().map(|r| r[row]),
+            segment: of_row[row],
+        })
+    };
+    (0..table.n_rows()).map(sample).collect()
+}

@@ -1,0 +1,81 @@
+use serde::Serialize;
+
+use crate::estimates::Estimated;
+use crate::text_table::TextTable;
+
+/// What a log of a polishing head is solved for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ForceImpedanceEstimates {
+    /// Contact force from the legs against the reference.
+    pub contact_force: ContactForceEstimate,
+    /// Samples in the log.
+    pub samples: usize,
+    /// Mean ratio of friction to normal force, where something presses.
+    pub friction_ratio: Option<f64>,
+    /// Least internal force of the legs.
+    pub preload_min_n: f64,
+    /// Mean disagreement of the four lengths.
+    pub consistency_mean_mm: f64,
+    /// Root mean square of it.
+    pub consistency_rms_mm: f64,
+    /// The declared impedance at the log's sampling interval; `None` where none is declared.
+    pub impedance: Option<ImpedanceEstimate>,
+}
+
+/// Contact force from the legs, along the normal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ContactForceEstimate {
+    /// Root mean square of legs − reference; `None` without a reference.
+    pub rms_error_n: Option<f64>,
+    /// Largest magnitude of it.
+    pub max_error_n: Option<f64>,
+    /// Mean force.
+    pub mean_n: f64,
+    /// Least force.
+    pub min_n: f64,
+    /// Largest force.
+    pub max_n: f64,
+}
+
+/// What the declared impedance is, sampled as the log is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ImpedanceEstimate {
+    /// Median sampling interval of the log.
+    pub interval_s: f64,
+    /// Time constant `M/D` of the speed.
+    pub time_constant_s: f64,
+    /// Natural frequency `√(K/M)/2π`; `None` without stiffness.
+    pub natural_hz: Option<f64>,
+    /// Damping ratio `D/2√(K M)`; `None` without stiffness.
+    pub damping_ratio: Option<f64>,
+}
+
+impl ForceImpedanceEstimates {
+    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+        let force = &self.contact_force;
+        let all = [
+            ("contact force, rms error", "N", force.rms_error_n),
+            ("contact force, largest error", "N", force.max_error_n),
+            ("contact force, mean", "N", Some(force.mean_n)),
+            ("contact force, least", "N", Some(force.min_n)),
+            ("contact force, largest", "N", Some(force.max_n)),
+            ("friction over normal force, mean", "", self.friction_ratio),
+            ("preload of the legs, least", "N", Some(self.preload_min_n)),
+            ("disagreement of the lengths, mean", "mm", Some(self.consistency_mean_mm)),
+            ("disagreement of the lengths, rms", "mm", Some(self.consistency_rms_mm)),
+            ("impedance, natural frequency", "Hz", self.impedance.and_then(|i| i.natural_hz)),
+            ("impedance, damping ratio", "", self.impedance.and_then(|i| i.damping_ratio)),
+        ];
+        all.into_iter()
+            .filter_map(|(name, unit, value)| Some(Estimated::new(name, unit, value?, None)))
+            .collect()
+    }
+
+    pub(crate) fn table(&self) -> TextTable {
+        let mut table = TextTable::new("log", &["samples"]);
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let samples = self.samples as f64;
+        table.push(vec![samples.into()]);
+        table
+    }
+}

@@ -1,0 +1,279 @@
+use std::sync::Arc;
+
+use force_impedance::{
+    Discretisation, ForceFormula, ForceImpedanceError, Head, Impedance, ImpedanceParameters,
+    LogModel, LogOptions, LogSample, LoggedForce, solve_log,
+};
+use model_discrepancy::{Closure, Covariate, Model, Origin};
+
+use super::estimates::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
+use crate::Error;
+use crate::case::{Location, NumberColumn};
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
+use crate::regrouped::Regrouped;
+use crate::report::{Curve, CurvePlot, Fact};
+
+/// A mean disagreement of the lengths is told when it is this many times its scatter.
+const CLEAR_DISAGREEMENT: f64 = 3.0;
+/// Below this a disagreement moves no force by a digit that anyone reads.
+const LEAST_DISAGREEMENT_MM: f64 = 1e-3;
+
+/// A log as read.
+#[derive(Clone, Debug)]
+pub(super) struct LogCase {
+    pub(super) file: Location,
+    /// Line of each sample.
+    pub(super) lines: Vec<usize>,
+    pub(super) head: Head,
+    pub(super) impedance: Option<ImpedanceParameters>,
+    pub(super) samples: Vec<LogSample>,
+    pub(super) options: LogOptions,
+    /// One value per sample.
+    pub(super) covariates: Vec<NumberColumn>,
+    /// One name per sample.
+    pub(super) groups: Option<Vec<String>>,
+    pub(super) group_noun: String,
+}
+
+impl LogCase {
+    fn solved(&self) -> Result<Vec<LoggedForce>, Error> {
+        solve_log(&self.head, &self.samples, self.options.formula).map_err(|e| self.error(e))
+    }
+
+    /// Puts what is wrong with a sample to its line of the table.
+    fn error(&self, source: ForceImpedanceError) -> Error {
+        let line = match source {
+            ForceImpedanceError::Sample { index, .. }
+            | ForceImpedanceError::TimeNotIncreasing { index, .. } => self.lines.get(index),
+            _ => None,
+        };
+        let at = line.map_or_else(|| self.file.clone(), |line| self.file.clone().line(*line));
+        Error::ForceImpedance { at: Box::new(at), source: Box::new(source) }
+    }
+
+    fn estimates(&self, solved: &[LoggedForce], residuals_n: Option<&[f64]>) -> Estimates {
+        let n = count(solved.len());
+        let rms =
+            |values: &mut dyn Iterator<Item = f64>| (values.map(|v| v * v).sum::<f64>() / n).sqrt();
+        let normal = || solved.iter().map(|s| s.normal_n);
+        let ratios: Vec<f64> = (solved.iter().filter(|s| s.normal_n > 0.0))
+            .map(|s| s.tangential_n / s.normal_n)
+            .collect();
+        let contact_force = ContactForceEstimate {
+            rms_error_n: residuals_n.map(|r| rms(&mut r.iter().copied())),
+            max_error_n: residuals_n.map(|r| r.iter().fold(0.0, |m: f64, v| m.max(v.abs()))),
+            mean_n: normal().sum::<f64>() / n,
+            min_n: normal().fold(f64::INFINITY, f64::min),
+            max_n: normal().fold(f64::NEG_INFINITY, f64::max),
+        };
+        Estimates::ForceImpedance(ForceImpedanceEstimates {
+            contact_force,
+            samples: solved.len(),
+            friction_ratio: (!ratios.is_empty())
+                .then(|| ratios.iter().sum::<f64>() / count(ratios.len())),
+            preload_min_n: solved.iter().map(|s| s.preload_n).fold(f64::INFINITY, f64::min),
+            consistency_mean_mm: solved.iter().map(|s| s.consistency_mm).sum::<f64>() / n,
+            consistency_rms_mm: rms(&mut solved.iter().map(|s| s.consistency_mm)),
+            impedance: self.impedance.map(|p| impedance(&p, self.interval_s())),
+        })
+    }
+
+    /// Median time between samples.
+    fn interval_s(&self) -> f64 {
+        let mut steps: Vec<f64> = (self.samples.windows(2))
+            .filter(|pair| pair[0].segment == pair[1].segment)
+            .map(|pair| pair[1].time_s - pair[0].time_s)
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+
+    fn warnings(&self, solved: &[LoggedForce]) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let n = count(solved.len());
+        let mean = solved.iter().map(|s| s.consistency_mm).sum::<f64>() / n;
+        let scatter = solved.iter().map(|s| (s.consistency_mm - mean).powi(2)).sum::<f64>() / n;
+        if mean.abs() > LEAST_DISAGREEMENT_MM && mean.abs() > CLEAR_DISAGREEMENT * scatter.sqrt() {
+            warnings.push(format!(
+                "the four lengths disagree by {:.1} µm on average: a length sensor has a zero \
+                 error of {:.1} µm or more",
+                mean * 1e3,
+                mean.abs() * 3f64.sqrt() * 1e3
+            ));
+        }
+        if let Some(loose) = solved.iter().position(|s| s.preload_n <= 0.0) {
+            warnings.push(format!(
+                "line {}: the legs are not braced against each other, their joints have play",
+                self.lines[loose]
+            ));
+        }
+        if let Some(e) = self
+            .impedance
+            .and_then(|p| Impedance::new(p, self.interval_s(), Discretisation::ExactHold).err())
+        {
+            warnings.push(format!("[impedance]: {e}"));
+        }
+        warnings
+    }
+}
+
+fn impedance(p: &ImpedanceParameters, interval_s: f64) -> ImpedanceEstimate {
+    let (m, d, k) = (p.mass_kg / 1e3, p.damping_ns_per_mm, p.stiffness_n_per_mm);
+    ImpedanceEstimate {
+        interval_s,
+        time_constant_s: m / d,
+        natural_hz: (k > 0.0).then(|| (k / m).sqrt() / std::f64::consts::TAU),
+        damping_ratio: (k > 0.0).then(|| d / (2.0 * (k * m).sqrt())),
+    }
+}
+
+impl Measured for LogCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let solved = self.solved()?;
+        let forces: Option<Vec<f64>> = solved.iter().map(|s| s.residual_n).collect();
+        let residual = |s: &LoggedForce| s.residual_n.unwrap_or(s.consistency_mm);
+        let observations = (solved.iter())
+            .map(|s| Observation { residual: vec![residual(s)], fitted: true })
+            .collect();
+        let chi2_per_dof = forces.as_ref().and_then(|forces| {
+            let sigma_n = self.options.sigma_n?;
+            let whitened = |(r, s): (&f64, &LoggedForce)| (r / (sigma_n * s.noise_gain)).powi(2);
+            Some(forces.iter().zip(&solved).map(whitened).sum::<f64>() / count(forces.len()))
+        });
+        Ok(Fitted {
+            estimates: self.estimates(&solved, forces.as_deref()),
+            observations,
+            unit: if forces.is_some() { "N" } else { "mm" },
+            degrees_of_freedom: solved.len(),
+            chi2_per_dof,
+            warnings: self.warnings(&solved),
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let recorded: Vec<Covariate> = (self.covariates.iter())
+            .map(|c| Covariate {
+                name: c.name.clone(),
+                values: c.values.clone(),
+                origin: Origin::Recorded,
+            })
+            .collect();
+        let concrete = LogModel::new(&self.head, &self.samples, &self.options, &recorded)
+            .map_err(|e| self.error(e))?;
+        let mut covariates = concrete.covariates(&self.samples);
+        covariates.extend(
+            recorded
+                .iter()
+                .map(|c| Covariate { values: concrete.averaged(&c.values), ..c.clone() }),
+        );
+        let concrete = Arc::new(concrete);
+        let mut model: Arc<dyn Model + Send> = Arc::<LogModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            let names: Vec<String> =
+                concrete.samples().map(|samples| groups[samples.start].clone()).collect();
+            model = Arc::new(Regrouped::new(model, &names));
+        }
+        let estimates = Box::new(move |closure: &Closure| {
+            let corrected = corrected(&concrete, closure);
+            self.estimates(concrete.solved(), corrected.as_deref())
+        });
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        let noise = self.options.sigma_n.map_or_else(
+            || "estimated from the residual".to_owned(),
+            |sigma| format!("{sigma} N per force reading"),
+        );
+        let formula = match self.options.formula {
+            ForceFormula::FullBalance => {
+                "Contact force from four load cells: balance along the tool's axis and of the two \
+                 moments across it about the joint, friction and the declared weight included."
+            }
+            ForceFormula::Published => {
+                "Contact force as published: Σ F_i cos γ_i + F4 over the cosine between normal \
+                 and axis, without friction and weight."
+            }
+        };
+        let has_reference = self.samples.iter().all(|s| s.reference_n.is_some());
+        Words {
+            declared: vec![
+                formula.to_owned(),
+                "Nothing is estimated; the loop judges means over short blocks of samples."
+                    .to_owned(),
+            ],
+            residual: if has_reference {
+                "normal force from the legs − reference"
+            } else {
+                "disagreement of the four lengths"
+            },
+            components: &[""],
+            group_noun: self.group_noun.clone(),
+            measured: vec![
+                fact("samples", self.samples.len().to_string()),
+                fact("sampling interval", format!("{:.6} s", self.interval_s())),
+                fact("standard uncertainty", noise),
+            ],
+            places: None,
+        }
+    }
+
+    fn curves(&self) -> Vec<CurvePlot> {
+        let Ok(solved) = self.solved() else { return Vec::new() };
+        let runs_on = self.samples.windows(2).all(|pair| pair[0].time_s < pair[1].time_s);
+        let x = |i: usize| if runs_on { self.samples[i].time_s } else { count(i) };
+        let curve = |name: &str, y: &dyn Fn(usize) -> Option<f64>| Curve {
+            name: name.to_owned(),
+            points: (0..solved.len()).filter_map(|i| Some([x(i), y(i)?])).collect(),
+            half_widths: Vec::new(),
+            joined: true,
+        };
+        let x_title = if runs_on { "time, s" } else { "sample" };
+        let straight = self.head.start_tip_mm().coords;
+        let forces = [
+            curve("from the legs", &|i| Some(solved[i].normal_n)),
+            curve("reference", &|i| self.samples[i].reference_n),
+            curve("friction", &|i| Some(solved[i].tangential_n)),
+        ];
+        vec![
+            CurvePlot {
+                title: "Contact force".to_owned(),
+                caption: "Normal force from the legs and as the reference read it, and the \
+                          friction across it."
+                    .to_owned(),
+                x_title: x_title.to_owned(),
+                y_title: "force, N".to_owned(),
+                curves: forces.into_iter().filter(|c| !c.points.is_empty()).collect(),
+            },
+            CurvePlot {
+                title: "Correction".to_owned(),
+                caption: "How far the tool stood off its programmed point along the outward \
+                          normal; negative is into the workpiece."
+                    .to_owned(),
+                x_title: x_title.to_owned(),
+                y_title: "correction, mm".to_owned(),
+                curves: vec![curve("correction", &|i| {
+                    Some((solved[i].tip_mm - straight).dot(&self.samples[i].normal))
+                })],
+            },
+        ]
+    }
+}
+
+/// Residual of each sample with what was added to its block taken off.
+fn corrected(model: &LogModel, closure: &Closure) -> Option<Vec<f64>> {
+    let mut residuals: Vec<f64> =
+        model.solved().iter().map(|s| s.residual_n).collect::<Option<_>>()?;
+    let blocks = closure.residuals_after.iter().zip(&closure.residuals_before);
+    for (samples, (after, before)) in model.samples().zip(blocks) {
+        residuals[samples].iter_mut().for_each(|r| *r += after - before);
+    }
+    Some(residuals)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
+}

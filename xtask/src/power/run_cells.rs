@@ -1,0 +1,72 @@
+//! Situations of `force-impedance`: a head polishing beside a reference.
+
+use super::cells::{Cell, Question, TIMES, direction, sign};
+use super::scene::{Scene, run_at};
+use crate::generators::Colour;
+use crate::generators::polish::{Flaw, Run};
+
+/// Zeros of cells and lengths, gains, weight, two kinds of friction, drift, delay.
+const RUN_CANDIDATES: usize = 17;
+
+pub(crate) fn runs() -> Vec<Cell> {
+    use Question::{ConfidentWrongName, FalseAddition, Named};
+    vec![
+        run("nothing, white noise", FalseAddition, |seed| Scene::Run(Run::new(seed))),
+        run("nothing, AR(1) 0.8 from sample to sample", FalseAddition, |seed| {
+            let colour = Colour::Ar1(0.8);
+            Scene::Run(Run { colour, declare_noise: false, ..Run::new(seed) })
+        }),
+        run("nothing, 1/f noise, strips not named", FalseAddition, |seed| {
+            let colour = Colour::Pink;
+            let unnamed = Run { name_segments: false, declare_noise: false, ..Run::new(seed) };
+            Scene::Run(Run { colour, ..unnamed })
+        }),
+        run("zero of the axial cell", Named("leg-zero"), |seed| {
+            polished(seed, |a, d| Flaw::CellZero(3, a * sign(d)))
+        }),
+        run("zero of the cell of leg 2", Named("leg-zero"), |seed| {
+            polished(seed, |a, d| Flaw::CellZero(1, a * sign(d)))
+        }),
+        run("zero of the length of leg 1", Named("leg-zero"), |seed| {
+            polished(seed, |a, d| Flaw::LengthZero(0, a * sign(d)))
+        }),
+        run("gain of the axial cell", Named("leg-gain"), |seed| {
+            polished(seed, |a, d| Flaw::CellGain(3, a * sign(d)))
+        }),
+        run("gain of the cell of leg 3", Named("leg-gain"), |seed| {
+            polished(seed, |a, d| Flaw::CellGain(2, a * sign(d)))
+        }),
+        run("head heavier than declared", Named("head-weight"), |seed| {
+            polished(seed, |a, d| Flaw::Weight(a * sign(d)))
+        }),
+        run("friction left out, formula as published", Named("contact-friction"), |seed| {
+            let formula = "published";
+            Scene::Run(Run { formula, weight_n: 0.0, friction: 0.05, ..Run::new(seed) })
+        }),
+        run("friction of the spline", Named("spline-friction"), |seed| {
+            polished(seed, |a, _| Flaw::Spline(a))
+        }),
+        run("axial cell drifts", Named("force-drift"), |seed| {
+            polished(seed, |a, d| Flaw::Drift(a * sign(d)))
+        }),
+        run("reference late", Named("delay"), |seed| polished(seed, |a, _| Flaw::Delay(a))),
+        run("play in the reference, 2 N", ConfidentWrongName, |seed| {
+            Scene::Run(Run { flaw: Flaw::Play(2.0), ..Run::new(seed) })
+        }),
+        run("axial cell not linear, 7 % at 60 N", ConfidentWrongName, |seed| {
+            Scene::Run(Run { flaw: Flaw::CellCurvature(1.2e-3), ..Run::new(seed) })
+        }),
+        run("humidity, 0.5 N", ConfidentWrongName, |seed| {
+            Scene::Run(Run { flaw: Flaw::Humidity(0.08), ..Run::new(seed) })
+        }),
+    ]
+}
+
+fn run(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
+    Cell { krate: "force-impedance", situation, question, make }
+}
+
+fn polished(seed: u64, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
+    let d = direction(seed);
+    Scene::Run(run_at(&Run::new(seed), |a| flaw(a, d), RUN_CANDIDATES, TIMES))
+}
