@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     /// Simulated cases per cell.
     #[arg(long, default_value_t = 200)]
     seeds: usize,
-    /// Only cells whose crate or situation contains this; writes no documentation.
+    /// Only cells whose crate or situation contains this; documents only crates run in full.
     #[arg(long)]
     only: Option<String>,
 }
@@ -60,7 +60,7 @@ impl Tally {
     }
 }
 
-/// Runs all cells, prints the table and rewrites the block of `docs/validation.md`.
+/// Runs the cells, prints the table and rewrites the crates' sections of `docs/validation.md`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.seeds == 0 {
         bail!("at least one seed per cell is needed");
@@ -79,10 +79,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             tallies.push(tally);
         }
     }
-    if arguments.only.is_none() {
-        table::write_page(&tallies)?;
-    }
-    Ok(())
+    tallies.retain(|t| cells().iter().all(|c| c.krate != t.cell.krate || wanted(c)));
+    table::write_sections(&tallies)
 }
 
 /// Runs the seeds of one cell on all workers.
