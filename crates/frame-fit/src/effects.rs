@@ -190,6 +190,10 @@ fn sag<const D: usize>(transform: Transform, centroid_mm: SVector<f64, D>) -> En
     } else {
         vec![quadratic("xx"), quadratic("xy"), quadratic("yy")]
     };
+    // The deflection need not be level above the centroid: a rotation would take up its slope, but
+    // move the points sideways, which a shear would then have to repair.
+    let slope = |name: &str| parameter(name, "µm/m", 1e6);
+    parameters.extend(AXES[..D - 1].iter().map(|axis| slope(&format!("slope {axis}"))));
     // Without a translation nothing takes up where the deflection is zero.
     let level = !transform.has_translation();
     if level {

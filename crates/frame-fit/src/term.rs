@@ -113,11 +113,13 @@ fn shear<const D: usize>(arm_mm: &SVector<f64, D>) -> DMatrix<f64> {
     })
 }
 
-/// Downwards, which is −z (planar: −y), by x², xy and y² (planar: x²), and by a constant.
+/// Downwards, which is −z (planar: −y), by x², xy and y² (planar: x²), by x and y, and by a
+/// constant.
 fn sag<const D: usize>(arm_mm: &SVector<f64, D>, level: bool) -> DMatrix<f64> {
     let x = arm_mm[0];
     let mut depths =
         if D == 2 { vec![x * x] } else { vec![x * x, x * arm_mm[1], arm_mm[1] * arm_mm[1]] };
+    depths.extend(arm_mm.iter().take(D - 1));
     if level {
         depths.push(1.0);
     }

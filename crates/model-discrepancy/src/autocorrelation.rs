@@ -1,5 +1,7 @@
 //! Correlation of successive observations, the commonest colour of noise.
 
+use std::f64::consts::PI;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::linear::Linear;
@@ -8,62 +10,187 @@ use crate::significance::count;
 /// Largest correlation taken seriously; above, noise and drift are the same thing.
 const MAX_PHI: f64 = 0.95;
 
-/// Values of the correlation that are compared: 0.05 apart, finer than any data set can tell.
-const PHI_STEPS: u32 = 20;
+/// Values of a colour's parameter that are compared, zero included: finer than any data set can
+/// tell.
+const STEPS: u32 = 20;
 
-/// Correlation of successive observations that makes the residual of a fit with orthonormal
-/// columns `q` most likely, 0 to 0.95.
+/// Largest memory: at one half the noise is 1/f and no longer stationary.
+const MAX_MEMORY: f64 = 0.49;
+
+/// Longest series for which a long memory is tried: its cost grows with the square of the length.
+const MAX_LENGTH_FOR_MEMORY: usize = 512;
+
+/// How successive observations depend on each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Colour {
+    /// Autoregression of first order: the correlation of neighbours.
+    Neighbours(f64),
+    /// Fractionally integrated noise (Hosking 1981) of memory `d`: a spectrum `f^(−2d)`, which an
+    /// autoregression of first order takes for flat at low frequencies.
+    Memory(f64),
+}
+
+impl Colour {
+    /// The colour a little whiter and a little less white, with the step between their parameters
+    /// in standard deviations of what `dof` degrees of freedom tell of it.
+    ///
+    /// A memory is known with variance `6/(π²n)` (Hosking 1981), a correlation `φ` of neighbours
+    /// with `(1 − φ²)/n`.
+    pub(crate) fn beside(self, dof: usize) -> ([Self; 2], f64) {
+        const STEP: f64 = 0.05;
+        let around = |at: f64, largest: f64| [(at - STEP).max(0.0), (at + STEP).min(largest)];
+        let (of, [low, high], variance): (fn(f64) -> Self, _, _) = match self {
+            Self::Neighbours(phi) => (Self::Neighbours, around(phi, MAX_PHI), 1.0 - phi * phi),
+            Self::Memory(d) => (Self::Memory, around(d, MAX_MEMORY), 6.0 / (PI * PI)),
+        };
+        ([of(low), of(high)], (high - low) / (variance / count(dof)).sqrt())
+    }
+
+    /// Prediction of each value from those before it, with the variance of its error.
+    fn predictions(self, length: usize) -> Vec<(Vec<f64>, f64)> {
+        match self {
+            Self::Neighbours(phi) => (0..length)
+                .map(|t| if t == 0 { (vec![], 1.0 / (1.0 - phi * phi)) } else { (vec![phi], 1.0) })
+                .collect(),
+            Self::Memory(d) => {
+                // Durbin and Levinson's recursion on the partial correlations d/(k − d).
+                let mut found: Vec<(Vec<f64>, f64)> = vec![(vec![], 1.0)];
+                for k in 1..length {
+                    let (before, variance) = &found[k - 1];
+                    let partial = d / (count(k) - d);
+                    let mut weights: Vec<_> =
+                        (0..k - 1).map(|j| before[j] - partial * before[k - 2 - j]).collect();
+                    weights.push(partial);
+                    let variance = variance * (1.0 - partial * partial);
+                    found.push((weights, variance));
+                }
+                found
+            }
+        }
+    }
+}
+
+/// The colours of either kind that make the residual of a fit with orthonormal columns `q` most
+/// likely; white is none.
 ///
 /// Restricted likelihood (Patterson and Thompson 1971): unlike the plain lag-one correlation it
 /// is not pulled towards zero by what the fit has taken out.
-pub(crate) fn restricted_likelihood_phi(lin: &Linear<'_>, q: &DMatrix<f64>) -> f64 {
-    let mut columns = q.clone().insert_column(q.ncols(), 0.0);
-    // Without what the columns explain, so that no digits are lost in the products.
-    let residual = &lin.residual - q * q.tr_mul(&lin.residual);
-    columns.set_column(q.ncols(), &residual);
-    let products = Products::of(lin, &columns);
-    let dof = count(lin.rows.len().saturating_sub(q.ncols()));
-    let n_series = count(lin.series.len());
-    let deviance = |phi: f64| {
-        let factor = products.at(phi).cholesky()?;
-        let diagonal = factor.l_dirty().diagonal();
-        let (square, volume) = (diagonal[q.ncols()].powi(2), diagonal.rows(0, q.ncols()));
-        let volume: f64 = volume.iter().map(|d| 2.0 * d.ln()).sum();
-        Some(dof * square.ln() + volume - n_series * (1.0 - phi * phi).ln())
+pub(crate) fn likely_colours(lin: &Linear<'_>, q: &DMatrix<f64>) -> Vec<Colour> {
+    let likelihood = Likelihood::new(lin, q);
+    let grid =
+        |largest: f64| (1..STEPS).map(move |i| largest * f64::from(i) / f64::from(STEPS - 1));
+    let Some(white) = likelihood.deviance(Colour::Neighbours(0.0)) else { return Vec::new() };
+    let best = |colours: &mut dyn Iterator<Item = Colour>| {
+        colours
+            .filter_map(|c| Some((c, likelihood.deviance(c)?)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, deviance)| *deviance < white)
+            .map(|(colour, _)| colour)
     };
-    let grid = (0..PHI_STEPS).map(|i| MAX_PHI * f64::from(i) / f64::from(PHI_STEPS - 1));
-    grid.filter_map(|phi| deviance(phi).map(|d| (phi, d)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map_or(0.0, |(phi, _)| phi)
+    let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
+    let neighbours = best(&mut grid(MAX_PHI).map(Colour::Neighbours));
+    let memory = if longest <= MAX_LENGTH_FOR_MEMORY {
+        best(&mut grid(MAX_MEMORY).map(Colour::Memory))
+    } else {
+        None
+    };
+    neighbours.into_iter().chain(memory).collect()
 }
 
-/// Products of prewhitened columns, a polynomial of the second degree in the correlation.
-struct Products {
-    plain: DMatrix<f64>,
-    lagged: DMatrix<f64>,
-    inner: DMatrix<f64>,
+/// Restricted likelihood of the colours of the noise beside one design.
+struct Likelihood<'a> {
+    lin: &'a Linear<'a>,
+    /// Columns of the design, and what they leave of the data.
+    columns: DMatrix<f64>,
+    /// Products of the columns after whitening with a correlation `φ` of neighbours: coefficients
+    /// of 1, `−φ` and `φ²`.
+    products: [DMatrix<f64>; 3],
 }
 
-impl Products {
-    fn of(lin: &Linear<'_>, columns: &DMatrix<f64>) -> Self {
-        let mut previous = DMatrix::zeros(columns.nrows(), columns.ncols());
-        let firsts: Vec<_> = lin.series.iter().filter_map(|one| one.first().copied()).collect();
-        for (mut to, from) in previous.column_iter_mut().zip(columns.column_iter()) {
-            for pair in lin.series.iter().flat_map(|one| one.windows(2)) {
-                to[pair[1]] = from[pair[0]];
-            }
-        }
-        let first = columns.select_rows(&firsts);
-        let across = columns.tr_mul(&previous);
-        Self {
-            plain: columns.tr_mul(columns),
-            lagged: &across + across.transpose(),
-            inner: previous.tr_mul(&previous) - first.tr_mul(&first),
-        }
+impl<'a> Likelihood<'a> {
+    fn new(lin: &'a Linear<'a>, q: &DMatrix<f64>) -> Self {
+        let mut columns = q.clone().insert_column(q.ncols(), 0.0);
+        // Without what the columns explain, so that no digits are lost in the products.
+        let residual = &lin.residual - q * q.tr_mul(&lin.residual);
+        columns.set_column(q.ncols(), &residual);
+        let products = lagged_products(lin, &columns);
+        Self { lin, columns, products }
     }
 
-    fn at(&self, phi: f64) -> DMatrix<f64> {
-        &self.plain - &self.lagged * phi + &self.inner * (phi * phi)
+    /// Minus twice the restricted log likelihood, up to a constant.
+    fn deviance(&self, colour: Colour) -> Option<f64> {
+        let (products, of_noise) = if let Colour::Neighbours(phi) = colour {
+            let [plain, lagged, inner] = &self.products;
+            let volume = -count(self.lin.series.len()) * (1.0 - phi * phi).ln();
+            (plain - lagged * phi + inner * (phi * phi), volume)
+        } else {
+            let white = Whitening::new(self.lin, colour);
+            let columns = white.apply(self.lin, &self.columns);
+            (columns.tr_mul(&columns), white.volume(self.lin))
+        };
+        let n_columns = self.columns.ncols() - 1;
+        let dof = count(self.lin.rows.len().saturating_sub(n_columns));
+        let factor = products.cholesky()?;
+        let diagonal = factor.l_dirty().diagonal();
+        let square = diagonal[n_columns].powi(2);
+        let volume: f64 = diagonal.rows(0, n_columns).iter().map(|d| 2.0 * d.ln()).sum();
+        Some(dof * square.ln() + volume + of_noise)
+    }
+}
+
+/// Products of columns prewhitened as Prais and Winsten (1954) do, a polynomial of the second
+/// degree in the correlation.
+fn lagged_products(lin: &Linear<'_>, columns: &DMatrix<f64>) -> [DMatrix<f64>; 3] {
+    let mut previous = DMatrix::zeros(columns.nrows(), columns.ncols());
+    let firsts: Vec<_> = lin.series.iter().filter_map(|one| one.first().copied()).collect();
+    for (mut to, from) in previous.column_iter_mut().zip(columns.column_iter()) {
+        for pair in lin.series.iter().flat_map(|one| one.windows(2)) {
+            to[pair[1]] = from[pair[0]];
+        }
+    }
+    let first = columns.select_rows(&firsts);
+    let across = columns.tr_mul(&previous);
+    let inner = previous.tr_mul(&previous) - first.tr_mul(&first);
+    [columns.tr_mul(columns), &across + across.transpose(), inner]
+}
+
+/// Turns noise of one colour into white noise.
+pub(crate) struct Whitening {
+    predictions: Vec<(Vec<f64>, f64)>,
+}
+
+impl Whitening {
+    pub(crate) fn new(lin: &Linear<'_>, colour: Colour) -> Self {
+        let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
+        Self { predictions: colour.predictions(longest) }
+    }
+
+    /// Logarithm of the determinant of the noise's covariance.
+    fn volume(&self, lin: &Linear<'_>) -> f64 {
+        let of =
+            |one: &Vec<usize>| self.predictions[..one.len()].iter().map(|p| p.1.ln()).sum::<f64>();
+        lin.series.iter().map(of).sum()
+    }
+
+    /// Rows less what their predecessors predict, each to the same variance; rows outside any
+    /// series stay as they are.
+    pub(crate) fn apply(&self, lin: &Linear<'_>, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = columns.clone();
+        let mut values = Vec::new();
+        for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
+            for one in &lin.series {
+                // The latest first, as the weights are.
+                values.clear();
+                values.extend(one.iter().rev().map(|&row| from[row]));
+                for (t, &row) in one.iter().enumerate() {
+                    let (weights, variance) = &self.predictions[t];
+                    let earlier = &values[one.len() - t..];
+                    let predicted: f64 = weights.iter().zip(earlier).map(|(w, v)| w * v).sum();
+                    to[row] = (from[row] - predicted) / variance.sqrt();
+                }
+            }
+        }
+        out
     }
 }
 
@@ -90,24 +217,4 @@ fn lag_one_terms(lin: &Linear<'_>, q: &DMatrix<f64>, residual: &DVector<f64>) ->
         return (0.0, 0.0, pairs);
     }
     (lagged / square, leaked / free, pairs)
-}
-
-/// Rows minus `phi` times their predecessor: white if the noise is AR(1).
-///
-/// The first row of a series is scaled to the same variance (Prais and Winsten 1954); rows
-/// outside any series stay as they are.
-pub(crate) fn prewhitened(lin: &Linear<'_>, columns: &DMatrix<f64>, phi: f64) -> DMatrix<f64> {
-    let mut out = columns.clone();
-    let first_scale = (1.0 - phi * phi).sqrt();
-    for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
-        for one in &lin.series {
-            if let Some(&first) = one.first() {
-                to[first] *= first_scale;
-            }
-            for pair in one.windows(2) {
-                to[pair[1]] = from[pair[1]] - from[pair[0]] * phi;
-            }
-        }
-    }
-    out
 }

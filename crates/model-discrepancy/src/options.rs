@@ -3,7 +3,8 @@
 pub struct Options {
     /// Probability of adding anything at all where nothing is missing; 0.05.
     ///
-    /// Shared out over the catalogue, pairs of effects and covariates.
+    /// Shared out over the catalogue, pairs of effects and covariates. Once something was added the
+    /// next pass looks again, at two fifths of it: an answer must be right as a whole.
     pub alpha: f64,
     /// Effects and empirical corrections added at most; 6. More than that is curve fitting.
     pub max_steps: usize,

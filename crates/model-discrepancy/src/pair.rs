@@ -2,9 +2,9 @@
 
 use crate::candidate::Candidate;
 use crate::holdout::{compare, leave_out};
-use crate::judge::{Bench, Hearing, Judged, Setting};
+use crate::judge::{Bench, Hearing, Judged};
 use crate::linear::{Linear, NEW_DIRECTION};
-use crate::select::{QUARTER, STAY};
+use crate::select::{CATALOGUE_SHARE, QUARTER, STAY};
 use crate::significance::{Reach, Significance, count, significance};
 
 /// Most classes of effects of which all pairs are tried.
@@ -12,11 +12,7 @@ const MAX_CLASSES: usize = 15;
 
 /// The best pair of effects, each needed beside the other, when its significance survives the
 /// number of pairs tried.
-pub(crate) fn find_pair(
-    setting: &Setting<'_>,
-    bench: &Bench<'_>,
-    hearing: &Hearing,
-) -> Option<[Judged; 2]> {
+pub(crate) fn find_pair(bench: &Bench<'_>, hearing: &Hearing) -> Option<[Judged; 2]> {
     let representatives: Vec<_> = (hearing.judged.iter().enumerate())
         .filter(|(_, j)| j.candidate.reach == Reach::Many)
         .filter(|(i, j)| hearing.judged.iter().position(|k| k.class == j.class) == Some(*i))
@@ -25,7 +21,7 @@ pub(crate) fn find_pair(
         .collect();
     let n = representatives.len();
     let pairs = count(n * n.saturating_sub(1) / 2);
-    let alpha = setting.options.alpha * QUARTER;
+    let alpha = bench.alpha * QUARTER / CATALOGUE_SHARE;
     let mut best: Option<([Judged; 2], f64)> = None;
     for (i, a) in representatives.iter().enumerate() {
         for b in &representatives[i + 1..] {

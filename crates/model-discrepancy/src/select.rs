@@ -20,6 +20,10 @@ pub(crate) const CATALOGUE_SHARE: f64 = 0.5;
 /// Share of `alpha` for pairs of effects, and for covariates.
 pub(crate) const QUARTER: f64 = 0.25;
 
+/// Share of `alpha` for passes after something was added: what is found beside a name counts
+/// against the whole answer, and there may be several such passes.
+const LATER: f64 = 0.4;
+
 /// Significance that an effect must keep once others are beside it.
 pub(crate) const STAY: f64 = 0.05;
 
@@ -81,13 +85,18 @@ pub(crate) fn select<'a>(
     Ok(chosen)
 }
 
+/// Probability of adding anything false in the pass that comes next.
+fn level(setting: &Setting<'_>, chosen: &Selected<'_>) -> f64 {
+    setting.options.alpha * if chosen.added.is_empty() { 1.0 } else { LATER }
+}
+
 fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
     while chosen.added.len() < setting.options.max_steps {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
         if at_round_off(&lin) {
             return;
         }
-        let alpha = setting.options.alpha * CATALOGUE_SHARE;
+        let alpha = level(setting, chosen) * CATALOGUE_SHARE;
         let bench = Bench::new(setting, &chosen.system, &chosen.estimate, &lin, alpha);
         let hearing = hear_catalogue(&chosen.system, &chosen.estimate, &bench);
         if chosen.passes.is_empty() {
@@ -101,7 +110,7 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         }
         let added = order.iter().find(|&&i| add(chosen, keep, &[&hearing.judged[i]])).copied();
         let pair = if added.is_none() {
-            find_pair(setting, &bench, &hearing)
+            find_pair(&bench, &hearing)
                 .filter(|pair| !one_shape_is_better(setting, &bench, pair))
                 .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
         } else {
@@ -222,7 +231,7 @@ fn covariate_pass(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_
     if at_round_off(&lin) {
         return;
     }
-    let alpha = setting.options.alpha * QUARTER;
+    let alpha = level(setting, chosen) * QUARTER;
     let bench = Bench::new(setting, &chosen.system, &chosen.estimate, &lin, alpha);
     let judged = hear_covariates(setting, &bench);
     let mut order = eligible(&judged, alpha);

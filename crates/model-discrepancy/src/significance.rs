@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::autocorrelation::{prewhitened, restricted_likelihood_phi};
+use crate::autocorrelation::{Colour, Whitening, likely_colours};
 use crate::basis::Basis;
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::vector_noise::vector_p_value;
@@ -43,8 +43,8 @@ pub(crate) enum Reach {
 /// Tests `tangent` (whitened) beside everything in `base`.
 ///
 /// Three tests, of which the least significant counts: the classical F test; the same after
-/// taking out the correlation of successive observations (AR(1) by Prais and Winsten 1954); and
-/// one at group level. Where a group is one vector, that is the F test with the covariance of
+/// taking out the correlation of successive observations, of neighbours (Prais and Winsten 1954)
+/// and of long memory; and one at group level. Where a group is one vector, that is the F test with the covariance of
 /// its components estimated; where it holds many readings, a Wald test on the cluster-robust
 /// covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky and Tipton
 /// (2018) do, which asks no more than independent groups.
@@ -64,8 +64,10 @@ pub(crate) fn significance(
     }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
     if test.dof >= MIN_DOF_FOR_CORRELATION {
-        let correlated = correlated_p_value(lin, base, tangent, &full);
-        test.p_value = test.p_value.max(correlated);
+        for colour in likely_colours(lin, &full.matrix()) {
+            let correlated = correlated_p_value(lin, base, tangent, colour);
+            test.p_value = test.p_value.max(correlated);
+        }
     }
     if reach == Reach::Many {
         let at_group_level = vector_p_value(lin, base, tangent, &full)
@@ -101,24 +103,44 @@ pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
     FisherSnedecor::new(dof1, dof2).map_or(1.0, |d| d.sf(f.max(0.0)))
 }
 
-/// F test with the noise taken as AR(1) along the measured order.
+/// F test with the noise of that colour along the measured order.
 ///
-/// The correlation costs degrees of freedom as well: `n` rows are worth `n·(1 − φ)/(1 + φ)`.
-fn correlated_p_value(lin: &Linear<'_>, base: &Basis, tangent: &DMatrix<f64>, full: &Basis) -> f64 {
-    let phi = restricted_likelihood_phi(lin, &full.matrix());
-    if phi <= 0.0 {
-        return 0.0;
-    }
-    let base_basis = Basis::of(&prewhitened(lin, &base.matrix(), phi), NEW_DIRECTION);
-    let tangent = prewhitened(lin, tangent, phi);
-    let added = Basis::of(&base_basis.reject_columns(&tangent), NEW_DIRECTION.sqrt());
-    let residual =
-        prewhitened(lin, &DMatrix::from_columns(std::slice::from_ref(&lin.residual)), phi);
-    let residual = base_basis.reject(&residual.column(0).into_owned());
-    f_test(&residual, base_basis.dim(), &added).map_or(1.0, |test| {
-        let worth = count(test.dof) * (1.0 - phi) / (1.0 + phi);
-        f_tail(test.f_statistic, count(test.directions), worth.max(1.0))
-    })
+/// The colour is estimated, and the variance of a slow effect depends on it: Satterthwaite's
+/// degrees of freedom count how badly it is known.
+fn correlated_p_value(
+    lin: &Linear<'_>,
+    base: &Basis,
+    tangent: &DMatrix<f64>,
+    colour: Colour,
+) -> f64 {
+    let Some((test, _)) = recoloured(lin, base, tangent, colour) else { return 1.0 };
+    let ([whiter, darker], step) = colour.beside(test.dof);
+    let variance =
+        |colour| recoloured(lin, base, tangent, colour).map(|(_, variance)| variance.ln());
+    let slope = match (variance(whiter), variance(darker)) {
+        (Some(low), Some(high)) => (high - low) / step,
+        _ => 0.0,
+    };
+    let dof = 1.0 / (1.0 / count(test.dof) + 0.5 * slope * slope);
+    f_tail(test.f_statistic, count(test.directions), dof)
+}
+
+/// The test with noise of that colour, and the mean variance of an amplitude.
+fn recoloured(
+    lin: &Linear<'_>,
+    base: &Basis,
+    tangent: &DMatrix<f64>,
+    colour: Colour,
+) -> Option<(Significance, f64)> {
+    let white = Whitening::new(lin, colour);
+    let base = Basis::of(&white.apply(lin, &base.matrix()), NEW_DIRECTION);
+    let left = base.reject_columns(&white.apply(lin, tangent));
+    let added = Basis::of(&left, NEW_DIRECTION.sqrt());
+    let residual = white.apply(lin, &DMatrix::from_columns(std::slice::from_ref(&lin.residual)));
+    let residual = base.reject(&residual.column(0).into_owned());
+    let test = f_test(&residual, base.dim(), &added)?;
+    let information = left.norm_squared() / count(left.ncols().max(1));
+    Some((test, test.variance / information))
 }
 
 fn group_p_value(lin: &Linear<'_>, test: &Significance, added: &Basis, full: &Basis) -> f64 {

@@ -50,7 +50,7 @@ fn anywhere<const D: usize>(rng: &mut ChaCha8Rng, model: &FrameModel<D>, size_mm
             let per_mm = match parameter.unit.as_str() {
                 "mm" => 1.0 / parameter.report_factor,
                 "mm/h" => 1.0 / 400.0,
-                "µrad" | "ppm" => 1.0 / 200.0,
+                "µrad" | "µm/m" | "ppm" => 1.0 / 200.0,
                 "ppm/K" => 1.0 / 1000.0,
                 "µm/m²" => 1.0 / 40_000.0,
                 other => panic!("unit {other}"),
@@ -152,10 +152,11 @@ fn effects_do_what_their_names_say() {
     assert_moves(moved("drift", None, &[0.6, 0.0, -0.6]), &|i, _| {
         Vector3::new(0.01, 0.0, -0.01) * i as f64
     });
-    assert_moves(moved("sag", None, &[1000.0, 500.0, 2000.0, 0.05]), &|_, x| {
+    assert_moves(moved("sag", None, &[1000.0, 500.0, 2000.0, 30.0, -20.0, 0.05]), &|_, x| {
         // 1000 µm/m² is 1e-6 mm/mm².
         let (u, v) = (x.x - centroid.x, x.y - centroid.y);
-        Vector3::z() * -(1e-6 * u * u + 0.5e-6 * u * v + 2e-6 * v * v + 0.05)
+        let bent = 1e-6 * u * u + 0.5e-6 * u * v + 2e-6 * v * v;
+        Vector3::z() * -(bent + 30e-6 * u - 20e-6 * v + 0.05)
     });
     assert_moves(moved("temperature", Some("air_c"), &[11.5]), &|i, x| {
         x * (11.5e-6 * (temperatures[i] - 20.0))
@@ -209,9 +210,9 @@ fn effects_name_their_drivers_and_subjects() {
     assert_eq!(driven, [Some("air_c"), Some("part_c")]);
     assert_eq!(of("bad-point").len(), 8);
     assert_eq!(of("bad-point")[2].subject.as_deref(), Some("P2"));
-    // Planar: one shear, a sag along −y, a rotation about z.
+    // Planar: one shear, a sag along −y with its slope, a rotation about z.
     assert_eq!(of("shear")[0].parameters.len(), 1);
-    assert_eq!(of("sag")[0].parameters.len(), 1);
+    assert_eq!(of("sag")[0].parameters.len(), 2);
 }
 
 #[test]
