@@ -7,3 +7,4 @@ mod degenerate;
 mod judged;
 mod linear_model;
 mod power;
+mod scatter;
