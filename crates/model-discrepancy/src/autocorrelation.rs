@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::linear::Linear;
 use crate::significance::count;
@@ -185,7 +185,9 @@ impl Whitening {
                 for (t, &row) in one.iter().enumerate() {
                     let (weights, variance) = &self.predictions[t];
                     let earlier = &values[one.len() - t..];
-                    let predicted: f64 = weights.iter().zip(earlier).map(|(w, v)| w * v).sum();
+                    let weights = DVectorView::from_slice(weights, weights.len());
+                    let earlier = DVectorView::from_slice(earlier, weights.len());
+                    let predicted = weights.dot(&earlier);
                     to[row] = (from[row] - predicted) / variance.sqrt();
                 }
             }

@@ -4,7 +4,7 @@ use ft_center::{
     LocateOptions, OrbitOptions, Press, PressModel, PressRole, SolvedPress, solve_presses,
 };
 use geometry::Wrench;
-use model_discrepancy::{Closure, Options, Step, close_loop};
+use model_discrepancy::{Closure, Options, Step, Verdict, close_loop};
 use nalgebra::{Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -116,4 +116,13 @@ fn a_height_error_shows_in_lateral_forces() {
     };
     let closure = closed(&grid(&[40.0, 80.0], 12.0, &Colour::COLOURED, 5, low));
     assert!(names(&closure.steps[0]).contains(&"contact-height"), "{:?}", closure.steps);
+}
+
+#[test]
+fn a_load_cell_that_is_not_linear_is_no_gain() {
+    // 3.2 % more at 80 N than at none: the catalogue has gains and biases only.
+    let curved = |_, w: &mut Wrench| w.force_n.z *= 1.0 + 4e-4 * w.force_n.z.abs();
+    let closure = closed(&grid(&[20.0, 40.0, 80.0], 3.0, &Colour::WHITE, 5, curved));
+    assert_eq!(closure.verdict, Verdict::StructureRemains, "{:?}", closure.steps);
+    assert!(closure.remaining.iter().any(|r| r.shape.contains("along fz_n")));
 }

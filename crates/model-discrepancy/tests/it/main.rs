@@ -8,3 +8,4 @@ mod judged;
 mod linear_model;
 mod local;
 mod power;
+mod scatter;

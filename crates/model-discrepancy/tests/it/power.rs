@@ -52,6 +52,27 @@ fn adds_nothing_where_nothing_is_missing() {
 }
 
 #[test]
+fn adds_nothing_to_one_over_f_noise() {
+    let n = 24;
+    let mut added = 0;
+    for seed in 0..SEEDS {
+        let points = points(n, 2000 + seed);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // Memories of 1, 4, 16, 64 and 256 points, of equal size.
+        let mut errors = vec![Vector3::zeros(); n];
+        for phi in [0.368, 0.779, 0.939, 0.984, 0.996] {
+            let part = noise(n, SIGMA_MM, phi, &mut rng);
+            errors.iter_mut().zip(part).for_each(|(e, p)| *e += p);
+        }
+        let options = Options { nested: false, ..Options::default() };
+        let closure = close_loop(&body(&points, &errors), &coordinates(&points), &options)
+            .expect("a plate of points can be judged");
+        added += usize::from(!closure.steps.is_empty());
+    }
+    assert!(added <= MOST_OF_FIVE_PERCENT, "{added} of {SEEDS}");
+}
+
+#[test]
 fn names_the_effect_that_is_there() {
     type Add = fn(&Vector3<f64>, f64) -> Vector3<f64>;
     let effects: [(&[&str], Add); 5] = [
@@ -86,9 +107,11 @@ fn names_the_reading_that_is_bad() {
 #[test]
 fn is_not_sure_of_a_name_for_what_the_catalogue_lacks() {
     type Add = fn(&Vector3<f64>, f64) -> Vector3<f64>;
-    let strange: [Add; 2] = [
+    let strange: [Add; 3] = [
         |p, _| Vector3::new(0.1 * (p.x / 400.0).powi(3), 0.0, 0.0),
         |p, _| Vector3::new(0.03 * (p.x / 40.0).sin(), 0.0, 0.0),
+        // A scale that doubles while the points are measured is no scale.
+        |p, t| p * 2e-4 * (1.0 + 0.7 * t),
     ];
     for add in strange {
         let closures = simulate(40, 0.0, add);
