@@ -1,13 +1,14 @@
 //! Many small blocks under a few shared parameters.
 
 mod block;
-mod cholesky;
 mod covariance;
 mod dense;
 mod diagnose;
 mod eliminate;
+mod lanes;
 mod options;
 mod orthogonal;
+mod panels;
 mod passes;
 mod pattern;
 mod point;
@@ -20,6 +21,7 @@ mod simd;
 mod solution;
 mod solve;
 mod trial;
+mod triangle;
 
 pub use covariance::{BorderedCovariance, bordered_covariance};
 pub use dense::AsDense;

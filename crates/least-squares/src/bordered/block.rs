@@ -1,118 +1,185 @@
-//! One block at one point: its rows, its normal equations, its step.
+//! Blocks at one point: one by one as the problem gives them, and four side by side.
 #![expect(
     clippy::inline_always,
     reason = "vector instructions are chosen per caller: what is not inlined goes without them"
 )]
 
-use super::program::{Compiled, Program};
-use super::simd::mul_add;
-use super::{BlockRows, BorderedProblem, cholesky};
+use super::lanes::{LANES, Lanes};
+use super::program::{Compiled, Group, Limits, Product, Program};
+use super::triangle::row_start;
+use super::{BlockRows, BorderedPoint, BorderedProblem};
 use crate::RobustRows;
 
-/// Room for one block's numbers, reused for all blocks of a chunk.
-pub(super) struct Scratch {
-    pub(super) residuals: Vec<f64>,
-    pub(super) by_block: Vec<f64>,
-    pub(super) by_shared: Vec<f64>,
-    /// Root weights of the robust losses.
-    pub(super) weights: Vec<f64>,
-    /// Lower triangle of `V = J_bᵀ J_b`, then its factor, by rows.
-    pub(super) v: Vec<f64>,
-    pub(super) inverse_diagonal: Vec<f64>,
-    pub(super) step: Vec<f64>,
-    /// Diagonal of `V`.
-    pub(super) diagonal: Vec<f64>,
-    /// What the rows become by a step, as far as their derivatives say.
-    pub(super) predicted: Vec<f64>,
+/// Where blocks are evaluated.
+pub(super) struct Place<'a, P> {
+    pub(super) problem: &'a P,
+    pub(super) program: &'a Program,
+    pub(super) robust: &'a [RobustRows],
+    pub(super) point: &'a BorderedPoint,
 }
 
-impl Scratch {
-    pub(super) fn new(program: &Program) -> Self {
-        let (limits, b) = (program.limits, program.block_dim);
-        Self {
-            residuals: vec![0.0; limits.rows],
-            by_block: vec![0.0; limits.by_block],
-            by_shared: vec![0.0; limits.by_shared],
-            weights: vec![1.0; limits.rows],
-            v: vec![0.0; b * b],
-            inverse_diagonal: vec![0.0; b],
-            step: vec![0.0; b],
-            diagonal: vec![0.0; b],
-            predicted: vec![0.0; limits.rows],
-        }
+impl<P> Clone for Place<'_, P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<P> Copy for Place<'_, P> {}
+
+impl<P: BorderedProblem> Place<'_, P> {
+    /// Numbers of one block's point.
+    #[inline(always)]
+    pub(super) fn block(&self, block: usize) -> &[f64] {
+        let block_len = self.point.block_len(self.program.block_count);
+        &self.point.blocks[block * block_len..][..block_len]
+    }
+}
+
+/// Residuals and derivatives of one block, numbered through.
+pub(super) struct Rows {
+    numbers: Vec<f64>,
+    /// Root weights of the robust losses.
+    pub(super) weights: Vec<f64>,
+}
+
+impl Rows {
+    pub(super) fn new(limits: Limits) -> Self {
+        Self { numbers: vec![0.0; limits.numbers()], weights: vec![1.0; limits.rows] }
+    }
+
+    /// Evaluates a block as the problem gives it.
+    #[inline(always)]
+    pub(super) fn evaluate<P: BorderedProblem>(
+        &mut self,
+        place: Place<'_, P>,
+        compiled: &Compiled,
+        block: usize,
+    ) {
+        let rows = self.split(compiled.limits);
+        place.problem.linearise(block, &place.point.shared, place.block(block), rows);
     }
 
     /// Evaluates a block and weighs its rows; `Σ ρ`, not finite where a residual is not.
     #[inline(always)]
     pub(super) fn linearise<P: BorderedProblem>(
         &mut self,
-        problem: &P,
+        place: Place<'_, P>,
         compiled: &Compiled,
-        robust: &[RobustRows],
         block: usize,
-        shared: &[f64],
-        point: &[f64],
     ) -> f64 {
-        let limits = compiled.limits;
-        let residuals = &mut self.residuals[..limits.rows];
-        let by_block = &mut self.by_block[..limits.by_block];
-        let by_shared = &mut self.by_shared[..limits.by_shared];
-        let rows = BlockRows { residuals, by_block, by_shared };
-        problem.linearise(block, shared, point, rows);
-        if robust.is_empty() {
-            self.residuals[..limits.rows].iter().map(|r| r * r).sum()
+        self.evaluate(place, compiled, block);
+        if place.robust.is_empty() {
+            self.numbers[..compiled.limits.rows].iter().map(|r| r * r).sum()
         } else {
-            self.weigh(compiled, robust)
+            self.weigh(compiled, place.robust)
         }
+    }
+
+    #[inline(always)]
+    pub(super) fn split(&mut self, limits: Limits) -> BlockRows<'_> {
+        let (residuals, rest) = self.numbers.split_at_mut(limits.rows);
+        let (by_block, rest) = rest.split_at_mut(limits.by_block);
+        BlockRows { residuals, by_block, by_shared: &mut rest[..limits.by_shared] }
     }
 
     /// Multiplies the rows by the roots of their robust weights.
     fn weigh(&mut self, compiled: &Compiled, robust: &[RobustRows]) -> f64 {
-        let rows = compiled.limits.rows;
-        let residuals = &self.residuals[..rows];
-        let twice_cost = robust_cost(robust, residuals, &mut self.weights[..rows]);
-        for (i, row) in compiled.rows.iter().enumerate() {
-            let weight = self.weights[i];
-            self.residuals[i] *= weight;
-            self.by_block[row.by_block.clone()].iter_mut().for_each(|v| *v *= weight);
-            for entry in &compiled.entries[row.entries.clone()] {
-                self.by_shared[entry.value] *= weight;
+        let limits = compiled.limits;
+        let mut weights = std::mem::take(&mut self.weights);
+        let BlockRows { residuals, by_block, by_shared } = self.split(limits);
+        let twice_cost = robust_cost(robust, residuals, &mut weights[..limits.rows]);
+        for ((i, row), weight) in compiled.rows.iter().enumerate().zip(&weights) {
+            residuals[i] *= weight;
+            for value in &mut by_block[row.by_block.clone()] {
+                *value *= weight;
             }
+            for entry in &compiled.entries[row.entries.clone()] {
+                by_shared[entry.value] *= weight;
+            }
+        }
+        self.weights = weights;
+        twice_cost
+    }
+}
+
+/// Room for four blocks' numbers, reused for all blocks of a chunk.
+pub(super) struct Scratch {
+    rows: [Rows; LANES],
+    /// Numbers of [`Rows`], four blocks side by side.
+    pub(super) values: Vec<Lanes>,
+    /// Packed lower triangle of `V = J_bᵀ J_b`, then its factor.
+    pub(super) own: Vec<Lanes>,
+}
+
+impl Scratch {
+    pub(super) fn new(program: &Program) -> Self {
+        let limits = program.limits;
+        Self {
+            rows: std::array::from_fn(|_| Rows::new(limits)),
+            values: vec![Lanes::ZERO; limits.numbers()],
+            own: vec![Lanes::ZERO; row_start(program.block_dim)],
+        }
+    }
+
+    /// Root weights of one lane's rows.
+    pub(super) fn weights(&self, lane: usize) -> &[f64] {
+        &self.rows[lane].weights
+    }
+
+    /// Evaluates a group's blocks side by side; `Σ ρ`. Lanes without a block are nought.
+    #[inline(always)]
+    pub(super) fn linearise<P: BorderedProblem>(
+        &mut self,
+        place: Place<'_, P>,
+        compiled: &Compiled,
+        group: &Group,
+    ) -> f64 {
+        let mut twice_cost = 0.0;
+        for lane in 0..LANES {
+            let rows = &mut self.rows[lane];
+            if lane < group.count {
+                twice_cost += rows.linearise(place, compiled, group.blocks[lane]);
+            } else {
+                rows.numbers.fill(0.0);
+            }
+        }
+        let numbers = compiled.limits.numbers();
+        let [a, b, c, d] = &self.rows;
+        let sources = a.numbers[..numbers].iter().zip(&b.numbers).zip(&c.numbers).zip(&d.numbers);
+        for (out, (((a, b), c), d)) in self.values.iter_mut().zip(sources) {
+            *out = Lanes([*a, *b, *c, *d]);
         }
         twice_cost
     }
 
-    /// `V`, its diagonal and the gradient `J_bᵀ t` for rows `t`, which is left in `step`.
+    /// `V`, with a diagonal of ones in lanes without a block.
     #[inline(always)]
-    pub(super) fn form<const FUSED: bool>(
+    pub(super) fn form_own<const FUSED: bool>(
         &mut self,
         b: usize,
         compiled: &Compiled,
-        mut rows: impl FnMut(usize, &[f64], &[f64]) -> f64,
+        group: &Group,
     ) {
-        self.v[..b * b].fill(0.0);
-        self.step[..b].fill(0.0);
-        for (i, row) in compiled.rows.iter().enumerate() {
-            let t = rows(i, &self.residuals, &self.by_shared);
-            let columns = &compiled.block_columns[row.by_block.clone()];
-            let values = &self.by_block[row.by_block.clone()];
-            for (p, (&cp, &vp)) in columns.iter().zip(values).enumerate() {
-                self.step[cp] = mul_add::<FUSED>(vp, t, self.step[cp]);
-                for (&cq, &vq) in columns[..=p].iter().zip(values) {
-                    let at = cp.max(cq) * b + cp.min(cq);
-                    self.v[at] = mul_add::<FUSED>(vp, vq, self.v[at]);
-                }
+        self.own.fill(Lanes::ZERO);
+        add_products::<FUSED>(&compiled.own, &self.values, &mut self.own);
+        for c in 0..b {
+            for lane in group.count..LANES {
+                self.own[row_start(c) + c].0[lane] = 1.0;
             }
         }
-        for c in 0..b {
-            self.diagonal[c] = self.v[c * b + c];
-        }
     }
+}
 
-    /// Factors `V`; the least share of a diagonal entry that is left of it.
-    #[inline(always)]
-    pub(super) fn factor<const FUSED: bool>(&mut self, b: usize, damping: f64) -> f64 {
-        cholesky::factor::<FUSED>(b, &mut self.v[..b * b], &mut self.inverse_diagonal[..b], damping)
+/// Adds up products of a block's numbers.
+#[inline(always)]
+pub(super) fn add_products<const FUSED: bool>(
+    products: &[Product],
+    values: &[Lanes],
+    sums: &mut [Lanes],
+) {
+    for Product { a, b, to } in products {
+        let sum = &mut sums[*to as usize];
+        *sum = values[*a as usize].mul_add::<FUSED>(values[*b as usize], *sum);
     }
 }
 

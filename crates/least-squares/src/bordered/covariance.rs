@@ -4,8 +4,7 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::block::Scratch;
-use super::orthogonal::Factors;
+use super::block::{Place, Rows};
 use super::program::Program;
 use super::solve::{Tally, report_at};
 use super::{BorderedOptions, BorderedPoint, BorderedProblem};
@@ -46,11 +45,11 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     options: &BorderedOptions,
 ) -> Result<BorderedCovariance<'a, P>, SolveError<BorderedPoint>> {
     let program = Program::new(problem, point, options)?;
-    super::diagnose::all_finite(problem, &program, point)?;
-    let factors = Factors { problem, program: &program, robust: &options.robust, point };
-    let shared = factors.shared();
-    let rank = factors.rank(&shared, options.rank_tolerance);
-    let tally = Tally::new(problem, &program, &options.robust, point);
+    let place = Place { problem, program: &program, robust: &options.robust, point };
+    super::diagnose::all_finite(place)?;
+    let shared = place.shared();
+    let rank = place.rank(&shared, options.rank_tolerance);
+    let tally = Tally::new(place);
     if !rank.directions.is_empty() {
         let report = Box::new(report_at(&program, &tally, &rank));
         let best = Box::new(point.clone());
@@ -136,8 +135,7 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
     /// [`BorderedCovariance::shared_leverages`] included, sum to the number of free directions.
     #[must_use]
     pub fn leverages(&self, block: usize) -> DVector<f64> {
-        let mut scratch = Scratch::new(&self.program);
-        let factor = self.factors().block(&mut scratch, block);
+        let factor = self.place().factor(&mut Rows::new(self.program.limits), block);
         let b = factor.diagonal.len();
         let mut inverse = DMatrix::identity(b, b);
         factor.triangle().solve_upper_triangular_mut(&mut inverse);
@@ -151,13 +149,13 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
     /// Leverage of each residual that depends on the shared point alone.
     #[must_use]
     pub fn shared_leverages(&self) -> DVector<f64> {
-        let rows = self.factors().shared_rows().1 * &self.inverse;
+        let rows = self.place().shared_rows().1 * &self.inverse;
         DVector::from_fn(rows.nrows(), |i, _| rows.row(i).norm_squared())
     }
 
-    fn factors(&self) -> Factors<'_, P> {
+    fn place(&self) -> Place<'_, P> {
         let Self { problem, program, point, options, .. } = self;
-        Factors { problem: *problem, program, robust: &options.robust, point }
+        Place { problem, program, robust: &options.robust, point }
     }
 
     /// The block's step for a step of each shared column, and its covariance with those held.
@@ -166,7 +164,7 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
         if self.program.is_held(block) {
             return (DMatrix::zeros(dim, self.program.free.len()), DMatrix::zeros(dim, dim));
         }
-        let factor = self.factors().block(&mut Scratch::new(&self.program), block);
+        let factor = self.place().factor(&mut Rows::new(self.program.limits), block);
         let mut inverse = DMatrix::identity(dim, dim);
         factor.triangle().solve_upper_triangular_mut(&mut inverse);
         (-factor.coupling(), &inverse * inverse.transpose())

@@ -1,36 +1,28 @@
 //! Where a number is not finite.
 
-use super::block::Scratch;
-use super::program::Program;
+use super::block::{Place, Rows};
 use super::{BlockRows, BorderedPoint, BorderedProblem};
 use crate::SolveError;
 
 /// The first residual, then the first derivative, that is infinite or NaN.
 pub(super) fn all_finite<P: BorderedProblem>(
-    problem: &P,
-    program: &Program,
-    point: &BorderedPoint,
+    place: Place<'_, P>,
 ) -> Result<(), SolveError<BorderedPoint>> {
-    let block_len = point.block_len(program.block_count);
-    let mut scratch = Scratch::new(program);
+    let Place { problem, program, point, .. } = place;
+    let mut rows = Rows::new(program.limits);
     for block in 0..program.block_count {
-        let compiled = &program.patterns[problem.pattern_of(block)];
-        let limits = compiled.limits;
-        let residuals = &mut scratch.residuals[..limits.rows];
-        let by_block = &mut scratch.by_block[..limits.by_block];
-        let by_shared = &mut scratch.by_shared[..limits.by_shared];
-        let local = &point.blocks[block * block_len..][..block_len];
-        let rows = BlockRows { residuals, by_block, by_shared };
-        problem.linearise(block, &point.shared, local, rows);
+        let compiled = program.compiled(block);
+        rows.evaluate(place, compiled, block);
+        let BlockRows { residuals, by_block, by_shared } = rows.split(compiled.limits);
         // Finite numbers whose squares overflow count as infinite.
-        if let Some(row) = scratch.residuals[..limits.rows].iter().position(|r| !is_usable(*r)) {
-            let value = scratch.residuals[row];
+        if let Some(row) = residuals.iter().position(|r| !is_usable(*r)) {
+            let value = residuals[row];
             return Err(SolveError::NonFiniteBlockResidual { block, row, value });
         }
         for (row, listed) in compiled.rows.iter().enumerate() {
-            let own = scratch.by_block[listed.by_block.clone()].iter().copied();
+            let own = by_block[listed.by_block.clone()].iter().copied();
             let entries = &compiled.entries[listed.entries.clone()];
-            let shared = entries.iter().map(|e| scratch.by_shared[e.value]);
+            let shared = entries.iter().map(|e| by_shared[e.value]);
             if let Some(value) = own.chain(shared).find(|v| !is_usable(*v)) {
                 return Err(SolveError::NonFiniteBlockJacobian { block, row, value });
             }

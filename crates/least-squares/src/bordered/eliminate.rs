@@ -4,68 +4,68 @@
     reason = "vector instructions are chosen per caller: what is not inlined goes without them"
 )]
 
-use super::block::Scratch;
-use super::program::{Compiled, Program, TILE};
-use super::simd::{Task, mul_add};
-use super::{BorderedPoint, BorderedProblem};
-use crate::RobustRows;
+use std::ops::Range;
 
-/// Rows of the reduced matrix that the rank update handles together.
-const TILE_ROWS: usize = 4;
+use super::BorderedProblem;
+use super::block::{Place, Scratch, add_products};
+use super::lanes::{LANES, Lanes};
+use super::panels::{Panels, downdate};
+use super::program::{PANEL, Program};
+use super::simd::Task;
+use super::triangle;
 
 /// What a chunk of blocks adds to the reduced normal equations, and its scratch.
 pub(super) struct Sums {
-    /// Upper triangle of `[r J_s]ᵀ[r J_s] − Yᵀ Y`, by rows of the program's width; where tiles
-    /// cross the diagonal, also some below it.
-    pub(super) reduced: Vec<f64>,
-    /// Diagonal of `J_sᵀ J_s`.
-    pub(super) diagonal: Vec<f64>,
+    /// Products of shared columns, by slot of the program.
+    pub(super) slots: Vec<Lanes>,
+    /// `−Yᵀ Y` with `Y = L⁻¹ J_bᵀ [r J_s]`.
+    pub(super) reduction: Panels,
     /// `Σ ρ`.
     pub(super) twice_cost: f64,
-    /// `g_bᵀ V⁻¹ g_b`: twice what the blocks alone promise.
-    pub(super) promised: f64,
     /// Least share of a block's diagonal entry that the elimination leaves.
     pub(super) least_pivot: f64,
-    /// `Y = L⁻¹ [g_b W]`, by rows of the program's width.
-    y: Vec<f64>,
+    /// `Y` of four blocks side by side, by column.
+    columns: Vec<Lanes>,
+    /// `Y` by panel, block direction and block.
+    y: Vec<[f64; PANEL]>,
 }
 
 impl Sums {
     pub(super) fn new(program: &Program) -> Self {
-        let width = program.width;
+        let panels = program.panel_first.len();
         Self {
-            reduced: vec![0.0; width * width],
-            diagonal: vec![0.0; width],
+            slots: vec![Lanes::ZERO; program.slots.len()],
+            reduction: Panels::new(panels),
             twice_cost: 0.0,
-            promised: 0.0,
             least_pivot: 1.0,
-            y: vec![0.0; program.block_dim * width],
+            columns: vec![Lanes::ZERO; program.starts[program.first.len()]],
+            y: vec![[0.0; PANEL]; panels * program.block_dim * LANES],
         }
     }
 
     fn clear(&mut self) {
-        self.reduced.fill(0.0);
-        self.diagonal.fill(0.0);
-        (self.twice_cost, self.promised, self.least_pivot) = (0.0, 0.0, 1.0);
+        self.slots.fill(Lanes::ZERO);
+        self.reduction.clear();
+        (self.twice_cost, self.least_pivot) = (0.0, 1.0);
     }
 
     /// Adds the sums of another chunk.
     pub(super) fn add(&mut self, other: &Self) {
-        self.reduced.iter_mut().zip(&other.reduced).for_each(|(a, b)| *a += b);
-        self.diagonal.iter_mut().zip(&other.diagonal).for_each(|(a, b)| *a += b);
+        for (sum, other) in self.slots.iter_mut().zip(&other.slots) {
+            for (a, b) in sum.0.iter_mut().zip(other.0) {
+                *a += b;
+            }
+        }
+        self.reduction.add(&other.reduction);
         self.twice_cost += other.twice_cost;
-        self.promised += other.promised;
         self.least_pivot = self.least_pivot.min(other.least_pivot);
     }
 }
 
-/// Eliminates the blocks from `first` on, as many as `blocks` holds.
+/// Eliminates the blocks in a range of the program's order.
 pub(super) struct Eliminate<'a, P> {
-    pub(super) problem: &'a P,
-    pub(super) program: &'a Program,
-    pub(super) robust: &'a [RobustRows],
-    pub(super) point: &'a BorderedPoint,
-    pub(super) blocks: std::ops::Range<usize>,
+    pub(super) place: Place<'a, P>,
+    pub(super) blocks: Range<usize>,
     pub(super) damping: f64,
     pub(super) scratch: &'a mut Scratch,
     pub(super) sums: &'a mut Sums,
@@ -77,9 +77,7 @@ impl<P: BorderedProblem> Task for Eliminate<'_, P> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         // The compiler unrolls the loops over a block's directions where it knows their number.
-        match self.program.block_dim {
-            1 => self.eliminate::<FUSED>(1),
-            2 => self.eliminate::<FUSED>(2),
+        match self.place.program.block_dim {
             3 => self.eliminate::<FUSED>(3),
             6 => self.eliminate::<FUSED>(6),
             9 => self.eliminate::<FUSED>(9),
@@ -92,131 +90,42 @@ impl<P: BorderedProblem> Task for Eliminate<'_, P> {
 impl<P: BorderedProblem> Eliminate<'_, P> {
     #[inline(always)]
     fn eliminate<const FUSED: bool>(self, b: usize) {
-        let Self { problem, program, robust, point, blocks, damping, scratch, sums } = self;
+        let Self { place, blocks, damping, scratch, sums } = self;
+        let program = place.program;
         sums.clear();
-        let block_len = point.block_len(program.block_count);
-        for block in blocks {
-            let compiled = &program.patterns[problem.pattern_of(block)];
-            let local = &point.blocks[block * block_len..][..block_len];
-            sums.twice_cost +=
-                scratch.linearise(problem, compiled, robust, block, &point.shared, local);
-            add_shared::<FUSED>(program.width, compiled, scratch, sums);
-            if program.is_held(block) {
+        let mut at = blocks.start;
+        while at < blocks.end {
+            let group = program.group(at, blocks.end);
+            at += group.count;
+            let compiled = program.compiled(group.blocks[0]);
+            sums.twice_cost += scratch.linearise(place, compiled, &group);
+            add_products::<FUSED>(&compiled.shared, &scratch.values, &mut sums.slots);
+            if group.is_held {
                 continue;
             }
-            scratch.form::<FUSED>(b, compiled, |i, residuals, _| residuals[i]);
-            couple::<FUSED>(b, program.width, compiled, scratch, &mut sums.y);
-            let least = scratch.factor::<FUSED>(b, damping);
+            scratch.form_own::<FUSED>(b, compiled, &group);
+            sums.columns.fill(Lanes::ZERO);
+            add_products::<FUSED>(&compiled.coupling, &scratch.values, &mut sums.columns);
+            let least = triangle::factor::<FUSED>(b, &mut scratch.own, damping);
             sums.least_pivot = sums.least_pivot.min(least);
-            forward::<FUSED>(b, program, scratch, &mut sums.y);
-            for row in sums.y.chunks_exact(program.width) {
-                sums.promised = mul_add::<FUSED>(row[0], row[0], sums.promised);
-            }
-            downdate::<FUSED>(b, program, &sums.y, &mut sums.reduced);
+            sums.solve_columns::<FUSED>(b, program, &scratch.own);
+            downdate::<FUSED>(b, program, &sums.y, &mut sums.reduction);
         }
     }
 }
 
-/// Adds `[r J_s]ᵀ[r J_s]`.
-#[inline(always)]
-fn add_shared<const FUSED: bool>(
-    width: usize,
-    compiled: &Compiled,
-    scratch: &Scratch,
-    sums: &mut Sums,
-) {
-    for (row, r) in compiled.rows.iter().zip(&scratch.residuals) {
-        let entries = &compiled.entries[row.entries.clone()];
-        for (i, a) in entries.iter().enumerate() {
-            let value = scratch.by_shared[a.value];
-            sums.reduced[a.column] = mul_add::<FUSED>(*r, value, sums.reduced[a.column]);
-            sums.diagonal[a.column] = mul_add::<FUSED>(value, value, sums.diagonal[a.column]);
-            for b in &entries[i..] {
-                let at = &mut sums.reduced[a.column * width + b.column];
-                *at = mul_add::<FUSED>(value, scratch.by_shared[b.value], *at);
-            }
-        }
-    }
-}
-
-/// `[g_b W]`, with `W = J_bᵀ J_s`.
-#[inline(always)]
-fn couple<const FUSED: bool>(
-    b: usize,
-    width: usize,
-    compiled: &Compiled,
-    scratch: &Scratch,
-    y: &mut [f64],
-) {
-    y.fill(0.0);
-    for (row, gradient) in scratch.step[..b].iter().enumerate() {
-        y[row * width] = *gradient;
-    }
-    for row in &compiled.rows {
-        let columns = &compiled.block_columns[row.by_block.clone()];
-        let values = &scratch.by_block[row.by_block.clone()];
-        for entry in &compiled.entries[row.entries.clone()] {
-            let shared = scratch.by_shared[entry.value];
-            for (&column, &value) in columns.iter().zip(values) {
-                let at = &mut y[column * width + entry.column];
-                *at = mul_add::<FUSED>(value, shared, *at);
-            }
-        }
-    }
-}
-
-/// `Y ← L⁻¹ Y`, leaving out what is nought.
-#[inline(always)]
-fn forward<const FUSED: bool>(b: usize, program: &Program, scratch: &Scratch, y: &mut [f64]) {
-    let width = program.width;
-    for r in 0..b {
-        let (above, below) = y.split_at_mut(r * width);
-        let inverse = scratch.inverse_diagonal[r];
-        let factor = &scratch.v[r * b..][..r];
-        let tiles = below[..width].as_chunks_mut::<TILE>().0;
-        for (t, (tile, &first)) in tiles.iter_mut().zip(&program.first).enumerate() {
-            if first > r {
-                continue;
-            }
-            for c in first..r {
-                let known = &above[c * width + t * TILE..][..TILE];
-                for z in 0..TILE {
-                    tile[z] = mul_add::<FUSED>(-factor[c], known[z], tile[z]);
+impl Sums {
+    /// `Y` from `J_bᵀ [r J_s]`, transposed into panels.
+    #[inline(always)]
+    fn solve_columns<const FUSED: bool>(&mut self, b: usize, program: &Program, factor: &[Lanes]) {
+        for (c, &first) in program.first.iter().enumerate() {
+            let column = &mut self.columns[program.starts[c]..program.starts[c + 1]];
+            triangle::forward::<FUSED>(factor, first, column);
+            let panel = &mut self.y[c / PANEL * b * LANES..][first * LANES..b * LANES];
+            for (out, y) in panel.as_chunks_mut::<LANES>().0.iter_mut().zip(&*column) {
+                for lane in 0..LANES {
+                    out[lane][c % PANEL] = y.0[lane];
                 }
-            }
-            for v in tile {
-                *v *= inverse;
-            }
-        }
-    }
-}
-
-/// `M ← M − Yᵀ Y` on and above the diagonal tiles, leaving out what is nought.
-#[inline(always)]
-fn downdate<const FUSED: bool>(b: usize, program: &Program, y: &[f64], reduced: &mut [f64]) {
-    let width = program.width;
-    for top in (0..width).step_by(TILE_ROWS) {
-        let first_row = program.first[top / TILE];
-        for t in top / TILE..width / TILE {
-            let left = t * TILE;
-            let mut tile = [[0.0; TILE]; TILE_ROWS];
-            for (q, row) in tile.iter_mut().enumerate() {
-                row.copy_from_slice(&reduced[(top + q) * width + left..][..TILE]);
-            }
-            for k in first_row.max(program.first[t])..b {
-                let line = &y[k * width..][..width];
-                let factors: &[f64; TILE_ROWS] =
-                    line[top..].first_chunk().expect("the width is a multiple of the tile's");
-                let values: &[f64; TILE] =
-                    line[left..].first_chunk().expect("the width is a multiple of the tile's");
-                for q in 0..TILE_ROWS {
-                    for z in 0..TILE {
-                        tile[q][z] = mul_add::<FUSED>(-factors[q], values[z], tile[q][z]);
-                    }
-                }
-            }
-            for (q, row) in tile.iter().enumerate() {
-                reduced[(top + q) * width + left..][..TILE].copy_from_slice(row);
             }
         }
     }

@@ -7,10 +7,9 @@
 use faer::MatRef;
 use nalgebra::{DMatrix, DVector};
 
-use super::block::Scratch;
+use super::BorderedProblem;
+use super::block::{Place, Rows};
 use super::program::Program;
-use super::{BorderedPoint, BorderedProblem};
-use crate::RobustRows;
 use crate::qr::{apply, reflect};
 
 /// Rows collected per shared column before they are reduced to a triangle.
@@ -29,22 +28,13 @@ pub(super) struct BlockFactor {
     pub(super) by_block: DMatrix<f64>,
 }
 
-/// Evaluates blocks at one point.
-pub(super) struct Factors<'a, P> {
-    pub(super) problem: &'a P,
-    pub(super) program: &'a Program,
-    pub(super) robust: &'a [RobustRows],
-    pub(super) point: &'a BorderedPoint,
-}
-
-impl<P: BorderedProblem> Factors<'_, P> {
+impl<P: BorderedProblem> Place<'_, P> {
     /// Factors one block. A held block has no columns of its own.
-    pub(super) fn block(&self, scratch: &mut Scratch, block: usize) -> BlockFactor {
-        let Self { problem, program, robust, point } = self;
-        let compiled = &program.patterns[problem.pattern_of(block)];
-        let block_len = point.block_len(program.block_count);
-        let local = &point.blocks[block * block_len..][..block_len];
-        scratch.linearise(*problem, compiled, robust, block, &point.shared, local);
+    pub(super) fn factor(&self, numbers: &mut Rows, block: usize) -> BlockFactor {
+        let program = self.program;
+        let compiled = program.compiled(block);
+        numbers.linearise(*self, compiled, block);
+        let numbers = numbers.split(compiled.limits);
         let rows = compiled.limits.rows;
         let columns = if program.is_held(block) { 0 } else { program.block_dim };
         let mut by_block = DMatrix::zeros(rows, columns);
@@ -54,11 +44,11 @@ impl<P: BorderedProblem> Factors<'_, P> {
         for (i, row) in compiled.rows.iter().enumerate() {
             if columns > 0 {
                 for at in row.by_block.clone() {
-                    by_block[(i, compiled.block_columns[at])] = scratch.by_block[at];
+                    by_block[(i, compiled.block_columns[at])] = numbers.by_block[at];
                 }
             }
             for entry in &compiled.entries[row.entries.clone()] {
-                rotated[(i, entry.column - 1)] = scratch.by_shared[entry.value];
+                rotated[(i, entry.column - 1)] = numbers.by_shared[entry.value];
             }
         }
         BlockFactor::new(by_block, rotated)
@@ -68,9 +58,9 @@ impl<P: BorderedProblem> Factors<'_, P> {
     pub(super) fn shared(&self) -> SharedFactor {
         let n = self.program.free.len();
         let mut shared = SharedFactor::new(n);
-        let mut scratch = Scratch::new(self.program);
+        let mut numbers = Rows::new(self.program.limits);
         for block in 0..self.program.block_count {
-            let factor = self.block(&mut scratch, block);
+            let factor = self.factor(&mut numbers, block);
             shared.add_lengths(&factor.rotated);
             let skipped = factor.diagonal.len();
             for row in factor.rotated.row_iter().skip(skipped) {

@@ -5,11 +5,12 @@ use std::ops::Range;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
-use super::block::Scratch;
+use super::block::{Place, Scratch};
 use super::eliminate::{Eliminate, Sums};
-use super::program::Program;
+use super::lanes::LANES;
+use super::program::{PANEL, Program};
 use super::simd::dispatch;
-use super::trial::{Gain, Try};
+use super::trial::{Gain, Steps, Try};
 use super::{BorderedPoint, BorderedProblem};
 use crate::RobustRows;
 
@@ -24,19 +25,28 @@ const MAX_NUMBERS: usize = 1 << 20;
 pub(super) struct Chunk {
     pub(super) blocks: Range<usize>,
     scratch: Scratch,
+    steps: Steps,
     pub(super) sums: Sums,
     gain: Gain,
 }
 
-/// Cuts the blocks into chunks of equal length, but for the last.
+/// Blocks in a chunk, but for the last.
+pub(super) fn chunk_length(program: &Program) -> usize {
+    let width = program.panel_first.len() * PANEL;
+    let most = (MAX_NUMBERS / width.pow(2)).clamp(1, MAX_CHUNKS);
+    let length = program.block_count.div_ceil(most).next_multiple_of(LANES);
+    length.max(MIN_BLOCKS)
+}
+
+/// Cuts the blocks into chunks.
 pub(super) fn chunks(program: &Program) -> Vec<Chunk> {
-    let most = (MAX_NUMBERS / program.width.pow(2)).clamp(1, MAX_CHUNKS);
-    let length = program.block_count.div_ceil(most).max(MIN_BLOCKS);
+    let length = chunk_length(program);
     let starts = (0..program.block_count.max(1)).step_by(length);
     starts
         .map(|start| Chunk {
             blocks: start..(start + length).min(program.block_count),
             scratch: Scratch::new(program),
+            steps: Steps::new(program),
             sums: Sums::new(program),
             gain: Gain::default(),
         })
@@ -54,9 +64,10 @@ impl<P: BorderedProblem> Setting<'_, P> {
     /// Linearises all blocks and eliminates them; the first chunk holds the sums of all.
     pub(super) fn eliminate(&self, chunks: &mut [Chunk], point: &BorderedPoint, damping: f64) {
         let Self { problem, program, robust } = *self;
+        let place = Place { problem, program, robust, point };
         for_each(chunks, |Chunk { blocks, scratch, sums, .. }| {
             let blocks = blocks.clone();
-            dispatch(Eliminate { problem, program, robust, point, blocks, damping, scratch, sums });
+            dispatch(Eliminate { place, blocks, damping, scratch, sums });
         });
         let (first, rest) = chunks.split_first_mut().expect("there is always a chunk");
         for chunk in rest {
@@ -78,21 +89,17 @@ impl<P: BorderedProblem> Setting<'_, P> {
         let length = chunks[0].blocks.len() * block_len;
         let BorderedPoint { shared, blocks: moved } = moved;
         let shared = &*shared;
-        for_each_with(chunks, moved, length, |Chunk { blocks, scratch, gain, .. }, moved| {
-            let blocks = blocks.clone();
-            *gain = dispatch(Try {
-                problem,
-                program,
-                robust,
-                point,
-                damping,
-                step,
-                shared,
-                blocks,
-                moved,
-                scratch,
-            });
-        });
+        let place = Place { problem, program, robust, point };
+        for_each_with(
+            chunks,
+            moved,
+            length,
+            |Chunk { blocks, scratch, steps, gain, .. }, moved| {
+                let blocks = blocks.clone();
+                *gain =
+                    dispatch(Try { place, damping, step, shared, blocks, moved, scratch, steps });
+            },
+        );
         let mut total = Gain::default();
         for chunk in chunks {
             total.add(chunk.gain);

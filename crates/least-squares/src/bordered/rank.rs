@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::BorderedProblem;
-use super::block::Scratch;
-use super::orthogonal::{BlockFactor, Factors, SharedFactor};
+use super::block::{Place, Rows};
+use super::orthogonal::{BlockFactor, SharedFactor};
 use crate::FreeDirection;
 use crate::covariance::singular_values;
 use crate::null_space::free_directions;
@@ -19,7 +19,7 @@ pub(super) struct Rank {
     pub(super) condition: f64,
 }
 
-impl<P: BorderedProblem> Factors<'_, P> {
+impl<P: BorderedProblem> Place<'_, P> {
     /// Judges the blocks each on its own, then the shared point.
     pub(super) fn rank(&self, shared: &SharedFactor, tolerance: f64) -> Rank {
         let of_blocks = self.free_in_blocks(tolerance);
@@ -50,9 +50,9 @@ impl<P: BorderedProblem> Factors<'_, P> {
         step.rows_mut(0, n).copy_from(shared);
         let columns =
             DVector::from_fn(self.program.free.len(), |k, _| shared[self.program.free[k]]);
-        let mut scratch = Scratch::new(self.program);
+        let mut numbers = Rows::new(self.program.limits);
         for block in (0..self.program.block_count).filter(|&k| !self.program.is_held(k)) {
-            let of_block = -(self.block(&mut scratch, block).coupling() * &columns);
+            let of_block = -(self.factor(&mut numbers, block).coupling() * &columns);
             step.rows_mut(n + block * b, b).copy_from(&of_block);
         }
         step
@@ -60,11 +60,11 @@ impl<P: BorderedProblem> Factors<'_, P> {
 
     fn free_in_blocks(&self, tolerance: f64) -> Vec<FreeDirection> {
         let (n, b) = (self.program.shared_dim, self.program.block_dim);
-        let mut scratch = Scratch::new(self.program);
+        let mut numbers = Rows::new(self.program.limits);
         let mut directions = Vec::new();
         let mut blocks = 0;
         for block in (0..self.program.block_count).filter(|&k| !self.program.is_held(k)) {
-            let factor = self.block(&mut scratch, block);
+            let factor = self.factor(&mut numbers, block);
             let (null_space, scale) = free_in_block(&factor, tolerance);
             if null_space.ncols() == 0 {
                 continue;

@@ -10,9 +10,16 @@ pub(super) struct Reduced {
     /// Residuals that depend on the shared point alone, and their derivatives.
     pub(super) residuals: Vec<f64>,
     jacobian: Vec<f64>,
-    /// Lower factor, by rows.
-    factor: Vec<f64>,
-    /// Step by column, nought for the first and for padding.
+    /// Normal equations' lower triangle by rows, then its factor.
+    normal: Vec<f64>,
+    gradient: Vec<f64>,
+    /// Diagonal of `J_sᵀ J_s`.
+    pub(super) diagonal: Vec<f64>,
+    /// `Σ ρ` over all rows.
+    pub(super) twice_cost: f64,
+    /// Twice what the blocks alone promise.
+    blocks_promised: f64,
+    /// Step by column, nought for the first.
     pub(super) step: Vec<f64>,
     /// Step of all shared directions.
     pub(super) tangent: Vec<f64>,
@@ -28,39 +35,72 @@ impl Reduced {
         Self {
             residuals: vec![0.0; shared_rows],
             jacobian: vec![0.0; shared_rows * program.shared_dim],
-            factor: vec![0.0; n * n],
-            step: vec![0.0; program.width],
+            normal: vec![0.0; n * n],
+            gradient: vec![0.0; n],
+            diagonal: vec![0.0; n],
+            twice_cost: 0.0,
+            blocks_promised: 0.0,
+            step: vec![0.0; 1 + n],
             tangent: vec![0.0; program.shared_dim],
             promised: 0.0,
             least_pivot: 1.0,
         }
     }
 
-    /// Adds the rows that depend on the shared point alone.
-    pub(super) fn add_shared_rows<P: BorderedProblem>(
+    /// Collects the normal equations from the sums of all blocks and the rows that depend on the
+    /// shared point alone.
+    pub(super) fn collect<P: BorderedProblem>(
         &mut self,
         problem: &P,
         program: &Program,
         shared: &[f64],
-        sums: &mut Sums,
+        sums: &Sums,
     ) {
-        if self.residuals.is_empty() {
-            return;
+        let n = program.free.len();
+        self.normal.fill(0.0);
+        self.diagonal.fill(0.0);
+        self.gradient.fill(0.0);
+        for (slot, &[row, column]) in sums.slots.iter().zip(&program.slots) {
+            self.add(n, row, column, slot.sum());
         }
-        problem.linearise_shared(shared, &mut self.residuals, &mut self.jacobian);
-        let rows = self.jacobian.chunks_exact(program.shared_dim.max(1));
-        for (row, r) in rows.zip(&self.residuals) {
-            sums.twice_cost += r * r;
+        for (diagonal, i) in self.diagonal.iter_mut().zip(0..n) {
+            *diagonal = self.normal[i * n + i];
+        }
+        self.twice_cost = sums.twice_cost;
+        if !self.residuals.is_empty() {
+            problem.linearise_shared(shared, &mut self.residuals, &mut self.jacobian);
+            self.add_shared_rows(program);
+        }
+        for i in 0..n {
+            self.gradient[i] += sums.reduction.entry(0, 1 + i);
+            for j in 0..=i {
+                self.normal[i * n + j] += sums.reduction.entry(1 + j, 1 + i);
+            }
+        }
+        self.blocks_promised = -sums.reduction.entry(0, 0);
+    }
+
+    /// Adds to the entry of two columns, the first of them not after the second.
+    fn add(&mut self, n: usize, row: usize, column: usize, value: f64) {
+        match row.checked_sub(1) {
+            Some(j) => self.normal[(column - 1) * n + j] += value,
+            None => self.gradient[column - 1] += value,
+        }
+    }
+
+    fn add_shared_rows(&mut self, program: &Program) {
+        let (n, dim) = (program.free.len(), program.shared_dim);
+        for (row, r) in self.jacobian.chunks_exact(dim.max(1)).zip(&self.residuals) {
+            self.twice_cost += r * r;
             for (i, &a) in program.free.iter().enumerate() {
                 if row[a] == 0.0 {
                     continue;
                 }
-                let line = &mut sums.reduced[(1 + i) * program.width..];
-                for (j, &b) in program.free.iter().enumerate().skip(i) {
-                    line[1 + j] += row[a] * row[b];
+                for (j, &b) in program.free[..=i].iter().enumerate() {
+                    self.normal[i * n + j] += row[a] * row[b];
                 }
-                sums.reduced[1 + i] += r * row[a];
-                sums.diagonal[1 + i] += row[a] * row[a];
+                self.gradient[i] += r * row[a];
+                self.diagonal[i] += row[a] * row[a];
             }
         }
     }
@@ -89,27 +129,22 @@ impl Reduced {
     }
 
     /// Factors the equations and solves them for the step of the shared point.
-    pub(super) fn solve(&mut self, program: &Program, sums: &Sums, damping: f64) {
-        let (n, width) = (program.free.len(), program.width);
+    pub(super) fn solve(&mut self, program: &Program, damping: f64) {
+        let n = program.free.len();
         self.least_pivot = 1.0;
         for i in 0..n {
-            for j in 0..i {
-                self.factor[i * n + j] = sums.reduced[(1 + j) * width + 1 + i];
-            }
-            self.step[1 + i] = -sums.reduced[1 + i];
-            let diagonal = sums.diagonal[1 + i];
-            self.factor[i * n + i] =
-                damping.mul_add(diagonal, sums.reduced[(1 + i) * width + 1 + i]);
-            self.eliminate(n, i, diagonal * (1.0 + damping));
+            self.step[1 + i] = -self.gradient[i];
+            self.normal[i * n + i] += damping * self.diagonal[i];
+            self.eliminate(n, i, self.diagonal[i] * (1.0 + damping));
         }
-        self.promised = sums.promised + dot(&self.step[1..=n], &self.step[1..=n]);
+        self.promised = self.blocks_promised + dot(&self.step[1..], &self.step[1..]);
         for i in (0..n).rev() {
-            let row = &self.factor[i * n..][..=i];
+            let row = &self.normal[i * n..][..=i];
             let known = self.step[1 + i] * row[i];
-            self.step[1 + i] = known;
             for (x, f) in self.step[1..=i].iter_mut().zip(row) {
                 *x -= f * known;
             }
+            self.step[1 + i] = known;
         }
         for (i, &direction) in program.free.iter().enumerate() {
             self.tangent[direction] = self.step[1 + i];
@@ -119,7 +154,7 @@ impl Reduced {
     /// Turns row `i` into that of the factor, with the reciprocal of its diagonal entry, and the
     /// right-hand side likewise. A row that the others determine is cut off by a nought.
     fn eliminate(&mut self, n: usize, i: usize, whole: f64) {
-        let (above, row) = self.factor.split_at_mut(i * n);
+        let (above, row) = self.normal.split_at_mut(i * n);
         let row = &mut row[..n];
         for (j, other) in above.chunks_exact(n).enumerate() {
             row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];

@@ -125,17 +125,17 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
         self.jacobian_evaluations += 1;
         self.eliminated_damping = self.damping;
         self.setting.eliminate(&mut self.chunks, &self.point, self.damping);
-        let sums = &mut self.chunks[0].sums;
-        self.reduced.add_shared_rows(self.setting.problem, program, &self.point.shared, sums);
-        self.reduced.solve(program, sums, self.damping);
-        self.gradient = (self.reduced.promised / sums.twice_cost).sqrt().min(1.0);
-        if sums.twice_cost == 0.0 {
+        let sums = &self.chunks[0].sums;
+        self.reduced.collect(self.setting.problem, program, &self.point.shared, sums);
+        self.reduced.solve(program, self.damping);
+        self.gradient = (self.reduced.promised / self.reduced.twice_cost).sqrt().min(1.0);
+        if self.reduced.twice_cost == 0.0 {
             self.gradient = 0.0;
         }
     }
 
     fn linearised_cost(&self) -> f64 {
-        0.5 * self.chunks[0].sums.twice_cost
+        0.5 * self.reduced.twice_cost
     }
 
     /// The tests that need no step.
@@ -212,8 +212,8 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
     }
 
     fn scaled_step(&self, gain: &Gain) -> f64 {
-        let diagonal = &self.chunks[0].sums.diagonal;
-        let shared = diagonal.iter().zip(&self.reduced.step).map(|(d, s)| d * s * s);
+        let Reduced { diagonal, step, .. } = &self.reduced;
+        let shared = diagonal.iter().zip(&step[1..]).map(|(d, s)| d * s * s);
         gain.scaled_step + shared.sum::<f64>()
     }
 

@@ -1,11 +1,10 @@
-use super::block::robust_cost;
-use super::orthogonal::Factors;
-use super::passes::Setting;
+use super::block::{Place, robust_cost};
+use super::passes::{Setting, chunk_length};
 use super::program::Program;
 use super::rank::Rank;
 use super::search::{Ended, Search};
 use super::{BorderedOptions, BorderedPoint, BorderedProblem, BorderedSolution};
-use crate::{Report, RobustRows, SolveError};
+use crate::{Report, SolveError};
 
 /// Least pivot from which the elimination itself shows full rank: that of a free direction is
 /// rounding, some 1e-14.
@@ -26,18 +25,19 @@ pub fn solve_bordered<P: BorderedProblem>(
     start: BorderedPoint,
     options: &BorderedOptions,
 ) -> Result<BorderedSolution, SolveError<BorderedPoint>> {
-    let program = Program::new(problem, &start, options)?;
+    let mut program = Program::new(problem, &start, options)?;
+    program.sort_chunks(chunk_length(&program));
     let robust = &options.robust;
     let mut search = Search::new(Setting { problem, program: &program, robust }, options, start);
     let ended = search.run();
+    let place = Place { problem, program: &program, robust, point: &search.point };
     if ended == Ended::NonFinite {
-        super::diagnose::all_finite(problem, &program, &search.point)?;
+        super::diagnose::all_finite(place)?;
     }
-    let tally = Tally::new(problem, &program, robust, &search.point);
+    let tally = Tally::new(place);
     let mut report = report_of(&search, &program, &tally);
     if search.least_pivot() < SAFE_PIVOT || !matches!(ended, Ended::Converged(_)) {
-        let factors = Factors { problem, program: &program, robust, point: &search.point };
-        let rank = factors.rank(&factors.shared(), options.rank_tolerance);
+        let rank = place.rank(&place.shared(), options.rank_tolerance);
         report.condition = rank.condition;
         report.rank -= rank.directions.len();
         if !rank.directions.is_empty() {
@@ -115,21 +115,15 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    pub(super) fn new<P: BorderedProblem>(
-        problem: &P,
-        program: &Program,
-        robust: &[RobustRows],
-        point: &BorderedPoint,
-    ) -> Self {
-        let block_len = point.block_len(program.block_count);
+    pub(super) fn new<P: BorderedProblem>(place: Place<'_, P>) -> Self {
+        let Place { problem, program, robust, point } = place;
         let mut residuals = vec![0.0; program.limits.rows];
         let mut root_weights = vec![1.0; program.limits.rows];
         let mut tally = Self { given: 0, used: 0, cost: 0.0, weighted: 0.0 };
         for block in 0..program.block_count {
-            let rows = program.patterns[problem.pattern_of(block)].limits.rows;
-            let local = &point.blocks[block * block_len..][..block_len];
+            let rows = program.compiled(block).limits.rows;
             let residuals = &mut residuals[..rows];
-            problem.residuals(block, &point.shared, local, residuals);
+            problem.residuals(block, &point.shared, place.block(block), residuals);
             let weights = &mut root_weights[..rows];
             tally.cost += 0.5 * robust_cost(robust, residuals, weights);
             let given = problem.observed_count(block);
