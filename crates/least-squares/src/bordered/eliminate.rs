@@ -24,21 +24,21 @@ pub(super) struct Sums {
     pub(super) twice_cost: f64,
     /// Least share of a block's diagonal entry that the elimination leaves.
     pub(super) least_pivot: f64,
-    /// `Y` of four blocks side by side, by column.
-    columns: Vec<Lanes>,
+    /// `Y` of four blocks side by side, by panel and block direction.
+    columns: Vec<[Lanes; PANEL]>,
     /// `Y` by panel, block direction and block.
     y: Vec<[f64; PANEL]>,
 }
 
 impl Sums {
     pub(super) fn new(program: &Program) -> Self {
-        let panels = program.panel_first.len();
+        let panels = program.first.len();
         Self {
             slots: vec![Lanes::ZERO; program.slots.len()],
             reduction: Panels::new(panels),
             twice_cost: 0.0,
             least_pivot: 1.0,
-            columns: vec![Lanes::ZERO; program.starts[program.first.len()]],
+            columns: vec![[Lanes::ZERO; PANEL]; program.starts[panels]],
             y: vec![[0.0; PANEL]; panels * program.block_dim * LANES],
         }
     }
@@ -104,8 +104,9 @@ impl<P: BorderedProblem> Eliminate<'_, P> {
                 continue;
             }
             scratch.form_own::<FUSED>(b, compiled, &group);
-            sums.columns.fill(Lanes::ZERO);
-            add_products::<FUSED>(&compiled.coupling, &scratch.values, &mut sums.columns);
+            sums.columns.fill([Lanes::ZERO; PANEL]);
+            let columns = sums.columns.as_flattened_mut();
+            add_products::<FUSED>(&compiled.coupling, &scratch.values, columns);
             let least = triangle::factor::<FUSED>(b, &mut scratch.own, damping);
             sums.least_pivot = sums.least_pivot.min(least);
             sums.solve_columns::<FUSED>(b, program, &scratch.own);
@@ -118,13 +119,13 @@ impl Sums {
     /// `Y` from `J_bᵀ [r J_s]`, transposed into panels.
     #[inline(always)]
     fn solve_columns<const FUSED: bool>(&mut self, b: usize, program: &Program, factor: &[Lanes]) {
-        for (c, &first) in program.first.iter().enumerate() {
-            let column = &mut self.columns[program.starts[c]..program.starts[c + 1]];
-            triangle::forward::<FUSED>(factor, first, column);
-            let panel = &mut self.y[c / PANEL * b * LANES..][first * LANES..b * LANES];
-            for (out, y) in panel.as_chunks_mut::<LANES>().0.iter_mut().zip(&*column) {
+        for (p, &first) in program.first.iter().enumerate() {
+            let panel = &mut self.columns[program.starts[p]..program.starts[p + 1]];
+            triangle::forward_panel::<FUSED>(factor, first, panel);
+            let out = &mut self.y[p * b * LANES..][first * LANES..b * LANES];
+            for (out, [c0, c1, c2, c3]) in out.as_chunks_mut::<LANES>().0.iter_mut().zip(&*panel) {
                 for lane in 0..LANES {
-                    out[lane][c % PANEL] = y.0[lane];
+                    out[lane] = [c0.0[lane], c1.0[lane], c2.0[lane], c3.0[lane]];
                 }
             }
         }

@@ -55,22 +55,22 @@ pub(super) fn downdate<const FUSED: bool>(
     m: &mut Panels,
 ) {
     let height = b * LANES;
-    let panels = program.panel_first.len();
+    let panels = program.first.len();
     for p in 0..panels {
         let start = m.start(p);
         let (mut q, own) = (p, &y[p * height..][..height]);
         let tiles = &mut m.tiles[start..start + panels - p];
         let (pairs, rest) = tiles.as_chunks_mut::<2>();
         for [left, right] in pairs {
-            let first = program.panel_first[q].min(program.panel_first[q + 1]);
-            let from = first.max(program.panel_first[p]) * LANES;
+            let first = program.first[q].min(program.first[q + 1]);
+            let from = first.max(program.first[p]) * LANES;
             let a = &own[from..];
             let (of_left, of_right) = y[q * height..][..2 * height].split_at(height);
             update_pair::<FUSED>(a, &of_left[from..], &of_right[from..], left, right);
             q += 2;
         }
         for tile in rest {
-            let from = program.panel_first[q].max(program.panel_first[p]) * LANES;
+            let from = program.first[q].max(program.first[p]) * LANES;
             update::<FUSED>(&own[from..], &y[q * height..][from..height], tile);
         }
     }

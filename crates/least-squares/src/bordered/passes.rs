@@ -32,7 +32,7 @@ pub(super) struct Chunk {
 
 /// Blocks in a chunk, but for the last.
 pub(super) fn chunk_length(program: &Program) -> usize {
-    let width = program.panel_first.len() * PANEL;
+    let width = program.first.len() * PANEL;
     let most = (MAX_NUMBERS / width.pow(2)).clamp(1, MAX_CHUNKS);
     let length = program.block_count.div_ceil(most).next_multiple_of(LANES);
     length.max(MIN_BLOCKS)

@@ -23,12 +23,10 @@ pub(super) struct Program {
     pub(super) block_count: usize,
     /// Shared direction of each column but the first.
     pub(super) free: Vec<usize>,
-    /// First block direction that each column meets.
+    /// First block direction that any column of each panel meets.
     pub(super) first: Vec<usize>,
-    /// Place of each column, from that direction on, in the columns of one block; then their end.
+    /// Rows of each panel, from that direction on, among those of all panels; then their end.
     pub(super) starts: Vec<usize>,
-    /// The least of `first` in each panel.
-    pub(super) panel_first: Vec<usize>,
     /// Pairs of columns whose product some row has.
     pub(super) slots: Vec<[usize; 2]>,
     pub(super) patterns: Vec<Compiled>,
@@ -61,14 +59,14 @@ impl Program {
         for (i, &direction) in free.iter().enumerate() {
             column_of[direction] = Some(1 + i);
         }
-        let mut first = vec![0];
-        first.extend(free.iter().map(|&direction| first_met[direction]));
+        let mut of_columns = vec![0];
+        of_columns.extend(free.iter().map(|&direction| first_met[direction]));
+        let panels = of_columns.chunks(PANEL);
+        let first: Vec<usize> = panels.map(|p| p.iter().copied().min().unwrap_or(0)).collect();
         let mut starts = vec![0];
-        for (c, first) in first.iter().enumerate() {
-            starts.push(starts[c] + block_dim - first);
+        for (p, first) in first.iter().enumerate() {
+            starts.push(starts[p] + block_dim - first);
         }
-        let panels = first.chunks(PANEL);
-        let panel_first = panels.map(|p| p.iter().copied().min().unwrap_or(0)).collect();
         let mut slots = compiled::Slots::default();
         let compile = |pattern| Compiled::new(pattern, &column_of, &first, &starts, &mut slots);
         let patterns: Vec<_> = problem.patterns().iter().map(compile).collect();
@@ -90,7 +88,6 @@ impl Program {
             free,
             first,
             starts,
-            panel_first,
             slots,
             patterns,
             held,

@@ -183,7 +183,7 @@ impl Steps {
     /// Turns the gradient into the step; its squared length in lengths of the columns.
     #[inline(always)]
     fn solve<const FUSED: bool>(&mut self, factor: &[Lanes]) -> f64 {
-        triangle::forward::<FUSED>(factor, 0, &mut self.step);
+        triangle::forward::<FUSED>(factor, &mut self.step);
         triangle::backward::<FUSED>(factor, &mut self.step);
         let mut squares = Lanes::ZERO;
         for (step, diagonal) in self.step.iter_mut().zip(&self.diagonal) {

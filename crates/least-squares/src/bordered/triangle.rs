@@ -7,6 +7,7 @@
 )]
 
 use super::lanes::{LANES, Lanes};
+use super::program::PANEL;
 
 /// Share of a diagonal entry, left by the rows before it, that is rounding.
 const ROUNDING: f64 = 1e-15;
@@ -54,50 +55,44 @@ pub(super) fn factor<const FUSED: bool>(n: usize, a: &mut [Lanes], damping: f64)
     least.0.into_iter().fold(1.0, f64::min)
 }
 
-/// Overwrites `x` by `L⁻¹ x`, where it and the factor begin at row `first` of the triangle.
+/// Overwrites `x` by `L⁻¹ x`.
 #[inline(always)]
-pub(super) fn forward<const FUSED: bool>(factor: &[Lanes], first: usize, x: &mut [Lanes]) {
-    // In registers, where the compiler knows how many there are.
-    match x.len() {
-        1 => forward_fixed::<FUSED, 1>(factor, first, x),
-        2 => forward_fixed::<FUSED, 2>(factor, first, x),
-        3 => forward_fixed::<FUSED, 3>(factor, first, x),
-        6 => forward_fixed::<FUSED, 6>(factor, first, x),
-        9 => forward_fixed::<FUSED, 9>(factor, first, x),
-        12 => forward_fixed::<FUSED, 12>(factor, first, x),
-        _ => forward_any::<FUSED>(factor, first, x),
-    }
-}
-
-#[inline(always)]
-fn forward_fixed<const FUSED: bool, const N: usize>(
-    factor: &[Lanes],
-    first: usize,
-    x: &mut [Lanes],
-) {
-    let x: &mut [Lanes; N] = x.try_into().expect("the length was matched");
-    let mut known = *x;
-    for r in 0..N {
-        let row: &[Lanes] = &factor[row_start(first + r) + first..][..=r];
-        let mut left = known[r];
-        for c in 0..r {
-            left = row[c].mul_sub_from::<FUSED>(known[c], left);
-        }
-        known[r] = left.times(row[r]);
-    }
-    *x = known;
-}
-
-#[inline(always)]
-fn forward_any<const FUSED: bool>(factor: &[Lanes], first: usize, x: &mut [Lanes]) {
+pub(super) fn forward<const FUSED: bool>(factor: &[Lanes], x: &mut [Lanes]) {
+    let mut start = 0;
     for r in 0..x.len() {
-        let row = &factor[row_start(first + r) + first..][..=r];
+        let row = &factor[start..][..=r];
+        start += r + 1;
         let (known, rest) = x.split_at_mut(r);
         let mut left = rest[0];
         for (f, k) in row.iter().zip(known) {
             left = f.mul_sub_from::<FUSED>(*k, left);
         }
         rest[0] = left.times(row[r]);
+    }
+}
+
+/// The same for as many columns as a panel has, by rows from `first` on.
+#[inline(always)]
+pub(super) fn forward_panel<const FUSED: bool>(
+    factor: &[Lanes],
+    first: usize,
+    x: &mut [[Lanes; PANEL]],
+) {
+    let mut start = row_start(first);
+    for r in 0..x.len() {
+        let row = &factor[start + first..][..=r];
+        start += first + r + 1;
+        let (known, rest) = x.split_at_mut(r);
+        let mut left = rest[0];
+        for (f, known) in row.iter().zip(known) {
+            for c in 0..PANEL {
+                left[c] = f.mul_sub_from::<FUSED>(known[c], left[c]);
+            }
+        }
+        for value in &mut left {
+            *value = value.times(row[r]);
+        }
+        rest[0] = left;
     }
 }
 

@@ -6,6 +6,8 @@ use std::ops::Range;
 use crate::bordered::Pattern;
 use crate::bordered::triangle::row_start;
 
+use super::PANEL;
+
 /// Numbers that a block has, or the most that any has.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::bordered) struct Limits {
@@ -59,7 +61,7 @@ pub(in crate::bordered) struct Compiled {
     pub(in crate::bordered) entries: Vec<Entry>,
     /// To the packed lower triangle of `V = J_bᵀ J_b`.
     pub(in crate::bordered) own: Vec<Product>,
-    /// To the columns of `J_bᵀ [r J_s]`.
+    /// To the panels of `J_bᵀ [r J_s]`.
     pub(in crate::bordered) coupling: Vec<Product>,
     /// To the slots of `[r J_s]ᵀ J_s`.
     pub(in crate::bordered) shared: Vec<Product>,
@@ -149,10 +151,14 @@ impl Compiled {
         for (i, row) in self.rows.iter().enumerate() {
             for p in row.by_block.clone() {
                 let (own, direction) = (self.limits.rows + p, self.block_columns[p]);
-                self.coupling.push(Product::new(own, i, starts[0] + direction));
+                let to = |column: usize| {
+                    let panel = column / PANEL;
+                    (starts[panel] + direction - first[panel]) * PANEL + column % PANEL
+                };
+                self.coupling.push(Product::new(own, i, to(0)));
                 for entry in &self.entries[row.entries.clone()] {
-                    let to = starts[entry.column] + direction - first[entry.column];
-                    self.coupling.push(Product::new(own, by_shared + entry.value, to));
+                    let value = by_shared + entry.value;
+                    self.coupling.push(Product::new(own, value, to(entry.column)));
                 }
             }
         }
