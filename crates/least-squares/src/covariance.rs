@@ -126,7 +126,14 @@ impl Factored {
         problem: &P,
         linearised: &Linearised,
     ) -> Vec<FreeDirection> {
-        free_directions(&self.null_space, &self.scale, &linearised.free, problem)
+        let name = |index| problem.parameter_name(index);
+        free_directions(
+            &self.null_space,
+            &self.scale,
+            &linearised.free,
+            linearised.tangent_dim(),
+            name,
+        )
     }
 
     /// Free directions as shares of unit columns and as steps, weakest first.
@@ -149,7 +156,7 @@ fn pivoted_qr(matrix: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
 }
 
 /// Singular values and the right singular vectors, transposed.
-fn singular_values(r: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+pub(crate) fn singular_values(r: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let n = r.ncols();
     if n == 0 {
         return (DVector::zeros(0), DMatrix::zeros(0, 0));

@@ -26,6 +26,58 @@ pub enum SolveError<Point = DVector<f64>> {
         /// Its value.
         value: f64,
     },
+    /// A residual of a block is infinite or NaN where the search starts.
+    #[error(
+        "residual {row} of block {block} is {value} at the start: check the data and the start \
+         values"
+    )]
+    NonFiniteBlockResidual {
+        /// The block.
+        block: usize,
+        /// Row of its pattern.
+        row: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A derivative of a block's residual is infinite or NaN, at finite residuals.
+    #[error("a derivative of residual {row} of block {block} is {value}")]
+    NonFiniteBlockJacobian {
+        /// The block.
+        block: usize,
+        /// Row of its pattern.
+        row: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A pattern lists a direction that does not exist or is listed twice, or is missing.
+    #[error(
+        "row {row} of pattern {pattern} lists direction {direction}, which does not exist or is \
+         listed twice, or a block refers to this pattern and it is missing"
+    )]
+    InvalidPattern {
+        /// Index of the pattern.
+        pattern: usize,
+        /// Row of the pattern.
+        row: usize,
+        /// The direction listed.
+        direction: usize,
+    },
+    /// The numbers of the blocks' points cannot be shared out among the blocks.
+    #[error("{numbers} numbers cannot be the points of {blocks} blocks of one length")]
+    InvalidBlocks {
+        /// Numbers given.
+        numbers: usize,
+        /// Number of blocks.
+        blocks: usize,
+    },
+    /// A held block does not exist.
+    #[error("there is no block {block}: the problem has {block_count}, counted from 0")]
+    BlockOutOfRange {
+        /// The index given.
+        block: usize,
+        /// Number of blocks of the problem.
+        block_count: usize,
+    },
     /// A held direction, or one with a prior, does not exist.
     #[error("there is no direction {index}: the problem has {tangent_dim}, counted from 0")]
     DirectionOutOfRange {

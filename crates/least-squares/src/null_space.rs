@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{FreeDirection, Problem};
+use crate::FreeDirection;
 
 /// Shares below this, of a largest share of 1, are left out of a name.
 const MIN_SHARE: f64 = 0.05;
@@ -11,11 +11,12 @@ const MAX_COMPONENTS: usize = 6;
 
 /// One direction per column of `null_space`, rewritten so that each has as few components as
 /// elimination gives: the basis itself is arbitrary up to a rotation.
-pub(crate) fn free_directions<P: Problem>(
+pub(crate) fn free_directions(
     null_space: &DMatrix<f64>,
     scale: &DVector<f64>,
     free: &[usize],
-    problem: &P,
+    tangent_dim: usize,
+    name: impl Fn(usize) -> String,
 ) -> Vec<FreeDirection> {
     let reduced = eliminate(null_space.clone());
     reduced
@@ -29,9 +30,9 @@ pub(crate) fn free_directions<P: Problem>(
                 .map(|&i| (i, column[i] / largest))
                 .filter(|(_, share)| share.abs() >= MIN_SHARE)
                 .take(MAX_COMPONENTS)
-                .map(|(i, share)| (problem.parameter_name(free[i]), share))
+                .map(|(i, share)| (name(free[i]), share))
                 .collect();
-            let mut step = DVector::zeros(problem.tangent_dim());
+            let mut step = DVector::zeros(tangent_dim);
             for (i, &index) in free.iter().enumerate() {
                 step[index] = column[i] / (largest * scale[i]);
             }

@@ -177,7 +177,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Turns `column` into the reflector that zeroes all but its first entry; returns that entry.
-fn reflect(column: &mut [f64]) -> f64 {
+pub(crate) fn reflect(column: &mut [f64]) -> f64 {
     let norm = dot(column, column).sqrt();
     if norm == 0.0 {
         return 0.0;
@@ -191,7 +191,8 @@ fn reflect(column: &mut [f64]) -> f64 {
     -signed
 }
 
-fn apply(reflector: &[f64], column: &mut [f64]) {
+/// Reflects another column by it.
+pub(crate) fn apply(reflector: &[f64], column: &mut [f64]) {
     if reflector[0] == 0.0 {
         return;
     }

@@ -17,7 +17,7 @@ const ALLOWED_MEMBERS: [(&str, &[&str]); 4] = [
 const ALLOWED_TO_DOMAINS: [&str; 3] = ["geometry", "least-squares", "model-discrepancy"];
 /// Third-party numerics that the two lowest crates may use, plumbing aside.
 const ALLOWED_NUMERICS: [(&str, &[&str]); 2] =
-    [("geometry", &["nalgebra"]), ("least-squares", &["nalgebra", "faer"])];
+    [("geometry", &["nalgebra"]), ("least-squares", &["nalgebra", "faer", "pulp", "rayon"])];
 /// Every crate may use these.
 const PLUMBING: [&str; 2] = ["thiserror", "serde"];
 /// Licences that may be linked into a program under MIT or Apache-2.0.

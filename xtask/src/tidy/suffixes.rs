@@ -16,13 +16,15 @@ const UNITS: [&str; 22] = [
 
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised
 /// residual of a robust loss, a twist mixes mm and rad.
-const DIMENSIONLESS: [&str; 81] = [
+const DIMENSIONLESS: [&str; 84] = [
     "absorbed",
     "alpha",
     "amplitude",
     "analytic",
     "axis",
     "base",
+    "block",
+    "blocks",
     "chi2",
     "coefficients",
     "condition",
@@ -74,6 +76,7 @@ const DIMENSIONLESS: [&str; 81] = [
     "scale",
     "score",
     "share",
+    "shared",
     "shear",
     "sigma",
     "significance",

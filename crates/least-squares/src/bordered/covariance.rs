@@ -1,0 +1,172 @@
+//! Covariance of shared point and blocks, one part at a time.
+
+use std::fmt;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::block::{Place, Rows};
+use super::program::Program;
+use super::solve::{Tally, report_at};
+use super::{BorderedOptions, BorderedPoint, BorderedProblem};
+use crate::SolveError;
+
+/// Uncertainty of a point, as its data and their whitening determine it.
+///
+/// It holds the shared part; the parts of a block are computed when they are asked for, from the
+/// block's rows alone. All are a priori: multiply covariances by `variance_factor` for the
+/// a-posteriori ones.
+pub struct BorderedCovariance<'a, P> {
+    problem: &'a P,
+    point: &'a BorderedPoint,
+    options: BorderedOptions,
+    program: Program,
+    /// Inverse triangle of the free shared columns, in the program's order.
+    inverse: DMatrix<f64>,
+    /// Their covariance.
+    columns: DMatrix<f64>,
+    /// Condition number of the whitened, column-scaled Jacobian of the shared directions, once
+    /// the blocks are eliminated.
+    pub condition: f64,
+    /// Residuals used minus free directions.
+    pub degrees_of_freedom: usize,
+    /// `Σ w r² / degrees_of_freedom`; `None` when there is no redundancy.
+    pub variance_factor: Option<f64>,
+}
+
+/// Covariance at a point, by orthogonal elimination of one block after the other.
+///
+/// # Errors
+///
+/// [`SolveError::Unobservable`] when a direction is free, and the errors of bad input;
+/// never [`SolveError::NotConverged`] or [`SolveError::Stalled`].
+pub fn bordered_covariance<'a, P: BorderedProblem>(
+    problem: &'a P,
+    point: &'a BorderedPoint,
+    options: &BorderedOptions,
+) -> Result<BorderedCovariance<'a, P>, SolveError<BorderedPoint>> {
+    let program = Program::new(problem, point, options)?;
+    let place = Place { problem, program: &program, robust: &options.robust, point };
+    super::diagnose::all_finite(place)?;
+    let shared = place.shared();
+    let rank = place.rank(&shared, options.rank_tolerance);
+    let tally = Tally::new(place);
+    if !rank.directions.is_empty() {
+        let report = Box::new(report_at(&program, &tally, &rank));
+        let best = Box::new(point.clone());
+        return Err(SolveError::Unobservable { directions: rank.directions, best, report });
+    }
+    let n = program.free.len();
+    let mut inverse = DMatrix::identity(n, n);
+    shared.triangle().solve_upper_triangular_mut(&mut inverse);
+    Ok(BorderedCovariance {
+        columns: &inverse * inverse.transpose(),
+        inverse,
+        condition: rank.condition,
+        degrees_of_freedom: tally.degrees_of_freedom(&program),
+        variance_factor: tally.variance_factor(&program),
+        problem,
+        point,
+        options: options.clone(),
+        program,
+    })
+}
+
+impl<P> fmt::Debug for BorderedCovariance<'_, P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BorderedCovariance")
+            .field("condition", &self.condition)
+            .field("degrees_of_freedom", &self.degrees_of_freedom)
+            .field("variance_factor", &self.variance_factor)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<P: BorderedProblem> BorderedCovariance<'_, P> {
+    /// Covariance of the shared tangent step, `shared_dim × shared_dim`; zero rows and columns
+    /// for held directions.
+    #[must_use]
+    pub fn shared(&self) -> DMatrix<f64> {
+        let dim = self.program.shared_dim;
+        let mut covariance = DMatrix::zeros(dim, dim);
+        for (i, &a) in self.program.free.iter().enumerate() {
+            for (j, &b) in self.program.free.iter().enumerate() {
+                covariance[(a, b)] = self.columns[(i, j)];
+            }
+        }
+        covariance
+    }
+
+    /// Covariance of the tangent step of one block, `block_dim × block_dim`; zero where held.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such block; so do all methods that take one.
+    #[must_use]
+    pub fn block(&self, block: usize) -> DMatrix<f64> {
+        self.between(block, block)
+    }
+
+    /// Covariance of the tangent steps of one block (rows) and another (columns).
+    #[must_use]
+    pub fn between(&self, block: usize, other: usize) -> DMatrix<f64> {
+        let (moved, own) = self.of_block(block);
+        if block == other {
+            own + &moved * &self.columns * moved.transpose()
+        } else {
+            moved * &self.columns * self.of_block(other).0.transpose()
+        }
+    }
+
+    /// Covariance of the tangent steps of one block (rows) and of the shared point (columns),
+    /// `block_dim × shared_dim`.
+    #[must_use]
+    pub fn cross(&self, block: usize) -> DMatrix<f64> {
+        let columns = self.of_block(block).0 * &self.columns;
+        let mut cross = DMatrix::zeros(columns.nrows(), self.program.shared_dim);
+        for (i, &direction) in self.program.free.iter().enumerate() {
+            cross.set_column(direction, &columns.column(i));
+        }
+        cross
+    }
+
+    /// Leverage of each residual of a block: the share of its error that the estimate follows.
+    ///
+    /// 1 minus it is the residual's redundancy number; all leverages, those of
+    /// [`BorderedCovariance::shared_leverages`] included, sum to the number of free directions.
+    #[must_use]
+    pub fn leverages(&self, block: usize) -> DVector<f64> {
+        let factor = self.place().factor(&mut Rows::new(self.program.limits), block);
+        let b = factor.diagonal.len();
+        let mut inverse = DMatrix::identity(b, b);
+        factor.triangle().solve_upper_triangular_mut(&mut inverse);
+        let own = &factor.by_block * inverse;
+        let shared = factor.projected() * &self.inverse;
+        DVector::from_fn(own.nrows(), |i, _| {
+            own.row(i).norm_squared() + shared.row(i).norm_squared()
+        })
+    }
+
+    /// Leverage of each residual that depends on the shared point alone.
+    #[must_use]
+    pub fn shared_leverages(&self) -> DVector<f64> {
+        let rows = self.place().shared_rows().1 * &self.inverse;
+        DVector::from_fn(rows.nrows(), |i, _| rows.row(i).norm_squared())
+    }
+
+    fn place(&self) -> Place<'_, P> {
+        let Self { problem, program, point, options, .. } = self;
+        Place { problem, program, robust: &options.robust, point }
+    }
+
+    /// The block's step for a step of each shared column, and its covariance with those held.
+    fn of_block(&self, block: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+        let dim = self.program.block_dim;
+        if self.program.is_held(block) {
+            return (DMatrix::zeros(dim, self.program.free.len()), DMatrix::zeros(dim, dim));
+        }
+        let factor = self.place().factor(&mut Rows::new(self.program.limits), block);
+        let mut inverse = DMatrix::identity(dim, dim);
+        factor.triangle().solve_upper_triangular_mut(&mut inverse);
+        (-factor.coupling(), &inverse * inverse.transpose())
+    }
+}
