@@ -9,6 +9,7 @@ mod allocation;
 mod balance;
 mod controller;
 mod degenerate;
+mod design;
 mod discretise;
 mod equilibrium;
 mod faults;
