@@ -18,7 +18,7 @@ fn parameters(mass_kg: f64, damping: f64, stiffness: f64) -> ImpedanceParameters
 }
 
 /// Without mass or spring the loop is an integrator with one sample of wait: `L = g/(z − 1)` with
-/// g = K_e T/D, unstable at g = 2, phase margin π/2 − ω/2 at 2 sin(ω/2) = g.
+/// `g = K_e T/D`, unstable at g = 2, phase margin π/2 − ω/2 at 2 sin(ω/2) = g.
 #[test]
 fn an_integrator_has_the_margins_of_the_textbook() {
     let light = parameters(1e-6, 10.0, 0.0);
@@ -43,7 +43,7 @@ fn grows(p: ImpedanceParameters, s: &LoopSettings, contact: f64, extra_delay_s: 
     let mut sent = Vec::new();
     let mut stands = 1e-3;
     let mut peaks = [0.0_f64; 2];
-    let n = 6000;
+    let n = 6000_usize;
     for k in 0..n {
         let error = -contact * stands;
         let from = if s.mode == ReferenceMode::Rebased { e } else { 0.0 };
