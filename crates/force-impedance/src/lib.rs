@@ -2,7 +2,10 @@
 //!
 //! A polishing spindle hangs on three radial legs and one axial unit, each with a displacement
 //! sensor, a load cell and a cylinder. [`Head`] knows its kinematics, [`Balance`] turns four
-//! load-cell readings into the contact force, friction included.
+//! load-cell readings into the contact force, friction included; [`Controller`] turns the force
+//! error into lengths to command, every cycle, and cannot fail.
+//!
+//! The impedance `M·E'' + D·E' + K·E = F_n − F_r` moves the tool by `E` along the surface normal.
 //!
 //! Frame Y: origin in the joint `O_Y`, the straight tool along −y. Legs and cells are in the
 //! order of `l1, l2, l3` (radial) and `l4` (axial). Cells read compression positive; the contact
@@ -49,7 +52,11 @@ mod balance;
 mod chain;
 mod cofactor;
 mod command;
+#[cfg(feature = "std")]
+mod contact_loop;
 mod controller;
+#[cfg(feature = "std")]
+mod design;
 mod discretise;
 mod error;
 mod forward;
@@ -78,7 +85,11 @@ mod watch;
 pub use balance::{Balance, ContactForce};
 pub use chain::MachineChain;
 pub use command::{Command, Fault, Limits, Measurement, Status};
+#[cfg(feature = "std")]
+pub use contact_loop::LoopSettings;
 pub use controller::Controller;
+#[cfg(feature = "std")]
+pub use design::{DesignPoint, Margins, Recommendation, design_point, margins_at, recommend};
 pub use error::ForceImpedanceError;
 pub use forward::ForwardPose;
 pub use head::{Head, HeadGeometry, HeadLimits};

@@ -52,6 +52,12 @@ pub enum Error {
         /// Why.
         source: Box<ForceImpedanceError>,
     },
+    /// No design can be made of the numbers.
+    #[error("{source}")]
+    Design {
+        /// Why.
+        source: Box<ForceImpedanceError>,
+    },
     /// The loop cannot be closed.
     #[error("{at}: {source}")]
     Loop {
@@ -144,6 +150,7 @@ impl Error {
                     | LoopError::TooFewGroups { .. }
             ),
             Self::Case { .. }
+            | Self::Design { .. }
             | Self::UnknownKind { .. }
             | Self::NotRead { .. }
             | Self::Page { .. }

@@ -5,6 +5,7 @@ pub mod report;
 mod case;
 mod checked;
 mod closed;
+mod design;
 mod error;
 mod estimates;
 mod kinds;
@@ -29,6 +30,7 @@ pub use closed::{
     Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep, LoopTiming,
     close_loop,
 };
+pub use design::{ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force};
 pub use error::Error;
 pub use estimates::Estimates;
 pub use kinds::{

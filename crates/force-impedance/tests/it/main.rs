@@ -2,13 +2,17 @@
 #![allow(
     clippy::unwrap_used,
     clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
     reason = "helpers of tests: a failure is a failed test, and counts are small"
 )]
 
 mod allocation;
 mod balance;
+mod closed_loop;
 mod controller;
 mod degenerate;
+mod design;
 mod discretise;
 mod equilibrium;
 mod faults;
@@ -16,5 +20,6 @@ mod hostile;
 mod kinematics;
 mod log;
 mod log_rig;
+mod plant;
 mod random_cycles;
 mod rig;

@@ -44,6 +44,11 @@ pub(crate) enum Command {
         #[arg(value_name = "PAGE.html", required = true)]
         pages: Vec<PathBuf>,
     },
+    /// What to set a machine to, from numbers alone
+    Design {
+        #[command(subcommand)]
+        what: Design,
+    },
     /// Write a small commented case to start from
     Init {
         /// Kind of case
@@ -52,6 +57,46 @@ pub(crate) enum Command {
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Design {
+    /// Stability, margins, steady error and response of a force loop by position impedance
+    Force(ForceCard),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ForceCard {
+    /// Softest and stiffest contact, N/mm
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1..=2, default_value = "10,10000")]
+    pub(crate) contact: Vec<f64>,
+    /// Mass M, kg; with --damping, else the recommended ones are taken
+    #[arg(long, value_name = "KG", requires = "damping")]
+    pub(crate) mass: Option<f64>,
+    /// Damping D, N·s/mm
+    #[arg(long, value_name = "NS_PER_MM", requires = "mass")]
+    pub(crate) damping: Option<f64>,
+    /// Stiffness K, N/mm
+    #[arg(long, value_name = "N_PER_MM", requires = "mass", default_value_t = 0.0)]
+    pub(crate) stiffness: f64,
+    /// Sampling interval, s
+    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    pub(crate) interval: f64,
+    /// Time from a sample to the moment when its command begins to act, s
+    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    pub(crate) delay: f64,
+    /// Time constant with which the legs follow their command, s
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    pub(crate) lag: f64,
+    /// Settling time wanted, s
+    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    pub(crate) settling: f64,
+    /// Count the correction from the programmed path instead of from where the tool stands
+    #[arg(long)]
+    pub(crate) absolute: bool,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

@@ -10,10 +10,14 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use serde::Serialize;
+use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::{IndexEntry, render_index};
-use truing::{Case, Error, check, close_loop, loop_report, read_case, solve, solve_report};
+use truing::{
+    Case, Error, ForceDesignInput, check, close_loop, design_force, loop_report, read_case, solve,
+    solve_report,
+};
 
-use arguments::{Arguments, Command, Run};
+use arguments::{Arguments, Command, Design, ForceCard, Run};
 use spinner::Spinner;
 
 /// Runs the command that the process was started with.
@@ -27,6 +31,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
         Command::Check { case, json } => checked(&case, json),
         Command::Index { output, pages } => index(&output, &pages),
+        Command::Design { what: Design::Force(card) } => design(&card),
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
     };
     match result {
@@ -100,6 +105,30 @@ fn print(answer: &impl Answer, json: bool) -> Result<(), Error> {
     output::text(answer)?;
     output::warnings(answer.warnings());
     Ok(())
+}
+
+fn design(card: &ForceCard) -> Result<(), Error> {
+    let [softest, stiffest] = match card.contact[..] {
+        [from, to, ..] => [from, to],
+        [one] => [one, one],
+        [] => [f64::NAN; 2],
+    };
+    let parameters = |(mass_kg, damping_ns_per_mm)| ImpedanceParameters {
+        mass_kg,
+        damping_ns_per_mm,
+        stiffness_n_per_mm: card.stiffness,
+    };
+    let answer = design_force(&ForceDesignInput {
+        contact_n_per_mm: [softest, stiffest],
+        parameters: card.mass.zip(card.damping).map(parameters),
+        interval_s: card.interval,
+        delay_s: card.delay,
+        lag_s: card.lag,
+        settling_s: card.settling,
+        mode: if card.absolute { ReferenceMode::Absolute } else { ReferenceMode::Rebased },
+    })
+    .map_err(|source| Error::Design { source: Box::new(source) })?;
+    if card.json { output::json(&answer) } else { output::text(&answer) }
 }
 
 fn index(path: &Path, pages: &[PathBuf]) -> Result<(), Error> {
