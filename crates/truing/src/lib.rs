@@ -9,8 +9,10 @@ mod error;
 mod estimates;
 mod kinds;
 mod page;
+mod register;
 mod regrouped;
 mod residual;
+mod shape;
 mod solved;
 mod text;
 mod text_table;
@@ -20,6 +22,7 @@ pub use ft_center;
 pub use geometry;
 pub use least_squares;
 pub use model_discrepancy;
+pub use pose_icp;
 
 pub use case::{Case, Location, Problem, read_case};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
@@ -35,5 +38,7 @@ pub use kinds::{
     kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
+pub use register::{RegisterSettings, RegisterTiming, Registered, RegisteredPose, register};
 pub use residual::Residual;
+pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve};
