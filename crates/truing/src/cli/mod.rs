@@ -2,6 +2,7 @@
 
 mod arguments;
 mod output;
+mod register;
 mod spinner;
 
 use std::num::NonZeroUsize;
@@ -18,6 +19,7 @@ use truing::{
 };
 
 use arguments::{Arguments, Command, Design, ForceCard, Run};
+use register::Register;
 use spinner::Spinner;
 
 /// Runs the command that the process was started with.
@@ -30,6 +32,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Solve(run) => answer(&run, "solving", solve, solve_report),
         Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
         Command::Check { case, json } => checked(&case, json),
+        Command::Register(command) => registered(&command, arguments.threads),
         Command::Index { output, pages } => index(&output, &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
@@ -69,6 +72,12 @@ impl Answer for truing::Closed {
     }
 }
 
+impl Answer for truing::Registered {
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
 impl Answer for truing::Checked {
     fn warnings(&self) -> &[String] {
         &self.warnings
@@ -96,6 +105,14 @@ fn checked(path: &Path, json: bool) -> Result<(), Error> {
     let answer = check(&read_case(path)?)?;
     drop(spinner);
     print(&answer, json)
+}
+
+fn registered(command: &Register, threads: Option<u16>) -> Result<(), Error> {
+    let spinner = Spinner::start("registering");
+    let answer = truing::register(&command.source, &command.target, &command.settings(threads))?;
+    drop(spinner);
+    print(&answer, command.json)?;
+    if answer.converged { Ok(()) } else { Err(Error::NotSettled { iterations: answer.iterations }) }
 }
 
 fn print(answer: &impl Answer, json: bool) -> Result<(), Error> {
