@@ -3,11 +3,14 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{power, shell};
+use crate::{peers, power, shell};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
+    /// Compares with peers from package registries, which this installs first
+    #[arg(long)]
+    peers: bool,
     #[command(subcommand)]
     what: Option<What>,
 }
@@ -25,6 +28,9 @@ const SUITES: &str = "suites";
 
 /// Runs the benches asked for.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.peers {
+        return peers::run();
+    }
     match &arguments.what {
         Some(What::Suites) => {
             shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])

@@ -10,6 +10,7 @@ mod ci;
 mod expectation;
 mod fixtures;
 mod generators;
+mod peers;
 mod power;
 mod program;
 mod realtime;

@@ -86,7 +86,7 @@ impl Register {
                     LossName::Cauchy => Loss::cauchy_95(),
                     LossName::Tukey => Loss::tukey_95(),
                 }),
-                keep: self.keep,
+                keep_share: self.keep,
                 max_distance_mm: self.max_distance,
                 tolerance_mm: self.tolerance,
                 max_iterations: self.max_iterations,
