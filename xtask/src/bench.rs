@@ -1,5 +1,8 @@
 //! `cargo xtask bench`: speed, solver suites, or the statistics of the loop.
 
+mod peers;
+mod scene;
+
 use anyhow::{Context, Result};
 use serde_json::Value;
 
@@ -8,6 +11,13 @@ use crate::{power, shell};
 /// What to measure.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
+    /// Runs the structured solver and others' on the same problems, and writes
+    /// `docs/benchmarks.md`; installs what it needs and can.
+    #[arg(long)]
+    peers: bool,
+    /// Rounds of `--peers` in which all run in turn; the least of each counts.
+    #[arg(long, default_value_t = 5)]
+    rounds: usize,
     #[command(subcommand)]
     what: Option<What>,
 }
@@ -30,6 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])
         }
         Some(What::Power(arguments)) => power::run(arguments),
+        None if arguments.peers => peers::run(arguments.rounds),
         None => criterion(&["--quick", "--noplot"]),
     }
 }
