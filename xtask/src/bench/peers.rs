@@ -20,6 +20,8 @@ const SIZES: [Size; 3] = [
 const GROWTH: [usize; 5] = [361, 1000, 3601, 10_000, 31_250];
 /// Relative difference of the costs up to which solvers agree.
 const SAME_COST: f64 = 1e-9;
+/// CPU time that the system's accounting tells from nought.
+const CPU_CLOCK_MS: f64 = 1.0;
 /// Page that is written.
 const PAGE: &str = "docs/benchmarks.md";
 
@@ -270,13 +272,13 @@ fn write_table(
         let peak_mib = best.peak_kib as f64 / 1024.0;
         writeln!(
             page,
-            "| {} | {} | {:.3} | {:.1} | {:.3} | {:.1} | {} | {} | {:.1} | {:.3} |",
+            "| {} | {} | {:.3} | {:.1} | {} | {} | {} | {} | {:.1} | {:.3} |",
             contender.name,
             contender.threads,
             best.ms,
             best.ms / own.ms,
-            best.cpu_ms,
-            best.cpu_ms / own.cpu_ms,
+            measured(best.cpu_ms, best.cpu_ms),
+            measured(best.cpu_ms / own.cpu_ms, own.cpu_ms),
             best.evaluations,
             best.jacobians,
             peak_mib,
@@ -284,6 +286,11 @@ fn write_table(
         )?;
     }
     Ok(())
+}
+
+/// A figure, or a dash where the CPU time that it comes from is below the system's clock.
+fn measured(value: f64, cpu_ms: f64) -> String {
+    if cpu_ms < CPU_CLOCK_MS { "–".to_owned() } else { format!("{value:.1}") }
 }
 
 /// How time grows with the number of steps.
