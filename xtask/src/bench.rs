@@ -8,9 +8,13 @@ use crate::{peers, power, shell};
 /// What to measure.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Compares with peers from package registries, which this installs first
+    /// Runs the structured solver and the registration beside others on the same problems, and
+    /// writes `docs/benchmarks.md` and `docs/benchmarks-icp.md`; installs what it needs and can.
     #[arg(long)]
     peers: bool,
+    /// Rounds of `--peers` in which all run in turn; the least of each counts.
+    #[arg(long, default_value_t = 5)]
+    rounds: usize,
     #[command(subcommand)]
     what: Option<What>,
 }
@@ -28,14 +32,12 @@ const SUITES: &str = "suites";
 
 /// Runs the benches asked for.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if arguments.peers {
-        return peers::run();
-    }
     match &arguments.what {
         Some(What::Suites) => {
             shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])
         }
         Some(What::Power(arguments)) => power::run(arguments),
+        None if arguments.peers => peers::run(arguments.rounds),
         None => criterion(&["--quick", "--noplot"]),
     }
 }

@@ -158,9 +158,9 @@ fn made_up(is_test: bool) {
         let runs = if is_test { 1 } else { RUNS };
         let (displacements_mm, start) = simulate(stations, targets, steps);
         let timed = repeat([stations, targets], displacements_mm, &start, runs);
-        let least = timed.iter().map(|(ms, _)| *ms).fold(f64::INFINITY, f64::min);
+        let least = timed.iter().map(|run| run.ms).fold(f64::INFINITY, f64::min);
         println!("{stations} stations, {targets} targets, {steps} steps: {least:.3} ms");
-        println!("{}", timed[0].1.report);
+        println!("{}", timed[0].fit.report);
     }
 }
 
@@ -176,27 +176,53 @@ fn from_folder(folder: &Path, runs: usize) {
     let blocks = numbers.split_off(shared);
     let start = BorderedPoint { shared: numbers, blocks };
     let timed = repeat([sizes[0], sizes[1]], read("obs.bin"), &start, runs);
-    for (ms, fit) in &timed {
+    let peak_kib = peak_kib();
+    for Timed { ms, cpu_ms, fit } in &timed {
         println!(
-            "{{\"ms\":{ms},\"cost\":{:e},\"evaluations\":{},\"jacobians\":{}}}",
+            "{{\"ms\":{ms},\"cpu_ms\":{cpu_ms},\"cost\":{:e},\"evaluations\":{},\
+             \"jacobians\":{},\"peak_kib\":{peak_kib}}}",
             fit.report.final_cost,
             1 + fit.report.residual_evaluations,
             fit.report.jacobian_evaluations
         );
     }
-    let point = &timed[0].1.point;
+    let point = &timed[0].fit.point;
     let numbers = point.shared.iter().chain(&point.blocks);
     let bytes: Vec<u8> = numbers.flat_map(|v| v.to_le_bytes()).collect();
     std::fs::write(folder.join("truing.bin"), bytes).expect("the problem's folder is writable");
 }
 
-/// Milliseconds and solution of each run.
+/// One run.
+struct Timed {
+    ms: f64,
+    /// Time of all threads together.
+    cpu_ms: f64,
+    fit: BorderedSolution,
+}
+
+/// Time that the threads of this process have run for; NaN where the system does not say.
+fn cpu_ms() -> f64 {
+    let Ok(threads) = std::fs::read_dir("/proc/self/task") else { return f64::NAN };
+    let run_ns = |thread: std::fs::DirEntry| {
+        let text = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    };
+    threads.flatten().filter_map(run_ns).sum::<f64>() / 1e6
+}
+
+/// The most memory that this process has had, in KiB; nought where the system does not say.
+fn peak_kib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().split(' ').next()?.parse().ok()).unwrap_or(0)
+}
+
 fn repeat(
     sizes: [usize; 2],
     displacements_mm: Vec<f64>,
     start: &BorderedPoint,
     runs: usize,
-) -> Vec<(f64, BorderedSolution)> {
+) -> Vec<Timed> {
     match sizes {
         [6, 3] => timed(&Tracker::<6, 3>::new(displacements_mm), start, runs),
         [8, 4] => timed(&Tracker::<8, 4>::new(displacements_mm), start, runs),
@@ -204,18 +230,16 @@ fn repeat(
     }
 }
 
-fn timed<P: BorderedProblem>(
-    problem: &P,
-    start: &BorderedPoint,
-    runs: usize,
-) -> Vec<(f64, BorderedSolution)> {
+fn timed<P: BorderedProblem>(problem: &P, start: &BorderedPoint, runs: usize) -> Vec<Timed> {
     let options = BorderedOptions { held_shared: GAUGE.to_vec(), ..BorderedOptions::default() };
     (0..runs)
         .map(|_| {
             let start = start.clone();
+            let cpu_before = cpu_ms();
             let clock = Instant::now();
             let fit = solve_bordered(problem, start, &options).expect("a well-posed problem");
-            (clock.elapsed().as_secs_f64() * 1e3, fit)
+            let ms = clock.elapsed().as_secs_f64() * 1e3;
+            Timed { ms, cpu_ms: cpu_ms() - cpu_before, fit }
         })
         .collect()
 }

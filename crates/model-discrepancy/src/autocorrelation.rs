@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::linear::Linear;
 use crate::significance::count;
+use crate::whiteness::groups_are_runs;
 
 /// Largest correlation taken seriously; above, noise and drift are the same thing.
 const MAX_PHI: f64 = 0.95;
@@ -74,7 +75,9 @@ impl Colour {
 /// likely; white is none.
 ///
 /// Restricted likelihood (Patterson and Thompson 1971): unlike the plain lag-one correlation it
-/// is not pulled towards zero by what the fit has taken out.
+/// is not pulled towards zero by what the fit has taken out. Where groups are runs of readings a
+/// long memory is not tried: from the readings of a run it would tell how far runs agree, which
+/// the scatter between runs tells better.
 pub(crate) fn likely_colours(lin: &Linear<'_>, q: &DMatrix<f64>) -> Vec<Colour> {
     let likelihood = Likelihood::new(lin, q);
     let grid =
@@ -89,7 +92,7 @@ pub(crate) fn likely_colours(lin: &Linear<'_>, q: &DMatrix<f64>) -> Vec<Colour> 
     };
     let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
     let neighbours = best(&mut grid(MAX_PHI).map(Colour::Neighbours));
-    let memory = if longest <= MAX_LENGTH_FOR_MEMORY {
+    let memory = if longest <= MAX_LENGTH_FOR_MEMORY && !groups_are_runs(lin) {
         best(&mut grid(MAX_MEMORY).map(Colour::Memory))
     } else {
         None

@@ -43,7 +43,7 @@ pub(crate) fn structure(setting: &Setting<'_>, lin: &Linear<'_>) -> Vec<Remainin
 }
 
 /// Whether groups hold several observations on the whole: runs of samples, not single ones.
-fn groups_are_runs(lin: &Linear<'_>) -> bool {
+pub(crate) fn groups_are_runs(lin: &Linear<'_>) -> bool {
     let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
     longest > 2 * lin.clusters.len()
 }

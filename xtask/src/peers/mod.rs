@@ -2,10 +2,13 @@
 
 mod icp;
 mod icp_contest;
+mod solver;
+mod solver_scene;
 
 use anyhow::Result;
 
-/// Runs every comparison.
-pub(crate) fn run() -> Result<()> {
+/// Runs every comparison; the solvers `rounds` times in turn.
+pub(crate) fn run(rounds: usize) -> Result<()> {
+    solver::run(rounds)?;
     icp::run()
 }

@@ -124,8 +124,8 @@ impl Sums {
             triangle::forward_panel::<FUSED>(factor, first, panel);
             let out = &mut self.y[p * b * LANES..][first * LANES..b * LANES];
             for (out, [c0, c1, c2, c3]) in out.as_chunks_mut::<LANES>().0.iter_mut().zip(&*panel) {
-                for lane in 0..LANES {
-                    out[lane] = [c0.0[lane], c1.0[lane], c2.0[lane], c3.0[lane]];
+                for (lane, out) in out.iter_mut().enumerate() {
+                    *out = [c0.0[lane], c1.0[lane], c2.0[lane], c3.0[lane]];
                 }
             }
         }

@@ -1,0 +1,336 @@
+//! `cargo xtask bench --peers`: the same problems through this project's solver and others'.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use serde::Deserialize;
+
+use super::solver_scene::{self, Size};
+use crate::shell;
+
+const SIZES: [Size; 3] = [
+    Size { name: "small", stations: 6, reflectors: 3, steps: 37 },
+    Size { name: "medium", stations: 8, reflectors: 4, steps: 361 },
+    Size { name: "large", stations: 8, reflectors: 4, steps: 3601 },
+];
+/// Steps of the problems that show how time grows; the last has a million ranges.
+const GROWTH: [usize; 5] = [361, 1000, 3601, 10_000, 31_250];
+/// Relative difference of the costs up to which solvers agree.
+const SAME_COST: f64 = 1e-9;
+/// CPU time that the system's accounting tells from nought.
+const CPU_CLOCK_MS: f64 = 1.0;
+/// Page that is written.
+const PAGE: &str = "docs/benchmarks.md";
+
+/// A solver with its settings.
+struct Contender {
+    name: &'static str,
+    threads: usize,
+    /// Program and arguments; `FOLDER` and `RUNS` are filled in.
+    command: Vec<String>,
+    /// File that it leaves beside the problem.
+    solution: &'static str,
+    /// Most steps that it is given.
+    most_steps: usize,
+    /// Most runs in a round.
+    most_runs: usize,
+}
+
+/// What a contender prints per run.
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Run {
+    ms: f64,
+    cpu_ms: f64,
+    cost: f64,
+    evaluations: u32,
+    jacobians: u32,
+    peak_kib: u64,
+}
+
+/// The least of all runs of one contender on one problem.
+struct Outcome {
+    best: Run,
+    /// Root mean square error of a reflector's coordinate against the truth.
+    error_mm: f64,
+}
+
+/// Builds what can be built, runs all in turn, prints and writes the table.
+pub(super) fn run(rounds: usize) -> Result<()> {
+    let folder = shell::root().join("target/peers");
+    fs::create_dir_all(&folder)?;
+    let truing = build_truing()?;
+    let mut contenders = vec![truing_on(&truing, 1), truing_on(&truing, 2)];
+    let mut absent = vec!["factrs: there is no harness for it here".to_owned()];
+    match build_ceres(&folder) {
+        Ok(ceres) => {
+            contenders.extend([(1, "1e8"), (2, "1e8")].map(|(threads, radius)| Contender {
+                name: "Ceres 2.1.0 (Debian), initial trust radius 1e8",
+                threads,
+                command: command(&ceres, &["FOLDER", &threads.to_string(), "RUNS", radius]),
+                solution: "ceres.bin",
+                most_steps: usize::MAX,
+                most_runs: usize::MAX,
+            }));
+            contenders.push(Contender {
+                name: "Ceres 2.1.0 (Debian), defaults",
+                threads: 1,
+                command: command(&ceres, &["FOLDER", "1", "RUNS", "1e4"]),
+                solution: "ceres.bin",
+                most_steps: usize::MAX,
+                most_runs: usize::MAX,
+            });
+        }
+        Err(error) => absent.push(format!("Ceres: {error:#}")),
+    }
+    match install_scipy() {
+        Ok(()) => contenders.push(Contender {
+            name: "SciPy, trf with a sparse Jacobian",
+            threads: 1,
+            command: command(Path::new("python3"), &["xtask/peers/scipy/lm.py", "FOLDER", "RUNS"]),
+            solution: "scipy.bin",
+            most_steps: 361,
+            most_runs: 1,
+        }),
+        Err(error) => absent.push(format!("SciPy: {error:#}")),
+    }
+    let mut page = String::new();
+    for (seed, size) in (101..).zip(SIZES) {
+        let problem = folder.join(size.name);
+        solver_scene::write(size, seed, &problem)?;
+        let able: Vec<_> = contenders.iter().filter(|c| size.steps <= c.most_steps).collect();
+        let outcomes = compare(&able, &problem, size, rounds)?;
+        write_table(&mut page, size, &able, &outcomes)?;
+    }
+    write_growth(&mut page, &folder, &[&contenders[0], &contenders[1]], rounds)?;
+    for reason in &absent {
+        writeln!(page, "\nNot run: {reason}")?;
+    }
+    println!("{page}");
+    update_page(&page)
+}
+
+fn command(program: &Path, arguments: &[&str]) -> Vec<String> {
+    let program = program.display().to_string();
+    std::iter::once(program).chain(arguments.iter().map(|&a| a.to_owned())).collect()
+}
+
+fn truing_on(program: &Path, threads: usize) -> Contender {
+    let command = command(program, &["FOLDER", "RUNS"]);
+    let [most_steps, most_runs] = [usize::MAX; 2];
+    let (name, solution) = ("Truing", "truing.bin");
+    Contender { name, threads, command, solution, most_steps, most_runs }
+}
+
+/// Builds the bench that solves the problem of a folder; its path.
+fn build_truing() -> Result<PathBuf> {
+    let messages = shell::output_of(
+        env!("CARGO"),
+        &[
+            "bench",
+            "--package",
+            "least-squares",
+            "--bench",
+            "tracker",
+            "--no-run",
+            "--message-format",
+            "json-render-diagnostics",
+        ],
+    )?;
+    let mut programs = messages.lines().filter_map(|line| {
+        let message: serde_json::Value = serde_json::from_str(line).ok()?;
+        (message["target"]["name"] == "tracker")
+            .then(|| message["executable"].as_str().map(PathBuf::from))?
+    });
+    programs.next_back().context("cargo built no bench")
+}
+
+/// Compiles the harness, after installing the library where it is missing.
+fn build_ceres(folder: &Path) -> Result<PathBuf> {
+    let program = folder.join("ceres-lm");
+    let source = "xtask/peers/ceres/lm.cpp";
+    let output = program.display().to_string();
+    let compile = || {
+        shell::output_of(
+            "g++",
+            &[
+                "-O3",
+                "-DNDEBUG",
+                "-std=c++17",
+                "-I/usr/include/eigen3",
+                source,
+                "-o",
+                &output,
+                "-lceres",
+                "-lglog",
+            ],
+        )
+    };
+    if compile().is_err() {
+        shell::output_of("apt-get", &["update", "-qq"])?;
+        let install = ["install", "-y", "-qq", "--no-install-recommends", "libceres-dev"];
+        shell::output_of("apt-get", &install)?;
+        compile()?;
+    }
+    Ok(program)
+}
+
+/// Installs it where it is missing.
+fn install_scipy() -> Result<()> {
+    if shell::output_of("python3", &["-c", "import scipy"]).is_err() {
+        shell::output_of("python3", &["-m", "pip", "install", "--quiet", "scipy"])?;
+    }
+    Ok(())
+}
+
+/// Runs all in turn, as many rounds as asked for, and checks that all find the same minimum.
+fn compare(
+    contenders: &[&Contender],
+    problem: &Path,
+    size: Size,
+    rounds: usize,
+) -> Result<Vec<Outcome>> {
+    let mut runs: Vec<Vec<Run>> = contenders.iter().map(|_| Vec::new()).collect();
+    // Small problems take no time: more runs of them smooth the clock.
+    let repeats = (3601 / size.steps).clamp(2, 50);
+    for round in 0..rounds {
+        eprintln!("── {}: round {} of {rounds}", size.name, round + 1);
+        for (contender, runs) in contenders.iter().zip(&mut runs) {
+            runs.extend(contender.run(problem, repeats.min(contender.most_runs))?);
+        }
+    }
+    let truth = solver_scene::read_numbers(&problem.join("truth.bin"))?;
+    let mut outcomes = Vec::new();
+    for (contender, runs) in contenders.iter().zip(&runs) {
+        let least = |part: fn(&Run) -> f64| runs.iter().map(part).fold(f64::INFINITY, f64::min);
+        let first = *runs.first().context("no runs")?;
+        let best = Run { ms: least(|r| r.ms), cpu_ms: least(|r| r.cpu_ms), ..first };
+        let solution = solver_scene::read_numbers(&problem.join(contender.solution))?;
+        let points = truth.len() - 3 * size.reflectors * size.steps;
+        let error_mm = rms_difference(&solution[points..], &truth[points..]);
+        outcomes.push(Outcome { best, error_mm });
+    }
+    let reference = outcomes[0].best.cost;
+    for (contender, outcome) in contenders.iter().zip(&outcomes) {
+        let difference = (outcome.best.cost / reference - 1.0).abs();
+        ensure!(
+            difference <= SAME_COST,
+            "{} ends at cost {:e} on {}, others at {reference:e}",
+            contender.name,
+            outcome.best.cost,
+            size.name
+        );
+    }
+    Ok(outcomes)
+}
+
+fn rms_difference(a: &[f64], b: &[f64]) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "there are not that many")]
+    let count = a.len() as f64;
+    (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / count).sqrt()
+}
+
+impl Contender {
+    fn run(&self, problem: &Path, repeats: usize) -> Result<Vec<Run>> {
+        let (folder, repeats) = (problem.display().to_string(), repeats.to_string());
+        let arguments = self.command.iter().map(|argument| match argument.as_str() {
+            "FOLDER" => &folder,
+            "RUNS" => &repeats,
+            _ => argument,
+        });
+        let words: Vec<&String> = arguments.collect();
+        let output = Command::new(words[0])
+            .args(&words[1..])
+            .env("RAYON_NUM_THREADS", self.threads.to_string())
+            .env("OMP_NUM_THREADS", self.threads.to_string())
+            .current_dir(shell::root())
+            .output()
+            .with_context(|| format!("cannot start {}", words[0]))?;
+        ensure!(output.status.success(), "{} failed on {folder}", self.name);
+        let lines = String::from_utf8(output.stdout)?;
+        lines.lines().map(|line| serde_json::from_str(line).context("no JSON")).collect()
+    }
+}
+
+fn write_table(
+    page: &mut String,
+    size: Size,
+    contenders: &[&Contender],
+    outcomes: &[Outcome],
+) -> Result<()> {
+    let Size { name, stations, reflectors, steps } = size;
+    writeln!(page, "\n### {name}: {stations} stations, {reflectors} reflectors, {steps} steps\n")?;
+    let head = "| solver | threads | ms | over Truing | CPU ms | over Truing | evaluations | \
+                Jacobians | peak MiB | rms error of a coordinate, µm |";
+    writeln!(page, "{head}\n|---|---|---|---|---|---|---|---|---|---|")?;
+    for (contender, Outcome { best, error_mm }) in contenders.iter().zip(outcomes) {
+        let own = contenders.iter().position(|c| c.threads == contender.threads);
+        let own = &outcomes[own.context("Truing runs on as many threads")?].best;
+        #[expect(clippy::cast_precision_loss, reason = "memory is below 2^53 KiB")]
+        let peak_mib = best.peak_kib as f64 / 1024.0;
+        writeln!(
+            page,
+            "| {} | {} | {:.3} | {:.1} | {} | {} | {} | {} | {:.1} | {:.3} |",
+            contender.name,
+            contender.threads,
+            best.ms,
+            best.ms / own.ms,
+            measured(best.cpu_ms, best.cpu_ms),
+            measured(best.cpu_ms / own.cpu_ms, own.cpu_ms),
+            best.evaluations,
+            best.jacobians,
+            peak_mib,
+            1e3 * error_mm
+        )?;
+    }
+    Ok(())
+}
+
+/// A figure, or a dash where the CPU time that it comes from is below the system's clock.
+fn measured(value: f64, cpu_ms: f64) -> String {
+    if cpu_ms < CPU_CLOCK_MS { "–".to_owned() } else { format!("{value:.1}") }
+}
+
+/// How time grows with the number of steps.
+fn write_growth(
+    page: &mut String,
+    folder: &Path,
+    contenders: &[&Contender],
+    rounds: usize,
+) -> Result<()> {
+    writeln!(page, "\n### Truing on ever longer runs, 8 stations, 4 reflectors\n")?;
+    writeln!(
+        page,
+        "| ranges | ns per range, 1 thread | 2 threads | peak MiB |\n|---|---|---|---|"
+    )?;
+    for (seed, steps) in (201..).zip(GROWTH) {
+        let size = Size { name: "growth", stations: 8, reflectors: 4, steps };
+        let problem = folder.join(size.name);
+        solver_scene::write(size, seed, &problem)?;
+        let outcomes = compare(contenders, &problem, size, rounds)?;
+        let ranges = 32 * steps;
+        #[expect(clippy::cast_precision_loss, reason = "a few million, and KiB")]
+        let (count, peak_mib) = (ranges as f64, outcomes[0].best.peak_kib as f64 / 1024.0);
+        let [one, two] = [0, 1].map(|i| 1e6 * outcomes[i].best.ms / count);
+        writeln!(page, "| {ranges} | {one:.0} | {two:.0} | {peak_mib:.1} |")?;
+    }
+    Ok(())
+}
+
+/// Replaces what stands between the page's marks.
+fn update_page(tables: &str) -> Result<()> {
+    const MARKS: [&str; 2] = ["<!-- peers: begin -->\n", "<!-- peers: end -->"];
+    let file = shell::root().join(PAGE);
+    let text = fs::read_to_string(&file).context(PAGE)?;
+    let (before, rest) = text.split_once(MARKS[0]).context("the page has no begin mark")?;
+    let (_, after) = rest.split_once(MARKS[1]).context("the page has no end mark")?;
+    let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let model = model.map_or("unknown", |(_, name)| name);
+    let rustc = shell::output_of("rustc", &["--version"])?;
+    let made = format!("On {model}, {}.\n", rustc.trim());
+    fs::write(file, format!("{before}{}{made}{tables}{}{after}", MARKS[0], MARKS[1]))?;
+    Ok(())
+}
