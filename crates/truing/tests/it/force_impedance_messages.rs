@@ -33,17 +33,14 @@ fn with_cell(column: &str, to: &str) -> (Case, usize) {
 fn without(column: &str) -> Case {
     let case = Case::example("force-impedance");
     let text = fs::read_to_string(case.file("log.csv")).unwrap();
-    let mut at = None;
-    let kept = |line: &str| -> String {
-        let at = at.expect("the header comes first");
+    let lines: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
+    let at = lines[0].split(',').position(|name| name == column).unwrap();
+    let kept = |line: &&str| -> String {
         let cells = line.split(',').enumerate().filter(|(i, _)| *i != at);
         cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
     };
-    let mut lines: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
-    at = lines[0].split(',').position(|name| name == column);
-    let header = kept(lines.remove(0));
-    let rows: Vec<String> = lines.into_iter().map(kept).collect();
-    case.write("log.csv", format!("{header}\n{}\n", rows.join("\n")));
+    let rows: Vec<String> = lines.iter().map(kept).collect();
+    case.write("log.csv", rows.join("\n") + "\n");
     case
 }
 
