@@ -88,6 +88,11 @@ fn every_example_keeps_the_contract() {
                     assert_keys(center, &["press", "x_mm", "y_mm", "machine_x_mm", "machine_y_mm"]);
                     assert_keys(center, &["std_x_mm", "std_y_mm", "offset_x_mm", "offset_y_mm"]);
                 }
+                "force-impedance" => {
+                    let force = &estimates["contact_force"];
+                    assert_keys(force, &["rms_error_n", "max_error_n"]);
+                    assert_keys(estimates, &["samples"]);
+                }
                 other => panic!("the contract of {other} is not tested"),
             }
         }

@@ -10,6 +10,7 @@
 mod answers;
 mod command;
 mod examples;
+mod force_impedance_messages;
 mod ft_center_messages;
 mod groups;
 mod hostile;

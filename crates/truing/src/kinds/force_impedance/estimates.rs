@@ -73,9 +73,7 @@ impl ForceImpedanceEstimates {
 
     pub(crate) fn table(&self) -> TextTable {
         let mut table = TextTable::new("log", &["samples"]);
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let samples = self.samples as f64;
-        table.push(vec![samples.into()]);
+        table.push(vec![self.samples.to_string().into()]);
         table
     }
 }
