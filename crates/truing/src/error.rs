@@ -3,9 +3,9 @@ use std::path::PathBuf;
 use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
-use pose_icp::PoseError;
+use pose_icp::{PoseError, RegisterError};
 
-use crate::{Location, Problem};
+use crate::{Location, Problem, ShapeProblem};
 
 /// Why a command could not do what it was asked for.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +51,34 @@ pub enum Error {
         /// Why.
         source: LoopError,
     },
+    /// A file of points or triangles is unusable.
+    #[error("{}: {problem}", path.display())]
+    Shape {
+        /// The file.
+        path: PathBuf,
+        /// What, and where in it.
+        problem: ShapeProblem,
+    },
+    /// One cloud or mesh cannot be registered onto another.
+    #[error("{}: {source}", path.display())]
+    Register {
+        /// The file that is to blame, or the source.
+        path: PathBuf,
+        /// Why.
+        source: Box<RegisterError>,
+    },
+    /// A registration was printed that had not come to rest.
+    #[error(
+        "not converged after {iterations} passes: what is printed is not an answer; start closer, \
+         or allow more passes"
+    )]
+    NotSettled {
+        /// Passes made.
+        iterations: usize,
+    },
+    /// The system gives no threads.
+    #[error("cannot start the threads asked for; ask for fewer by --threads")]
+    NoThreads,
     /// No kind of that name to write an example of.
     #[error(
         "unknown kind `{found}`{}; the kinds are {}",
@@ -131,7 +159,14 @@ impl Error {
                     | LoopError::NotConverged { .. }
                     | LoopError::TooFewGroups { .. }
             ),
+            Self::Register { source, .. } => matches!(
+                **source,
+                RegisterError::Undetermined { .. } | RegisterError::TooFewPoints { .. }
+            ),
+            Self::NotSettled { .. } => true,
             Self::Case { .. }
+            | Self::Shape { .. }
+            | Self::NoThreads
             | Self::UnknownKind { .. }
             | Self::NotRead { .. }
             | Self::Page { .. }

@@ -9,8 +9,10 @@ mod error;
 mod estimates;
 mod kinds;
 mod page;
+mod register;
 mod regrouped;
 mod residual;
+mod shape;
 mod solved;
 mod text;
 mod text_table;
@@ -36,5 +38,7 @@ pub use kinds::{
     PoseIcpEstimates, TouchResidual, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
+pub use register::{RegisterSettings, RegisterTiming, Registered, RegisteredPose, register};
 pub use residual::Residual;
+pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve};

@@ -193,7 +193,7 @@ pub enum OptionName {
     Sigma,
     /// `max_distance_mm`.
     MaxDistance,
-    /// `keep`.
+    /// `keep_share`.
     Keep,
     /// The scale of `loss`.
     LossScale,

@@ -27,7 +27,7 @@ pub struct Observability {
 pub struct WeakDirection {
     /// The motion, `[tx, ty, tz, rx, ry, rz]` in mm and rad about `pivot_mm`, of one mm in
     /// quadratic mean.
-    pub motion: Vector6<f64>,
+    pub twist: Vector6<f64>,
     /// Point of the target frame that rotations turn about.
     pub pivot_mm: Point3<f64>,
     /// Distance from the pivot, root-mean-square over the points.
@@ -47,8 +47,8 @@ impl WeakDirection {
     /// a rad; `None` for a translation.
     #[must_use]
     pub fn screw(&self) -> Option<(Point3<f64>, Vector3<f64>, f64)> {
-        let translation = self.motion.fixed_rows::<3>(0).into_owned();
-        let rotation = self.motion.fixed_rows::<3>(3).into_owned();
+        let translation = self.twist.fixed_rows::<3>(0).into_owned();
+        let rotation = self.twist.fixed_rows::<3>(3).into_owned();
         let squared = rotation.norm_squared();
         // An axis a hundred sizes away is no axis.
         if rotation.norm() * self.arm_mm <= 0.01 * translation.norm() {
@@ -63,7 +63,7 @@ impl fmt::Display for WeakDirection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.screw() {
             None => {
-                let direction = self.motion.fixed_rows::<3>(0).normalize();
+                let direction = self.twist.fixed_rows::<3>(0).normalize();
                 write!(f, "the translation along {}", Triple(&direction))?;
             }
             Some((point, axis, pitch_mm)) => {

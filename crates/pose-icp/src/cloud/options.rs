@@ -55,7 +55,7 @@ pub struct RegisterOptions {
     /// Robust loss of residuals over their standard uncertainty; none, that is, squares.
     pub loss: Option<Loss>,
     /// Share of the matches to keep, those of the least residual (Chetverikov 2002); 1.
-    pub keep: f64,
+    pub keep_share: f64,
     /// Points further than this from the target take no part; no limit.
     pub max_distance_mm: Option<f64>,
     /// Leaves out points that lie beside the target rather than over it; yes.
@@ -80,7 +80,7 @@ impl Default for RegisterOptions {
             pivot_mm: None,
             sigma_mm: None,
             loss: None,
-            keep: 1.0,
+            keep_share: 1.0,
             max_distance_mm: None,
             skip_beyond_border: true,
             tolerance_mm: 1e-6,
@@ -110,10 +110,10 @@ impl RegisterOptions {
                 positive(OptionName::PriorSigma, sigma)?;
             }
         }
-        if !(self.keep > 0.0 && self.keep <= 1.0) {
+        if !(self.keep_share > 0.0 && self.keep_share <= 1.0) {
             return Err(RegisterError::InvalidOption {
                 option: OptionName::Keep,
-                value: self.keep,
+                value: self.keep_share,
             });
         }
         if let Some(

@@ -197,7 +197,7 @@ impl<T: Target> Search<'_, T> {
             sigma_mm: state.scale_mm.unwrap_or(1.0),
         };
         let needs_scale = options.loss.is_some() && state.scale_mm.is_none();
-        if needs_scale || options.keep < 1.0 {
+        if needs_scale || options.keep_share < 1.0 {
             let mut squared = pass::squared_residuals(level, self.target, &state.pose, &rules);
             if needs_scale {
                 let median = quantile(&mut squared, 0.5).sqrt();
@@ -208,8 +208,8 @@ impl<T: Target> Search<'_, T> {
                 // Points that fit exactly still need a scale.
                 rules.sigma_mm = (median / factor).max(options.tolerance_mm);
             }
-            if options.keep < 1.0 {
-                rules.keep_below_mm2 = quantile(&mut squared, options.keep);
+            if options.keep_share < 1.0 {
+                rules.keep_below_mm2 = quantile(&mut squared, options.keep_share);
             }
         }
         rules
@@ -300,7 +300,7 @@ impl<T: Target> Search<'_, T> {
         let singular_value = information.singular_values[k];
         let is_free = information.undetermined().contains(&k);
         WeakDirection {
-            motion: chart::jacobian(&state.xi) * information.direction(k),
+            twist: chart::jacobian(&state.xi) * information.direction(k),
             pivot_mm: self.chart.pivot,
             arm_mm: self.arm_mm,
             relative_singular_value: if largest > 0.0 { singular_value / largest } else { 0.0 },

@@ -86,8 +86,10 @@ impl LaneSums {
     pub(crate) fn add(&mut self, rows: &Rows) {
         let mut term = 0;
         for i in 0..6 {
-            let weighted: [f64; LANES] =
-                std::array::from_fn(|l| rows.weight[l] * rows.jacobian[i][l]);
+            let mut weighted = [0.0; LANES];
+            for (l, weighted) in weighted.iter_mut().enumerate() {
+                *weighted = rows.weight[l] * rows.jacobian[i][l];
+            }
             for j in 0..=i {
                 add_products(&mut self.terms[term], &weighted, &rows.jacobian[j]);
                 term += 1;

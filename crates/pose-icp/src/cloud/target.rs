@@ -106,7 +106,10 @@ impl CloudTarget {
 
 impl Target for CloudTarget {
     fn search(&self, queries: &[Point3<f64>], limit_mm: f64, margin_mm: f64, found: &mut [Found]) {
-        pulp::Arch::new().dispatch(|| self.tree.search(queries, limit_mm, margin_mm, found));
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.tree.search(queries, limit_mm, margin_mm, found),
+        );
     }
 
     #[inline(always)]

@@ -2,6 +2,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::register::Register;
+
 /// Solves measured cases of precision machines, and finds what their declared model is missing.
 ///
 /// Exit codes: 0 solved, 2 the input is unusable (one message says why), 3 solvable in form but
@@ -16,7 +18,7 @@ pub(crate) struct Arguments {
         value_name = "N",
         value_parser = clap::value_parser!(u16).range(1..)
     )]
-    threads: Option<u16>,
+    pub(crate) threads: Option<u16>,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -35,6 +37,8 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Find where one cloud or mesh lies on another
+    Register(Register),
     /// Gather pages written by `--report` in one, with a table of all of them
     Index {
         /// Page to write

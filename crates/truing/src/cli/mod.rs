@@ -2,6 +2,7 @@
 
 mod arguments;
 mod output;
+mod register;
 mod spinner;
 
 use std::path::{Path, PathBuf};
@@ -13,14 +14,17 @@ use truing::report::{IndexEntry, render_index};
 use truing::{Case, Error, check, close_loop, loop_report, read_case, solve, solve_report};
 
 use arguments::{Arguments, Command, Run};
+use register::Register;
 use spinner::Spinner;
 
 /// Runs the command that the process was started with.
 pub(crate) fn run() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
         Command::Solve(run) => answer(&run, "solving", solve, solve_report),
         Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
         Command::Check { case, json } => checked(&case, json),
+        Command::Register(command) => registered(&command, arguments.threads),
         Command::Index { output, pages } => index(&output, &pages),
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
     };
@@ -45,6 +49,12 @@ impl Answer for truing::Solved {
 }
 
 impl Answer for truing::Closed {
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+impl Answer for truing::Registered {
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -77,6 +87,14 @@ fn checked(path: &Path, json: bool) -> Result<(), Error> {
     let answer = check(&read_case(path)?)?;
     drop(spinner);
     print(&answer, json)
+}
+
+fn registered(command: &Register, threads: Option<u16>) -> Result<(), Error> {
+    let spinner = Spinner::start("registering");
+    let answer = truing::register(&command.source, &command.target, &command.settings(threads))?;
+    drop(spinner);
+    print(&answer, command.json)?;
+    if answer.converged { Ok(()) } else { Err(Error::NotSettled { iterations: answer.iterations }) }
 }
 
 fn print(answer: &impl Answer, json: bool) -> Result<(), Error> {

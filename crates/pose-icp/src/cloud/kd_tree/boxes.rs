@@ -42,7 +42,10 @@ impl Aabb {
     pub(crate) fn gap_squared(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
         for k in 0..3 {
-            let gap = (self.min[k] - other.max[k]).max(other.min[k] - self.max[k]).max(0.0);
+            let (above, below) = (self.min[k] - other.max[k], other.min[k] - self.max[k]);
+            // At most one is positive.
+            let gap = if above > below { above } else { below };
+            let gap = if gap > 0.0 { gap } else { 0.0 };
             sum += gap * gap;
         }
         sum

@@ -109,23 +109,28 @@ impl KdTree {
         loop {
             if node >= self.n_leaves {
                 lanes.scan(&self.points, self.leaf(node - self.n_leaves));
-                let worst = lanes.best.iter().fold(0.0_f64, |w, &b| w.max(b)).sqrt();
+                let worst = lanes.worst().sqrt();
                 let worst = (worst + margin_mm) * ROUNDED_UP;
                 if worst < radius {
                     radius = worst;
                     radius_squared = radius * radius;
                 }
             } else {
-                let gaps = [2 * node, 2 * node + 1].map(|n| self.boxes[n].gap_squared(aabb));
-                let (nearer, further) = if gaps[1] < gaps[0] { (1, 0) } else { (0, 1) };
-                if gaps[further] <= radius_squared {
+                let (low, high) = (2 * node, 2 * node + 1);
+                let (gap_low, gap_high) =
+                    (self.boxes[low].gap_squared(aabb), self.boxes[high].gap_squared(aabb));
+                let is_high_nearer = gap_high < gap_low;
+                let (nearer, gap) = if is_high_nearer { (high, gap_high) } else { (low, gap_low) };
+                let (further, other_gap) =
+                    if is_high_nearer { (low, gap_low) } else { (high, gap_high) };
+                if other_gap <= radius_squared {
                     #[expect(clippy::cast_possible_truncation, reason = "below 2^32 nodes")]
-                    let other = (2 * node + further) as u32;
-                    stack[height] = (gaps[further], other);
+                    let further = further as u32;
+                    stack[height] = (other_gap, further);
                     height += 1;
                 }
-                if gaps[nearer] <= radius_squared {
-                    node = 2 * node + nearer;
+                if gap <= radius_squared {
+                    node = nearer;
                     continue;
                 }
             }
@@ -149,22 +154,38 @@ impl Lanes {
     #[inline(always)]
     fn new(queries: &[Point3<f64>], limit_mm: f64) -> Self {
         let last = queries.len() - 1;
-        let coordinate =
-            |k: usize| std::array::from_fn::<f64, LANES, _>(|lane| queries[lane.min(last)][k]);
+        let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let query = &queries[lane.min(last)];
+            (x[lane], y[lane], z[lane]) = (query.x, query.y, query.z);
+        }
         let limit = limit_mm * limit_mm;
         Self {
-            x: coordinate(0),
-            y: coordinate(1),
-            z: coordinate(2),
+            x,
+            y,
+            z,
             best: [limit; LANES],
             second: [f64::INFINITY; LANES],
             slot: [u64::from(NONE); LANES],
         }
     }
 
+    /// Squared distance of the lane that has come least near.
+    #[inline(always)]
+    fn worst(&self) -> f64 {
+        let mut worst = 0.0;
+        for &best in &self.best {
+            worst = if best > worst { best } else { worst };
+        }
+        worst
+    }
+
     #[inline(always)]
     fn scan(&mut self, points: &[Point3<f64>], range: std::ops::Range<usize>) {
-        for (point, slot) in points[range.clone()].iter().zip(range.start as u64..) {
+        let mut next = range.start as u64;
+        for point in &points[range] {
+            let slot = next;
+            next = next.wrapping_add(1);
             let (px, py, pz) = (point.x, point.y, point.z);
             for lane in 0..LANES {
                 let (dx, dy, dz) = (px - self.x[lane], py - self.y[lane], pz - self.z[lane]);

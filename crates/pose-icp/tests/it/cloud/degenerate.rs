@@ -119,13 +119,13 @@ fn options_out_of_range() {
         bad.push(RegisterOptions { tolerance_mm: value, ..default() });
         bad.push(RegisterOptions { sigma_mm: Some(value), ..default() });
         bad.push(RegisterOptions { max_distance_mm: Some(value), ..default() });
-        bad.push(RegisterOptions { keep: value, ..default() });
+        bad.push(RegisterOptions { keep_share: value, ..default() });
         bad.push(RegisterOptions { loss: Some(Loss::Huber { scale: value }), ..default() });
         let freedoms = [Freedom::Prior { sigma: value }; 6];
         bad.push(RegisterOptions { freedoms, ..default() });
     }
     bad.push(RegisterOptions { start: Isometry3::translation(f64::NAN, 0.0, 0.0), ..default() });
-    bad.push(RegisterOptions { keep: 1.5, ..default() });
+    bad.push(RegisterOptions { keep_share: 1.5, ..default() });
     for options in bad {
         let error = run(&source, &target, &options).unwrap_err();
         assert!(matches!(error, RegisterError::InvalidOption { .. }), "{options:?}: {error}");

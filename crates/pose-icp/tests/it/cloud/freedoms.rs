@@ -118,7 +118,7 @@ fn a_plane_leaves_two_translations_and_its_spin_free() {
     assert_eq!(directions.len(), 3);
     for direction in &directions {
         // Nothing along z, nothing about x or y.
-        assert!(direction.motion.rows(2, 3).norm() < 1e-9, "{:?}", direction.motion);
+        assert!(direction.twist.rows(2, 3).norm() < 1e-9, "{:?}", direction.twist);
     }
     let message = RegisterError::Undetermined { directions }.to_string();
     assert!(message.contains("hold it"), "{message}");

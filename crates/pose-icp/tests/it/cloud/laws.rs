@@ -42,7 +42,7 @@ fn same_bits_on_one_thread_and_on_two() {
     let source = scene::source(&mut rng, 70_000, 2e-3, &small_pose());
     let options = RegisterOptions {
         loss: Some(least_squares::Loss::tukey_95()),
-        keep: 0.9,
+        keep_share: 0.9,
         ..Default::default()
     };
     let [one, two] = [1, 2].map(|threads| {

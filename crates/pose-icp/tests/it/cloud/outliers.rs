@@ -44,7 +44,7 @@ fn each_loss_and_trimming_bear_a_tenth_of_dirt() {
         let robust = miss(&RegisterOptions { loss: Some(loss), ..Default::default() });
         assert!(robust < 5.0 * CLEAN_MM, "{loss:?} misses by {robust} mm");
     }
-    let trimmed = miss(&RegisterOptions { keep: 0.85, ..Default::default() });
+    let trimmed = miss(&RegisterOptions { keep_share: 0.85, ..Default::default() });
     assert!(trimmed < CLEAN_MM, "trimming misses by {trimmed} mm");
 }
 

@@ -1,0 +1,7 @@
+//! `truing register`: where one cloud or mesh lies on another.
+
+mod answer;
+mod command;
+
+pub use answer::{RegisterTiming, Registered, RegisteredPose};
+pub use command::{RegisterSettings, register};
