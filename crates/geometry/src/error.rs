@@ -50,6 +50,14 @@ pub enum GeometryError {
         /// Radius given.
         radius_mm: f64,
     },
+    /// A polynomial has a term of too high a degree.
+    #[error("a term of degree {degree} is beyond {limit}, the highest that can be evaluated")]
+    DegreeTooHigh {
+        /// Sum of the term's exponents.
+        degree: usize,
+        /// Highest degree accepted.
+        limit: usize,
+    },
     /// An aperture is not positive.
     #[error("aperture diameter {diameter_mm} mm is not positive")]
     InvalidAperture {

@@ -4,7 +4,7 @@
 //!   to round-off from 1e-9 rad to π; machine errors live at 1e-6 rad. [`EulerAngles`] are
 //!   `R = Rz(γ) Ry(β) Rx(α)`, [`PlanarMap`] takes in reflection, scale and shear.
 //! - [`Wrench`]: change of reference point and frame, power, line of action, free moment.
-//! - [`Plane`], [`Sphere`], [`Asphere`] answer as [`Surface`]s: closest point, curvature, hits of a
+//! - [`Plane`], [`Sphere`], [`Asphere`], [`Polynomial`] answer as [`Surface`]s: closest point, curvature, hits of a
 //!   line. Where there is no answer, or not a single one, they say which way it failed.
 //!
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad ([`units`] has the factors).
@@ -40,6 +40,7 @@ mod euler;
 mod line;
 mod planar;
 mod plane;
+mod polynomial;
 mod sphere;
 mod surface;
 mod wrench;
@@ -59,6 +60,7 @@ pub use euler::{EulerAngles, EulerReading};
 pub use line::Line;
 pub use planar::{PlanarMap, PlanarParts};
 pub use plane::Plane;
+pub use polynomial::Polynomial;
 pub use sphere::Sphere;
 pub use surface::{Curvature, Foot, Hit, Surface};
 pub use wrench::{LineOfAction, Wrench};

@@ -43,13 +43,14 @@ mod mesh;
 mod error;
 mod exact;
 mod missing;
+mod program;
 
 pub use cloud::{
     CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
     RegisterOptions, Registration, Side, Termination, WeakDirection, estimate_normals,
     register_to_cloud, thin_out,
 };
-pub use mesh::{Holes, MeshTarget, TriangleMesh, register_to_mesh, sample_surface};
+pub use mesh::{Holes, MeshSurface, MeshTarget, TriangleMesh, register_to_mesh, sample_surface};
 
 pub use error::{InvalidTouch, PoseError};
 pub use exact::{
@@ -58,6 +59,9 @@ pub use exact::{
     start_from_touches,
 };
 pub use missing::{MeasuredTouch, PoseModel};
+pub use program::{
+    ProgramError, ProgramOptions, Refused, correct_points, correct_program, machine_correction,
+};
 
 /// Runs the README's example.
 #[cfg(doctest)]

@@ -4,7 +4,7 @@ use force_impedance::ForceImpedanceError;
 use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
-use pose_icp::{PoseError, RegisterError};
+use pose_icp::{PoseError, ProgramError, RegisterError};
 
 use crate::{Location, Problem, ShapeProblem};
 
@@ -94,6 +94,20 @@ pub enum Error {
     /// The system gives no threads.
     #[error("cannot start the threads asked for; ask for fewer by --threads")]
     NoThreads,
+    /// A case without a pose to correct a program by.
+    #[error("a case of kind {kind} has no pose to correct a program by; give one of kind pose-icp")]
+    NoPose {
+        /// Kind of the case.
+        kind: &'static str,
+    },
+    /// A program cannot be corrected.
+    #[error("{}: {source}", path.display())]
+    Program {
+        /// The program.
+        path: PathBuf,
+        /// Why, with the line.
+        source: Box<ProgramError>,
+    },
     /// No kind of that name to write an example of.
     #[error(
         "unknown kind `{found}`{}; the kinds are {}",
@@ -184,6 +198,8 @@ impl Error {
             Self::NotSettled { .. } => true,
             Self::Case { .. }
             | Self::Design { .. }
+            | Self::NoPose { .. }
+            | Self::Program { .. }
             | Self::Shape { .. }
             | Self::NoThreads
             | Self::UnknownKind { .. }

@@ -10,6 +10,7 @@ mod error;
 mod estimates;
 mod kinds;
 mod page;
+mod program;
 mod register;
 mod regrouped;
 mod residual;
@@ -42,6 +43,7 @@ pub use kinds::{
     TouchResidual, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
+pub use program::{Corrected, correct};
 pub use register::{RegisterSettings, RegisterTiming, Registered, RegisteredPose, register};
 pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};

@@ -132,14 +132,16 @@ fn vector_map(places: &Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: 
     })
 }
 
-/// Residual vectors, first two components, where they were measured.
+/// Residual vectors, first two components, where they were measured; a residual without
+/// components points upwards.
 fn arrows(model: &dyn Model, residuals: &[f64], places: &Places) -> Vec<Arrow> {
     let arrow =
         |(at, name): (&[f64; 2], &String)| Arrow { at: *at, error: [0.0; 2], name: name.clone() };
     let mut arrows: Vec<Arrow> = places.at.iter().zip(&places.names).map(arrow).collect();
+    let upwards = usize::from(model.layout().rows.iter().all(|row| row.component == 0));
     for (row, residual) in model.layout().rows.iter().zip(residuals) {
         if let Some(arrow) = arrows.get_mut(row.observation)
-            && let Some(component) = arrow.error.get_mut(row.component)
+            && let Some(component) = arrow.error.get_mut(row.component + upwards)
         {
             *component = *residual;
         }

@@ -10,6 +10,7 @@ mod jacobian;
 mod laws;
 mod line_hits;
 mod planar;
+mod polynomial;
 mod regimes;
 mod scaling;
 #[cfg(feature = "serde")]

@@ -2,6 +2,8 @@ use std::sync::Arc;
 
 use geometry::{Asphere, AsphereShape, Foot, GeometryError, Surface};
 
+use crate::MeshSurface;
+
 /// How far past the rim feet are sought during a search, as a share of the aperture.
 ///
 /// The search may leave the aperture where tilt and decentre are hardly told apart; what it ends
@@ -17,6 +19,8 @@ pub struct Part {
     shape: Option<AsphereShape>,
     /// Point about which a rotation hardly changes the surface, on the z axis.
     pivot_mm: f64,
+    /// Whether the surface has edges, where the distance has no derivative.
+    has_edges: bool,
 }
 
 impl Part {
@@ -33,13 +37,19 @@ impl Part {
             // The polynomial part overflows past the rim: the exact one has a margin of its own.
             Err(_) => Arc::new(exact),
         };
-        Ok(Self { surface, shape: Some(shape), pivot_mm })
+        Ok(Self { surface, shape: Some(shape), pivot_mm, has_edges: false })
     }
 
-    /// Any other surface.
+    /// Any other smooth surface.
     #[must_use]
     pub fn freeform(surface: Arc<dyn Surface>) -> Self {
-        Self { surface, shape: None, pivot_mm: 0.0 }
+        Self { surface, shape: None, pivot_mm: 0.0, has_edges: false }
+    }
+
+    /// A mesh; the pose is good to what its facets leave.
+    #[must_use]
+    pub fn mesh(surface: MeshSurface) -> Self {
+        Self { has_edges: true, ..Self::freeform(Arc::new(surface)) }
     }
 
     /// The asphere it was made from, if it was.
@@ -60,6 +70,11 @@ impl Part {
             let off_mm = (foot.point_mm.xy() - shape.aperture_center_mm).norm();
             off_mm <= 0.5 * shape.diameter_mm * (1.0 + RIM_SHARE)
         })
+    }
+
+    /// Whether a search may end where every step goes uphill although the derivative promises less.
+    pub(crate) fn has_edges(&self) -> bool {
+        self.has_edges
     }
 
     /// Radius by which surface forms are normalised: the part's own, or that of the contacts.

@@ -18,6 +18,8 @@ const SLOW: f64 = 1e-2;
 const WAY_IN: usize = 3;
 /// Damping after the first refused step, relative to the squared lengths of the columns.
 const FIRST_DAMPING: f64 = 1e-3;
+/// Damping under which the longest step left is a billionth of Gauss-Newton's.
+const NOTHING_MOVES: f64 = 1e9;
 const HARDER: f64 = 10.0;
 const EASIER: f64 = 0.03;
 
@@ -66,6 +68,9 @@ pub(crate) fn search(equations: &Equations<'_>, start: Chart) -> Result<Found, F
             promised = found.linearised.triangle.predicted();
             newton |= found.iterations > WAY_IN && promised > SLOW * before;
             damping = if damping > FIRST_DAMPING { damping * EASIER } else { 0.0 };
+        } else if damping > NOTHING_MOVES && equations.part.has_edges() {
+            // On the edge between two faces of a mesh every step goes uphill.
+            return Ok(found);
         } else {
             newton = true;
             damping = if damping == 0.0 { FIRST_DAMPING } else { damping * HARDER };

@@ -5,8 +5,10 @@
 // Touches of a surface that is known exactly.
 mod pose_degenerate;
 mod pose_exact;
+mod pose_freeform;
 mod pose_model;
 mod pose_scene;
+mod program;
 
 // Clouds and meshes.
 mod cloud;

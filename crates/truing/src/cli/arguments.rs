@@ -2,7 +2,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::register::Register;
+use nalgebra::Isometry3;
+
+use super::register::{Register, pose};
 
 /// Solves measured cases of precision machines, and finds what their declared model is missing.
 ///
@@ -39,6 +41,26 @@ pub(crate) enum Command {
     },
     /// Find where one cloud or mesh lies on another
     Register(Register),
+    /// Move a G-code program to where the part of a pose-icp case lies
+    Correct {
+        /// Case folder of kind pose-icp
+        case: PathBuf,
+        /// Program with G0 to G3, absolute or incremental
+        program: PathBuf,
+        /// Pose that the program was written for: six numbers "x,y,z mm, alpha,beta,gamma deg";
+        /// default: the program is in coordinates of the workpiece
+        #[arg(long, value_name = "POSE", value_parser = pose, allow_hyphen_values = true)]
+        planned: Option<Isometry3<f64>>,
+        /// Arcs become chords that stay this close to them
+        #[arg(long, value_name = "MM", default_value_t = 1e-3)]
+        chord: f64,
+        /// Decimals of the coordinates written
+        #[arg(long, value_name = "N", default_value_t = 4)]
+        decimals: usize,
+        /// File to write; default: standard output
+        #[arg(long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
     /// Gather pages written by `--report` in one, with a table of all of them
     Index {
         /// Page to write

@@ -10,12 +10,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use nalgebra::Isometry3;
+use pose_icp::ProgramOptions;
 use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::{IndexEntry, render_index};
 use truing::{
-    Case, Error, ForceDesignInput, check, close_loop, design_force, loop_report, read_case, solve,
-    solve_report,
+    Case, Error, ForceDesignInput, check, close_loop, correct, design_force, loop_report,
+    read_case, solve, solve_report,
 };
 
 use arguments::{Arguments, Command, Design, ForceCard, Run};
@@ -33,6 +35,11 @@ pub(crate) fn run() -> ExitCode {
         Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
         Command::Check { case, json } => checked(&case, json),
         Command::Register(command) => registered(&command, arguments.threads),
+        Command::Correct { case, program, planned, chord, decimals, output } => {
+            let options = ProgramOptions { chord_mm: chord, decimals };
+            let planned = planned.unwrap_or_else(Isometry3::identity);
+            correct_program(&case, &program, &planned, &options, output.as_deref())
+        }
         Command::Index { output, pages } => index(&output, &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
@@ -146,6 +153,22 @@ fn design(card: &ForceCard) -> Result<(), Error> {
     })
     .map_err(|source| Error::Design { source: Box::new(source) })?;
     if card.json { output::json(&answer) } else { output::text(&answer) }
+}
+
+fn correct_program(
+    case: &Path,
+    program: &Path,
+    planned: &Isometry3<f64>,
+    options: &ProgramOptions,
+    output: Option<&Path>,
+) -> Result<(), Error> {
+    let corrected = correct(&read_case(case)?, program, planned, options)?;
+    match output {
+        Some(path) => output::write_file(path, &corrected.program)?,
+        None => output::text(&corrected.program)?,
+    }
+    output::warnings(&corrected.warnings);
+    Ok(())
 }
 
 fn index(path: &Path, pages: &[PathBuf]) -> Result<(), Error> {

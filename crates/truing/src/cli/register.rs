@@ -98,7 +98,7 @@ impl Register {
     }
 }
 
-fn pose(text: &str) -> Result<Isometry3<f64>, String> {
+pub(crate) fn pose(text: &str) -> Result<Isometry3<f64>, String> {
     let expected = || format!("expected six numbers {}", COMPONENTS.join(","));
     // Units may be written behind the numbers, as the help shows them.
     let number = |cell: &str| {

@@ -1,5 +1,5 @@
 use geometry::EulerAngles;
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use pose_icp::PoseStart;
 use serde::Serialize;
 
@@ -85,6 +85,18 @@ pub struct TouchResidual {
 }
 
 impl PoseEstimate {
+    /// The pose as a rigid transform.
+    #[must_use]
+    pub fn machine_from_workpiece(&self) -> Isometry3<f64> {
+        let position_mm = Vector3::new(self.x_mm, self.y_mm, self.z_mm);
+        let angles = EulerAngles {
+            alpha_rad: self.alpha_deg.to_radians(),
+            beta_rad: self.beta_deg.to_radians(),
+            gamma_rad: self.gamma_deg.to_radians(),
+        };
+        PoseStart { position_mm, angles }.machine_from_workpiece()
+    }
+
     pub(super) fn of(pose: &PoseStart, stds: Option<Vector6<f64>>) -> Self {
         let PoseStart { position_mm, angles } = pose;
         let EulerAngles { alpha_rad, beta_rad, gamma_rad } = *angles;

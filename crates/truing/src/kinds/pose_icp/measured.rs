@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
+use nalgebra::Point3;
 use pose_icp::{
     MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter, PoseStart, Touch,
     fit_pose, height_at,
@@ -116,9 +117,9 @@ impl Measured for PoseCase {
                 fact("side touches", sides.to_owned()),
             ],
             places: Some(Places {
-                x_title: "machine x, mm",
-                y_title: "machine y, mm",
-                at: self.points.centers_mm.iter().map(|p| [p.x, p.y]).collect(),
+                x_title: "x, and y into the picture, mm (z enlarged; arrows: along the normal)",
+                y_title: "z enlarged, and y into the picture, mm",
+                at: oblique(&self.points.centers_mm),
                 names: self.points.names.clone(),
             }),
         }
@@ -249,4 +250,25 @@ impl PoseCase {
         }
         super::error(at, source)
     }
+}
+
+/// How much of y goes to the right, and up.
+const INTO_THE_PICTURE: [f64; 2] = [0.35, 0.45];
+/// Height of the surface in the picture over its width.
+const ENLARGED: f64 = 0.3;
+
+/// Points seen obliquely from the front and above, z enlarged so that a shallow bowl shows.
+fn oblique(points_mm: &[Point3<f64>]) -> Vec<[f64; 2]> {
+    let range = |k: usize| {
+        let of = points_mm.iter().map(|p| p[k]);
+        let (low, high) = of.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+        (low, high - low)
+    };
+    let [(x0, width), (y0, depth), (z0, height)] = [range(0), range(1), range(2)];
+    let enlarged = if height > 0.0 { (ENLARGED * width.max(depth) / height).max(1.0) } else { 1.0 };
+    let seen = |p: &Point3<f64>| {
+        let [x, y, z] = [p.x - x0, p.y - y0, (p.z - z0) * enlarged];
+        [x + INTO_THE_PICTURE[0] * y, z + INTO_THE_PICTURE[1] * y]
+    };
+    points_mm.iter().map(seen).collect()
 }

@@ -1,0 +1,9 @@
+//! The pose as a correction of the program that was written for the planned one.
+
+mod block;
+mod correct;
+mod error;
+mod modal;
+
+pub use correct::{ProgramOptions, correct_points, correct_program, machine_correction};
+pub use error::{ProgramError, Refused};
