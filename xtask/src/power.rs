@@ -4,6 +4,8 @@ mod cells;
 mod detectable;
 mod scene;
 mod table;
+mod tracer_cells;
+mod tracer_design;
 mod trial;
 mod wilson;
 

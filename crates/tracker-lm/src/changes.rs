@@ -1,8 +1,8 @@
-//! Steps at which something may have changed for good: where a beam was lost or a reflector slipped.
+//! Readings at which something may have changed for good: where a beam was lost or a reflector slipped.
 //!
-//! A lock has as many possible jumps as steps, and testing all of them in the loop would cost
+//! A lock has as many possible jumps as readings, and testing all of them in the loop would cost
 //! every other effect its significance. So the catalogue holds, for each dead path and each
-//! reflector, a change in the middle of the run; one after every gap in the readings, where a beam
+//! reflector, a change in the middle of the run; one after every gap in a lock's readings, where a beam
 //! was broken; and one wherever the residual of the declared model shows a change so clearly that
 //! chance does it nowhere in a hundred surveys.
 
@@ -33,29 +33,34 @@ pub(crate) struct Fitted<'a> {
     pub(crate) sigma_mm: f64,
 }
 
-/// What may change, and the steps at which it was measured.
+/// What may change, and the visits at which it was measured.
 struct Thing {
-    /// Station and mount of a dead path; a mount alone.
+    /// Dead path of a station and mount, or a mount; from the first range on.
     of: Change,
-    /// Ranges that it touches, by step.
-    ranges: Vec<(usize, Vec<usize>)>,
+    /// In the order measured.
+    visits: Vec<Visit>,
 }
 
-/// Changes for the catalogue, in the order of things and steps.
+/// Successive ranges of one thing at one step.
+struct Visit {
+    step: usize,
+    ranges: Vec<usize>,
+}
+
+/// Changes for the catalogue, in the order of things and readings.
 pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Change> {
     let things = things(fitted.network);
     let mut found: Vec<Change> = Vec::new();
-    for thing in &things {
-        let steps: Vec<usize> = thing.ranges.iter().map(|(step, _)| *step).collect();
-        if steps.len() >= 2 {
-            found.push(thing.of.at(steps[steps.len() / 2]));
+    for Thing { of, visits } in &things {
+        if visits.len() >= 2 {
+            found.push(of.at(visits[visits.len() / 2].ranges[0]));
         }
-        if matches!(thing.of, Change::DeadPath { .. }) {
-            let gaps = steps.windows(2).filter(|w| w[1] > w[0] + 1).take(MOST_GAPS);
-            found.extend(gaps.map(|w| thing.of.at(w[1])));
+        if matches!(of, Change::DeadPath { .. }) {
+            let gaps = visits.windows(2).filter(|w| w[1].step.abs_diff(w[0].step) > 1);
+            found.extend(gaps.take(MOST_GAPS).map(|w| of.at(w[1].ranges[0])));
         }
     }
-    let trials: usize = things.iter().map(|t| t.ranges.len().saturating_sub(1)).sum();
+    let trials: usize = things.iter().map(|t| t.visits.len().saturating_sub(1)).sum();
     let mut clear: Vec<(f64, Change)> = (things.iter())
         .filter_map(|thing| clearest(fitted, thing))
         .filter(|(p_value, _)| *p_value * count(trials) <= FALSE_ALARM)
@@ -68,17 +73,17 @@ pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Change> {
 }
 
 impl Change {
-    fn at(self, at: usize) -> Self {
+    fn at(self, from: usize) -> Self {
         match self {
-            Self::DeadPath { station, mount, .. } => Self::DeadPath { station, mount, step: at },
-            Self::Mount { mount, .. } => Self::Mount { mount, step: at },
+            Self::DeadPath { station, mount, .. } => Self::DeadPath { station, mount, range: from },
+            Self::Mount { mount, .. } => Self::Mount { mount, range: from },
         }
     }
 
     fn key(self) -> (usize, usize, usize, usize) {
         match self {
-            Self::DeadPath { station, mount, step } => (0, station, mount.unwrap_or(0), step),
-            Self::Mount { mount, step } => (1, mount, 0, step),
+            Self::DeadPath { station, mount, range } => (0, station, mount.unwrap_or(0), range),
+            Self::Mount { mount, range } => (1, mount, 0, range),
         }
     }
 
@@ -96,65 +101,59 @@ fn things(network: &Network<'_>) -> Vec<Thing> {
     let paths = network.dead_paths.iter().map(|&(station, mount)| Change::DeadPath {
         station,
         mount,
-        step: 0,
+        range: 0,
     });
-    let mounts = (0..survey.mounts.len()).map(|mount| Change::Mount { mount, step: 0 });
+    let mounts = (0..survey.mounts.len()).map(|mount| Change::Mount { mount, range: 0 });
     paths
         .chain(mounts)
         .map(|of| {
-            let touched = |step: usize| {
-                let ranges = network.ranges_of_step[step].iter().copied();
-                let own: Vec<_> = ranges.filter(|&r| of.touches(survey, r)).collect();
-                (!own.is_empty()).then_some((step, own))
-            };
-            Thing { of, ranges: (0..survey.steps.len()).filter_map(touched).collect() }
+            let mut visits: Vec<Visit> = Vec::new();
+            for index in (0..survey.ranges.len()).filter(|&r| of.touches(survey, r)) {
+                let step = survey.ranges[index].step;
+                match visits.last_mut() {
+                    Some(last) if last.step == step => last.ranges.push(index),
+                    _ => visits.push(Visit { step, ranges: vec![index] }),
+                }
+            }
+            Thing { of, visits }
         })
         .collect()
 }
 
-/// The step at which a change of a thing takes most of the residual away, and its p-value.
+/// The reading from which on a change of a thing takes most of the residual away, and its p-value.
 fn clearest(fitted: &Fitted<'_>, thing: &Thing) -> Option<(f64, Change)> {
     let width = thing.of.column(fitted.sights.first()?).len();
     let rows = fitted.residual.len();
     let mut tangent = DMatrix::zeros(rows, width);
     let mut along = DMatrix::zeros(fitted.basis.ncols(), width);
     let mut best: Option<(f64, usize)> = None;
-    // From the last step backwards, so that each change is the one before and one step more.
-    for (step, ranges) in thing.ranges.iter().skip(1).rev() {
-        let columns: Vec<_> = (ranges.iter())
-            .map(|&r| {
-                (
-                    r,
-                    thing
-                        .of
-                        .column(&fitted.sights[r])
-                        .iter()
-                        .map(|v| v / fitted.sigma_mm)
-                        .collect(),
-                )
-            })
-            .collect();
-        let (start, added) =
-            fitted.reduction.impulse(fitted.network.angle_of_step[*step], &columns);
+    // From the last visit backwards, so that each change is the one before and one visit more.
+    for Visit { step, ranges } in thing.visits.iter().skip(1).rev() {
+        let whitened = |&r: &usize| {
+            let column = thing.of.column(&fitted.sights[r]);
+            (r, column.iter().map(|v| v / fitted.sigma_mm).collect())
+        };
+        let columns: Vec<_> = ranges.iter().map(whitened).collect();
+        let angle = fitted.network.angle_of_step[*step];
+        let (start, added) = fitted.reduction.impulse(angle, &columns);
         along += fitted.basis.rows(start, added.nrows()).tr_mul(&added);
         let mut touched = tangent.rows_mut(start, added.nrows());
         touched += added;
         let normal = tangent.tr_mul(&tangent) - along.tr_mul(&along);
         let score = tangent.tr_mul(fitted.residual);
-        let Some(explained) = normal.cholesky().map(|f| score.dot(&f.solve(&score))) else {
-            continue;
-        };
+        let Some(factor) = normal.cholesky() else { continue };
+        let explained = score.dot(&factor.solve(&score));
         if best.is_none_or(|(most, _)| explained > most) {
-            best = Some((explained, *step));
+            best = Some((explained, ranges[0]));
         }
     }
-    let (explained, step) = best?;
+    let (explained, range) = best?;
     let dof = rows.checked_sub(fitted.basis.ncols() + width).filter(|&d| d > 0)?;
     let left = (fitted.residual.norm_squared() - explained).max(0.0);
     let f = explained / count(width) / (left / count(dof));
     let law = FisherSnedecor::new(count(width), count(dof)).ok()?;
     let p_value = if f.is_nan() { 1.0 } else { law.sf(f) };
-    Some((p_value, thing.of.at(step)))
+    Some((p_value, thing.of.at(range)))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

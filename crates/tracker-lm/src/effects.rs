@@ -39,13 +39,13 @@ pub(crate) struct Scene<'a> {
     pub(crate) approaches: &'a [Approach],
 }
 
-/// A change that begins with a step and stays.
+/// A change that begins with a range, in the order measured, and stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
     /// Of a dead path, by the station and mount (or station alone) it belongs to.
-    DeadPath { station: usize, mount: Option<usize>, step: usize },
+    DeadPath { station: usize, mount: Option<usize>, range: usize },
     /// Of the place of a reflector.
-    Mount { mount: usize, step: usize },
+    Mount { mount: usize, range: usize },
 }
 
 /// The catalogue: effects of the whole run, then changes at the given steps.
@@ -190,14 +190,17 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
 
 fn changed(scene: &Scene<'_>, change: Change) -> Entry {
     let survey = scene.survey;
+    let from = match change {
+        Change::DeadPath { range, .. } | Change::Mount { range, .. } => &survey.ranges[range],
+    };
+    let station_name = &survey.stations[from.station].name;
+    let at = &survey.steps[from.step].name;
     match change {
-        Change::DeadPath { station, mount, step } => {
-            let station_name = &survey.stations[station].name;
+        Change::DeadPath { mount, .. } => {
             let lock = mount.map_or_else(
                 || station_name.clone(),
                 |j| format!("{station_name}-{}", survey.mounts[j].name),
             );
-            let at = &survey.steps[step].name;
             let text = format!("the dead path of {lock} jumps at step {at}: the beam was lost");
             let subject = Some(format!("{lock} at {at}"));
             let parameters = vec![parameter("jump", "µm", 1e3)];
@@ -205,11 +208,12 @@ fn changed(scene: &Scene<'_>, change: Change) -> Entry {
                 vec![-f64::from(u8::from(change.touches(survey, r)))]
             })
         }
-        Change::Mount { mount, step } => {
+        Change::Mount { mount, .. } => {
             let name = &survey.mounts[mount].name;
-            let at = &survey.steps[step].name;
-            let text = format!("reflector {name} slips in its mount at step {at}");
-            let subject = Some(format!("{name} at {at}"));
+            let text = format!(
+                "reflector {name} slips in its mount before {station_name} sees it at step {at}"
+            );
+            let subject = Some(format!("{name} at {at} from {station_name}"));
             scene.entry("mount-slip", subject, text, coordinates("µm", 1e3), |r| {
                 let touched = change.touches(survey, r);
                 let moved = if touched { scene.sights[r].by_mount } else { Vector3::zeros() };
@@ -221,13 +225,13 @@ fn changed(scene: &Scene<'_>, change: Change) -> Entry {
 
 impl Change {
     /// Whether a range is measured after the change, of what has changed.
-    pub(crate) fn touches(&self, survey: &Survey, range: usize) -> bool {
-        let r = &survey.ranges[range];
+    pub(crate) fn touches(&self, survey: &Survey, index: usize) -> bool {
+        let r = &survey.ranges[index];
         match *self {
-            Self::DeadPath { station, mount, step } => {
-                r.station == station && mount.is_none_or(|j| r.mount == j) && r.step >= step
+            Self::DeadPath { station, mount, range } => {
+                r.station == station && mount.is_none_or(|j| r.mount == j) && index >= range
             }
-            Self::Mount { mount, step } => r.mount == mount && r.step >= step,
+            Self::Mount { mount, range } => r.mount == mount && index >= range,
         }
     }
 }

@@ -191,8 +191,8 @@ fn times(survey: &Survey, time_s: Option<&[f64]>) -> Vec<f64> {
         let first = time_s.iter().copied().fold(f64::INFINITY, f64::min);
         return time_s.iter().map(|t| t - first).collect();
     }
-    let last = count(survey.steps.len().saturating_sub(1).max(1));
-    survey.ranges.iter().map(|r| count(r.step) / last).collect()
+    let n = survey.ranges.len();
+    (0..n).map(|index| count(index) / count(n.saturating_sub(1).max(1))).collect()
 }
 
 /// Rows that say how well the stations are known, mm.

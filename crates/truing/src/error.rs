@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
+use tracker_lm::TrackerError;
 
 use crate::{Location, Problem};
 
@@ -33,6 +34,20 @@ pub enum Error {
         at: Box<Location>,
         /// Why.
         source: Box<FtCenterError>,
+    },
+    /// The axis cannot be calibrated.
+    #[error("{at}: {source}")]
+    TrackerLm {
+        /// The table, and the line where one is to blame.
+        at: Box<Location>,
+        /// Why.
+        source: Box<TrackerError>,
+    },
+    /// A kind of case that has nothing to export.
+    #[error("a case of kind `{kind}` has no such file to write: only `tracker-lm` has")]
+    NothingToExport {
+        /// The kind.
+        kind: &'static str,
     },
     /// The loop cannot be closed.
     #[error("{at}: {source}")]
@@ -110,6 +125,18 @@ impl Error {
                     | FtCenterError::CollinearPoints { .. }
                     | FtCenterError::PosesNotEnough { .. }
             ),
+            Self::TrackerLm { source, .. } => matches!(
+                **source,
+                TrackerError::TooFewStations { .. }
+                    | TrackerError::TooFewMounts { .. }
+                    | TrackerError::TooFewRanges { .. }
+                    | TrackerError::TooFewAtReference { .. }
+                    | TrackerError::CollinearMounts { .. }
+                    | TrackerError::CollinearStations
+                    | TrackerError::UndeterminedAngle { .. }
+                    | TrackerError::Unobservable { .. }
+                    | TrackerError::NotConverged { .. }
+            ),
             Self::Loop { source, .. } => matches!(
                 source,
                 LoopError::Unobservable { .. }
@@ -118,6 +145,7 @@ impl Error {
             ),
             Self::Case { .. }
             | Self::UnknownKind { .. }
+            | Self::NothingToExport { .. }
             | Self::NotRead { .. }
             | Self::Page { .. }
             | Self::Exists { .. }

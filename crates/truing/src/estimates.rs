@@ -1,6 +1,10 @@
 use serde::Serialize;
 
-use crate::kinds::{DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates};
+use crate::kinds::{
+    DisplacementEstimates, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
+    TrackerLmEstimates,
+};
+use crate::report::ExtraPlot;
 use crate::text_table::TextTable;
 
 /// What was solved for, by kind; each serialises as its own object.
@@ -16,6 +20,20 @@ pub enum Estimates {
     Displacements(DisplacementEstimates),
     /// `ft-center` from static poses.
     Gravity(GravityEstimates),
+    /// `tracker-lm`.
+    TrackerLm(TrackerLmEstimates),
+}
+
+/// A table that other programs read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Export {
+    /// Comma-separated values with the names of ISO 230.
+    Csv,
+    /// A compensation file of LinuxCNC, `COMP_FILE_TYPE = 0`.
+    LinuxCnc,
+    /// A table in the form of Heidenhain's.
+    Heidenhain,
 }
 
 /// One estimated number, in the unit it is reported in.
@@ -41,6 +59,24 @@ impl Estimates {
             Self::FtCenter(estimates) => estimates.parameters(),
             Self::Displacements(_) => Vec::new(),
             Self::Gravity(estimates) => estimates.parameters(),
+            Self::TrackerLm(estimates) => estimates.parameters(),
+        }
+    }
+
+    /// Pictures that only this kind has.
+    pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
+        match self {
+            Self::TrackerLm(estimates) => estimates.plots(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The estimates as a file of that format; `None` where the kind has nothing to put there.
+    #[must_use]
+    pub fn export(&self, format: Export) -> Option<String> {
+        match self {
+            Self::TrackerLm(estimates) => Some(estimates.export(format)),
+            _ => None,
         }
     }
 
@@ -66,6 +102,7 @@ impl Estimates {
             Self::FtCenter(estimates) => estimates.table(),
             Self::Displacements(estimates) => estimates.table(),
             Self::Gravity(estimates) => estimates.table(),
+            Self::TrackerLm(estimates) => estimates.table(),
         });
         tables
     }

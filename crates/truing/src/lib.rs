@@ -20,6 +20,7 @@ pub use ft_center;
 pub use geometry;
 pub use least_squares;
 pub use model_discrepancy;
+pub use tracker_lm;
 
 pub use case::{Case, Location, Problem, read_case};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
@@ -28,11 +29,12 @@ pub use closed::{
     close_loop,
 };
 pub use error::Error;
-pub use estimates::Estimates;
+pub use estimates::{Estimates, Export};
 pub use kinds::{
-    CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FrameFitEstimates,
-    FtCenterEstimates, GravityEstimates, LineMiss, PointResidual, TransformStd, WrenchEstimate,
-    kinds, write_example,
+    AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, DisplacementEstimates,
+    DisplacementResidual, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
+    LineMiss, MountEstimate, PointResidual, StationEstimate, TrackerLmEstimates, TransformStd,
+    WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
 pub use residual::Residual;

@@ -5,11 +5,14 @@ pub(crate) mod oracle;
 pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod survey;
+pub(crate) mod tracer;
+pub(crate) mod tracer_tables;
 pub(crate) mod vector;
 
 mod frame_cases;
 mod press_cases;
 mod published;
+mod tracer_cases;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -41,6 +44,7 @@ pub(crate) fn cases() -> Vec<Case> {
     let mut cases = published::cases();
     cases.extend(frame_cases::cases());
     cases.extend(press_cases::cases());
+    cases.extend(tracer_cases::cases());
     cases
 }
 
@@ -48,6 +52,7 @@ pub(crate) fn cases() -> Vec<Case> {
 fn generated(folder: &str, seed: u64, tables: Vec<(&'static str, String)>, story: Story) -> Case {
     let units = match folder.split('/').next() {
         Some("ft-center") => "mm, N, N·mm, s",
+        Some("tracker-lm") => "mm, degrees, s, °C",
         _ => "mm; other columns as their suffix says",
     };
     let provenance = Provenance {

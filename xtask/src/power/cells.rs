@@ -27,7 +27,7 @@ pub(crate) struct Cell {
     /// In words.
     pub(crate) situation: &'static str,
     pub(crate) question: Question,
-    make: fn(u64) -> Scene,
+    pub(super) make: fn(u64) -> Scene,
 }
 
 impl Cell {
@@ -38,12 +38,13 @@ impl Cell {
 }
 
 /// How many times its minimal detectable size an effect has.
-const TIMES: f64 = 5.0;
+pub(super) const TIMES: f64 = 5.0;
 
 /// All cells.
 pub(crate) fn cells() -> Vec<Cell> {
     let mut cells = surveys();
     cells.extend(sessions());
+    cells.extend(super::tracer_cells::cells());
     cells
 }
 
@@ -226,7 +227,7 @@ fn moments(size: f64, d: [f64; 3]) -> [f64; 6] {
 }
 
 /// A direction in space, uniform on the sphere, apart from the seed's other random numbers.
-fn direction(seed: u64) -> [f64; 3] {
+pub(super) fn direction(seed: u64) -> [f64; 3] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5bd1_e995);
     let z: f64 = rng.random_range(-1.0..1.0);
     let angle = rng.random_range(0.0..std::f64::consts::TAU);
@@ -234,6 +235,6 @@ fn direction(seed: u64) -> [f64; 3] {
     [radius * angle.cos(), radius * angle.sin(), z]
 }
 
-fn sign(d: [f64; 3]) -> f64 {
+pub(super) fn sign(d: [f64; 3]) -> f64 {
     d[2].signum()
 }

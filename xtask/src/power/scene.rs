@@ -1,16 +1,19 @@
-//! A simulated case of either kind, and how large its effect must be.
+//! A simulated case of any kind, and how large its effect must be.
 
 use super::detectable::{Design, smallest};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
 use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::survey::{self, Defect, Survey};
+use crate::generators::tracer::{self, Run};
+use crate::generators::tracer_tables::tables;
 
 /// What to simulate.
 #[derive(Clone, Debug)]
 pub(crate) enum Scene {
     Survey(Survey),
     Session(Session),
+    Run(Run),
 }
 
 /// A case folder, and the error on its check groups that the noise alone makes.
@@ -32,6 +35,10 @@ impl Scene {
                     noise_mm: surveyed.check_noise_mm,
                 }
             }
+            Self::Run(scene) => Simulated {
+                files: tables(scene, &tracer::simulate(scene)),
+                noise_mm: scene.noise_mm,
+            },
             Self::Session(scene) => {
                 let recorded = press::simulate(scene);
                 let sound = Session { fault: Fault::None, ..scene.clone() };

@@ -3,6 +3,7 @@
 mod example;
 mod frame_fit;
 mod ft_center;
+mod tracker_lm;
 
 use std::fmt;
 use std::sync::Arc;
@@ -20,6 +21,9 @@ pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
     GravityEstimates, LineMiss, WrenchEstimate,
 };
+pub use tracker_lm::{
+    AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+};
 
 /// One kind of case.
 pub(crate) struct Kind {
@@ -34,7 +38,7 @@ pub(crate) struct Kind {
 }
 
 /// Every kind, in the order in which they are listed.
-pub(crate) const KINDS: &[Kind] = &[frame_fit::KIND, ft_center::KIND];
+pub(crate) const KINDS: &[Kind] = &[frame_fit::KIND, ft_center::KIND, tracker_lm::KIND];
 
 /// Names of the kinds.
 pub fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {

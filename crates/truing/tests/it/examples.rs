@@ -40,6 +40,6 @@ fn unknown_kinds_are_named_with_the_known_ones() {
     assert_eq!(refused.code, 2);
     assert_eq!(
         refused.one_message(),
-        "unknown kind `frame-fot`; did you mean `frame-fit`?; the kinds are frame-fit, ft-center"
+        "unknown kind `frame-fot`; did you mean `frame-fit`?; the kinds are frame-fit, ft-center, tracker-lm"
     );
 }

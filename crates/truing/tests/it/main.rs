@@ -15,3 +15,4 @@ mod groups;
 mod hostile;
 mod messages;
 mod reading;
+mod tracker_lm;
