@@ -71,6 +71,7 @@ struct ModelSettings {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[expect(clippy::struct_field_names, reason = "keys of the file, which carry their unit")]
 struct NoiseSettings {
     displacement_mm: Option<Positive>,
     rigid_mm: Option<Positive>,
