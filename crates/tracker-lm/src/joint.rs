@@ -110,7 +110,10 @@ impl<'a> Joint<'a> {
             <[f64; 3]>::from(at.coords)
         });
         let origin = Translation3::from(axis.origin_mm.coords);
-        let blocks = self.network.angles.iter().flat_map(|angle| {
+        let blocks = self.network.angles.iter().enumerate().flat_map(|(k, angle)| {
+            if k == 0 {
+                return [0.0; 6];
+            }
             let nominal = axis.machine_from_table(angle.angle_rad);
             // Where the body is, against where the nominal turn from the first angle takes it.
             let body = start.moved * nominal * (start.moved * first).inverse() * first;
