@@ -6,6 +6,8 @@ mod mirror_cells;
 mod run_cells;
 mod scene;
 mod table;
+mod tracer_cells;
+mod tracer_design;
 mod trial;
 mod wilson;
 

@@ -5,6 +5,7 @@ use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
 use pose_icp::{PoseError, ProgramError, RegisterError};
+use tracker_lm::TrackerError;
 
 use crate::{Location, Problem, ShapeProblem};
 
@@ -57,6 +58,20 @@ pub enum Error {
     Design {
         /// Why.
         source: Box<ForceImpedanceError>,
+    },
+    /// The axis cannot be calibrated.
+    #[error("{at}: {source}")]
+    TrackerLm {
+        /// The table, and the line where one is to blame.
+        at: Box<Location>,
+        /// Why.
+        source: Box<TrackerError>,
+    },
+    /// A kind of case that has nothing to export.
+    #[error("a case of kind `{kind}` has no such file to write: only `tracker-lm` has")]
+    NothingToExport {
+        /// The kind.
+        kind: &'static str,
     },
     /// The loop cannot be closed.
     #[error("{at}: {source}")]
@@ -185,6 +200,18 @@ impl Error {
             Self::ForceImpedance { source, .. } => {
                 matches!(**source, ForceImpedanceError::LegsDoNotHold { .. })
             }
+            Self::TrackerLm { source, .. } => matches!(
+                **source,
+                TrackerError::TooFewStations { .. }
+                    | TrackerError::TooFewMounts { .. }
+                    | TrackerError::TooFewRanges { .. }
+                    | TrackerError::TooFewAtReference { .. }
+                    | TrackerError::CollinearMounts { .. }
+                    | TrackerError::CollinearStations
+                    | TrackerError::UndeterminedAngle { .. }
+                    | TrackerError::Unobservable { .. }
+                    | TrackerError::NotConverged { .. }
+            ),
             Self::Loop { source, .. } => matches!(
                 source,
                 LoopError::Unobservable { .. }
@@ -203,6 +230,7 @@ impl Error {
             | Self::Shape { .. }
             | Self::NoThreads
             | Self::UnknownKind { .. }
+            | Self::NothingToExport { .. }
             | Self::NotRead { .. }
             | Self::Page { .. }
             | Self::Exists { .. }

@@ -2,8 +2,9 @@ use serde::Serialize;
 
 use crate::kinds::{
     DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
-    GravityEstimates, PoseIcpEstimates,
+    GravityEstimates, PoseIcpEstimates, TrackerLmEstimates,
 };
+use crate::report::ExtraPlot;
 use crate::text_table::TextTable;
 
 /// What was solved for, by kind; each serialises as its own object.
@@ -23,6 +24,20 @@ pub enum Estimates {
     PoseIcp(PoseIcpEstimates),
     /// `force-impedance`.
     ForceImpedance(ForceImpedanceEstimates),
+    /// `tracker-lm`.
+    TrackerLm(TrackerLmEstimates),
+}
+
+/// A table that other programs read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Export {
+    /// Comma-separated values with the names of ISO 230.
+    Csv,
+    /// A compensation file of LinuxCNC, `COMP_FILE_TYPE = 0`.
+    LinuxCnc,
+    /// A table in the form of Heidenhain's.
+    Heidenhain,
 }
 
 /// One estimated number, in the unit it is reported in.
@@ -50,6 +65,24 @@ impl Estimates {
             Self::Gravity(estimates) => estimates.parameters(),
             Self::PoseIcp(estimates) => estimates.parameters(),
             Self::ForceImpedance(estimates) => estimates.parameters(),
+            Self::TrackerLm(estimates) => estimates.parameters(),
+        }
+    }
+
+    /// Pictures that only this kind has.
+    pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
+        match self {
+            Self::TrackerLm(estimates) => estimates.plots(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The estimates as a file of that format; `None` where the kind has nothing to put there.
+    #[must_use]
+    pub fn export(&self, format: Export) -> Option<String> {
+        match self {
+            Self::TrackerLm(estimates) => Some(estimates.export(format)),
+            _ => None,
         }
     }
 
@@ -77,6 +110,7 @@ impl Estimates {
             Self::Gravity(estimates) => estimates.table(),
             Self::PoseIcp(estimates) => estimates.table(),
             Self::ForceImpedance(estimates) => estimates.table(),
+            Self::TrackerLm(estimates) => estimates.table(),
         });
         tables
     }

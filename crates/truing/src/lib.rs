@@ -26,6 +26,7 @@ pub use geometry;
 pub use least_squares;
 pub use model_discrepancy;
 pub use pose_icp;
+pub use tracker_lm;
 
 pub use case::{Case, Location, Problem, read_case};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
@@ -35,12 +36,13 @@ pub use closed::{
 };
 pub use design::{ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force};
 pub use error::Error;
-pub use estimates::Estimates;
+pub use estimates::{Estimates, Export};
 pub use kinds::{
-    CenterEstimate, ContactForceEstimate, DisplacementEstimates, DisplacementResidual,
-    ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
-    HeightCheck, ImpedanceEstimate, LineMiss, PointResidual, PoseEstimate, PoseIcpEstimates,
-    TouchResidual, TransformStd, WrenchEstimate, kinds, write_example,
+    AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
+    DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,
+    FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
+    LineMiss, MountEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, StationEstimate,
+    TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
 pub use program::{Corrected, correct};

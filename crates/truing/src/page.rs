@@ -22,7 +22,8 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let arrows = |places: &Places| arrows(&*prepared.model, &residuals, places);
     let plots = |places: &Places| (arrows(places), Vec::new());
     let evidence = Evidence::Solved { residuals: &residuals };
-    Ok(page(case, &prepared, &parameters, evidence, plots, &solved.warnings))
+    let own = solved.estimates.plots();
+    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &solved.warnings))
 }
 
 /// The report of a closed loop: one self-contained HTML page.
@@ -47,7 +48,8 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     let evidence = Evidence::Closed(closure);
     // The page shows the closure's own warnings by itself.
     let warnings: Vec<String> = case.warnings.iter().chain(&declared.warnings).cloned().collect();
-    Ok(page(case, &prepared, &parameters, evidence, plots, &warnings))
+    let own = closed.estimates.plots();
+    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &warnings))
 }
 
 /// Residuals of the declared model; one without parameters is its own fit, whatever it averages.
@@ -64,16 +66,15 @@ fn page(
     prepared: &Prepared<'_>,
     parameters: &[ParameterRow],
     evidence: Evidence<'_>,
-    arrows: impl Fn(&Places) -> (Vec<Arrow>, Vec<Arrow>),
+    (mut plots, arrows): (Vec<ExtraPlot>, impl Fn(&Places) -> (Vec<Arrow>, Vec<Arrow>)),
     warnings: &[String],
 ) -> String {
     let Words { declared, residual, components, group_noun, measured, places } =
         case.measured.words();
     let components: Vec<String> = components.iter().map(|c| (*c).to_owned()).collect();
-    let maps = (places.iter())
-        .map(|places| vector_map(places, arrows(places), &prepared.model.layout().unit));
-    let curves = case.measured.curves().into_iter().map(ExtraPlot::Curves);
-    let plots: Vec<ExtraPlot> = maps.chain(curves).collect();
+    let unit = &prepared.model.layout().unit;
+    plots.extend(places.iter().map(|places| vector_map(places, arrows(places), unit)));
+    plots.extend(case.measured.curves().into_iter().map(ExtraPlot::Curves));
     let provenance = &case.provenance;
     let published = provenance.published.as_ref().map(|text| Published {
         text: text.clone(),

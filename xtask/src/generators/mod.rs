@@ -9,6 +9,8 @@ pub(crate) mod polish_tables;
 pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod survey;
+pub(crate) mod tracer;
+pub(crate) mod tracer_tables;
 pub(crate) mod vector;
 
 mod frame_cases;
@@ -16,6 +18,7 @@ mod mirror_cases;
 mod polish_cases;
 mod press_cases;
 mod published;
+mod tracer_cases;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -49,6 +52,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(press_cases::cases());
     cases.extend(mirror_cases::cases());
     cases.extend(polish_cases::cases());
+    cases.extend(tracer_cases::cases());
     cases
 }
 
@@ -57,6 +61,7 @@ fn generated(folder: &str, seed: u64, tables: Vec<(&'static str, String)>, story
     let units = match folder.split('/').next() {
         Some("ft-center") => "mm, N, N·mm, s",
         Some("force-impedance") => "mm, N, s",
+        Some("tracker-lm") => "mm, degrees, s, °C",
         _ => "mm; other columns as their suffix says",
     };
     let provenance = Provenance {

@@ -48,6 +48,7 @@ pub(crate) fn cells() -> Vec<Cell> {
     cells.extend(sessions());
     cells.extend(mirrors());
     cells.extend(runs());
+    cells.extend(super::tracer_cells::cells());
     cells
 }
 

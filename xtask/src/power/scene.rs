@@ -8,6 +8,8 @@ use crate::generators::polish_tables;
 use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::survey::{self, Defect, Survey};
+use crate::generators::tracer;
+use crate::generators::tracer_tables::tables;
 
 /// What to simulate.
 #[derive(Clone, Debug)]
@@ -16,6 +18,7 @@ pub(crate) enum Scene {
     Session(Session),
     Mirror(Mirror),
     Run(Run),
+    Tracer(tracer::Run),
 }
 
 /// A case folder, and the error on its check groups that the noise alone makes.
@@ -36,6 +39,9 @@ impl Scene {
                     ],
                     noise: surveyed.check_noise_mm,
                 }
+            }
+            Self::Tracer(scene) => {
+                Simulated { files: tables(scene, &tracer::simulate(scene)), noise: scene.noise_mm }
             }
             Self::Session(scene) => {
                 let recorded = press::simulate(scene);

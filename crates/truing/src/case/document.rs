@@ -98,6 +98,9 @@ fn unknown_key(found: String, expected: Vec<String>) -> Problem {
 fn purpose(key: &str) -> &'static str {
     match key {
         "kind" => "the kind of the case, e.g. `kind = \"frame-fit\"`",
+        "axis" => "the nominal rotary axis: `letter`, `origin_mm` and `direction`",
+        "letter" => "the letter of the rotary axis, `A`, `B` or `C`",
+        "origin_mm" => "a point on the rotary axis, machine frame",
         "z0_mm" => "the height of the contact plane above the sensor's reference point",
         _ => "add it",
     }

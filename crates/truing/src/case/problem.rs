@@ -267,6 +267,27 @@ pub enum Problem {
         /// Columns that there are.
         columns: Vec<String>,
     },
+    /// Something recorded over several rows with two values of what it has but one of.
+    #[error(
+        "{what} {} has {} and {} in column {}; one {what} has one {}",
+        quote(id),
+        quote(first),
+        quote(second),
+        quote(column),
+        quote(column)
+    )]
+    TwoValues {
+        /// What the id names.
+        what: &'static str,
+        /// The id.
+        id: String,
+        /// The column.
+        column: String,
+        /// One value.
+        first: String,
+        /// Another.
+        second: String,
+    },
     /// A press, recorded over several rows, that lies in two groups.
     #[error(
         "{what} {} has both {} and {} in column {}; one {what} belongs to one group",

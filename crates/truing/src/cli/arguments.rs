@@ -132,6 +132,15 @@ pub(crate) struct Run {
     /// Print one JSON object and nothing else
     #[arg(long)]
     pub(crate) json: bool,
+    /// Also write the errors of a rotary axis as CSV, with the names of ISO 230
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) errors: Option<PathBuf>,
+    /// Also write a compensation file for LinuxCNC (`COMP_FILE_TYPE = 0`)
+    #[arg(long, value_name = "FILE.comp")]
+    pub(crate) compensation: Option<PathBuf>,
+    /// Also write the errors of a rotary axis as a table in the form of Heidenhain's
+    #[arg(long, value_name = "FILE.tab")]
+    pub(crate) heidenhain: Option<PathBuf>,
     /// Also write a self-contained HTML report
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,

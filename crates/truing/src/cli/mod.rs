@@ -16,8 +16,8 @@ use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::{IndexEntry, render_index};
 use truing::{
-    Case, Error, ForceDesignInput, check, close_loop, correct, design_force, loop_report,
-    read_case, solve, solve_report,
+    Case, Error, Estimates, Export, ForceDesignInput, check, close_loop, correct, design_force,
+    loop_report, read_case, solve, solve_report,
 };
 
 use arguments::{Arguments, Command, Design, ForceCard, Run};
@@ -91,7 +91,33 @@ impl Answer for truing::Checked {
     }
 }
 
-fn answer<A: Answer>(
+/// An answer with estimates.
+trait Estimated: Answer {
+    fn kind(&self) -> &'static str;
+    fn estimates(&self) -> &Estimates;
+}
+
+impl Estimated for truing::Solved {
+    fn kind(&self) -> &'static str {
+        self.kind
+    }
+
+    fn estimates(&self) -> &Estimates {
+        &self.estimates
+    }
+}
+
+impl Estimated for truing::Closed {
+    fn kind(&self) -> &'static str {
+        self.kind
+    }
+
+    fn estimates(&self) -> &Estimates {
+        &self.estimates
+    }
+}
+
+fn answer<A: Estimated>(
     run: &Run,
     doing: &'static str,
     compute: impl Fn(&Case) -> Result<A, Error>,
@@ -100,6 +126,17 @@ fn answer<A: Answer>(
     let spinner = Spinner::start(doing);
     let case = read_case(&run.case)?;
     let answer = compute(&case)?;
+    for (path, format) in [
+        (&run.errors, Export::Csv),
+        (&run.compensation, Export::LinuxCnc),
+        (&run.heidenhain, Export::Heidenhain),
+    ] {
+        if let Some(path) = path {
+            let text = answer.estimates().export(format);
+            let kind = answer.kind();
+            output::write_file(path, &text.ok_or(Error::NothingToExport { kind })?)?;
+        }
+    }
     if let Some(path) = &run.report {
         output::write_file(path, &report(&case, &answer)?)?;
     }

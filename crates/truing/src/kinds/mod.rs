@@ -5,6 +5,7 @@ mod force_impedance;
 mod frame_fit;
 mod ft_center;
 mod pose_icp;
+mod tracker_lm;
 
 use std::fmt;
 use std::sync::Arc;
@@ -23,6 +24,9 @@ pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
     GravityEstimates, LineMiss, WrenchEstimate,
 };
+pub use tracker_lm::{
+    AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+};
 
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
 
@@ -40,7 +44,7 @@ pub(crate) struct Kind {
 
 /// Every kind, in the order in which they are listed.
 pub(crate) const KINDS: &[Kind] =
-    &[frame_fit::KIND, ft_center::KIND, pose_icp::KIND, force_impedance::KIND];
+    &[frame_fit::KIND, ft_center::KIND, tracker_lm::KIND, pose_icp::KIND, force_impedance::KIND];
 
 /// Names of the kinds.
 pub fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {

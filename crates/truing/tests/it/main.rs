@@ -17,3 +17,4 @@ mod hostile;
 mod messages;
 mod reading;
 mod register;
+mod tracker_lm;

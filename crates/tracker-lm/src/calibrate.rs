@@ -1,0 +1,141 @@
+//! From a survey to the six errors.
+
+use least_squares::{BorderedPoint, BorderedSolution};
+use nalgebra::Point3;
+
+use crate::free_points::FreePoints;
+use crate::gauge::StationChart;
+use crate::joint::Joint;
+use crate::network::Network;
+use crate::search::{covariance, settle};
+use crate::spread::Columns;
+use crate::start::Start;
+use crate::{Calibration, Formulation, Noise, Options, Survey, TrackerError};
+use crate::{joint_result, points_result};
+
+/// Standard uncertainty of a displacement that the first fit takes where none is declared.
+const FIRST_GUESS_MM: f64 = 1e-3;
+/// Estimates of the noise below this are rounding, and no reason to weigh anything by.
+const LEAST_NOISE_MM: f64 = 1e-9;
+/// Fits with the noise estimated anew; beside other declared uncertainties it settles in three.
+const NOISE_PASSES: usize = 8;
+/// Relative change of the estimated noise that is worth another fit.
+const NOISE_SETTLED: f64 = 1e-3;
+/// Residual beyond which a nominal start is not trusted, in standard uncertainties.
+const POOR_FIT: f64 = 10.0;
+
+/// Finds stations, dead paths, reflectors, and the axis' six errors at every angle.
+///
+/// # Errors
+///
+/// See [`TrackerError`]: every variant means that there is no calibration to rely on.
+pub fn calibrate(survey: &Survey, options: &Options) -> Result<Calibration, TrackerError> {
+    match options.formulation {
+        Formulation::Joint => Ok(fitted_joint(survey, options)?.0),
+        Formulation::FreePoints => {
+            let (network, chart) = checked(survey, options)?;
+            let with =
+                |w: Weights| FreePoints::new(&network, &chart, w.displacement_mm, w.rigid_mm);
+            let (solution, weights) =
+                fit((&network, &chart), options, with, FreePoints::start, &[])?;
+            points_result::result(&with(weights), solution, weights, options)
+        }
+    }
+}
+
+/// The joint bundle and its point, whatever formulation is asked for.
+pub(crate) fn fitted_joint(
+    survey: &Survey,
+    options: &Options,
+) -> Result<(Calibration, BorderedPoint), TrackerError> {
+    let options = Options { formulation: Formulation::Joint, ..*options };
+    let (network, chart) = checked(survey, &options)?;
+    let with = |w: Weights| Joint::new(&network, &chart, w.displacement_mm);
+    let (solution, weights) = fit((&network, &chart), &options, with, Joint::start, &[0])?;
+    let calibration = joint_result::result(&with(weights), &solution, weights, &options)?;
+    Ok((calibration, solution.point))
+}
+
+fn checked<'a>(
+    survey: &'a Survey,
+    options: &Options,
+) -> Result<(Network<'a>, StationChart), TrackerError> {
+    let network = Network::new(survey, options)?;
+    let nominal: Vec<Point3<f64>> = survey.stations.iter().map(|s| s.nominal_mm).collect();
+    Ok((network, StationChart::new(&nominal, options)?))
+}
+
+/// Standard uncertainties in use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Weights {
+    pub(crate) displacement_mm: f64,
+    pub(crate) rigid_mm: f64,
+}
+
+impl Weights {
+    fn new(noise: &Noise, displacement_mm: f64) -> Self {
+        Self { displacement_mm, rigid_mm: noise.rigid_mm.unwrap_or(displacement_mm) }
+    }
+}
+
+/// Fits from the nominal start, from a resected one where that is poor, and estimates the noise
+/// where it is not declared.
+fn fit<P: Columns>(
+    (network, chart): (&Network<'_>, &StationChart),
+    options: &Options,
+    with: impl Fn(Weights) -> P,
+    start: impl Fn(&P, &Start) -> BorderedPoint,
+    held: &[usize],
+) -> Result<(BorderedSolution, Weights), TrackerError> {
+    let declared = options.noise.displacement_mm;
+    let mut weights = Weights::new(&options.noise, declared.unwrap_or(FIRST_GUESS_MM));
+    let problem = with(weights);
+    let from = |place: &Start| settle(&problem, start(&problem, place), held);
+    let first = from(&Start::nominal(network));
+    let factor = |settled: &BorderedSolution| settled.variance_factor.unwrap_or(0.0);
+    let mut settled = match first {
+        Ok(settled) if factor(&settled) <= POOR_FIT * POOR_FIT => settled,
+        first => match (first, from(&Start::resected(network, chart))) {
+            (Ok(first), Ok(second)) if factor(&second) < factor(&first) => second,
+            (Err(_), Ok(second)) => second,
+            (first, _) => first?,
+        },
+    };
+    if declared.is_some() {
+        return Ok((settled, weights));
+    }
+    for _ in 0..NOISE_PASSES {
+        let ratio = range_variance(&with(weights), &settled, held)?.sqrt();
+        let estimate = (weights.displacement_mm * ratio).max(LEAST_NOISE_MM);
+        let change = estimate / weights.displacement_mm - 1.0;
+        weights = Weights::new(&options.noise, estimate);
+        settled = settle(&with(weights), settled.point, held)?;
+        if change.abs() < NOISE_SETTLED || estimate <= LEAST_NOISE_MM {
+            break;
+        }
+    }
+    Ok((settled, weights))
+}
+
+/// Mean whitened square of the ranges' residuals over their redundancy: the variance that they
+/// have beside rows of another kind (Förstner 1979).
+fn range_variance<P: Columns>(
+    problem: &P,
+    settled: &BorderedSolution,
+    held: &[usize],
+) -> Result<f64, TrackerError> {
+    let covariance = covariance(problem, &settled.point, held)?;
+    let m = problem.block_dim();
+    let (mut squares, mut redundancy) = (0.0, 0.0);
+    for block in 0..problem.block_count() {
+        let leverages = covariance.leverages(block);
+        let mut residuals = vec![0.0; leverages.len()];
+        let own = &settled.point.blocks[m * block..m * (block + 1)];
+        problem.residuals(block, &settled.point.shared, own, &mut residuals);
+        for row in 0..problem.range_count(block) {
+            squares += residuals[row] * residuals[row];
+            redundancy += 1.0 - leverages[row];
+        }
+    }
+    Ok(squares / redundancy)
+}

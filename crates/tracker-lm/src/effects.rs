@@ -1,0 +1,264 @@
+//! What the declared model leaves out: the catalogue of effects.
+//!
+//! A column is `∂u/∂amplitude` of `u = |P − S| − (l + L)` with the shared parameters and the six
+//! errors fixed. An amplitude of the tracer's readings is positive where it reads too long.
+
+use model_discrepancy::{Covariate, Effect, Parameter};
+use nalgebra::Vector3;
+
+use crate::sights::Sight;
+use crate::{Approach, Survey};
+
+/// Reference temperature of length, ISO 1.
+const REFERENCE_C: f64 = 20.0;
+/// Ending of the columns that are temperatures.
+const CELSIUS: &str = "_c";
+/// Nearer to the axis than this a reflector has no side that faces outward.
+const ON_AXIS_MM: f64 = 1.0;
+
+/// An effect as the loop sees it, and what it does to every range.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) effect: Effect,
+    /// One row per range, one value per amplitude, mm.
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+/// What the catalogue is made from.
+pub(crate) struct Scene<'a> {
+    pub(crate) survey: &'a Survey,
+    /// Geometry of every range.
+    pub(crate) sights: &'a [Sight],
+    /// Time of every range: seconds, or share of the run where no time was recorded.
+    pub(crate) time: &'a [f64],
+    /// Whether `time` is in seconds.
+    pub(crate) timed: bool,
+    /// One value per range.
+    pub(crate) covariates: &'a [Covariate],
+    /// Way that the axis came to every step.
+    pub(crate) approaches: &'a [Approach],
+}
+
+/// A change that begins with a range, in the order measured, and stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// Of a dead path, by the station and mount (or station alone) it belongs to.
+    DeadPath { station: usize, mount: Option<usize>, range: usize },
+    /// Of the place of a reflector.
+    Mount { mount: usize, range: usize },
+}
+
+/// The catalogue: effects of the whole run, then changes at the given steps.
+pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Change]) -> Vec<Entry> {
+    let n_stations = scene.survey.stations.len();
+    let mut entries =
+        vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
+    entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
+    entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
+    entries.extend(temperatures(scene));
+    entries.extend(changes.iter().map(|change| changed(scene, *change)));
+    entries
+}
+
+impl Scene<'_> {
+    fn entry(
+        &self,
+        id: &str,
+        subject: Option<String>,
+        description: String,
+        parameters: Vec<Parameter>,
+        column: impl Fn(usize) -> Vec<f64>,
+    ) -> Entry {
+        let effect = Effect { id: id.to_owned(), subject, description, driver: None, parameters };
+        Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
+    }
+
+    fn displacement_mm(&self, range: usize) -> f64 {
+        self.survey.ranges[range].displacement_mm
+    }
+
+    /// Unit and factor of something per unit of time.
+    fn rate(&self) -> (&'static str, f64) {
+        if self.timed { ("mm/h", 3600.0) } else { ("mm over the run", 1.0) }
+    }
+}
+
+fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
+    Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
+}
+
+fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
+    ["x", "y", "z"].iter().map(|name| parameter(name, unit, report_factor)).collect()
+}
+
+fn range_scale(scene: &Scene<'_>) -> Entry {
+    let text = "the tracer reads displacements too long in proportion: its wavelength is off";
+    let parameters = vec![parameter("scale", "ppm", 1e6)];
+    scene
+        .entry("range-scale", None, text.to_owned(), parameters, |r| vec![scene.displacement_mm(r)])
+}
+
+fn range_drift(scene: &Scene<'_>) -> Entry {
+    let text = "the reading drifts while the tracer stays locked on";
+    let (unit, factor) = scene.rate();
+    let mut locked = std::collections::HashMap::new();
+    for (range, time) in scene.survey.ranges.iter().zip(scene.time) {
+        let first = locked.entry((range.station, range.mount)).or_insert(*time);
+        *first = first.min(*time);
+    }
+    let parameters = vec![parameter("rate", unit, factor)];
+    scene.entry("range-drift", None, text.to_owned(), parameters, |r| {
+        let range = &scene.survey.ranges[r];
+        vec![scene.time[r] - locked[&(range.station, range.mount)]]
+    })
+}
+
+/// Half of the difference between coming with rising and with falling angles, error by error.
+fn backlash(scene: &Scene<'_>) -> Entry {
+    let text = "the axis stops elsewhere when it comes from the other side";
+    let names = scene.survey.axis.letter.error_names();
+    let parameters = (0..6)
+        .map(|c| {
+            if c < 3 {
+                parameter(&names[c], "µm", 1e3)
+            } else {
+                parameter(&names[c], "µrad", 1e6)
+            }
+        })
+        .collect();
+    scene.entry("backlash", None, text.to_owned(), parameters, |r| {
+        let half = match scene.approaches[scene.survey.ranges[r].step] {
+            Approach::Positive => 0.5,
+            Approach::Negative => -0.5,
+        };
+        scene.sights[r].by_error.iter().map(|v| half * v).collect()
+    })
+}
+
+/// Path in the reflector that grows with the square of the sine of the angle at which the beam
+/// meets it; the part linear in the direction is a displacement of the reflector.
+fn incidence(scene: &Scene<'_>) -> Entry {
+    let text = "the reflector lengthens a beam that meets it at an angle to its axis, which is \
+                taken to point away from the rotary axis";
+    let parameters = vec![parameter("at grazing incidence", "µm", 1e3)];
+    scene.entry("incidence", None, text.to_owned(), parameters, |r| {
+        vec![1.0 - scene.sights[r].cosine.powi(2)]
+    })
+}
+
+fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let text = format!("station {name} moves steadily while it measures");
+    let (unit, factor) = scene.rate();
+    let subject = Some(name.clone());
+    scene.entry("station-drift", subject, text, coordinates(unit, factor), |r| {
+        let is_own = scene.survey.ranges[r].station == station;
+        let moved = if is_own { -scene.sights[r].beam * scene.time[r] } else { Vector3::zeros() };
+        moved.iter().copied().collect()
+    })
+}
+
+fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let text = format!("readings from station {name} alone are too long in proportion");
+    let parameters = vec![parameter("scale", "ppm", 1e6)];
+    scene.entry("bad-station", Some(name.clone()), text, parameters, |r| {
+        let is_own = scene.survey.ranges[r].station == station;
+        vec![if is_own { scene.displacement_mm(r) } else { 0.0 }]
+    })
+}
+
+/// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected.
+fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
+    let columns = scene.covariates.iter().filter(|c| c.name.ends_with(CELSIUS));
+    columns
+        .map(|column| {
+            let text = format!(
+                "displacements read too long in proportion to {} from {REFERENCE_C} °C",
+                column.name
+            );
+            let parameters = vec![parameter("scale", "ppm/K", 1e6)];
+            let subject = Some(column.name.clone());
+            let mut entry = scene.entry("temperature", subject, text, parameters, |r| {
+                vec![scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)]
+            });
+            entry.effect.driver = Some(column.name.clone());
+            entry
+        })
+        .collect()
+}
+
+fn changed(scene: &Scene<'_>, change: Change) -> Entry {
+    let survey = scene.survey;
+    let from = match change {
+        Change::DeadPath { range, .. } | Change::Mount { range, .. } => &survey.ranges[range],
+    };
+    let station_name = &survey.stations[from.station].name;
+    let at = &survey.steps[from.step].name;
+    match change {
+        Change::DeadPath { mount, .. } => {
+            let lock = mount.map_or_else(
+                || station_name.clone(),
+                |j| format!("{station_name}-{}", survey.mounts[j].name),
+            );
+            let text = format!("the dead path of {lock} jumps at step {at}: the beam was lost");
+            let subject = Some(format!("{lock} at {at}"));
+            let parameters = vec![parameter("jump", "µm", 1e3)];
+            scene.entry("dead-path-jump", subject, text, parameters, |r| {
+                vec![-f64::from(u8::from(change.touches(survey, r)))]
+            })
+        }
+        Change::Mount { mount, .. } => {
+            let name = &survey.mounts[mount].name;
+            let text = format!(
+                "reflector {name} slips in its mount before {station_name} sees it at step {at}"
+            );
+            let subject = Some(format!("{name} at {at} from {station_name}"));
+            scene.entry("mount-slip", subject, text, coordinates("µm", 1e3), |r| {
+                let touched = change.touches(survey, r);
+                let moved = if touched { scene.sights[r].by_mount } else { Vector3::zeros() };
+                moved.iter().copied().collect()
+            })
+        }
+    }
+}
+
+impl Change {
+    /// Whether a range is measured after the change, of what has changed.
+    pub(crate) fn touches(&self, survey: &Survey, index: usize) -> bool {
+        let r = &survey.ranges[index];
+        match *self {
+            Self::DeadPath { station, mount, range } => {
+                r.station == station && mount.is_none_or(|j| r.mount == j) && index >= range
+            }
+            Self::Mount { mount, range } => r.mount == mount && index >= range,
+        }
+    }
+}
+
+/// Direction in which a reflector is taken to look, in the turning frame.
+pub(crate) fn outward(survey: &Survey, body_mm: &Vector3<f64>) -> Vector3<f64> {
+    let axis = survey.axis.direction.into_inner();
+    let radial = body_mm - axis * axis.dot(body_mm);
+    if radial.norm() > ON_AXIS_MM { radial.normalize() } else { axis }
+}
+
+/// Way that the axis came to every step: as recorded, else as the order of the steps shows it.
+pub(crate) fn approaches(survey: &Survey) -> Vec<Approach> {
+    let mut last = Approach::Positive;
+    let mut found = Vec::with_capacity(survey.steps.len());
+    for (i, step) in survey.steps.iter().enumerate() {
+        let turned = match i {
+            0 => survey.steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
+            _ => step.angle_rad - survey.steps[i - 1].angle_rad,
+        };
+        let seen = match turned {
+            t if t > 0.0 => Approach::Positive,
+            t if t < 0.0 => Approach::Negative,
+            _ => last,
+        };
+        last = step.approach.unwrap_or(seen);
+        found.push(last);
+    }
+    found
+}

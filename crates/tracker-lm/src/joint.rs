@@ -1,0 +1,281 @@
+//! The joint bundle: stations, dead paths, reflectors and six errors per angle in one problem.
+//!
+//! `u = |o + e + exp(ω)·Rot(b)·t − S| − (l + L)`, one block `[e, ω]` per angle; everything else
+//! is shared. The errors at the first angle are held at zero: the reflectors absorb them.
+
+use geometry::so3;
+use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
+use nalgebra::{Matrix3, Point3, Translation3, Vector3};
+
+use crate::gauge::StationChart;
+use crate::network::Network;
+use crate::spread::Columns;
+use crate::start::Start;
+
+/// Joint bundle over a network.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint<'a> {
+    pub(crate) network: &'a Network<'a>,
+    pub(crate) chart: &'a StationChart,
+    /// Standard uncertainty of one range.
+    sigma_mm: f64,
+    /// Nominal rotation at each angle.
+    rotations: Vec<Matrix3<f64>>,
+    /// Ranges of each angle, in the order of its rows.
+    pub(crate) ranges_of: Vec<Vec<usize>>,
+    patterns: Vec<Pattern>,
+    pattern_of: Vec<usize>,
+}
+
+/// Derivatives of one range.
+pub(crate) struct Slopes {
+    pub(crate) residual_mm: f64,
+    /// From the station to the target: derivative by the error's displacement.
+    pub(crate) beam: Vector3<f64>,
+    pub(crate) by_rotation: Vector3<f64>,
+    pub(crate) by_mount: Vector3<f64>,
+}
+
+impl<'a> Joint<'a> {
+    pub(crate) fn new(network: &'a Network<'a>, chart: &'a StationChart, sigma_mm: f64) -> Self {
+        let axis = &network.survey.axis;
+        let rotations = network
+            .angles
+            .iter()
+            .map(|a| axis.rotation(a.angle_rad).to_rotation_matrix().into_inner())
+            .collect();
+        let ranges_of: Vec<Vec<usize>> = network
+            .angles
+            .iter()
+            .map(|a| {
+                a.steps.iter().flat_map(|&s| network.ranges_of_step[s].iter().copied()).collect()
+            })
+            .collect();
+        let mut joint = Self {
+            network,
+            chart,
+            sigma_mm,
+            rotations,
+            ranges_of,
+            patterns: Vec::new(),
+            pattern_of: Vec::new(),
+        };
+        joint.find_patterns();
+        joint
+    }
+
+    /// One pattern for all blocks that see the same.
+    fn find_patterns(&mut self) {
+        let mut known = std::collections::HashMap::new();
+        for ranges in &self.ranges_of {
+            let ids: Vec<_> = ranges.iter().map(|&r| self.shared_of(r)).collect();
+            let next = self.patterns.len();
+            let index = *known.entry(ids).or_insert(next);
+            if index == next {
+                let mut pattern = Pattern::new();
+                for &range in ranges {
+                    pattern.push(&[0, 1, 2, 3, 4, 5], &self.shared_of(range));
+                }
+                self.patterns.push(pattern);
+            }
+            self.pattern_of.push(index);
+        }
+    }
+
+    /// Shared parameters of a range: station, dead path, mount.
+    pub(crate) fn shared_of(&self, range: usize) -> Vec<usize> {
+        let r = &self.network.survey.ranges[range];
+        let station = self.chart.moves(r.station).iter().map(|(p, _)| *p);
+        let mount = self.mount_start() + 3 * r.mount;
+        let dead_path = self.dead_path_start() + self.network.dead_path_of[range];
+        station.chain([dead_path, mount, mount + 1, mount + 2]).collect()
+    }
+
+    /// Index of the first dead path among the shared parameters.
+    pub(crate) fn dead_path_start(&self) -> usize {
+        self.chart.dim()
+    }
+
+    /// Index of the first reflector's coordinate among the shared parameters.
+    pub(crate) fn mount_start(&self) -> usize {
+        self.chart.dim() + self.network.dead_paths.len()
+    }
+
+    /// A start as parameters: the first angle's errors are zero, whatever frame the axis is in.
+    pub(crate) fn start(&self, start: &Start) -> BorderedPoint {
+        let axis = &self.network.survey.axis;
+        let first = axis.machine_from_table(self.network.angles[0].angle_rad);
+        let mounts = start.mounts.iter().flat_map(|m| {
+            let at = first.inverse() * start.moved * first * Point3::from(*m);
+            <[f64; 3]>::from(at.coords)
+        });
+        let origin = Translation3::from(axis.origin_mm.coords);
+        let blocks = self.network.angles.iter().enumerate().flat_map(|(k, angle)| {
+            if k == 0 {
+                return [0.0; 6];
+            }
+            let nominal = axis.machine_from_table(angle.angle_rad);
+            // Where the body is, against where the nominal turn from the first angle takes it.
+            let body = start.moved * nominal * (start.moved * first).inverse() * first;
+            let error = origin.inverse() * body * nominal.inverse() * origin;
+            let rotation = so3::log(&error.rotation);
+            let moved = error.translation.vector;
+            [moved.x, moved.y, moved.z, rotation.x, rotation.y, rotation.z]
+        });
+        let stations = self.chart.parameters(&start.stations);
+        let shared = stations.iter().copied().chain(start.dead_paths.iter().copied()).chain(mounts);
+        BorderedPoint { shared: shared.collect(), blocks: blocks.collect() }
+    }
+
+    /// Residual of a range in mm.
+    #[inline]
+    fn residual_mm(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> f64 {
+        let r = &self.network.survey.ranges[range];
+        let target = self.target_mm(r.mount, angle, shared, block).0;
+        let path = (target - self.chart.position_mm(r.station, shared)).norm();
+        path - shared[self.dead_path_start() + self.network.dead_path_of[range]] - r.displacement_mm
+    }
+
+    /// A target point, and its arm from the displaced axis, in the machine frame.
+    #[inline]
+    fn target_mm(
+        &self,
+        mount: usize,
+        angle: usize,
+        shared: &[f64],
+        block: &Block,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let at = self.mount_start() + 3 * mount;
+        let body = Vector3::new(shared[at], shared[at + 1], shared[at + 2]);
+        let arm = block.turned * (self.rotations[angle] * body);
+        (self.network.survey.axis.origin_mm.coords + block.displacement_mm + arm, arm)
+    }
+
+    #[inline]
+    pub(crate) fn slopes(
+        &self,
+        range: usize,
+        angle: usize,
+        shared: &[f64],
+        block: &Block,
+    ) -> Slopes {
+        let r = &self.network.survey.ranges[range];
+        let (target, arm) = self.target_mm(r.mount, angle, shared, block);
+        let along = target - self.chart.position_mm(r.station, shared);
+        let path = along.norm();
+        let beam = along / path;
+        let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
+        Slopes {
+            residual_mm: path - dead_path - r.displacement_mm,
+            beam,
+            by_rotation: block.jacobian.tr_mul(&arm.cross(&beam)),
+            by_mount: self.rotations[angle].tr_mul(&block.turned.tr_mul(&beam)),
+        }
+    }
+}
+
+/// What all rows of an angle share.
+pub(crate) struct Block {
+    displacement_mm: Vector3<f64>,
+    turned: Matrix3<f64>,
+    jacobian: Matrix3<f64>,
+}
+
+impl Block {
+    pub(crate) fn of(point: &[f64]) -> Self {
+        let rotation = Vector3::new(point[3], point[4], point[5]);
+        Self {
+            displacement_mm: Vector3::new(point[0], point[1], point[2]),
+            turned: so3::exp(&rotation).to_rotation_matrix().into_inner(),
+            jacobian: so3::left_jacobian(&rotation),
+        }
+    }
+}
+
+impl BorderedProblem for Joint<'_> {
+    fn shared_dim(&self) -> usize {
+        self.mount_start() + 3 * self.network.survey.mounts.len()
+    }
+
+    fn block_dim(&self) -> usize {
+        6
+    }
+
+    fn block_count(&self) -> usize {
+        self.network.angles.len()
+    }
+
+    fn patterns(&self) -> &[Pattern] {
+        &self.patterns
+    }
+
+    fn pattern_of(&self, block: usize) -> usize {
+        self.pattern_of[block]
+    }
+
+    fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
+        let own = Block::of(point);
+        for (&range, out) in self.ranges_of[block].iter().zip(out) {
+            *out = self.residual_mm(range, block, shared, &own) / self.sigma_mm;
+        }
+    }
+
+    fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
+        let own = Block::of(point);
+        let weight = 1.0 / self.sigma_mm;
+        let mut at = 0;
+        for (row, &range) in self.ranges_of[block].iter().enumerate() {
+            let slopes = self.slopes(range, block, shared, &own);
+            rows.residuals[row] = weight * slopes.residual_mm;
+            for axis in 0..3 {
+                rows.by_block[6 * row + axis] = weight * slopes.beam[axis];
+                rows.by_block[6 * row + 3 + axis] = weight * slopes.by_rotation[axis];
+            }
+            let station = self.network.survey.ranges[range].station;
+            for (_, way) in self.chart.moves(station) {
+                rows.by_shared[at] = -weight * way.dot(&slopes.beam);
+                at += 1;
+            }
+            rows.by_shared[at] = -weight;
+            for axis in 0..3 {
+                rows.by_shared[at + 1 + axis] = weight * slopes.by_mount[axis];
+            }
+            at += 4;
+        }
+    }
+
+    fn shared_residual_count(&self) -> usize {
+        self.chart.prior_mm.map_or(0, |_| self.chart.dim())
+    }
+
+    fn linearise_shared(&self, shared: &[f64], residuals: &mut [f64], jacobian: &mut [f64]) {
+        self.chart.linearise_prior(shared, residuals, jacobian);
+    }
+
+    fn shared_name(&self, index: usize) -> String {
+        if index >= self.mount_start() {
+            let at = index - self.mount_start();
+            let mount = &self.network.survey.mounts[at / 3].name;
+            return format!("{} of mount {mount} (mm)", ["x", "y", "z"][at % 3]);
+        }
+        self.network.name_of_shared(self.chart, index)
+    }
+
+    fn block_name(&self, block: usize, index: usize) -> String {
+        let letter = self.network.survey.axis.letter;
+        let angle_deg = self.network.angles[block].angle_rad.to_degrees();
+        let unit = if index < 3 { "mm" } else { "rad" };
+        format!("{} at {angle_deg:.4}° ({unit})", letter.error_names()[index])
+    }
+}
+
+impl Columns for Joint<'_> {
+    fn range_count(&self, block: usize) -> usize {
+        self.ranges_of[block].len()
+    }
+
+    fn columns(&self, block: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
+        let row = |&range: &usize| ((0..6).collect(), self.shared_of(range));
+        self.ranges_of[block].iter().map(row).collect()
+    }
+}

@@ -1,0 +1,148 @@
+//! Results of the joint bundle.
+
+use least_squares::{BorderedProblem, BorderedSolution};
+use nalgebra::{DMatrix, Matrix4, Matrix6, Point3, Vector4, Vector6};
+
+use crate::calibrate::Weights;
+use crate::joint::Joint;
+use crate::location::{fit_matrices, located};
+use crate::network::Network;
+use crate::search::covariance;
+use crate::spread::{Spread, dense_block};
+use crate::{
+    AxisError, AxisLocation, Calibration, DeadPathEstimate, ErrorOrder, MountEstimate, Options,
+    StationEstimate, TrackerError,
+};
+
+pub(crate) fn result(
+    joint: &Joint<'_>,
+    solution: &BorderedSolution,
+    weights: Weights,
+    options: &Options,
+) -> Result<Calibration, TrackerError> {
+    let network = joint.network;
+    let point = &solution.point;
+    let covariance = covariance(joint, point, &[0])?;
+    let spread = Spread::new(joint, point, covariance.shared(), &[0]);
+    let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
+    let mut redundancy = vec![0.0; residuals_mm.len()];
+    for block in 0..joint.block_count() {
+        let rows = dense_block(joint, point, block);
+        let leverages = covariance.leverages(block);
+        for (row, &range) in joint.ranges_of[block].iter().enumerate() {
+            residuals_mm[range] = weights.displacement_mm * rows.residual[row];
+            redundancy[range] = (1.0 - leverages[row]).clamp(0.0, 1.0);
+        }
+    }
+    let (stations, dead_paths) = stations(network, joint.chart, &point.shared, &spread);
+    let fixed: Vec<Vector6<f64>> =
+        point.blocks.chunks_exact(6).map(Vector6::from_column_slice).collect();
+    let identity = DMatrix::identity(6, 6);
+    let axis_errors = (0..fixed.len())
+        .map(|k| AxisError {
+            angle_rad: network.angles[k].angle_rad,
+            error: fixed[k],
+            covariance: square(&spread.of(&[(k, identity.clone())], None)),
+        })
+        .map(|error| in_order(network, options.order, error))
+        .collect();
+    let linear = |k: usize, a: DMatrix<f64>| vec![(k, a)];
+    Ok(Calibration {
+        stations,
+        dead_paths,
+        mounts: mounts(joint, &point.shared, &spread),
+        axis_errors,
+        location: location(network, &fixed, &spread, linear),
+        residuals_mm,
+        redundancy,
+        n_points: network.points().len(),
+        degrees_of_freedom: solution.degrees_of_freedom,
+        variance_factor: solution.variance_factor.unwrap_or(1.0),
+        displacement_mm: weights.displacement_mm,
+        report: solution.report.clone(),
+    })
+}
+
+fn mounts(joint: &Joint<'_>, shared: &[f64], spread: &Spread) -> Vec<MountEstimate> {
+    (0..joint.network.survey.mounts.len())
+        .map(|mount| {
+            let at = joint.mount_start() + 3 * mount;
+            MountEstimate {
+                position_mm: Point3::new(shared[at], shared[at + 1], shared[at + 2]),
+                covariance_mm2: spread.shared.fixed_view::<3, 3>(at, at).into_owned(),
+            }
+        })
+        .collect()
+}
+
+/// Stations and dead paths, which are the first of the shared parameters in both formulations.
+pub(crate) fn stations(
+    network: &Network<'_>,
+    chart: &crate::gauge::StationChart,
+    shared: &[f64],
+    spread: &Spread,
+) -> (Vec<StationEstimate>, Vec<DeadPathEstimate>) {
+    let n = chart.dim();
+    let of_stations =
+        chart.basis() * spread.shared.view((0, 0), (n, n)) * chart.basis().transpose();
+    let station = |i: usize| StationEstimate {
+        position_mm: Point3::from(chart.position_mm(i, shared)),
+        covariance_mm2: of_stations.fixed_view::<3, 3>(3 * i, 3 * i).into_owned(),
+    };
+    let dead_path = |(p, &(station, mount)): (usize, &(usize, Option<usize>))| DeadPathEstimate {
+        station,
+        mount,
+        length_mm: shared[n + p],
+        sigma_mm: spread.shared[(n + p, n + p)].max(0.0).sqrt(),
+    };
+    (
+        (0..network.survey.stations.len()).map(station).collect(),
+        network.dead_paths.iter().enumerate().map(dead_path).collect(),
+    )
+}
+
+/// Errors given in the fixed frame, in the frame asked for.
+pub(crate) fn in_order(network: &Network<'_>, order: ErrorOrder, error: AxisError) -> AxisError {
+    if order == ErrorOrder::Fixed {
+        return error;
+    }
+    let rotation = network.survey.axis.rotation(error.angle_rad).to_rotation_matrix().into_inner();
+    let mut back = Matrix6::zeros();
+    back.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation.transpose());
+    back.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation.transpose());
+    AxisError {
+        error: back * error.error,
+        covariance: back * error.covariance * back.transpose(),
+        ..error
+    }
+}
+
+/// Location of the axis from errors in the fixed frame; `linear` turns `A·error` of an angle into
+/// the blocks it is made of.
+pub(crate) fn location(
+    network: &Network<'_>,
+    errors: &[Vector6<f64>],
+    spread: &Spread,
+    linear: impl Fn(usize, DMatrix<f64>) -> Vec<(usize, DMatrix<f64>)>,
+) -> Option<AxisLocation> {
+    let angles_rad: Vec<f64> = network.angles.iter().map(|a| a.angle_rad).collect();
+    let matrices = fit_matrices(&network.survey.axis, &angles_rad)?;
+    let mut sum = Vector4::zeros();
+    let mut terms: Vec<(usize, DMatrix<f64>)> = Vec::new();
+    for (k, matrix) in matrices.into_iter().enumerate() {
+        sum += Vector4::from_iterator((&matrix * errors[k]).iter().copied());
+        for (block, a) in linear(k, matrix) {
+            match terms.iter_mut().find(|(known, _)| *known == block) {
+                Some((_, total)) => *total += a,
+                None => terms.push((block, a)),
+            }
+        }
+    }
+    let covariance = Matrix4::from_iterator(spread.of(&terms, None).iter().copied());
+    Some(located(network.survey.axis, angles_rad[0], sum, covariance))
+}
+
+/// A 6 × 6 matrix of dynamic size as one of fixed size.
+pub(crate) fn square(matrix: &DMatrix<f64>) -> Matrix6<f64> {
+    Matrix6::from_iterator(matrix.iter().copied())
+}

@@ -1,0 +1,69 @@
+//! Six errors of a rotary axis from laser-tracer displacements, by multilateration.
+//!
+//! A tracer at stations Sᵢ follows reflectors tⱼ on the axis through steps k and reads how far
+//! its path has changed since it locked on. [`calibrate`] minimises `Σ u²/σ²` over
+//! `u = |o + e + exp(ω)·Rot(b)·t − S| − (l + L)`: stations, dead paths l, reflectors and the six
+//! errors `[e, ω]` of every angle at once ([`Formulation::Joint`]); or over free target points
+//! with rigid-body rows, from which the errors follow angle by angle
+//! ([`Formulation::FreePoints`]).
+//!
+//! Lengths are in mm, angles in rad. The errors are `[EX EY EZ EA EB EC]` of the nominal axis'
+//! origin, relative to the first angle measured, in the machine frame (or the frame that turns
+//! with the axis, [`ErrorOrder`]): the point that should be at `o + q` is at `o + e + exp(ω)·q`.
+//!
+//! Source: document \[B\], steps S1 to S4; ISO 230-1 and 230-7 for names and frames; Theil (1965)
+//! for the residuals that the loop looks at.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use tracker_lm::error_at_angle;
+//!
+//! // Three reflectors about the axis' origin; the body has moved 3 µm along x and turned 10 µrad
+//! // about z.
+//! let arms_mm = [[150.0, 0.0, 20.0], [0.0, 120.0, -30.0], [-80.0, -90.0, 0.0]].map(Vector3::from);
+//! let moved = arms_mm.map(|q| Vector3::new(0.003, 0.0, 0.0) + Vector3::z().cross(&q) * 10e-6);
+//! let (error, _) = error_at_angle(&arms_mm, &moved).expect("three points span a plane");
+//! assert!((error[0] - 0.003).abs() < 1e-6 && (error[5] - 10e-6).abs() < 1e-8);
+//! ```
+
+mod axis;
+mod calibrate;
+mod calibration;
+mod changes;
+mod effects;
+mod error;
+mod export;
+mod free_points;
+mod gauge;
+mod joint;
+mod joint_result;
+mod location;
+mod model;
+mod motion;
+mod network;
+mod options;
+mod points_result;
+mod proposals;
+mod reduce;
+mod reduction;
+mod search;
+mod sights;
+mod spread;
+mod start;
+mod survey;
+mod with_effects;
+
+pub use axis::{AxisLetter, RotaryAxis};
+pub use calibrate::calibrate;
+pub use calibration::{AxisError, Calibration, DeadPathEstimate, MountEstimate, StationEstimate};
+pub use error::{Record, Shortage, TrackerError};
+pub use export::{axis_errors_csv, heidenhain_table, linuxcnc_compensation};
+pub use location::AxisLocation;
+pub use model::TrackerModel;
+pub use motion::error_at_angle;
+pub use options::{DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options};
+pub use survey::{Approach, Mount, Range, Station, Step, Survey};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

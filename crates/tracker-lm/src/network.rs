@@ -1,0 +1,287 @@
+//! A survey that has been checked: which readings share what.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+
+use crate::error::{Record, Shortage};
+use crate::gauge::StationChart;
+use crate::{DeadPath, Formulation, Gauge, Options, Survey, TrackerError};
+
+/// Fewest stations: three distances place a point, the fourth checks the stations.
+const MIN_STATIONS: usize = 4;
+/// Fewest reflectors that show six errors.
+pub(crate) const MIN_MOUNTS: usize = 3;
+/// Numbers beyond are slips; a double then resolves less than 0.1 µm.
+const LARGEST: f64 = 1e9;
+/// Steps nearer to each other than this are at the same angle: 10 nm on a metre.
+const SAME_ANGLE_RAD: f64 = 1e-8;
+/// Spread about a line over spread along it below which reflectors count as collinear: the
+/// rotation about the line is then a thousand times less certain than the others.
+const COLLINEAR: f64 = 1e-3;
+
+/// A survey whose references and counts are in order.
+#[derive(Clone, Debug)]
+pub(crate) struct Network<'a> {
+    pub(crate) survey: &'a Survey,
+    /// In the order measured; the first is the reference.
+    pub(crate) angles: Vec<Angle>,
+    /// Angle of each step.
+    pub(crate) angle_of_step: Vec<usize>,
+    /// Ranges of each step.
+    pub(crate) ranges_of_step: Vec<Vec<usize>>,
+    /// Station, and mount where each lock has its own.
+    pub(crate) dead_paths: Vec<(usize, Option<usize>)>,
+    /// Dead path of each range.
+    pub(crate) dead_path_of: Vec<usize>,
+}
+
+/// Stops at one angle.
+#[derive(Clone, Debug)]
+pub(crate) struct Angle {
+    pub(crate) angle_rad: f64,
+    pub(crate) steps: Vec<usize>,
+}
+
+impl<'a> Network<'a> {
+    pub(crate) fn new(survey: &'a Survey, options: &Options) -> Result<Self, TrackerError> {
+        check_noise(options)?;
+        check_numbers(survey)?;
+        check_references(survey)?;
+        check_shape(survey)?;
+        let (angles, angle_of_step) = angles(survey);
+        let mut ranges_of_step = vec![Vec::new(); survey.steps.len()];
+        for (index, range) in survey.ranges.iter().enumerate() {
+            ranges_of_step[range.step].push(index);
+        }
+        let (dead_paths, dead_path_of) = dead_paths(survey, options.dead_path);
+        let network =
+            Self { survey, angles, angle_of_step, ranges_of_step, dead_paths, dead_path_of };
+        network.check_count(options)?;
+        Ok(network)
+    }
+
+    /// Target points: mount and step.
+    pub(crate) fn points(&self) -> Vec<(usize, usize)> {
+        let mut points: Vec<_> = self.survey.ranges.iter().map(|r| (r.step, r.mount)).collect();
+        points.sort_unstable();
+        points.dedup();
+        points.into_iter().map(|(step, mount)| (mount, step)).collect()
+    }
+
+    /// Mounts seen at a step, sorted.
+    pub(crate) fn mounts_at(&self, step: usize) -> Vec<usize> {
+        let mut mounts: Vec<_> =
+            self.ranges_of_step[step].iter().map(|&r| self.survey.ranges[r].mount).collect();
+        mounts.sort_unstable();
+        mounts.dedup();
+        mounts
+    }
+
+    fn check_count(&self, options: &Options) -> Result<(), TrackerError> {
+        let (n_stations, n_mounts) = (self.survey.stations.len(), self.survey.mounts.len());
+        let with_prior = options.gauge == Gauge::Stations && options.noise.station_mm.is_some();
+        let prior_rows = if with_prior { 3 * n_stations } else { 0 };
+        let stations = if with_prior { 3 * n_stations } else { 3 * n_stations - 6 };
+        let n_angles = self.angles.len();
+        let ranges = self.survey.ranges.len();
+        let (rows, fixed, per_angle, angles_that_count) = match options.formulation {
+            Formulation::Joint => (ranges, 3 * n_mounts, 6 * (n_angles - 1), n_angles - 1),
+            Formulation::FreePoints => {
+                let pairs = |n: usize| n * n.saturating_sub(1) / 2;
+                let rigid: usize =
+                    (0..self.survey.steps.len()).map(|s| pairs(self.mounts_at(s).len())).sum();
+                let points = 3 * self.points().len();
+                (ranges + rigid, pairs(n_mounts), points, n_angles)
+            }
+        };
+        let equations = rows + prior_rows;
+        let shared = stations + self.dead_paths.len() + fixed;
+        let unknowns = shared + per_angle;
+        if equations > unknowns {
+            return Ok(());
+        }
+        // What an angle like the mean of these brings beyond its own unknowns, of which the
+        // first angle of the joint bundle has none.
+        let own = per_angle.div_ceil(angles_that_count.max(1));
+        let brings = (rows / n_angles).saturating_sub(own);
+        let gift = own * (n_angles - angles_that_count);
+        let missing = shared.saturating_sub(prior_rows + gift);
+        let (shortage, needed, got) = match missing.checked_div(brings) {
+            Some(more) => (Shortage::Angles, (more + 1).max(n_angles + 1), n_angles),
+            None => (Shortage::RangesPerAngle, own + 1, rows / n_angles),
+        };
+        Err(TrackerError::TooFewRanges { equations, unknowns, shortage, needed, got })
+    }
+}
+
+fn check_noise(options: &Options) -> Result<(), TrackerError> {
+    let noise = options.noise;
+    let all = [
+        ("displacement_mm", noise.displacement_mm),
+        ("rigid_mm", noise.rigid_mm),
+        ("station_mm", noise.station_mm),
+    ];
+    for (which, value) in all {
+        if let Some(value) = value
+            && !(value > 0.0 && value.is_finite())
+        {
+            return Err(TrackerError::InvalidNoise { which, value });
+        }
+    }
+    Ok(())
+}
+
+fn check_numbers(survey: &Survey) -> Result<(), TrackerError> {
+    let check = |what: Record, index: usize, values: &[f64]| {
+        let bad = values.iter().find(|v| !v.is_finite() || v.abs() > LARGEST);
+        bad.map_or(Ok(()), |&value| {
+            Err(TrackerError::InvalidNumber { what, index, value, limit: LARGEST })
+        })
+    };
+    for (i, station) in survey.stations.iter().enumerate() {
+        check(Record::Station, i, station.nominal_mm.coords.as_slice())?;
+    }
+    for (j, mount) in survey.mounts.iter().enumerate() {
+        check(Record::Mount, j, mount.nominal_mm.coords.as_slice())?;
+    }
+    for (k, step) in survey.steps.iter().enumerate() {
+        check(Record::Step, k, &[step.angle_rad])?;
+    }
+    for (r, range) in survey.ranges.iter().enumerate() {
+        check(Record::Range, r, &[range.displacement_mm])?;
+    }
+    Ok(())
+}
+
+fn check_references(survey: &Survey) -> Result<(), TrackerError> {
+    let (n_stations, n_mounts, n_steps) =
+        (survey.stations.len(), survey.mounts.len(), survey.steps.len());
+    let mut seen = std::collections::HashSet::with_capacity(survey.ranges.len());
+    let mut unseen = [vec![true; n_stations], vec![true; n_mounts], vec![true; n_steps]];
+    for (range, r) in survey.ranges.iter().enumerate() {
+        let references = [
+            (Record::Station, r.station, n_stations),
+            (Record::Mount, r.mount, n_mounts),
+            (Record::Step, r.step, n_steps),
+        ];
+        for (kind, (what, index, count)) in references.into_iter().enumerate() {
+            if index >= count {
+                return Err(TrackerError::UnknownIndex { range, what, index, count });
+            }
+            unseen[kind][index] = false;
+        }
+        if !seen.insert((r.station, r.mount, r.step)) {
+            return Err(TrackerError::DuplicateRange {
+                station: survey.stations[r.station].name.clone(),
+                mount: survey.mounts[r.mount].name.clone(),
+                step: survey.steps[r.step].name.clone(),
+                range,
+            });
+        }
+    }
+    let first = |kind: usize| unseen[kind].iter().position(|u| *u);
+    let name = if let Some(i) = first(0) {
+        (Record::Station, &survey.stations[i].name)
+    } else if let Some(j) = first(1) {
+        (Record::Mount, &survey.mounts[j].name)
+    } else if let Some(k) = first(2) {
+        (Record::Step, &survey.steps[k].name)
+    } else {
+        return Ok(());
+    };
+    Err(TrackerError::Unseen { what: name.0, name: name.1.clone() })
+}
+
+fn check_shape(survey: &Survey) -> Result<(), TrackerError> {
+    let got = survey.stations.len();
+    if got < MIN_STATIONS {
+        return Err(TrackerError::TooFewStations { needed: MIN_STATIONS, got });
+    }
+    let got = survey.mounts.len();
+    if got < MIN_MOUNTS {
+        return Err(TrackerError::TooFewMounts { needed: MIN_MOUNTS, got });
+    }
+    check_collinear(&survey.mounts.iter().map(|m| m.nominal_mm.coords).collect::<Vec<_>>())
+}
+
+/// Refuses points of the turning frame that lie on one line.
+pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerError> {
+    #[expect(clippy::cast_precision_loss, reason = "a handful of reflectors")]
+    let n = points_mm.len() as f64;
+    let centroid = points_mm.iter().sum::<Vector3<f64>>() / n;
+    let scatter: Matrix3<f64> =
+        points_mm.iter().map(|p| (p - centroid) * (p - centroid).transpose()).sum();
+    let eigen = SymmetricEigen::new(scatter / n);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let spread = order.map(|i| eigen.eigenvalues[i].max(0.0).sqrt());
+    if spread[1] > COLLINEAR * spread[0] {
+        return Ok(());
+    }
+    Err(TrackerError::CollinearMounts {
+        along_mm: spread[0],
+        off_line_mm: spread[1],
+        line: eigen.eigenvectors.column(order[0]).into_owned().into(),
+    })
+}
+
+/// Steps by angle, in the order in which each angle first comes, and the angle of each step.
+fn angles(survey: &Survey) -> (Vec<Angle>, Vec<usize>) {
+    let mut by_angle: Vec<usize> = (0..survey.steps.len()).collect();
+    by_angle.sort_by(|&a, &b| {
+        survey.steps[a].angle_rad.total_cmp(&survey.steps[b].angle_rad).then(a.cmp(&b))
+    });
+    let mut angles: Vec<Angle> = Vec::new();
+    for step in by_angle {
+        let angle_rad = survey.steps[step].angle_rad;
+        match angles.last_mut() {
+            Some(last) if angle_rad - last.angle_rad <= SAME_ANGLE_RAD => last.steps.push(step),
+            _ => angles.push(Angle { angle_rad, steps: vec![step] }),
+        }
+    }
+    for angle in &mut angles {
+        angle.steps.sort_unstable();
+    }
+    angles.sort_by_key(|a| a.steps[0]);
+    let mut angle_of_step = vec![0; survey.steps.len()];
+    for (a, angle) in angles.iter().enumerate() {
+        for &step in &angle.steps {
+            angle_of_step[step] = a;
+        }
+    }
+    (angles, angle_of_step)
+}
+
+/// Dead paths in the order of stations and mounts, and that of each range.
+fn dead_paths(survey: &Survey, model: DeadPath) -> (Vec<(usize, Option<usize>)>, Vec<usize>) {
+    let of = |r: &crate::Range| match model {
+        DeadPath::Lock => (r.station, Some(r.mount)),
+        DeadPath::Station => (r.station, None),
+    };
+    let mut dead_paths: Vec<_> = survey.ranges.iter().map(of).collect();
+    dead_paths.sort_unstable();
+    dead_paths.dedup();
+    let index = |r: &crate::Range| {
+        dead_paths.binary_search(&of(r)).expect("the list is made of the ranges' own")
+    };
+    let dead_path_of = survey.ranges.iter().map(index).collect();
+    (dead_paths, dead_path_of)
+}
+
+impl Network<'_> {
+    /// Name of a station's coordinate or a dead path, the first of the shared parameters.
+    pub(crate) fn name_of_shared(&self, chart: &StationChart, index: usize) -> String {
+        let station = |i: usize| &self.survey.stations[i].name;
+        if index < chart.dim() {
+            let coordinate = chart.coordinate(index);
+            let axis = ["x", "y", "z"][coordinate % 3];
+            return format!("{axis} of station {} (mm)", station(coordinate / 3));
+        }
+        match self.dead_paths[index - chart.dim()] {
+            (i, Some(j)) => {
+                let mount = &self.survey.mounts[j].name;
+                format!("dead path from {} to {mount} (mm)", station(i))
+            }
+            (i, None) => format!("dead path of {} (mm)", station(i)),
+        }
+    }
+}

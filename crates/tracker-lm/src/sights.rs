@@ -1,0 +1,50 @@
+//! Geometry of every range at a solution.
+
+use least_squares::BorderedPoint;
+use nalgebra::{Vector3, Vector6};
+
+use crate::effects::outward;
+use crate::joint::Joint;
+
+/// Geometry of one range.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    /// `|P − S| − (l + L)`.
+    pub(crate) residual_mm: f64,
+    /// Unit vector from the station to the target.
+    pub(crate) beam: Vector3<f64>,
+    /// Derivative by the six errors of its angle.
+    pub(crate) by_error: Vector6<f64>,
+    /// Derivative by the reflector's place in the turning frame.
+    pub(crate) by_mount: Vector3<f64>,
+    /// Cosine between the beam and the direction in which the reflector looks.
+    pub(crate) cosine: f64,
+}
+
+/// Geometry of all ranges, in the order of the survey.
+pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
+    let survey = joint.network.survey;
+    let mut sights: Vec<Option<Sight>> = vec![None; survey.ranges.len()];
+    for (angle, ranges) in joint.ranges_of.iter().enumerate() {
+        let block = &at.blocks[6 * angle..6 * angle + 6];
+        for &range in ranges {
+            let slopes = joint.slopes(range, angle, &at.shared, &crate::joint::Block::of(block));
+            let start = joint.mount_start() + 3 * survey.ranges[range].mount;
+            let body = Vector3::from_column_slice(&at.shared[start..start + 3]);
+            sights[range] = Some(Sight {
+                residual_mm: slopes.residual_mm,
+                beam: slopes.beam,
+                by_error: Vector6::from_iterator(
+                    slopes.beam.iter().chain(slopes.by_rotation.iter()).copied(),
+                ),
+                by_mount: slopes.by_mount,
+                // `by_mount` is the beam seen from the turning frame.
+                cosine: slopes.by_mount.dot(&outward(survey, &body)),
+            });
+        }
+    }
+    sights
+        .into_iter()
+        .map(|s| s.expect("every range has a step, and every step an angle"))
+        .collect()
+}

@@ -1,0 +1,80 @@
+//! What was measured: plain data, one record per measurement.
+
+use nalgebra::Point3;
+
+use crate::RotaryAxis;
+
+/// Displacements of a laser tracer at several stations, to reflectors on a rotary axis.
+///
+/// Records refer to each other by index; names serve messages.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Survey {
+    /// The nominal axis.
+    pub axis: RotaryAxis,
+    /// Where the tracer stood.
+    pub stations: Vec<Station>,
+    /// Reflectors on the axis.
+    pub mounts: Vec<Mount>,
+    /// Stops of the axis, in the order measured; the errors are relative to the first one's angle.
+    pub steps: Vec<Step>,
+    /// Readings; what was not seen has no record.
+    pub ranges: Vec<Range>,
+}
+
+/// A place of the tracer.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Station {
+    /// Name.
+    pub name: String,
+    /// Nominal position, machine frame.
+    pub nominal_mm: Point3<f64>,
+}
+
+/// A place of a reflector.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Mount {
+    /// Name.
+    pub name: String,
+    /// Nominal centre in the frame that turns with the axis, which at angle 0 is parallel to the
+    /// machine's with its origin in that of the axis.
+    pub nominal_mm: Point3<f64>,
+}
+
+/// A stop of the axis.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Step {
+    /// Name.
+    pub name: String,
+    /// Commanded angle.
+    pub angle_rad: f64,
+    /// Which way the axis came.
+    pub approach: Option<Approach>,
+}
+
+/// Which way an axis came to its stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Approach {
+    /// Through rising angles.
+    Positive,
+    /// Through falling angles.
+    Negative,
+}
+
+/// One reading: `|P − S| = displacement + dead path`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Range {
+    /// Index into [`Survey::stations`].
+    pub station: usize,
+    /// Index into [`Survey::mounts`].
+    pub mount: usize,
+    /// Index into [`Survey::steps`].
+    pub step: usize,
+    /// Change of the path since the tracer locked on.
+    pub displacement_mm: f64,
+}

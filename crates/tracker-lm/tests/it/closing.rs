@@ -1,0 +1,111 @@
+//! The loop on surveys with something wrong.
+
+use model_discrepancy::{Closure, Model, State, Verdict, check_tangents, close_loop};
+use tracker_lm::{Approach, Noise, Options, Survey, TrackerModel};
+
+use crate::scene::{Plan, gaussian, simulate};
+
+fn options() -> Options {
+    let noise = Noise { displacement_mm: Some(5e-4), station_mm: Some(4e-3), ..Noise::default() };
+    Options { noise, ..Options::default() }
+}
+
+fn closed(survey: Survey) -> (TrackerModel, Closure) {
+    let model = TrackerModel::new(survey, None, Vec::new(), &options()).unwrap();
+    let loop_options = model_discrepancy::Options { nested: false, ..Default::default() };
+    let covariates = model.coordinates();
+    let closure = close_loop(&model, &covariates, &loop_options).unwrap();
+    (model, closure)
+}
+
+#[test]
+fn tangents_are_derivatives() {
+    let plan = Plan { angles: 7, both_ways: true, missing: 0.05, ..Plan::default() };
+    let model = TrackerModel::new(simulate(&plan, 4).survey, None, Vec::new(), &options()).unwrap();
+    let at = State::declared(model.start(), model.effects());
+    // Rows are linear: central differences show rounding alone.
+    assert!(check_tangents(&model, &at) < 1e-6);
+}
+
+#[test]
+fn nothing_wrong_adds_nothing() {
+    let (_, closure) = closed(simulate(&Plan::default(), 21).survey);
+    assert!(closure.steps.is_empty(), "{:?}", closure.steps);
+    assert_eq!(closure.verdict, Verdict::NothingMissing);
+    // The mean of what is left counts one range each.
+    assert!((closure.before.train_rms / 5e-4 - 1.0).abs() < 0.1, "{}", closure.before.train_rms);
+}
+
+#[test]
+fn a_lost_beam_is_found_where_it_was_lost() {
+    let mut survey = simulate(&Plan::default(), 22).survey;
+    for range in &mut survey.ranges {
+        if range.station == 2 && range.mount == 1 && range.step >= 16 {
+            range.displacement_mm += 0.004;
+        }
+    }
+    let (_, closure) = closed(survey);
+    assert_eq!(closure.steps[0].effect, "dead-path-jump");
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("S3-R2 at 17"));
+    let jump = &closure.steps[0].parameters[0];
+    assert!((jump.value.abs() - 4.0).abs() < 3.0 * jump.std, "{jump:?}");
+}
+
+#[test]
+fn backlash_is_found_and_its_half_is_not_left_in_the_errors() {
+    let plan = Plan { angles: 13, both_ways: true, ..Plan::default() };
+    let scene = simulate(&plan, 23);
+    let mut survey = scene.survey.clone();
+    // A turn about the axis shows in a range by the arm across the beam.
+    let by_error = |range: &tracker_lm::Range| {
+        let station = scene.stations_mm[range.station];
+        let step = &survey.steps[range.step];
+        let body = scene.mounts_mm[range.mount];
+        let axis = survey.axis.direction.into_inner();
+        let arm = crate::scene::rodrigues(&axis, step.angle_rad) * body;
+        let beam = (survey.axis.origin_mm.coords + arm - station).normalize();
+        axis.cross(&arm).dot(&beam)
+    };
+    let shifts: Vec<f64> = survey.ranges.iter().map(by_error).collect();
+    for (range, shift) in survey.ranges.iter_mut().zip(shifts) {
+        let way = match survey.steps[range.step].approach {
+            Some(Approach::Negative) => -10e-6,
+            _ => 10e-6,
+        };
+        range.displacement_mm += way * shift;
+    }
+    let (model, closure) = closed(survey);
+    assert_eq!(closure.steps[0].effect, "backlash", "{:?}", closure.steps);
+    let turn = closure.steps[0].parameters.iter().find(|p| p.name == "EBB").unwrap();
+    assert!((turn.value - 20.0).abs() < 4.0 * turn.std, "{turn:?}");
+    let effect = model.effects().iter().position(|e| e.id == "backlash").unwrap();
+    let active: Vec<_> = (0..6).map(|p| (effect, p)).collect();
+    let found = model.calibration_with(&closure.state, &active, &closure.covariance).unwrap();
+    for (found, truth) in found.axis_errors.iter().zip(&scene.errors).skip(1) {
+        let left = found.error - truth;
+        let sigmas = found.sigmas();
+        // The first angle carries half of the backlash: errors are relative to it.
+        assert!((0..6).all(|c| left[c].abs() < 6.0 * sigmas[c] + if c == 4 { 11e-6 } else { 0.0 }));
+    }
+}
+
+#[test]
+fn a_station_on_a_warming_stand_is_found() {
+    let mut survey = simulate(&Plan { angles: 19, ..Plan::default() }, 24).survey;
+    let mut rng = <rand_chacha::ChaCha8Rng as rand::SeedableRng>::seed_from_u64(5);
+    let scene = simulate(&Plan { angles: 19, ..Plan::default() }, 24);
+    for range in survey.ranges.iter_mut().filter(|r| r.station == 1) {
+        let share = range.step as f64 / 18.0;
+        let rotation = crate::scene::rodrigues(
+            &scene.survey.axis.direction,
+            scene.survey.steps[range.step].angle_rad,
+        );
+        let target = scene.survey.axis.origin_mm.coords + rotation * scene.mounts_mm[range.mount];
+        let beam = (target - scene.stations_mm[1]).normalize();
+        // 10 µm upwards over the run.
+        range.displacement_mm -= 0.010 * share * beam.z + 1e-9 * gaussian(&mut rng);
+    }
+    let (_, closure) = closed(survey);
+    assert_eq!(closure.steps[0].effect, "station-drift", "{:?}", closure.steps);
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("S2"));
+}

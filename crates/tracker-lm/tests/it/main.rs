@@ -1,0 +1,10 @@
+//! Tests of the public interface.
+#![expect(clippy::unwrap_used, reason = "a test that unwraps nothing is a failed test")]
+#![expect(clippy::cast_precision_loss, reason = "counts of a test are far below 2^53")]
+
+mod closing;
+mod consistency;
+mod degenerate;
+mod exports;
+mod recovery;
+mod scene;

@@ -1,0 +1,202 @@
+//! `tracker-lm`: six errors of a rotary axis from laser-tracer displacements.
+
+mod estimates;
+mod measured;
+mod ranges;
+
+use nalgebra::{Point3, Vector3};
+use serde::Deserialize;
+use tracker_lm::{
+    AxisLetter, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis, TrackerError,
+};
+
+use crate::Error;
+use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive};
+use crate::kinds::{Kind, Reading};
+
+pub use estimates::{
+    AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+};
+
+pub(crate) const KIND: Kind = Kind {
+    name: "tracker-lm",
+    summary: "six errors of a rotary axis by multilateration with a laser tracer",
+    read,
+    example: &[
+        ("case.toml", include_str!("../../templates/tracker-lm/case.toml")),
+        ("stations.csv", include_str!("../../templates/tracker-lm/stations.csv")),
+        ("mounts.csv", include_str!("../../templates/tracker-lm/mounts.csv")),
+        ("ranges.csv", include_str!("../../templates/tracker-lm/ranges.csv")),
+    ],
+};
+
+const STATIONS: &str = "stations.csv";
+const MOUNTS: &str = "mounts.csv";
+const RANGES: &str = "ranges.csv";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(rename = "kind")]
+    _kind: serde::de::IgnoredAny,
+    axis: AxisSettings,
+    #[serde(default)]
+    model: ModelSettings,
+    #[serde(default)]
+    noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    closure: LoopSettings,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisSettings {
+    letter: LetterName,
+    origin_mm: [Finite; 3],
+    direction: Option<[Finite; 3]>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelSettings {
+    #[serde(default)]
+    formulation: FormulationName,
+    #[serde(default)]
+    dead_path: DeadPathName,
+    #[serde(default)]
+    gauge: GaugeName,
+    #[serde(default)]
+    order: OrderName,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(clippy::struct_field_names, reason = "keys of the file, which carry their unit")]
+struct NoiseSettings {
+    displacement_mm: Option<Positive>,
+    rigid_mm: Option<Positive>,
+    station_mm: Option<Positive>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+enum LetterName {
+    A,
+    B,
+    C,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum FormulationName {
+    #[default]
+    Joint,
+    FreePoints,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum DeadPathName {
+    #[default]
+    Lock,
+    Station,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum GaugeName {
+    #[default]
+    Stations,
+    Minimal,
+    Inner,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum OrderName {
+    #[default]
+    Fixed,
+    Rotating,
+}
+
+fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    let settings: Settings = document.settings()?;
+    ranges::read(folder, document, settings)
+}
+
+impl Settings {
+    fn axis(&self, document: &Document) -> Result<RotaryAxis, Error> {
+        let letter = match self.axis.letter {
+            LetterName::A => AxisLetter::A,
+            LetterName::B => AxisLetter::B,
+            LetterName::C => AxisLetter::C,
+        };
+        let along = match self.axis.letter {
+            LetterName::A => Vector3::x(),
+            LetterName::B => Vector3::y(),
+            LetterName::C => Vector3::z(),
+        };
+        let direction = self.axis.direction.map_or(along, |d| Vector3::from(d.map(|Finite(v)| v)));
+        let origin_mm = Point3::from(self.axis.origin_mm.map(|Finite(v)| v));
+        RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
+    }
+
+    fn options(&self) -> Options {
+        let value = |of: Option<Positive>| of.map(|Positive(value)| value);
+        Options {
+            formulation: match self.model.formulation {
+                FormulationName::Joint => Formulation::Joint,
+                FormulationName::FreePoints => Formulation::FreePoints,
+            },
+            dead_path: match self.model.dead_path {
+                DeadPathName::Lock => DeadPath::Lock,
+                DeadPathName::Station => DeadPath::Station,
+            },
+            gauge: match self.model.gauge {
+                GaugeName::Stations => Gauge::Stations,
+                GaugeName::Minimal => Gauge::Minimal,
+                GaugeName::Inner => Gauge::Inner,
+            },
+            order: match self.model.order {
+                OrderName::Fixed => ErrorOrder::Fixed,
+                OrderName::Rotating => ErrorOrder::Rotating,
+            },
+            noise: Noise {
+                displacement_mm: value(self.noise.displacement_mm),
+                rigid_mm: value(self.noise.rigid_mm),
+                station_mm: value(self.noise.station_mm),
+            },
+        }
+    }
+
+    /// Settings that have no meaning with others, as warnings.
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.noise.displacement_mm.is_none() {
+            warnings.push(
+                "no `[noise] displacement_mm`: standard uncertainties are estimated from the \
+                 residual"
+                    .to_owned(),
+            );
+        }
+        if self.noise.rigid_mm.is_some() && matches!(self.model.formulation, FormulationName::Joint)
+        {
+            warnings.push(
+                "`[noise] rigid_mm` is not used: in the joint formulation the reflectors are \
+                 rigid"
+                    .to_owned(),
+            );
+        }
+        if self.noise.station_mm.is_some() && !matches!(self.model.gauge, GaugeName::Stations) {
+            warnings.push(
+                "`[noise] station_mm` is not used: the gauge takes nominal positions as without \
+                 error"
+                    .to_owned(),
+            );
+        }
+        warnings
+    }
+}
+
+fn error(at: Location, source: TrackerError) -> Error {
+    Error::TrackerLm { at: Box::new(at), source: Box::new(source) }
+}

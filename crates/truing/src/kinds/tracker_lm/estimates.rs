@@ -1,0 +1,264 @@
+use serde::Serialize;
+use tracker_lm::{
+    AxisError, AxisLetter, Calibration, Survey, axis_errors_csv, heidenhain_table,
+    linuxcnc_compensation,
+};
+
+use crate::estimates::{Estimated, Export};
+use crate::report::{Curve, CurvePlot, ExtraPlot};
+use crate::text_table::{Cell, TextTable};
+
+/// What a `tracker-lm` case is solved for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrackerLmEstimates {
+    /// In the order of the table.
+    pub stations: Vec<StationEstimate>,
+    /// In the order of the table.
+    pub mounts: Vec<MountEstimate>,
+    /// Target points measured.
+    pub points: usize,
+    /// One per angle, in the order in which the angles were first measured.
+    pub axis_errors: Vec<AxisErrorEstimate>,
+    /// Location of the axis; `None` where the angles do not show it.
+    pub axis_location: Option<AxisLocationEstimate>,
+    /// Difference of `[e_x, e_y, e_z, e_a, e_b, e_c]` between coming with rising and with falling
+    /// angles, mm and rad, where the loop found one.
+    pub reversal: Option<[f64; 6]>,
+    #[serde(skip)]
+    letter: AxisLetter,
+    #[serde(skip)]
+    errors: Vec<AxisError>,
+}
+
+/// A station, machine frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StationEstimate {
+    /// Name.
+    pub station: String,
+    /// Position.
+    pub x_mm: f64,
+    /// Its y coordinate.
+    pub y_mm: f64,
+    /// Its z coordinate.
+    pub z_mm: f64,
+    /// Standard uncertainty of a coordinate, root mean square over the three.
+    pub std_mm: f64,
+}
+
+/// A reflector, in the frame that turns with the axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MountEstimate {
+    /// Name.
+    pub mount: String,
+    /// Position.
+    pub x_mm: f64,
+    /// Its y coordinate.
+    pub y_mm: f64,
+    /// Its z coordinate.
+    pub z_mm: f64,
+    /// Standard uncertainty of a coordinate, root mean square over the three.
+    pub std_mm: f64,
+}
+
+/// The six errors at one angle, relative to the first angle measured.
+///
+/// For axis B, `e_x` is EXB and `e_c` is ECB.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "six errors and six standard uncertainties, as ISO 230-1 has them")]
+pub struct AxisErrorEstimate {
+    /// The angle.
+    pub angle_deg: f64,
+    pub e_x_mm: f64,
+    pub e_y_mm: f64,
+    pub e_z_mm: f64,
+    pub e_a_rad: f64,
+    pub e_b_rad: f64,
+    pub e_c_rad: f64,
+    pub std_e_x_mm: f64,
+    pub std_e_y_mm: f64,
+    pub std_e_z_mm: f64,
+    pub std_e_a_rad: f64,
+    pub std_e_b_rad: f64,
+    pub std_e_c_rad: f64,
+}
+
+/// Location errors of the axis; the errors at the angles still contain what they cause.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisLocationEstimate {
+    /// Names, ISO 230-1: for B `EX0B`, `EZ0B`, `EA0B`, `EC0B`.
+    pub names: [String; 4],
+    /// Values: two displacements in mm, two rotations in rad.
+    pub values: [f64; 4],
+    /// Their standard uncertainties.
+    pub std: [f64; 4],
+}
+
+impl TrackerLmEstimates {
+    pub(crate) fn of(survey: &Survey, found: &Calibration, reversal: Option<[f64; 6]>) -> Self {
+        let letter = survey.axis.letter;
+        let location = found.location.as_ref().map(|location| AxisLocationEstimate {
+            names: letter.location_names(),
+            values: location.errors.into(),
+            std: location.covariance.diagonal().map(|v| v.max(0.0).sqrt()).into(),
+        });
+        let named = survey.stations.iter().zip(&found.stations);
+        let stations = named
+            .map(|(station, s)| StationEstimate {
+                station: station.name.clone(),
+                x_mm: s.position_mm.x,
+                y_mm: s.position_mm.y,
+                z_mm: s.position_mm.z,
+                std_mm: (s.covariance_mm2.trace() / 3.0).max(0.0).sqrt(),
+            })
+            .collect();
+        let named = survey.mounts.iter().zip(&found.mounts);
+        let mounts = named
+            .map(|(mount, m)| MountEstimate {
+                mount: mount.name.clone(),
+                x_mm: m.position_mm.x,
+                y_mm: m.position_mm.y,
+                z_mm: m.position_mm.z,
+                std_mm: (m.covariance_mm2.trace() / 3.0).max(0.0).sqrt(),
+            })
+            .collect();
+        Self {
+            stations,
+            mounts,
+            points: found.n_points,
+            axis_errors: found.axis_errors.iter().map(AxisErrorEstimate::of).collect(),
+            axis_location: location,
+            reversal,
+            letter,
+            errors: found.axis_errors.clone(),
+        }
+    }
+
+    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+        let mut all = Vec::new();
+        if let Some(location) = &self.axis_location {
+            for (i, name) in location.names.iter().enumerate() {
+                let (unit, factor) = if i < 2 { ("mm", 1.0) } else { ("µrad", 1e6) };
+                let (value, std) = (factor * location.values[i], factor * location.std[i]);
+                all.push(Estimated::new(name, unit, value, Some(std)));
+            }
+        }
+        for s in &self.stations {
+            for (axis, value) in [("x", s.x_mm), ("y", s.y_mm), ("z", s.z_mm)] {
+                let name = format!("station {} {axis}", s.station);
+                all.push(Estimated::new(&name, "mm", value, Some(s.std_mm)));
+            }
+        }
+        all
+    }
+
+    pub(crate) fn table(&self) -> TextTable {
+        let columns = [
+            "angle °",
+            "e_x µm",
+            "e_y µm",
+            "e_z µm",
+            "e_a µrad",
+            "e_b µrad",
+            "e_c µrad",
+            "std e_x µm",
+            "std e_y µm",
+            "std e_z µm",
+            "std e_a µrad",
+            "std e_b µrad",
+            "std e_c µrad",
+        ];
+        let title = format!("errors of axis {}, relative to the first angle", self.letter.letter());
+        let mut table = TextTable::new(title, &columns);
+        for e in &self.axis_errors {
+            let cell =
+                |(c, value): (usize, f64)| Cell::from(value * if c % 6 < 3 { 1e3 } else { 1e6 });
+            let row = std::iter::once(Cell::from(e.angle_deg));
+            table.push(row.chain(e.numbers().into_iter().enumerate().map(cell)).collect());
+        }
+        table
+    }
+
+    /// The six curves with their 95 % bands.
+    pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
+        let names = self.letter.error_names();
+        let plot = |title: &str, y_title: &str, first: usize, factor: f64| {
+            let curve = |c: usize| {
+                let mut points: Vec<([f64; 2], f64)> = (self.axis_errors.iter())
+                    .map(|e| {
+                        let numbers = e.numbers();
+                        let half = 1.96 * numbers[6 + c] * factor;
+                        ([e.angle_deg, numbers[c] * factor], half)
+                    })
+                    .collect();
+                points.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+                let (points, half_widths) = points.into_iter().unzip();
+                Curve { name: names[c].clone(), points, half_widths, joined: true }
+            };
+            ExtraPlot::Curves(CurvePlot {
+                title: title.to_owned(),
+                caption: "Relative to the first angle measured; bands are 95 % intervals."
+                    .to_owned(),
+                x_title: format!("{} (°)", self.letter.letter()),
+                y_title: y_title.to_owned(),
+                curves: (first..first + 3).map(curve).collect(),
+            })
+        };
+        vec![
+            plot("Displacement errors of the axis", "error (µm)", 0, 1e3),
+            plot("Rotation errors of the axis", "error (µrad)", 3, 1e6),
+        ]
+    }
+
+    pub(crate) fn export(&self, format: Export) -> String {
+        match format {
+            Export::Csv => axis_errors_csv(self.letter, &self.errors),
+            Export::LinuxCnc => {
+                let reversal = self.reversal.unwrap_or_default().into();
+                linuxcnc_compensation(self.letter, &self.errors, &reversal)
+            }
+            Export::Heidenhain => heidenhain_table(self.letter, &self.errors),
+        }
+    }
+}
+
+/// Angles come back as they stand in the table: what rounding to radians left is taken off.
+const ROUND_DEG: f64 = 1e-9;
+
+impl AxisErrorEstimate {
+    fn of(error: &AxisError) -> Self {
+        let (e, std) = (&error.error, error.sigmas());
+        Self {
+            angle_deg: (error.angle_rad.to_degrees() / ROUND_DEG).round() * ROUND_DEG,
+            e_x_mm: e[0],
+            e_y_mm: e[1],
+            e_z_mm: e[2],
+            e_a_rad: e[3],
+            e_b_rad: e[4],
+            e_c_rad: e[5],
+            std_e_x_mm: std[0],
+            std_e_y_mm: std[1],
+            std_e_z_mm: std[2],
+            std_e_a_rad: std[3],
+            std_e_b_rad: std[4],
+            std_e_c_rad: std[5],
+        }
+    }
+
+    /// Errors, then standard uncertainties.
+    fn numbers(&self) -> [f64; 12] {
+        [
+            self.e_x_mm,
+            self.e_y_mm,
+            self.e_z_mm,
+            self.e_a_rad,
+            self.e_b_rad,
+            self.e_c_rad,
+            self.std_e_x_mm,
+            self.std_e_y_mm,
+            self.std_e_z_mm,
+            self.std_e_a_rad,
+            self.std_e_b_rad,
+            self.std_e_c_rad,
+        ]
+    }
+}

@@ -1,0 +1,400 @@
+//! A laser tracer at several stations and reflectors on a rotary axis, in millimetres.
+//!
+//! Everything is displaced and turned as the physics has it: the axis' own errors at every angle,
+//! what is wrong with tracer, stand and reflectors, and the noise.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::noise::{Colour, Noise, gaussian};
+use super::vector::{add, cross, norm, rotate, scale};
+
+/// What is wrong with the measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Defect {
+    /// Nothing.
+    None,
+    /// The tracer reads displacements too long, relative.
+    RangeScale(f64),
+    /// The reading creeps after every lock-on: total over a run of one lock, mm, with the
+    /// curve of a first-order settling whose time constant is as long as the run.
+    RangeDrift(f64),
+    /// A station's stand warms: which, and total over the whole measurement, mm.
+    StationDrift(usize, [f64; 3]),
+    /// Play of the drive: the axis stops short by half of this either way, rad, and its bearing
+    /// gives by the displacement, mm.
+    Backlash(f64, [f64; 3]),
+    /// Glass path of the reflectors: mm at grazing incidence, growing with the fourth power of the
+    /// angle beside its square.
+    Incidence(f64),
+    /// The tracer at one station reads too long (a dirty air sensor there): which, relative.
+    BadStation(usize, f64),
+    /// The beam to one reflector is lost at a step and found again: station, mount, step, mm.
+    DeadPathJump(usize, usize, usize, f64),
+    /// A reflector slips in its magnetic nest: which, from which step on, mm.
+    MountSlip(usize, usize, [f64; 3]),
+    /// The wavelength follows the recorded temperature of the air: relative per kelvin.
+    Temperature(f64),
+    /// One reflector's bracket bends under its weight as the axis swings it: mm.
+    Bending(usize, f64),
+}
+
+/// A measurement to simulate.
+#[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent circumstances")]
+pub(crate) struct Run {
+    /// Stations, 4 to 8.
+    pub n_stations: usize,
+    /// Reflectors, 3 to 5.
+    pub n_mounts: usize,
+    /// Angles, over 180°.
+    pub n_angles: usize,
+    /// Whether the axis runs back through the same angles.
+    pub both_ways: bool,
+    /// Whether one tracer takes one lock after the other, or a tracer at every station all at once.
+    pub one_tracer: bool,
+    /// Whether all reflectors of a station share its dead path.
+    pub station_dead_paths: bool,
+    /// Standard uncertainty of a displacement, mm.
+    pub noise_mm: f64,
+    /// Dependence of successive readings of one lock.
+    pub colour: Colour,
+    /// How far the stations stand from their nominal places, per coordinate, mm.
+    pub stations_off_mm: f64,
+    /// Whether the case declares that.
+    pub declare_stations: bool,
+    /// Whether the case declares the noise.
+    pub declare_noise: bool,
+    /// Whether the air temperature is recorded.
+    pub record_air: bool,
+    /// Share of readings that are missing, at random.
+    pub missing: f64,
+    /// What is wrong.
+    pub defect: Defect,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl Run {
+    /// Six stations, four reflectors, 25 angles, 0.5 µm, stations 4 µm off and said so.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            n_stations: 6,
+            n_mounts: 4,
+            n_angles: 25,
+            both_ways: false,
+            one_tracer: false,
+            station_dead_paths: false,
+            noise_mm: 5e-4,
+            colour: Colour::White,
+            stations_off_mm: 4e-3,
+            declare_stations: true,
+            declare_noise: true,
+            record_air: false,
+            missing: 0.0,
+            defect: Defect::None,
+            seed,
+        }
+    }
+}
+
+/// One reading.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reading {
+    pub station: usize,
+    pub mount: usize,
+    pub step: usize,
+    pub time_s: f64,
+    pub air_c: f64,
+    pub displacement_mm: f64,
+    /// What the defect made of it, mm.
+    pub disturbance_mm: f64,
+}
+
+/// What a run gave.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    pub origin_mm: [f64; 3],
+    pub direction: [f64; 3],
+    /// True and nominal places.
+    pub stations_mm: Vec<([f64; 3], [f64; 3])>,
+    /// True and nominal places, turning frame.
+    pub mounts_mm: Vec<([f64; 3], [f64; 3])>,
+    /// Angle of every step, degrees, and whether it was reached with rising angles.
+    pub steps: Vec<(f64, bool)>,
+    /// Errors of the axis at every step: displacement mm, rotation rad.
+    pub errors: Vec<([f64; 3], [f64; 3])>,
+    /// In the order measured.
+    pub readings: Vec<Reading>,
+}
+
+/// Corners of the working space in which the tracer stands, mm from the axis' origin.
+const STATIONS_MM: [[f64; 3]; 8] = [
+    [-360.0, -340.0, -725.0],
+    [360.0, -320.0, -675.0],
+    [-280.0, 340.0, -700.0],
+    [305.0, 320.0, -350.0],
+    [-320.0, -305.0, -275.0],
+    [335.0, -280.0, -325.0],
+    [-305.0, 305.0, -300.0],
+    [40.0, -40.0, -740.0],
+];
+/// Radius, azimuth from the −z axis in degrees, height along the axis.
+const MOUNTS: [[f64; 3]; 5] = [
+    [150.0, 0.0, -60.0],
+    [210.0, 55.0, 70.0],
+    [180.0, -50.0, 40.0],
+    [250.0, 15.0, -20.0],
+    [190.0, -20.0, 90.0],
+];
+/// How far reflectors are from their nominal places, per coordinate.
+const MOUNTS_OFF_MM: f64 = 0.3;
+/// Size of the errors of the axis.
+const ERROR_MM: f64 = 4e-3;
+const ERROR_RAD: f64 = 15e-6;
+/// Seconds from one reading of a tracer to its next.
+const INTERVAL_S: f64 = 6.0;
+/// Height from which the first air temperature and its swing are taken, °C.
+const AIR_C: f64 = 21.0;
+const AIR_SWING_C: f64 = 1.5;
+
+/// Simulates a run.
+pub(crate) fn simulate(run: &Run) -> Measured {
+    let mut rng = ChaCha8Rng::seed_from_u64(run.seed);
+    let mut around =
+        |half: f64| -> [f64; 3] { std::array::from_fn(|_| rng.random_range(-half..half)) };
+    let tilt = add([0.0, 1.0, 0.0], around(2e-3));
+    let direction = scale(1.0 / norm(&tilt), tilt);
+    let origin_mm = add([420.0, 410.0, 760.0], around(10.0)).map(|v| (v * 1e3).round() / 1e3);
+    let stations: Vec<[f64; 3]> = STATIONS_MM[..run.n_stations]
+        .iter()
+        .map(|s| add(origin_mm, add(*s, around(35.0))))
+        .collect();
+    let mounts: Vec<[f64; 3]> = MOUNTS[..run.n_mounts]
+        .iter()
+        .map(|[radius, azimuth, height]| {
+            let (sin, cos) = azimuth.to_radians().sin_cos();
+            add([radius * sin, *height, -radius * cos], around(5.0))
+        })
+        .collect();
+    let steps = steps(run);
+    let curves = Curves::random(&mut rng);
+    let first = curves.at(steps[0].0);
+    let errors: Vec<([f64; 3], [f64; 3])> = (steps.iter())
+        .map(|(angle_deg, _)| {
+            let here = curves.at(*angle_deg);
+            (add(here.0, scale(-1.0, first.0)), add(here.1, scale(-1.0, first.1)))
+        })
+        .collect();
+    let mut nominal = |truth: &[f64; 3], off: f64| {
+        let moved: [f64; 3] = std::array::from_fn(|i| truth[i] + off * gaussian(&mut rng));
+        (*truth, moved.map(|v| (v * 1e4).round() / 1e4))
+    };
+    let stations_mm = stations.iter().map(|s| nominal(s, run.stations_off_mm)).collect();
+    let mounts_mm = mounts.iter().map(|m| nominal(m, MOUNTS_OFF_MM)).collect();
+    let mut measured = Measured {
+        origin_mm,
+        direction,
+        stations_mm,
+        mounts_mm,
+        steps,
+        errors,
+        readings: Vec::new(),
+    };
+    take_readings(run, &mut measured, &mut rng);
+    measured
+}
+
+/// Angles and ways of all steps.
+fn steps(run: &Run) -> Vec<(f64, bool)> {
+    let last = as_f64(run.n_angles - 1);
+    let angle = |k: usize| ((-90.0 + 180.0 * as_f64(k) / last) * 1e6).round() / 1e6;
+    let mut steps: Vec<(f64, bool)> = (0..run.n_angles).map(|k| (angle(k), true)).collect();
+    if run.both_ways {
+        steps.extend((0..run.n_angles).rev().map(|k| (angle(k), false)));
+    }
+    steps
+}
+
+/// Smooth errors of the axis: amplitude and phase of the first three harmonics, six times.
+struct Curves([[(f64, f64); 3]; 6]);
+
+impl Curves {
+    fn random(rng: &mut ChaCha8Rng) -> Self {
+        let mut harmonic = |size: f64| {
+            (size * rng.random_range(0.2..1.0), rng.random_range(0.0..std::f64::consts::TAU))
+        };
+        Self(std::array::from_fn(|c| {
+            let size = if c < 3 { ERROR_MM } else { ERROR_RAD };
+            std::array::from_fn(|_| harmonic(size))
+        }))
+    }
+
+    fn at(&self, angle_deg: f64) -> ([f64; 3], [f64; 3]) {
+        let angle = angle_deg.to_radians();
+        let value = |c: usize| -> f64 {
+            let harmonics = self.0[c].iter().zip(1..);
+            harmonics.map(|((a, phase), n)| a * (f64::from(n) * angle + phase).cos()).sum()
+        };
+        (std::array::from_fn(value), std::array::from_fn(|c| value(3 + c)))
+    }
+}
+
+/// Order of the readings: of one tracer, lock by lock; of many, step by step.
+fn order(run: &Run, n_steps: usize) -> Vec<(usize, usize, usize, f64)> {
+    let mut order = Vec::new();
+    if run.one_tracer {
+        for station in 0..run.n_stations {
+            for mount in 0..run.n_mounts {
+                for step in 0..n_steps {
+                    order.push((station, mount, step, INTERVAL_S * as_f64(order.len())));
+                }
+            }
+        }
+        return order;
+    }
+    for step in 0..n_steps {
+        for mount in 0..run.n_mounts {
+            let time_s = INTERVAL_S * as_f64(step * run.n_mounts + mount);
+            order.extend((0..run.n_stations).map(|station| (station, mount, step, time_s)));
+        }
+    }
+    order
+}
+
+fn take_readings(run: &Run, measured: &mut Measured, rng: &mut ChaCha8Rng) {
+    let order = order(run, measured.steps.len());
+    let total_s = order.last().map_or(1.0, |last| last.3).max(1.0);
+    let n_locks = run.n_stations * run.n_mounts;
+    let mut noises: Vec<Noise> = (0..n_locks).map(|_| Noise::new(run.colour, rng)).collect();
+    let dead_paths: Vec<f64> = (0..n_locks).map(|_| rng.random_range(60.0..140.0)).collect();
+    let air_phase = rng.random_range(0.0..std::f64::consts::TAU);
+    let mut locked: Vec<Option<f64>> = vec![None; n_locks];
+    let last_run_s = if run.one_tracer { total_s / as_f64(n_locks) } else { total_s };
+    for (station, mount, step, time_s) in order {
+        let lock = station * run.n_mounts + mount;
+        let noise = run.noise_mm * noises[lock].next(rng);
+        let air = AIR_C + AIR_SWING_C * (air_phase + 4.0 * time_s / total_s).sin();
+        let air_c = ((air + 0.01 * gaussian(rng)) * 1e3).round() / 1e3;
+        let since_lock = time_s - *locked[lock].get_or_insert(time_s);
+        if rng.random_range(0.0..1.0) < run.missing {
+            continue;
+        }
+        let at = Instant {
+            station,
+            mount,
+            step,
+            share: time_s / total_s,
+            locked: since_lock / last_run_s,
+            air_c,
+        };
+        let dead_path =
+            dead_paths[if run.station_dead_paths { station * run.n_mounts } else { lock }];
+        let sound =
+            path_mm(&Run { defect: Defect::None, ..run.clone() }, measured, &at) - dead_path;
+        let displaced = path_mm(run, measured, &at) - dead_path;
+        let disturbance_mm = read_mm(run, measured, displaced, &at) - sound;
+        measured.readings.push(Reading {
+            station,
+            mount,
+            step,
+            time_s,
+            air_c,
+            displacement_mm: sound + disturbance_mm + noise,
+            disturbance_mm,
+        });
+    }
+}
+
+/// When and of what a reading is.
+struct Instant {
+    station: usize,
+    mount: usize,
+    step: usize,
+    /// Share of the whole measurement that is over.
+    share: f64,
+    /// Share of a run since the tracer locked on.
+    locked: f64,
+    air_c: f64,
+}
+
+/// First-order settling whose time constant is as long as the whole: 0 to 1.
+fn settling(share: f64) -> f64 {
+    (1.0 - (-share).exp()) / (1.0 - (-1.0_f64).exp())
+}
+
+/// Path from the tracer to the reflector, where both really are.
+fn path_mm(run: &Run, measured: &Measured, at: &Instant) -> f64 {
+    norm(&beam(run, measured, at))
+}
+
+/// From the tracer to the reflector.
+fn beam(run: &Run, measured: &Measured, at: &Instant) -> [f64; 3] {
+    let (angle_deg, rising) = measured.steps[at.step];
+    let mut body = measured.mounts_mm[at.mount].0;
+    if let Defect::MountSlip(mount, step, slip) = run.defect
+        && mount == at.mount
+        && at.step >= step
+    {
+        body = add(body, slip);
+    }
+    let (mut displacement, mut rotation) = measured.errors[at.step];
+    if let Defect::Backlash(play, give) = run.defect {
+        let way = if rising { 0.5 } else { -0.5 };
+        rotation = add(rotation, scale(-way * play, measured.direction));
+        displacement = add(displacement, scale(way, give));
+    }
+    let mut arm = rotate(measured.direction, angle_deg.to_radians(), body);
+    if let Defect::Bending(mount, sag) = run.defect
+        && mount == at.mount
+    {
+        // A cantilever along the arm: it gives where gravity is across it.
+        let horizontal = (arm[0] * arm[0] + arm[1] * arm[1]).sqrt() / norm(&arm);
+        arm[2] -= sag * horizontal;
+    }
+    let angle = norm(&rotation);
+    if angle > 0.0 {
+        arm = rotate(scale(1.0 / angle, rotation), angle, arm);
+    }
+    let mut station = measured.stations_mm[at.station].0;
+    if let Defect::StationDrift(warm, total) = run.defect
+        && warm == at.station
+    {
+        station = add(station, scale(settling(at.share), total));
+    }
+    let target = add(add(measured.origin_mm, displacement), arm);
+    add(target, scale(-1.0, station))
+}
+
+/// What the tracer reads of a displacement.
+fn read_mm(run: &Run, measured: &Measured, displacement_mm: f64, at: &Instant) -> f64 {
+    let l = displacement_mm;
+    match run.defect {
+        Defect::RangeScale(s) => l * (1.0 + s),
+        Defect::RangeDrift(total) => l + total * settling(at.locked),
+        Defect::Incidence(glass) => {
+            let (angle_deg, _) = measured.steps[at.step];
+            let body = measured.mounts_mm[at.mount].0;
+            let arm = rotate(measured.direction, angle_deg.to_radians(), body);
+            let radial = cross(cross(measured.direction, arm), measured.direction);
+            let beam = beam(run, measured, at);
+            let cosine =
+                (0..3).map(|i| radial[i] * beam[i]).sum::<f64>() / norm(&radial) / norm(&beam);
+            let sine2 = 1.0 - cosine * cosine;
+            l + glass * sine2 * (1.0 + 0.1 * sine2)
+        }
+        Defect::BadStation(bad, s) if bad == at.station => l * (1.0 + s),
+        Defect::DeadPathJump(station, mount, step, jump)
+            if station == at.station && mount == at.mount && at.step >= step =>
+        {
+            l + jump
+        }
+        Defect::Temperature(per_k) => l * (1.0 + per_k * (at.air_c - 20.0)),
+        _ => l,
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn as_f64(n: usize) -> f64 {
+    n as f64
+}

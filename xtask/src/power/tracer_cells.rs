@@ -1,0 +1,75 @@
+//! Situations of laser-tracer runs.
+
+use super::cells::{Cell, Question, TIMES, direction, sign};
+use super::scene::Scene;
+use super::tracer_design::run_at;
+use crate::generators::Colour;
+use crate::generators::tracer::{Defect, Run};
+
+/// Effects that share the level: half of it is the catalogue's, which holds 4 of the whole, 6 + 6
+/// of stations, 24 jumps and 4 slips.
+const CANDIDATES: usize = 88;
+
+/// All cells of tracer-lm.
+pub(super) fn cells() -> Vec<Cell> {
+    use Question::{ConfidentWrongName, FalseAddition, Named};
+    vec![
+        cell("nothing, white noise", FalseAddition, |seed| Scene::Tracer(base(seed))),
+        cell("nothing, white noise not declared", FalseAddition, |seed| {
+            Scene::Tracer(Run { declare_noise: false, ..base(seed) })
+        }),
+        cell("nothing, AR(1) 0.7 from step to step", FalseAddition, |seed| {
+            Scene::Tracer(Run { colour: Colour::Ar1(0.7), declare_noise: false, ..base(seed) })
+        }),
+        cell("nothing, one reading in ten missing", FalseAddition, |seed| {
+            Scene::Tracer(Run { missing: 0.1, record_air: true, ..base(seed) })
+        }),
+        cell("reading creeps after lock-on", Named("range-drift"), |seed| {
+            let run = Run { one_tracer: true, ..base(seed) };
+            with(&run, 1, |a, d| Defect::RangeDrift(a * sign(d)))
+        }),
+        cell("one stand drifts", Named("station-drift"), |seed| {
+            with(&base(seed), 3, |a, d| Defect::StationDrift(2, d.map(|v| a * v)))
+        }),
+        cell("backlash", Named("backlash"), |seed| {
+            let run = Run { both_ways: true, n_angles: 13, ..base(seed) };
+            with(&run, 6, |a, d| Defect::Backlash(a * sign(d), d.map(|v| 50.0 * a * v)))
+        }),
+        cell("glass path of the reflectors", Named("incidence"), |seed| {
+            with(&base(seed), 1, |a, d| Defect::Incidence(a * sign(d)))
+        }),
+        cell("one beam lost and found", Named("dead-path-jump"), |seed| {
+            with(&base(seed), 1, |a, d| Defect::DeadPathJump(1, 2, 8, a * sign(d)))
+        }),
+        cell("one reflector slips", Named("mount-slip"), |seed| {
+            with(&base(seed), 3, |a, d| Defect::MountSlip(1, 11, d.map(|v| a * v)))
+        }),
+        cell("wavelength follows the air", Named("temperature"), |seed| {
+            let run = Run { record_air: true, ..base(seed) };
+            with(&run, 1, |a, d| Defect::Temperature(a * sign(d)))
+        }),
+        cell("wrong wavelength, 60 ppm", ConfidentWrongName, |seed| {
+            Scene::Tracer(Run { defect: Defect::RangeScale(60e-6), ..base(seed) })
+        }),
+        cell("one station reads long, 20 ppm", ConfidentWrongName, |seed| {
+            Scene::Tracer(Run { defect: Defect::BadStation(4, 20e-6), ..base(seed) })
+        }),
+        cell("one bracket bends, 12 µm", ConfidentWrongName, |seed| {
+            Scene::Tracer(Run { defect: Defect::Bending(3, 0.012), ..base(seed) })
+        }),
+    ]
+}
+
+fn cell(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
+    Cell { krate: "tracker-lm", situation, question, make }
+}
+
+/// Six stations, four reflectors, nineteen angles.
+fn base(seed: u64) -> Run {
+    Run { n_angles: 19, ..Run::new(seed) }
+}
+
+fn with(run: &Run, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Scene {
+    let d = direction(run.seed);
+    Scene::Tracer(run_at(run, |a| defect(a, d), n_amplitudes, CANDIDATES, TIMES))
+}
