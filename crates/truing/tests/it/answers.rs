@@ -93,6 +93,26 @@ fn every_example_keeps_the_contract() {
                     assert_keys(force, &["rms_error_n", "max_error_n"]);
                     assert_keys(estimates, &["samples"]);
                 }
+                "tracker-lm" => {
+                    assert_keys(
+                        &estimates["stations"][0],
+                        &["station", "x_mm", "y_mm", "z_mm", "std_mm"],
+                    );
+                    assert!(estimates["points"].is_u64());
+                    let errors = &estimates["axis_errors"][1];
+                    assert_keys(errors, &["angle_deg", "e_x_mm", "e_y_mm", "e_z_mm"]);
+                    assert_keys(errors, &["e_a_rad", "e_b_rad", "e_c_rad"]);
+                    assert_keys(errors, &["std_e_x_mm", "std_e_y_mm", "std_e_z_mm"]);
+                    assert_keys(errors, &["std_e_a_rad", "std_e_b_rad", "std_e_c_rad"]);
+                }
+                "pose-icp" => {
+                    let pose = &estimates["pose"];
+                    assert_keys(pose, &["x_mm", "y_mm", "z_mm"]);
+                    assert_keys(pose, &["alpha_deg", "beta_deg", "gamma_deg"]);
+                    assert_keys(pose, &["std_x_mm", "std_y_mm", "std_z_mm"]);
+                    assert_keys(pose, &["std_alpha_deg", "std_beta_deg"]);
+                    assert!(estimates["checks"].is_array());
+                }
                 other => panic!("the contract of {other} is not tested"),
             }
         }

@@ -255,12 +255,12 @@ fn case_files() {
     assert_eq!(
         toml("kind = \"frame-fti\"\n"),
         "case.toml, line 1, column 8: unknown kind `frame-fti`; did you mean `frame-fit`?; the \
-         kinds are `frame-fit`, `ft-center`, `force-impedance`"
+         kinds are `frame-fit`, `ft-center`, `tracker-lm`, `pose-icp`, `force-impedance`"
     );
     assert_eq!(
-        toml("kind = \"tracker-lm\"\n"),
-        "case.toml, line 1, column 8: unknown kind `tracker-lm`; the kinds are `frame-fit`, \
-         `ft-center`, `force-impedance`"
+        toml("kind = \"probe\"\n"),
+        "case.toml, line 1, column 8: unknown kind `probe`; the kinds are `frame-fit`, \
+         `ft-center`, `tracker-lm`, `pose-icp`, `force-impedance`"
     );
     assert!(toml("kind = \"frame-fit\n").starts_with("case.toml, line 1, column "));
     assert!(toml("kind = \"frame-fit\"\n[noise\n").contains("line 2"));
