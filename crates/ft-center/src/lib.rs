@@ -52,6 +52,7 @@ mod orbit;
 mod parameter;
 mod press;
 mod press_design;
+mod press_doubts;
 mod press_effects;
 mod press_located;
 mod press_model;

@@ -1,12 +1,14 @@
 //! The presses as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Remaining, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector};
 
 use crate::parameter::parameter;
 use crate::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
+use crate::press_doubts::lost_spin;
 use crate::press_effects::Catalogue;
 use crate::press_noise::center_covariances;
 use crate::press_proposals::proposals;
@@ -244,6 +246,10 @@ impl Model for PressModel {
     }
 
     /// A head seats anew on every press, which no record shows.
+    fn doubts(&self) -> Vec<Remaining> {
+        lost_spin(&self.presses).into_iter().collect()
+    }
+
     fn common_scatter(&self) -> bool {
         true
     }

@@ -172,6 +172,7 @@ fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
     }
     found.extend(not_proportional(setting, chosen, lin));
     found.extend(structure(setting, lin));
+    found.extend(setting.model.doubts());
     found
 }
 

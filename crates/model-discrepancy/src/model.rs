@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::Remaining;
+
 /// A declared model with its data, and the effects that it leaves out.
 ///
 /// Residual rows are in the unit they are reported in; [`Row::sigma`] whitens them. Parameters
@@ -39,6 +41,13 @@ pub trait Model: Sync {
     /// given.
     fn local_tangent(&self, _at: &State, _effect: usize) -> Option<(usize, DMatrix<f64>)> {
         None
+    }
+
+    /// Structure that the domain sees inside its observations, where the loop does not look.
+    ///
+    /// It is reported as left over, and nothing is «explained» while it is there.
+    fn doubts(&self) -> Vec<Remaining> {
+        Vec::new()
     }
 
     /// Whether observations may scatter by more than [`Row::sigma`], all alike.

@@ -1,7 +1,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use model_discrepancy::{Effect, Group, Layout, Model, Parameter, Proposal, Role, State};
+use model_discrepancy::{
+    Effect, Group, Layout, Model, Parameter, Proposal, Remaining, Role, State,
+};
 use nalgebra::{DMatrix, DVector};
 
 /// A model whose observations are grouped by a column of the user's.
@@ -66,6 +68,14 @@ impl Model for Regrouped<'_> {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         self.inner.tangent(at, effect)
+    }
+
+    fn local_tangent(&self, at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
+        self.inner.local_tangent(at, effect)
+    }
+
+    fn doubts(&self) -> Vec<Remaining> {
+        self.inner.doubts()
     }
 
     fn common_scatter(&self) -> bool {

@@ -95,7 +95,7 @@ fn write_numbers(file: &Path, numbers: &[f64]) -> Result<()> {
     Ok(fs::write(file, bytes)?)
 }
 
-/// Numbers of a file that [`write`] or a solver has written.
+/// Numbers of a file that [`write()`] or a solver has written.
 pub(super) fn read_numbers(file: &Path) -> Result<Vec<f64>> {
     let bytes = fs::read(file)?;
     Ok(bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect())

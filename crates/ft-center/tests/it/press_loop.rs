@@ -4,7 +4,7 @@ use ft_center::{
     LocateOptions, OrbitOptions, Press, PressModel, PressRole, SolvedPress, solve_presses,
 };
 use geometry::Wrench;
-use model_discrepancy::{Closure, Options, Step, Verdict, close_loop};
+use model_discrepancy::{Closure, Model, Options, Step, Verdict, close_loop};
 use nalgebra::{Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -125,4 +125,34 @@ fn a_load_cell_that_is_not_linear_is_no_gain() {
     let closure = closed(&grid(&[20.0, 40.0, 80.0], 3.0, &Colour::WHITE, 5, curved));
     assert_eq!(closure.verdict, Verdict::StructureRemains, "{:?}", closure.steps);
     assert!(closure.remaining.iter().any(|r| r.shape.contains("along fz_n")));
+}
+
+/// A head that turns in every press leaves its line in every record: where it is gone although
+/// the noise would not hide it, nothing is «explained».
+#[test]
+fn records_without_the_spin_of_the_others_leave_a_doubt() {
+    let mut presses = solved(&grid(&[60.0], 0.0, &Colour::WHITE, 77, |_, _| {}));
+    let doubts = |presses: &[SolvedPress]| {
+        PressModel::new(presses, &CONTACT, &LocateOptions::default(), &[]).unwrap().doubts()
+    };
+    assert!(presses.iter().all(|p| p.orbit.wobble.is_some()));
+    assert!(doubts(&presses).is_empty());
+    // One record may be an accident.
+    presses[2].orbit.wobble = None;
+    assert!(doubts(&presses).is_empty());
+    presses[5].orbit.wobble = None;
+    let found = doubts(&presses);
+    assert_eq!(found.len(), 1);
+    assert_eq!(
+        (found[0].covariate.as_str(), found[0].shape.as_str()),
+        ("spin", "lost in 2 of 9 records")
+    );
+    let model = PressModel::new(&presses, &CONTACT, &LocateOptions::default(), &[]).unwrap();
+    let closure = close_loop(&model, &model.covariates(), &Options::default()).unwrap();
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+    // Noise in which a circle of that size drowns is no doubt.
+    for press in &mut presses {
+        press.orbit.scatter_mm2 *= 1e4;
+    }
+    assert!(doubts(&presses).is_empty());
 }
