@@ -117,8 +117,20 @@ fn absorbed_by(parameters: &[String]) -> String {
     if parameters.is_empty() {
         "; it leaves no trace in these data".to_owned()
     } else {
-        format!("; absorbed by {}", parameters.join(", "))
+        format!("; absorbed by {}", shortened(parameters))
     }
+}
+
+/// Most names listed one by one for people; the JSON has them all.
+const MOST_NAMES: usize = 6;
+
+/// Names with commas, the many shortened to how many more there are.
+pub(crate) fn shortened(names: &[String]) -> String {
+    // One more takes no more room than saying so.
+    if names.len() <= MOST_NAMES + 1 {
+        return names.join(", ");
+    }
+    format!("{} and {} more", names[..MOST_NAMES].join(", "), names.len() - MOST_NAMES)
 }
 
 fn advice(separate_by: Option<&str>) -> String {

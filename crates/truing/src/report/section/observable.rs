@@ -2,6 +2,7 @@
 
 use super::{Cell, Context, Kind, paragraph, table};
 use crate::report::markup::Markup;
+use crate::text::shortened;
 
 pub(crate) fn observable(out: &mut Markup, context: &Context) {
     let Some(closure) = context.closure else {
@@ -30,7 +31,7 @@ pub(crate) fn observable(out: &mut Markup, context: &Context) {
             let by = effect.separate_by.as_deref();
             vec![
                 Cell::new(&effect.effect),
-                Cell::new(effect.aliased_with.join(", ")),
+                Cell::new(shortened(&effect.aliased_with)),
                 Cell::new(by.unwrap_or("no measurement known to this kind of case")),
             ]
         }),
