@@ -8,9 +8,6 @@ use crate::{Orbit, SolvedPress};
 /// chance that noise alone rises as high is `exp(−25)`.
 const CANNOT_BE_MISSED: f64 = 25.0;
 
-/// Fewest records without spin that are no accident.
-const FEWEST: usize = 2;
-
 /// Records without the spin that the others show, although their noise would not hide it.
 ///
 /// A head that turns in every press turns in every record. Where the line is gone, something
@@ -28,7 +25,7 @@ pub(crate) fn lost_spin(presses: &[SolvedPress]) -> Option<Remaining> {
     let lost: Vec<_> =
         still.map(|p| expected(&p.orbit)).filter(|&e| e > CANNOT_BE_MISSED).collect();
     let least = lost.iter().copied().fold(f64::INFINITY, f64::min);
-    (lost.len() >= FEWEST && radii.len() >= lost.len()).then(|| Remaining {
+    (!lost.is_empty() && radii.len() >= lost.len()).then(|| Remaining {
         covariate: "spin".to_owned(),
         shape: format!("lost in {} of {} records", lost.len(), presses.len()),
         p_value: (-least).exp(),
