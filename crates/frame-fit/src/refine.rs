@@ -80,31 +80,22 @@ fn solve<const D: usize>(
     least_squares::solve(problem, start, &options).map_err(translated)
 }
 
-/// Correlation between residual and Jacobian that rounding hides.
-///
-/// Rounding of the coordinates is a share of the residual. Beside outliers the cost, which the
-/// solver forms from the plain squares and what the loss takes off them, is good to the rounding
-/// of those squares, and a gradient changes it by its square.
+/// Correlation between residual and Jacobian that rounding of the coordinates, as a share of the
+/// weighted residual, hides.
 fn rounding_correlation<const D: usize>(
     problem: &FitProblem<D>,
     at: &Moved<D>,
     loss: Option<Loss>,
 ) -> f64 {
-    let (mut squares, mut weighted, mut cost) = (0.0, 0.0, 0.0);
-    for residual in problem.whitened(at).as_slice().chunks(D) {
+    let weighted = |residual: &[f64]| {
         let s = norm_squared(residual);
-        let (rho, weight) = loss.map_or((s, 1.0), |loss| loss.evaluate(s));
-        squares += s;
-        weighted += weight * s;
-        cost += rho;
-    }
-    if weighted <= problem.round_off_chi2 {
+        s * loss.map_or(1.0, |loss| loss.evaluate(s).1)
+    };
+    let chi2: f64 = problem.whitened(at).as_slice().chunks(D).map(weighted).sum();
+    if chi2 <= problem.round_off_chi2 {
         return 1.0;
     }
-    let of_coordinates = (problem.round_off_chi2 / weighted).sqrt();
-    let of_squares =
-        if loss.is_some() { (4.0 * f64::EPSILON * squares / cost).sqrt() } else { 0.0 };
-    f64::max(of_coordinates, of_squares)
+    (problem.round_off_chi2 / chi2).sqrt()
 }
 
 fn norm_squared(residual: &[f64]) -> f64 {
