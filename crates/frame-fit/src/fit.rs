@@ -8,8 +8,8 @@ use crate::problem::FitProblem;
 use crate::refine::refine;
 use crate::spread::{Spread, check_spread};
 use crate::{
-    FrameFitError, FrameMap, Handedness, Noise, Options, PointPair, Reflection, ReflectionVerdict,
-    Transform, closed_form, input, reflection,
+    FrameFitError, FrameMap, Handedness, Noise, Options, PointPair, Reflection, Transform,
+    closed_form, input, reflection,
 };
 
 /// Estimated transform with its uncertainty and the residuals it leaves.
@@ -116,17 +116,12 @@ fn fit_checked<const D: usize>(
 /// The error to give where the data speak decisively for the other handedness.
 fn mirrored(reflection: Option<Reflection>, options: &Options) -> Option<FrameFitError> {
     let reflection = reflection?;
-    let (proper, improper) = (reflection.proper_rms_mm, reflection.improper_rms_mm);
-    let (against, rms_mm, other_rms_mm) = match options.handedness {
-        Handedness::Proper => (ReflectionVerdict::Improper, proper, improper),
-        Handedness::Improper => (ReflectionVerdict::Proper, improper, proper),
-    };
     let handedness = options.handedness;
     let asked = matches!(options.transform, Transform::Rigid | Transform::Similarity);
-    (asked && reflection.verdict == against).then_some(FrameFitError::Mirrored {
+    (asked && reflection.speaks_against(handedness)).then(|| FrameFitError::Mirrored {
         handedness,
-        rms_mm,
-        other_rms_mm,
+        rms_mm: reflection.rms_mm(handedness),
+        other_rms_mm: reflection.rms_mm(handedness.opposite()),
     })
 }
 

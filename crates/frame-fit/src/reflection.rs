@@ -39,6 +39,15 @@ impl Reflection {
             Handedness::Improper => self.verdict == ReflectionVerdict::Proper,
         }
     }
+
+    /// Root-mean-square distance left by the best map of a handedness.
+    #[must_use]
+    pub fn rms_mm(&self, handedness: Handedness) -> f64 {
+        match handedness {
+            Handedness::Proper => self.proper_rms_mm,
+            Handedness::Improper => self.improper_rms_mm,
+        }
+    }
 }
 
 /// What the data say about a mirrored frame.

@@ -95,6 +95,17 @@ pub enum Handedness {
     Improper,
 }
 
+impl Handedness {
+    /// The other one.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Proper => Self::Improper,
+            Self::Improper => Self::Proper,
+        }
+    }
+}
+
 impl fmt::Display for Handedness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

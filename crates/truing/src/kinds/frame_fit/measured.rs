@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use frame_fit::{
     FrameFit, FrameFitError, FrameMap, FrameModel, Handedness, MeasuredPoint, Noise, Options,
-    PointPair, ReflectionVerdict, Transform, Uncertainty, fit_frame,
+    PointPair, Transform, Uncertainty, fit_frame,
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
 use nalgebra::{Point, SVector};
@@ -182,21 +182,10 @@ impl FrameCase {
 
     fn reflection_warning<const D: usize>(&self, fit: &FrameFit<D>) -> Option<String> {
         let reflection = fit.reflection.as_ref()?;
-        let (mirrored, rms_mm, other_rms_mm, other) = match self.handedness {
-            Handedness::Proper => (
-                reflection.verdict == ReflectionVerdict::Improper,
-                reflection.proper_rms_mm,
-                reflection.improper_rms_mm,
-                Handedness::Improper,
-            ),
-            Handedness::Improper => (
-                reflection.verdict == ReflectionVerdict::Proper,
-                reflection.improper_rms_mm,
-                reflection.proper_rms_mm,
-                Handedness::Proper,
-            ),
-        };
         let has_rotation = matches!(self.transform, Transform::Rigid | Transform::Similarity);
+        let other = self.handedness.opposite();
+        let [rms_mm, other_rms_mm] = [self.handedness, other].map(|h| reflection.rms_mm(h));
+        let mirrored = reflection.speaks_against(self.handedness);
         (mirrored && has_rotation).then(|| {
             format!(
                 "the points fit a mirrored frame better: rms {other_rms_mm:.4} mm against \
