@@ -114,6 +114,7 @@ mod report;
 mod search;
 mod solution;
 mod solve;
+mod sparse_basis;
 mod valley;
 
 pub use bordered::{
@@ -130,6 +131,7 @@ pub use problem::Problem;
 pub use report::{Report, Termination};
 pub use solution::Solution;
 pub use solve::solve;
+pub use sparse_basis::sparse_basis;
 
 /// Runs the README's example.
 #[cfg(doctest)]

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::FreeDirection;
+use crate::{FreeDirection, sparse_basis};
 
 /// Shares below this, of a largest share of 1, are left out of a name.
 const MIN_SHARE: f64 = 0.05;
@@ -18,7 +18,7 @@ pub(crate) fn free_directions(
     tangent_dim: usize,
     name: impl Fn(usize) -> String,
 ) -> Vec<FreeDirection> {
-    let reduced = eliminate(null_space.clone());
+    let reduced = sparse_basis(null_space.clone());
     reduced
         .column_iter()
         .map(|column| {
@@ -39,30 +39,4 @@ pub(crate) fn free_directions(
             FreeDirection { components, step }
         })
         .collect()
-}
-
-/// Gauss-Jordan on columns with complete pivoting: each column ends with a 1 where the others
-/// have a 0.
-fn eliminate(mut basis: DMatrix<f64>) -> DMatrix<f64> {
-    let mut pivoted = Vec::new();
-    for k in 0..basis.ncols() {
-        let row = (0..basis.nrows())
-            .filter(|row| !pivoted.contains(row))
-            .max_by(|&a, &b| {
-                let largest = |row| basis.row(row).columns_range(k..).amax();
-                largest(a).total_cmp(&largest(b))
-            })
-            .expect("a null space has no more columns than rows");
-        let column = k + basis.row(row).columns_range(k..).iamax_full().1;
-        basis.swap_columns(k, column);
-        let pivot = basis[(row, k)];
-        basis.column_mut(k).unscale_mut(pivot);
-        let unit = basis.column(k).into_owned();
-        for other in (0..basis.ncols()).filter(|&other| other != k) {
-            let share = basis[(row, other)];
-            basis.column_mut(other).axpy(-share, &unit, 1.0);
-        }
-        pivoted.push(row);
-    }
-    basis
 }

@@ -64,7 +64,7 @@ impl Spectrum {
         let named = |range: std::ops::Range<usize>| {
             let ratios: Vec<f64> = range.clone().map(ratio).collect();
             let basis = DMatrix::from_fn(n, range.len(), |k, i| v_t[(order[range.start + i], k)]);
-            directions(&eliminate(basis), &ratios, free, &scale)
+            directions(&least_squares::sparse_basis(basis), &ratios, free, &scale)
         };
         let first_weak = (0..n).find(|&i| ratio(i) <= WEAK).unwrap_or(n);
         let first_free = (0..n).find(|&i| ratio(i) <= FREE).unwrap_or(n);
@@ -94,28 +94,6 @@ fn directions(
         WeakMotion { relative_singular_value, components }
     };
     basis.column_iter().zip(ratios).map(of).collect()
-}
-
-/// Gauss-Jordan on columns with complete pivoting: a basis of the same directions in which each
-/// has as few parameters as elimination gives.
-fn eliminate(mut basis: DMatrix<f64>) -> DMatrix<f64> {
-    let mut pivoted = Vec::new();
-    for k in 0..basis.ncols() {
-        let free_rows = (0..basis.nrows()).filter(|row| !pivoted.contains(row));
-        let largest = |row: usize| basis.row(row).columns_range(k..).amax();
-        let Some(row) = free_rows.max_by(|&a, &b| largest(a).total_cmp(&largest(b))) else { break };
-        let column = k + basis.row(row).columns_range(k..).iamax_full().1;
-        basis.swap_columns(k, column);
-        let pivot = basis[(row, k)];
-        basis.column_mut(k).unscale_mut(pivot);
-        let unit = basis.column(k).into_owned();
-        for other in (0..basis.ncols()).filter(|&other| other != k) {
-            let share = basis[(row, other)];
-            basis.column_mut(other).axpy(-share, &unit, 1.0);
-        }
-        pivoted.push(row);
-    }
-    basis
 }
 
 /// `R⁻¹ R⁻ᵀ`, held parameters filled in with zeros; `None` where `R` is singular.
