@@ -27,23 +27,7 @@ use spinner::Spinner;
 /// Runs the command that the process was started with.
 pub(crate) fn run() -> ExitCode {
     let arguments = Arguments::parse();
-    if let Some(threads) = arguments.threads {
-        limit_threads(threads.into());
-    }
-    let result = match arguments.command {
-        Command::Solve(run) => answer(&run, "solving", solve, solve_report),
-        Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
-        Command::Check { case, json } => checked(&case, json),
-        Command::Register(command) => registered(&command, arguments.threads),
-        Command::Correct { case, program, planned, chord, decimals, output } => {
-            let options = ProgramOptions { chord_mm: chord, decimals };
-            let planned = planned.unwrap_or_else(Isometry3::identity);
-            correct_program(&case, &program, &planned, &options, output.as_deref())
-        }
-        Command::Index { output, pages } => index(&output, &pages),
-        Command::Design { what: Design::Force(card) } => design(&card),
-        Command::Init { kind, folder } => init(&kind, folder.as_deref()),
-    };
+    let result = limit_threads(arguments.threads).and_then(|()| obey(arguments.command));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -53,13 +37,31 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
+fn obey(command: Command) -> Result<(), Error> {
+    match command {
+        Command::Solve(run) => answer(&run, "solving", solve, solve_report),
+        Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
+        Command::Check { case, json } => checked(&case, json),
+        Command::Register(command) => registered(&command),
+        Command::Correct { case, program, planned, chord, decimals, output } => {
+            let options = ProgramOptions { chord_mm: chord, decimals };
+            let planned = planned.unwrap_or_else(Isometry3::identity);
+            correct_program(&case, &program, &planned, &options, output.as_deref())
+        }
+        Command::Index { output, pages } => index(&output, &pages),
+        Command::Design { what: Design::Force(card) } => design(&card),
+        Command::Init { kind, folder } => init(&kind, folder.as_deref()),
+    }
+}
+
 /// Bounds the threads of every command; more than the machine has are of no use.
-fn limit_threads(threads: usize) {
+fn limit_threads(threads: Option<u16>) -> Result<(), Error> {
+    let Some(threads) = threads else { return Ok(()) };
     let available = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.min(available))
+        .num_threads(available.min(threads.into()))
         .build_global()
-        .expect("nothing has used the pool before");
+        .map_err(|_| Error::NoThreads)
 }
 
 /// An answer that can be shown as text, as JSON, and as a page.
@@ -151,9 +153,9 @@ fn checked(path: &Path, json: bool) -> Result<(), Error> {
     print(&answer, json)
 }
 
-fn registered(command: &Register, threads: Option<u16>) -> Result<(), Error> {
+fn registered(command: &Register) -> Result<(), Error> {
     let spinner = Spinner::start("registering");
-    let answer = truing::register(&command.source, &command.target, &command.settings(threads))?;
+    let answer = truing::register(&command.source, &command.target, &command.settings())?;
     drop(spinner);
     print(&answer, command.json)?;
     if answer.converged { Ok(()) } else { Err(Error::NotSettled { iterations: answer.iterations }) }

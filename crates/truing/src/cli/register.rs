@@ -66,7 +66,7 @@ enum LossName {
 }
 
 impl Register {
-    pub(crate) fn settings(&self, threads: Option<u16>) -> RegisterSettings {
+    pub(crate) fn settings(&self) -> RegisterSettings {
         let held = |k: usize| self.hold.iter().any(|name| name == COMPONENTS[k]);
         RegisterSettings {
             options: RegisterOptions {
@@ -93,7 +93,6 @@ impl Register {
                 ..RegisterOptions::default()
             },
             holes: if self.skip_holes { Holes::Skip } else { Holes::Refuse },
-            threads: threads.map(usize::from),
         }
     }
 }

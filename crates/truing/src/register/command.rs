@@ -24,8 +24,6 @@ pub struct RegisterSettings {
     pub options: RegisterOptions,
     /// What to do about holes in a target mesh.
     pub holes: Holes,
-    /// Threads to use at most; all where it is `None`.
-    pub threads: Option<usize>,
 }
 
 /// Registers a file onto another.
@@ -44,18 +42,11 @@ pub fn register(
     let started = Instant::now();
     let (from, onto) = (read_shape(source)?, read_shape(target)?);
     let read_s = started.elapsed().as_secs_f64();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads.unwrap_or(0))
-        .build()
-        .map_err(|_| Error::NoThreads)?;
     let blame = |error: RegisterError| Error::Register {
         path: PathBuf::from(if blames_target(&error) { target } else { source }),
         source: Box::new(error),
     };
-    pool.install(|| {
-        let job = Job { settings, read_s };
-        job.run(&from, onto).map_err(blame)
-    })
+    Job { settings, read_s }.run(&from, onto).map_err(blame)
 }
 
 fn blames_target(error: &RegisterError) -> bool {
