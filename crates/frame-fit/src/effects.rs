@@ -6,6 +6,9 @@
 //! points act in the target frame after it. A reflection is a candidate only where the points fit
 //! a mirrored frame decisively better: nothing short of a whole mirror is one.
 
+mod bodies;
+mod optics;
+
 use model_discrepancy::{Covariate, Effect, Parameter, Role};
 use nalgebra::SVector;
 
@@ -65,6 +68,8 @@ pub(crate) fn catalogue<const D: usize>(
     entries.push(drift(points.len(), covariates));
     entries.push(sag(transform, spread.centroid_mm.coords));
     entries.extend(temperatures(transform, points, covariates));
+    entries.extend(optics::distortions(points, spread));
+    entries.extend(bodies::sub_assembly(points));
     entries
 }
 

@@ -15,15 +15,17 @@ pub struct MeasuredPoint<const D: usize> {
     pub group: String,
     /// Fitted or only judged.
     pub role: Role,
+    /// The rigid sub-assembly that carries the point, where the points sit on several.
+    pub body: Option<String>,
     /// The two positions and their uncertainty.
     pub pair: PointPair<D>,
 }
 
 impl<const D: usize> MeasuredPoint<D> {
-    /// A fitted point that is a group of its own.
+    /// A fitted point that is a group of its own, on the one body there is.
     #[must_use]
     pub fn new(name: impl Into<String>, pair: PointPair<D>) -> Self {
         let name = name.into();
-        Self { group: name.clone(), name, role: Role::Fit, pair }
+        Self { group: name.clone(), name, role: Role::Fit, body: None, pair }
     }
 }

@@ -91,7 +91,9 @@ fn extended<const D: usize>(model: &FrameModel<D>, planned: Vec<Planned<D>>) -> 
             source_mm: plan.source_mm,
             uncertainty: model.points[plan.like].pair.uncertainty,
         };
-        points.push(MeasuredPoint::new(format!("proposed {}", n + 1), pair));
+        let mut point = MeasuredPoint::new(format!("proposed {}", n + 1), pair);
+        point.body.clone_from(&model.points[plan.like].body);
+        points.push(point);
         for covariate in &mut covariates {
             let value = next_value(covariate, plan.like, plan.warmer_k);
             covariate.values.push(value);

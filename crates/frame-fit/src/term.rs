@@ -1,5 +1,7 @@
 //! What the effects do to a point, and how the prediction changes with their amplitudes.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
 use crate::motion::{self, axis_pairs, rotation_derivative};
@@ -36,11 +38,36 @@ pub(crate) enum Term<const D: usize> {
         centroid_mm: SVector<f64, D>,
         level: bool,
     },
+    /// Radial and decentring distortion of a planar image, after Brown.
+    LensDistortion {
+        centre_mm: SVector<f64, D>,
+    },
+    /// The image plane is tilted.
+    Perspective {
+        centre_mm: SVector<f64, D>,
+    },
+    /// All terms of these degrees of each component, positions in units of `reach_mm`.
+    PolynomialDistortion {
+        degrees: RangeInclusive<i32>,
+        centre_mm: SVector<f64, D>,
+        reach_mm: f64,
+    },
+    /// A small rigid motion, in source axes, of every body but the one that the frame goes with.
+    BodyMotion(BodyMotion<D>),
     /// Temperature above the reference, one per observation; `constant_mm` is taken out.
     Expansion {
         excess_k: Vec<f64>,
         constant_mm: SVector<f64, D>,
     },
+}
+
+/// Which point moves with which body.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyMotion<const D: usize> {
+    /// Of each observation; `None` where it moves with the frame.
+    pub(crate) body: Vec<Option<usize>>,
+    /// Centroid of each body that moves.
+    pub(crate) pivots_mm: Vec<SVector<f64, D>>,
 }
 
 /// Where an effect acts.
@@ -67,6 +94,7 @@ impl<const D: usize> Term<D> {
     pub(crate) fn touches(&self, observation: usize) -> bool {
         match self {
             Self::BadPoint { observation: bad } => *bad == observation,
+            Self::BodyMotion(motion) => motion.body[observation].is_some(),
             _ => true,
         }
     }
@@ -92,6 +120,15 @@ impl<const D: usize> Term<D> {
             }
             Self::Shear { fixed_mm } => shear(&(point_mm - fixed_mm)),
             Self::Sag { centroid_mm, level } => sag(&(point_mm - centroid_mm), *level),
+            Self::LensDistortion { centre_mm } => lens(&(point_mm - centre_mm)),
+            Self::Perspective { centre_mm } => {
+                let arm_mm = point_mm - centre_mm;
+                DMatrix::from_fn(D, D, |row, k| arm_mm[row] * arm_mm[k])
+            }
+            Self::PolynomialDistortion { degrees, centre_mm, reach_mm } => {
+                polynomial(degrees, &((point_mm - centre_mm) / *reach_mm))
+            }
+            Self::BodyMotion(motion) => motion.columns(observation, point_mm),
             Self::Expansion { excess_k, constant_mm } => {
                 column(&(point_mm * excess_k[observation] - constant_mm))
             }
@@ -124,6 +161,51 @@ fn sag<const D: usize>(arm_mm: &SVector<f64, D>, level: bool) -> DMatrix<f64> {
         depths.push(1.0);
     }
     DMatrix::from_fn(D, depths.len(), |row, k| if row == D - 1 { -depths[k] } else { 0.0 })
+}
+
+/// Brown's radial term of third order, `u·|u|²`, and his decentring terms
+/// `(r² + 2x², 2xy)` and `(2xy, r² + 2y²)`.
+fn lens<const D: usize>(arm_mm: &SVector<f64, D>) -> DMatrix<f64> {
+    let square = arm_mm.norm_squared();
+    DMatrix::from_fn(D, 1 + D, |row, k| match k {
+        0 => arm_mm[row] * square,
+        k => {
+            let own = if row == k - 1 { square } else { 0.0 };
+            own + 2.0 * arm_mm[row] * arm_mm[k - 1]
+        }
+    })
+}
+
+/// Monomials in the first two coordinates, for each of the two components.
+fn polynomial<const D: usize>(degrees: &RangeInclusive<i32>, at: &SVector<f64, D>) -> DMatrix<f64> {
+    let values: Vec<f64> = exponents(degrees).map(|(i, j)| at[0].powi(i) * at[1].powi(j)).collect();
+    let n = values.len();
+    DMatrix::from_fn(D, 2 * n, |row, k| if k / n == row { values[k % n] } else { 0.0 })
+}
+
+/// Exponents of x and y in the polynomial distortion, in the order of its columns.
+pub(crate) fn exponents(degrees: &RangeInclusive<i32>) -> impl Iterator<Item = (i32, i32)> {
+    degrees.clone().flat_map(|degree| (0..=degree).map(move |j| (degree - j, j)))
+}
+
+impl<const D: usize> BodyMotion<D> {
+    /// Translation and small rotation of each body that moves, one after the other.
+    fn columns(&self, observation: usize, point_mm: &SVector<f64, D>) -> DMatrix<f64> {
+        let turns: Vec<_> = axis_pairs(D).collect();
+        let each = D + turns.len();
+        let mut columns = DMatrix::zeros(D, each * self.pivots_mm.len());
+        let Some(body) = self.body[observation] else { return columns };
+        let arm_mm = point_mm - self.pivots_mm[body];
+        for axis in 0..D {
+            columns[(axis, each * body + axis)] = 1.0;
+        }
+        // A turn from the first axis of a pair towards the second.
+        for (k, (first, second)) in turns.into_iter().enumerate() {
+            columns[(first, each * body + D + k)] = -arm_mm[second];
+            columns[(second, each * body + D + k)] = arm_mm[first];
+        }
+        columns
+    }
 }
 
 /// Rotation of the effect at `amplitude`, a rotation vector (planar: one angle).

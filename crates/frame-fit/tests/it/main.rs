@@ -10,6 +10,7 @@ mod hostile;
 mod laws;
 mod model;
 mod nested;
+mod optics_and_bodies;
 mod reflection;
 mod robust;
 mod scene;

@@ -52,7 +52,8 @@ fn anywhere<const D: usize>(rng: &mut ChaCha8Rng, model: &FrameModel<D>, size_mm
                 "mm/h" => 1.0 / 400.0,
                 "µrad" | "µm/m" | "ppm" => 1.0 / 200.0,
                 "ppm/K" => 1.0 / 1000.0,
-                "µm/m²" => 1.0 / 40_000.0,
+                "µm/m²" | "1/m" => 1.0 / 40_000.0,
+                "1/m²" => 1.0 / 8_000_000.0,
                 other => panic!("unit {other}"),
             };
             *value = size_mm * per_mm * rng.random_range(-1.0..1.0);
@@ -221,6 +222,7 @@ fn groups_and_roles_are_the_users() {
         name: name.to_owned(),
         group: group.to_owned(),
         role,
+        body: None,
         pair: PointPair::isotropic([x, y], [x + 1.0, y], 0.01),
     };
     let points = vec![

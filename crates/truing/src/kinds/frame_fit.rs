@@ -29,7 +29,7 @@ const TO: [&str; 3] = ["to_x_mm", "to_y_mm", "to_z_mm"];
 const SIGMA: [&str; 3] = ["sigma_x_mm", "sigma_y_mm", "sigma_z_mm"];
 const KNOWN: &[&str] = &[
     "point", FROM[0], FROM[1], FROM[2], TO[0], TO[1], TO[2], "sigma_mm", SIGMA[0], SIGMA[1],
-    SIGMA[2], "use",
+    SIGMA[2], "use", "body",
 ];
 
 #[derive(Deserialize)]
@@ -90,6 +90,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let mut warnings = Vec::new();
     let sigma = sigma(&mut columns, dimension, settings.noise.point_mm, &mut warnings)?;
     let uses = columns.words("use", &[("fit", Use::Fit), ("check", Use::Check)], Some(Use::Fit))?;
+    let bodies = columns.has("body").then(|| columns.texts("body")).transpose()?;
     let extras = columns.rest()?;
     warnings.extend(extras.warnings);
     let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
@@ -104,6 +105,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         sigma,
         uses,
         covariates: extras.covariates,
+        bodies: bodies.map(|bodies| bodies.into_iter().map(str::to_owned).collect()),
         groups,
         group_column: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         transform: settings.model.transform.into(),

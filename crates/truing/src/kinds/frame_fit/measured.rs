@@ -28,6 +28,8 @@ pub(crate) struct FrameCase {
     pub(crate) sigma: Sigma,
     pub(crate) uses: Vec<Use>,
     pub(crate) covariates: Vec<NumberColumn>,
+    /// Sub-assembly of each point.
+    pub(crate) bodies: Option<Vec<String>>,
     pub(crate) groups: Option<Vec<String>>,
     pub(crate) group_column: Option<String>,
     pub(crate) transform: Transform,
@@ -214,6 +216,7 @@ impl FrameCase {
                 Use::Fit => Role::Fit,
                 Use::Check => Role::Check,
             },
+            body: self.bodies.as_ref().map(|bodies| bodies[row].clone()),
             pair: self.pair::<D>(row),
         };
         let points = (0..self.names.len()).map(point).collect();
