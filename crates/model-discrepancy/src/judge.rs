@@ -3,13 +3,16 @@
 use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
 use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
+use crate::interruption::{
+    breaks, interrupted, strongest as strongest_break, trials as trials_of_breaks,
+};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::local::{LocalSight, full_sight, local_effects};
 use crate::select::CHOICE_FOLDS;
 use crate::shape::{Shape, correction, periods, shapes};
 use crate::significance::{Reach, Significance, count, significance};
 use crate::system::{Empirical, Estimate, System};
-use crate::{Covariate, Model, Options, Origin};
+use crate::{Covariate, Layout, Model, Options, Origin};
 
 /// Share of a shape's norm that must be left beside the model.
 const MIN_SHAPE_KEPT: f64 = 0.02;
@@ -245,15 +248,12 @@ fn judge(
 pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<Judged> {
     let layout = bench.lin.layout;
     let families: Vec<_> =
-        setting.covariates.iter().map(|c| (c, shapes(layout, c), periods(layout, c))).collect();
-    let tried = |(_, shapes, periods): &(_, Vec<Shape>, Vec<Shape>)| {
-        shapes.iter().map(|s| s.tried).sum::<f64>() + periods.first().map_or(0.0, |p| p.tried)
-    };
-    let trials = families.iter().map(tried).sum();
+        setting.covariates.iter().map(|c| (c, strongest_shapes(bench.lin, layout, c))).collect();
+    // That a shape is the best of many is in the number of trials.
+    let trials = families.iter().flat_map(|(_, shapes)| shapes).map(|s| s.tried).sum();
     let mut found = Vec::new();
-    for (covariate, shapes, periods) in &families {
-        let strongest = strongest_period(bench.lin, covariate, periods);
-        for shape in shapes.iter().chain(strongest) {
+    for (covariate, shapes) in &families {
+        for shape in shapes {
             let candidate = empirical_candidate(bench.lin, &bench.lin.basis, covariate, shape);
             found.extend(candidate.and_then(|(c, base)| judge(bench, &base, c, 0, trials)));
         }
@@ -261,20 +261,23 @@ pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<J
     found
 }
 
-/// The period that takes away most; that it is the best of many is in the number of trials.
-fn strongest_period<'a>(
-    lin: &Linear<'_>,
-    covariate: &Covariate,
-    periods: &'a [Shape],
-) -> Option<&'a Shape> {
+/// The shapes along one covariate, of its periods and of its interruptions the one each that takes
+/// away most.
+fn strongest_shapes(lin: &Linear<'_>, layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     let residual = lin.clean_residual();
     let power = |shape: &Shape| {
         empirical_candidate(lin, &lin.basis, covariate, shape).map_or(0.0, |(c, base)| {
             base.with(&c.tangent, NEW_DIRECTION).explained(&residual) - base.explained(&residual)
         })
     };
-    let powers: Vec<_> = periods.iter().map(power).collect();
-    (0..periods.len()).max_by(|&a, &b| powers[a].total_cmp(&powers[b])).map(|i| &periods[i])
+    let mut found = shapes(layout, covariate);
+    let with_power = periods(layout, covariate).into_iter().map(|shape| (power(&shape), shape));
+    found.extend(with_power.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, shape)| shape));
+    let breaks = breaks(layout, covariate);
+    let tried = trials_of_breaks(breaks.len());
+    let at = strongest_break(&breaks, |at| power(&interrupted(covariate, at, tried)));
+    found.extend(at.map(|at| interrupted(covariate, at, tried)));
+    found
 }
 
 /// A shape as a candidate, limited to what the design sees, and the base to test it beside:
@@ -333,7 +336,11 @@ pub(crate) fn shape_again(
     shape: &str,
 ) -> Option<(Candidate, Basis)> {
     let covariate = setting.covariates.iter().find(|c| c.name == covariate)?;
-    let all = shapes(lin.layout, covariate).into_iter().chain(periods(lin.layout, covariate));
-    let shape = all.into_iter().find(|s| s.name == shape)?;
+    let breaks = breaks(lin.layout, covariate);
+    let tried = trials_of_breaks(breaks.len());
+    let interruptions = breaks.into_iter().map(|at| interrupted(covariate, at, tried));
+    let smooth = shapes(lin.layout, covariate).into_iter();
+    let mut all = smooth.chain(periods(lin.layout, covariate)).chain(interruptions);
+    let shape = all.find(|s| s.name == shape)?;
     empirical_candidate(lin, base, covariate, &shape)
 }

@@ -96,6 +96,7 @@ mod detectable;
 mod error;
 mod estimate;
 mod holdout;
+mod interruption;
 mod judge;
 mod linear;
 mod local;

@@ -43,9 +43,7 @@ pub(crate) struct Shape {
 /// Shapes worth looking for along `covariate`, judged on the fitted observations.
 pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     let fitted: Vec<f64> = fitted_values(layout, covariate);
-    let mut distinct = fitted.clone();
-    distinct.sort_by(f64::total_cmp);
-    distinct.dedup();
+    let distinct = distinct_fitted(layout, covariate);
     if distinct.len() < 2 {
         return Vec::new();
     }
@@ -59,9 +57,7 @@ pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
 
 /// Periodic shapes along `covariate`; the caller picks the best and multiplies by `tried`.
 pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
-    let mut distinct = fitted_values(layout, covariate);
-    distinct.sort_by(f64::total_cmp);
-    distinct.dedup();
+    let distinct = distinct_fitted(layout, covariate);
     let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
         return Vec::new();
     };
@@ -76,6 +72,14 @@ pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     // Half periods in the range, so that no phase falls between two frequencies.
     let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
     (3..=2 * most).map(|half| periodic(covariate, 2.0 * range / count(half), count(most))).collect()
+}
+
+/// Values at the fitted observations, ascending, each once.
+pub(crate) fn distinct_fitted(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
+    let mut distinct = fitted_values(layout, covariate);
+    distinct.sort_by(f64::total_cmp);
+    distinct.dedup();
+    distinct
 }
 
 fn fitted_values(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
@@ -107,7 +111,7 @@ fn linear(covariate: &Covariate, fitted: &[f64], distinct: usize) -> Shape {
     Shape { name: name.to_owned(), functions, tried: 1.0 }
 }
 
-fn constant(covariate: &Covariate) -> (String, Vec<f64>) {
+pub(crate) fn constant(covariate: &Covariate) -> (String, Vec<f64>) {
     (CONSTANT.to_owned(), vec![1.0; covariate.values.len()])
 }
 

@@ -44,6 +44,23 @@ fn a_period_is_found_whatever_its_phase() {
     assert!(closure.steps[0].description.contains("periodic"), "{}", closure.steps[0].description);
 }
 
+/// A drift of 0.2 a reading that stops at a pause, where the zero jumps by 8.
+#[test]
+fn a_course_that_breaks_off_is_found_where_it_breaks() {
+    const LONG: usize = 80;
+    const PAUSE: usize = 47;
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let level = |i: usize| if i < PAUSE { -0.2 * i as f64 } else { -1.4 };
+    let data: Vec<f64> = (0..LONG).map(|i| level(i) + normal(&mut rng)).collect();
+    let closure = close_loop(&scalars(&data, &[]), &[], &Options::default()).unwrap();
+    let step = &closure.steps[0];
+    assert_eq!(step.effect, "covariate:order");
+    assert!(step.description.contains("interrupted at 46.5"), "{}", step.description);
+    let jump = &step.parameters[0];
+    assert!((jump.value - 8.0).abs() < 4.0 * jump.std, "{jump:?}");
+    assert!(closure.after.held_out_rms < 0.5 * closure.before.held_out_rms);
+}
+
 #[test]
 fn temperature_counts_from_twenty_degrees() {
     let (column, _) = driven(3, |c| c);

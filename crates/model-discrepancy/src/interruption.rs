@@ -1,0 +1,64 @@
+//! A course that breaks off and goes on elsewhere: a pause, a collision, an instrument restarted.
+
+use crate::shape::{Shape, constant, distinct_fitted};
+use crate::significance::count;
+use crate::validate::ORDER;
+use crate::{Covariate, Layout};
+
+/// Independent trials per square root of the number of breaks; see [`trials`].
+const TRIALS_PER_ROOT: f64 = 3.0;
+
+/// Distinct values on either side of a break: a level and a slope, and as many again to judge them.
+const MIN_SIDE: usize = 4;
+
+/// Places of a break that are looked at first, evenly over the readings.
+const COARSE: usize = 32;
+
+/// Places of a break along `covariate`, one between each two successive values; none where it is
+/// not a time: along a position a break is a matter of the part, and its smooth shapes go first.
+pub(crate) fn breaks(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
+    let is_time = covariate.name == ORDER || covariate.name.ends_with("_s");
+    let distinct = distinct_fitted(layout, covariate);
+    if !is_time || distinct.len() < 2 * MIN_SIDE {
+        return Vec::new();
+    }
+    let between = (MIN_SIDE..=distinct.len() - MIN_SIDE)
+        .map(|after| f64::midpoint(distinct[after - 1], distinct[after]));
+    between.collect()
+}
+
+/// Independent trials that the best of `n` breaks is worth: neighbouring breaks differ by a reading
+/// or two.
+///
+/// In 4000 series of white noise the p-value of the best break reached a level 9, 19, 30 and 46
+/// times as often as that of one break for 13, 43, 93 and 293 of them: about 2.7 √n.
+pub(crate) fn trials(n: usize) -> f64 {
+    count(n).min(TRIALS_PER_ROOT * count(n).sqrt())
+}
+
+/// The break at which `power` is largest: a coarse search, then a fine one around its best.
+pub(crate) fn strongest(breaks: &[f64], power: impl Fn(f64) -> f64) -> Option<f64> {
+    let best_of = |candidates: Vec<usize>| {
+        let powers = candidates.into_iter().map(|i| (power(breaks[i]), i));
+        powers.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+    };
+    let spacing = breaks.len().div_ceil(COARSE).max(1);
+    let coarse = best_of((spacing / 2..breaks.len()).step_by(spacing).collect())?;
+    let around = (coarse + 1).saturating_sub(spacing)..(coarse + spacing).min(breaks.len());
+    best_of(around.collect()).map(|i| breaks[i])
+}
+
+/// Two straight lines, one before and one after `at`.
+pub(crate) fn interrupted(covariate: &Covariate, at: f64, tried: f64) -> Shape {
+    let values = &covariate.values;
+    let mean = values.iter().sum::<f64>() / count(values.len());
+    let after = |value: f64| f64::from(u8::from(value > at));
+    let unit = covariate.name.rsplit_once('_').map_or("unit", |(_, unit)| unit);
+    let functions = vec![
+        ("jump".to_owned(), values.iter().map(|v| after(*v)).collect()),
+        (format!("per {unit}"), values.iter().map(|v| v - mean).collect()),
+        (format!("per {unit} after it"), values.iter().map(|v| after(*v) * (v - at)).collect()),
+        constant(covariate),
+    ];
+    Shape { name: format!("interrupted at {at}"), functions, tried }
+}
