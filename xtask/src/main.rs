@@ -10,6 +10,7 @@ mod ci;
 mod expectation;
 mod fixtures;
 mod generators;
+mod measured;
 mod peers;
 mod power;
 mod program;
@@ -39,6 +40,8 @@ enum Command {
     Test,
     /// Regenerates `fixtures/` from its seeds.
     Fixtures(fixtures::Arguments),
+    /// Closes the loop on public measured data sets, where they have been fetched.
+    Measured(measured::Arguments),
     /// Measures speed (criterion), solver suites, or the statistics of the loop.
     Bench(bench::Arguments),
     /// Runs every check; the first failure stops.
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
         Command::Repro => repro::run(),
         Command::Test => test::run(),
         Command::Fixtures(arguments) => fixtures::run(&arguments),
+        Command::Measured(arguments) => measured::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
         Command::Realtime => realtime::run(),
