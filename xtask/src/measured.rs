@@ -1,4 +1,5 @@
-//! `cargo xtask measured`: public measured data sets through `truing`, beside what was published.
+//! `cargo xtask measured`: public measured data sets through `truing`, beside an
+//! independent calculation.
 //!
 //! One file per set turns its data, as they were published, into case folders. The data are not
 //! part of the project: a set that is not in the folder given is named with its source.
@@ -37,7 +38,7 @@ pub(crate) struct Set {
     pub(crate) source: &'static str,
     /// Folder or file under the data folder.
     pub(crate) place: &'static str,
-    /// Error before and after as others reached it on data their fit had not seen.
+    /// Errors that an independent calculation reached on data its fit had not seen.
     pub(crate) reference: &'static str,
     /// What is left out together.
     pub(crate) left_out: &'static str,
@@ -109,7 +110,6 @@ fn write(folder: &Path, case: &Case, set: &Set) -> Result<PathBuf> {
     let provenance = toml::to_string(&toml::toml! {
         title = (format!("{}: {}", set.name, case.name))
         source = (set.source)
-        published = (set.reference)
     })?;
     let files = case.tables.iter().map(|(name, text)| (*name, text.as_str()));
     let own = [("case.toml", case.settings.as_str()), ("provenance.toml", provenance.as_str())];

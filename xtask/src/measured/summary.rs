@@ -22,16 +22,16 @@ pub(super) fn print(set: &Set, outcomes: &[Outcome]) {
             println!("    {note}");
         }
     }
-    println!("  published: {}", set.reference);
+    println!("  independent calculation: {}", set.reference);
 }
 
 /// All sets as a table in Markdown: medians over the cases of a set.
 ///
 /// «After» repeats the choice of effects without the groups that are judged; with the choice fixed,
-/// only the fit is repeated, as published figures have it.
+/// only the fit is repeated, as in the independent calculation.
 pub(super) fn markdown(found: &[(&Set, Vec<Outcome>)]) -> String {
     let mut text =
-        "| set | cases | left out | before | after | after, choice fixed | published | found |\n\
+        "| set | cases | left out | before | after | after, choice fixed | independent calculation | found |\n\
                     |---|---|---|---|---|---|---|---|\n"
             .to_owned();
     for (set, outcomes) in found {
