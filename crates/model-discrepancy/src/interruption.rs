@@ -5,9 +5,6 @@ use crate::significance::count;
 use crate::validate::ORDER;
 use crate::{Covariate, Layout};
 
-/// Independent trials per square root of the number of breaks; see [`trials`].
-const TRIALS_PER_ROOT: f64 = 3.0;
-
 /// Distinct values on either side of a break: a level and a slope, and as many again to judge them.
 const MIN_SIDE: usize = 4;
 
@@ -27,15 +24,6 @@ pub(crate) fn breaks(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
     between.collect()
 }
 
-/// Independent trials that the best of `n` breaks is worth: neighbouring breaks differ by a reading
-/// or two.
-///
-/// In 4000 series of white noise the p-value of the best break reached a level 9, 19, 30 and 46
-/// times as often as that of one break for 13, 43, 93 and 293 of them: about 2.7 √n.
-pub(crate) fn trials(n: usize) -> f64 {
-    count(n).min(TRIALS_PER_ROOT * count(n).sqrt())
-}
-
 /// The break at which `power` is largest: a coarse search, then a fine one around its best.
 pub(crate) fn strongest(breaks: &[f64], power: impl Fn(f64) -> f64) -> Option<f64> {
     let best_of = |candidates: Vec<usize>| {
@@ -48,8 +36,11 @@ pub(crate) fn strongest(breaks: &[f64], power: impl Fn(f64) -> f64) -> Option<f6
     best_of(around.collect()).map(|i| breaks[i])
 }
 
-/// Two straight lines, one before and one after `at`.
-pub(crate) fn interrupted(covariate: &Covariate, at: f64, tried: f64) -> Shape {
+/// Two straight lines, one before and one after `at`, which is one of `breaks`.
+///
+/// Each break counts as a trial. In white noise neighbouring ones are so alike that the best of 93
+/// is worth 30; noise that remembers breaks off more often.
+pub(crate) fn interrupted(covariate: &Covariate, at: f64, breaks: &[f64]) -> Shape {
     let values = &covariate.values;
     let mean = values.iter().sum::<f64>() / count(values.len());
     let after = |value: f64| f64::from(u8::from(value > at));
@@ -60,5 +51,5 @@ pub(crate) fn interrupted(covariate: &Covariate, at: f64, tried: f64) -> Shape {
         (format!("per {unit} after it"), values.iter().map(|v| after(*v) * (v - at)).collect()),
         constant(covariate),
     ];
-    Shape { name: format!("interrupted at {at}"), functions, tried }
+    Shape { name: format!("interrupted at {at}"), functions, tried: count(breaks.len()) }
 }

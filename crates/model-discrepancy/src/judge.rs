@@ -3,9 +3,7 @@
 use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
 use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
-use crate::interruption::{
-    breaks, interrupted, strongest as strongest_break, trials as trials_of_breaks,
-};
+use crate::interruption::{breaks, interrupted, strongest as strongest_break};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::local::{LocalSight, full_sight, local_effects};
 use crate::select::CHOICE_FOLDS;
@@ -274,9 +272,8 @@ fn strongest_shapes(lin: &Linear<'_>, layout: &Layout, covariate: &Covariate) ->
     let with_power = periods(layout, covariate).into_iter().map(|shape| (power(&shape), shape));
     found.extend(with_power.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, shape)| shape));
     let breaks = breaks(layout, covariate);
-    let tried = trials_of_breaks(breaks.len());
-    let at = strongest_break(&breaks, |at| power(&interrupted(covariate, at, tried)));
-    found.extend(at.map(|at| interrupted(covariate, at, tried)));
+    let at = strongest_break(&breaks, |at| power(&interrupted(covariate, at, &breaks)));
+    found.extend(at.map(|at| interrupted(covariate, at, &breaks)));
     found
 }
 
@@ -337,8 +334,7 @@ pub(crate) fn shape_again(
 ) -> Option<(Candidate, Basis)> {
     let covariate = setting.covariates.iter().find(|c| c.name == covariate)?;
     let breaks = breaks(lin.layout, covariate);
-    let tried = trials_of_breaks(breaks.len());
-    let interruptions = breaks.into_iter().map(|at| interrupted(covariate, at, tried));
+    let interruptions = breaks.iter().map(|&at| interrupted(covariate, at, &breaks));
     let smooth = shapes(lin.layout, covariate).into_iter();
     let mut all = smooth.chain(periods(lin.layout, covariate)).chain(interruptions);
     let shape = all.find(|s| s.name == shape)?;
