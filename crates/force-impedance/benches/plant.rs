@@ -13,6 +13,9 @@
 
 #[path = "../tests/it/plant.rs"]
 mod plant;
+#[path = "../tests/it/usual_head.rs"]
+#[expect(dead_code, reason = "the head here is light")]
+mod usual_head;
 
 use std::f64::consts::PI;
 
@@ -23,6 +26,7 @@ use force_impedance::{
 use nalgebra::{Complex, Vector3};
 
 use plant::{Outcome, Plant};
+use usual_head::GEOMETRY;
 
 const T: f64 = 1e-3;
 const REFERENCE_N: f64 = 40.0;
@@ -82,16 +86,7 @@ fn main() {
 
 /// The controller with head, cells and lengths between: a straight head, legs unloaded.
 fn impedance(parameters: ImpedanceParameters) -> impl FnMut(f64) -> f64 {
-    let geometry = HeadGeometry {
-        tip_to_plane_mm: 120.0,
-        plane_to_joint_mm: 180.0,
-        head_radius_mm: 40.0,
-        bracket_radius_mm: 110.0,
-        leg_angles_rad: [90.0_f64, 210.0, 330.0].map(f64::to_radians),
-        weight_n: 0.0,
-        center_of_gravity_mm: 140.0,
-        gravity_direction: -Vector3::z(),
-    };
+    let geometry = HeadGeometry { weight_n: 0.0, ..GEOMETRY };
     let settings = ControllerSettings {
         max_error_n: 1e6,
         max_cell_n: 1e6,
