@@ -8,6 +8,8 @@
 )]
 
 mod c_program;
+#[cfg(target_os = "linux")]
+mod hal;
 mod header;
 mod interface;
 mod library;
