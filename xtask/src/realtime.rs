@@ -30,36 +30,89 @@ lto = "fat"
 codegen-units = 1
 overflow-checks = true
 "#;
-/// What the panic handler of the probe calls, and nobody provides.
-const TRAP: &[u8] = b"a_panic_is_reachable";
-/// A function of the probe that must be in the archive.
-const PRESENT: &[u8] = b"probe_update";
+/// The C interface without `std`, its source as it is.
+const C_MANIFEST: &str = r#"[package]
+name = "force-impedance-c"
+version = "0.0.0"
+edition = "2024"
 
-/// Builds the probe without `std` and looks for the trap; then with a function that can panic,
-/// in which the trap must be found.
+[workspace]
+
+[lib]
+path = "../../crates/force-impedance-c/src/lib.rs"
+crate-type = ["staticlib"]
+
+[dependencies]
+force-impedance = { path = "../../crates/force-impedance", default-features = false }
+nalgebra = { version = "0.35.0", default-features = false }
+
+[features]
+std = []
+
+[profile.release]
+panic = "abort"
+lto = "fat"
+codegen-units = 1
+overflow-checks = true
+
+# As releases are: libm wraps its counts of octants, which fit.
+[profile.release.package.libm]
+overflow-checks = false
+"#;
+/// What the panic handlers call, and nobody provides.
+const TRAP: &[u8] = b"a_panic_is_reachable";
+const C_TRAP: &[u8] = b"force_impedance_panicked";
+/// Functions that must be in the archives.
+const PRESENT: &[u8] = b"probe_update";
+const C_PRESENT: &[u8] = b"fi_controller_update";
+
+/// Builds the probe without `std` and looks for the trap, then with a function that can panic, in
+/// which the trap must be found; then the C interface.
 pub(crate) fn run() -> Result<()> {
-    let folder = shell::root().join("target/realtime");
-    fs::create_dir_all(folder.join("src")).context("cannot make target/realtime")?;
-    fs::write(folder.join("Cargo.toml"), MANIFEST).context("target/realtime/Cargo.toml")?;
-    fs::write(folder.join("src/lib.rs"), PROBE).context("target/realtime/src/lib.rs")?;
-    fs::copy(shell::root().join("Cargo.lock"), folder.join("Cargo.lock")).context("Cargo.lock")?;
-    ensure!(!asks_for_the_trap(&[])?, "a panic can be reached from the real-time path");
+    let probe = Archive::lay_out("realtime", MANIFEST, "probe")?;
+    let source = shell::root().join("target/realtime/src");
+    fs::create_dir_all(&source).context("cannot make target/realtime/src")?;
+    fs::write(source.join("lib.rs"), PROBE).context("target/realtime/src/lib.rs")?;
+    ensure!(!probe.holds(&[], PRESENT, TRAP)?, "a panic can be reached from the real-time path");
     ensure!(
-        asks_for_the_trap(&["--features", "control"])?,
+        probe.holds(&["--features", "control"], PRESENT, TRAP)?,
         "the check does not find a panic that is there"
     );
-    println!("realtime: builds without std; no panic can be reached from the real-time path");
+    let c = Archive::lay_out("realtime-c", C_MANIFEST, "force_impedance_c")?;
+    ensure!(!c.holds(&[], C_PRESENT, C_TRAP)?, "a panic can be reached from the C interface");
+    println!(
+        "realtime: builds without std; no panic can be reached from the real-time path, nor from \
+         the C interface"
+    );
     Ok(())
 }
 
-fn asks_for_the_trap(features: &[&str]) -> Result<bool> {
-    let manifest = shell::root().join("target/realtime/Cargo.toml");
-    let manifest = manifest.to_string_lossy();
-    let build = ["build", "--release", "--quiet", "--manifest-path", &manifest];
-    shell::cargo(&[&build, features].concat())?;
-    let archive = shell::root().join("target/realtime/target/release/libprobe.a");
-    let bytes = fs::read(&archive).with_context(|| archive.display().to_string())?;
-    let has = |name: &[u8]| bytes.windows(name.len()).any(|window| window == name);
-    ensure!(has(PRESENT), "{} does not hold the probe", archive.display());
-    Ok(has(TRAP))
+/// A static library outside the workspace.
+struct Archive {
+    folder: String,
+    library: &'static str,
+}
+
+impl Archive {
+    fn lay_out(folder: &str, manifest: &str, library: &'static str) -> Result<Self> {
+        let folder = format!("target/{folder}");
+        let at = shell::root().join(&folder);
+        fs::create_dir_all(&at).with_context(|| format!("cannot make {folder}"))?;
+        fs::write(at.join("Cargo.toml"), manifest).with_context(|| folder.clone())?;
+        fs::copy(shell::root().join("Cargo.lock"), at.join("Cargo.lock")).context("Cargo.lock")?;
+        Ok(Self { folder, library })
+    }
+
+    /// Builds it; whether it holds a name, beside one that it must hold.
+    fn holds(&self, features: &[&str], present: &[u8], wanted: &[u8]) -> Result<bool> {
+        let manifest = shell::root().join(&self.folder).join("Cargo.toml");
+        let manifest = manifest.to_string_lossy();
+        let build = ["build", "--release", "--quiet", "--manifest-path", &manifest];
+        shell::cargo(&[&build, features].concat())?;
+        let path = format!("{}/target/release/lib{}.a", self.folder, self.library);
+        let bytes = fs::read(shell::root().join(&path)).with_context(|| path.clone())?;
+        let has = |name: &[u8]| bytes.windows(name.len()).any(|window| window == name);
+        ensure!(has(present), "{path} does not hold {}", String::from_utf8_lossy(present));
+        Ok(has(wanted))
+    }
 }

@@ -7,16 +7,15 @@
 
 #[path = "../tests/it/hostile.rs"]
 mod hostile;
+#[path = "../tests/it/usual_head.rs"]
+mod usual_head;
 
-use force_impedance::{
-    Controller, ControllerSettings, Head, HeadGeometry, HeadLimits, ImpedanceParameters,
-    ReferenceMode, Status,
-};
-use nalgebra::Vector3;
+use force_impedance::{Controller, ControllerSettings, ImpedanceParameters, ReferenceMode, Status};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use hostile::{Hostile, Judge};
+use usual_head::head;
 
 const N_CYCLES: u64 = 100_000_000;
 
@@ -29,24 +28,13 @@ fn main() {
 }
 
 fn endure(mode: ReferenceMode, n: u64) {
-    let geometry = HeadGeometry {
-        tip_to_plane_mm: 120.0,
-        plane_to_joint_mm: 180.0,
-        head_radius_mm: 40.0,
-        bracket_radius_mm: 110.0,
-        leg_angles_rad: [90.0_f64, 210.0, 330.0].map(f64::to_radians),
-        weight_n: 85.0,
-        center_of_gravity_mm: 140.0,
-        gravity_direction: -Vector3::z(),
-    };
     let parameters =
         ImpedanceParameters { mass_kg: 1.0, damping_ns_per_mm: 0.5, stiffness_n_per_mm: 2.0 };
-    let limits = HeadLimits::wide(&geometry);
     let settings = ControllerSettings { mode, ..ControllerSettings::default() };
-    let mut controller =
-        Controller::new(Head::new(geometry, limits).unwrap(), parameters, settings).unwrap();
+    let head = head();
+    let mut controller = Controller::new(head, parameters, settings).unwrap();
     let mut stream = Hostile::new(ChaCha8Rng::seed_from_u64(42));
-    let mut judge = Judge::new(&controller, limits);
+    let mut judge = Judge::new(&controller, *head.limits());
     let mut held = 0_u64;
     for _ in 0..n {
         let (seen, dt_s) = stream.next(controller.head());

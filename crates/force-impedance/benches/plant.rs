@@ -13,16 +13,20 @@
 
 #[path = "../tests/it/plant.rs"]
 mod plant;
+#[path = "../tests/it/usual_head.rs"]
+#[expect(dead_code, reason = "the head here is light")]
+mod usual_head;
 
 use std::f64::consts::PI;
 
 use force_impedance::{
     Controller, ControllerSettings, Discretisation, Head, HeadGeometry, HeadLimits,
-    ImpedanceParameters, LoopSettings, Measurement, ReferenceMode, recommend,
+    ImpedanceParameters, LoopSettings, Measurement, ReferenceMode, margins_at, recommend,
 };
 use nalgebra::{Complex, Vector3};
 
 use plant::{Outcome, Plant};
+use usual_head::GEOMETRY;
 
 const T: f64 = 1e-3;
 const REFERENCE_N: f64 = 40.0;
@@ -52,46 +56,85 @@ fn main() {
         discretisation: Discretisation::ExactHold,
         mode: ReferenceMode::Rebased,
     };
-    let range = [10.0, STIFFEST_N_PER_MM];
-    let whole = recommend(&loops, range, 0.5).unwrap().parameters;
+    let whole = recommend(&loops, [10.0, STIFFEST_N_PER_MM], 0.5).unwrap().parameters;
+    let light = light(&loops, STIFFEST_N_PER_MM);
+    // What a slowly changing error of the path meets is the integral part alone.
+    let pi_per_s = tuned_gain(STIFFEST_N_PER_MM, &plant(1.0)) / plant(1.0).lag_s;
+    println!(
+        "integral part times stiffness of the contact, 1/s, each with 6 dB and 45° at the least: PI \
+         {:.0}, impedance without inertia {:.0}, recommended impedance {:.0}",
+        STIFFEST_N_PER_MM * pi_per_s,
+        STIFFEST_N_PER_MM / light.damping_ns_per_mm,
+        STIFFEST_N_PER_MM / whole.damping_ns_per_mm,
+    );
     println!(
         "one impedance for all: M {:.3} kg, D {:.3} N·s/mm; force error, N rms, reference {REFERENCE_N} N",
         whole.mass_kg, whole.damping_ns_per_mm
     );
     println!(
-        "{:>12} {:>10} {:>12} {:>12} {:>12} {:>12}",
-        "contact N/mm", "no control", "PI stiffest", "PI 300 N/mm", "impedance", "imp. per K_e"
+        "{:>12} {:>10} | {:>10} {:>10} {:>10} {:>10} | {:>10} {:>10} {:>10}",
+        "contact N/mm",
+        "no control",
+        "PI 10000",
+        "PI 300",
+        "impedance",
+        "no inertia",
+        "PI own",
+        "imp. own",
+        "no in. own"
     );
     for contact in [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0] {
-        let plant = plant(contact);
-        let own = recommend(&loops, [contact, contact], 0.02).unwrap().parameters;
-        let run = |outcome: Outcome| {
-            let calm = outcome.growth < 3.0 && outcome.rms_n < 1e3;
-            if calm { format!("{:.3}", outcome.rms_n) } else { "unstable".to_owned() }
-        };
-        println!(
-            "{contact:>12} {:>10} {:>12} {:>12} {:>12} {:>12}",
-            run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, |_| 0.0)),
-            run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, pi(STIFFEST_N_PER_MM, &plant))),
-            run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, pi(WORKSHOP_N_PER_MM, &plant))),
-            run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, impedance(whole))),
-            run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, impedance(own))),
-        );
+        row(contact, &loops, whole, light);
     }
+}
+
+/// One contact: gains for all contacts, then gains for this one.
+fn row(
+    contact: f64,
+    loops: &LoopSettings,
+    whole: ImpedanceParameters,
+    without_inertia: ImpedanceParameters,
+) {
+    let plant = plant(contact);
+    let own = recommend(loops, [contact, contact], 0.02).unwrap().parameters;
+    let run = |outcome: Outcome| {
+        let calm = outcome.growth < 3.0 && outcome.rms_n < 1e3;
+        if calm { format!("{:.3}", outcome.rms_n) } else { "unstable".to_owned() }
+    };
+    let with = |parameters| run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, impedance(parameters)));
+    let with_pi = |tuned| run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, pi(tuned, &plant)));
+    println!(
+        "{contact:>12} {:>10} | {:>10} {:>10} {:>10} {:>10} | {:>10} {:>10} {:>10}",
+        run(plant.run(REFERENCE_N, N_SAMPLES, 0.0, |_| 0.0)),
+        with_pi(STIFFEST_N_PER_MM),
+        with_pi(WORKSHOP_N_PER_MM),
+        with(whole),
+        with(without_inertia),
+        with_pi(contact),
+        with(own),
+        with(light(loops, contact)),
+    );
+}
+
+/// An impedance of next to no inertia, as quick as 6 dB and 45° allow on a contact.
+fn light(loops: &LoopSettings, contact: f64) -> ImpedanceParameters {
+    let with = |damping: f64| ImpedanceParameters {
+        mass_kg: 1e3 * damping * 0.1 * T,
+        damping_ns_per_mm: damping,
+        stiffness_n_per_mm: 0.0,
+    };
+    let (mut low, mut high) = (1e-4 * contact, contact);
+    while high / low > 1.001_f64 {
+        let middle = (low * high).sqrt();
+        let comfortable = margins_at(with(middle), loops, contact).unwrap().is_comfortable();
+        if comfortable { high = middle } else { low = middle }
+    }
+    with(high)
 }
 
 /// The controller with head, cells and lengths between: a straight head, legs unloaded.
 fn impedance(parameters: ImpedanceParameters) -> impl FnMut(f64) -> f64 {
-    let geometry = HeadGeometry {
-        tip_to_plane_mm: 120.0,
-        plane_to_joint_mm: 180.0,
-        head_radius_mm: 40.0,
-        bracket_radius_mm: 110.0,
-        leg_angles_rad: [90.0_f64, 210.0, 330.0].map(f64::to_radians),
-        weight_n: 0.0,
-        center_of_gravity_mm: 140.0,
-        gravity_direction: -Vector3::z(),
-    };
+    let geometry = HeadGeometry { weight_n: 0.0, ..GEOMETRY };
     let settings = ControllerSettings {
         max_error_n: 1e6,
         max_cell_n: 1e6,

@@ -1,31 +1,24 @@
 //! Time of one cycle: forward kinematics, contact force, impedance, inverse kinematics.
 //!
 //! `cargo bench -p force-impedance --bench update`: criterion's median, then the distribution over
-//! 10⁷ cycles timed one by one. `-- --count N` runs N cycles and nothing else, for counting
-//! instructions (`valgrind --tool=callgrind`, `perf stat -e instructions:u`).
+//! 10⁷ cycles timed one by one, then the instructions of a cycle where `valgrind` is installed.
+//! `-- --count N` runs N cycles and nothing else, for a profiler.
 #![expect(clippy::print_stdout, reason = "a bench prints its result")]
 #![expect(clippy::unwrap_used, reason = "settings of a bench are known to be good")]
 
+#[path = "../tests/it/usual_head.rs"]
+mod usual_head;
+
 use std::hint::black_box;
+use std::process::Command;
 use std::time::Instant;
 
 use criterion::Criterion;
-use force_impedance::{
-    Controller, ControllerSettings, Head, HeadGeometry, HeadLimits, ImpedanceParameters,
-    Measurement,
-};
+use force_impedance::{Controller, ControllerSettings, ImpedanceParameters, Measurement};
 use nalgebra::{Point3, Vector3};
 
-const GEOMETRY: HeadGeometry = HeadGeometry {
-    tip_to_plane_mm: 120.0,
-    plane_to_joint_mm: 180.0,
-    head_radius_mm: 40.0,
-    bracket_radius_mm: 110.0,
-    leg_angles_rad: [std::f64::consts::FRAC_PI_2, 3.665_191_429_188_092, 5.759_586_531_581_288],
-    weight_n: 85.0,
-    center_of_gravity_mm: 140.0,
-    gravity_direction: Vector3::new(0.0, 0.0, -1.0),
-};
+use usual_head::head;
+
 const PARAMETERS: ImpedanceParameters =
     ImpedanceParameters { mass_kg: 1.0, damping_ns_per_mm: 1.0, stiffness_n_per_mm: 0.0 };
 /// Cycles prepared beforehand: a path of eight seconds, run over and over.
@@ -42,10 +35,30 @@ fn main() {
     let test = arguments.iter().any(|a| a == "--test");
     criterion();
     distribution(if test { 10_000 } else { 10_000_000 });
+    instructions();
 }
 
-fn head() -> Head {
-    Head::new(GEOMETRY, HeadLimits::wide(&GEOMETRY)).unwrap()
+/// Instructions of one cycle: the difference of two counts, so that the start takes no part.
+fn instructions() {
+    const N_CYCLES: u64 = 20_000;
+    let counted = counted(N_CYCLES).zip(counted(2 * N_CYCLES));
+    match counted {
+        Some((once, twice)) => println!("{} instructions a cycle", (twice - once) / N_CYCLES),
+        None => println!("instructions not counted: valgrind is not installed"),
+    }
+}
+
+/// Instructions of a run of `n` cycles.
+fn counted(n: u64) -> Option<u64> {
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(std::env::current_exe().ok()?)
+        .args(["--count", &n.to_string()])
+        .output()
+        .ok()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let refs = said.lines().find_map(|line| line.split_once("refs:"))?.1;
+    refs.trim().replace(',', "").parse().ok()
 }
 
 fn controller() -> Controller {

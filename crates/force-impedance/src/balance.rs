@@ -34,8 +34,9 @@ impl Head {
         let axial_mm = pose.lengths_mm[3];
         let reach_mm = axial_mm + self.geometry.tip_to_plane_mm;
         let per_reach = 1.0 / reach_mm;
+        // u × (p × d) = p (u·d) − d (u·p), and every joint has u·p = l4.
         let column = |joint_mm: &Point3<f64>, leg: &Vector3<f64>, cosine: f64| {
-            u.cross(&joint_mm.coords.cross(leg)) * per_reach - u * cosine
+            (joint_mm.coords * cosine - leg * axial_mm) * per_reach - u * cosine
         };
         let [p1, p2, p3] = &pose.joints_mm;
         let [d1, d2, d3] = &pose.legs_axis;

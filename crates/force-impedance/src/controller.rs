@@ -229,11 +229,11 @@ impl Controller {
     ) {
         let programmed_mm = self.head.start_tip_mm();
         let way_mm = programmed_mm + normal * wanted_mm - self.pose.tip_mm;
-        let (length_mm, longest_mm) = (norm(&way_mm), self.settings.rate_mm_per_s * interval_s);
-        let far = length_mm > longest_mm;
-        let share = if far { longest_mm / length_mm } else { 1.0 };
+        let longest_mm = self.settings.rate_mm_per_s * interval_s;
+        let far = way_mm.dot(&way_mm) > longest_mm * longest_mm;
         limits.set(Limits::RATE, far);
-        let tip_mm: Point3<f64> = self.pose.tip_mm + way_mm * share;
+        let step_mm = if far { way_mm * (longest_mm / norm(&way_mm)) } else { way_mm };
+        let tip_mm: Point3<f64> = self.pose.tip_mm + step_mm;
         let pose = HeadPose::of(&self.head, &tip_mm.coords);
         let reached = self.head.allows(&pose);
         limits.set(Limits::WORKSPACE, !reached);
@@ -271,8 +271,9 @@ impl Controller {
     }
 }
 
-/// `f64::clamp` without its panic.
+/// `f64::clamp` without its panic; `high` wins where the two are crossed, `low` where `x` is NaN.
 #[inline]
 fn between(x: f64, low: f64, high: f64) -> f64 {
-    x.max(low).min(high)
+    let above = if x > low { x } else { low };
+    if above < high { above } else { high }
 }

@@ -1,7 +1,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::Head;
-use crate::scalar::{across, norm};
+use crate::scalar::norm;
 
 /// Direction of the straight tool, joint to tip.
 pub(crate) const STRAIGHT: Vector3<f64> = Vector3::new(0.0, -1.0, 0.0);
@@ -27,13 +27,15 @@ pub struct HeadPose {
 
 impl HeadPose {
     /// The pose with the tip at a point, whatever the limits say.
-    #[inline]
+    #[expect(clippy::inline_always, reason = "a call copies 200 bytes to and fro, twice a cycle")]
+    #[inline(always)]
     pub(crate) fn of(head: &Head, tip_mm: &Vector3<f64>) -> Self {
         let reach_mm = norm(tip_mm);
         let axis = tip_mm * (1.0 / reach_mm);
         let axial_mm = reach_mm - head.geometry.tip_to_plane_mm;
         let middle_mm = axis * axial_mm;
-        let turn = Turn::to(&axis);
+        // 1/(1 + c) without waiting for the axis.
+        let turn = Turn { axis: &axis, share: reach_mm / (reach_mm - tip_mm.y) };
         let [p1, p2, p3] = &head.arms_mm;
         let joints_mm =
             [middle_mm + turn.apply(p1), middle_mm + turn.apply(p2), middle_mm + turn.apply(p3)];
@@ -56,59 +58,43 @@ impl HeadPose {
     }
 
     /// Gradients of the four lengths with respect to the tip.
+    ///
+    /// When the axis moves by δ, the head turns by `u × δ − u (w·δ)/(1 + c)`, see [`Turn`]: a leg
+    /// `d` at the joint `p` changes by that turn about `p × d`, and by the slide along `u`.
     #[inline]
     pub(crate) fn length_gradients(&self, head: &Head) -> [Vector3<f64>; 4] {
         let u = &self.axis;
         let axial_mm = self.lengths_mm[3];
         let per_reach = 1.0 / (axial_mm + head.geometry.tip_to_plane_mm);
-        let turn = Turn::to(u);
-        let row = |d: &Vector3<f64>, arm_mm: &Vector3<f64>| {
-            let along = u * u.dot(d);
-            let swing = turn.gradient(arm_mm, d);
-            along + ((d - along) * axial_mm + across(&swing, u)) * per_reach
+        let twist = per_reach / (1.0 - u.y);
+        let row = |d: &Vector3<f64>, joint_mm: &Point3<f64>| {
+            let p = &joint_mm.coords;
+            let along = u.dot(d);
+            let push = u * along + (d * axial_mm - p * along) * per_reach;
+            let held = u.dot(&p.cross(d)) * twist;
+            Vector3::new(push.x + u.z * held, push.y, push.z - u.x * held)
         };
         let [d1, d2, d3] = &self.legs_axis;
-        let [p1, p2, p3] = &head.arms_mm;
+        let [p1, p2, p3] = &self.joints_mm;
         [row(d1, p1), row(d2, p2), row(d3, p3), *u]
     }
 }
 
-/// Smallest rotation from straight to an axis, `R v = c v + w × v + w (w·v)/(1 + c)` with
-/// `w = straight × axis = (−u_z, 0, u_x)` and `c = straight · axis = −u_y`.
+/// Smallest rotation from straight to an axis `u`, `R v = c v + w × v + w (w·v)/(1 + c)` with
+/// `w = straight × u = (−u_z, 0, u_x)` and `c = straight · u = −u_y`.
 ///
 /// It is only asked to turn arms, which have no y component.
-struct Turn {
-    wx: f64,
-    wz: f64,
-    c: f64,
+struct Turn<'a> {
+    axis: &'a Vector3<f64>,
     /// `1/(1 + c)`.
     share: f64,
 }
 
-impl Turn {
-    #[inline]
-    fn to(axis: &Vector3<f64>) -> Self {
-        let c = -axis.y;
-        Self { wx: -axis.z, wz: axis.x, c, share: 1.0 / (1.0 + c) }
-    }
-
+impl Turn<'_> {
     #[inline]
     fn apply(&self, arm: &Vector3<f64>) -> Vector3<f64> {
-        let &Self { wx, wz, c, share } = self;
-        let along = (wx * arm.x + wz * arm.z) * share;
+        let (wx, wz, c) = (-self.axis.z, self.axis.x, -self.axis.y);
+        let along = (wx * arm.x + wz * arm.z) * self.share;
         Vector3::new(c * arm.x + wx * along, wz * arm.x - wx * arm.z, c * arm.z + wz * along)
-    }
-
-    /// Gradient of `d · R v` with respect to the axis, not yet projected across it.
-    #[inline]
-    fn gradient(&self, arm: &Vector3<f64>, d: &Vector3<f64>) -> Vector3<f64> {
-        let &Self { wx, wz, share, .. } = self;
-        let (wv, wd) = (wx * arm.x + wz * arm.z, wx * d.x + wz * d.z);
-        // With dw = straight × du and dc = straight · du: `by_w · dw + by_c · dc`, where
-        // `by_w = v × d + (d (w·v) + v (w·d))/(1 + c)`.
-        let by_wx = (d.x * wv + arm.x * wd) * share - arm.z * d.y;
-        let by_wz = (d.z * wv + arm.z * wd) * share + arm.x * d.y;
-        let by_c = arm.x * d.x + arm.z * d.z - wd * wv * share * share;
-        Vector3::new(by_wz, -by_c, -by_wx)
     }
 }

@@ -50,11 +50,10 @@ impl Watch {
         }
         let cells_n = cells_n?;
         let lengths_mm = seen.lengths_mm.ok_or(Fault::NoSample)?;
-        if !(cells_n.iter().chain(&lengths_mm).all(|v| v.is_finite())) {
-            return Err(Fault::NotFinite);
-        }
-        if cells_n.iter().any(|f| f.abs() > settings.max_cell_n) {
-            return Err(Fault::CellRange);
+        let in_range = cells_n.iter().all(|f| f.abs() <= settings.max_cell_n);
+        if !(in_range && lengths_mm.iter().all(|l| l.is_finite())) {
+            let finite = cells_n.iter().chain(&lengths_mm).all(|v| v.is_finite());
+            return Err(if finite { Fault::CellRange } else { Fault::NotFinite });
         }
         if frozen {
             return Err(Fault::Frozen);

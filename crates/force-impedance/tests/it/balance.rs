@@ -8,7 +8,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::equilibrium::{GEOMETRY, equilibrium, head, random_load, random_tip, rubbing, tilted};
+use crate::equilibrium::{equilibrium, random_load, random_tip, rubbing, tilted};
+use crate::usual_head::{GEOMETRY, head};
 
 /// 400 N · 2⁻⁵² · condition of the 7×7 system with moments in N·mm (about 10³), times some 10
 /// operations.

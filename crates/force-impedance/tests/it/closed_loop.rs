@@ -6,8 +6,9 @@ use force_impedance::{
 };
 use nalgebra::Vector3;
 
-use crate::equilibrium::{GEOMETRY, equilibrium, head};
+use crate::equilibrium::equilibrium;
 use crate::plant::Plant;
+use crate::usual_head::{GEOMETRY, head};
 
 const T: f64 = 1e-3;
 const REFERENCE_N: f64 = 40.0;

@@ -6,8 +6,8 @@ use force_impedance::{
 };
 use nalgebra::Vector3;
 
-use crate::equilibrium::{GEOMETRY, head};
 use crate::rig::{Rig, SOFT, T, force};
+use crate::usual_head::{GEOMETRY, head};
 
 /// Force after a settled transient of some 20 time constants, and the readings' last digits.
 const SETTLED_N: f64 = 1e-6;

@@ -3,7 +3,7 @@
 use force_impedance::{ForceImpedanceError as E, Head, HeadGeometry, HeadLimits};
 use nalgebra::{Point3, Vector3};
 
-use crate::equilibrium::{GEOMETRY, head};
+use crate::usual_head::{GEOMETRY, head};
 
 #[test]
 fn impossible_heads_are_refused() {

@@ -5,7 +5,8 @@ use nalgebra::{Matrix4x3, Point3, SVD, Vector3, Vector4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::equilibrium::{GEOMETRY, equilibrium, head, random_tip};
+use crate::equilibrium::{equilibrium, random_tip};
+use crate::usual_head::{GEOMETRY, head};
 
 /// 300 mm · 2⁻⁵² · 15 operations.
 const EXACT_TOL_MM: f64 = 1e-12;

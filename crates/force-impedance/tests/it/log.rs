@@ -5,8 +5,8 @@ use model_discrepancy::{
     Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
 };
 
-use crate::equilibrium::head;
 use crate::log_rig::{Faults, Run, record};
+use crate::usual_head::head;
 
 /// What central differences of a smooth function leave, relative to its largest derivative.
 const DIFFERENCE_TOL: f64 = 1e-6;

@@ -8,7 +8,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::equilibrium::{GEOMETRY, equilibrium, rubbing, tilted};
+use crate::equilibrium::{equilibrium, rubbing, tilted};
+use crate::usual_head::GEOMETRY;
 
 /// What is wrong with the head, its sensors or the reference.
 #[derive(Clone, Copy, Debug, Default)]

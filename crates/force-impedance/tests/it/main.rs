@@ -23,3 +23,4 @@ mod log_rig;
 mod plant;
 mod random_cycles;
 mod rig;
+mod usual_head;

@@ -5,9 +5,9 @@ use force_impedance::{Controller, ControllerSettings, HeadLimits, ReferenceMode,
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::equilibrium::{GEOMETRY, head};
 use crate::hostile::{Hostile, Judge};
 use crate::rig::SOFT;
+use crate::usual_head::{GEOMETRY, head};
 
 const N_CYCLES: usize = 300_000;
 

@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::equilibrium::{GEOMETRY, equilibrium, head};
+use crate::equilibrium::equilibrium;
+use crate::usual_head::{GEOMETRY, head};
 
 pub(crate) const T: f64 = 1e-3;
 
