@@ -1,4 +1,4 @@
-//! Registration of clouds, in turn with `Open3D` and `small_gicp` on the same files.
+//! Registration of clouds, in turn with `Open3D`, `small_gicp` and `threecrate` on the same files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use super::icp_contest::{Contest, Contestant};
+use super::icp_page;
 use crate::shell;
 
 /// What is registered; see `xtask/peers/icp/problems.py`.
@@ -31,6 +32,8 @@ pub(super) fn run() -> Result<()> {
         write_problem(&python, &sources, problem, &folder)?;
         for threads in [1, 2] {
             let mut contestants = vec![Contestant::new("pose-icp", &ours, &[])];
+            let threecrate = ours.with_file_name("threecrate_plane");
+            contestants.push(Contestant::new("threecrate-plane", &threecrate, &[]));
             let script = sources.join("python_peers.py");
             for peer in PYTHON_PEERS {
                 if problem != "1m" || !SLOW.contains(&peer) {
@@ -53,7 +56,7 @@ pub(super) fn run() -> Result<()> {
         contest.basin(&contestant, &folder, &["basin"])?;
     }
     let page = shell::root().join("docs/benchmarks-icp.md");
-    fs::write(&page, contest.page()).with_context(|| page.display().to_string())?;
+    fs::write(&page, icp_page::page(&contest)).with_context(|| page.display().to_string())?;
     eprintln!("wrote {}", page.display());
     Ok(())
 }
@@ -65,7 +68,7 @@ fn write_problem(python: &Path, sources: &Path, problem: &str, folder: &Path) ->
     checked(Command::new(python).arg(sources.join("problems.py")).arg(problem).arg(folder))
 }
 
-/// Builds the program that runs pose-icp; it lies outside of the workspace, as peers do.
+/// Builds the programs that run pose-icp and threecrate; they lie outside of the workspace, as peers do.
 fn build_ours(sources: &Path, work: &Path) -> Result<PathBuf> {
     let manifest = sources.join("rust/Cargo.toml");
     let target = work.join("build");
