@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use super::icp_contest::{Contest, Contestant};
-use super::icp_page;
+use super::{icp_page, solver};
 use crate::shell;
 
 /// What is registered; see `xtask/peers/icp/problems.py`.
@@ -55,9 +55,35 @@ pub(super) fn run() -> Result<()> {
         let contestant = Contestant::new(peer, &python, &[text(&script)?, peer]);
         contest.basin(&contestant, &folder, &["basin"])?;
     }
+    poses(&python, &sources, &ours, &work, &mut contest)?;
     let page = shell::root().join("docs/benchmarks-icp.md");
     fs::write(&page, icp_page::page(&contest)).with_context(|| page.display().to_string())?;
     eprintln!("wrote {}", page.display());
+    Ok(())
+}
+
+/// Nine touches of a mirror from further and further off.
+fn poses(
+    python: &Path,
+    sources: &Path,
+    ours: &Path,
+    work: &Path,
+    contest: &mut Contest,
+) -> Result<()> {
+    let folder = work.join("poses");
+    if !folder.join("poses.bin").exists() {
+        let script = sources.join("problems.py");
+        checked(Command::new(python).arg(script).arg("poses").arg(&folder))?;
+    }
+    let program = ours.with_file_name("ours_poses");
+    let ceres = solver::build_ceres("xtask/peers/ceres/pose.cpp", &work.join("ceres-pose"))?;
+    for (name, program, way) in [
+        ("pose-icp", &program, Some("exact")),
+        ("plain Gauss-Newton", &program, Some("gauss-newton")),
+        ("Ceres, Levenberg-Marquardt", &ceres, None),
+    ] {
+        contest.poses(name, program, &folder, way)?;
+    }
     Ok(())
 }
 

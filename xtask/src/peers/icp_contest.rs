@@ -35,13 +35,17 @@ impl Contestant {
     ) -> Result<Vec<A>> {
         let mut command = Command::new(&self.program);
         command.args(&self.arguments).arg(folder).arg(threads.to_string()).args(more);
-        let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
-        ensure!(output.status.success(), "{command:?} failed ({})", output.status);
-        let lines = String::from_utf8(output.stdout).context("no UTF-8")?;
-        let read =
-            |line| serde_json::from_str(line).with_context(|| format!("{command:?}: {line}"));
-        lines.lines().map(read).collect()
+        answers_of(&mut command)
     }
+}
+
+/// Standard output by lines.
+fn answers_of<A: DeserializeOwned>(command: &mut Command) -> Result<Vec<A>> {
+    let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
+    ensure!(output.status.success(), "{command:?} failed ({})", output.status);
+    let lines = String::from_utf8(output.stdout).context("no UTF-8")?;
+    let read = |line| serde_json::from_str(line).with_context(|| format!("{command:?}: {line}"));
+    lines.lines().map(read).collect()
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -67,6 +71,15 @@ pub(super) struct Cell {
     pub(super) starts: usize,
 }
 
+/// How many starts of one size led to a pose.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct PoseCell {
+    pub(super) size: f64,
+    pub(super) found: usize,
+    pub(super) starts: usize,
+    pub(super) median_us: f64,
+}
+
 /// Best figures of a program on a problem.
 pub(super) struct Row {
     pub(super) problem: &'static str,
@@ -80,6 +93,7 @@ pub(super) struct Row {
 pub(super) struct Contest {
     pub(super) rows: Vec<Row>,
     pub(super) basins: Vec<(&'static str, Vec<Cell>)>,
+    pub(super) poses: Vec<(&'static str, Vec<PoseCell>)>,
 }
 
 impl Contest {
@@ -127,6 +141,20 @@ impl Contest {
         eprintln!("basin: {}", contestant.name);
         let cells = contestant.answers(folder, 2, more)?;
         self.basins.push((contestant.name, cells));
+        Ok(())
+    }
+    /// Lets one program find the poses of touched mirrors.
+    pub(super) fn poses(
+        &mut self,
+        name: &'static str,
+        program: &Path,
+        folder: &Path,
+        way: Option<&str>,
+    ) -> Result<()> {
+        eprintln!("poses: {name}");
+        let mut command = Command::new(program);
+        command.arg(folder).args(way);
+        self.poses.push((name, answers_of(&mut command)?));
         Ok(())
     }
 }
