@@ -10,8 +10,8 @@ use crate::{peers, power, shell};
 pub(crate) struct Arguments {
     /// Runs the structured solver and the registration beside others on the same problems, and
     /// writes `docs/benchmarks.md` and `docs/benchmarks-icp.md`; installs what it needs and can.
-    #[arg(long)]
-    peers: bool,
+    #[arg(long, value_enum, num_args = 0..=1, default_missing_value = "all")]
+    peers: Option<peers::Comparison>,
     /// Rounds of `--peers` in which all run in turn; the least of each counts.
     #[arg(long, default_value_t = 5)]
     rounds: usize,
@@ -37,8 +37,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])
         }
         Some(What::Power(arguments)) => power::run(arguments),
-        None if arguments.peers => peers::run(arguments.rounds),
-        None => criterion(&["--quick", "--noplot"]),
+        None => match arguments.peers {
+            Some(comparison) => peers::run(comparison, arguments.rounds),
+            None => criterion(&["--quick", "--noplot"]),
+        },
     }
 }
 

@@ -114,6 +114,19 @@ pub enum PoseError {
         /// Root-mean-square residual reached.
         rms_mm: f64,
     },
+    /// A model sampled as finely as asked has more points than allowed.
+    #[error(
+        "the sampled model has {points:.3e} points, {gigabytes:.1} GB, more than the {limit:.3e} \
+         allowed; sample it in two levels, or more coarsely"
+    )]
+    TooManyModelPoints {
+        /// Points of the largest level.
+        points: f64,
+        /// Their memory.
+        gigabytes: f64,
+        /// Points allowed.
+        limit: f64,
+    },
     /// A covariate does not have one finite value per touch.
     #[error("covariate {covariate} needs one finite value for each of {needed} touches")]
     InvalidCovariate {

@@ -44,6 +44,7 @@ mod error;
 mod exact;
 mod missing;
 mod program;
+mod sampled;
 
 pub use cloud::{
     CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
@@ -61,6 +62,10 @@ pub use exact::{
 pub use missing::{MeasuredTouch, PoseModel};
 pub use program::{
     ProgramError, ProgramOptions, Refused, correct_points, correct_program, machine_correction,
+};
+pub use sampled::{
+    Patch, SampledFit, SampledMethod, SampledOptions, SampledPass, fit_pose_on_samples,
+    measuring_points, optimal_ratio,
 };
 
 /// Runs the README's example.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the clouds that registration is compared on.   usage: problems.py 100k|1m|scan|basin OUTDIR
+"""Writes the clouds that registration is compared on.   usage: problems.py 100k|1m|scan|basin|poses OUTDIR
 
 100k, 1m: freeform face z = f(x, y), 200 x 200 mm. Target: as many points on a jittered grid, with analytic normals. Source: as many
 other points of the face with 2 um noise along the normal, 184 x 184 mm, moved by a known transform of 0.5 deg and 0.9 mm.
@@ -8,6 +8,10 @@ scan:     as 100k, but 20 um noise on both sides and half an overlap: the target
 
 basin:    as 100k with 40 000 and 4000 points, and starts.bin: rows of angle_deg, shift_mm and a pose (R by rows, t), the true one after a
           rotation by that angle about the middle of the source and a shift by that way, both in random directions.
+
+poses:    poses.bin alone: nine ball centres over the paraboloid R = 480 mm, diameter 100 mm, of document [D], 1 um noise in each
+          coordinate, tilted by up to 10 mrad; rows of start size s, centres (9 x 3) and a start: x, y, z off by up to s * 5 mm, alpha, beta
+          by up to s * 10 mrad, gamma = 0.
 
 Files, little-endian doubles: target.bin, target_n.bin, source.bin (n x 3), T_true.bin (R by rows, t; target from source).
 """
@@ -52,6 +56,35 @@ def starts(rng, middle, r, t):
     return np.array(rows)
 
 
+SIZES = (0.25, 1, 2, 4, 8)
+POSES_EACH = 2000
+RADIUS_MM, TIP_MM, NOISE_MM = 480.0, 3.0, 1e-3
+
+
+def write_poses(out):
+    rng = np.random.Generator(np.random.PCG64(202))
+    ring = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    xy = np.concatenate([[[0, 0]], 20 * ring, 40 * ring])
+    normal = np.column_stack([-xy / RADIUS_MM, np.ones(9)])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    balls = np.column_stack([xy, (xy**2).sum(1) / (2 * RADIUS_MM)]) + TIP_MM * normal
+    rows = []
+    for size in SIZES:
+        for _ in range(POSES_EACH):
+            alpha, beta = rng.uniform(-0.01, 0.01, 2)
+            place = np.array([-499.3, -474.6, -284.9]) + rng.uniform(-5, 5, 3)
+            turn = rotation_about(1, beta) @ rotation_about(0, alpha)
+            seen = balls @ turn.T + place + rng.normal(0, NOISE_MM, (9, 3))
+            start = np.concatenate([place, [alpha, beta]]) + size * rng.uniform(-1, 1, 5) * [5, 5, 5, 0.01, 0.01]
+            rows.append(np.concatenate([[size], seen.ravel(), start]))
+    os.makedirs(out, exist_ok=True)
+    np.array(rows).astype("<f8").tofile(os.path.join(out, "poses.bin"))
+
+
+def rotation_about(axis, angle):
+    return rotation(angle * np.eye(3)[axis])
+
+
 def write(name, count, out):
     is_scan = name == "scan"
     n_source = 4000 if name == "basin" else count
@@ -87,4 +120,6 @@ def write(name, count, out):
 
 if __name__ == "__main__":
     problem, folder = sys.argv[1:3]
+    if problem == "poses":
+        sys.exit(write_poses(folder))
     write(problem, {"100k": 100_000, "1m": 1_000_000, "scan": 100_000, "basin": 40_000}[problem], folder)

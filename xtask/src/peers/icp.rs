@@ -1,4 +1,4 @@
-//! Registration of clouds, in turn with `Open3D` and `small_gicp` on the same files.
+//! Registration of clouds, in turn with `Open3D`, `small_gicp` and `threecrate` on the same files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use super::icp_contest::{Contest, Contestant};
+use super::{icp_page, solver};
 use crate::shell;
 
 /// What is registered; see `xtask/peers/icp/problems.py`.
@@ -31,6 +32,8 @@ pub(super) fn run() -> Result<()> {
         write_problem(&python, &sources, problem, &folder)?;
         for threads in [1, 2] {
             let mut contestants = vec![Contestant::new("pose-icp", &ours, &[])];
+            let threecrate = ours.with_file_name("threecrate_plane");
+            contestants.push(Contestant::new("threecrate-plane", &threecrate, &[]));
             let script = sources.join("python_peers.py");
             for peer in PYTHON_PEERS {
                 if problem != "1m" || !SLOW.contains(&peer) {
@@ -52,9 +55,35 @@ pub(super) fn run() -> Result<()> {
         let contestant = Contestant::new(peer, &python, &[text(&script)?, peer]);
         contest.basin(&contestant, &folder, &["basin"])?;
     }
+    poses(&python, &sources, &ours, &work, &mut contest)?;
     let page = shell::root().join("docs/benchmarks-icp.md");
-    fs::write(&page, contest.page()).with_context(|| page.display().to_string())?;
+    fs::write(&page, icp_page::page(&contest)).with_context(|| page.display().to_string())?;
     eprintln!("wrote {}", page.display());
+    Ok(())
+}
+
+/// Nine touches of a mirror from further and further off.
+fn poses(
+    python: &Path,
+    sources: &Path,
+    ours: &Path,
+    work: &Path,
+    contest: &mut Contest,
+) -> Result<()> {
+    let folder = work.join("poses");
+    if !folder.join("poses.bin").exists() {
+        let script = sources.join("problems.py");
+        checked(Command::new(python).arg(script).arg("poses").arg(&folder))?;
+    }
+    let program = ours.with_file_name("ours_poses");
+    let ceres = solver::build_ceres("xtask/peers/ceres/pose.cpp", &work.join("ceres-pose"))?;
+    for (name, program, way) in [
+        ("pose-icp", &program, Some("exact")),
+        ("plain Gauss-Newton", &program, Some("gauss-newton")),
+        ("Ceres, Levenberg-Marquardt", &ceres, None),
+    ] {
+        contest.poses(name, program, &folder, way)?;
+    }
     Ok(())
 }
 
@@ -65,7 +94,7 @@ fn write_problem(python: &Path, sources: &Path, problem: &str, folder: &Path) ->
     checked(Command::new(python).arg(sources.join("problems.py")).arg(problem).arg(folder))
 }
 
-/// Builds the program that runs pose-icp; it lies outside of the workspace, as peers do.
+/// Builds the programs that run pose-icp and threecrate; they lie outside of the workspace, as peers do.
 fn build_ours(sources: &Path, work: &Path) -> Result<PathBuf> {
     let manifest = sources.join("rust/Cargo.toml");
     let target = work.join("build");

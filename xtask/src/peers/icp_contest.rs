@@ -1,6 +1,5 @@
-//! Programs that take turns on a problem, and the table of their best figures.
+//! Programs that take turns on a problem, and their best figures.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -13,9 +12,6 @@ const ROUNDS: usize = 3;
 
 /// Runs within a turn; the first warms the caches up.
 const RUNS: &str = "2";
-
-/// Error beyond which an answer is none, whatever its program says.
-const WRONG_UM: f64 = 100.0;
 
 /// A program that registers: `PROGRAM [ARGUMENTS] FOLDER THREADS RUNS`, one JSON line a run.
 pub(super) struct Contestant {
@@ -39,44 +35,65 @@ impl Contestant {
     ) -> Result<Vec<A>> {
         let mut command = Command::new(&self.program);
         command.args(&self.arguments).arg(folder).arg(threads.to_string()).args(more);
-        let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
-        ensure!(output.status.success(), "{command:?} failed ({})", output.status);
-        let lines = String::from_utf8(output.stdout).context("no UTF-8")?;
-        let read =
-            |line| serde_json::from_str(line).with_context(|| format!("{command:?}: {line}"));
-        lines.lines().map(read).collect()
+        answers_of(&mut command)
     }
 }
 
+/// Standard output by lines.
+fn answers_of<A: DeserializeOwned>(command: &mut Command) -> Result<Vec<A>> {
+    let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
+    ensure!(output.status.success(), "{command:?} failed ({})", output.status);
+    let lines = String::from_utf8(output.stdout).context("no UTF-8")?;
+    let read = |line| serde_json::from_str(line).with_context(|| format!("{command:?}: {line}"));
+    lines.lines().map(read).collect()
+}
+
 #[derive(Clone, Copy, Debug, Deserialize)]
-struct Run {
-    wall_s: f64,
-    cpu_s: f64,
-    error_um: f64,
-    converged: Option<bool>,
+pub(super) struct Run {
+    pub(super) wall_s: f64,
+    pub(super) cpu_s: f64,
+    /// Building the search tree apart, where a program can.
+    pub(super) build_s: Option<f64>,
+    /// Processor time of a nearest-neighbour query, where a program measures it.
+    pub(super) query_ns: Option<f64>,
+    /// Processor time of reading a query and its answer.
+    pub(super) floor_ns: Option<f64>,
+    pub(super) error_um: f64,
+    pub(super) converged: Option<bool>,
 }
 
 /// How many starts of one angle and shift led to the pose.
 #[derive(Clone, Copy, Debug, Deserialize)]
-struct Cell {
-    angle_deg: f64,
-    shift_mm: f64,
-    found: usize,
-    starts: usize,
+pub(super) struct Cell {
+    pub(super) angle_deg: f64,
+    pub(super) shift_mm: f64,
+    pub(super) found: usize,
+    pub(super) starts: usize,
 }
 
-struct Row {
-    problem: &'static str,
-    threads: usize,
-    name: &'static str,
-    best: Run,
+/// How many starts of one size led to a pose.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct PoseCell {
+    pub(super) size: f64,
+    pub(super) found: usize,
+    pub(super) starts: usize,
+    pub(super) median_us: f64,
+}
+
+/// Best figures of a program on a problem.
+pub(super) struct Row {
+    pub(super) problem: &'static str,
+    pub(super) threads: usize,
+    pub(super) name: &'static str,
+    pub(super) best: Run,
 }
 
 /// Results so far.
 #[derive(Default)]
 pub(super) struct Contest {
-    rows: Vec<Row>,
-    basins: Vec<(&'static str, Vec<Cell>)>,
+    pub(super) rows: Vec<Row>,
+    pub(super) basins: Vec<(&'static str, Vec<Cell>)>,
+    pub(super) poses: Vec<(&'static str, Vec<PoseCell>)>,
 }
 
 impl Contest {
@@ -98,7 +115,17 @@ impl Contest {
         for (contestant, runs) in contestants.iter().zip(runs) {
             let least = |figure: fn(&Run) -> f64| runs.iter().map(figure).fold(f64::MAX, f64::min);
             let last = runs.last().with_context(|| format!("{} said nothing", contestant.name))?;
-            let best = Run { wall_s: least(|r| r.wall_s), cpu_s: least(|r| r.cpu_s), ..*last };
+            let least_of = |figure: fn(&Run) -> Option<f64>| {
+                runs.iter().filter_map(figure).min_by(f64::total_cmp)
+            };
+            let best = Run {
+                wall_s: least(|r| r.wall_s),
+                cpu_s: least(|r| r.cpu_s),
+                build_s: least_of(|r| r.build_s),
+                query_ns: least_of(|r| r.query_ns),
+                floor_ns: least_of(|r| r.floor_ns),
+                ..*last
+            };
             self.rows.push(Row { problem, threads, name: contestant.name, best });
         }
         Ok(())
@@ -116,65 +143,18 @@ impl Contest {
         self.basins.push((contestant.name, cells));
         Ok(())
     }
-
-    /// The page of results.
-    pub(super) fn page(&self) -> String {
-        format!("{}{}", self.speeds(), self.basin_tables())
-    }
-
-    fn basin_tables(&self) -> String {
-        let mut page = String::from(
-            "\n## From how far off\n\n4000 points on 40 000, 200 mm across, no limit on the \
-             distance. Starts that led to within 50 µm, in %, by angle and shift.\n",
-        );
-        for (name, cells) in &self.basins {
-            let mut shifts: Vec<f64> = cells.iter().map(|cell| cell.shift_mm).collect();
-            shifts.dedup();
-            shifts.truncate(cells.partition_point(|c| c.angle_deg <= cells[0].angle_deg));
-            let _ = write!(page, "\n| {name} |");
-            for shift in &shifts {
-                let _ = write!(page, " {shift} mm |");
-            }
-            let _ = write!(page, "\n|---|{}", "---|".repeat(shifts.len()));
-            for row in cells.chunk_by(|a, b| a.angle_deg.to_bits() == b.angle_deg.to_bits()) {
-                let _ = write!(page, "\n| {} deg |", row[0].angle_deg);
-                for cell in row {
-                    let _ = write!(page, " {} |", 100 * cell.found / cell.starts.max(1));
-                }
-            }
-            page.push('\n');
-        }
-        page
-    }
-
-    fn speeds(&self) -> String {
-        let mut page = String::from(
-            "# Registration beside packaged peers\n\n\
-             Written by `cargo xtask bench --peers`. The problems are those of \
-             `xtask/peers/icp/problems.py`. Search tree and registration together, least of \
-             several runs, programs in turn. Error: the largest of any source point against the \
-             pose that made the problem. Ratio: wall time over that of pose-icp.\n\n\
-             | problem | threads | program | wall ms | processor ms | ratio | error µm |\n\
-             |---|---|---|---|---|---|---|\n",
-        );
-        for row in &self.rows {
-            let ours = self.rows.iter().find(|other| {
-                (other.problem, other.threads, other.name) == (row.problem, row.threads, "pose-icp")
-            });
-            let ratio = ours.map_or(f64::NAN, |ours| row.best.wall_s / ours.best.wall_s);
-            let is_answer = row.best.error_um < WRONG_UM && row.best.converged.unwrap_or(true);
-            let remark = if is_answer { "" } else { ", not converged" };
-            let _ = writeln!(
-                page,
-                "| {} | {} | {} | {:.1} | {:.1} | {ratio:.1} | {:.2}{remark} |",
-                row.problem,
-                row.threads,
-                row.name,
-                row.best.wall_s * 1e3,
-                row.best.cpu_s * 1e3,
-                row.best.error_um,
-            );
-        }
-        page
+    /// Lets one program find the poses of touched mirrors.
+    pub(super) fn poses(
+        &mut self,
+        name: &'static str,
+        program: &Path,
+        folder: &Path,
+        way: Option<&str>,
+    ) -> Result<()> {
+        eprintln!("poses: {name}");
+        let mut command = Command::new(program);
+        command.arg(folder).args(way);
+        self.poses.push((name, answers_of(&mut command)?));
+        Ok(())
     }
 }

@@ -64,7 +64,7 @@ pub(super) fn run(rounds: usize) -> Result<()> {
     let truing = build_truing()?;
     let mut contenders = vec![truing_on(&truing, 1), truing_on(&truing, 2)];
     let mut absent = vec!["factrs: there is no harness for it here".to_owned()];
-    match build_ceres(&folder) {
+    match build_ceres("xtask/peers/ceres/lm.cpp", &folder.join("ceres-lm")) {
         Ok(ceres) => {
             contenders.extend([(1, "1e8"), (2, "1e8")].map(|(threads, radius)| Contender {
                 name: "Ceres 2.1.0 (Debian), initial trust radius 1e8",
@@ -148,9 +148,7 @@ fn build_truing() -> Result<PathBuf> {
 }
 
 /// Compiles the harness, after installing the library where it is missing.
-fn build_ceres(folder: &Path) -> Result<PathBuf> {
-    let program = folder.join("ceres-lm");
-    let source = "xtask/peers/ceres/lm.cpp";
+pub(super) fn build_ceres(source: &str, program: &Path) -> Result<PathBuf> {
     let output = program.display().to_string();
     let compile = || {
         shell::output_of(
@@ -174,7 +172,7 @@ fn build_ceres(folder: &Path) -> Result<PathBuf> {
         shell::output_of("apt-get", &install)?;
         compile()?;
     }
-    Ok(program)
+    Ok(program.to_owned())
 }
 
 /// Installs it where it is missing.

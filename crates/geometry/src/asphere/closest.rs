@@ -16,6 +16,9 @@ const CERTAIN_SHARE: f64 = 0.999;
 /// Newton steps below this share of the smallest length in the problem leave, squared, no error.
 const LAST_STEP: f64 = 1e-5;
 
+/// What a Newton step may leave, as a share of the same length, for it to be the last.
+const LEFT_OVER: f64 = 1e-15;
+
 /// Steps before the quick way gives up; from the query's own radius three or four suffice.
 const MAX_STEPS: u32 = 12;
 
@@ -31,6 +34,8 @@ pub(super) struct MeridianFoot {
     pub(super) r: f64,
     pub(super) z: f64,
     pub(super) slope: f64,
+    /// Length of `(slope, 1)`.
+    pub(super) stretch: f64,
     pub(super) signed_distance: f64,
 }
 
@@ -73,9 +78,10 @@ impl Query<'_> {
     /// Newton's method from the query's own radius; `None` if it leaves the reach or the minimum.
     fn newton(&self) -> Option<MeridianFoot> {
         let reach = self.asphere.reach;
-        let last_step = LAST_STEP * (1.0 / self.asphere.max_curvature).min(reach);
+        let smallest = (1.0 / self.asphere.max_curvature).min(reach);
         let mut r = self.radius.min(reach);
         let mut finished = false;
+        let mut before: Option<(f64, f64)> = None;
         for _ in 0..MAX_STEPS {
             let at = self.asphere.profile.meridian(r);
             let (value, stiffness) = self.derivatives(r, &at);
@@ -83,17 +89,23 @@ impl Query<'_> {
                 return None;
             }
             let step = -value / stiffness;
-            if finished {
-                // The step is of second order here, so the surface along it is straight.
-                let (z, slope) = (at.z + step * at.slope, at.slope + step * at.bend);
-                return Some(self.foot((r + step).max(0.0), z, slope));
+            // What the step leaves, from how the derivative bent over the one before.
+            let left = before.map_or(f64::INFINITY, |(r_before, stiffness_before)| {
+                let bent = (stiffness - stiffness_before) / (r - r_before);
+                (0.5 * bent / stiffness * step * step).abs()
+            });
+            if finished || (step.abs() < LAST_STEP * smallest && left < LEFT_OVER * smallest) {
+                // The step is small to the second order, so the surface along it is a parabola.
+                let z = at.z + step * (at.slope + 0.5 * step * at.bend);
+                return Some(self.foot((r + step).max(0.0), z, at.slope + step * at.bend));
             }
+            before = Some((r, stiffness));
             let next = r + step;
             if next > reach && r >= reach {
                 return None;
             }
             r = next.clamp(0.0, reach);
-            finished = step.abs() < last_step;
+            finished = step.abs() < LAST_STEP * smallest;
         }
         None
     }
@@ -106,7 +118,8 @@ impl Query<'_> {
 
     fn foot(&self, r: f64, z: f64, slope: f64) -> MeridianFoot {
         let along_normal = (self.z - z) - slope * (self.radius - r);
-        MeridianFoot { r, z, slope, signed_distance: along_normal / (1.0 + slope * slope).sqrt() }
+        let stretch = (1.0 + slope * slope).sqrt();
+        MeridianFoot { r, z, slope, stretch, signed_distance: along_normal / stretch }
     }
 
     fn distance(&self, r: f64, z: f64) -> f64 {

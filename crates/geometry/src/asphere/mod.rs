@@ -181,9 +181,10 @@ impl Surface for Asphere {
         let (cos, sin) =
             if radius > 0.0 { (query_mm.x / radius, query_mm.y / radius) } else { (1.0, 0.0) };
         let point_mm = Point3::new(foot.r * cos, foot.r * sin, foot.z);
+        let (up, out) = (foot.stretch.recip(), -foot.slope / foot.stretch);
         Ok(Foot {
             point_mm,
-            normal: upward_normal(foot.slope * cos, foot.slope * sin),
+            normal: Unit::new_unchecked(Vector3::new(out * cos, out * sin, up)),
             signed_distance_mm: foot.signed_distance,
             inside_aperture: self.contains(point_mm.x, point_mm.y),
         })

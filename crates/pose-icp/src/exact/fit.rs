@@ -79,7 +79,7 @@ pub fn fit_pose(
     start: &PoseStart,
     options: &PoseOptions,
 ) -> Result<PoseFit, PoseError> {
-    check(touches, start, options)?;
+    check_touches(touches, start, options.tip)?;
     let free = Free::of(|i| !options.held.contains(&PoseParameter::ALL[i]));
     let lateral = options.lateral.as_ref().map(Whitened::new).transpose()?;
     let prior_rows = if lateral.is_some() { 2 } else { 0 };
@@ -178,7 +178,12 @@ fn travel_mm(contacts: &[Foot]) -> f64 {
     (sum / n).sqrt().max(f64::MIN_POSITIVE)
 }
 
-fn check(touches: &[Touch], start: &PoseStart, options: &PoseOptions) -> Result<(), PoseError> {
+/// Refuses numbers that no machine gives.
+pub(crate) fn check_touches(
+    touches: &[Touch],
+    start: &PoseStart,
+    tip: Tip,
+) -> Result<(), PoseError> {
     for (index, touch) in touches.iter().enumerate() {
         let bad = |v: &&f64| v.is_nan() || v.abs() >= LARGEST_MM;
         if let Some(&value) = touch.center_mm.iter().find(bad) {
@@ -191,7 +196,7 @@ fn check(touches: &[Touch], start: &PoseStart, options: &PoseOptions) -> Result<
             return Err(PoseError::InvalidTouch { index, reason });
         }
     }
-    let radius_mm = options.tip.radius_mm;
+    let radius_mm = tip.radius_mm;
     if !(radius_mm >= 0.0 && radius_mm.is_finite()) {
         let (name, needed) = ("tip radius", "zero or positive");
         return Err(PoseError::InvalidOption { name, needed, value: radius_mm });

@@ -16,6 +16,7 @@ mod weak;
 
 pub(crate) use chart::Chart;
 pub use edge::{EdgeTouches, SideTouches};
+pub(crate) use fit::check_touches;
 pub use fit::{PoseFit, fit_pose};
 pub use height::{Height, height_at};
 pub use options::{LateralPrior, Noise, PoseOptions};

@@ -4,7 +4,7 @@ use geometry::{Foot, GeometryError};
 use nalgebra::{Matrix2, Point2, Vector3};
 
 use super::chart::Chart;
-use super::triangle::{MAX, Triangle};
+use super::triangle::{Block, MAX, Triangle};
 use crate::{LateralPrior, Part, PoseError, PoseStart, Tip, Touch};
 
 /// Everything the equations depend on but the pose.
@@ -115,6 +115,7 @@ impl Equations<'_> {
     pub(crate) fn reduce(&self, at: &Chart, feet: &[Foot]) -> Linearised {
         let free = self.free.as_slice();
         let mut triangle = Triangle::new(free.len());
+        let mut block = Block::new();
         let mut twice_cost = 0.0;
         let mut push = |row: &[f64; MAX], residual: f64| {
             let mut packed = [0.0; MAX + 1];
@@ -122,7 +123,10 @@ impl Equations<'_> {
                 packed[k] = row[parameter];
             }
             packed[MAX] = residual;
-            triangle.push(packed);
+            block.push(&packed);
+            if block.is_full() {
+                triangle.take(&mut block);
+            }
             twice_cost += residual * residual;
         };
         let target_mm = self.tip.signed_radius_mm();
@@ -135,6 +139,7 @@ impl Equations<'_> {
         for (row, residual) in self.lateral.iter().flat_map(|l| l.equations(at)) {
             push(&row, residual);
         }
+        triangle.take(&mut block);
         Linearised { triangle, cost: 0.5 * twice_cost }
     }
 

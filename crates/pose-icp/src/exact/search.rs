@@ -8,14 +8,14 @@ use crate::Touch;
 
 /// Rounds before giving up; five to ten are needed, the worst of 10 000 starts took some thirty.
 const MAX_ROUNDS: usize = 200;
-/// The estimate is within 1e-8 of a standard uncertainty of the minimum.
-const COST_TOLERANCE: f64 = 1e-16;
+/// The estimate is within 1e-6 of a standard uncertainty of the minimum.
+const COST_TOLERANCE: f64 = 1e-12;
 /// Roundings that a distance is made of.
 const ROUNDINGS: f64 = 8.0;
 /// Gauss-Newton that gains less than a digit of the gradient a step is helped by Newton.
 const SLOW: f64 = 1e-2;
 /// Steps during which Gauss-Newton may be slow: the way in from a bad start.
-const WAY_IN: usize = 3;
+const WAY_IN: usize = 2;
 /// Damping after the first refused step, relative to the squared lengths of the columns.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Damping under which the longest step left is a billionth of Gauss-Newton's.

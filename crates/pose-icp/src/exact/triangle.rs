@@ -13,25 +13,76 @@ pub(crate) struct Triangle {
     rows: [[f64; MAX + 1]; MAX],
 }
 
+/// Equations on their way into a triangle, by columns: taking in several at once costs one square
+/// root a column, not one for each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block {
+    columns: [[f64; Block::ROWS]; MAX + 1],
+    count: usize,
+}
+
+impl Block {
+    const ROWS: usize = 8;
+
+    pub(crate) fn new() -> Self {
+        Self { columns: [[0.0; Self::ROWS]; MAX + 1], count: 0 }
+    }
+
+    fn of(row: &[f64; MAX + 1]) -> Self {
+        let mut block = Self::new();
+        block.push(row);
+        block
+    }
+
+    /// Adds a row, the residual in column `MAX`; there must be room for it.
+    pub(crate) fn push(&mut self, row: &[f64; MAX + 1]) {
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column[self.count] = *value;
+        }
+        self.count += 1;
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.count == Self::ROWS
+    }
+}
+
+/// Summed in pairs, so that a processor adds several at once.
+fn dot(a: &[f64; Block::ROWS], b: &[f64; Block::ROWS]) -> f64 {
+    let p = |i: usize| a[i] * b[i];
+    ((p(0) + p(4)) + (p(2) + p(6))) + ((p(1) + p(5)) + (p(3) + p(7)))
+}
+
 impl Triangle {
     pub(crate) fn new(n: usize) -> Self {
         Self { n, rows: [[0.0; MAX + 1]; MAX] }
     }
 
-    /// Rotates in the equation `row · step = −residual` (Givens).
-    pub(crate) fn push(&mut self, mut row: [f64; MAX + 1]) {
+    /// Takes in the equations `row · step = −residual` of a block (Householder), and empties it.
+    pub(crate) fn take(&mut self, block: &mut Block) {
         for k in 0..self.n {
-            let (kept, new) = (self.rows[k][k], row[k]);
-            if new == 0.0 {
+            let column = block.columns[k];
+            let below = dot(&column, &column);
+            if below == 0.0 {
                 continue;
             }
+            let kept = self.rows[k][k];
             // Whitened rows are far from the ends of the exponent range: no `hypot` is needed.
-            let inverse = (kept * kept + new * new).sqrt().recip();
-            let (cos, sin) = (kept * inverse, new * inverse);
-            for (a, b) in self.rows[k][k..].iter_mut().zip(&mut row[k..]) {
-                (*a, *b) = (cos * *a + sin * *b, cos * *b - sin * *a);
+            let end = -(kept * kept + below).sqrt().copysign(kept);
+            let lead = kept - end;
+            let (per_lead, share) = (lead.recip(), -lead / end);
+            let mirror = column.map(|v| v * per_lead);
+            self.rows[k][k] = end;
+            for j in (k + 1..self.n).chain([MAX]) {
+                let other = &mut block.columns[j];
+                let travel = share * (self.rows[k][j] + dot(&mirror, other));
+                self.rows[k][j] -= travel;
+                for (value, part) in other.iter_mut().zip(&mirror) {
+                    *value -= travel * part;
+                }
             }
         }
+        *block = Block::new();
     }
 
     /// Half the squared length of the part of the residual that a full step removes.
@@ -50,7 +101,7 @@ impl Triangle {
                 let length = (0..=k).map(|i| self.rows[i][k].powi(2)).sum::<f64>().sqrt();
                 let mut row = [0.0; MAX + 1];
                 row[k] = root * length;
-                damped.push(row);
+                damped.take(&mut Block::of(&row));
             }
         }
         let mut step = [0.0; MAX];

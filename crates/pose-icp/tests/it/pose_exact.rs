@@ -59,7 +59,7 @@ fn noisy_touches_with_side_touches_converge_from_every_start_to_one_pose() {
         let options = PoseOptions { tip: tip(), lateral, ..PoseOptions::default() };
         let near = fit_pose(&part, &touches, &pose, &options).unwrap();
         let far = fit_pose(&part, &touches, &displaced(&pose, &mut rng), &options).unwrap();
-        // Each search ends within 1e-8 of a standard uncertainty, here some micrometres.
+        // Each search ends within 1e-6 of a standard uncertainty, here some micrometres.
         let (mm, _) = apart(&near.pose, &far.pose);
         assert!(mm < EXACT_MM, "two minima, {mm:e} mm apart");
     }

@@ -24,7 +24,8 @@ pub fn read_starts(path: &Path) -> Vec<([f64; 2], Isometry3<f64>)> {
     read_numbers(path).chunks_exact(14).map(|row| ([row[0], row[1]], pose(&row[2..]))).collect()
 }
 
-fn read_numbers(path: &Path) -> Vec<f64> {
+/// All numbers of a file.
+pub fn read_numbers(path: &Path) -> Vec<f64> {
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     bytes.chunks_exact(8).map(|c| f64::from_le_bytes(c.try_into().expect("eight bytes"))).collect()
 }
