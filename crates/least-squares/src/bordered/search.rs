@@ -24,6 +24,16 @@ const MAX_DAMPING: f64 = 1e12;
 const DAMPED: f64 = 100.0;
 /// Gradient, in units of the residual's measured rounding, that counts as nought.
 const NOISE_FACTOR: f64 = 1e3;
+/// Damping from which a step is short enough to see the residual's rounding beside it.
+const SHORT_STEP: f64 = 1.0;
+/// Growth, over a full step, of what a short step leaves unexplained in units of what it moves,
+/// from which that is rounding: curvature makes it fall, a wrong derivative keeps it.
+const ROUGHER: f64 = 10.0;
+/// Share of a step, in what it moves, that has to move something where numbers can show it: one
+/// that does not leaves the whole below 1e-11 of the numbers.
+const SEEN_SHARE: f64 = 1e-5;
+/// Share of the cost below which its rounding hides a change.
+const COST_RESOLUTION: f64 = 1e-14;
 /// Share of the start's residual below which nothing is left to fit.
 const NOTHING_LEFT: f64 = 1e-28;
 
@@ -36,6 +46,31 @@ pub(super) enum Ended {
     OutOfIterations,
     /// The cost or a derivative is not finite where the search stands.
     NonFinite,
+}
+
+/// A step that was not taken.
+#[derive(Clone, Copy)]
+struct Rejected {
+    /// Of the cost, either way.
+    change: f64,
+    /// `|J δ|²`
+    moved: f64,
+    /// `|r_new − r − J δ|²`
+    unexplained: f64,
+}
+
+impl Rejected {
+    /// Whether this short step shows that rounding hides what the first, longer one promised: it
+    /// shakes the residual by more than it moves it, or not at all.
+    fn is_below_rounding(&self, first: &Self, cost: f64) -> bool {
+        let is_hidden = first.moved <= 2.0 * first.unexplained;
+        let roughness = |step: &Self| step.unexplained / step.moved;
+        let is_rough = roughness(self) >= ROUGHER * roughness(first).max(1.0);
+        let is_seen = self.moved >= SEEN_SHARE.powi(2) * first.moved;
+        let resolution = COST_RESOLUTION * cost;
+        let has_vanished = is_seen && self.change <= resolution && first.change > resolution;
+        is_hidden && (is_rough || has_vanished)
+    }
 }
 
 pub(super) struct Search<'a, P> {
@@ -162,10 +197,24 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
         }
     }
 
-    /// Tries ever shorter steps until one is accepted, or none can be.
+    /// Takes a step that lowers the cost, or says why there is none.
     fn descend(&mut self) -> Option<Ended> {
+        let was_full = self.damping <= FULL_STEP;
+        let ended = self.shorten();
+        if was_full || ended != Some(Ended::Stalled) {
+            return ended;
+        }
+        // Only beside a full step does a short one show what rounding does.
+        self.damping = 0.0;
+        self.linearise();
+        self.shorten()
+    }
+
+    /// Tries ever shorter steps until one is accepted, or none can be.
+    fn shorten(&mut self) -> Option<Ended> {
         let promised = self.reduced.promised;
         let mut growth = GROWTH;
+        let mut first = None;
         loop {
             let gain = self.try_step();
             let promise = self.promise(&gain);
@@ -182,6 +231,13 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
             let tolerance = self.options.step_tolerance;
             if is_full && scaled_step.sqrt() <= tolerance * self.path.sqrt() {
                 return Some(Ended::Converged(Termination::Step));
+            }
+            let moved = self.damping.mul_add(-scaled_step, self.reduced.promised);
+            let rejected =
+                Rejected { change: decrease.abs(), moved, unexplained: gain.unexplained };
+            let first = first.get_or_insert(rejected);
+            if self.damping >= SHORT_STEP && rejected.is_below_rounding(first, self.cost) {
+                return Some(Ended::Converged(Termination::Cost));
             }
             if self.damping >= MAX_DAMPING {
                 let is_noise = promised <= NOISE_FACTOR.powi(2) * gain.unexplained;

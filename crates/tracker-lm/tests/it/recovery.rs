@@ -188,6 +188,19 @@ fn noise_that_is_not_declared_is_estimated() {
     }
 }
 
+/// The noise is then that of rounding, and no step can be judged by it.
+#[test]
+fn exact_ranges_of_undeclared_noise_are_solved() {
+    for seed in 0..24 {
+        let plan = Plan { mounts: [3, 4][seed % 2], angles: 19, ..exact() };
+        let scene = simulate(&plan, 300 + seed as u64);
+        let found = calibrate(&scene.survey, &Options::default()).unwrap();
+        let (displacement, rotation) = deviation(&found, &scene);
+        assert!(displacement < EXACT_MM, "seed {seed}: {displacement:e} mm");
+        assert!(rotation < EXACT_RAD, "seed {seed}: {rotation:e} rad");
+    }
+}
+
 #[test]
 fn redundancies_add_up_to_the_degrees_of_freedom() {
     let scene = simulate(&Plan { missing: 0.1, both_ways: true, ..Plan::default() }, 35);

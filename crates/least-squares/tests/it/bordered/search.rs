@@ -1,6 +1,6 @@
 //! How the search goes.
 
-use least_squares::{BorderedOptions, BorderedProblem, solve_bordered};
+use least_squares::{BorderedOptions, BorderedProblem, SolveError, solve_bordered};
 
 use super::problems::{GAUGE, Ranging};
 
@@ -24,6 +24,82 @@ fn readings_without_error_give_back_the_truth() {
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // 1e3 mm · 2⁻⁵², times a condition of some 1e3.
         assert!(worst < 1e-9, "seed {seed}: {worst:e}");
+    }
+}
+
+/// Declared uncertainties far below rounding leave a residual that is rounding and nothing else,
+/// which no step lowers as its derivatives promise.
+#[test]
+fn rounding_ends_a_search_that_leaves_nothing_else() {
+    for (seed, targets) in (0..40).flat_map(|seed| [(seed, 12), (seed, 20), (seed, 90)]) {
+        let (truth, mut problem, mut start) = Ranging::simulate(6, targets, 0.0, 1.0, seed);
+        let options = BorderedOptions {
+            held_shared: GAUGE.iter().copied().chain(18..24).collect(),
+            ..BorderedOptions::default()
+        };
+        start.shared[18..].copy_from_slice(&truth.shared[18..]);
+        for sigma in [1e-9, 1e-15] {
+            problem.sigma = sigma;
+            let fit = match solve_bordered(&problem, start, &options) {
+                Ok(fit) => fit,
+                Err(error) => panic!("seed {seed}, {targets} targets, sigma {sigma}: {error}"),
+            };
+            let pairs = fit.point.blocks.iter().zip(&truth.blocks);
+            let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            // 1e3 mm · 2⁻⁵², times a condition of some 1e3.
+            assert!(worst < 1e-9, "seed {seed}: {worst:e}");
+            start = fit.point;
+        }
+    }
+}
+
+/// Derivatives of the wrong sign for one coordinate of every target.
+struct Misled(Ranging);
+
+impl BorderedProblem for Misled {
+    fn shared_dim(&self) -> usize {
+        self.0.shared_dim()
+    }
+
+    fn block_dim(&self) -> usize {
+        3
+    }
+
+    fn block_count(&self) -> usize {
+        self.0.block_count()
+    }
+
+    fn patterns(&self) -> &[least_squares::Pattern] {
+        self.0.patterns()
+    }
+
+    fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
+        self.0.residuals(block, shared, point, out);
+    }
+
+    fn linearise(
+        &self,
+        block: usize,
+        shared: &[f64],
+        point: &[f64],
+        rows: least_squares::BlockRows<'_>,
+    ) {
+        let least_squares::BlockRows { residuals, by_block, by_shared } = rows;
+        let part = least_squares::BlockRows { residuals, by_block, by_shared };
+        self.0.linearise(block, shared, point, part);
+        for derivative in by_block.iter_mut().chain(by_shared) {
+            *derivative = -*derivative;
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_the_wrong_sign_are_not_taken_for_rounding() {
+    for seed in 0..20 {
+        let (_, mut problem, start) = Ranging::simulate(6, 20, 0.0, 1e-6, seed);
+        problem.sigma = 1e-6;
+        let error = solve_bordered(&Misled(problem), start, &held()).unwrap_err();
+        assert!(matches!(error, SolveError::Stalled { .. }), "seed {seed}: {error}");
     }
 }
 
