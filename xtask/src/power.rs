@@ -3,6 +3,7 @@
 mod cells;
 mod detectable;
 mod mirror_cells;
+mod probe_cells;
 mod run_cells;
 mod scene;
 mod table;

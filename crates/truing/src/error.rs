@@ -5,6 +5,7 @@ use frame_fit::{FrameFitError, Transform};
 use ft_center::FtCenterError;
 use model_discrepancy::LoopError;
 use pose_icp::{PoseError, ProgramError, RegisterError};
+use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
 use crate::{Location, Problem, ShapeProblem};
@@ -44,6 +45,14 @@ pub enum Error {
         at: Box<Location>,
         /// Why.
         source: Box<PoseError>,
+    },
+    /// No contacts can be had from the touches.
+    #[error("{at}: {source}")]
+    ProbeComp {
+        /// The table, and the line where one is to blame.
+        at: Box<Location>,
+        /// Why.
+        source: Box<ProbeError>,
     },
     /// No contact force can be had from the log.
     #[error("{at}: {source}")]
@@ -197,6 +206,9 @@ impl Error {
                     | PoseError::Undetermined { .. }
                     | PoseError::NotConverged { .. }
             ),
+            Self::ProbeComp { source, .. } => {
+                matches!(**source, ProbeError::NeighboursOnALine { .. })
+            }
             Self::ForceImpedance { source, .. } => {
                 matches!(**source, ForceImpedanceError::LegsDoNotHold { .. })
             }

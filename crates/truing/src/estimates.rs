@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use crate::kinds::{
     DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
-    GravityEstimates, PoseIcpEstimates, TrackerLmEstimates,
+    GravityEstimates, PoseIcpEstimates, ProbeCompEstimates, TrackerLmEstimates,
 };
 use crate::report::ExtraPlot;
 use crate::text_table::TextTable;
@@ -22,6 +22,8 @@ pub enum Estimates {
     Gravity(GravityEstimates),
     /// `pose-icp`.
     PoseIcp(PoseIcpEstimates),
+    /// `probe-comp`.
+    ProbeComp(ProbeCompEstimates),
     /// `force-impedance`.
     ForceImpedance(ForceImpedanceEstimates),
     /// `tracker-lm`.
@@ -61,7 +63,7 @@ impl Estimates {
         match self {
             Self::FrameFit(estimates) => estimates.parameters(),
             Self::FtCenter(estimates) => estimates.parameters(),
-            Self::Displacements(_) => Vec::new(),
+            Self::Displacements(_) | Self::ProbeComp(_) => Vec::new(),
             Self::Gravity(estimates) => estimates.parameters(),
             Self::PoseIcp(estimates) => estimates.parameters(),
             Self::ForceImpedance(estimates) => estimates.parameters(),
@@ -109,6 +111,7 @@ impl Estimates {
             Self::Displacements(estimates) => estimates.table(),
             Self::Gravity(estimates) => estimates.table(),
             Self::PoseIcp(estimates) => estimates.table(),
+            Self::ProbeComp(estimates) => estimates.table(),
             Self::ForceImpedance(estimates) => estimates.table(),
             Self::TrackerLm(estimates) => estimates.table(),
         });

@@ -26,6 +26,7 @@ pub use geometry;
 pub use least_squares;
 pub use model_discrepancy;
 pub use pose_icp;
+pub use probe_comp;
 pub use tracker_lm;
 
 pub use case::{Case, Location, Problem, read_case};
@@ -41,7 +42,8 @@ pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
     DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
-    LineMiss, MountEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, StationEstimate,
+    LineMiss, MeasuredNormalEstimate, MountEstimate, PlannedContactEstimate, PointResidual,
+    PoseEstimate, PoseIcpEstimates, ProbeCompEstimates, StationEstimate, TouchEstimate,
     TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};

@@ -8,6 +8,8 @@ pub(crate) mod polish_head;
 pub(crate) mod polish_tables;
 pub(crate) mod press;
 pub(crate) mod press_tables;
+pub(crate) mod probe;
+pub(crate) mod probe_tables;
 pub(crate) mod survey;
 pub(crate) mod tracer;
 pub(crate) mod tracer_tables;
@@ -17,6 +19,7 @@ mod frame_cases;
 mod mirror_cases;
 mod polish_cases;
 mod press_cases;
+mod probe_cases;
 mod published;
 mod tracer_cases;
 
@@ -53,6 +56,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(mirror_cases::cases());
     cases.extend(polish_cases::cases());
     cases.extend(tracer_cases::cases());
+    cases.extend(probe_cases::cases());
     cases
 }
 

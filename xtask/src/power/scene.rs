@@ -10,6 +10,7 @@ use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::survey::{self, Defect, Survey};
 use crate::generators::tracer;
 use crate::generators::tracer_tables::tables;
+use crate::generators::{probe, probe_tables};
 
 /// What to simulate.
 #[derive(Clone, Debug)]
@@ -19,6 +20,7 @@ pub(crate) enum Scene {
     Mirror(Mirror),
     Run(Run),
     Tracer(tracer::Run),
+    Probe(probe::Session),
 }
 
 /// A case folder, and the error on its check groups that the noise alone makes.
@@ -38,6 +40,16 @@ impl Scene {
                         ("pairs.csv", surveyed.pairs_csv),
                     ],
                     noise: surveyed.check_noise_mm,
+                }
+            }
+            Self::Probe(scene) => {
+                let touches = probe::simulate(scene);
+                Simulated {
+                    files: vec![
+                        ("case.toml", probe_tables::case_toml(scene)),
+                        ("touches.csv", probe_tables::touches_csv(scene, &touches)),
+                    ],
+                    noise: probe::check_noise_mm(&touches),
                 }
             }
             Self::Tracer(scene) => {

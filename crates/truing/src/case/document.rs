@@ -101,6 +101,10 @@ fn purpose(key: &str) -> &'static str {
         "axis" => "the nominal rotary axis: `letter`, `origin_mm` and `direction`",
         "letter" => "the letter of the rotary axis, `A`, `B` or `C`",
         "origin_mm" => "a point on the rotary axis, machine frame",
+        "surface" => "the nominal surface: `shape` and what it needs",
+        "probe" => "the probe: `tip_radius_mm`",
+        "tip_radius_mm" => "the radius of the probe's ball",
+        "shape" => "the shape of the nominal surface, e.g. `shape = \"asphere\"`",
         "z0_mm" => "the height of the contact plane above the sensor's reference point",
         _ => "add it",
     }

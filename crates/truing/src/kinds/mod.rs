@@ -5,6 +5,7 @@ mod force_impedance;
 mod frame_fit;
 mod ft_center;
 mod pose_icp;
+mod probe_comp;
 mod tracker_lm;
 
 use std::fmt;
@@ -29,6 +30,9 @@ pub use tracker_lm::{
 };
 
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
+pub use probe_comp::{
+    MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
+};
 
 /// One kind of case.
 pub(crate) struct Kind {
@@ -43,8 +47,14 @@ pub(crate) struct Kind {
 }
 
 /// Every kind, in the order in which they are listed.
-pub(crate) const KINDS: &[Kind] =
-    &[frame_fit::KIND, ft_center::KIND, tracker_lm::KIND, pose_icp::KIND, force_impedance::KIND];
+pub(crate) const KINDS: &[Kind] = &[
+    frame_fit::KIND,
+    ft_center::KIND,
+    tracker_lm::KIND,
+    pose_icp::KIND,
+    probe_comp::KIND,
+    force_impedance::KIND,
+];
 
 /// Names of the kinds.
 pub fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {

@@ -113,6 +113,11 @@ fn every_example_keeps_the_contract() {
                     assert_keys(pose, &["std_alpha_deg", "std_beta_deg"]);
                     assert!(estimates["checks"].is_array());
                 }
+                "probe-comp" => {
+                    let touch = &estimates["touches"][0];
+                    assert_keys(touch, &["touch", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz"]);
+                    assert_keys(touch, &["deviation_mm", "std_deviation_mm"]);
+                }
                 other => panic!("the contract of {other} is not tested"),
             }
         }

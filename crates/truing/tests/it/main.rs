@@ -15,6 +15,7 @@ mod ft_center_messages;
 mod groups;
 mod hostile;
 mod messages;
+mod probe_comp_messages;
 mod reading;
 mod register;
 mod tracker_lm;

@@ -255,12 +255,13 @@ fn case_files() {
     assert_eq!(
         toml("kind = \"frame-fti\"\n"),
         "case.toml, line 1, column 8: unknown kind `frame-fti`; did you mean `frame-fit`?; the \
-         kinds are `frame-fit`, `ft-center`, `tracker-lm`, `pose-icp`, `force-impedance`"
+         kinds are `frame-fit`, `ft-center`, `tracker-lm`, `pose-icp`, `probe-comp`, \
+         `force-impedance`"
     );
     assert_eq!(
-        toml("kind = \"probe\"\n"),
-        "case.toml, line 1, column 8: unknown kind `probe`; the kinds are `frame-fit`, \
-         `ft-center`, `tracker-lm`, `pose-icp`, `force-impedance`"
+        toml("kind = \"stylus\"\n"),
+        "case.toml, line 1, column 8: unknown kind `stylus`; the kinds are `frame-fit`, \
+         `ft-center`, `tracker-lm`, `pose-icp`, `probe-comp`, `force-impedance`"
     );
     assert!(toml("kind = \"frame-fit\n").starts_with("case.toml, line 1, column "));
     assert!(toml("kind = \"frame-fit\"\n[noise\n").contains("line 2"));

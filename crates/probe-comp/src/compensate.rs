@@ -1,0 +1,196 @@
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use rayon::prelude::*;
+
+use crate::contact::PlannedContact;
+use crate::guide::meet_along_z;
+use crate::neighbours::{LocalShape, measured_normal};
+use crate::nominal::NominalFoot;
+use crate::{BallTouch, Contact, InvalidTouch, Nominal, ProbeError};
+
+/// The normal along which a ball is compensated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum NormalSource {
+    /// Of the nominal surface at the ball's foot.
+    ///
+    /// Right to second order: a part whose slope is off by δ is misjudged by r δ²/2.
+    #[default]
+    Nominal,
+    /// The direction of approach, reversed: right only where the machine probes along the normal.
+    ///
+    /// An approach at an angle θ to the normal costs r (1 − cos θ).
+    Approach,
+    /// Of the plane through the ball's centres around the touch: through three exactly, through
+    /// more by least squares.
+    ///
+    /// Three points are off by r ρ |κ1 − κ2|/4 along the surface, four symmetric ones are not.
+    MicroPlane,
+    /// Of the quadric through the ball's centres at and around the touch, five or more around it.
+    Quadric,
+}
+
+/// Coordinates from this magnitude on are slips.
+const MAX_COORDINATE_MM: f64 = 1e9;
+/// A ball further from the surface than this, and than three of its radii, did not touch it.
+const MAX_GAP_MM: f64 = 10.0;
+/// The same in radii of the ball.
+const MAX_GAP_RADII: f64 = 3.0;
+
+/// Contacts of a ball of radius `tip_radius_mm`, in the order of `touches`.
+///
+/// # Errors
+///
+/// The first touch that cannot be compensated: [`ProbeError::InvalidTouch`],
+/// [`ProbeError::NoFoot`], [`ProbeError::TipTooLarge`], [`ProbeError::FarFromSurface`],
+/// [`ProbeError::NoGuide`], and those of the normal that is asked for.
+pub fn compensate(
+    nominal: &Nominal,
+    tip_radius_mm: f64,
+    touches: &[BallTouch],
+    source: NormalSource,
+) -> Result<Vec<Contact>, ProbeError> {
+    if !(0.0..MAX_COORDINATE_MM).contains(&tip_radius_mm) {
+        return Err(ProbeError::InvalidTip { radius_mm: tip_radius_mm });
+    }
+    // Which error comes first must not depend on threads.
+    let each: Vec<_> = (touches.par_iter().enumerate())
+        .map(|(index, touch)| one(nominal, tip_radius_mm, index, touch, source))
+        .collect();
+    each.into_iter().collect()
+}
+
+fn one(
+    nominal: &Nominal,
+    tip_radius_mm: f64,
+    index: usize,
+    touch: &BallTouch,
+    source: NormalSource,
+) -> Result<Contact, ProbeError> {
+    check(index, touch)?;
+    let foot = foot_of_ball(nominal, tip_radius_mm, index, &touch.center_mm)?;
+    let away = |approach: &Unit<Vector3<f64>>| approach.dot(&foot.normal) >= 0.0;
+    if let Some(approach) = touch.approach.as_ref().filter(|a| away(a)) {
+        let angle_deg = approach.angle(&-foot.normal.into_inner()).to_degrees();
+        let reason = InvalidTouch::LeadsAway { angle_deg };
+        return Err(ProbeError::InvalidTouch { index, reason });
+    }
+    let mut contact = match source {
+        NormalSource::Nominal => along_nominal(touch, &foot, tip_radius_mm),
+        NormalSource::Approach => {
+            let approach = touch.approach.ok_or(ProbeError::NoApproach { index })?;
+            along(nominal, index, touch, tip_radius_mm, -approach, Matrix3::zeros())?
+        }
+        NormalSource::MicroPlane | NormalSource::Quadric => {
+            let shape = if source == NormalSource::Quadric {
+                LocalShape::Quadric
+            } else {
+                LocalShape::Plane
+            };
+            let measured =
+                measured_normal(index, &touch.center_mm, &touch.micro_mm, &foot.normal, shape)?;
+            let spread = measured.spread_per_mm2 * tip_radius_mm.powi(2);
+            along(nominal, index, touch, tip_radius_mm, measured.normal, spread)?
+        }
+    };
+    if let Some(guide_mm) = touch.guide_mm {
+        let (center_mm, foot) = meet_along_z(nominal, tip_radius_mm, guide_mm, touch.center_mm.z)
+            .ok_or(ProbeError::NoGuide { index })?;
+        let error_mm = contact.point_mm - foot.point_mm;
+        contact.planned = Some(PlannedContact {
+            center_mm,
+            point_mm: foot.point_mm,
+            error_mm,
+            normal_error_mm: foot.normal.dot(&error_mm),
+        });
+    }
+    Ok(contact)
+}
+
+/// Nominal point under a ball, which must be near it and may not be larger than the hollow there.
+pub(crate) fn foot_of_ball(
+    nominal: &Nominal,
+    tip_radius_mm: f64,
+    index: usize,
+    center_mm: &Point3<f64>,
+) -> Result<NominalFoot, ProbeError> {
+    let too_large = |at: &Point3<f64>| -> Result<(), ProbeError> {
+        let Ok([major, _]) = nominal.curvatures_per_mm(at) else { return Ok(()) };
+        if tip_radius_mm * major < 1.0 {
+            return Ok(());
+        }
+        let (radius_mm, hollow_radius_mm) = (tip_radius_mm, major.recip());
+        Err(ProbeError::TipTooLarge { index, radius_mm, hollow_radius_mm })
+    };
+    let foot = match nominal.foot(center_mm) {
+        Ok(foot) => foot,
+        Err(source) => {
+            // A ball that is too large comes to rest where its centre has several feet, or none.
+            too_large(center_mm)?;
+            return Err(ProbeError::NoFoot { index, source });
+        }
+    };
+    too_large(&foot.point_mm)?;
+    let gap_mm = foot.distance_mm - tip_radius_mm;
+    let limit_mm = MAX_GAP_MM.max(MAX_GAP_RADII * tip_radius_mm);
+    if gap_mm.abs() > limit_mm {
+        return Err(ProbeError::FarFromSurface { index, gap_mm, limit_mm });
+    }
+    Ok(foot)
+}
+
+fn check(index: usize, touch: &BallTouch) -> Result<(), ProbeError> {
+    let coordinates = touch.center_mm.iter().chain(touch.micro_mm.iter().flat_map(|p| p.iter()));
+    let guide = touch.guide_mm.iter().flat_map(|p| p.iter());
+    if let Some(&value) = coordinates.chain(guide).find(|v| {
+        let sane = v.abs() < MAX_COORDINATE_MM;
+        !sane
+    }) {
+        let reason = InvalidTouch::Coordinate { value, limit: MAX_COORDINATE_MM };
+        return Err(ProbeError::InvalidTouch { index, reason });
+    }
+    if !(touch.sigma_mm > 0.0 && touch.sigma_mm.is_finite()) {
+        let reason = InvalidTouch::Sigma { sigma_mm: touch.sigma_mm };
+        return Err(ProbeError::InvalidTouch { index, reason });
+    }
+    Ok(())
+}
+
+fn along_nominal(touch: &BallTouch, foot: &NominalFoot, tip_radius_mm: f64) -> Contact {
+    Contact {
+        center_mm: touch.center_mm,
+        point_mm: touch.center_mm - foot.normal.into_inner() * tip_radius_mm,
+        normal: foot.normal,
+        nominal_mm: foot.point_mm,
+        nominal_normal: foot.normal,
+        deviation_mm: foot.distance_mm - tip_radius_mm,
+        covariance_mm2: Matrix3::identity() * touch.sigma_mm.powi(2),
+        inside_aperture: foot.inside_aperture,
+        planned: None,
+    }
+}
+
+/// Compensated along a normal whose covariance, times the radius squared, is `spread` times the
+/// variance of a coordinate.
+fn along(
+    nominal: &Nominal,
+    index: usize,
+    touch: &BallTouch,
+    tip_radius_mm: f64,
+    normal: Unit<Vector3<f64>>,
+    spread: Matrix3<f64>,
+) -> Result<Contact, ProbeError> {
+    let point_mm = touch.center_mm - normal.into_inner() * tip_radius_mm;
+    let foot = nominal.foot(&point_mm).map_err(|source| ProbeError::NoFoot { index, source })?;
+    Ok(Contact {
+        center_mm: touch.center_mm,
+        point_mm,
+        normal,
+        nominal_mm: foot.point_mm,
+        nominal_normal: foot.normal,
+        deviation_mm: foot.distance_mm,
+        covariance_mm2: (Matrix3::identity() + spread) * touch.sigma_mm.powi(2),
+        inside_aperture: foot.inside_aperture,
+        planned: None,
+    })
+}

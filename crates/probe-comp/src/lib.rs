@@ -1,0 +1,63 @@
+//! From ball centres to the surface that was really touched.
+//!
+//! [`compensate`] turns what a touch probe reads, the centre of its ball, into the contact
+//! A' = O' − r n', its deviation from the nominal surface along the surface's normal, and the
+//! uncertainty of both. The normal is the nominal one, the approach, or one that is measured by
+//! touching around the place ([`NormalSource`]); [`micro_radius`] says how far around.
+//! [`compensate_profile`] does the same for a profile that is scanned in a plane.
+//! [`ProbeModel`] lets `model_discrepancy` find what the probe, the machine or the part add.
+//!
+//! Lengths are in mm, angles in rad, everything in the frame of the workpiece. Normals point from
+//! the part to the ball, deviations are positive where the part is too large, curvatures where it
+//! is hollow.
+//!
+//! Source: document \[E\].
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use geometry::{Asphere, AsphereShape};
+//! use nalgebra::{Point3, Vector3};
+//! use probe_comp::{BallTouch, Nominal, NormalSource, Side, compensate};
+//!
+//! // A paraboloid bowl, R = 120 mm, is 0.004 mm too high where a ball of radius 3 mm touches it.
+//! let bowl = Asphere::new(AsphereShape::on_axis(120.0, -1.0, vec![], 100.0))?;
+//! let nominal = Nominal::new(Arc::new(bowl), Side::Along);
+//! let on = Point3::new(30.0, 40.0, 2500.0 / 240.0);
+//! let normal = Vector3::new(-30.0 / 120.0, -40.0 / 120.0, 1.0).normalize();
+//! let touch = BallTouch::new(on + normal * 3.004, 0.001);
+//!
+//! let contact = &compensate(&nominal, 3.0, &[touch], NormalSource::Nominal)?[0];
+//! assert!((contact.deviation_mm - 0.004).abs() < 1e-12);
+//! assert!((contact.point_mm - (on + normal * 0.004)).norm() < 1e-12);
+//! assert!((contact.sigma_deviation_mm() - 0.001).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+// One touch after the other.
+mod compensate;
+mod contact;
+mod error;
+mod guide;
+mod micro_radius;
+mod neighbours;
+mod nominal;
+mod profile;
+mod touch;
+
+// All of them together.
+mod missing;
+
+pub use compensate::{NormalSource, compensate};
+pub use contact::{Contact, PlannedContact};
+pub use error::{InvalidTouch, ProbeError};
+pub use micro_radius::{MicroRadius, micro_radius};
+pub use missing::{MeasuredTouch, ProbeModel, ProbeSetup};
+pub use nominal::{Nominal, NominalFoot, Side};
+pub use profile::{ProfileContact, compensate_profile};
+pub use touch::BallTouch;
+
+/// Runs the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,220 @@
+//! What a probe leaves out: the catalogue of effects.
+//!
+//! A positive amplitude is a ball or a part that is larger, a reading that is longer or that is
+//! further along the approach than declared.
+
+use model_discrepancy::{Covariate, Effect, Parameter, Role};
+use nalgebra::Vector3;
+
+use super::columns::{CELSIUS, REFERENCE_C, TIME, as_f64, feed};
+use super::form::{Form, FormScale};
+use super::measured::MeasuredTouch;
+use super::term::Term;
+
+/// Mean square of a normal's component from which a motion along that axis can be told: below it,
+/// the touches see less than a fifth of it.
+const SEEN: f64 = 0.04;
+/// No machine is further out of square than this.
+const GROSS_RAD: f64 = 1e-3;
+/// What a touch can show at all.
+const SEEN_MM: f64 = 1e-3;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// An effect as the loop sees it, and what it does.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) effect: Effect,
+    pub(crate) term: Term,
+}
+
+/// What the catalogue depends on.
+pub(crate) struct Setting<'a> {
+    pub(crate) touches: &'a [MeasuredTouch],
+    pub(crate) covariates: &'a [Covariate],
+    /// Families of errors of form that the part may have, and in what unit.
+    pub(crate) forms: &'static [Form],
+    pub(crate) form_scale: FormScale,
+    /// Mean squares of the normals' components.
+    pub(crate) normal_squares: Vector3<f64>,
+    /// Root mean square of `normal[i] × center[j]`.
+    pub(crate) levers_mm: [[f64; 3]; 3],
+    /// Root mean square of what a turn by 1 rad about each axis adds to a distance.
+    pub(crate) turns_mm: Vector3<f64>,
+}
+
+/// The catalogue.
+pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
+    let mut entries = probe(setting);
+    entries.extend(machine(setting));
+    entries.extend(drifts(setting));
+    entries.extend(temperatures(setting));
+    entries.extend(frame(setting));
+    entries.extend(setting.forms.iter().map(|&form| {
+        let term = Term::Form { form, scale: setting.form_scale };
+        let parameters = form.parameters().iter().map(|name| micrometres(name)).collect();
+        entry("form", form.description(), parameters, term).about(form.name())
+    }));
+    entries.extend(bad_points(setting.touches));
+    entries
+}
+
+impl Entry {
+    fn about(mut self, subject: &str) -> Self {
+        self.effect.subject = Some(subject.to_owned());
+        self
+    }
+
+    fn driven_by(mut self, covariate: &str) -> Self {
+        self.effect.driver = Some(covariate.to_owned());
+        self
+    }
+}
+
+fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) -> Entry {
+    let effect = Effect {
+        id: id.to_owned(),
+        subject: None,
+        description: description.to_owned(),
+        driver: None,
+        parameters,
+    };
+    Entry { effect, term }
+}
+
+fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
+    Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
+}
+
+fn micrometres(name: &str) -> Parameter {
+    parameter(name, "µm", 1e3)
+}
+
+fn probe(setting: &Setting<'_>) -> Vec<Entry> {
+    let text = "the probe's ball is larger than declared";
+    let ball = entry("ball-radius", text, vec![parameter("radius", "mm", 1.0)], Term::Ball);
+    let text = "the probe triggers after this travel along its approach";
+    let parameters = vec![parameter("travel", "mm", 1.0)];
+    let pretravel = entry("pretravel", text, parameters, Term::Pretravel);
+    let text = "the travel until the probe triggers goes with the direction, in three lobes about \
+                the stylus";
+    let lobing = |power: i32, subject: &str| {
+        let parameters = vec![micrometres("cos"), micrometres("sin")];
+        entry("lobing", text, parameters, Term::Lobing { power }).about(subject)
+    };
+    let text = "the stylus gives way sideways until the probe triggers; at right angles to it";
+    let bending = entry("bending", text, vec![micrometres("sideways")], Term::Bending);
+    let lobing_tilted = lobing(1, "with the sideways part of the approach");
+    let lobing_even = lobing(0, "at every inclination");
+    vec![ball, pretravel, lobing_tilted, lobing_even, bending, latency(setting)]
+}
+
+/// Without a recorded feed, its trace is nothing, and the loop says what would show it.
+fn latency(setting: &Setting<'_>) -> Entry {
+    let text = "the machine is read this late after the trigger";
+    let parameters = vec![parameter("time", "ms", 1e3)];
+    match feed(setting.covariates) {
+        Some((column, factor)) => {
+            let speed_mm_per_s = column.values.iter().map(|v| v * factor).collect();
+            let term = Term::Latency { speed_mm_per_s };
+            entry("latency", text, parameters, term).driven_by(&column.name)
+        }
+        None => entry("latency", text, parameters, Term::Latency { speed_mm_per_s: Vec::new() }),
+    }
+}
+
+fn machine(setting: &Setting<'_>) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = (0..3)
+        .map(|axis| {
+            let text = format!("the machine's {} axis reads long", AXES[axis]);
+            let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
+            entry("axis-scale", &text, parameters, Term::Scale { axis }).about(AXES[axis])
+        })
+        .collect();
+    let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
+        .into_iter()
+        .filter(|&(i, j)| setting.levers_mm[i][j] * GROSS_RAD > SEEN_MM)
+        .collect();
+    let named =
+        |&(i, j): &(usize, usize)| parameter(&format!("{}{}", AXES[i], AXES[j]), "µrad", 1e6);
+    if !pairs.is_empty() {
+        let text = "the machine's axes are not square to each other";
+        let parameters = pairs.iter().map(named).collect();
+        entries.push(entry("squareness", text, parameters, Term::Squareness { pairs }));
+    }
+    entries
+}
+
+/// Axes along which the touches show a motion.
+fn seen_axes(setting: &Setting<'_>) -> Vec<usize> {
+    (0..3).filter(|&axis| setting.normal_squares[axis] > SEEN).collect()
+}
+
+fn drifts(setting: &Setting<'_>) -> Vec<Entry> {
+    let time = setting.covariates.iter().find(|c| c.name == TIME);
+    let count = setting.touches.len();
+    let (elapsed, unit, factor): (Vec<f64>, _, _) = match time {
+        Some(time) => {
+            let start = time.values.first().copied().unwrap_or(0.0);
+            (time.values.iter().map(|t| t - start).collect(), "µm/h", 3.6e6)
+        }
+        // Internally per touch, so that a longer series has the same parameter; reported over all.
+        None => ((0..count).map(as_f64).collect(), "µm", 1e3 * as_f64(count.max(2) - 1)),
+    };
+    let axes = seen_axes(setting);
+    let parameters = axes.iter().map(|&k| parameter(AXES[k], unit, factor)).collect();
+    let term = Term::Drift { elapsed: elapsed.clone(), axes };
+    let text = "the machine drifts against the part while it is touched";
+    let place = entry("drift", text, parameters, term).about("machine");
+    let text = "the probe triggers later and later along its approach";
+    let parameters = vec![parameter("travel", unit, factor)];
+    let trigger = entry("drift", text, parameters, Term::TriggerDrift { elapsed }).about("trigger");
+    let driven = |entry: Entry| if time.is_some() { entry.driven_by(TIME) } else { entry };
+    vec![driven(place), driven(trigger)]
+}
+
+fn temperatures(setting: &Setting<'_>) -> Vec<Entry> {
+    let columns: Vec<_> = setting.covariates.iter().filter(|c| c.name.ends_with(CELSIUS)).collect();
+    let several = columns.len() > 1;
+    (columns.into_iter())
+        .map(|column| {
+            let text = format!("the readings of z and the part's size go with {}", column.name);
+            let excess_k = column.values.iter().map(|t| t - REFERENCE_C).collect();
+            let about_mm = setting.form_scale.center_mm.coords;
+            let parameters =
+                vec![parameter("z growth", "µm/K", 1e3), parameter("expansion", "ppm/K", 1e6)];
+            let term = Term::Temperature { excess_k, about_mm };
+            let entry = entry("temperature", &text, parameters, term).driven_by(&column.name);
+            if several { entry.about(&column.name) } else { entry }
+        })
+        .collect()
+}
+
+/// The frame in which the readings come may lie beside the part's own.
+fn frame(setting: &Setting<'_>) -> Vec<Entry> {
+    let axes = seen_axes(setting);
+    let text = "the workpiece frame lies beside where it is declared";
+    let parameters = axes.iter().map(|&k| micrometres(AXES[k])).collect();
+    let shift = entry("datum-shift", text, parameters, Term::Shift { axes });
+    let text = "the workpiece frame is turned against the part";
+    let about_mm = setting.form_scale.center_mm.coords;
+    let axes: Vec<usize> =
+        (0..3).filter(|&axis| setting.turns_mm[axis] * GROSS_RAD > SEEN_MM).collect();
+    if axes.is_empty() {
+        return vec![shift];
+    }
+    let parameters = axes.iter().map(|&k| parameter(AXES[k], "µrad", 1e6)).collect();
+    vec![shift, entry("datum-turn", text, parameters, Term::Turn { about_mm, axes })]
+}
+
+fn bad_points(touches: &[MeasuredTouch]) -> Vec<Entry> {
+    let fitted = touches.iter().enumerate().filter(|(_, t)| t.role == Role::Fit);
+    fitted
+        .map(|(observation, touch)| {
+            let text = format!("touch {} is off on its own", touch.name);
+            let parameters = vec![parameter("along the normal", "mm", 1.0)];
+            let term = Term::BadPoint { observation };
+            entry("bad-point", &text, parameters, term).about(&touch.name)
+        })
+        .collect()
+}

@@ -1,0 +1,12 @@
+//! The declared model as the loop sees it, and what it leaves out.
+
+mod catalogue;
+mod columns;
+mod form;
+mod measured;
+mod model;
+mod proposals;
+mod term;
+
+pub use measured::MeasuredTouch;
+pub use model::{ProbeModel, ProbeSetup};

@@ -1,0 +1,385 @@
+use model_discrepancy::{
+    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+};
+use nalgebra::{DMatrix, DVector, Point3, Unit, Vector3};
+
+use super::catalogue::{self, Entry, Setting};
+use super::columns::as_f64;
+use super::form::{Form, FormScale};
+use super::measured::MeasuredTouch;
+use super::proposals;
+use super::term::{Situation, Term, combined};
+use crate::compensate::foot_of_ball;
+use crate::nominal::{FormFrame, NominalFoot};
+use crate::{Nominal, NormalSource, ProbeError, compensate};
+
+/// What is declared of the measurement.
+#[derive(Clone, Debug)]
+pub struct ProbeSetup {
+    /// The part as drawn.
+    pub nominal: Nominal,
+    /// Radius of the ball.
+    pub tip_radius_mm: f64,
+    /// Axis of the stylus, workpiece frame.
+    pub stylus: Unit<Vector3<f64>>,
+    /// Normals along which the balls are compensated.
+    pub source: NormalSource,
+    /// Whether the touches' standard uncertainties are declared, or only weigh them.
+    pub sigma_declared: bool,
+}
+
+/// Touches of a part of known surface, and the effects that their compensation leaves out.
+///
+/// Residual: how far the compensated contact is above the nominal surface along its normal, in
+/// mm; one row per touch. The declared model has no parameter: part, ball and frame are as stated.
+#[derive(Clone, Debug)]
+pub struct ProbeModel {
+    pub(crate) setup: ProbeSetup,
+    pub(crate) touches: Vec<MeasuredTouch>,
+    pub(crate) covariates: Vec<Covariate>,
+    pub(crate) standards: Vec<Standard>,
+    /// Nominal points as declared.
+    pub(crate) feet: Vec<NominalFoot>,
+    approaches: Vec<Unit<Vector3<f64>>>,
+    /// What the compensation adds to the distance of the ball's centre.
+    compensation_mm: Vec<f64>,
+    layout: Layout,
+    effects: Vec<Effect>,
+    terms: Vec<Term>,
+}
+
+/// One amplitude measured by other means, as a proposal may have it.
+#[derive(Clone, Debug)]
+pub(crate) struct Standard {
+    pub(crate) effect: &'static str,
+    pub(crate) subject: Option<&'static str>,
+    pub(crate) parameter: &'static str,
+    pub(crate) sigma: f64,
+}
+
+impl ProbeModel {
+    /// Model of `touches`, in the order measured.
+    ///
+    /// `covariates` are the columns recorded beside the touches, one value per touch: `time_s`
+    /// drives the drift, `feed_mm_per_min` (or `_s`) the latency, every column ending in `_c` a
+    /// thermal effect.
+    ///
+    /// # Errors
+    ///
+    /// As [`compensate`], and [`ProbeError::InvalidCovariate`].
+    pub fn new(
+        setup: ProbeSetup,
+        touches: Vec<MeasuredTouch>,
+        covariates: &[Covariate],
+    ) -> Result<Self, ProbeError> {
+        for covariate in covariates {
+            let finite = covariate.values.iter().all(|v| v.is_finite());
+            if !finite || covariate.values.len() != touches.len() {
+                let (covariate, needed) = (covariate.name.clone(), touches.len());
+                return Err(ProbeError::InvalidCovariate { covariate, needed });
+            }
+        }
+        Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())
+    }
+
+    pub(crate) fn with_standards(
+        setup: ProbeSetup,
+        touches: Vec<MeasuredTouch>,
+        covariates: Vec<Covariate>,
+        standards: Vec<Standard>,
+    ) -> Result<Self, ProbeError> {
+        let balls: Vec<_> = touches.iter().map(|t| t.touch.clone()).collect();
+        let contacts = compensate(&setup.nominal, setup.tip_radius_mm, &balls, setup.source)?;
+        let foot = |(index, ball): (usize, &crate::BallTouch)| {
+            foot_of_ball(&setup.nominal, setup.tip_radius_mm, index, &ball.center_mm)
+        };
+        let feet = balls.iter().enumerate().map(foot).collect::<Result<Vec<_>, _>>()?;
+        let compensation_mm = (contacts.iter().zip(&feet))
+            .map(|(contact, foot)| contact.deviation_mm - foot.distance_mm)
+            .collect();
+        let approaches = (balls.iter().zip(&feet))
+            .map(|(ball, foot)| ball.approach.unwrap_or(-foot.normal))
+            .collect();
+        let setting = setting(&setup, &touches, &covariates, &feet);
+        let (effects, terms) = catalogue::catalogue(&setting)
+            .into_iter()
+            .map(|Entry { effect, term }| (effect, term))
+            .unzip();
+        let layout = layout(&touches, &standards, setup.sigma_declared);
+        Ok(Self {
+            setup,
+            touches,
+            covariates,
+            standards,
+            feet,
+            approaches,
+            compensation_mm,
+            layout,
+            effects,
+            terms,
+        })
+    }
+
+    /// The given covariates and the places of the contacts (`part_x_mm`, `part_y_mm`,
+    /// `part_z_mm`, and on a graph over xy `part_radius_mm`), one value per observation.
+    #[must_use]
+    pub fn all_covariates(&self) -> Vec<Covariate> {
+        let place = |name: &str, of: &dyn Fn(&NominalFoot) -> f64| Covariate {
+            name: name.to_owned(),
+            values: self.feet.iter().map(of).collect(),
+            origin: Origin::Coordinate,
+        };
+        let mut all =
+            vec![place("part_x_mm", &|f| f.point_mm.x), place("part_y_mm", &|f| f.point_mm.y)];
+        all.push(match self.setup.nominal.form {
+            FormFrame::Around { .. } => place("part_z_mm", &|f| f.point_mm.z),
+            FormFrame::Over => place("part_radius_mm", &|f| f.point_mm.coords.xy().norm()),
+        });
+        all.extend(self.covariates.iter().cloned());
+        // Prior knowledge has no place: the mean, which no shape turns on.
+        for covariate in &mut all {
+            let mean = covariate.values.iter().sum::<f64>() / as_f64(covariate.values.len().max(1));
+            covariate.values.resize(self.layout.observations.len(), mean);
+        }
+        all
+    }
+
+    /// The ball's centre of a touch without what the effects of a state added to its reading, and
+    /// what those that count add to its distance.
+    fn corrected(
+        &self,
+        index: usize,
+        at: &State,
+        counts: impl Fn(&Term) -> bool,
+    ) -> (Point3<f64>, f64) {
+        let zero = self.azimuth_zero(index);
+        let situation = self.situation(index, &zero);
+        let (mut center, mut added_mm) = (self.touches[index].touch.center_mm, 0.0);
+        for (term, amplitudes) in self.terms.iter().zip(&at.amplitudes) {
+            if amplitudes.iter().all(|a| *a == 0.0) || !counts(term) {
+                continue;
+            }
+            center -= combined(&term.readings(&situation), amplitudes);
+            let distances = term.distances(&situation);
+            added_mm += distances.iter().zip(amplitudes.iter()).map(|(d, a)| d * a).sum::<f64>();
+        }
+        (center, added_mm)
+    }
+
+    /// Contact, normal and deviation of a touch without what the effects of a state added to it;
+    /// errors of the part's own form stay in. `None` where the corrected ball has no foot.
+    #[must_use]
+    pub fn contact_at(
+        &self,
+        index: usize,
+        at: &State,
+    ) -> Option<(Point3<f64>, Unit<Vector3<f64>>, f64)> {
+        let (center, added_mm) =
+            self.corrected(index, at, |term| !matches!(term, Term::Form { .. }));
+        let (foot, deviation_mm) = self.judged(index, &center, added_mm)?;
+        Some((foot.point_mm + foot.normal.into_inner() * deviation_mm, foot.normal, deviation_mm))
+    }
+
+    fn judged(
+        &self,
+        index: usize,
+        center_mm: &Point3<f64>,
+        added_mm: f64,
+    ) -> Option<(NominalFoot, f64)> {
+        let foot = self.setup.nominal.foot(center_mm).ok()?;
+        Some((foot, foot.distance_mm + self.compensation_mm[index] - added_mm))
+    }
+
+    fn azimuth_zero(&self, index: usize) -> Unit<Vector3<f64>> {
+        let stylus = &self.setup.stylus;
+        // The machine's x, unless the stylus lies along it.
+        let x = if stylus.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+        let across = x - stylus.into_inner() * stylus.dot(&x);
+        let angle = self.touches[index].touch.spindle_rad;
+        nalgebra::Rotation3::from_axis_angle(stylus, angle) * Unit::new_normalize(across)
+    }
+
+    fn situation<'a>(&'a self, index: usize, zero: &'a Unit<Vector3<f64>>) -> Situation<'a> {
+        Situation {
+            observation: index,
+            center_mm: &self.touches[index].touch.center_mm.coords,
+            contact_mm: &self.feet[index].point_mm,
+            normal: &self.feet[index].normal,
+            approach: &self.approaches[index],
+            stylus: &self.setup.stylus,
+            zero,
+        }
+    }
+
+    /// Effect and column of the amplitude that a standard knows.
+    fn amplitude_of(&self, standard: &Standard) -> Option<(usize, usize)> {
+        let of_effect = |(e, effect): (usize, &Effect)| {
+            let column = effect.parameters.iter().position(|p| p.name == standard.parameter)?;
+            let same = effect.id == standard.effect
+                && standard.subject.is_none_or(|s| effect.subject.as_deref() == Some(s));
+            same.then_some((e, column))
+        };
+        self.effects.iter().enumerate().find_map(of_effect)
+    }
+
+    /// `∂ residual / ∂ amplitude` of one touch.
+    fn row(&self, at: &State, effect: usize, index: usize) -> Vec<f64> {
+        let zero = self.azimuth_zero(index);
+        let situation = self.situation(index, &zero);
+        let term = &self.terms[effect];
+        let mut values = vec![0.0; self.effects[effect].parameters.len()];
+        let readings = term.readings(&situation);
+        if !readings.is_empty() {
+            let (center, _) = self.corrected(index, at, |_| true);
+            let normal = (self.setup.nominal.foot(&center))
+                .map_or_else(|_| Vector3::repeat(f64::NAN), |foot| foot.normal.into_inner());
+            for (value, reading) in values.iter_mut().zip(&readings) {
+                *value -= normal.dot(reading);
+            }
+        }
+        for (value, distance) in values.iter_mut().zip(term.distances(&situation)) {
+            *value -= distance;
+        }
+        values
+    }
+}
+
+fn setting<'a>(
+    setup: &ProbeSetup,
+    touches: &'a [MeasuredTouch],
+    covariates: &'a [Covariate],
+    feet: &[NominalFoot],
+) -> Setting<'a> {
+    let n = as_f64(feet.len().max(1));
+    let mut normal_squares = Vector3::zeros();
+    let mut levers = [[0.0; 3]; 3];
+    for (foot, touch) in feet.iter().zip(touches) {
+        normal_squares += foot.normal.component_mul(&foot.normal) / n;
+        for (i, row) in levers.iter_mut().enumerate() {
+            for (j, lever) in row.iter_mut().enumerate() {
+                *lever += (foot.normal[i] * touch.touch.center_mm[j]).powi(2) / n;
+            }
+        }
+    }
+    let (forms, form_scale): (&'static [Form], _) = match setup.nominal.form {
+        FormFrame::Around { center_mm } => {
+            let radius = feet.iter().map(|f| (f.point_mm - center_mm).norm()).fold(0.0, f64::max);
+            (&Form::AROUND, FormScale { center_mm, radius_mm: radius.max(f64::MIN_POSITIVE) })
+        }
+        FormFrame::Over => (&Form::OVER, over(feet)),
+    };
+    let levers_mm = levers.map(|row| row.map(f64::sqrt));
+    let turn = |foot: &NominalFoot| (foot.point_mm - form_scale.center_mm).cross(&foot.normal);
+    let square = feet.iter().map(turn).fold(Vector3::zeros(), |sum, t| sum + t.component_mul(&t));
+    let turns_mm = (square / n).map(f64::sqrt);
+    Setting { touches, covariates, forms, form_scale, normal_squares, levers_mm, turns_mm }
+}
+
+/// Middle and half width of what was touched.
+fn over(feet: &[NominalFoot]) -> FormScale {
+    let range = |axis: usize| {
+        let of = feet.iter().map(|f| f.point_mm[axis]);
+        of.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    };
+    let middle = |axis: usize| {
+        let (low, high) = range(axis);
+        if low.is_finite() { 0.5 * (low + high) } else { 0.0 }
+    };
+    let center_mm = Point3::new(middle(0), middle(1), 0.0);
+    let reach = |f: &NominalFoot| (f.point_mm - center_mm).xy().norm();
+    let radius_mm = feet.iter().map(reach).fold(f64::MIN_POSITIVE, f64::max);
+    FormScale { center_mm, radius_mm }
+}
+
+fn layout(touches: &[MeasuredTouch], standards: &[Standard], sigma_declared: bool) -> Layout {
+    let mut layout = Layout { unit: "mm".to_owned(), sigma_declared, ..Layout::default() };
+    let mut index = std::collections::HashMap::new();
+    for touch in touches {
+        let check = touch.role == Role::Check;
+        let group = *index.entry((touch.group.as_str(), check)).or_insert_with(|| {
+            layout.groups.push(Group { name: touch.group.clone(), role: touch.role });
+            layout.groups.len() - 1
+        });
+        push(&mut layout, group, touch.touch.sigma_mm, true);
+    }
+    for standard in standards {
+        layout.groups.push(Group { name: "standard".to_owned(), role: Role::Prior });
+        let group = layout.groups.len() - 1;
+        push(&mut layout, group, standard.sigma, false);
+    }
+    layout
+}
+
+fn push(layout: &mut Layout, group: usize, sigma: f64, reported: bool) {
+    let observation = layout.observations.len();
+    layout.observations.push(group);
+    layout.rows.push(Row { observation, component: 0, sigma, reported });
+}
+
+impl Model for ProbeModel {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn base(&self) -> &[Parameter] {
+        &[]
+    }
+
+    fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    fn start(&self) -> DVector<f64> {
+        DVector::zeros(0)
+    }
+
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let of_touch = |index| {
+            let (center, added_mm) = self.corrected(index, at, |_| true);
+            self.judged(index, &center, added_mm).map_or(f64::NAN, |(_, deviation_mm)| deviation_mm)
+        };
+        let of_standard = |standard| {
+            self.amplitude_of(standard).map_or(0.0, |(e, k): (usize, usize)| at.amplitudes[e][k])
+        };
+        let touches = (0..self.touches.len()).map(of_touch);
+        let all = touches.chain(self.standards.iter().map(of_standard));
+        DVector::from_iterator(self.layout.rows.len(), all)
+    }
+
+    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
+        DMatrix::zeros(self.layout.rows.len(), 0)
+    }
+
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        let rows = self.layout.rows.len();
+        let mut tangent = DMatrix::zeros(rows, self.effects[effect].parameters.len());
+        if let Term::BadPoint { observation } = self.terms[effect] {
+            tangent[(observation, 0)] = -1.0;
+            return tangent;
+        }
+        for index in 0..self.touches.len() {
+            for (k, value) in self.row(at, effect, index).into_iter().enumerate() {
+                tangent[(index, k)] = value;
+            }
+        }
+        for (k, standard) in self.standards.iter().enumerate() {
+            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
+                tangent[(self.touches.len() + k, column)] = 1.0;
+            }
+        }
+        tangent
+    }
+
+    fn local_tangent(&self, _: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
+        match self.terms[effect] {
+            Term::BadPoint { observation } => {
+                Some((observation, DMatrix::from_element(1, 1, -1.0)))
+            }
+            _ => None,
+        }
+    }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        proposals::proposals(self)
+    }
+}

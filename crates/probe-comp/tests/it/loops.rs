@@ -1,0 +1,166 @@
+//! What the loop makes of touches.
+
+use model_discrepancy::{
+    Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
+};
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use probe_comp::{BallTouch, Nominal, ProbeModel, Side};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::scene::{
+    TIP_MM, bowl, bowl_height, directions, let_down, measured, noise, reference_sphere, setup,
+};
+
+const SIGMA_MM: f64 = 1e-3;
+/// Central differences over steps of the amplitudes on surfaces of radius 25 mm and more.
+const DIFFERENCE_TOL: f64 = 1e-5;
+
+/// A touch of the reference sphere along `approach`, larger or later as `late_mm` says.
+fn sphere_touch(
+    outward: &Vector3<f64>,
+    approach: Unit<Vector3<f64>>,
+    late_mm: f64,
+    rng: &mut ChaCha8Rng,
+) -> BallTouch {
+    let at = Point3::new(40.0, -20.0, 15.0) + outward * (25.0 + TIP_MM);
+    let read = at + approach.into_inner() * late_mm + noise(SIGMA_MM, rng);
+    BallTouch { approach: Some(approach), ..BallTouch::new(read, SIGMA_MM) }
+}
+
+fn closed(nominal: Nominal, touches: Vec<BallTouch>, columns: &[Covariate]) -> Closure {
+    let model = ProbeModel::new(setup(nominal), measured(touches), columns).unwrap();
+    close_loop(&model, &model.all_covariates(), &Options::default()).unwrap()
+}
+
+fn names(closure: &Closure, step: usize) -> Vec<&str> {
+    let step = &closure.steps[step];
+    let rivals = step.indistinguishable_from.iter().map(String::as_str);
+    std::iter::once(step.effect.as_str()).chain(rivals).collect()
+}
+
+#[test]
+fn derivatives_agree_with_differences_for_every_effect_and_proposal() {
+    let mut rng = ChaCha8Rng::seed_from_u64(31);
+    let recorded = ["time_s", "feed_mm_per_min", "part_c"].map(|name| Covariate {
+        name: name.to_owned(),
+        values: (0..14).map(|i| 20.0 + f64::from(i * i % 11)).collect(),
+        origin: Origin::Recorded,
+    });
+    let on_sphere = directions(14)
+        .iter()
+        .map(|u| {
+            let approach = Rotation3::from_axis_angle(&Vector3::x_axis(), 0.3) * -u;
+            let mut touch = sphere_touch(u, Unit::new_normalize(approach), 0.0, &mut rng);
+            touch.spindle_rad = rng.random_range(-3.0..3.0);
+            touch
+        })
+        .collect();
+    let on_bowl = (0..14)
+        .map(|i| {
+            let (x, y) = (3.0 * f64::from(i) - 20.0, f64::from(i * i % 13) - 6.0);
+            BallTouch::new(let_down(bowl_height, x, y, TIP_MM), SIGMA_MM)
+        })
+        .collect();
+    for (nominal, touches) in [(reference_sphere(Side::Along), on_sphere), (bowl(), on_bowl)] {
+        let model = ProbeModel::new(setup(nominal), measured(touches), &recorded).unwrap();
+        let mut models: Vec<Box<dyn Model>> = vec![Box::new(model.clone())];
+        models.extend(model.proposals().into_iter().map(|p| p.model));
+        assert!(models.len() > 8, "{}", models.len());
+        for model in models {
+            let mut at = State::declared(model.start(), model.effects());
+            let worst = check_tangents(&*model, &at);
+            assert!(worst < DIFFERENCE_TOL, "{worst:e}");
+            for amplitude in at.amplitudes.iter_mut().flat_map(|a| a.iter_mut()) {
+                *amplitude = rng.random_range(-1e-6..1e-6);
+            }
+            let worst = check_tangents(&*model, &at);
+            assert!(worst < DIFFERENCE_TOL, "{worst:e}");
+        }
+    }
+}
+
+#[test]
+fn ball_and_pretravel_on_a_sphere_are_one_class() {
+    let mut rng = ChaCha8Rng::seed_from_u64(32);
+    let touches = directions(60)
+        .iter()
+        .map(|u| sphere_touch(u, Unit::new_normalize(-u), 0.02, &mut rng))
+        .collect();
+    let closure = closed(reference_sphere(Side::Along), touches, &[]);
+    let found = names(&closure, 0);
+    assert!(found.contains(&"ball-radius") && found.contains(&"pretravel"), "{found:?}");
+    assert_eq!(closure.steps.len(), 1);
+    assert!(closure.steps[0].separate_by.is_some());
+    assert_eq!(closure.verdict, Verdict::Explained);
+}
+
+/// Lobes of the part and lobes of the probe, seen by touches that come from other directions than
+/// the normal.
+#[test]
+fn directions_of_approach_tell_the_part_from_the_probe() {
+    let lobes = |v: &Vector3<f64>| v.x * (v.x * v.x - 3.0 * v.y * v.y);
+    let approach = |i: usize, u: &Vector3<f64>| {
+        let tangent = u.cross(&Vector3::ith(u.iamin(), 1.0)).normalize();
+        let turn = Rotation3::from_axis_angle(
+            &Unit::new_normalize(*u),
+            2.4 * f64::from(u32::try_from(i).unwrap()),
+        );
+        Rotation3::from_axis_angle(&Unit::new_normalize(turn * tangent), 0.6)
+            * Unit::new_normalize(-u)
+    };
+    for (of_part, expected) in [(true, "form"), (false, "lobing")] {
+        let mut rng = ChaCha8Rng::seed_from_u64(33);
+        let touches = directions(60)
+            .iter()
+            .enumerate()
+            .map(|(i, u)| {
+                let approach = approach(i, u);
+                if of_part {
+                    let mut touch = sphere_touch(u, approach, 0.0, &mut rng);
+                    touch.center_mm += u * (8e-3 * lobes(u));
+                    return touch;
+                }
+                let side = approach.xy().norm();
+                let height = if side > 0.0 { lobes(&approach) / (side * side) } else { 0.0 };
+                sphere_touch(u, approach, 8e-3 * height, &mut rng)
+            })
+            .collect();
+        let closure = closed(reference_sphere(Side::Along), touches, &[]);
+        let of_one_kind = names(&closure, 0).iter().all(|name| name.starts_with(expected));
+        assert!(of_one_kind, "{:?}", closure.steps);
+        assert_eq!(closure.verdict, Verdict::Explained);
+    }
+}
+
+#[test]
+fn a_reading_that_comes_late_shows_by_the_feed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(34);
+    let feeds: Vec<f64> = (0..48).map(|_| [60.0, 120.0, 300.0][rng.random_range(0..3)]).collect();
+    let touches: Vec<BallTouch> = directions(48)
+        .iter()
+        .zip(&feeds)
+        .map(|(u, feed)| sphere_touch(u, Unit::new_normalize(-u), 2e-3 * feed / 60.0, &mut rng))
+        .collect();
+    let name = "feed_mm_per_min".to_owned();
+    let column = Covariate { name, values: feeds, origin: Origin::Recorded };
+    let closure = closed(reference_sphere(Side::Along), touches.clone(), &[column]);
+    assert_eq!(names(&closure, 0), ["latency"]);
+    let time = &closure.steps[0].parameters[0];
+    assert!((time.value - 2.0).abs() < 4.0 * time.std && time.unit == "ms", "{time:?}");
+    // Without the column it cannot be seen, and the answer says what would show it.
+    let blind = closed(reference_sphere(Side::Along), touches, &[]);
+    let unseen = blind.not_observable.iter().find(|n| n.effect == "latency").unwrap();
+    assert!(unseen.separate_by.as_ref().unwrap().contains("feed"), "{unseen:?}");
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is() {
+    let mut rng = ChaCha8Rng::seed_from_u64(35);
+    let touches = directions(50)
+        .iter()
+        .map(|u| sphere_touch(u, Unit::new_normalize(-u), 0.0, &mut rng))
+        .collect();
+    let closure = closed(reference_sphere(Side::Along), touches, &[]);
+    assert_eq!(closure.verdict, Verdict::NothingMissing);
+}

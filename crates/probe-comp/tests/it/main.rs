@@ -1,0 +1,12 @@
+//! Public behaviour of `probe-comp`.
+
+#![expect(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
+
+mod consistency;
+mod degenerate;
+mod exact;
+mod guide;
+mod loops;
+mod micro;
+mod profile;
+mod scene;

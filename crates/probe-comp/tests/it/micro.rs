@@ -1,0 +1,142 @@
+//! Normals measured around a place: the table of docs/probe-comp.md.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Point3;
+use probe_comp::{BallTouch, Nominal, NormalSource, compensate, micro_radius};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::scene::{Height, TIP_MM, let_down, noise, normal_of, point_of, polynomials};
+
+const SIGMA_MM: f64 = 1e-3;
+/// The touch: away from every symmetry.
+const AT: [f64; 2] = [1.7, -2.3];
+/// Noise draws; a root mean square of 400 pairs is known to 2.5 %.
+const DRAWS: u32 = 400;
+
+/// A touch with `n` others on a circle of radius `rho`, the first at a turn that is not round.
+fn around(height: Height, n: u32, rho: f64) -> BallTouch {
+    let center = |x, y| let_down(height, x, y, TIP_MM);
+    let place = |k: u32| -> Point3<f64> {
+        let angle = 0.4 + TAU * f64::from(k) / f64::from(n);
+        center(AT[0] + rho * angle.cos(), AT[1] + rho * angle.sin())
+    };
+    let micro_mm = (0..n).map(place).collect();
+    BallTouch { micro_mm, ..BallTouch::new(center(AT[0], AT[1]), SIGMA_MM) }
+}
+
+/// Distance along the surface between the contact found and the true one.
+fn tangential_mm(
+    height: Height,
+    nominal: &Nominal,
+    touch: &BallTouch,
+    source: NormalSource,
+) -> f64 {
+    let contact = &compensate(nominal, TIP_MM, std::slice::from_ref(touch), source).unwrap()[0];
+    // The ball stands above the place; its contact is where the vertical distance is its radius.
+    let (mut u, mut v) = (AT[0], AT[1]);
+    for _ in 0..200 {
+        let normal = normal_of(height, u, v);
+        (u, v) = (AT[0] - TIP_MM * normal.x, AT[1] - TIP_MM * normal.y);
+    }
+    let off = contact.point_mm - point_of(height, u, v);
+    let normal = normal_of(height, u, v);
+    (off - normal * normal.dot(&off)).norm()
+}
+
+fn noise_mm(height: Height, nominal: &Nominal, clean: &BallTouch, source: NormalSource) -> f64 {
+    let bias = |touch: &BallTouch| {
+        compensate(nominal, TIP_MM, std::slice::from_ref(touch), source).unwrap()[0].normal
+    };
+    let clean_normal = bias(clean);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut sum = 0.0;
+    for _ in 0..DRAWS {
+        let mut touch = clean.clone();
+        for p in &mut touch.micro_mm {
+            *p += noise(SIGMA_MM, &mut rng);
+        }
+        sum += (TIP_MM * (bias(&touch).into_inner() - clean_normal.into_inner()).norm()).powi(2);
+    }
+    let _ = height;
+    (sum / f64::from(DRAWS)).sqrt()
+}
+
+fn offset_difference(nominal: &Nominal, height: Height) -> ([f64; 2], f64) {
+    let [major, minor] = nominal.curvatures_per_mm(&point_of(height, AT[0], AT[1])).unwrap();
+    let offset = |k: f64| k / (1.0 - TIP_MM * k);
+    ([major, minor], offset(major) - offset(minor))
+}
+
+#[test]
+fn three_touches_are_off_by_the_difference_of_the_curvatures() {
+    // The freeform's curvature changes by 2 % over the circle.
+    const AGREE: f64 = 0.05;
+    for (height, nominal) in polynomials() {
+        let (_, difference) = offset_difference(&nominal, height);
+        for rho in [0.05, 0.2, 0.5] {
+            let touch = around(height, 3, rho);
+            let found = tangential_mm(height, &nominal, &touch, NormalSource::MicroPlane);
+            let expected = 0.25 * TIP_MM * rho * difference;
+            assert!((found / expected - 1.0).abs() < AGREE, "ρ = {rho}: {found} {expected}");
+        }
+    }
+}
+
+/// At ρ = 0.5 mm: 7.1 µm on a cylinder of radius 50 mm, 15 µm on a saddle.
+#[test]
+fn more_touches_take_the_bias_away() {
+    let expected_um = [7.1, 15.0];
+    for ((height, nominal), three_um) in polynomials().into_iter().zip(expected_um) {
+        let by = |n, source| 1e3 * tangential_mm(height, &nominal, &around(height, n, 0.5), source);
+        let three = by(3, NormalSource::MicroPlane);
+        assert!((three - three_um).abs() < 0.2, "{three}");
+        for (n, source) in [
+            (4, NormalSource::MicroPlane),
+            (8, NormalSource::MicroPlane),
+            (6, NormalSource::Quadric),
+        ] {
+            let found = by(n, source);
+            assert!(found < 0.02 * three, "{n} {source:?}: {found} µm beside {three} µm");
+        }
+    }
+}
+
+#[test]
+fn noise_tilts_a_small_plane_more() {
+    let (height, nominal) = polynomials()[1].clone();
+    for (rho, expected_um) in [(0.05, 69.3), (0.5, 6.93)] {
+        let touch = around(height, 3, rho);
+        let found = 1e3 * noise_mm(height, &nominal, &touch, NormalSource::MicroPlane);
+        assert!((found / expected_um - 1.0).abs() < 0.1, "ρ = {rho}: {found} µm");
+        // What the crate says of its own uncertainty, per direction along the surface.
+        let contact = &compensate(&nominal, TIP_MM, &[touch], NormalSource::MicroPlane).unwrap()[0];
+        let own = contact.sigma_tangential_mm().powi(2) - SIGMA_MM * SIGMA_MM;
+        let said_um = 1e3 * (2.0 * own).sqrt();
+        assert!((said_um / found - 1.0).abs() < 0.1, "ρ = {rho}: {said_um} {found}");
+    }
+}
+
+#[test]
+fn the_radius_chosen_is_near_the_best() {
+    const RANGE_MM: [f64; 2] = [0.05, 5.0];
+    for (height, nominal) in polynomials() {
+        for sigma_mm in [2e-4, 1e-3, 5e-3] {
+            let (curvatures, _) = offset_difference(&nominal, height);
+            let chosen = micro_radius(TIP_MM, sigma_mm, curvatures, RANGE_MM).unwrap();
+            let error = |rho: f64| {
+                let touch = around(height, 3, rho);
+                let bias = tangential_mm(height, &nominal, &touch, NormalSource::MicroPlane);
+                bias.hypot(TIP_MM * (4.0_f64 / 3.0).sqrt() * sigma_mm / rho)
+            };
+            let grid = (0..=60).map(|i| RANGE_MM[0] * 100f64.powf(f64::from(i) / 60.0));
+            let best = grid.map(error).fold(f64::INFINITY, f64::min);
+            let ratio = error(chosen.radius_mm) / best;
+            assert!(ratio < 1.2, "σ = {sigma_mm}: {chosen:?} is {ratio} of the best");
+            assert!(
+                (chosen.bias_mm.hypot(chosen.noise_mm) / error(chosen.radius_mm) - 1.0).abs() < 0.2
+            );
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! `probe-comp`: where a ball probe really touched, and how far the part is off there.
+
+mod estimates;
+mod measured;
+mod surface;
+mod tables;
+
+use nalgebra::{Unit, Vector3};
+use probe_comp::{NormalSource, ProbeError, Side};
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::Error;
+use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::kinds::{Kind, Reading};
+
+pub use estimates::{
+    MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
+};
+use measured::ProbeCase;
+use surface::{PartSurface, SurfaceSettings};
+use tables::Touches;
+
+pub(crate) const KIND: Kind = Kind {
+    name: "probe-comp",
+    summary: "contacts and deviations from the ball centres of a touch probe",
+    read,
+    example: &[
+        ("case.toml", include_str!("../../templates/probe-comp/case.toml")),
+        ("touches.csv", include_str!("../../templates/probe-comp/touches.csv")),
+    ],
+};
+
+const TOUCHES: &str = "touches.csv";
+const MICRO: &str = "micro.csv";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(rename = "kind")]
+    _kind: serde::de::IgnoredAny,
+    surface: SurfaceSettings,
+    probe: ProbeSettings,
+    #[serde(default)]
+    model: ModelSettings,
+    #[serde(default)]
+    noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    closure: LoopSettings,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProbeSettings {
+    tip_radius_mm: Spanned<Finite>,
+    side: Option<SideName>,
+    stylus: Option<Spanned<[Finite; 3]>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+enum SideName {
+    #[serde(rename = "+z")]
+    Above,
+    #[serde(rename = "-z")]
+    Below,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelSettings {
+    #[serde(default)]
+    normal: NormalName,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum NormalName {
+    #[default]
+    Nominal,
+    Approach,
+    MicroPlane,
+    Quadric,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseSettings {
+    point_mm: Option<Positive>,
+}
+
+fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    let settings: Settings = document.settings()?;
+    let mut warnings = Vec::new();
+    let tip_radius_mm = settings.probe.radius_mm(document)?;
+    let stylus = settings.probe.stylus(document)?;
+    let touches = Touches::read(folder, document, settings.closure.group.as_ref())?;
+    warnings.extend(touches.warnings.iter().cloned());
+    let mut surface = settings.surface.read(folder, document, &mut warnings)?;
+    let side = side(&settings, &surface, &touches, tip_radius_mm, &mut warnings);
+    surface.nominal = surface.nominal.from_side(side);
+    if settings.noise.point_mm.is_none() {
+        warnings.push(
+            "no `[noise] point_mm`: standard uncertainties are estimated from the residual"
+                .to_owned(),
+        );
+    }
+    let source = settings.model.normal.into();
+    if source == NormalSource::Approach && !touches.have_approach {
+        let key = "nx, ny, nz".to_owned();
+        let purpose = "`[model] normal = \"approach\"` compensates along these columns of \
+                       `touches.csv`";
+        return Err(Error::case(document.at_file(), Problem::MissingKey { key, purpose }));
+    }
+    let tables: &[&str] = if folder.has(MICRO) { &[TOUCHES, MICRO] } else { &[TOUCHES] };
+    let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
+    let case = ProbeCase { surface, touches, tip_radius_mm, stylus, source, sigma_mm };
+    let loop_settings = settings.closure;
+    Ok(Reading { measured: Box::new(case), loop_settings, warnings, tables })
+}
+
+/// Side on which the ball is: as stated, else as the touches say.
+fn side(
+    settings: &Settings,
+    surface: &PartSurface,
+    touches: &Touches,
+    tip_radius_mm: f64,
+    warnings: &mut Vec<String>,
+) -> Side {
+    let nominal = &surface.nominal;
+    if surface.has_own_side {
+        if settings.probe.side.is_some() {
+            let text = "`[probe] side` is not used with shape `sphere`: `[surface] side` is";
+            warnings.push(text.to_owned());
+        }
+        return nominal.side();
+    }
+    match settings.probe.side {
+        Some(SideName::Above) => Side::Along,
+        Some(SideName::Below) => Side::Against,
+        None if touches.are_behind(nominal, tip_radius_mm) => {
+            warnings.push(
+                "the ball's centres are on the −z side of the surface: taken for side = \"-z\""
+                    .to_owned(),
+            );
+            Side::Against
+        }
+        None => nominal.side(),
+    }
+}
+
+impl ProbeSettings {
+    fn radius_mm(&self, document: &Document) -> Result<f64, Error> {
+        let Finite(radius_mm) = *self.tip_radius_mm.get_ref();
+        if radius_mm >= 0.0 {
+            return Ok(radius_mm);
+        }
+        let message = format!("`tip_radius_mm`: expected a radius, 0 or more, found {radius_mm}");
+        let at = document.at(&self.tip_radius_mm.span());
+        Err(Error::case(at, Problem::WrongValue { message }))
+    }
+
+    fn stylus(&self, document: &Document) -> Result<Unit<Vector3<f64>>, Error> {
+        let Some(stylus) = &self.stylus else { return Ok(Vector3::z_axis()) };
+        let [x, y, z] = stylus.get_ref().map(|Finite(v)| v);
+        Unit::try_new(Vector3::new(x, y, z), f64::MIN_POSITIVE).ok_or_else(|| {
+            let message = "`stylus`: expected the direction of the stylus, found the zero vector";
+            let problem = Problem::WrongValue { message: message.to_owned() };
+            Error::case(document.at(&stylus.span()), problem)
+        })
+    }
+}
+
+impl From<NormalName> for NormalSource {
+    fn from(name: NormalName) -> Self {
+        match name {
+            NormalName::Nominal => Self::Nominal,
+            NormalName::Approach => Self::Approach,
+            NormalName::MicroPlane => Self::MicroPlane,
+            NormalName::Quadric => Self::Quadric,
+        }
+    }
+}
+
+fn error(at: Location, source: ProbeError) -> Error {
+    Error::ProbeComp { at: Box::new(at), source: Box::new(source) }
+}

@@ -1,0 +1,174 @@
+use nalgebra::{Point3, Unit, Vector3};
+use probe_comp::Contact;
+use serde::Serialize;
+
+use crate::text_table::TextTable;
+
+/// What a `probe-comp` case is solved for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProbeCompEstimates {
+    /// One per touch, in the order of the table.
+    pub touches: Vec<TouchEstimate>,
+}
+
+/// Where a ball touched.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TouchEstimate {
+    /// Its name.
+    pub touch: String,
+    /// `fit` or `check`.
+    #[serde(rename = "use")]
+    pub usage: &'static str,
+    /// Contact.
+    pub x_mm: f64,
+    /// Contact.
+    pub y_mm: f64,
+    /// Contact.
+    pub z_mm: f64,
+    /// Unit normal along which the ball was compensated, from the part to the ball.
+    pub nx: f64,
+    /// As `nx`.
+    pub ny: f64,
+    /// As `nx`.
+    pub nz: f64,
+    /// How far the contact is above the nominal surface, along its normal.
+    pub deviation_mm: f64,
+    /// Standard uncertainty of it; `None` where the noise is not known.
+    pub std_deviation_mm: Option<f64>,
+    /// Standard uncertainty of the contact along the surface.
+    pub std_tangential_mm: Option<f64>,
+    /// What the touches around this one say of its normal, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<MeasuredNormalEstimate>,
+    /// The touch without any error, where a guide point says where it was to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub planned: Option<PlannedContactEstimate>,
+}
+
+/// Contact by the normal that the touches around it give.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeasuredNormalEstimate {
+    /// Contact.
+    pub x_mm: f64,
+    /// Contact.
+    pub y_mm: f64,
+    /// Contact.
+    pub z_mm: f64,
+    /// Measured unit normal, from the part to the ball.
+    pub nx: f64,
+    /// As `nx`.
+    pub ny: f64,
+    /// As `nx`.
+    pub nz: f64,
+    /// Angle between measured and nominal normal.
+    pub tilt_deg: f64,
+    /// How far this contact is above the nominal surface, along its normal.
+    pub deviation_mm: f64,
+    /// Standard uncertainty of this contact along the surface.
+    pub std_tangential_mm: Option<f64>,
+}
+
+/// A touch of the nominal part at its guide point, and the error of the measured contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PlannedContactEstimate {
+    /// Theoretical centre of the ball.
+    pub center_x_mm: f64,
+    /// Theoretical centre of the ball.
+    pub center_y_mm: f64,
+    /// Theoretical centre of the ball.
+    pub center_z_mm: f64,
+    /// Theoretical contact.
+    pub x_mm: f64,
+    /// Theoretical contact.
+    pub y_mm: f64,
+    /// Theoretical contact.
+    pub z_mm: f64,
+    /// Measured contact − theoretical contact.
+    pub error_x_mm: f64,
+    /// Measured contact − theoretical contact.
+    pub error_y_mm: f64,
+    /// Measured contact − theoretical contact.
+    pub error_z_mm: f64,
+    /// The part of it along the nominal normal.
+    pub normal_error_mm: f64,
+}
+
+impl TouchEstimate {
+    pub(super) fn of(name: &str, is_check: bool, contact: &Contact, known_noise: bool) -> Self {
+        let mut estimate = Self {
+            touch: name.to_owned(),
+            usage: if is_check { "check" } else { "fit" },
+            x_mm: 0.0,
+            y_mm: 0.0,
+            z_mm: 0.0,
+            nx: 0.0,
+            ny: 0.0,
+            nz: 0.0,
+            deviation_mm: 0.0,
+            std_deviation_mm: known_noise.then(|| contact.sigma_deviation_mm()),
+            std_tangential_mm: known_noise.then(|| contact.sigma_tangential_mm()),
+            measured: None,
+            planned: contact.planned.map(|p| PlannedContactEstimate {
+                center_x_mm: p.center_mm.x,
+                center_y_mm: p.center_mm.y,
+                center_z_mm: p.center_mm.z,
+                x_mm: p.point_mm.x,
+                y_mm: p.point_mm.y,
+                z_mm: p.point_mm.z,
+                error_x_mm: p.error_mm.x,
+                error_y_mm: p.error_mm.y,
+                error_z_mm: p.error_mm.z,
+                normal_error_mm: p.normal_error_mm,
+            }),
+        };
+        estimate.place(&contact.point_mm, &contact.normal, contact.deviation_mm);
+        estimate
+    }
+
+    pub(super) fn place(
+        &mut self,
+        point_mm: &Point3<f64>,
+        normal: &Unit<Vector3<f64>>,
+        deviation_mm: f64,
+    ) {
+        (self.x_mm, self.y_mm, self.z_mm) = (point_mm.x, point_mm.y, point_mm.z);
+        (self.nx, self.ny, self.nz) = (normal.x, normal.y, normal.z);
+        self.deviation_mm = deviation_mm;
+    }
+}
+
+impl MeasuredNormalEstimate {
+    pub(super) fn of(contact: &Contact, known_noise: bool) -> Self {
+        let (point, normal) = (&contact.point_mm, &contact.normal);
+        Self {
+            x_mm: point.x,
+            y_mm: point.y,
+            z_mm: point.z,
+            nx: normal.x,
+            ny: normal.y,
+            nz: normal.z,
+            tilt_deg: normal.angle(&contact.nominal_normal).to_degrees(),
+            deviation_mm: contact.deviation_mm,
+            std_tangential_mm: known_noise.then(|| contact.sigma_tangential_mm()),
+        }
+    }
+}
+
+impl ProbeCompEstimates {
+    pub(crate) fn table(&self) -> TextTable {
+        let columns = ["touch", "use", "x (mm)", "y (mm)", "z (mm)", "deviation (µm)", "std (µm)"];
+        let mut table = TextTable::new("contacts", &columns);
+        for t in &self.touches {
+            table.push(vec![
+                t.touch.clone().into(),
+                t.usage.into(),
+                t.x_mm.into(),
+                t.y_mm.into(),
+                t.z_mm.into(),
+                (t.deviation_mm * 1e3).into(),
+                t.std_deviation_mm.map(|s| s * 1e3).into(),
+            ]);
+        }
+        table
+    }
+}

@@ -1,0 +1,202 @@
+use std::sync::Arc;
+
+use model_discrepancy::{Closure, Covariate, Origin, Role};
+use nalgebra::{Unit, Vector3};
+use probe_comp::{
+    BallTouch, Contact, MeasuredTouch, NormalSource, ProbeError, ProbeModel, ProbeSetup, compensate,
+};
+
+use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
+use super::surface::PartSurface;
+use super::tables::Touches;
+use crate::Error;
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::report::Fact;
+
+/// A `probe-comp` case as read.
+#[derive(Debug)]
+pub(super) struct ProbeCase {
+    pub(super) surface: PartSurface,
+    pub(super) touches: Touches,
+    pub(super) tip_radius_mm: f64,
+    pub(super) stylus: Unit<Vector3<f64>>,
+    pub(super) source: NormalSource,
+    /// Declared standard uncertainty of a coordinate.
+    pub(super) sigma_mm: Option<f64>,
+}
+
+/// Contacts, and what they say of the noise.
+struct Compensated {
+    contacts: Vec<Contact>,
+    estimates: ProbeCompEstimates,
+    chi2_per_dof: Option<f64>,
+    degrees_of_freedom: usize,
+}
+
+impl Measured for ProbeCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let Compensated { contacts, estimates, chi2_per_dof, degrees_of_freedom } =
+            self.compensated()?;
+        let observations = (contacts.iter().zip(&self.touches.is_check))
+            .map(|(c, check)| Observation { residual: vec![c.deviation_mm], fitted: !check })
+            .collect();
+        let outside: Vec<&str> = (contacts.iter().zip(&self.touches.names))
+            .filter(|(c, _)| !c.inside_aperture)
+            .map(|(_, name)| name.as_str())
+            .collect();
+        let warnings = match outside[..] {
+            [] => Vec::new(),
+            [first, ..] => vec![format!(
+                "{} touches lie beside the part as drawn, touch {first} the first of them",
+                outside.len()
+            )],
+        };
+        Ok(Fitted {
+            estimates: Estimates::ProbeComp(estimates),
+            observations,
+            unit: "mm",
+            degrees_of_freedom,
+            chi2_per_dof: chi2_per_dof.filter(|_| self.sigma_mm.is_some()),
+            warnings,
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let declared = self.compensated()?.estimates;
+        let recorded: Vec<Covariate> = (self.touches.covariates.iter())
+            .map(|c| Covariate {
+                name: c.name.clone(),
+                values: c.values.clone(),
+                origin: Origin::Recorded,
+            })
+            .collect();
+        let setup = ProbeSetup {
+            nominal: self.surface.nominal.clone(),
+            tip_radius_mm: self.tip_radius_mm,
+            stylus: self.stylus,
+            source: self.source,
+            sigma_declared: self.sigma_mm.is_some(),
+        };
+        let model = ProbeModel::new(setup, self.measured_touches(), &recorded)
+            .map_err(|e| self.error(e, None))?;
+        let covariates = model.all_covariates();
+        let model = Arc::new(model);
+        let of = Arc::clone(&model);
+        let estimates = Box::new(move |closure: &Closure| closed(&of, closure, &declared));
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        let sigma = match self.sigma_mm {
+            Some(mm) => format!("{mm} mm"),
+            None => "not declared; estimated from the residual".to_owned(),
+        };
+        let normal = match self.source {
+            NormalSource::Nominal => "of the nominal surface",
+            NormalSource::Approach => "the approach, reversed",
+            NormalSource::MicroPlane => "of the plane through the touches around each",
+            _ => "of the quadric through the touches around each",
+        };
+        Words {
+            declared: vec![
+                format!(
+                    "A ball of radius {} mm touches at A = O − r n; n is the normal {normal}.",
+                    self.tip_radius_mm
+                ),
+                format!("The part is the nominal one: {}.", self.surface.words),
+            ],
+            residual: "height of the contact above the nominal surface, along its normal",
+            components: &[],
+            group_noun: self.touches.group_column.clone().unwrap_or_else(|| "touch".to_owned()),
+            measured: vec![
+                fact("surface", self.surface.words.clone()),
+                fact("tip radius", format!("{} mm", self.tip_radius_mm)),
+                fact("normal", normal.to_owned()),
+                fact("standard uncertainty of a coordinate", sigma),
+            ],
+            places: Some(Places {
+                x_title: "x, mm (arrows: deviation, upwards where the part is too large)",
+                y_title: "y, mm",
+                at: self.touches.balls.iter().map(|b| [b.center_mm.x, b.center_mm.y]).collect(),
+                names: self.touches.names.clone(),
+            }),
+        }
+    }
+}
+
+impl ProbeCase {
+    fn compensated(&self) -> Result<Compensated, Error> {
+        let balls = self.balls(self.sigma_mm.unwrap_or(1.0));
+        let nominal = &self.surface.nominal;
+        let mut contacts = compensate(nominal, self.tip_radius_mm, &balls, self.source)
+            .map_err(|e| self.error(e, None))?;
+        let fitted: Vec<f64> = (contacts.iter().zip(&self.touches.is_check).zip(&balls))
+            .filter(|((_, check), _)| !**check)
+            .map(|((contact, _), ball)| (contact.deviation_mm / ball.sigma_mm).powi(2))
+            .collect();
+        let degrees_of_freedom = fitted.len();
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let chi2_per_dof =
+            (!fitted.is_empty()).then(|| fitted.iter().sum::<f64>() / degrees_of_freedom as f64);
+        // Undeclared, the residual of the touches is all that is known of their noise.
+        let scale = if self.sigma_mm.is_some() { Some(1.0) } else { chi2_per_dof };
+        for contact in &mut contacts {
+            contact.covariance_mm2 *= scale.unwrap_or(1.0);
+        }
+        let mut touches = Vec::with_capacity(contacts.len());
+        for (row, contact) in contacts.iter().enumerate() {
+            let (name, check) = (&self.touches.names[row], self.touches.is_check[row]);
+            touches.push(TouchEstimate::of(name, check, contact, scale.is_some()));
+        }
+        let rows: Vec<usize> =
+            (0..balls.len()).filter(|&row| !balls[row].micro_mm.is_empty()).collect();
+        let around: Vec<BallTouch> = rows.iter().map(|&row| balls[row].clone()).collect();
+        let measured = compensate(nominal, self.tip_radius_mm, &around, NormalSource::MicroPlane);
+        for (&row, mut contact) in
+            rows.iter().zip(measured.map_err(|e| self.error(e, Some(&rows)))?)
+        {
+            contact.covariance_mm2 *= scale.unwrap_or(1.0);
+            touches[row].measured = Some(MeasuredNormalEstimate::of(&contact, scale.is_some()));
+        }
+        let estimates = ProbeCompEstimates { touches };
+        Ok(Compensated { contacts, estimates, chi2_per_dof, degrees_of_freedom })
+    }
+
+    fn balls(&self, sigma_mm: f64) -> Vec<BallTouch> {
+        let balls = self.touches.balls.iter();
+        balls.map(|ball| BallTouch { sigma_mm, ..ball.clone() }).collect()
+    }
+
+    fn measured_touches(&self) -> Vec<MeasuredTouch> {
+        let touches = &self.touches;
+        (self.balls(self.sigma_mm.unwrap_or(1.0)).into_iter().enumerate())
+            .map(|(row, touch)| MeasuredTouch {
+                name: touches.names[row].clone(),
+                group: touches.groups.as_ref().unwrap_or(&touches.names)[row].clone(),
+                role: if touches.is_check[row] { Role::Check } else { Role::Fit },
+                touch,
+            })
+            .collect()
+    }
+
+    /// Puts what is wrong with a touch to its line of the table; `rows` are those given, if not all.
+    fn error(&self, source: ProbeError, rows: Option<&[usize]>) -> Error {
+        let row = |index: usize| rows.map_or(Some(index), |rows| rows.get(index).copied());
+        let line = source.touch().and_then(row).and_then(|row| self.touches.lines.get(row));
+        let at = self.touches.file.clone();
+        super::error(line.map_or_else(|| at.clone(), |line| at.clone().line(*line)), source)
+    }
+}
+
+/// Contacts with the accepted effects in the model.
+fn closed(model: &ProbeModel, closure: &Closure, declared: &ProbeCompEstimates) -> Estimates {
+    let mut estimates = declared.clone();
+    for (row, estimate) in estimates.touches.iter_mut().enumerate() {
+        if let Some((point_mm, normal, deviation_mm)) = model.contact_at(row, &closure.state) {
+            estimate.place(&point_mm, &normal, deviation_mm);
+        }
+    }
+    Estimates::ProbeComp(estimates)
+}
