@@ -293,3 +293,19 @@ fn samples(
     };
     (0..table.n_rows()).map(sample).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::stretches;
+
+    #[test]
+    fn a_pause_begins_a_stretch_and_a_lost_sample_does_not() {
+        assert_eq!(stretches(&[0.0, 0.1, 0.2, 0.5, 0.6, 1.6, 1.7]), [0, 0, 0, 0, 0, 1, 1]);
+    }
+
+    #[test]
+    fn a_log_without_pauses_has_no_stretches() {
+        assert!(stretches(&[0.0, 0.1, 0.2, 0.31]).is_empty());
+        assert!(stretches(&[0.0]).is_empty() && stretches(&[]).is_empty());
+    }
+}
