@@ -2,4 +2,6 @@
 
 mod force;
 
-pub use force::{ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force};
+pub use force::{
+    ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
+};

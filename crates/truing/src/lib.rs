@@ -35,7 +35,9 @@ pub use closed::{
     Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep, LoopTiming,
     close_loop,
 };
-pub use design::{ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force};
+pub use design::{
+    ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
+};
 pub use error::Error;
 pub use estimates::{Estimates, Export};
 pub use kinds::{

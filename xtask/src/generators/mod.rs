@@ -106,3 +106,22 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 fn words(list: &[&str]) -> Vec<String> {
     list.iter().map(|&word| word.to_owned()).collect()
 }
+
+/// One class of effects explains everything.
+fn named(class: &[&str]) -> Expectation {
+    Expectation {
+        verdict: words(&["explained"]),
+        effects: vec![words(class)],
+        nothing_else: true,
+        ..Expectation::default()
+    }
+}
+
+/// Nothing is to be added.
+fn nothing() -> Expectation {
+    Expectation {
+        verdict: words(&["nothing-missing", "noise-larger-than-declared"]),
+        nothing_else: true,
+        ..Expectation::default()
+    }
+}

@@ -3,7 +3,7 @@
 use super::noise::Colour;
 use super::polish::{Flaw, Run, residuals_n, simulate};
 use super::polish_tables::{case_toml, log_csv};
-use super::{Case, Story, generated, words};
+use super::{Case, Story, generated, named, nothing, words};
 use crate::expectation::{Expectation, Number};
 
 /// All of them.
@@ -50,23 +50,6 @@ fn run_case(
         tables,
         Story { title, truth, expect },
     )
-}
-
-fn named(class: &[&str]) -> Expectation {
-    Expectation {
-        verdict: words(&["explained"]),
-        effects: vec![words(class)],
-        nothing_else: true,
-        ..Expectation::default()
-    }
-}
-
-fn nothing() -> Expectation {
-    Expectation {
-        verdict: words(&["nothing-missing", "noise-larger-than-declared"]),
-        nothing_else: true,
-        ..Expectation::default()
-    }
 }
 
 /// Error of the force that the simulator's own statics find, to the digits of the table.

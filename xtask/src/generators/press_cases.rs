@@ -3,7 +3,7 @@
 use super::noise::Colour;
 use super::press::{Fault, Role, Session, simulate};
 use super::press_tables::{case_toml, presses_csv, wrench_csv};
-use super::{Case, Story, generated, words};
+use super::{Case, Story, generated, named, nothing, words};
 use crate::expectation::{Expectation, Number};
 
 /// All of them.
@@ -49,23 +49,6 @@ fn session_case(
         }
     );
     generated(&format!("ft-center/{folder}"), session.seed, tables, Story { title, truth, expect })
-}
-
-fn named(class: &[&str]) -> Expectation {
-    Expectation {
-        verdict: words(&["explained"]),
-        effects: vec![words(class)],
-        nothing_else: true,
-        ..Expectation::default()
-    }
-}
-
-fn nothing() -> Expectation {
-    Expectation {
-        verdict: words(&["nothing-missing", "noise-larger-than-declared"]),
-        nothing_else: true,
-        ..Expectation::default()
-    }
 }
 
 /// Three standard errors of one press in the machine: seat 8 µm, orbit 4 µm, and the frame's own

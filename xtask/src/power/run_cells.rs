@@ -16,6 +16,10 @@ pub(crate) fn runs() -> Vec<Cell> {
             let colour = Colour::Ar1(0.8);
             Scene::Run(Run { colour, declare_noise: false, ..Run::new(seed) })
         }),
+        run("nothing, 1/f noise", FalseAddition, |seed| {
+            let colour = Colour::Pink;
+            Scene::Run(Run { colour, declare_noise: false, ..Run::new(seed) })
+        }),
         run("nothing, 1/f noise, strips not named", FalseAddition, |seed| {
             let colour = Colour::Pink;
             let unnamed = Run { name_segments: false, declare_noise: false, ..Run::new(seed) };

@@ -123,6 +123,9 @@ pub(crate) struct ForceCard {
     /// Print one JSON object and nothing else
     #[arg(long)]
     pub(crate) json: bool,
+    /// Also write a self-contained HTML page with the stable region as a picture
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -17,7 +17,7 @@ use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::{IndexEntry, render_index};
 use truing::{
     Case, Error, Estimates, Export, ForceDesignInput, check, close_loop, correct, design_force,
-    loop_report, read_case, solve, solve_report,
+    force_report, loop_report, read_case, solve, solve_report,
 };
 
 use arguments::{Arguments, Command, Design, ForceCard, Run};
@@ -181,7 +181,7 @@ fn design(card: &ForceCard) -> Result<(), Error> {
         damping_ns_per_mm,
         stiffness_n_per_mm: card.stiffness,
     };
-    let answer = design_force(&ForceDesignInput {
+    let input = ForceDesignInput {
         contact_n_per_mm: [softest, stiffest],
         parameters: card.mass.zip(card.damping).map(parameters),
         interval_s: card.interval,
@@ -189,8 +189,12 @@ fn design(card: &ForceCard) -> Result<(), Error> {
         lag_s: card.lag,
         settling_s: card.settling,
         mode: if card.absolute { ReferenceMode::Absolute } else { ReferenceMode::Rebased },
-    })
-    .map_err(|source| Error::Design { source: Box::new(source) })?;
+    };
+    let answer =
+        design_force(&input).map_err(|source| Error::Design { source: Box::new(source) })?;
+    if let Some(path) = &card.report {
+        output::write_file(path, &force_report(&input, &answer))?;
+    }
     if card.json { output::json(&answer) } else { output::text(&answer) }
 }
 

@@ -6,6 +6,7 @@ use force_impedance::{
 };
 use serde::Serialize;
 
+use crate::report::{Region, Stability, render_design};
 use crate::text_table::TextTable;
 
 /// Contacts on the card, evenly in logarithm over the range.
@@ -13,6 +14,9 @@ const N_CONTACTS: u32 = 7;
 /// Dampings in the picture of the stable region, four to a decade, and contacts.
 const N_DAMPINGS: u32 = 17;
 const N_COLUMNS: u32 = 41;
+/// The same in the report's picture, as fine as its lines.
+const N_FINE_DAMPINGS: u32 = 61;
+const N_FINE_COLUMNS: u32 = 81;
 
 /// What the design card of a force loop is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,13 +97,7 @@ pub struct StableRegion {
 ///
 /// [`ForceImpedanceError::InvalidSetting`], [`ForceImpedanceError::TooFastForSampling`].
 pub fn design_force(input: &ForceDesignInput) -> Result<ForceDesign, ForceImpedanceError> {
-    let settings = LoopSettings {
-        interval_s: input.interval_s,
-        delay_s: input.delay_s,
-        lag_s: input.lag_s,
-        discretisation: Discretisation::ExactHold,
-        mode: input.mode,
-    };
+    let settings = input.settings();
     let advice = recommend(&settings, input.contact_n_per_mm, input.settling_s)?;
     let p = input.parameters.unwrap_or(advice.parameters);
     let contacts = spaced(input.contact_n_per_mm, N_CONTACTS)
@@ -147,26 +145,81 @@ fn point(
     })
 }
 
-fn region(p: ImpedanceParameters, settings: &LoopSettings, range: [f64; 2]) -> StableRegion {
-    let contacts = spaced(range, N_COLUMNS);
-    let dampings: Vec<f64> = (0..N_DAMPINGS)
-        .map(|i| p.damping_ns_per_mm * 10f64.powf(2.0 - 0.25 * f64::from(i)))
-        .collect();
+/// The card as one self-contained HTML page, the stable region as a picture.
+#[must_use]
+pub fn force_report(input: &ForceDesignInput, design: &ForceDesign) -> String {
+    let parameters = ImpedanceParameters {
+        mass_kg: design.mass_kg,
+        damping_ns_per_mm: design.damping_ns_per_mm,
+        stiffness_n_per_mm: design.stiffness_n_per_mm,
+    };
+    let contacts = spaced(input.contact_n_per_mm, N_FINE_COLUMNS);
+    let dampings = dampings(parameters, N_FINE_DAMPINGS);
+    let cells = cells(parameters, &input.settings(), &dampings, &contacts);
+    let worst = design.contacts.iter().filter(|c| !c.stable).count();
+    let alternative = format!(
+        "Stable region: damping over contact stiffness; at the damping of the card {} of {} \
+         contacts are stable.",
+        design.contacts.len() - worst,
+        design.contacts.len()
+    );
+    let chosen = design.damping_ns_per_mm;
+    render_design(input, design, &Region { contacts, dampings, cells, chosen, alternative })
+}
+
+impl ForceDesignInput {
+    fn settings(&self) -> LoopSettings {
+        LoopSettings {
+            interval_s: self.interval_s,
+            delay_s: self.delay_s,
+            lag_s: self.lag_s,
+            discretisation: Discretisation::ExactHold,
+            mode: self.mode,
+        }
+    }
+}
+
+/// A hundred times to a hundredth of the card's damping, from the largest.
+fn dampings(p: ImpedanceParameters, n: u32) -> Vec<f64> {
+    let mut dampings = spaced([1e-2 * p.damping_ns_per_mm, 1e2 * p.damping_ns_per_mm], n);
+    dampings.reverse();
+    dampings
+}
+
+/// What the loop is at each damping on each contact, the mass in proportion to the damping.
+fn cells(
+    p: ImpedanceParameters,
+    settings: &LoopSettings,
+    dampings: &[f64],
+    contacts: &[f64],
+) -> Vec<Vec<Stability>> {
     let row = |damping: &f64| {
         let scaled = ImpedanceParameters {
             mass_kg: p.mass_kg * damping / p.damping_ns_per_mm,
             damping_ns_per_mm: *damping,
             ..p
         };
-        let sign = |contact: &f64| match force_impedance::margins_at(scaled, settings, *contact) {
-            Ok(m) if m.is_comfortable() => '#',
-            Ok(m) if m.gain_ratio > 1.0 => '+',
-            _ => '·',
+        let at = |contact: &f64| match force_impedance::margins_at(scaled, settings, *contact) {
+            Ok(m) if m.is_comfortable() => Stability::Comfortable,
+            Ok(m) if m.gain_ratio > 1.0 => Stability::Stable,
+            _ => Stability::Unstable,
         };
-        contacts.iter().map(sign).collect()
+        contacts.iter().map(at).collect()
     };
+    dampings.iter().map(row).collect()
+}
+
+fn region(p: ImpedanceParameters, settings: &LoopSettings, range: [f64; 2]) -> StableRegion {
+    let contacts = spaced(range, N_COLUMNS);
+    let dampings = dampings(p, N_DAMPINGS);
+    let sign = |at: Stability| match at {
+        Stability::Comfortable => '#',
+        Stability::Stable => '+',
+        Stability::Unstable => '·',
+    };
+    let cells = cells(p, settings, &dampings, &contacts);
     StableRegion {
-        rows: dampings.iter().map(row).collect(),
+        rows: cells.into_iter().map(|row| row.into_iter().map(sign).collect()).collect(),
         damping_ns_per_mm: dampings,
         contact_n_per_mm: contacts,
     }

@@ -48,6 +48,8 @@ const KNOWN: &[&str] = &[
 const LENGTHS: [&str; 4] = ["l1_mm", "l2_mm", "l3_mm", "l4_mm"];
 const CELLS: [&str; 4] = ["f1_n", "f2_n", "f3_n", "f4_n"];
 
+/// A step in time this many times the usual one is a pause, not a lost sample or two.
+const PAUSE: f64 = 5.0;
 /// Vectors printed with four digits are this close to unit length; others are slips.
 const LENGTH_TOL: f64 = 1e-3;
 
@@ -124,8 +126,11 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let segment_names = if columns.has("segment") { Some(columns.texts("segment")?) } else { None };
     let group = settings.closure.group.as_ref();
     let groups = group_names(group, &table, document)?;
-    let (segments, of_row) = segments(segment_names.as_deref(), groups.as_deref(), &table);
-    let samples = samples(&table, &mut columns, &of_row)?;
+    let time_s = columns.numbers("time_s")?;
+    let stretches = if segment_names.is_none() { stretches(&time_s) } else { Vec::new() };
+    let names = segment_names.as_deref();
+    let (segments, of_row) = segments(names, groups.as_deref(), &stretches, &table);
+    let samples = samples(&table, &mut columns, (&time_s, &of_row))?;
     let extras = columns.rest()?;
     let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
     let mut warnings = noise_warning(sigma_n, samples[0].reference_n.is_some());
@@ -134,6 +139,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let noun = match (group, segment_names) {
         (Some(group), _) => group.get_ref().clone(),
         (None, Some(_)) => "segment".to_owned(),
+        (None, None) if segments.len() > 1 => "stretch of the log".to_owned(),
         (None, None) => "part of the log".to_owned(),
     };
     let measured = LogCase {
@@ -219,30 +225,51 @@ fn head(s: &HeadSettings, document: &Document) -> Result<Head, Error> {
 fn segments(
     names: Option<&[&str]>,
     groups: Option<&[String]>,
+    stretches: &[usize],
     table: &Table,
 ) -> (Vec<String>, Vec<usize>) {
-    let key = |row: usize| (names.map(|n| n[row]), groups.map(|g| g[row].as_str()));
+    let key = |row: usize| {
+        let stretch = stretches.get(row);
+        (names.map(|n| n[row]), groups.map(|g| g[row].as_str()), stretch)
+    };
     let mut labels: Vec<String> = Vec::new();
     let mut of_row: Vec<usize> = Vec::with_capacity(table.n_rows());
     for row in 0..table.n_rows() {
         if row == 0 || key(row) != key(row - 1) {
-            let (segment, group) = key(row);
-            labels.push(group.or(segment).unwrap_or("log").to_owned());
+            labels.push(match key(row) {
+                (_, Some(name), _) | (Some(name), None, _) => name.to_owned(),
+                (None, None, Some(stretch)) => format!("stretch {}", stretch + 1),
+                (None, None, None) => "log".to_owned(),
+            });
         }
         of_row.push(labels.len() - 1);
     }
     (labels, of_row)
 }
 
+/// Which stretch between two pauses each sample belongs to; empty where nobody paused.
+fn stretches(time_s: &[f64]) -> Vec<usize> {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(median_s) = steps.get(steps.len() / 2) else { return Vec::new() };
+    let longest_s = PAUSE * median_s;
+    let mut stretch = 0;
+    let of_sample = (0..time_s.len()).map(|i| {
+        stretch += usize::from(i > 0 && time_s[i] - time_s[i - 1] > longest_s);
+        stretch
+    });
+    let of_sample: Vec<usize> = of_sample.collect();
+    if stretch > 0 { of_sample } else { Vec::new() }
+}
+
 fn samples(
     table: &Table,
     columns: &mut Columns<'_>,
-    of_row: &[usize],
+    (time_s, of_row): (&[f64], &[usize]),
 ) -> Result<Vec<LogSample>, Error> {
     let four = |columns: &mut Columns<'_>, names: [&'static str; 4]| {
         names.into_iter().map(|name| columns.numbers(name)).collect::<Result<Vec<_>, _>>()
     };
-    let time_s = columns.numbers("time_s")?;
     let lengths_mm = four(columns, LENGTHS)?;
     let cells_n = four(columns, CELLS)?;
     let (nx, ny, nz) = (columns.numbers("nx")?, columns.numbers("ny")?, columns.numbers("nz")?);
@@ -265,4 +292,20 @@ fn samples(
         })
     };
     (0..table.n_rows()).map(sample).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stretches;
+
+    #[test]
+    fn a_pause_begins_a_stretch_and_a_lost_sample_does_not() {
+        assert_eq!(stretches(&[0.0, 0.1, 0.2, 0.5, 0.6, 1.6, 1.7]), [0, 0, 0, 0, 0, 1, 1]);
+    }
+
+    #[test]
+    fn a_log_without_pauses_has_no_stretches() {
+        assert!(stretches(&[0.0, 0.1, 0.2, 0.31]).is_empty());
+        assert!(stretches(&[0.0]).is_empty() && stretches(&[]).is_empty());
+    }
 }

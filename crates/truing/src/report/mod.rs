@@ -19,6 +19,7 @@ mod heatmap;
 mod interval;
 mod layer;
 mod panel;
+mod region;
 mod score_chart;
 mod svg;
 mod vector_map;
@@ -30,11 +31,15 @@ mod trend;
 mod section;
 mod summary;
 
+mod design_card;
 mod index;
 mod page;
 
 #[cfg(test)]
 mod tests;
+
+pub(crate) use design_card::render_design;
+pub(crate) use region::{Region, Stability};
 
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{

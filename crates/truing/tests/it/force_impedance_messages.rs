@@ -108,6 +108,20 @@ fn a_design_card_is_printed_and_refused() {
     let text = truing(&[&given[..], &["--absolute"]].concat());
     assert!(text.stdout.contains("impedance, given: M = 1.0000 kg"), "{}", text.stdout);
     assert!(text.stdout.contains(" NO "), "{}", text.stdout);
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("card.html");
+    let drawn = truing(&[&given[..], &["--report", page.to_str().unwrap()]].concat());
+    assert_eq!(drawn.code, 0, "{}", drawn.stderr);
+    let page = fs::read_to_string(page).unwrap();
+    for needed in [
+        "Stable region",
+        "region comfortable",
+        "region stable",
+        "1.000 kg",
+        "<td class=\"unit\">no",
+    ] {
+        assert!(page.contains(needed), "{needed}");
+    }
     let refused = truing(&["design", "force", "--interval", "0"]);
     assert_eq!(refused.code, 2);
     assert_eq!(refused.one_message(), "interval_s is 0, must be positive and finite");
