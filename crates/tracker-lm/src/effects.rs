@@ -7,10 +7,10 @@ use model_discrepancy::{Covariate, Effect, Parameter};
 use nalgebra::Vector3;
 
 use crate::sights::Sight;
-use crate::{Approach, Survey};
+use crate::{Approach, Step, Survey};
 
 /// Reference temperature of length, ISO 1.
-const REFERENCE_C: f64 = 20.0;
+pub(crate) const REFERENCE_C: f64 = 20.0;
 /// Ending of the columns that are temperatures.
 const CELSIUS: &str = "_c";
 /// Nearer to the axis than this a reflector has no side that faces outward.
@@ -83,11 +83,11 @@ impl Scene<'_> {
     }
 }
 
-fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
+pub(crate) fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
     Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
 }
 
-fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
+pub(crate) fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
     ["x", "y", "z"].iter().map(|name| parameter(name, unit, report_factor)).collect()
 }
 
@@ -168,9 +168,14 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     })
 }
 
+/// Whether a column holds temperatures.
+pub(crate) fn is_temperature(column: &str) -> bool {
+    column.ends_with(CELSIUS)
+}
+
 /// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected.
 fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
-    let columns = scene.covariates.iter().filter(|c| c.name.ends_with(CELSIUS));
+    let columns = scene.covariates.iter().filter(|c| is_temperature(&c.name));
     columns
         .map(|column| {
             let text = format!(
@@ -244,13 +249,13 @@ pub(crate) fn outward(survey: &Survey, body_mm: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Way that the axis came to every step: as recorded, else as the order of the steps shows it.
-pub(crate) fn approaches(survey: &Survey) -> Vec<Approach> {
+pub(crate) fn approaches(steps: &[Step]) -> Vec<Approach> {
     let mut last = Approach::Positive;
-    let mut found = Vec::with_capacity(survey.steps.len());
-    for (i, step) in survey.steps.iter().enumerate() {
+    let mut found = Vec::with_capacity(steps.len());
+    for (i, step) in steps.iter().enumerate() {
         let turned = match i {
-            0 => survey.steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
-            _ => step.angle_rad - survey.steps[i - 1].angle_rad,
+            0 => steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
+            _ => step.angle_rad - steps[i - 1].angle_rad,
         };
         let seen = match turned {
             t if t > 0.0 => Approach::Positive,

@@ -18,3 +18,4 @@ mod messages;
 mod reading;
 mod register;
 mod tracker_lm;
+mod tracker_targets;
