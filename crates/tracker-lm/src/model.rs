@@ -129,6 +129,7 @@ impl TrackerModel {
             timed: recorded.time_s.is_some(),
             covariates: &recorded.covariates,
             approaches: &approaches,
+            dead_path_of: &network.dead_path_of,
         };
         let entries = catalogue(&scene, &changes);
         let none =
