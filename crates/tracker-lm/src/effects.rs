@@ -7,10 +7,10 @@ use model_discrepancy::{Covariate, Effect, Parameter};
 use nalgebra::Vector3;
 
 use crate::sights::Sight;
-use crate::{Approach, Survey};
+use crate::{Approach, Step, Survey};
 
 /// Reference temperature of length, ISO 1.
-const REFERENCE_C: f64 = 20.0;
+pub(crate) const REFERENCE_C: f64 = 20.0;
 /// Ending of the columns that are temperatures.
 const CELSIUS: &str = "_c";
 /// Nearer to the axis than this a reflector has no side that faces outward.
@@ -37,6 +37,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) covariates: &'a [Covariate],
     /// Way that the axis came to every step.
     pub(crate) approaches: &'a [Approach],
+    /// Dead path of every range.
+    pub(crate) dead_path_of: &'a [usize],
 }
 
 /// A change that begins with a range, in the order measured, and stays.
@@ -73,6 +75,27 @@ impl Scene<'_> {
         Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
     }
 
+    /// An effect of one amplitude on the readings, from the mean over each dead path on: the mean
+    /// is the dead path's, and says nothing of how much of the effect can be seen.
+    fn entry_of_readings(
+        &self,
+        id: &str,
+        subject: Option<String>,
+        description: String,
+        parameter: Parameter,
+        column: impl Fn(usize) -> f64,
+    ) -> Entry {
+        let n_paths = self.dead_path_of.iter().max().map_or(0, |last| last + 1);
+        let mut sums = vec![(0.0, 0.0); n_paths];
+        for (range, &path) in self.dead_path_of.iter().enumerate() {
+            sums[path] = (sums[path].0 + column(range), sums[path].1 + 1.0);
+        }
+        self.entry(id, subject, description, vec![parameter], |r| {
+            let (sum, n) = sums[self.dead_path_of[r]];
+            vec![column(r) - sum / n]
+        })
+    }
+
     fn displacement_mm(&self, range: usize) -> f64 {
         self.survey.ranges[range].displacement_mm
     }
@@ -83,19 +106,20 @@ impl Scene<'_> {
     }
 }
 
-fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
+pub(crate) fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
     Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
 }
 
-fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
+pub(crate) fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
     ["x", "y", "z"].iter().map(|name| parameter(name, unit, report_factor)).collect()
 }
 
 fn range_scale(scene: &Scene<'_>) -> Entry {
     let text = "the tracer reads displacements too long in proportion: its wavelength is off";
-    let parameters = vec![parameter("scale", "ppm", 1e6)];
-    scene
-        .entry("range-scale", None, text.to_owned(), parameters, |r| vec![scene.displacement_mm(r)])
+    let scale = parameter("scale", "ppm", 1e6);
+    scene.entry_of_readings("range-scale", None, text.to_owned(), scale, |r| {
+        scene.displacement_mm(r)
+    })
 }
 
 fn range_drift(scene: &Scene<'_>) -> Entry {
@@ -106,10 +130,10 @@ fn range_drift(scene: &Scene<'_>) -> Entry {
         let first = locked.entry((range.station, range.mount)).or_insert(*time);
         *first = first.min(*time);
     }
-    let parameters = vec![parameter("rate", unit, factor)];
-    scene.entry("range-drift", None, text.to_owned(), parameters, |r| {
+    let rate = parameter("rate", unit, factor);
+    scene.entry_of_readings("range-drift", None, text.to_owned(), rate, |r| {
         let range = &scene.survey.ranges[r];
-        vec![scene.time[r] - locked[&(range.station, range.mount)]]
+        scene.time[r] - locked[&(range.station, range.mount)]
     })
 }
 
@@ -140,9 +164,9 @@ fn backlash(scene: &Scene<'_>) -> Entry {
 fn incidence(scene: &Scene<'_>) -> Entry {
     let text = "the reflector lengthens a beam that meets it at an angle to its axis, which is \
                 taken to point away from the rotary axis";
-    let parameters = vec![parameter("at grazing incidence", "µm", 1e3)];
-    scene.entry("incidence", None, text.to_owned(), parameters, |r| {
-        vec![1.0 - scene.sights[r].cosine.powi(2)]
+    let glass = parameter("at grazing incidence", "µm", 1e3);
+    scene.entry_of_readings("incidence", None, text.to_owned(), glass, |r| {
+        1.0 - scene.sights[r].cosine.powi(2)
     })
 }
 
@@ -161,26 +185,31 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
 fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
     let text = format!("readings from station {name} alone are too long in proportion");
-    let parameters = vec![parameter("scale", "ppm", 1e6)];
-    scene.entry("bad-station", Some(name.clone()), text, parameters, |r| {
+    let scale = parameter("scale", "ppm", 1e6);
+    scene.entry_of_readings("bad-station", Some(name.clone()), text, scale, |r| {
         let is_own = scene.survey.ranges[r].station == station;
-        vec![if is_own { scene.displacement_mm(r) } else { 0.0 }]
+        if is_own { scene.displacement_mm(r) } else { 0.0 }
     })
+}
+
+/// Whether a column holds temperatures.
+pub(crate) fn is_temperature(column: &str) -> bool {
+    column.ends_with(CELSIUS)
 }
 
 /// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected.
 fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
-    let columns = scene.covariates.iter().filter(|c| c.name.ends_with(CELSIUS));
+    let columns = scene.covariates.iter().filter(|c| is_temperature(&c.name));
     columns
         .map(|column| {
             let text = format!(
                 "displacements read too long in proportion to {} from {REFERENCE_C} °C",
                 column.name
             );
-            let parameters = vec![parameter("scale", "ppm/K", 1e6)];
+            let scale = parameter("scale", "ppm/K", 1e6);
             let subject = Some(column.name.clone());
-            let mut entry = scene.entry("temperature", subject, text, parameters, |r| {
-                vec![scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)]
+            let mut entry = scene.entry_of_readings("temperature", subject, text, scale, |r| {
+                scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)
             });
             entry.effect.driver = Some(column.name.clone());
             entry
@@ -244,13 +273,13 @@ pub(crate) fn outward(survey: &Survey, body_mm: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Way that the axis came to every step: as recorded, else as the order of the steps shows it.
-pub(crate) fn approaches(survey: &Survey) -> Vec<Approach> {
+pub(crate) fn approaches(steps: &[Step]) -> Vec<Approach> {
     let mut last = Approach::Positive;
-    let mut found = Vec::with_capacity(survey.steps.len());
-    for (i, step) in survey.steps.iter().enumerate() {
+    let mut found = Vec::with_capacity(steps.len());
+    for (i, step) in steps.iter().enumerate() {
         let turned = match i {
-            0 => survey.steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
-            _ => step.angle_rad - survey.steps[i - 1].angle_rad,
+            0 => steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
+            _ => step.angle_rad - steps[i - 1].angle_rad,
         };
         let seen = match turned {
             t if t > 0.0 => Approach::Positive,

@@ -35,10 +35,10 @@ pub enum TrackerError {
         /// Its value.
         value: f64,
     },
-    /// A range refers to a station, mount or step that does not exist.
-    #[error("range {range} refers to {what} {index}, but there are only {count}")]
+    /// A reading refers to a station, mount or step that does not exist.
+    #[error("reading {range} refers to {what} {index}, but there are only {count}")]
     UnknownIndex {
-        /// Position of the range, from 0.
+        /// Position of the reading, from 0.
         range: usize,
         /// What it refers to.
         what: Record,
@@ -49,7 +49,7 @@ pub enum TrackerError {
     },
     /// The same target point measured twice from one station.
     #[error(
-        "station {station} has two ranges to mount {mount} at step {step}; a target point seen \
+        "station {station} has two readings of mount {mount} at step {step}; a target point seen \
          again needs a step of its own"
     )]
     DuplicateRange {
@@ -63,7 +63,7 @@ pub enum TrackerError {
         range: usize,
     },
     /// A station, mount or step that nothing was measured of.
-    #[error("{what} {name} has no ranges; measure it or leave it out")]
+    #[error("{what} {name} has no readings; measure it or leave it out")]
     Unseen {
         /// What it is.
         what: Record,
@@ -150,14 +150,14 @@ pub enum TrackerError {
         got: usize,
     },
     /// A time or a covariate does not have one finite value per range.
-    #[error("times and covariates need one finite value for each of {needed} ranges")]
+    #[error("times and covariates need one finite value for each of {needed} readings")]
     InvalidCovariate {
         /// Ranges given.
         needed: usize,
     },
     /// The data leave something free.
     #[error(
-        "the ranges leave {} free; add stations, angles or reflectors that see it, or another \
+        "the readings leave {} free; add stations, angles or reflectors that see it, or another \
          gauge",
         Directions(directions)
     )]
@@ -190,8 +190,10 @@ pub enum Record {
     Mount,
     /// A stop of the axis.
     Step,
-    /// A reading.
+    /// A range.
     Range,
+    /// A target point in the frame of a station.
+    Target,
 }
 
 /// A count that is short.
@@ -211,6 +213,7 @@ impl fmt::Display for Record {
             Self::Mount => "mount",
             Self::Step => "step",
             Self::Range => "range",
+            Self::Target => "target",
         })
     }
 }

@@ -110,7 +110,7 @@ fn frame_of(places_mm: &[Vector3<f64>]) -> Option<Isometry3<f64>> {
 }
 
 /// The proper rigid motion nearest to taking `from` to `to` (Kabsch 1976, Umeyama 1991).
-fn rigid_fit(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<Isometry3<f64>> {
+pub(crate) fn rigid_fit(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<Isometry3<f64>> {
     #[expect(clippy::cast_precision_loss, reason = "a handful of stations")]
     let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let (from_mean, to_mean) = (mean(from), mean(to));

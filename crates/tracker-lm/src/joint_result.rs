@@ -11,7 +11,7 @@ use crate::search::covariance;
 use crate::spread::{Spread, dense_block};
 use crate::{
     AxisError, AxisLocation, Calibration, DeadPathEstimate, ErrorOrder, MountEstimate, Options,
-    StationEstimate, TrackerError,
+    RotaryAxis, StationEstimate, TrackerError,
 };
 
 pub(crate) fn result(
@@ -44,7 +44,7 @@ pub(crate) fn result(
             error: fixed[k],
             covariance: square(&spread.of(&[(k, identity.clone())], None)),
         })
-        .map(|error| in_order(network, options.order, error))
+        .map(|error| in_order(&network.survey.axis, options.order, error))
         .collect();
     let linear = |k: usize, a: DMatrix<f64>| vec![(k, a)];
     Ok(Calibration {
@@ -52,7 +52,7 @@ pub(crate) fn result(
         dead_paths,
         mounts: mounts(joint, &point.shared, &spread),
         axis_errors,
-        location: location(network, &fixed, &spread, linear),
+        location: location(&network.survey.axis, &network.angles_rad(), &fixed, &spread, linear),
         residuals_mm,
         redundancy,
         n_points: network.points().len(),
@@ -102,11 +102,11 @@ pub(crate) fn stations(
 }
 
 /// Errors given in the fixed frame, in the frame asked for.
-pub(crate) fn in_order(network: &Network<'_>, order: ErrorOrder, error: AxisError) -> AxisError {
+pub(crate) fn in_order(axis: &RotaryAxis, order: ErrorOrder, error: AxisError) -> AxisError {
     if order == ErrorOrder::Fixed {
         return error;
     }
-    let rotation = network.survey.axis.rotation(error.angle_rad).to_rotation_matrix().into_inner();
+    let rotation = axis.rotation(error.angle_rad).to_rotation_matrix().into_inner();
     let mut back = Matrix6::zeros();
     back.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation.transpose());
     back.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation.transpose());
@@ -120,13 +120,13 @@ pub(crate) fn in_order(network: &Network<'_>, order: ErrorOrder, error: AxisErro
 /// Location of the axis from errors in the fixed frame; `linear` turns `A·error` of an angle into
 /// the blocks it is made of.
 pub(crate) fn location(
-    network: &Network<'_>,
+    axis: &RotaryAxis,
+    angles_rad: &[f64],
     errors: &[Vector6<f64>],
     spread: &Spread,
     linear: impl Fn(usize, DMatrix<f64>) -> Vec<(usize, DMatrix<f64>)>,
 ) -> Option<AxisLocation> {
-    let angles_rad: Vec<f64> = network.angles.iter().map(|a| a.angle_rad).collect();
-    let matrices = fit_matrices(&network.survey.axis, &angles_rad)?;
+    let matrices = fit_matrices(axis, angles_rad)?;
     let mut sum = Vector4::zeros();
     let mut terms: Vec<(usize, DMatrix<f64>)> = Vec::new();
     for (k, matrix) in matrices.into_iter().enumerate() {
@@ -139,7 +139,7 @@ pub(crate) fn location(
         }
     }
     let covariance = Matrix4::from_iterator(spread.of(&terms, None).iter().copied());
-    Some(located(network.survey.axis, angles_rad[0], sum, covariance))
+    Some(located(*axis, angles_rad[0], sum, covariance))
 }
 
 /// A 6 × 6 matrix of dynamic size as one of fixed size.

@@ -11,6 +11,9 @@
 //! origin, relative to the first angle measured, in the machine frame (or the frame that turns
 //! with the axis, [`ErrorOrder`]): the point that should be at `o + q` is at `o + e + exp(ω)·q`.
 //!
+//! Trackers that give points, each in the frame of its station, are bundled by
+//! [`calibrate_targets`]; one station is then enough.
+//!
 //! Source: document \[B\], steps S1 to S4; ISO 230-1 and 230-7 for names and frames; Theil (1965)
 //! for the residuals that the loop looks at.
 //!
@@ -51,6 +54,7 @@ mod sights;
 mod spread;
 mod start;
 mod survey;
+mod targets;
 mod with_effects;
 
 pub use axis::{AxisLetter, RotaryAxis};
@@ -63,6 +67,10 @@ pub use model::TrackerModel;
 pub use motion::error_at_angle;
 pub use options::{DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options};
 pub use survey::{Approach, Mount, Range, Station, Step, Survey};
+pub use targets::{
+    HoldOut, StationPose, Target, TargetCalibration, TargetModel, TargetNoise, TargetOptions,
+    TargetRecords, TargetSurvey, calibrate_targets,
+};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

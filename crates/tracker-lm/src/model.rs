@@ -120,8 +120,8 @@ impl TrackerModel {
             },
             <[Change]>::to_vec,
         );
-        let time = times(&survey, recorded.time_s.as_deref());
-        let approaches = approaches(&survey);
+        let time = elapsed(survey.ranges.len(), recorded.time_s.as_deref());
+        let approaches = approaches(&survey.steps);
         let scene = Scene {
             survey: &survey,
             sights: &sights,
@@ -129,6 +129,7 @@ impl TrackerModel {
             timed: recorded.time_s.is_some(),
             covariates: &recorded.covariates,
             approaches: &approaches,
+            dead_path_of: &network.dead_path_of,
         };
         let entries = catalogue(&scene, &changes);
         let none =
@@ -185,13 +186,12 @@ impl TrackerModel {
     }
 }
 
-/// Time of every range: as recorded, else the share of the run.
-fn times(survey: &Survey, time_s: Option<&[f64]>) -> Vec<f64> {
+/// Time of every one of `n` readings: from the first one on as recorded, else the share of the run.
+pub(crate) fn elapsed(n: usize, time_s: Option<&[f64]>) -> Vec<f64> {
     if let Some(time_s) = time_s {
         let first = time_s.iter().copied().fold(f64::INFINITY, f64::min);
         return time_s.iter().map(|t| t - first).collect();
     }
-    let n = survey.ranges.len();
     (0..n).map(|index| count(index) / count(n.saturating_sub(1).max(1))).collect()
 }
 

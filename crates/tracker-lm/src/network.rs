@@ -4,14 +4,14 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
-use crate::{DeadPath, Formulation, Gauge, Options, Survey, TrackerError};
+use crate::{DeadPath, Formulation, Gauge, Options, Step, Survey, TrackerError};
 
 /// Fewest stations: three distances place a point, the fourth checks the stations.
 const MIN_STATIONS: usize = 4;
 /// Fewest reflectors that show six errors.
 pub(crate) const MIN_MOUNTS: usize = 3;
 /// Numbers beyond are slips; a double then resolves less than 0.1 µm.
-const LARGEST: f64 = 1e9;
+pub(crate) const LARGEST: f64 = 1e9;
 /// Steps nearer to each other than this are at the same angle: 10 nm on a metre.
 const SAME_ANGLE_RAD: f64 = 1e-8;
 /// Spread about a line over spread along it below which reflectors count as collinear: the
@@ -47,7 +47,7 @@ impl<'a> Network<'a> {
         check_numbers(survey)?;
         check_references(survey)?;
         check_shape(survey)?;
-        let (angles, angle_of_step) = angles(survey);
+        let (angles, angle_of_step) = angles(&survey.steps);
         let mut ranges_of_step = vec![Vec::new(); survey.steps.len()];
         for (index, range) in survey.ranges.iter().enumerate() {
             ranges_of_step[range.step].push(index);
@@ -57,6 +57,10 @@ impl<'a> Network<'a> {
             Self { survey, angles, angle_of_step, ranges_of_step, dead_paths, dead_path_of };
         network.check_count(options)?;
         Ok(network)
+    }
+
+    pub(crate) fn angles_rad(&self) -> Vec<f64> {
+        self.angles.iter().map(|a| a.angle_rad).collect()
     }
 
     /// Target points: mount and step.
@@ -225,14 +229,12 @@ pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerE
 }
 
 /// Steps by angle, in the order in which each angle first comes, and the angle of each step.
-fn angles(survey: &Survey) -> (Vec<Angle>, Vec<usize>) {
-    let mut by_angle: Vec<usize> = (0..survey.steps.len()).collect();
-    by_angle.sort_by(|&a, &b| {
-        survey.steps[a].angle_rad.total_cmp(&survey.steps[b].angle_rad).then(a.cmp(&b))
-    });
+pub(crate) fn angles(steps: &[Step]) -> (Vec<Angle>, Vec<usize>) {
+    let mut by_angle: Vec<usize> = (0..steps.len()).collect();
+    by_angle.sort_by(|&a, &b| steps[a].angle_rad.total_cmp(&steps[b].angle_rad).then(a.cmp(&b)));
     let mut angles: Vec<Angle> = Vec::new();
     for step in by_angle {
-        let angle_rad = survey.steps[step].angle_rad;
+        let angle_rad = steps[step].angle_rad;
         match angles.last_mut() {
             Some(last) if angle_rad - last.angle_rad <= SAME_ANGLE_RAD => last.steps.push(step),
             _ => angles.push(Angle { angle_rad, steps: vec![step] }),
@@ -242,7 +244,7 @@ fn angles(survey: &Survey) -> (Vec<Angle>, Vec<usize>) {
         angle.steps.sort_unstable();
     }
     angles.sort_by_key(|a| a.steps[0]);
-    let mut angle_of_step = vec![0; survey.steps.len()];
+    let mut angle_of_step = vec![0; steps.len()];
     for (a, angle) in angles.iter().enumerate() {
         for &step in &angle.steps {
             angle_of_step[step] = a;

@@ -35,7 +35,7 @@ pub(crate) fn result(
             error: motion.error,
             covariance: square(&spread.of(&motion.terms, None)),
         })
-        .map(|error| in_order(network, options.order, error))
+        .map(|error| in_order(&network.survey.axis, options.order, error))
         .collect();
     let fixed: Vec<_> = motions.iter().map(|m| m.error).collect();
     let linear = |k: usize, a: DMatrix<f64>| {
@@ -56,7 +56,7 @@ pub(crate) fn result(
         stations,
         dead_paths,
         mounts: reference.mounts(network, &spread),
-        location: location(network, &fixed, &spread, linear),
+        location: location(&network.survey.axis, &network.angles_rad(), &fixed, &spread, linear),
         axis_errors,
         residuals_mm,
         redundancy,

@@ -35,7 +35,7 @@ pub(crate) fn proposals(model: &TrackerModel) -> Vec<Proposal> {
 /// The same steps again, in this order; `reversed` turns the way the axis comes to them.
 fn again(model: &TrackerModel, order: &[usize], reversed: bool) -> Option<TrackerModel> {
     let mut survey = model.survey.clone();
-    let ways = approaches(&survey);
+    let ways = approaches(&survey.steps);
     for (step, way) in survey.steps.iter_mut().zip(&ways) {
         step.approach = Some(*way);
     }

@@ -1,4 +1,5 @@
-//! Takes the six errors of an angle out of its rows, row by row.
+//! Takes the unknowns of a unit out of its rows: the six errors of an angle, the place of a
+//! reflector.
 //!
 //! The rows at one angle share six unknowns of their own. An orthogonal transformation makes of
 //! `n` rows `n − 6` that do not depend on these, with noise as white as before, each of them
@@ -9,7 +10,7 @@
 //! predict, whitened (the innovations of a Kalman filter). So a visit that is left out takes its
 //! rows with it.
 
-use nalgebra::{DMatrix, DVector, Matrix6, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Rows of one angle that do not depend on its six errors.
 #[derive(Clone, Debug)]
@@ -52,7 +53,7 @@ pub(crate) fn reduce(by_block: &DMatrix<f64>, visits: &[usize]) -> Option<Reduce
 }
 
 fn shows(design: &DMatrix<f64>) -> bool {
-    design.nrows() >= 6 && {
+    design.nrows() >= design.ncols() && {
         let values = design.clone().singular_values();
         values.min() > SHOWN * values.max()
     }
@@ -88,7 +89,7 @@ fn first_visit(design: &DMatrix<f64>, n: usize) -> Option<(Vec<DVector<f64>>, Ve
 /// Rows but for six that determine the errors well: pivots of the orthonormal basis.
 fn without_pivots(q: &DMatrix<f64>) -> Vec<usize> {
     let mut left = q.clone();
-    let mut pivots = Vec::with_capacity(6);
+    let mut pivots = Vec::with_capacity(q.ncols());
     for _ in 0..q.ncols() {
         let lengths = (0..left.nrows()).map(|i| left.row(i).norm_squared());
         let pivot =
@@ -104,9 +105,8 @@ fn without_pivots(q: &DMatrix<f64>) -> Vec<usize> {
 /// Whitened deviations of the rows `start..end` from what those before `start` predict.
 fn later_visit(design: &DMatrix<f64>, start: usize, end: usize) -> Option<Vec<DVector<f64>>> {
     let before = design.rows(0, start).into_owned().qr();
-    let r: Matrix6<f64> = before.r().fixed_view::<6, 6>(0, 0).into_owned();
     let own = design.rows(start, end - start);
-    let through = own * r.try_inverse()?;
+    let through = own * before.r().try_inverse()?;
     let spread = DMatrix::identity(end - start, end - start) + &through * through.transpose();
     let root = inverse_root(spread)?;
     let predicted = &root * &through * before.q().transpose();

@@ -128,7 +128,7 @@ impl TrackerModel {
                 error: angle.error,
                 covariance: Matrix6::from_iterator(spread.iter().copied()),
             };
-            *error = in_order(network, self.options.order, fixed);
+            *error = in_order(&self.survey.axis, self.options.order, fixed);
         }
         for (k, angle) in angles.iter().enumerate() {
             let ranges = network.angles[k].steps.iter().flat_map(|&s| &network.ranges_of_step[s]);

@@ -11,7 +11,11 @@ fn options() -> Options {
 }
 
 fn closed(survey: Survey) -> (TrackerModel, Closure) {
-    let model = TrackerModel::new(survey, None, Vec::new(), &options()).unwrap();
+    closed_with(survey, &options())
+}
+
+fn closed_with(survey: Survey, options: &Options) -> (TrackerModel, Closure) {
+    let model = TrackerModel::new(survey, None, Vec::new(), options).unwrap();
     let loop_options = model_discrepancy::Options { nested: false, ..Default::default() };
     let covariates = model.coordinates();
     let closure = close_loop(&model, &covariates, &loop_options).unwrap();
@@ -108,4 +112,38 @@ fn a_station_on_a_warming_stand_is_found() {
     let (_, closure) = closed(survey);
     assert_eq!(closure.steps[0].effect, "station-drift", "{:?}", closure.steps);
     assert_eq!(closure.steps[0].subject.as_deref(), Some("S2"));
+}
+
+/// Displacements that read too long in proportion, 40 ppm where `is_touched`.
+fn stretched(plan: &Plan, seed: u64, is_touched: impl Fn(&tracker_lm::Range) -> bool) -> Survey {
+    let mut survey = simulate(plan, seed).survey;
+    for range in &mut survey.ranges {
+        if is_touched(range) {
+            range.displacement_mm *= 1.0 + 40e-6;
+        }
+    }
+    survey
+}
+
+/// Only the stations' known places tell it from a larger network: to 1 µm they do, to 4 µm they
+/// take up more than 99.8 % of it.
+#[test]
+fn a_wrong_wavelength_is_found_where_stations_are_known() {
+    let plan = Plan { stations_off_mm: 1e-3, ..Plan::default() };
+    let survey = stretched(&plan, 25, |_| true);
+    let mut options = options();
+    options.noise.station_mm = Some(1e-3);
+    let (_, closure) = closed_with(survey, &options);
+    assert_eq!(closure.steps[0].effect, "range-scale");
+    let scale = &closure.steps[0].parameters[0];
+    assert!((scale.value - 40.0).abs() < 4.0 * scale.std, "{scale:?}");
+}
+
+#[test]
+fn one_station_in_bad_air_is_found() {
+    let (_, closure) = closed(stretched(&Plan::default(), 26, |range| range.station == 3));
+    assert_eq!(closure.steps[0].effect, "bad-station");
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("S4"));
+    let scale = &closure.steps[0].parameters[0];
+    assert!((scale.value - 40.0).abs() < 4.0 * scale.std, "{scale:?}");
 }

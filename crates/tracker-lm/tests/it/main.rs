@@ -8,3 +8,4 @@ mod degenerate;
 mod exports;
 mod recovery;
 mod scene;
+mod targets;

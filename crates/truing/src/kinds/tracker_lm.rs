@@ -3,6 +3,9 @@
 mod estimates;
 mod measured;
 mod ranges;
+mod tables;
+mod target_case;
+mod targets;
 
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
@@ -11,7 +14,7 @@ use tracker_lm::{
 };
 
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive};
+use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
 use crate::kinds::{Kind, Reading};
 
 pub use estimates::{
@@ -33,6 +36,7 @@ pub(crate) const KIND: Kind = Kind {
 const STATIONS: &str = "stations.csv";
 const MOUNTS: &str = "mounts.csv";
 const RANGES: &str = "ranges.csv";
+const TARGETS: &str = "targets.csv";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -71,11 +75,13 @@ struct ModelSettings {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[expect(clippy::struct_field_names, reason = "keys of the file, which carry their unit")]
 struct NoiseSettings {
     displacement_mm: Option<Positive>,
     rigid_mm: Option<Positive>,
     station_mm: Option<Positive>,
+    range_mm: Option<Positive>,
+    angle_rad: Option<Positive>,
+    point_mm: Option<Positive>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -120,7 +126,14 @@ enum OrderName {
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
-    ranges::read(folder, document, settings)
+    if !folder.has(TARGETS) {
+        return ranges::read(folder, document, settings);
+    }
+    if folder.has(RANGES) {
+        let problem = Problem::ExclusiveTables { other: RANGES.to_owned() };
+        return Err(Error::case(folder.location(TARGETS), problem));
+    }
+    targets::read(folder, document, settings)
 }
 
 impl Settings {
@@ -190,6 +203,43 @@ impl Settings {
             warnings.push(
                 "`[noise] station_mm` is not used: the gauge takes nominal positions as without \
                  error"
+                    .to_owned(),
+            );
+        }
+        let noise = &self.noise;
+        let of_points = [noise.range_mm, noise.angle_rad, noise.point_mm];
+        if of_points.iter().any(Option::is_some) {
+            warnings.push(
+                "`[noise] range_mm`, `angle_rad` and `point_mm` are not used: they belong to \
+                 `targets.csv`"
+                    .to_owned(),
+            );
+        }
+        warnings
+    }
+
+    /// The same where points were measured.
+    fn target_warnings(&self) -> Vec<String> {
+        let noise = &self.noise;
+        let mut warnings = Vec::new();
+        let of_points = [noise.range_mm, noise.angle_rad, noise.point_mm];
+        if of_points.iter().all(Option::is_none) {
+            warnings.push(
+                "no `[noise] range_mm` and `angle_rad`, and no `point_mm`: standard uncertainties \
+                 are estimated from the residual"
+                    .to_owned(),
+            );
+        }
+        if noise.point_mm.is_some() && noise.range_mm.is_some() {
+            warnings.push(
+                "`[noise] point_mm` is not used: `range_mm` and `angle_rad` say more".to_owned(),
+            );
+        }
+        let of_ranges = [noise.displacement_mm, noise.rigid_mm, noise.station_mm];
+        if of_ranges.iter().any(Option::is_some) {
+            warnings.push(
+                "`[noise] displacement_mm`, `rigid_mm` and `station_mm` are not used: they belong \
+                 to `ranges.csv`"
                     .to_owned(),
             );
         }

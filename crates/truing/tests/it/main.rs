@@ -19,3 +19,4 @@ mod probe_comp_messages;
 mod reading;
 mod register;
 mod tracker_lm;
+mod tracker_targets;

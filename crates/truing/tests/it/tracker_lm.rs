@@ -116,7 +116,7 @@ fn slips_are_named_with_their_line() {
     let n = twice.lines().count();
     let message = refused(&case(STATIONS, MOUNTS, &twice), 2);
     assert!(
-        message.contains(&format!("ranges.csv, line {n}: station S1 has two ranges")),
+        message.contains(&format!("ranges.csv, line {n}: station S1 has two readings")),
         "{message}"
     );
 

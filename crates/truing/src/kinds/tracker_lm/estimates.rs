@@ -1,7 +1,8 @@
+use nalgebra::{Matrix3, Point3};
 use serde::Serialize;
 use tracker_lm::{
-    AxisError, AxisLetter, Calibration, Survey, axis_errors_csv, heidenhain_table,
-    linuxcnc_compensation,
+    AxisError, AxisLetter, AxisLocation, Calibration, Mount, StationPose, Survey,
+    TargetCalibration, TargetSurvey, axis_errors_csv, heidenhain_table, linuxcnc_compensation,
 };
 
 use crate::estimates::{Estimated, Export};
@@ -93,43 +94,89 @@ pub struct AxisLocationEstimate {
     pub std: [f64; 4],
 }
 
+/// A name with its place and the place's covariance.
+type Placed<'a> = (&'a String, Point3<f64>, Matrix3<f64>);
+
+/// What a calibration from ranges and one from points have in common.
+struct Parts<'a> {
+    letter: AxisLetter,
+    stations: Vec<Placed<'a>>,
+    mounts: Vec<Placed<'a>>,
+    points: usize,
+    errors: &'a [AxisError],
+    location: Option<&'a AxisLocation>,
+    reversal: Option<[f64; 6]>,
+}
+
+fn mounts<'a>(named: &'a [Mount], found: &[tracker_lm::MountEstimate]) -> Vec<Placed<'a>> {
+    let pairs = named.iter().zip(found);
+    pairs.map(|(mount, at)| (&mount.name, at.position_mm, at.covariance_mm2)).collect()
+}
+
 impl TrackerLmEstimates {
     pub(crate) fn of(survey: &Survey, found: &Calibration, reversal: Option<[f64; 6]>) -> Self {
-        let letter = survey.axis.letter;
-        let location = found.location.as_ref().map(|location| AxisLocationEstimate {
+        let named = survey.stations.iter().zip(&found.stations);
+        Self::from_parts(&Parts {
+            letter: survey.axis.letter,
+            stations: named.map(|(s, at)| (&s.name, at.position_mm, at.covariance_mm2)).collect(),
+            mounts: mounts(&survey.mounts, &found.mounts),
+            points: found.n_points,
+            errors: &found.axis_errors,
+            location: found.location.as_ref(),
+            reversal,
+        })
+    }
+
+    pub(crate) fn of_targets(
+        survey: &TargetSurvey,
+        found: &TargetCalibration,
+        reversal: Option<[f64; 6]>,
+    ) -> Self {
+        let named = survey.stations.iter().zip(&found.stations);
+        let at = |pose: &StationPose| Point3::from(pose.machine_from_station.translation.vector);
+        let stations = named.map(|(s, pose)| (&s.name, at(pose), pose.covariance_mm2)).collect();
+        Self::from_parts(&Parts {
+            letter: survey.axis.letter,
+            stations,
+            mounts: mounts(&survey.mounts, &found.mounts),
+            points: found.n_points,
+            errors: &found.axis_errors,
+            location: found.location.as_ref(),
+            reversal,
+        })
+    }
+
+    fn from_parts(parts: &Parts<'_>) -> Self {
+        let letter = parts.letter;
+        let location = parts.location.map(|location| AxisLocationEstimate {
             names: letter.location_names(),
             values: location.errors.into(),
             std: location.covariance.diagonal().map(|v| v.max(0.0).sqrt()).into(),
         });
-        let named = survey.stations.iter().zip(&found.stations);
-        let stations = named
-            .map(|(station, s)| StationEstimate {
-                station: station.name.clone(),
-                x_mm: s.position_mm.x,
-                y_mm: s.position_mm.y,
-                z_mm: s.position_mm.z,
-                std_mm: (s.covariance_mm2.trace() / 3.0).max(0.0).sqrt(),
-            })
-            .collect();
-        let named = survey.mounts.iter().zip(&found.mounts);
-        let mounts = named
-            .map(|(mount, m)| MountEstimate {
-                mount: mount.name.clone(),
-                x_mm: m.position_mm.x,
-                y_mm: m.position_mm.y,
-                z_mm: m.position_mm.z,
-                std_mm: (m.covariance_mm2.trace() / 3.0).max(0.0).sqrt(),
-            })
-            .collect();
+        let std_mm = |spread: &Matrix3<f64>| (spread.trace() / 3.0).max(0.0).sqrt();
+        let stations = parts.stations.iter().map(|(name, at, spread)| StationEstimate {
+            station: (*name).clone(),
+            x_mm: at.x,
+            y_mm: at.y,
+            z_mm: at.z,
+            std_mm: std_mm(spread),
+        });
+        let mounts = parts.mounts.iter().map(|(name, at, spread)| MountEstimate {
+            mount: (*name).clone(),
+            x_mm: at.x,
+            y_mm: at.y,
+            z_mm: at.z,
+            std_mm: std_mm(spread),
+        });
         Self {
-            stations,
-            mounts,
-            points: found.n_points,
-            axis_errors: found.axis_errors.iter().map(AxisErrorEstimate::of).collect(),
+            stations: stations.collect(),
+            mounts: mounts.collect(),
+            points: parts.points,
+            axis_errors: parts.errors.iter().map(AxisErrorEstimate::of).collect(),
             axis_location: location,
-            reversal,
+            reversal: parts.reversal,
             letter,
-            errors: found.axis_errors.clone(),
+            errors: parts.errors.to_vec(),
         }
     }
 

@@ -56,19 +56,6 @@ impl TrackerCase {
         error(at.map_or(file.clone(), |line| file.line(*line)), source)
     }
 
-    /// Recorded columns, the time among them.
-    fn recorded(&self) -> Vec<Covariate> {
-        let time = self.time_s.iter().map(|values| ("time_s", values));
-        let others = self.covariates.iter().map(|c| (c.name.as_str(), &c.values));
-        time.chain(others)
-            .map(|(name, values)| Covariate {
-                name: name.to_owned(),
-                values: values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect()
-    }
-
     /// Ranges that stand out, and stations far from where they should be.
     fn warnings(&self, found: &Calibration) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -115,7 +102,7 @@ impl Measured for TrackerCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let recorded = self.recorded();
+        let recorded = recorded(self.time_s.as_ref(), &self.covariates);
         let model = TrackerModel::new(
             self.survey.clone(),
             self.time_s.clone(),
@@ -131,10 +118,10 @@ impl Measured for TrackerCase {
             model = Arc::new(Regrouped::new(model, groups));
         }
         let estimates = Box::new(move |closure: &Closure| {
-            let active = active(&concrete, closure);
+            let active = active(&*concrete, closure);
             let found = concrete.calibration_with(&closure.state, &active, &closure.covariance);
             let found = found.as_ref().unwrap_or(concrete.calibration());
-            let reversal = reversal(&concrete, closure);
+            let reversal = reversal(&*concrete, closure);
             Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, reversal))
         });
         Ok(Prepared { model, covariates, estimates })
@@ -192,8 +179,21 @@ impl TrackerCase {
     }
 }
 
+/// Recorded columns, the time among them.
+pub(super) fn recorded(time_s: Option<&Vec<f64>>, columns: &[NumberColumn]) -> Vec<Covariate> {
+    let time = time_s.map(|values| ("time_s", values)).into_iter();
+    let others = columns.iter().map(|c| (c.name.as_str(), &c.values));
+    time.chain(others)
+        .map(|(name, values)| Covariate {
+            name: name.to_owned(),
+            values: values.clone(),
+            origin: Origin::Recorded,
+        })
+        .collect()
+}
+
 /// Amplitudes of the accepted effects, in the order of the closure's covariance.
-fn active(model: &TrackerModel, closure: &Closure) -> Vec<(usize, usize)> {
+pub(super) fn active(model: &dyn Model, closure: &Closure) -> Vec<(usize, usize)> {
     let mut active = Vec::new();
     for step in &closure.steps {
         let effect =
@@ -213,7 +213,7 @@ fn active(model: &TrackerModel, closure: &Closure) -> Vec<(usize, usize)> {
 }
 
 /// Difference of the six errors between the two ways, where backlash was accepted.
-fn reversal(model: &TrackerModel, closure: &Closure) -> Option<[f64; 6]> {
+pub(super) fn reversal(model: &dyn Model, closure: &Closure) -> Option<[f64; 6]> {
     let effect = model.effects().iter().position(|e| e.id == "backlash")?;
     let amplitudes = &closure.state.amplitudes[effect];
     let accepted = closure.steps.iter().any(|s| s.effect == "backlash");

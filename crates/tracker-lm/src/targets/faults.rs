@@ -1,0 +1,130 @@
+//! Readings from which on a reflector may sit elsewhere, and readings that may be wrong.
+//!
+//! There are as many of either as readings, and testing all in the loop would cost every other
+//! effect its significance. So the catalogue holds, for each reflector, a slip in the middle of
+//! the run, and those faults that the residual shows so clearly that chance does it nowhere in a
+//! hundred surveys. Where reflectors are held out, nothing is known of one's slip.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::rows::Rows;
+use super::sight::Sight;
+use super::{HoldOut, TargetSurvey};
+
+/// Chance that a survey without any fault shows one.
+const FALSE_ALARM: f64 = 0.01;
+/// Faults of a kind that are offered at most, the clearest.
+const MOST_FOUND: usize = 6;
+/// Slips of a reflector that are tried: more stops than this are tried at even distances.
+const MOST_TRIED: usize = 48;
+
+/// What may be wrong, by the reading at which it begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// The reflector sits elsewhere from this reading on.
+    Slip(usize),
+    /// This reading alone.
+    BadPoint(usize),
+}
+
+/// The declared model at its solution, whitened.
+pub(super) struct Fitted<'a> {
+    pub(super) survey: &'a TargetSurvey,
+    pub(super) sights: &'a [Sight],
+    pub(super) rows: &'a Rows,
+    /// Orthonormal basis of the base parameters' columns.
+    pub(super) basis: &'a DMatrix<f64>,
+    /// Residual without what the basis explains.
+    pub(super) residual: &'a DVector<f64>,
+    pub(super) hold_out: HoldOut,
+}
+
+impl Fault {
+    pub(super) fn reading(self) -> usize {
+        match self {
+            Self::Slip(reading) | Self::BadPoint(reading) => reading,
+        }
+    }
+
+    /// What coordinate `c` of it does to a reading.
+    pub(super) fn column(
+        self,
+        survey: &TargetSurvey,
+        sights: &[Sight],
+        target: usize,
+        c: usize,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Slip(from) => {
+                let is_own = survey.targets[target].mount == survey.targets[from].mount;
+                sights[target].by_mount.column(c) * f64::from(u8::from(is_own && target >= from))
+            }
+            Self::BadPoint(reading) => Vector3::ith(c, f64::from(u8::from(target == reading))),
+        }
+    }
+}
+
+/// Faults for the catalogue.
+pub(super) fn faults(fitted: &Fitted<'_>) -> Vec<Fault> {
+    let survey = fitted.survey;
+    let readings = |mount: usize| -> Vec<usize> {
+        (0..survey.targets.len()).filter(|&n| survey.targets[n].mount == mount).collect()
+    };
+    let mut found = Vec::new();
+    let mut slips = Vec::new();
+    let n_slipping = match fitted.hold_out {
+        HoldOut::Step => survey.mounts.len(),
+        HoldOut::Mount => 0,
+    };
+    for mount in 0..n_slipping {
+        let own = readings(mount);
+        if own.len() >= 2 {
+            found.push(Fault::Slip(own[own.len() / 2]));
+        }
+        let stride = own.len().div_ceil(MOST_TRIED).max(1);
+        slips.extend(own.into_iter().skip(1).step_by(stride).map(Fault::Slip));
+    }
+    let points: Vec<Fault> = (0..survey.targets.len()).map(Fault::BadPoint).collect();
+    for kind in [slips, points] {
+        let trials = count(kind.len());
+        let mut clear: Vec<(f64, Fault)> = (kind.into_iter())
+            .filter_map(|fault| Some((p_value(fitted, fault)?, fault)))
+            .filter(|(p_value, _)| p_value * trials <= FALSE_ALARM)
+            .collect();
+        clear.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.extend(clear.into_iter().take(MOST_FOUND).map(|(_, fault)| fault));
+    }
+    let mut seen = Vec::new();
+    found.retain(|fault| {
+        let is_new = !seen.contains(fault);
+        seen.push(*fault);
+        is_new
+    });
+    found
+}
+
+/// Of a fault beside the declared model (F test).
+fn p_value(fitted: &Fitted<'_>, fault: Fault) -> Option<f64> {
+    let value = |target: usize, component: usize, c: usize| {
+        fault.column(fitted.survey, fitted.sights, target, c)[component]
+    };
+    let mut tangent = fitted.rows.columns(3, value);
+    for (mut row, sigma) in tangent.row_iter_mut().zip(&fitted.rows.sigma_mm) {
+        row /= *sigma;
+    }
+    let along = fitted.basis.tr_mul(&tangent);
+    tangent -= fitted.basis * along;
+    let score = tangent.tr_mul(fitted.residual);
+    let explained = score.dot(&tangent.tr_mul(&tangent).cholesky()?.solve(&score));
+    let dof = tangent.nrows().checked_sub(fitted.basis.ncols() + 3).filter(|&d| d > 0)?;
+    let left = (fitted.residual.norm_squared() - explained).max(f64::MIN_POSITIVE);
+    let law = FisherSnedecor::new(3.0, count(dof)).ok()?;
+    let f = explained / 3.0 / (left / count(dof));
+    f.is_finite().then(|| law.sf(f))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
+}

@@ -1,0 +1,312 @@
+//! The declared model of a survey of points, as the loop sees it.
+
+use model_discrepancy::{
+    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Role, Row, State,
+};
+use nalgebra::{DMatrix, DVector};
+
+use super::bundle::Bundle;
+use super::calibrate::fitted;
+use super::catalogue::{Scene, catalogue};
+use super::faults::{Fitted, faults};
+use super::rows::Rows;
+use super::sight::{ErrorAt, Sight};
+use super::{TargetCalibration, TargetOptions, TargetSurvey};
+use crate::TrackerError;
+use crate::model::elapsed;
+
+/// What is left out together when the error on unseen data is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HoldOut {
+    /// A stop of the axis: its six errors are taken from itself.
+    #[default]
+    Step,
+    /// A reflector: its place is taken from the first stop at which it was seen, and corrected at
+    /// every later one by those before.
+    Mount,
+}
+
+/// What was recorded beside the readings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TargetRecords {
+    /// Time of every reading.
+    pub time_s: Option<Vec<f64>>,
+    /// One value per reading; those ending in `_c` are temperatures.
+    pub covariates: Vec<Covariate>,
+    /// The body that every mount is on; empty where all are on one.
+    pub bodies: Vec<String>,
+}
+
+/// The bundle of a survey of points about its solution, and the effects that it leaves out.
+///
+/// What belongs to the units held out alone is taken out of the rows by an orthogonal
+/// transformation that leaves the noise white: the six errors of every angle where steps are
+/// held out, the places of the reflectors where these are. Rows are linear in parameters and
+/// amplitudes.
+#[derive(Clone, Debug)]
+pub struct TargetModel {
+    survey: TargetSurvey,
+    options: TargetOptions,
+    calibration: TargetCalibration,
+    layout: Layout,
+    base: Vec<Parameter>,
+    effects: Vec<Effect>,
+    /// By effect and amplitude: three components per reading, mm.
+    columns: Vec<Vec<Vec<f64>>>,
+    residual: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    tangents: Vec<DMatrix<f64>>,
+}
+
+impl TargetModel {
+    /// Calibrates a survey and builds the model about the result.
+    ///
+    /// # Errors
+    ///
+    /// As [`calibrate_targets`](crate::calibrate_targets); [`TrackerError::InvalidCovariate`]
+    /// where a record does not have one finite value per reading, or bodies are not one per
+    /// mount.
+    pub fn new(
+        survey: TargetSurvey,
+        records: &TargetRecords,
+        hold_out: HoldOut,
+        options: &TargetOptions,
+    ) -> Result<Self, TrackerError> {
+        check_records(&survey, records)?;
+        let (calibration, point) = fitted(&survey, options, &[])?;
+        let sigma_mm = calibration.point_mm.unwrap_or(1.0);
+        let bundle = Bundle::new(&survey, options, sigma_mm, Vec::new())?;
+        let sights: Vec<Sight> = (0..survey.targets.len())
+            .map(|n| {
+                let k = bundle.angle_of_step[survey.targets[n].step];
+                bundle.sight(n, &point.shared, &ErrorAt::new(&point.blocks[6 * k..6 * k + 6]))
+            })
+            .collect();
+        let rows = Rows::new(&bundle, &sights, hold_out)?;
+        let (base, by_base) = base(&bundle, hold_out);
+        let jacobian = rows.columns(base.len(), |n, c, p| by_base(&sights[n], n, c, p));
+        let residual = rows.columns(1, |n, c, _| sights[n].residual_mm[c]).column(0).into_owned();
+        let layout = layout(&survey, &rows, hold_out, calibration.point_mm.is_none());
+        let found = {
+            let (basis, left) = beside(&rows, &jacobian, &residual);
+            faults(&Fitted {
+                survey: &survey,
+                sights: &sights,
+                rows: &rows,
+                basis: &basis,
+                residual: &left,
+                hold_out,
+            })
+        };
+        let time = elapsed(survey.targets.len(), records.time_s.as_deref());
+        let one_body = vec![String::new(); survey.mounts.len()];
+        let scene = Scene {
+            survey: &survey,
+            sights: &sights,
+            time: &time,
+            timed: records.time_s.is_some(),
+            covariates: &records.covariates,
+            bodies: if records.bodies.is_empty() { &one_body } else { &records.bodies },
+        };
+        let entries = catalogue(&scene, &found);
+        let tangent =
+            |columns: &Vec<Vec<f64>>| rows.columns(columns.len(), |n, c, p| columns[p][3 * n + c]);
+        let tangents = entries.iter().map(|e| tangent(&e.columns)).collect();
+        drop(by_base);
+        let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
+        let options = *options;
+        Ok(Self {
+            survey,
+            options,
+            calibration,
+            layout,
+            base,
+            effects,
+            columns,
+            residual,
+            jacobian,
+            tangents,
+        })
+    }
+
+    /// The declared model's calibration.
+    #[must_use]
+    pub fn calibration(&self) -> &TargetCalibration {
+        &self.calibration
+    }
+
+    /// Where the readings were taken, as covariates: `angle_deg`.
+    #[must_use]
+    pub fn coordinates(&self) -> Vec<Covariate> {
+        let angle = |step: usize| self.survey.steps[step].angle_rad.to_degrees();
+        let values = self.survey.targets.iter().map(|t| angle(t.step)).collect();
+        vec![Covariate { name: "angle_deg".to_owned(), values, origin: Origin::Coordinate }]
+    }
+
+    /// The calibration anew with amplitudes of effects, as indices of effect and parameter, among
+    /// the unknowns; and what these come to.
+    ///
+    /// # Errors
+    ///
+    /// As [`calibrate_targets`](crate::calibrate_targets).
+    pub fn calibration_with(
+        &self,
+        active: &[(usize, usize)],
+    ) -> Result<(TargetCalibration, Vec<f64>), TrackerError> {
+        let extras: Vec<Vec<f64>> =
+            active.iter().map(|&(effect, p)| self.columns[effect][p].clone()).collect();
+        let (calibration, point) = fitted(&self.survey, &self.options, &extras)?;
+        let amplitudes = point.shared[point.shared.len() - active.len()..].to_vec();
+        Ok((calibration, amplitudes))
+    }
+}
+
+fn check_records(survey: &TargetSurvey, records: &TargetRecords) -> Result<(), TrackerError> {
+    let needed = survey.targets.len();
+    let times = records.time_s.iter().map(Vec::as_slice);
+    for values in times.chain(records.covariates.iter().map(|c| c.values.as_slice())) {
+        if values.len() != needed || values.iter().any(|v| !v.is_finite()) {
+            return Err(TrackerError::InvalidCovariate { needed });
+        }
+    }
+    if !records.bodies.is_empty() && records.bodies.len() != survey.mounts.len() {
+        return Err(TrackerError::InvalidCovariate { needed: survey.mounts.len() });
+    }
+    Ok(())
+}
+
+/// Derivative of a component of a reading by a base parameter.
+type ByBase<'a> = Box<dyn Fn(&Sight, usize, usize, usize) -> f64 + 'a>;
+
+/// Base parameters beside those that are taken out, and the derivatives by them.
+///
+/// Where reflectors are free, the first station holds the frame; else the fit of the reflectors.
+fn base<'a>(bundle: &'a Bundle<'_>, hold_out: HoldOut) -> (Vec<Parameter>, ByBase<'a>) {
+    use least_squares::BorderedProblem;
+    let survey = bundle.survey;
+    let named = |name: String| {
+        let (name, unit) = name.rsplit_once(" (").unwrap_or((&name, "mm)"));
+        let unit = unit.trim_end_matches(')');
+        Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor: 1.0 }
+    };
+    let of_station = move |sight: &Sight, n: usize, c: usize, p: usize| {
+        let is_own = survey.targets[n].station == p / 6;
+        if is_own { sight.by_station[(c, p % 6)] } else { 0.0 }
+    };
+    match hold_out {
+        HoldOut::Step => {
+            let first = bundle.mount_start();
+            let names = (0..bundle.extra_start()).map(|p| named(bundle.shared_name(p))).collect();
+            let by_base: ByBase<'a> = Box::new(move |sight, n, c, p| {
+                if p < first {
+                    return of_station(sight, n, c, p);
+                }
+                let moves = bundle.chart.moves(survey.targets[n].mount);
+                let way = moves.iter().find(|(q, _)| *q == p - first);
+                way.map_or(0.0, |(_, way)| (sight.by_mount.row(c) * way)[0])
+            });
+            (names, by_base)
+        }
+        HoldOut::Mount => {
+            let stations = bundle.mount_start() - 6;
+            let n_errors = 6 * (bundle.angles.len() - 1);
+            let station_names = (0..stations).map(|p| bundle.shared_name(p + 6));
+            let error_names = (0..n_errors).map(|p| bundle.block_name(1 + p / 6, p % 6));
+            let names = station_names.chain(error_names).map(named).collect();
+            let by_base: ByBase<'a> = Box::new(move |sight, n, c, p| {
+                if p < stations {
+                    return of_station(sight, n, c, p + 6);
+                }
+                let p = p - stations;
+                let is_own = bundle.angle_of_step[survey.targets[n].step] == 1 + p / 6;
+                if is_own { sight.by_error[(c, p % 6)] } else { 0.0 }
+            });
+            (names, by_base)
+        }
+    }
+}
+
+/// Orthonormal basis of the base parameters' whitened columns, and the residual beside it.
+fn beside(
+    rows: &Rows,
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let (mut whitened, mut residual) = (jacobian.clone(), residual.clone());
+    for (i, sigma) in rows.sigma_mm.iter().enumerate() {
+        whitened.row_mut(i).unscale_mut(*sigma);
+        residual[i] /= sigma;
+    }
+    for mut column in whitened.column_iter_mut() {
+        let length = column.norm().max(f64::MIN_POSITIVE);
+        column.unscale_mut(length);
+    }
+    let basis = whitened.qr().q();
+    let along = basis.tr_mul(&residual);
+    residual -= &basis * along;
+    (basis, residual)
+}
+
+/// One observation per reading.
+fn layout(survey: &TargetSurvey, rows: &Rows, hold_out: HoldOut, declared: bool) -> Layout {
+    let group = |name: &String| Group { name: name.clone(), role: Role::Fit };
+    let (groups, observations) = match hold_out {
+        HoldOut::Step => (
+            survey.steps.iter().map(|s| group(&s.name)).collect(),
+            survey.targets.iter().map(|t| t.step).collect(),
+        ),
+        HoldOut::Mount => (
+            survey.mounts.iter().map(|m| group(&m.name)).collect(),
+            survey.targets.iter().map(|t| t.mount).collect(),
+        ),
+    };
+    let row = |(&(observation, component), &sigma): (&(usize, usize), &f64)| Row {
+        observation,
+        component,
+        sigma,
+        reported: true,
+    };
+    Layout {
+        rows: rows.tied_to.iter().zip(&rows.sigma_mm).map(row).collect(),
+        observations,
+        groups,
+        unit: "mm".to_owned(),
+        sigma_declared: declared,
+    }
+}
+
+impl Model for TargetModel {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn base(&self) -> &[Parameter] {
+        &self.base
+    }
+
+    fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    fn start(&self) -> DVector<f64> {
+        DVector::zeros(self.base.len())
+    }
+
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let mut residual = &self.residual + &self.jacobian * &at.base;
+        for (tangent, amplitudes) in self.tangents.iter().zip(&at.amplitudes) {
+            if amplitudes.iter().any(|a| *a != 0.0) {
+                residual.gemv(1.0, tangent, amplitudes, 1.0);
+            }
+        }
+        residual
+    }
+
+    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
+        self.jacobian.clone()
+    }
+
+    fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
+        self.tangents[effect].clone()
+    }
+}

@@ -1,0 +1,145 @@
+//! One reading: its residual and derivatives, along the beam and across it.
+
+use geometry::so3;
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+use crate::{Target, TargetNoise, TrackerError};
+
+/// Directions in which a reading is compared, and its standard uncertainty in each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    /// Rows are unit vectors of the station's frame: the beam and two across it, or its axes.
+    pub(super) directions: Matrix3<f64>,
+    pub(super) sigma_mm: Vector3<f64>,
+}
+
+/// Nearer than this a target has no direction.
+const NEAREST_MM: f64 = 1.0;
+
+impl Weights {
+    /// `estimated_mm` is what stands for noise that is not declared.
+    pub(super) fn new(
+        target: &Target,
+        noise: TargetNoise,
+        estimated_mm: f64,
+    ) -> Result<Self, TrackerError> {
+        let same = |sigma_mm: f64| Self {
+            directions: Matrix3::identity(),
+            sigma_mm: Vector3::from_element(sigma_mm),
+        };
+        match noise {
+            TargetNoise::Estimated => Ok(same(estimated_mm)),
+            TargetNoise::Point { point_mm } => Ok(same(point_mm)),
+            TargetNoise::Polar { range_mm, angle_rad } => {
+                let distance = target.at_mm.coords.norm();
+                if distance < NEAREST_MM {
+                    return Err(TrackerError::NotFinite);
+                }
+                let beam = target.at_mm.coords / distance;
+                let first = beam.cross(&Vector3::ith(beam.iamin(), 1.0)).normalize();
+                let across = beam.cross(&first);
+                let directions = Matrix3::from_columns(&[beam, first, across]).transpose();
+                let sigma = angle_rad * distance;
+                Ok(Self { directions, sigma_mm: Vector3::new(range_mm, sigma, sigma) })
+            }
+        }
+    }
+}
+
+/// Where a station is: `[c, w]` beside its start, machine frame from its own
+/// `p ↦ start.c + c + exp(w)·start.R·p`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StationAt {
+    pub(super) center_mm: Vector3<f64>,
+    pub(super) rotation: Matrix3<f64>,
+    pub(super) left_jacobian: Matrix3<f64>,
+}
+
+impl StationAt {
+    pub(super) fn new(start: &nalgebra::Isometry3<f64>, parameters: &[f64]) -> Self {
+        let turn = Vector3::new(parameters[3], parameters[4], parameters[5]);
+        let moved = Vector3::new(parameters[0], parameters[1], parameters[2]);
+        Self {
+            center_mm: start.translation.vector + moved,
+            rotation: (so3::exp(&turn) * start.rotation).to_rotation_matrix().into_inner(),
+            left_jacobian: so3::left_jacobian(&turn),
+        }
+    }
+}
+
+/// The six errors of an angle as matrices.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ErrorAt {
+    pub(super) displacement_mm: Vector3<f64>,
+    pub(super) turned: Matrix3<f64>,
+    pub(super) left_jacobian: Matrix3<f64>,
+}
+
+impl ErrorAt {
+    pub(super) fn new(error: &[f64]) -> Self {
+        let rotation = Vector3::new(error[3], error[4], error[5]);
+        Self {
+            displacement_mm: Vector3::new(error[0], error[1], error[2]),
+            turned: so3::exp(&rotation).to_rotation_matrix().into_inner(),
+            left_jacobian: so3::left_jacobian(&rotation),
+        }
+    }
+}
+
+/// Predicted minus measured point and its derivatives, by the directions of [`Weights`], mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    pub(super) residual_mm: Vector3<f64>,
+    /// By displacement and rotation of the station.
+    pub(super) by_station: SMatrix<f64, 3, 6>,
+    pub(super) by_mount: Matrix3<f64>,
+    pub(super) by_error: SMatrix<f64, 3, 6>,
+    /// The reflector in the turning frame.
+    pub(super) body_mm: Vector3<f64>,
+    /// The measured point.
+    pub(super) measured_mm: Vector3<f64>,
+}
+
+/// What a reading is compared with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) origin_mm: Vector3<f64>,
+    /// Nominal rotation of the axis.
+    pub(super) nominal: Matrix3<f64>,
+    pub(super) error: ErrorAt,
+    pub(super) body_mm: Vector3<f64>,
+    pub(super) station: StationAt,
+}
+
+impl Sight {
+    pub(super) fn new(place: &Place, target: &Target, weights: &Weights) -> Self {
+        let Place { origin_mm, nominal, error, body_mm, station } = place;
+        let arm = error.turned * (nominal * body_mm);
+        let beam = origin_mm + error.displacement_mm + arm - station.center_mm;
+        let to_rows = weights.directions * station.rotation.transpose();
+        let measured_mm = weights.directions * target.at_mm.coords;
+        let mut by_error = SMatrix::<f64, 3, 6>::zeros();
+        by_error.fixed_view_mut::<3, 3>(0, 0).copy_from(&to_rows);
+        let by_turn = -(to_rows * arm.cross_matrix() * error.left_jacobian);
+        by_error.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_turn);
+        let mut by_station = SMatrix::<f64, 3, 6>::zeros();
+        by_station.fixed_view_mut::<3, 3>(0, 0).copy_from(&-to_rows);
+        let by_turn = to_rows * beam.cross_matrix() * station.left_jacobian;
+        by_station.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_turn);
+        Self {
+            residual_mm: to_rows * beam - measured_mm,
+            by_station,
+            by_mount: to_rows * error.turned * nominal,
+            by_error,
+            body_mm: *body_mm,
+            measured_mm,
+        }
+    }
+
+    /// Derivative by displacement and rotation of the reflector's body in the turning frame.
+    pub(super) fn by_motion(&self, coordinate: usize) -> Vector3<f64> {
+        let along = Vector3::ith(coordinate % 3, 1.0);
+        let moved = if coordinate < 3 { along } else { along.cross(&self.body_mm) };
+        self.by_mount * moved
+    }
+}

@@ -1,0 +1,172 @@
+use std::sync::{Arc, OnceLock};
+
+use model_discrepancy::{Closure, Covariate, Model, Origin};
+use tracker_lm::{
+    HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
+    TargetSurvey, TrackerError, calibrate_targets,
+};
+
+use super::error;
+use super::estimates::TrackerLmEstimates;
+use super::measured::{active, reversal};
+use crate::Error;
+use crate::case::Location;
+use crate::estimates::Estimates;
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
+use crate::regrouped::Regrouped;
+use crate::report::Fact;
+
+/// A `tracker-lm` case of points, as read.
+#[derive(Clone, Debug)]
+pub(super) struct TargetCase {
+    pub(super) file: Location,
+    /// Line of each reading.
+    pub(super) lines: Vec<usize>,
+    pub(super) survey: TargetSurvey,
+    pub(super) options: TargetOptions,
+    pub(super) records: TargetRecords,
+    pub(super) hold_out: HoldOut,
+    /// One name per reading.
+    pub(super) groups: Option<Vec<String>>,
+    pub(super) group_noun: Option<String>,
+    pub(super) solved: OnceLock<TargetCalibration>,
+}
+
+/// Components along the beam and across it, or of the station's frame.
+const COMPONENTS: [&[&str]; 2] = [&["beam", "across", "across again"], &["x", "y", "z"]];
+/// Distance over its own standard uncertainty beyond which a reading is named.
+const OUTLIER: f64 = 5.0;
+/// Readings named at most.
+const MOST_NAMED: usize = 5;
+
+impl TargetCase {
+    fn solved(&self) -> Result<&TargetCalibration, Error> {
+        if let Some(solved) = self.solved.get() {
+            return Ok(solved);
+        }
+        let solved = calibrate_targets(&self.survey, &self.options).map_err(|e| self.error(e))?;
+        Ok(self.solved.get_or_init(|| solved))
+    }
+
+    fn error(&self, source: TrackerError) -> Error {
+        let at = match source {
+            TrackerError::DuplicateRange { range, .. }
+            | TrackerError::UnknownIndex { range, .. } => self.lines.get(range),
+            _ => None,
+        };
+        let file = self.file.clone();
+        error(at.map_or(file.clone(), |line| file.line(*line)), source)
+    }
+
+    fn is_polar(&self) -> bool {
+        matches!(self.options.noise, TargetNoise::Polar { .. })
+    }
+
+    /// Readings that stand out.
+    fn warnings(&self, found: &TargetCalibration) -> Vec<String> {
+        let score = |n: usize| -> f64 {
+            let (residual, sigma) = (found.residuals_mm[n], found.sigmas_mm[n]);
+            let own = found.redundancy[n].map(|r| r.max(f64::EPSILON).sqrt());
+            residual.component_div(&sigma.component_mul(&own)).amax()
+        };
+        let mut far: Vec<(f64, usize)> = (0..self.survey.targets.len())
+            .map(|n| (score(n), n))
+            .filter(|(score, _)| *score > OUTLIER)
+            .collect();
+        far.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let name = |&(score, n): &(f64, usize)| {
+            let t = &self.survey.targets[n];
+            format!(
+                "line {}: mount {} at step {} as station {} saw it is off by {score:.1} times its \
+                 uncertainty",
+                self.lines[n],
+                self.survey.mounts[t.mount].name,
+                self.survey.steps[t.step].name,
+                self.survey.stations[t.station].name,
+            )
+        };
+        let mut warnings: Vec<String> = far.iter().take(MOST_NAMED).map(name).collect();
+        if far.len() > MOST_NAMED {
+            warnings
+                .push(format!("{} further readings stand out likewise", far.len() - MOST_NAMED));
+        }
+        warnings
+    }
+}
+
+impl Measured for TargetCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let found = self.solved()?;
+        let observation = |r: &nalgebra::Vector3<f64>| Observation {
+            residual: vec![r.x, r.y, r.z],
+            fitted: true,
+        };
+        Ok(Fitted {
+            observations: found.residuals_mm.iter().map(observation).collect(),
+            unit: "mm",
+            degrees_of_freedom: found.degrees_of_freedom,
+            chi2_per_dof: found.point_mm.is_none().then_some(found.variance_factor),
+            warnings: self.warnings(found),
+            estimates: Estimates::TrackerLm(TrackerLmEstimates::of_targets(
+                &self.survey,
+                found,
+                None,
+            )),
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let survey = self.survey.clone();
+        let model = TargetModel::new(survey, &self.records, self.hold_out, &self.options)
+            .map_err(|e| self.error(e))?;
+        let concrete = Arc::new(model);
+        let mut covariates = concrete.coordinates();
+        if let Some(values) = &self.records.time_s {
+            let (name, values) = ("time_s".to_owned(), values.clone());
+            covariates.push(Covariate { name, values, origin: Origin::Recorded });
+        }
+        covariates.extend(self.records.covariates.iter().cloned());
+        let mut model: Arc<dyn Model + Send> = Arc::<TargetModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let estimates = Box::new(move |closure: &Closure| {
+            let active = active(&*concrete, closure);
+            let found = concrete.calibration_with(&active).map(|(found, _)| found);
+            let found = found.as_ref().unwrap_or(concrete.calibration());
+            let reversal = reversal(&*concrete, closure);
+            Estimates::TrackerLm(TrackerLmEstimates::of_targets(&self.survey, found, reversal))
+        });
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        let survey = &self.survey;
+        let noise = match self.options.noise {
+            TargetNoise::Estimated => "estimated".to_owned(),
+            TargetNoise::Point { point_mm } => format!("{point_mm} mm"),
+            TargetNoise::Polar { range_mm, angle_rad } => {
+                format!("{range_mm} mm along the beam, {angle_rad} rad across it")
+            }
+        };
+        let declared = [
+            "Bundle: poses of the stations, reflectors on a rigid body and six errors of the axis \
+             at every angle, relative to the first one.",
+            "Frame: the rigid fit of all reflectors to their nominal places.",
+        ];
+        Words {
+            declared: declared.map(str::to_owned).to_vec(),
+            residual: "predicted − measured point",
+            components: COMPONENTS[usize::from(!self.is_polar())],
+            group_noun: self.group_noun.clone().unwrap_or_else(|| "step".to_owned()),
+            measured: vec![
+                fact("axis", survey.axis.letter.letter().to_string()),
+                fact("stations", survey.stations.len().to_string()),
+                fact("reflectors", survey.mounts.len().to_string()),
+                fact("noise of a reading", noise),
+            ],
+            places: None,
+        }
+    }
+}
