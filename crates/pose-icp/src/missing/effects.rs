@@ -70,6 +70,11 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
             vec![parameter("conic", "1", 1.0)],
             Term::Form(Form::Conic),
         ));
+    } else {
+        let text =
+            "the part is bent more than declared, alike in all directions; height at the rim";
+        let parameters = vec![parameter("height", "µm", 1e3)];
+        entries.push(entry("focus", text, parameters, Term::Form(Form::Focus)));
     }
     for (id, text, form) in [
         ("astigmatism", "the part is bent like a saddle", Form::Astigmatism),

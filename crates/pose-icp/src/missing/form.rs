@@ -10,6 +10,8 @@ pub(crate) enum Form {
     VertexRadius,
     /// Conic constant larger than declared, mm per unit.
     Conic,
+    /// `ρ²`, mm at the rim: what a vertex radius is to a part that has none.
+    Focus,
     /// `ρ² cos 2θ, ρ² sin 2θ`, mm at the rim.
     Astigmatism,
     /// `ρ² sin 2(θ + γ)`, mm at the rim: a saddle along the machine's diagonals.
@@ -38,6 +40,7 @@ impl Form {
         match self {
             Self::VertexRadius => shape.map_or_else(Vec::new, |s| vec![by_radius(s, point_mm)]),
             Self::Conic => shape.map_or_else(Vec::new, |s| vec![by_conic(s, point_mm)]),
+            Self::Focus => vec![square],
             Self::Astigmatism => vec![x * x - y * y, 2.0 * x * y],
             Self::Diagonal { gamma_rad } => {
                 let (sin, cos) = (2.0 * gamma_rad).sin_cos();

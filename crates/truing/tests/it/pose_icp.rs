@@ -115,6 +115,30 @@ fn the_loop_adds_nothing_to_a_sound_polynomial_and_finds_its_bad_touch() {
     assert_eq!(answer["verdict"], "explained");
 }
 
+/// A part without a vertex radius that is bent by 30 µm more at 40 mm than drawn. A shift along x
+/// and a tilt imitate the x² of it, so the scale of y is a rival.
+#[test]
+fn the_loop_finds_that_a_polynomial_is_bent_more() {
+    let declared = format!("{SADDLE}[noise]\npoint_mm = {NOISE_MM}\n");
+    let bent = |i: u32| {
+        let radius = 40.0 * ((f64::from(i) + 0.5) / 60.0).sqrt();
+        let (sin, cos) = (2.399_963 * f64::from(i)).sin_cos();
+        let (x, y) = (radius * cos, radius * sin);
+        [x, y, saddle(x, y) + 0.030 * (radius / 40.0).powi(2)]
+    };
+    // In an order that does not run outwards: 37 and 60 have no common factor.
+    let points = points_csv(&(0..60).map(|i| bent(i * 37 % 60)).collect::<Vec<_>>(), NOISE_MM);
+    let case = Case::new(&[("case.toml", &declared), ("points.csv", &points)]);
+    let answer = case.json("loop");
+    let steps = answer["steps"].as_array().unwrap();
+    assert_eq!(steps.len(), 1, "{steps:?}");
+    let rivals = steps[0]["indistinguishable_from"].as_array().unwrap();
+    let names = [&[steps[0]["effect"].clone()], &rivals[..]].concat();
+    assert!(names.contains(&"focus".into()), "{steps:#?}");
+    assert!(!names.contains(&"drift".into()), "{steps:#?}");
+    assert_eq!(answer["verdict"], "explained");
+}
+
 /// Three faces of a corner, each 40 mm × 40 mm, the normals towards +x, +y and +z.
 fn corner_stl() -> String {
     let mut text = "solid corner\n".to_owned();
