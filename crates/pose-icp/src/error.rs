@@ -26,9 +26,9 @@ pub enum PoseError {
         parameters: usize,
     },
     /// A touch cannot be used.
-    #[error("touch {index}: {reason}")]
+    #[error("touch {}: {reason}", index + 1)]
     InvalidTouch {
-        /// Position in the input slice.
+        /// Position in the input slice, from 0; messages count from 1.
         index: usize,
         /// What is wrong with it.
         reason: InvalidTouch,
@@ -44,20 +44,24 @@ pub enum PoseError {
         value: f64,
     },
     /// A touch has no closest point on the surface at the pose where the search starts.
-    #[error("touch {index} has no closest point where the search starts ({source}); start closer")]
+    #[error(
+        "touch {} has no closest point where the search starts ({source}); start closer",
+        index + 1
+    )]
     NoFoot {
-        /// Position in the input slice.
+        /// Position in the input slice, from 0; messages count from 1.
         index: usize,
         /// Why.
         source: GeometryError,
     },
     /// The ball touched beside the part, by more than the uncertainty of the pose explains.
     #[error(
-        "touch {index} lies outside the aperture: it meets the surface at ({x_mm:.3}, {y_mm:.3}) \
-         mm of the workpiece; remove it, or correct the aperture or the start"
+        "touch {} lies outside the aperture: it meets the surface at ({x_mm:.3}, {y_mm:.3}) mm of \
+         the workpiece; remove it, or correct the aperture or the start",
+        index + 1
     )]
     OutsideAperture {
-        /// Position in the input slice.
+        /// Position in the input slice, from 0; messages count from 1.
         index: usize,
         /// Where it would touch, in the workpiece frame.
         x_mm: f64,
@@ -66,11 +70,12 @@ pub enum PoseError {
     },
     /// The tip is larger than the hollow it should touch.
     #[error(
-        "a tip of radius {radius_mm} mm cannot touch the surface at touch {index}, where its \
-         radius of curvature is {curvature_radius_mm:.3} mm; use a smaller ball"
+        "a tip of radius {radius_mm} mm cannot touch the surface at touch {}, where its radius of \
+         curvature is {curvature_radius_mm:.3} mm; use a smaller ball",
+        index + 1
     )]
     TipTooLarge {
-        /// Position in the input slice.
+        /// Position in the input slice, from 0; messages count from 1.
         index: usize,
         /// Radius of the tip.
         radius_mm: f64,

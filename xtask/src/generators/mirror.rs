@@ -41,6 +41,8 @@ pub(crate) enum Flaw {
     Growth(f64),
     /// Rings left by a rotating tool: mm, period mm.
     Rings(f64, f64),
+    /// A raised patch of the given width about (12, −9) mm, mm.
+    Bump(f64, f64),
     /// The probe's ball settles by this much per percent of humidity, mm.
     Humidity(f64),
 }
@@ -239,6 +241,9 @@ fn height(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> f64 {
         Flaw::Coma(a) => (3.0 * rho.powi(3) - 2.0 * rho) * wave(a, 1.0),
         Flaw::Trefoil(a) => rho.powi(3) * wave(a, 3.0),
         Flaw::Rings(size, period) => size * (TAU * s.sqrt() / period).cos(),
+        Flaw::Bump(size, width) => {
+            size * (-((x - 12.0).powi(2) + (y + 9.0).powi(2)) / (width * width)).exp()
+        }
         _ => 0.0,
     };
     sag + form

@@ -55,6 +55,9 @@ pub(crate) fn mirrors() -> Vec<Cell> {
         mirror("rings, 4 µm, period 16 mm", ConfidentWrongName, |seed| {
             Scene::Mirror(Mirror { flaw: Flaw::Rings(0.004, 16.0), ..large_mirror(seed) })
         }),
+        mirror("a raised patch, 8 µm, 15 mm wide", ConfidentWrongName, |seed| {
+            Scene::Mirror(Mirror { flaw: Flaw::Bump(0.008, 15.0), ..large_mirror(seed) })
+        }),
         mirror("humidity, 4 σ", ConfidentWrongName, |seed| {
             Scene::Mirror(Mirror { flaw: Flaw::Humidity(0.0012), ..large_mirror(seed) })
         }),

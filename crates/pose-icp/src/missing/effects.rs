@@ -42,6 +42,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) held: &'a [PoseParameter],
     pub(crate) touches: &'a [MeasuredTouch],
     pub(crate) covariates: &'a [Covariate],
+    /// Rotation of the part about its axis.
+    pub(crate) gamma_rad: f64,
     /// Mean of the readings, machine frame.
     pub(crate) center_mm: Vector3<f64>,
     /// Mean squares of the normals' components, machine frame.
@@ -68,6 +70,11 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
             vec![parameter("conic", "1", 1.0)],
             Term::Form(Form::Conic),
         ));
+    } else {
+        let text =
+            "the part is bent more than declared, alike in all directions; height at the rim";
+        let parameters = vec![parameter("height", "µm", 1e3)];
+        entries.push(entry("focus", text, parameters, Term::Form(Form::Focus)));
     }
     for (id, text, form) in [
         ("astigmatism", "the part is bent like a saddle", Form::Astigmatism),
@@ -82,6 +89,7 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
             Term::Form(form),
         ));
     }
+    entries.extend(diagonal_saddle(setting));
     entries.extend(scales(setting.center_mm));
     entries.push(squareness(setting));
     entries.push(drift(setting));
@@ -136,6 +144,18 @@ fn pose(setting: &Setting<'_>) -> Vec<Entry> {
         ));
     }
     entries
+}
+
+/// To touches of a paraboloid a squareness of x and y is such a saddle, exactly: x·y/R. Named
+/// apart, the two stand in one class, as a saddle in any direction and a squareness do not.
+fn diagonal_saddle(setting: &Setting<'_>) -> Option<Entry> {
+    setting.part.shape()?;
+    let text = "the part is bent like a saddle along the machine's diagonals; height at the rim";
+    let form = Form::Diagonal { gamma_rad: setting.gamma_rad };
+    let mut entry =
+        entry("astigmatism", text, vec![parameter("diagonal", "µm", 1e3)], Term::Form(form));
+    entry.effect.subject = Some("diagonal".to_owned());
+    Some(entry)
 }
 
 /// One candidate per axis: the scale of z alone is a vertex radius to the touches of a paraboloid,

@@ -4,14 +4,21 @@ use geometry::AsphereShape;
 use nalgebra::Point3;
 
 /// A family of surface errors, with one amplitude per column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Form {
     /// Vertex radius longer than declared, mm per mm.
     VertexRadius,
     /// Conic constant larger than declared, mm per unit.
     Conic,
+    /// `ρ²`, mm at the rim: what a vertex radius is to a part that has none.
+    Focus,
     /// `ρ² cos 2θ, ρ² sin 2θ`, mm at the rim.
     Astigmatism,
+    /// `ρ² sin 2(θ + γ)`, mm at the rim: a saddle along the machine's diagonals.
+    Diagonal {
+        /// The part's rotation, γ.
+        gamma_rad: f64,
+    },
     /// `(3ρ³ − 2ρ) cos θ, (3ρ³ − 2ρ) sin θ`, mm at the rim.
     Coma,
     /// `ρ³ cos 3θ, ρ³ sin 3θ`, mm at the rim.
@@ -33,7 +40,12 @@ impl Form {
         match self {
             Self::VertexRadius => shape.map_or_else(Vec::new, |s| vec![by_radius(s, point_mm)]),
             Self::Conic => shape.map_or_else(Vec::new, |s| vec![by_conic(s, point_mm)]),
+            Self::Focus => vec![square],
             Self::Astigmatism => vec![x * x - y * y, 2.0 * x * y],
+            Self::Diagonal { gamma_rad } => {
+                let (sin, cos) = (2.0 * gamma_rad).sin_cos();
+                vec![(x * x - y * y) * sin + 2.0 * x * y * cos]
+            }
             Self::Coma => vec![(3.0 * square - 2.0) * x, (3.0 * square - 2.0) * y],
             Self::Trefoil => vec![x * (x * x - 3.0 * y * y), y * (3.0 * x * x - y * y)],
         }

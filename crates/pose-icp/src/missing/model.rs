@@ -282,6 +282,7 @@ fn setting<'a>(
         held: &options.held,
         touches,
         covariates,
+        gamma_rad: setups[0].reference.angles.gamma_rad,
         center_mm,
         normal_squares,
         lateral_travel_mm: travel_squares.map(f64::sqrt),

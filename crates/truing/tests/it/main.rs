@@ -9,12 +9,15 @@
 
 mod answers;
 mod command;
+mod correct;
 mod examples;
 mod force_impedance_messages;
 mod ft_center_messages;
 mod groups;
 mod hostile;
 mod messages;
+mod pose_icp;
+mod pose_icp_messages;
 mod probe_comp_messages;
 mod reading;
 mod register;

@@ -232,19 +232,16 @@ impl PoseCase {
         })
     }
 
-    /// `rows` are those that the solver was given.
-    fn error(&self, source: PoseError, rows: Option<&[usize]>) -> Error {
+    /// `rows` are those that the solver was given; messages speak of rows of the table.
+    fn error(&self, mut source: PoseError, rows: Option<&[usize]>) -> Error {
         let mut at = self.points.file.clone();
-        let index = match source {
-            PoseError::InvalidTouch { index, .. }
-            | PoseError::NoFoot { index, .. }
-            | PoseError::OutsideAperture { index, .. }
-            | PoseError::TipTooLarge { index, .. } => Some(index),
-            _ => None,
-        };
-        if let Some(index) = index {
-            let row = rows.map_or(Some(index), |rows| rows.get(index).copied());
-            if let Some(line) = row.and_then(|row| self.points.lines.get(row)) {
+        if let PoseError::InvalidTouch { index, .. }
+        | PoseError::NoFoot { index, .. }
+        | PoseError::OutsideAperture { index, .. }
+        | PoseError::TipTooLarge { index, .. } = &mut source
+        {
+            *index = rows.and_then(|rows| rows.get(*index).copied()).unwrap_or(*index);
+            if let Some(line) = self.points.lines.get(*index) {
                 at = at.line(*line);
             }
         }
