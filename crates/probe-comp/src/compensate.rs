@@ -139,7 +139,7 @@ pub(crate) fn foot_of_ball(
     Ok(foot)
 }
 
-fn check(index: usize, touch: &BallTouch) -> Result<(), ProbeError> {
+pub(crate) fn check(index: usize, touch: &BallTouch) -> Result<(), ProbeError> {
     let coordinates = touch.center_mm.iter().chain(touch.micro_mm.iter().flat_map(|p| p.iter()));
     let guide = touch.guide_mm.iter().flat_map(|p| p.iter());
     if let Some(&value) = coordinates.chain(guide).find(|v| {

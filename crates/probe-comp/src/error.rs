@@ -111,6 +111,12 @@ pub enum ProbeError {
         /// What it is.
         value: f64,
     },
+    /// The touches of an artefact leave something of the probe free.
+    #[error("{}", unqualified(free))]
+    NotQualified {
+        /// Parameters that the touches do not show; empty where the search found no answer.
+        free: Vec<String>,
+    },
     /// A covariate does not have one finite value per touch.
     #[error("covariate {covariate} needs one finite value for each of {needed} touches")]
     InvalidCovariate {
@@ -119,6 +125,15 @@ pub enum ProbeError {
         /// Touches given.
         needed: usize,
     },
+}
+
+fn unqualified(free: &[String]) -> String {
+    let advice = "touch the artefact from more directions, or ask for fewer terms";
+    if free.is_empty() {
+        format!("no sphere or ring of this radius fits the touches; {advice}")
+    } else {
+        format!("the touches of the artefact leave {} free; {advice}", free.join(", "))
+    }
 }
 
 impl ProbeError {

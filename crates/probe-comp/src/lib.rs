@@ -5,7 +5,8 @@
 //! uncertainty of both. The normal is the nominal one, the approach, or one that is measured by
 //! touching around the place ([`NormalSource`]); [`micro_radius`] says how far around.
 //! [`compensate_profile`] does the same for a profile that is scanned in a plane.
-//! [`ProbeModel`] lets `model_discrepancy` find what the probe, the machine or the part add.
+//! [`qualify`] finds what a probe adds from touches of a reference sphere or ring, and takes it off
+//! later ones. [`ProbeModel`] lets `model_discrepancy` find what the probe, the machine or the part add.
 //!
 //! Lengths are in mm, angles in rad, everything in the frame of the workpiece. Normals point from
 //! the part to the ball, deviations are positive where the part is too large, curvatures where it
@@ -47,6 +48,7 @@ mod touch;
 
 // All of them together.
 mod missing;
+mod qualify;
 
 pub use compensate::{NormalSource, compensate};
 pub use contact::{Contact, PlannedContact};
@@ -55,6 +57,7 @@ pub use micro_radius::{MicroRadius, micro_radius};
 pub use missing::{MeasuredTouch, ProbeModel, ProbeSetup};
 pub use nominal::{Nominal, NominalFoot, Side};
 pub use profile::{ProfileContact, compensate_profile};
+pub use qualify::{Lobe, ProbeTerms, Qualification, Reference, qualify};
 pub use touch::BallTouch;
 
 /// Runs the README's example.

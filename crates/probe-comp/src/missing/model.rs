@@ -40,6 +40,8 @@ pub struct ProbeModel {
     pub(crate) standards: Vec<Standard>,
     /// Nominal points as declared.
     pub(crate) feet: Vec<NominalFoot>,
+    /// Balls' centres on the nominal part.
+    centers_mm: Vec<Vector3<f64>>,
     approaches: Vec<Unit<Vector3<f64>>>,
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
@@ -97,6 +99,10 @@ impl ProbeModel {
         let compensation_mm = (contacts.iter().zip(&feet))
             .map(|(contact, foot)| contact.deviation_mm - foot.distance_mm)
             .collect();
+        let nominal_center = |foot: &NominalFoot| {
+            foot.point_mm.coords + foot.normal.into_inner() * setup.tip_radius_mm
+        };
+        let centers_mm = feet.iter().map(nominal_center).collect();
         let approaches = (balls.iter().zip(&feet))
             .map(|(ball, foot)| ball.approach.unwrap_or(-foot.normal))
             .collect();
@@ -112,6 +118,7 @@ impl ProbeModel {
             covariates,
             standards,
             feet,
+            centers_mm,
             approaches,
             compensation_mm,
             layout,
@@ -202,7 +209,7 @@ impl ProbeModel {
     fn situation<'a>(&'a self, index: usize, zero: &'a Unit<Vector3<f64>>) -> Situation<'a> {
         Situation {
             observation: index,
-            center_mm: &self.touches[index].touch.center_mm.coords,
+            center_mm: &self.centers_mm[index],
             contact_mm: &self.feet[index].point_mm,
             normal: &self.feet[index].normal,
             approach: &self.approaches[index],

@@ -41,7 +41,8 @@ pub(crate) enum Term {
 /// Where and how a touch was made, as declared.
 pub(crate) struct Situation<'a> {
     pub(crate) observation: usize,
-    /// Ball's centre as read.
+    /// Ball's centre on the nominal part: a place that no noise of the reading moves, so that no
+    /// tangent follows the residual.
     pub(crate) center_mm: &'a Vector3<f64>,
     /// Contact on the nominal part.
     pub(crate) contact_mm: &'a Point3<f64>,

@@ -9,4 +9,5 @@ mod guide;
 mod loops;
 mod micro;
 mod profile;
+mod qualified;
 mod scene;
