@@ -2,7 +2,7 @@
 
 use super::noise::Colour;
 use super::survey::{Defect, Survey, simulate};
-use super::{Case, Story, generated, words};
+use super::{Case, Story, generated, named_within, nothing, over_noise, words};
 use crate::expectation::{Expectation, HeldOut, Number};
 
 /// Error on check points over the noise of those points alone. A rigid fit of 18 points and an
@@ -37,10 +37,7 @@ fn survey_case(
     expect: Expectation,
 ) -> Case {
     let surveyed = simulate(survey);
-    let expect = Expectation {
-        held_out: expect.held_out.map(|bound| HeldOut { noise: surveyed.check_noise_mm, ..bound }),
-        ..expect
-    };
+    let expect = over_noise(expect, surveyed.check_noise_mm);
     let tables = vec![("case.toml", surveyed.case_toml), ("pairs.csv", surveyed.pairs_csv)];
     let noise = match survey.colour {
         Colour::White => "white",
@@ -53,18 +50,7 @@ fn survey_case(
 
 /// The named effect, nothing else, and nearly nothing left on points never fitted.
 fn named(class: &[&str]) -> Expectation {
-    Expectation {
-        verdict: words(&["explained"]),
-        effects: vec![words(class)],
-        nothing_else: true,
-        held_out: Some(HeldOut { noise: 0.0, at_most: HELD_OUT_AT_MOST }),
-        ..Expectation::default()
-    }
-}
-
-/// Nothing added.
-fn nothing(verdicts: &[&str]) -> Expectation {
-    Expectation { verdict: words(verdicts), nothing_else: true, ..Expectation::default() }
+    named_within(class, HELD_OUT_AT_MOST)
 }
 
 fn scale() -> Case {

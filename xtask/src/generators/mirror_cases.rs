@@ -2,8 +2,8 @@
 
 use super::mirror::{Flaw, Mirror, Touched, simulate};
 use super::noise::Colour;
-use super::{Case, Story, generated, words};
-use crate::expectation::{Expectation, HeldOut};
+use super::{Case, Story, generated, named_within, nothing, over_noise, words};
+use crate::expectation::Expectation;
 
 /// Error on check points over the noise of those points alone. A pose of 5 parameters and an
 /// effect of 3 from 36 touches add 8/36 of the variance, 11 % in the root; twelve residuals scatter
@@ -36,10 +36,7 @@ fn mirror_case(
     expect: Expectation,
 ) -> Case {
     let Touched { case_toml, points_csv, edge_csv, check_noise_mm, .. } = simulate(mirror);
-    let expect = Expectation {
-        held_out: expect.held_out.map(|bound| HeldOut { noise: check_noise_mm, ..bound }),
-        ..expect
-    };
+    let expect = over_noise(expect, check_noise_mm);
     let mut tables = vec![("case.toml", case_toml), ("points.csv", points_csv)];
     tables.extend(edge_csv.map(|text| ("edge.csv", text)));
     let truth = format!(
@@ -54,17 +51,7 @@ fn mirror_case(
 
 /// The named effect, nothing else, and nearly nothing left on points never fitted.
 fn named(class: &[&str]) -> Expectation {
-    Expectation {
-        verdict: words(&["explained"]),
-        effects: vec![words(class)],
-        nothing_else: true,
-        held_out: Some(HeldOut { noise: 0.0, at_most: HELD_OUT_AT_MOST }),
-        ..Expectation::default()
-    }
-}
-
-fn nothing(verdicts: &[&str]) -> Expectation {
-    Expectation { verdict: words(verdicts), nothing_else: true, ..Expectation::default() }
+    named_within(class, HELD_OUT_AT_MOST)
 }
 
 fn nothing_white() -> Case {

@@ -28,7 +28,7 @@ use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
 
-use crate::expectation::{Expectation, Provenance};
+use crate::expectation::{Expectation, HeldOut, Provenance};
 
 pub(crate) use noise::Colour;
 
@@ -117,11 +117,17 @@ fn named(class: &[&str]) -> Expectation {
     }
 }
 
-/// Nothing is to be added.
-fn nothing() -> Expectation {
-    Expectation {
-        verdict: words(&["nothing-missing", "noise-larger-than-declared"]),
-        nothing_else: true,
-        ..Expectation::default()
-    }
+/// The same, and nearly nothing is left on data never fitted: `at_most` times their noise.
+fn named_within(class: &[&str], at_most: f64) -> Expectation {
+    Expectation { held_out: Some(HeldOut { noise: 0.0, at_most }), ..named(class) }
+}
+
+/// Nothing is to be added, and one of the `verdicts` is given.
+fn nothing(verdicts: &[&str]) -> Expectation {
+    Expectation { verdict: words(verdicts), nothing_else: true, ..Expectation::default() }
+}
+
+/// With the noise that the simulator made on data never fitted, where the error on them is judged.
+fn over_noise(expect: Expectation, noise: f64) -> Expectation {
+    Expectation { held_out: expect.held_out.map(|bound| HeldOut { noise, ..bound }), ..expect }
 }

@@ -3,8 +3,8 @@
 use super::noise::Colour;
 use super::probe::{Flaw, Session, Shape, check_noise_mm, simulate};
 use super::probe_tables::{case_toml, touches_csv};
-use super::{Case, Story, generated, words};
-use crate::expectation::{Expectation, HeldOut};
+use super::{Case, Story, generated, named_within, nothing, over_noise, words};
+use crate::expectation::Expectation;
 
 /// Error on check touches over the noise of those touches alone. An effect of at most three
 /// amplitudes from 48 touches adds 3/48 of the variance, 3 % in the root; sixteen residuals
@@ -40,8 +40,7 @@ fn probe_case(
 ) -> Case {
     let touches = simulate(session);
     let noise = check_noise_mm(&touches);
-    let held_out = expect.held_out.map(|bound| HeldOut { noise, ..bound });
-    let expect = Expectation { held_out, ..expect };
+    let expect = over_noise(expect, noise);
     let tables =
         vec![("case.toml", case_toml(session)), ("touches.csv", touches_csv(session, &touches))];
     let part = match session.shape {
@@ -56,17 +55,7 @@ fn probe_case(
 
 /// The named effect, nothing else, and nearly nothing left on touches never fitted.
 fn named(class: &[&str]) -> Expectation {
-    Expectation {
-        verdict: words(&["explained"]),
-        effects: vec![words(class)],
-        nothing_else: true,
-        held_out: Some(HeldOut { noise: 0.0, at_most: HELD_OUT_AT_MOST }),
-        ..Expectation::default()
-    }
-}
-
-fn nothing(verdicts: &[&str]) -> Expectation {
-    Expectation { verdict: words(verdicts), nothing_else: true, ..Expectation::default() }
+    named_within(class, HELD_OUT_AT_MOST)
 }
 
 fn nothing_white() -> Case {
