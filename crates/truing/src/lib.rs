@@ -50,7 +50,7 @@ pub use kinds::{
 };
 pub use page::{loop_report, solve_report};
 pub use program::{Corrected, correct};
-pub use register::{RegisterSettings, RegisterTiming, Registered, RegisteredPose, register};
+pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve};

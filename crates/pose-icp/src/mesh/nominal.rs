@@ -1,10 +1,10 @@
 use geometry::{Curvature, Foot, GeometryError, Hit, Line, Surface as GeometrySurface};
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::border::{Border, Holes};
+use super::border::Holes;
 use super::surface::Surface;
 use super::triangles::TriangleMesh;
-use crate::{RegisterError, Side};
+use crate::RegisterError;
 
 /// A mesh as the nominal surface of a part.
 ///
@@ -26,13 +26,8 @@ impl MeshSurface {
     ///
     /// As [`MeshTarget::new`](crate::MeshTarget::new).
     pub fn new(mesh: &TriangleMesh, holes: Holes) -> Result<Self, RegisterError> {
-        mesh.check(Side::Target)?;
-        let mesh = mesh.welded();
-        let border = Border::of(&mesh);
-        if border.n_holes > 0 && holes == Holes::Refuse {
-            return Err(RegisterError::MeshHoles { count: border.n_holes });
-        }
-        Ok(Self { surface: Surface::new(&mesh, border)?, mesh })
+        let (mesh, surface) = Surface::checked(mesh, holes)?;
+        Ok(Self { surface, mesh })
     }
 
     /// Where the line crosses a face (Möller and Trumbore 1997).

@@ -5,7 +5,7 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::{CompositeShapeRef, TriMesh, TrianglePointLocation};
 
-use super::border::Border;
+use super::border::{Border, Holes};
 use super::triangles::TriangleMesh;
 use crate::RegisterError;
 use crate::cloud::Side;
@@ -27,7 +27,23 @@ pub(super) struct OnFace {
 }
 
 impl Surface {
-    pub(super) fn new(mesh: &TriangleMesh, border: Border) -> Result<Self, RegisterError> {
+    /// Joins coinciding vertices, checks the faces and builds the search tree; the mesh as joined
+    /// comes with it.
+    pub(super) fn checked(
+        mesh: &TriangleMesh,
+        holes: Holes,
+    ) -> Result<(TriangleMesh, Self), RegisterError> {
+        mesh.check(Side::Target)?;
+        let mesh = mesh.welded();
+        let border = Border::of(&mesh);
+        if border.n_holes > 0 && holes == Holes::Refuse {
+            return Err(RegisterError::MeshHoles { count: border.n_holes });
+        }
+        let surface = Self::new(&mesh, border)?;
+        Ok((mesh, surface))
+    }
+
+    fn new(mesh: &TriangleMesh, border: Border) -> Result<Self, RegisterError> {
         let normals = (0..mesh.faces.len()).map(|f| mesh.area_vector(f).normalize()).collect();
         let vertices = mesh.vertices_mm.iter().map(to_parry).collect();
         let parry = TriMesh::new(vertices, mesh.faces.clone())

@@ -1,10 +1,10 @@
 use nalgebra::Point3;
 
-use super::border::{Border, Holes};
+use super::border::Holes;
 use super::surface::Surface;
 use super::triangles::TriangleMesh;
 use crate::cloud::{Foot, Found, NONE, Target, register};
-use crate::{PointCloud, RegisterError, RegisterOptions, Registration, Side};
+use crate::{PointCloud, RegisterError, RegisterOptions, Registration};
 
 /// Share of the height over a border edge that a point may lie beside it; more is beside the mesh.
 const SIDEWAYS_PER_HEIGHT: f64 = 0.2;
@@ -28,13 +28,8 @@ impl MeshTarget {
     ///
     /// As [`TriangleMesh::check`]; [`RegisterError::MeshHoles`] unless they are to be skipped.
     pub fn new(mesh: &TriangleMesh, holes: Holes) -> Result<Self, RegisterError> {
-        mesh.check(Side::Target)?;
-        let mesh = mesh.welded();
-        let border = Border::of(&mesh);
-        if border.n_holes > 0 && holes == Holes::Refuse {
-            return Err(RegisterError::MeshHoles { count: border.n_holes });
-        }
-        Ok(Self { surface: Surface::new(&mesh, border)? })
+        let (_, surface) = Surface::checked(mesh, holes)?;
+        Ok(Self { surface })
     }
 }
 

@@ -29,6 +29,7 @@ pub use tracker_lm::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
 };
 
+pub(crate) use pose_icp::stds;
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
 pub use probe_comp::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,

@@ -17,6 +17,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
 use crate::kinds::{Kind, Measured, Reading};
 
+pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
 use measured::PoseCase;
 use surface::SurfaceSettings;

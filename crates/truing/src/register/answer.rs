@@ -1,9 +1,11 @@
 use std::fmt;
 
 use geometry::EulerAngles;
-use nalgebra::{Matrix3, Matrix6};
-use pose_icp::Registration;
+use nalgebra::Matrix6;
+use pose_icp::{PoseStart, Registration};
 use serde::Serialize;
+
+use crate::kinds::{PoseEstimate, stds};
 
 /// Answer of `truing register`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -11,7 +13,7 @@ pub struct Registered {
     /// Version of this crate.
     pub version: &'static str,
     /// Where the source lies: `p_target = Rz(γ) Ry(β) Rx(α) p + d`.
-    pub pose: RegisteredPose,
+    pub pose: PoseEstimate,
     /// The same as rows of a 4 × 4 matrix, target from source.
     pub matrix: [[f64; 4]; 4],
     /// Root-mean-square residual of the points used.
@@ -36,25 +38,6 @@ pub struct Registered {
     pub warnings: Vec<String>,
 }
 
-/// Pose of the source in the target's frame, with standard uncertainties.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "coordinates and angles of `p_target = Rz(γ) Ry(β) Rx(α) p + d`")]
-pub struct RegisteredPose {
-    pub x_mm: f64,
-    pub y_mm: f64,
-    pub z_mm: f64,
-    pub alpha_deg: f64,
-    pub beta_deg: f64,
-    pub gamma_deg: f64,
-    pub std_x_mm: f64,
-    pub std_y_mm: f64,
-    pub std_z_mm: f64,
-    /// `None` where the angles are not unique.
-    pub std_alpha_deg: Option<f64>,
-    pub std_beta_deg: Option<f64>,
-    pub std_gamma_deg: Option<f64>,
-}
-
 /// Wall-clock times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RegisterTiming {
@@ -66,36 +49,25 @@ pub struct RegisterTiming {
     pub align_s: f64,
 }
 
-impl RegisteredPose {
-    pub(super) fn of(found: &Registration) -> Self {
-        let pose = &found.target_from_source;
-        let at = pose.translation.vector;
-        let angles = EulerAngles::from_rotation(&pose.rotation).angles();
-        // The source's origin is d; a small rotation about the pivot moves it by ω × (d − pivot).
-        let mut origin = Matrix6::identity();
-        let arm = at - found.pivot_mm.coords;
-        origin.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
-        let covariance = origin * found.covariance * origin.transpose();
-        let std_mm = |k: usize| covariance[(k, k)].sqrt();
-        let rotation: Matrix3<f64> = covariance.fixed_view::<3, 3>(3, 3).into_owned();
-        let inverse = angles.left_jacobian().try_inverse();
-        let of_angles = inverse.map(|inverse| inverse * rotation * inverse.transpose());
-        let std_deg = |k: usize| of_angles.map(|c| c[(k, k)].sqrt().to_degrees());
-        Self {
-            x_mm: at.x,
-            y_mm: at.y,
-            z_mm: at.z,
-            alpha_deg: angles.alpha_rad.to_degrees(),
-            beta_deg: angles.beta_rad.to_degrees(),
-            gamma_deg: angles.gamma_rad.to_degrees(),
-            std_x_mm: std_mm(0),
-            std_y_mm: std_mm(1),
-            std_z_mm: std_mm(2),
-            std_alpha_deg: std_deg(0),
-            std_beta_deg: std_deg(1),
-            std_gamma_deg: std_deg(2),
-        }
+/// Pose of the source in the target's frame; without uncertainties of the angles where these are not
+/// unique.
+pub(super) fn pose_of(found: &Registration) -> PoseEstimate {
+    let position_mm = found.target_from_source.translation.vector;
+    let angles = EulerAngles::from_rotation(&found.target_from_source.rotation).angles();
+    let of_angles = angles.left_jacobian().try_inverse();
+    let mut to_pose = Matrix6::identity();
+    // The source's origin is d; a small rotation about the pivot moves it by ω × (d − pivot).
+    let arm = position_mm - found.pivot_mm.coords;
+    to_pose.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
+    if let Some(of_angles) = &of_angles {
+        to_pose.fixed_view_mut::<3, 3>(3, 3).copy_from(of_angles);
     }
+    let covariance = to_pose * found.covariance * to_pose.transpose();
+    let mut pose = PoseEstimate::of(&PoseStart { position_mm, angles }, Some(stds(&covariance)));
+    if of_angles.is_none() {
+        (pose.std_alpha_deg, pose.std_beta_deg, pose.std_gamma_deg) = (None, None, None);
+    }
+    pose
 }
 
 impl fmt::Display for Registered {
@@ -107,7 +79,8 @@ impl fmt::Display for Registered {
             ("y", pose.y_mm, pose.std_y_mm),
             ("z", pose.z_mm, pose.std_z_mm),
         ] {
-            writeln!(f, "  {name:<5} {value:>16.6} mm  ± {std:.2e}")?;
+            let std = std.map_or_else(String::new, |std| format!("± {std:.2e}"));
+            writeln!(f, "  {name:<5} {value:>16.6} mm  {std}")?;
         }
         for (name, value, std) in [
             ("alpha", pose.alpha_deg, pose.std_alpha_deg),

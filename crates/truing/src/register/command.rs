@@ -7,7 +7,7 @@ use pose_icp::{
     Registration, Side, estimate_normals, register_to_cloud, register_to_mesh, sample_surface,
 };
 
-use super::answer::{RegisterTiming, Registered, RegisteredPose};
+use super::answer::{RegisterTiming, Registered, pose_of};
 use crate::Error;
 use crate::shape::{Shape, read_shape};
 
@@ -139,7 +139,7 @@ fn answer(
     let shape = found.observability.as_ref();
     Registered {
         version: env!("CARGO_PKG_VERSION"),
-        pose: RegisteredPose::of(found),
+        pose: pose_of(found),
         matrix: rows(&found.target_from_source),
         rms_mm: found.rms_mm,
         sigma_mm: found.sigma_mm,

@@ -3,5 +3,5 @@
 mod answer;
 mod command;
 
-pub use answer::{RegisterTiming, Registered, RegisteredPose};
+pub use answer::{RegisterTiming, Registered};
 pub use command::{RegisterSettings, register};

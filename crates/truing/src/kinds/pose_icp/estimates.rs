@@ -97,7 +97,7 @@ impl PoseEstimate {
         PoseStart { position_mm, angles }.machine_from_workpiece()
     }
 
-    pub(super) fn of(pose: &PoseStart, stds: Option<Vector6<f64>>) -> Self {
+    pub(crate) fn of(pose: &PoseStart, stds: Option<Vector6<f64>>) -> Self {
         let PoseStart { position_mm, angles } = pose;
         let EulerAngles { alpha_rad, beta_rad, gamma_rad } = *angles;
         let length = |k: usize| stds.map(|s| s[k]);
@@ -119,7 +119,7 @@ impl PoseEstimate {
     }
 }
 
-pub(super) fn stds(covariance: &Matrix6<f64>) -> Vector6<f64> {
+pub(crate) fn stds(covariance: &Matrix6<f64>) -> Vector6<f64> {
     covariance.diagonal().map(|v| v.max(0.0).sqrt())
 }
 
