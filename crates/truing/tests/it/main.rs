@@ -14,6 +14,7 @@ mod force_impedance_messages;
 mod ft_center_messages;
 mod groups;
 mod hostile;
+mod import;
 mod messages;
 mod probe_comp_messages;
 mod reading;
