@@ -58,6 +58,19 @@ pub enum GeometryError {
         /// Highest degree accepted.
         limit: usize,
     },
+    /// A grid of heights is too small, or its heights do not fill it.
+    #[error(
+        "a grid of {columns} × {rows} places with {heights} heights makes no surface; it needs 4 \
+         places or more each way, and one height for each"
+    )]
+    InvalidGrid {
+        /// Places along x.
+        columns: usize,
+        /// Places along y.
+        rows: usize,
+        /// Heights given.
+        heights: usize,
+    },
     /// An aperture is not positive.
     #[error("aperture diameter {diameter_mm} mm is not positive")]
     InvalidAperture {

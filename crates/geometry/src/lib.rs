@@ -4,7 +4,7 @@
 //!   to round-off from 1e-9 rad to π; machine errors live at 1e-6 rad. [`EulerAngles`] are
 //!   `R = Rz(γ) Ry(β) Rx(α)`, [`PlanarMap`] takes in reflection, scale and shear.
 //! - [`Wrench`]: change of reference point and frame, power, line of action, free moment.
-//! - [`Plane`], [`Sphere`], [`Asphere`], [`Polynomial`] answer as [`Surface`]s: closest point, curvature, hits of a
+//! - [`Plane`], [`Sphere`], [`Asphere`], [`Polynomial`], [`HeightGrid`] answer as [`Surface`]s: closest point, curvature, hits of a
 //!   line. Where there is no answer, or not a single one, they say which way it failed.
 //!
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad ([`units`] has the factors).
@@ -37,12 +37,15 @@
 mod asphere;
 mod error;
 mod euler;
+mod graph;
+mod height_grid;
 mod line;
 mod planar;
 mod plane;
 mod polynomial;
 mod sphere;
 mod surface;
+mod univariate;
 mod wrench;
 
 // Public as namespaces: `se3::exp` and `so3::exp` have no better names apart from their group.
@@ -57,6 +60,7 @@ pub use nalgebra;
 pub use asphere::{Asphere, AsphereShape};
 pub use error::GeometryError;
 pub use euler::{EulerAngles, EulerReading};
+pub use height_grid::HeightGrid;
 pub use line::Line;
 pub use planar::{PlanarMap, PlanarParts};
 pub use plane::Plane;

@@ -1,8 +1,9 @@
-use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use nalgebra::{Matrix3, Point2, Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::contact::PlannedContact;
 use crate::guide::meet_along_z;
+use crate::nearest::Nearest;
 use crate::neighbours::{LocalShape, measured_normal};
 use crate::nominal::NominalFoot;
 use crate::{BallTouch, Contact, InvalidTouch, Nominal, ProbeError};
@@ -28,6 +29,9 @@ pub enum NormalSource {
     MicroPlane,
     /// Of the quadric through the ball's centres at and around the touch, five or more around it.
     Quadric,
+    /// Of the offset surface through all touches: at each, the quadric through it and the twelve
+    /// nearest others. For scans, without touches of their own around each place.
+    SurfaceFit,
 }
 
 /// Coordinates from this magnitude on are slips.
@@ -53,58 +57,92 @@ pub fn compensate(
     if !(0.0..MAX_COORDINATE_MM).contains(&tip_radius_mm) {
         return Err(ProbeError::InvalidTip { radius_mm: tip_radius_mm });
     }
+    for (index, touch) in touches.iter().enumerate() {
+        check(index, touch)?;
+    }
+    let centers: Vec<Point3<f64>> = if source == NormalSource::SurfaceFit {
+        touches.iter().map(|touch| touch.center_mm).collect()
+    } else {
+        Vec::new()
+    };
+    let task = Task { nominal, tip_radius_mm, source, nearest: Nearest::new(&centers) };
     // Which error comes first must not depend on threads.
-    let each: Vec<_> = (touches.par_iter().enumerate())
-        .map(|(index, touch)| one(nominal, tip_radius_mm, index, touch, source))
-        .collect();
+    let each: Vec<_> =
+        touches.par_iter().enumerate().map(|(index, touch)| task.one(index, touch)).collect();
     each.into_iter().collect()
 }
 
-fn one(
-    nominal: &Nominal,
+/// What is the same for every touch.
+struct Task<'a> {
+    nominal: &'a Nominal,
     tip_radius_mm: f64,
-    index: usize,
-    touch: &BallTouch,
     source: NormalSource,
-) -> Result<Contact, ProbeError> {
-    check(index, touch)?;
-    let foot = foot_of_ball(nominal, tip_radius_mm, index, &touch.center_mm)?;
-    let away = |approach: &Unit<Vector3<f64>>| approach.dot(&foot.normal) >= 0.0;
-    if let Some(approach) = touch.approach.as_ref().filter(|a| away(a)) {
-        let angle_deg = approach.angle(&-foot.normal.into_inner()).to_degrees();
-        let reason = InvalidTouch::LeadsAway { angle_deg };
-        return Err(ProbeError::InvalidTouch { index, reason });
+    nearest: Nearest<'a>,
+}
+
+/// Touches around one that a surface through all of them goes by.
+const SURFACE_NEIGHBOURS: usize = 12;
+
+impl Task<'_> {
+    fn one(&self, index: usize, touch: &BallTouch) -> Result<Contact, ProbeError> {
+        let foot = foot_of_ball(self.nominal, self.tip_radius_mm, index, &touch.center_mm)?;
+        let away = |approach: &Unit<Vector3<f64>>| approach.dot(&foot.normal) >= 0.0;
+        if let Some(approach) = touch.approach.as_ref().filter(|a| away(a)) {
+            let angle_deg = approach.angle(&-foot.normal.into_inner()).to_degrees();
+            let reason = InvalidTouch::LeadsAway { angle_deg };
+            return Err(ProbeError::InvalidTouch { index, reason });
+        }
+        let mut contact = self.contact(index, touch, &foot)?;
+        contact.planned = touch
+            .guide_mm
+            .map(|guide_mm| self.planned(index, touch, guide_mm, &contact.point_mm))
+            .transpose()?;
+        Ok(contact)
     }
-    let mut contact = match source {
-        NormalSource::Nominal => along_nominal(touch, &foot, tip_radius_mm),
-        NormalSource::Approach => {
-            let approach = touch.approach.ok_or(ProbeError::NoApproach { index })?;
-            along(nominal, index, touch, tip_radius_mm, -approach, Matrix3::zeros())?
+
+    fn contact(
+        &self,
+        index: usize,
+        touch: &BallTouch,
+        foot: &NominalFoot,
+    ) -> Result<Contact, ProbeError> {
+        let measured = |neighbours: &[Point3<f64>], shape| {
+            let found = measured_normal(index, &touch.center_mm, neighbours, &foot.normal, shape)?;
+            let spread = found.spread_per_mm2 * self.tip_radius_mm.powi(2);
+            along(self.nominal, index, touch, self.tip_radius_mm, found.normal, spread)
+        };
+        match self.source {
+            NormalSource::Nominal => Ok(along_nominal(touch, foot, self.tip_radius_mm)),
+            NormalSource::Approach => {
+                let approach = touch.approach.ok_or(ProbeError::NoApproach { index })?;
+                along(self.nominal, index, touch, self.tip_radius_mm, -approach, Matrix3::zeros())
+            }
+            NormalSource::MicroPlane => measured(&touch.micro_mm, LocalShape::Plane),
+            NormalSource::Quadric => measured(&touch.micro_mm, LocalShape::Quadric),
+            NormalSource::SurfaceFit => {
+                measured(&self.nearest.around(index, SURFACE_NEIGHBOURS), LocalShape::Quadric)
+            }
         }
-        NormalSource::MicroPlane | NormalSource::Quadric => {
-            let shape = if source == NormalSource::Quadric {
-                LocalShape::Quadric
-            } else {
-                LocalShape::Plane
-            };
-            let measured =
-                measured_normal(index, &touch.center_mm, &touch.micro_mm, &foot.normal, shape)?;
-            let spread = measured.spread_per_mm2 * tip_radius_mm.powi(2);
-            along(nominal, index, touch, tip_radius_mm, measured.normal, spread)?
-        }
-    };
-    if let Some(guide_mm) = touch.guide_mm {
-        let (center_mm, foot) = meet_along_z(nominal, tip_radius_mm, guide_mm, touch.center_mm.z)
+    }
+
+    fn planned(
+        &self,
+        index: usize,
+        touch: &BallTouch,
+        guide_mm: Point2<f64>,
+        contact_mm: &Point3<f64>,
+    ) -> Result<PlannedContact, ProbeError> {
+        let from_z_mm = touch.center_mm.z;
+        let (center_mm, foot) = meet_along_z(self.nominal, self.tip_radius_mm, guide_mm, from_z_mm)
             .ok_or(ProbeError::NoGuide { index })?;
-        let error_mm = contact.point_mm - foot.point_mm;
-        contact.planned = Some(PlannedContact {
+        let error_mm = contact_mm - foot.point_mm;
+        Ok(PlannedContact {
             center_mm,
             point_mm: foot.point_mm,
             error_mm,
             normal_error_mm: foot.normal.dot(&error_mm),
-        });
+        })
     }
-    Ok(contact)
 }
 
 /// Nominal point under a ball, which must be near it and may not be larger than the hollow there.

@@ -41,6 +41,7 @@ mod contact;
 mod error;
 mod guide;
 mod micro_radius;
+mod nearest;
 mod neighbours;
 mod nominal;
 mod profile;

@@ -8,6 +8,7 @@ mod closed;
 mod design;
 mod error;
 mod estimates;
+mod import;
 mod kinds;
 mod page;
 mod program;
@@ -40,6 +41,7 @@ pub use design::{
 };
 pub use error::Error;
 pub use estimates::{Estimates, Export};
+pub use import::{ImportedTouches, ProbeLogSettings, import_probe_log, write_imported};
 pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
     DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,

@@ -6,6 +6,7 @@ mod coefficients;
 mod curvature;
 mod degenerate;
 mod euler;
+mod height_grid;
 mod jacobian;
 mod laws;
 mod line_hits;

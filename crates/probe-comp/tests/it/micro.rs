@@ -103,6 +103,44 @@ fn more_touches_take_the_bias_away() {
     }
 }
 
+/// A scan of places 0.5 mm apart: without noise the fitted surface is as good as a quadric around
+/// each place; with it, 13 places 1 µm each over about a millimetre.
+#[test]
+fn a_surface_through_a_scan_needs_no_touches_around() {
+    let scan = |height: Height, sigma_mm: f64| -> Vec<BallTouch> {
+        let mut rng = ChaCha8Rng::seed_from_u64(12);
+        (-8_i32..=8)
+            .flat_map(|i| (-8_i32..=8).map(move |j| (f64::from(i), f64::from(j))))
+            .map(|(i, j)| let_down(height, AT[0] + 0.5 * i, AT[1] + 0.5 * j, TIP_MM))
+            .map(|center| BallTouch::new(center + noise(sigma_mm, &mut rng), SIGMA_MM))
+            .collect()
+    };
+    for (height, nominal) in polynomials() {
+        let clean = scan(height, 0.0);
+        let middle = clean.len() / 2;
+        let by = |touches: &[BallTouch]| {
+            compensate(&nominal, TIP_MM, touches, NormalSource::SurfaceFit).unwrap()
+        };
+        let exact = by(&clean);
+        let bias_um = 1e3 * TIP_MM * exact[middle].normal.angle(&exact[middle].nominal_normal);
+        assert!(bias_um < 0.1, "{bias_um} µm");
+        let noisy = by(&scan(height, SIGMA_MM));
+        let inner = |contacts: &[probe_comp::Contact]| {
+            let ok = |k: &usize| k % 17 > 1 && k % 17 < 15 && k / 17 > 1 && k / 17 < 15;
+            let at = (0..contacts.len()).filter(ok).collect::<Vec<_>>();
+            let square = at.iter().map(|&k| contacts[k].normal.angle(&exact[k].normal).powi(2));
+            1e3 * TIP_MM
+                * (square.sum::<f64>() / f64::from(u32::try_from(at.len()).unwrap())).sqrt()
+        };
+        let said = noisy[middle].sigma_tangential_mm().powi(2) - SIGMA_MM * SIGMA_MM;
+        let said_um = 1e3 * (2.0 * said).sqrt();
+        let found_um = inner(&noisy);
+        // Neighbouring places share most of their touches: about 30 are independent.
+        assert!((found_um / said_um - 1.0).abs() < 0.3, "{found_um} {said_um}");
+        assert!(found_um < 3.0, "{found_um}");
+    }
+}
+
 #[test]
 fn noise_tilts_a_small_plane_more() {
     let (height, nominal) = polynomials()[1].clone();

@@ -75,6 +75,11 @@ pub(crate) enum Command {
         #[command(subcommand)]
         what: Design,
     },
+    /// Make a case of what another program wrote
+    Import {
+        #[command(subcommand)]
+        what: Import,
+    },
     /// Write a small commented case to start from
     Init {
         /// Kind of case
@@ -83,6 +88,32 @@ pub(crate) enum Command {
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Import {
+    /// Touches out of a LinuxCNC probe log (PROBEOPEN), as a case of kind probe-comp
+    ProbeLog {
+        /// The log: nine numbers a line, X Y Z A B C U V W
+        log: PathBuf,
+        /// Feed of the touches, mm/min, where it was one for all: a column that drives a latency
+        #[arg(long, value_name = "MM_PER_MIN", value_parser = positive)]
+        feed: Option<f64>,
+        /// Radius of the ball, mm
+        #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
+        tip_radius: f64,
+        /// The log is in inches
+        #[arg(long)]
+        inch: bool,
+        /// Folder to write the case to; default: the table on standard output
+        #[arg(long, value_name = "CASE")]
+        out: Option<PathBuf>,
+    },
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    number.ok_or_else(|| "expected a positive number".to_owned())
 }
 
 #[derive(Debug, Subcommand)]

@@ -16,11 +16,12 @@ use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::{IndexEntry, render_index};
 use truing::{
-    Case, Error, Estimates, Export, ForceDesignInput, check, close_loop, correct, design_force,
-    force_report, loop_report, read_case, solve, solve_report,
+    Case, Error, Estimates, Export, ForceDesignInput, ProbeLogSettings, check, close_loop, correct,
+    design_force, force_report, import_probe_log, loop_report, read_case, solve, solve_report,
+    write_imported,
 };
 
-use arguments::{Arguments, Command, Design, ForceCard, Run};
+use arguments::{Arguments, Command, Design, ForceCard, Import, Run};
 use register::Register;
 use spinner::Spinner;
 
@@ -50,6 +51,14 @@ fn obey(command: Command) -> Result<(), Error> {
         }
         Command::Index { output, pages } => index(&output, &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
+        Command::Import { what: Import::ProbeLog { log, feed, tip_radius, inch, out } } => {
+            let settings = ProbeLogSettings {
+                feed_mm_per_min: feed,
+                tip_radius_mm: tip_radius,
+                unit_mm: if inch { MM_PER_INCH } else { 1.0 },
+            };
+            probe_log(&log, &settings, out.as_deref())
+        }
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
     }
 }
@@ -225,6 +234,23 @@ fn entry(page: &Path) -> Result<IndexEntry, Error> {
     let text = std::fs::read_to_string(page)
         .map_err(|e| Error::NotRead { path: page.to_owned(), reason: e.kind() })?;
     IndexEntry::from_page(&text).map_err(|source| Error::Page { path: page.to_owned(), source })
+}
+
+const MM_PER_INCH: f64 = 25.4;
+
+fn probe_log(log: &Path, settings: &ProbeLogSettings, out: Option<&Path>) -> Result<(), Error> {
+    let imported = import_probe_log(log, settings)?;
+    let Some(folder) = out else {
+        let table = imported.files.iter().find(|(name, _)| *name == "touches.csv");
+        return output::text(&table.map_or("", |(_, text)| text));
+    };
+    let files = write_imported(&imported, folder)?;
+    let listed: Vec<String> = files.iter().map(|f| format!("  {}", f.display())).collect();
+    let (n, listed, folder) = (imported.n_touches, listed.join("\n"), folder.display());
+    output::text(&format_args!(
+        "{n} touches, wrote\n{listed}\nnext: write the surface into {folder}/case.toml, then truing \
+         solve {folder}\n"
+    ))
 }
 
 fn init(kind: &str, folder: Option<&Path>) -> Result<(), Error> {

@@ -23,7 +23,12 @@ pub fn write_example(kind: &str, folder: impl AsRef<Path>) -> Result<Vec<PathBuf
             expected: names.collect(),
         }
     })?;
-    let files: Vec<PathBuf> = known.example.iter().map(|(name, _)| folder.join(name)).collect();
+    write_new(folder, known.example)
+}
+
+/// Writes files into a folder, which is made if need be; where one of them exists, none is written.
+pub(crate) fn write_new(folder: &Path, named: &[(&str, &str)]) -> Result<Vec<PathBuf>, Error> {
+    let files: Vec<PathBuf> = named.iter().map(|(name, _)| folder.join(name)).collect();
     if let Some(path) = files.iter().find(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::Exists { path: path.clone() });
     }
@@ -32,7 +37,7 @@ pub fn write_example(kind: &str, folder: impl AsRef<Path>) -> Result<Vec<PathBuf
         reason => Error::NotWritten { path: path.to_owned(), reason },
     };
     fs::create_dir_all(folder).map_err(|e| not_written(folder, &e))?;
-    for (path, (_, content)) in files.iter().zip(known.example) {
+    for (path, (_, content)) in files.iter().zip(named) {
         fs::File::create_new(path)
             .and_then(|mut file| file.write_all(content.as_bytes()))
             .map_err(|e| not_written(path, &e))?;

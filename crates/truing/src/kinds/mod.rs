@@ -19,6 +19,7 @@ use crate::estimates::Estimates;
 use crate::report::{CurvePlot, Fact};
 
 pub use example::write_example;
+pub(crate) use example::write_new;
 pub use force_impedance::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
 pub use frame_fit::{FrameFitEstimates, PointResidual, TransformStd};
 pub use ft_center::{

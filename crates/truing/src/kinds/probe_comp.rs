@@ -1,6 +1,7 @@
 //! `probe-comp`: where a ball probe really touched, and how far the part is off there.
 
 mod estimates;
+mod grid;
 mod measured;
 mod surface;
 mod tables;
@@ -17,6 +18,7 @@ use crate::kinds::{Kind, Reading};
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
 };
+use grid::HEIGHTS;
 use measured::ProbeCase;
 use surface::{PartSurface, SurfaceSettings};
 use tables::Touches;
@@ -80,6 +82,7 @@ enum NormalName {
     Approach,
     MicroPlane,
     Quadric,
+    SurfaceFit,
 }
 
 #[derive(Default, Deserialize)]
@@ -111,7 +114,12 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
                        `touches.csv`";
         return Err(Error::case(document.at_file(), Problem::MissingKey { key, purpose }));
     }
-    let tables: &[&str] = if folder.has(MICRO) { &[TOUCHES, MICRO] } else { &[TOUCHES] };
+    let tables: &[&str] = match (folder.has(MICRO), surface.is_grid) {
+        (false, false) => &[TOUCHES],
+        (true, false) => &[TOUCHES, MICRO],
+        (false, true) => &[TOUCHES, HEIGHTS],
+        (true, true) => &[TOUCHES, MICRO, HEIGHTS],
+    };
     let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
     let case = ProbeCase { surface, touches, tip_radius_mm, stylus, source, sigma_mm };
     let loop_settings = settings.closure;
@@ -177,6 +185,7 @@ impl From<NormalName> for NormalSource {
             NormalName::Approach => Self::Approach,
             NormalName::MicroPlane => Self::MicroPlane,
             NormalName::Quadric => Self::Quadric,
+            NormalName::SurfaceFit => Self::SurfaceFit,
         }
     }
 }

@@ -15,6 +15,7 @@ mod force_impedance_messages;
 mod ft_center_messages;
 mod groups;
 mod hostile;
+mod import;
 mod messages;
 mod pose_icp;
 mod pose_icp_messages;

@@ -165,6 +165,40 @@ fn the_side_of_the_ball_is_taken_from_the_touches() {
 }
 
 #[test]
+fn a_grid_of_heights_is_a_surface() {
+    let toml = "kind = \"probe-comp\"\n[surface]\nshape = \"grid\"\n[probe]\ntip_radius_mm = 0\n";
+    let height = |x: f64, y: f64| 0.01 * x * x - 0.02 * x * y + 0.3 * y;
+    let grid = |skip: usize, shift: f64| {
+        let mut text = "x_mm,y_mm,z_mm\n".to_owned();
+        for k in (0..30).filter(|k| *k != skip) {
+            let (x, y) = (
+                2.0 * f64::from(u32::try_from(k % 6).unwrap()),
+                0.1 * f64::from(u32::try_from(k / 6).unwrap()),
+            );
+            let x = if k == 8 { x + shift } else { x };
+            let _ = writeln!(text, "{x},{y},{}", height(x, y));
+        }
+        text
+    };
+    let touches = format!("touch,x_mm,y_mm,z_mm\nT1,3.3,0.17,{}\n", height(3.3, 0.17) + 0.005);
+    let with = |heights: &str| {
+        Case::new(&[("case.toml", toml), ("touches.csv", &touches), ("heights.csv", heights)])
+    };
+    let touch = &with(&grid(99, 0.0)).json("solve")["estimates"]["touches"][0];
+    let up = touch["nz"].as_f64().unwrap();
+    assert!((touch["deviation_mm"].as_f64().unwrap() - 0.005 * up).abs() < 1e-6, "{touch}");
+    let gap = message(&with(&grid(8, 0.0)), 2);
+    assert!(gap.starts_with("heights.csv: 1 of 6 × 5 places"), "{gap}");
+    let uneven = message(&with(&grid(99, 0.3)), 2);
+    assert!(
+        uneven.starts_with("heights.csv, line 2: ") || uneven.contains("even grid"),
+        "{uneven}"
+    );
+    let absent = Case::new(&[("case.toml", toml), ("touches.csv", &touches)]);
+    assert!(message(&absent, 2).contains("heights.csv: the file is missing"));
+}
+
+#[test]
 fn guide_points_give_the_planned_contact() {
     let case = sphere(",guide_x_mm,guide_y_mm", |_, [x, y, _]| {
         format!(",{:.6},{:.6}", 28.0 * x, 28.0 * y)

@@ -97,6 +97,7 @@ impl Measured for ProbeCase {
             NormalSource::Nominal => "of the nominal surface",
             NormalSource::Approach => "the approach, reversed",
             NormalSource::MicroPlane => "of the plane through the touches around each",
+            NormalSource::SurfaceFit => "of the surface through each touch and its nearest others",
             _ => "of the quadric through the touches around each",
         };
         Words {

@@ -7,6 +7,7 @@ use probe_comp::{Nominal, Side};
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::grid::grid;
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem, quote};
 use crate::shape::{Shape, read_shape};
@@ -36,6 +37,7 @@ enum ShapeName {
     Asphere,
     Polynomial,
     Mesh,
+    Grid,
     Sphere,
     Plane,
 }
@@ -54,6 +56,8 @@ pub(super) struct PartSurface {
     pub(super) words: String,
     /// Whether `[surface]` itself says on which side the ball is.
     pub(super) has_own_side: bool,
+    /// Whether a table holds its heights.
+    pub(super) is_grid: bool,
 }
 
 impl ShapeName {
@@ -62,6 +66,7 @@ impl ShapeName {
             Self::Asphere => "asphere",
             Self::Polynomial => "polynomial",
             Self::Mesh => "mesh",
+            Self::Grid => "grid",
             Self::Sphere => "sphere",
             Self::Plane => "plane",
         }
@@ -74,6 +79,7 @@ impl ShapeName {
             }
             Self::Polynomial => &["unit_mm", "terms"],
             Self::Mesh => &["file"],
+            Self::Grid => &[],
             Self::Sphere => &["radius_mm", "center_mm", "side"],
             Self::Plane => &["point_mm", "normal"],
         }
@@ -97,6 +103,7 @@ impl SurfaceSettings {
             nominal: Nominal::new(surface, Side::Along),
             words,
             has_own_side: false,
+            is_grid: shape == ShapeName::Grid,
         };
         match shape {
             ShapeName::Asphere => self.asphere(document).map(|(s, words)| of(Arc::new(s), words)),
@@ -104,6 +111,7 @@ impl SurfaceSettings {
                 self.polynomial(document).map(|(s, words)| of(Arc::new(s), words))
             }
             ShapeName::Mesh => self.mesh(folder, document).map(|(s, words)| of(Arc::new(s), words)),
+            ShapeName::Grid => grid(folder).map(|(s, words)| of(Arc::new(s), words)),
             ShapeName::Plane => self.plane(document).map(|(s, words)| of(Arc::new(s), words)),
             ShapeName::Sphere => self.sphere(document),
         }
@@ -154,6 +162,7 @@ impl SurfaceSettings {
                 "sphere of radius {radius_mm} mm about ({x}, {y}, {z}) mm, touched from {word}"
             ),
             has_own_side: true,
+            is_grid: false,
         })
     }
 

@@ -1,10 +1,12 @@
+//! Polynomials of one variable and their real roots.
+
 use std::ops::ControlFlow;
 
-use super::MAX_DEGREE;
+use crate::polynomial::MAX_DEGREE;
 
 /// Coefficients, the constant first.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Univariate {
+pub(crate) struct Univariate {
     coefficients: [f64; MAX_DEGREE + 1],
     degree: usize,
 }
@@ -15,7 +17,7 @@ const NOTHING: f64 = 1e-14;
 const TOUCHES: f64 = 1e-14;
 
 impl Univariate {
-    pub(super) fn linear([constant, slope]: [f64; 2]) -> Self {
+    pub(crate) fn linear([constant, slope]: [f64; 2]) -> Self {
         let mut coefficients = [0.0; MAX_DEGREE + 1];
         coefficients[0] = constant;
         coefficients[1] = slope;
@@ -23,7 +25,7 @@ impl Univariate {
     }
 
     /// All powers of `constant + slope t`.
-    pub(super) fn powers(of: [f64; 2]) -> [Self; MAX_DEGREE + 1] {
+    pub(crate) fn powers(of: [f64; 2]) -> [Self; MAX_DEGREE + 1] {
         let mut one = Self { coefficients: [0.0; MAX_DEGREE + 1], degree: 0 };
         one.coefficients[0] = 1.0;
         let mut powers = [one; MAX_DEGREE + 1];
@@ -41,7 +43,7 @@ impl Univariate {
     }
 
     /// Takes away `factor · a · b`.
-    pub(super) fn subtract_product(&mut self, a: &Self, b: &Self, factor: f64) {
+    pub(crate) fn subtract_product(&mut self, a: &Self, b: &Self, factor: f64) {
         for i in 0..=a.degree {
             for j in 0..=b.degree {
                 self.coefficients[i + j] -= factor * a.coefficients[i] * b.coefficients[j];
@@ -50,7 +52,7 @@ impl Univariate {
     }
 
     /// Without leading zeros; `None` where nothing is left.
-    pub(super) fn trimmed(mut self, degree: usize) -> Option<Self> {
+    pub(crate) fn trimmed(mut self, degree: usize) -> Option<Self> {
         let highest = degree.max(1);
         let largest = self.coefficients.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let is_something = |k: &usize| self.coefficients[*k].abs() > NOTHING * largest;
@@ -87,7 +89,7 @@ impl Univariate {
     /// Real roots, ascending, until `visit` breaks off; a double root comes once.
     ///
     /// Between the extrema, which are the roots of the derivative, there is at most one root each.
-    pub(super) fn each_root(&self, visit: &mut impl FnMut(f64) -> ControlFlow<()>) {
+    pub(crate) fn each_root(&self, visit: &mut impl FnMut(f64) -> ControlFlow<()>) {
         let (roots, count) = self.roots();
         for root in &roots[..count] {
             if visit(*root).is_break() {

@@ -1,12 +1,10 @@
-mod closest;
-mod roots;
-
 use std::ops::ControlFlow;
 
-use nalgebra::{Matrix2, Point3, SymmetricEigen, Unit, Vector2, Vector3};
+use nalgebra::{Matrix2, Point3, Vector2};
 
-use self::roots::Univariate;
 use crate::error::finite;
+use crate::graph::{self, Graph, Jet, upward};
+use crate::univariate::Univariate;
 use crate::{Curvature, Foot, GeometryError, Hit, Line, Surface};
 
 /// Highest total degree of a term; freeform optics use some ten.
@@ -21,14 +19,6 @@ pub struct Polynomial {
     unit_mm: f64,
     terms: Vec<(usize, usize, f64)>,
     degree: usize,
-}
-
-/// Height with its derivatives.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Jet {
-    pub(crate) z: f64,
-    pub(crate) gradient: Vector2<f64>,
-    pub(crate) hessian: Matrix2<f64>,
 }
 
 impl Polynomial {
@@ -67,21 +57,6 @@ impl Polynomial {
         self.jet(x_mm, y_mm).gradient
     }
 
-    pub(crate) fn jet(&self, x_mm: f64, y_mm: f64) -> Jet {
-        let (xs, ys) = (powers(x_mm / self.unit_mm), powers(y_mm / self.unit_mm));
-        let mut jet = Jet { z: 0.0, gradient: Vector2::zeros(), hessian: Matrix2::zeros() };
-        for &(i, j, a) in &self.terms {
-            let [x, dx, ddx] = derivatives(&xs, i);
-            let [y, dy, ddy] = derivatives(&ys, j);
-            jet.z += a * x * y;
-            jet.gradient += Vector2::new(dx * y, x * dy) * a;
-            jet.hessian += Matrix2::new(ddx * y, dx * dy, dx * dy, x * ddy) * a;
-        }
-        jet.gradient /= self.unit_mm;
-        jet.hessian /= self.unit_mm * self.unit_mm;
-        jet
-    }
-
     /// Points at which the line meets the surface, ascending, in units of length along the line.
     fn meetings(&self, line: &Line) -> Result<Univariate, GeometryError> {
         finite(line.point_mm.iter(), "point of the line")?;
@@ -115,36 +90,35 @@ impl Polynomial {
     }
 }
 
+impl Graph for Polynomial {
+    fn jet(&self, x_mm: f64, y_mm: f64) -> Jet {
+        let (xs, ys) = (powers(x_mm / self.unit_mm), powers(y_mm / self.unit_mm));
+        let mut jet = Jet { z: 0.0, gradient: Vector2::zeros(), hessian: Matrix2::zeros() };
+        for &(i, j, a) in &self.terms {
+            let [x, dx, ddx] = derivatives(&xs, i);
+            let [y, dy, ddy] = derivatives(&ys, j);
+            jet.z += a * x * y;
+            jet.gradient += Vector2::new(dx * y, x * dy) * a;
+            jet.hessian += Matrix2::new(ddx * y, dx * dy, dx * dy, x * ddy) * a;
+        }
+        jet.gradient /= self.unit_mm;
+        jet.hessian /= self.unit_mm * self.unit_mm;
+        jet
+    }
+
+    fn contains(&self, _x: f64, _y: f64) -> bool {
+        true
+    }
+}
+
 impl Surface for Polynomial {
     fn closest_point(&self, query_mm: &Point3<f64>) -> Result<Foot, GeometryError> {
         finite([&query_mm.coords.norm_squared()], "query point")?;
-        self.foot(query_mm)
+        graph::foot(self, query_mm)
     }
 
     fn curvature(&self, point_mm: &Point3<f64>) -> Result<Curvature, GeometryError> {
-        let Jet { gradient, hessian, .. } = self.jet(point_mm.x, point_mm.y);
-        finite(hessian.iter(), "position on the surface")?;
-        let normal = upward(&gradient);
-        // Tangents that are orthonormal in space, by their x and y.
-        let first = Vector3::new(1.0, 0.0, gradient.x).normalize();
-        let second = normal.cross(&first);
-        let stretch = (1.0 + gradient.norm_squared()).sqrt();
-        let form = |a: &Vector3<f64>, b: &Vector3<f64>| a.xy().dot(&(hessian * b.xy())) / stretch;
-        let mixed = form(&first, &second);
-        let shape = Matrix2::new(form(&first, &first), mixed, mixed, form(&second, &second));
-        let eigen = SymmetricEigen::new(shape);
-        let (major, minor) =
-            if eigen.eigenvalues[0] >= eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
-        let direction = |k: usize| {
-            let v = eigen.eigenvectors.column(k);
-            Unit::new_normalize(first * v[0] + second * v[1])
-        };
-        Ok(Curvature {
-            major_per_mm: eigen.eigenvalues[major],
-            minor_per_mm: eigen.eigenvalues[minor],
-            major_direction: direction(major),
-            minor_direction: direction(minor),
-        })
+        graph::curvature(self, point_mm)
     }
 
     fn hits(&self, line: &Line) -> Result<Vec<Hit>, GeometryError> {
@@ -172,10 +146,6 @@ impl Surface for Polynomial {
             (None, None) => Err(GeometryError::Misses),
         }
     }
-}
-
-fn upward(gradient: &Vector2<f64>) -> Unit<Vector3<f64>> {
-    Unit::new_normalize(Vector3::new(-gradient.x, -gradient.y, 1.0))
 }
 
 fn powers(t: f64) -> [f64; MAX_DEGREE + 1] {

@@ -1,0 +1,117 @@
+//! Measurements that other programs wrote, as case folders.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+use crate::case::{Location, Problem, quote};
+
+/// Numbers of a line of a LinuxCNC probe log: X Y Z A B C U V W.
+const PER_LINE: usize = 9;
+/// Coordinates from this magnitude on are slips.
+const MAX_MM: f64 = 1e9;
+
+/// What a probe log does not say of itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeLogSettings {
+    /// Feed towards the part, where it was the same for every touch.
+    pub feed_mm_per_min: Option<f64>,
+    /// Radius of the ball.
+    pub tip_radius_mm: f64,
+    /// Length of the log's unit.
+    pub unit_mm: f64,
+}
+
+/// Touches of a probe log, and the files of a case that holds them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportedTouches {
+    /// Touches found.
+    pub n_touches: usize,
+    /// Name and text of each file.
+    pub files: Vec<(&'static str, String)>,
+}
+
+/// Reads the log that LinuxCNC writes between `(PROBEOPEN file)` and `(PROBECLOSE)`.
+///
+/// Each line holds the nine axis positions of a trigger, X Y Z A B C U V W, in the units of the
+/// program and the coordinate system that was active; the ball's centre is X Y Z.
+///
+/// # Errors
+///
+/// [`Error::NotRead`]; [`Error::Case`] with the line that is no such record.
+pub fn import_probe_log(
+    path: &Path,
+    settings: &ProbeLogSettings,
+) -> Result<ImportedTouches, Error> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Error::NotRead { path: path.to_owned(), reason: e.kind() })?;
+    let mut touches = String::from("touch,x_mm,y_mm,z_mm");
+    touches.push_str(if settings.feed_mm_per_min.is_some() { ",feed_mm_per_min\n" } else { "\n" });
+    let mut n_touches = 0;
+    for (line, record) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+        let [x, y, z] = center(record)
+            .map_err(|message| wrong(path, line + 1, message))?
+            .map(|v| v * settings.unit_mm);
+        n_touches += 1;
+        let _ = write!(touches, "T{n_touches},{x},{y},{z}");
+        if let Some(feed) = settings.feed_mm_per_min {
+            let _ = write!(touches, ",{feed}");
+        }
+        touches.push('\n');
+    }
+    if n_touches == 0 {
+        let message = "the log holds no touches; LinuxCNC writes one line per G38.n between \
+                       (PROBEOPEN file) and (PROBECLOSE)";
+        let problem = Problem::WrongValue { message: message.to_owned() };
+        return Err(Error::case(Location::file(path), problem));
+    }
+    let case = case_toml(settings);
+    Ok(ImportedTouches { n_touches, files: vec![("case.toml", case), ("touches.csv", touches)] })
+}
+
+/// Writes the files of an imported case into `folder`, which is made if need be; nothing is
+/// overwritten.
+///
+/// # Errors
+///
+/// [`Error::Exists`], [`Error::NotWritten`].
+pub fn write_imported(imported: &ImportedTouches, folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let files: Vec<(&str, &str)> =
+        imported.files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    crate::kinds::write_new(folder, &files)
+}
+
+/// X, Y and Z of a record.
+fn center(record: &str) -> Result<[f64; 3], String> {
+    let words: Vec<&str> = record.split_whitespace().collect();
+    if words.len() != PER_LINE {
+        let found = words.len();
+        return Err(format!(
+            "expected the {PER_LINE} numbers X Y Z A B C U V W of a LinuxCNC probe log, found {found}"
+        ));
+    }
+    let mut numbers = [0.0; PER_LINE];
+    for (number, word) in numbers.iter_mut().zip(&words) {
+        *number = (word.parse::<f64>().ok())
+            .filter(|v| v.abs() < MAX_MM)
+            .ok_or_else(|| format!("expected a number below {MAX_MM:e}, found {}", quote(word)))?;
+    }
+    Ok([numbers[0], numbers[1], numbers[2]])
+}
+
+fn wrong(path: &Path, line: usize, message: String) -> Error {
+    Error::case(Location::file(path).line(line), Problem::WrongValue { message })
+}
+
+fn case_toml(settings: &ProbeLogSettings) -> String {
+    format!(
+        "# Touches of a LinuxCNC probe log: where each is, and how far the part is off there.\n\
+         kind = \"probe-comp\"\n\n\
+         # The part as drawn, in the coordinate system in which it was probed: write its shape here.\n\
+         # plane (point_mm, normal), sphere (radius_mm, center_mm, side), asphere (radius_mm, conic,\n\
+         # coefficients, diameter_mm), polynomial (unit_mm, terms), mesh (file).\n\
+         [surface]\nshape = \"plane\"\n\n\
+         [probe]\ntip_radius_mm = {}\n",
+        settings.tip_radius_mm
+    )
+}

@@ -1,0 +1,97 @@
+use geometry::HeightGrid;
+use nalgebra::{Point2, Vector2};
+
+use crate::Error;
+use crate::case::{Columns, Folder, Location, Problem};
+
+/// Heights of a part that was measured or drawn place by place.
+pub(super) const HEIGHTS: &str = "heights.csv";
+const PLACES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+const KNOWN: &[&str] = &PLACES;
+/// Share of the spacing by which the decimals of a file may put a place beside its own.
+const UNEVEN_SHARE: f64 = 1e-3;
+
+/// More places than any file that is read can hold.
+const MAX_PLACES: usize = 1 << 28;
+
+/// The grid in `heights.csv`: every place once, in any order.
+pub(super) fn grid(folder: &Folder) -> Result<(HeightGrid, String), Error> {
+    let table = folder.table(HEIGHTS, KNOWN)?;
+    let mut columns = Columns::new(&table, KNOWN);
+    let [x, y, z] = PLACES.map(|name| columns.numbers(name));
+    let (x, y, z) = (x?, y?, z?);
+    columns.rest()?;
+    let wrong = |at: Location, message: String| Error::case(at, Problem::WrongValue { message });
+    let (x_axis, y_axis) = (axis(&x), axis(&y));
+    let (columns, rows) = (x_axis.count, y_axis.count);
+    let mut heights = vec![f64::NAN; columns.saturating_mul(rows).min(MAX_PLACES)];
+    for row in 0..table.n_rows() {
+        let slot = (x_axis.slot(x[row]).zip(y_axis.slot(y[row])))
+            .and_then(|(i, j)| heights.get_mut(j * columns + i));
+        let Some(slot) = slot.filter(|slot| slot.is_nan()) else {
+            let message = format!(
+                "({}, {}) mm is no new place of an even grid from ({}, {}) mm by ({}, {}) mm",
+                x[row], y[row], x_axis.first, y_axis.first, x_axis.step, y_axis.step
+            );
+            return Err(wrong(table.at_row(row), message));
+        };
+        *slot = z[row];
+    }
+    let missing = heights.iter().filter(|z| z.is_nan()).count();
+    if missing > 0 {
+        let message = format!("{missing} of {columns} × {rows} places of the grid have no height");
+        return Err(wrong(table.at_file(), message));
+    }
+    let origin = Point2::new(x_axis.first, y_axis.first);
+    let spacing = Vector2::new(x_axis.step, y_axis.step);
+    let grid = HeightGrid::new(origin, spacing, columns, &heights)
+        .map_err(|e| wrong(table.at_file(), e.to_string()))?;
+    let words =
+        format!("grid of {columns} × {rows} heights, {} × {} mm apart", spacing.x, spacing.y);
+    Ok((grid, words))
+}
+
+/// Evenly spaced places along one axis.
+struct Axis {
+    first: f64,
+    step: f64,
+    count: usize,
+}
+
+/// First place, least step and number of steps; a single place has no step.
+fn axis(values: &[f64]) -> Axis {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
+    let rounding = UNEVEN_SHARE * UNEVEN_SHARE * (last - first);
+    let steps = sorted.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > rounding);
+    let step = steps.fold(last - first, f64::min);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "bounded just before; too uneven a grid has too many places"
+    )]
+    let count = if step > 0.0 { ((last - first) / step).round().min(1e9) as usize + 1 } else { 1 };
+    // The mean step, as rounding spreads over all of them.
+    let even = if count > 1 { (last - first) / as_f64(count - 1) } else { 0.0 };
+    Axis { first, step: even, count }
+}
+
+impl Axis {
+    fn slot(&self, value: f64) -> Option<usize> {
+        let place = if self.step > 0.0 { (value - self.first) / self.step } else { 0.0 };
+        let near = place.round();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 0 and the number of places"
+        )]
+        let index = near as usize;
+        ((place - near).abs() <= UNEVEN_SHARE).then_some(index)
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "places of a grid are far below 2^53")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
+}
