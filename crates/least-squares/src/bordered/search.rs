@@ -199,19 +199,20 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
 
     /// Takes a step that lowers the cost, or says why there is none.
     fn descend(&mut self) -> Option<Ended> {
-        let was_full = self.damping <= FULL_STEP;
-        let ended = self.shorten();
-        if was_full || ended != Some(Ended::Stalled) {
+        let ended = self.shorten(f64::INFINITY);
+        if ended != Some(Ended::Stalled) {
             return ended;
         }
-        // Only beside a full step does a short one show what rounding does.
+        // Once more from a full step on and decade by decade: only beside a full step, and not
+        // too far from it, does a short one show what rounding does.
         self.damping = 0.0;
         self.linearise();
-        self.shorten()
+        self.shorten(GROWTH)
     }
 
-    /// Tries ever shorter steps until one is accepted, or none can be.
-    fn shorten(&mut self) -> Option<Ended> {
+    /// Tries ever shorter steps until one is accepted, or none can be; the damping grows by at
+    /// most the given factor at a time.
+    fn shorten(&mut self, most: f64) -> Option<Ended> {
         let promised = self.reduced.promised;
         let mut growth = GROWTH;
         let mut first = None;
@@ -248,7 +249,7 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
                 });
             }
             self.damping = (self.damping * growth).max(REDAMPING);
-            growth *= growth;
+            growth = (growth * growth).min(most);
             self.linearise();
         }
     }

@@ -77,6 +77,9 @@ fn disturb_stations(scene: &mut Scene, off_mm: f64, rng: &mut ChaCha8Rng) {
             inertia += nalgebra::Matrix3::identity() * arm.dot(&arm) - arm * arm.transpose();
         }
         let turn = inertia.try_inverse().unwrap() * torque;
+        if turn.norm() == 0.0 {
+            continue;
+        }
         for p in &mut moved {
             *p = centre + rodrigues(&turn.normalize(), turn.norm()) * (*p - centre);
         }
@@ -89,7 +92,7 @@ fn disturb_stations(scene: &mut Scene, off_mm: f64, rng: &mut ChaCha8Rng) {
 #[test]
 fn random_geometries_come_back_from_a_millimetre_off() {
     let mut rng = ChaCha8Rng::seed_from_u64(71);
-    for seed in 0..60 {
+    for seed in 0..200 {
         let plan = Plan {
             letter: [AxisLetter::A, AxisLetter::B, AxisLetter::C][rng.random_range(0..3)],
             stations: rng.random_range(5..=8),
