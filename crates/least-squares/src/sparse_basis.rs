@@ -9,9 +9,9 @@ use nalgebra::DMatrix;
 /// these have names. Columns beyond the number of rows stay as the elimination leaves them.
 ///
 /// ```
-/// use nalgebra::dmatrix;
+/// use nalgebra::DMatrix;
 ///
-/// let mixed = dmatrix![0.6, 0.8; 0.8, -0.6; 0.0, 0.0];
+/// let mixed = DMatrix::from_row_slice(3, 2, &[0.6, 0.8, 0.8, -0.6, 0.0, 0.0]);
 /// let named = least_squares::sparse_basis(mixed);
 /// let lone = |column: usize| named.column(column).iter().filter(|v| v.abs() > 1e-12).count();
 /// assert_eq!((lone(0), lone(1)), (1, 1));
