@@ -6,6 +6,7 @@ mod frame_fit;
 mod ft_center;
 mod pose_icp;
 mod probe_comp;
+mod surface;
 mod tracker_lm;
 
 use std::fmt;

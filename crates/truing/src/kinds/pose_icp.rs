@@ -15,12 +15,13 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::kinds::surface::{HEIGHTS, SurfaceSettings};
 use crate::kinds::{Kind, Measured, Reading};
 
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
 use measured::PoseCase;
-use surface::SurfaceSettings;
+use surface::read_surface;
 use tables::Points;
 
 pub(crate) const KIND: Kind = Kind {
@@ -115,7 +116,7 @@ struct NoiseSettings {
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
     let mut warnings = Vec::new();
-    let surface = settings.surface.read(folder, document, &mut warnings)?;
+    let surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
     let points = Points::read(folder, document, settings.closure.group.as_ref())?;
     warnings.extend(points.warnings.iter().cloned());
     if settings.noise.point_mm.is_none() {
@@ -131,9 +132,15 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     };
     let tip = Tip { radius_mm, side };
     let Finite(gamma_deg) = settings.pose.gamma_deg.unwrap_or(zero());
+    let is_grid = surface.is_grid;
     let edge = if folder.has(EDGE) { Some(edge(folder, &settings.noise, document)?) } else { None };
     let case = assemble(surface, points, tip, gamma_deg.to_radians(), edge.as_ref(), &settings)?;
-    let tables: &[&str] = if folder.has(EDGE) { &[POINTS, EDGE] } else { &[POINTS] };
+    let tables: &[&str] = match (folder.has(EDGE), is_grid) {
+        (false, false) => &[POINTS],
+        (true, false) => &[POINTS, EDGE],
+        (false, true) => &[POINTS, HEIGHTS],
+        (true, true) => &[POINTS, EDGE, HEIGHTS],
+    };
     let measured: Box<dyn Measured> = Box::new(case);
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables })
 }

@@ -1,7 +1,6 @@
 //! `probe-comp`: where a ball probe really touched, and how far the part is off there.
 
 mod estimates;
-mod grid;
 mod measured;
 mod surface;
 mod tables;
@@ -13,14 +12,14 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::kinds::surface::{HEIGHTS, SurfaceSettings};
 use crate::kinds::{Kind, Reading};
 
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
 };
-use grid::HEIGHTS;
 use measured::ProbeCase;
-use surface::{PartSurface, SurfaceSettings};
+use surface::{PartSurface, read_surface};
 use tables::Touches;
 
 pub(crate) const KIND: Kind = Kind {
@@ -98,7 +97,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let stylus = settings.probe.stylus(document)?;
     let touches = Touches::read(folder, document, settings.closure.group.as_ref())?;
     warnings.extend(touches.warnings.iter().cloned());
-    let mut surface = settings.surface.read(folder, document, &mut warnings)?;
+    let mut surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
     let side = side(&settings, &surface, &touches, tip_radius_mm, &mut warnings);
     surface.nominal = surface.nominal.from_side(side);
     if settings.noise.point_mm.is_none() {

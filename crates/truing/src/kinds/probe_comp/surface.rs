@@ -1,53 +1,11 @@
 use std::sync::Arc;
 
-use geometry::{Asphere, AsphereShape, GeometryError, Plane, Polynomial, Sphere, Surface};
-use nalgebra::{Point2, Point3, Vector3};
-use pose_icp::{Holes, MeshSurface};
+use geometry::{Asphere, Surface};
 use probe_comp::{Nominal, Side};
-use serde::Deserialize;
-use toml::Spanned;
 
-use super::grid::grid;
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Positive, Problem, quote};
-use crate::shape::{Shape, read_shape};
-
-/// `[surface]`; which keys are needed depends on the shape.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SurfaceSettings {
-    shape: Spanned<ShapeName>,
-    radius_mm: Option<Finite>,
-    conic: Option<Finite>,
-    coefficients: Option<Vec<Finite>>,
-    diameter_mm: Option<Positive>,
-    aperture_center_mm: Option<[Finite; 2]>,
-    unit_mm: Option<Positive>,
-    terms: Option<Vec<(u8, u8, Finite)>>,
-    file: Option<String>,
-    center_mm: Option<[Finite; 3]>,
-    side: Option<SideName>,
-    point_mm: Option<[Finite; 3]>,
-    normal: Option<[Finite; 3]>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ShapeName {
-    Asphere,
-    Polynomial,
-    Mesh,
-    Grid,
-    Sphere,
-    Plane,
-}
-
-#[derive(Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum SideName {
-    Outside,
-    Inside,
-}
+use crate::case::{Document, Folder};
+use crate::kinds::surface::{Drawn, DrawnShape, SurfaceSettings};
 
 /// The part, and how to speak of it.
 #[derive(Clone, Debug)]
@@ -60,169 +18,28 @@ pub(super) struct PartSurface {
     pub(super) is_grid: bool,
 }
 
-impl ShapeName {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Asphere => "asphere",
-            Self::Polynomial => "polynomial",
-            Self::Mesh => "mesh",
-            Self::Grid => "grid",
-            Self::Sphere => "sphere",
-            Self::Plane => "plane",
+pub(super) fn read_surface(
+    settings: &SurfaceSettings,
+    folder: &Folder,
+    document: &Document,
+    warnings: &mut Vec<String>,
+) -> Result<PartSurface, Error> {
+    let Drawn { shape, words } = settings.read(folder, document, warnings)?;
+    let is_grid = matches!(shape, DrawnShape::Grid(_));
+    let surface: Arc<dyn Surface> = match shape {
+        DrawnShape::Sphere { sphere, inside } => {
+            let side = if inside { Side::Against } else { Side::Along };
+            let nominal = Nominal::sphere(sphere, side);
+            return Ok(PartSurface { nominal, words, has_own_side: true, is_grid });
         }
-    }
-
-    fn keys(self) -> &'static [&'static str] {
-        match self {
-            Self::Asphere => {
-                &["radius_mm", "conic", "coefficients", "diameter_mm", "aperture_center_mm"]
-            }
-            Self::Polynomial => &["unit_mm", "terms"],
-            Self::Mesh => &["file"],
-            Self::Grid => &[],
-            Self::Sphere => &["radius_mm", "center_mm", "side"],
-            Self::Plane => &["point_mm", "normal"],
+        DrawnShape::Asphere(shape) => {
+            Arc::new(Asphere::new(shape).map_err(|e| settings.no_surface(document, e))?)
         }
-    }
-}
-
-impl SurfaceSettings {
-    pub(super) fn read(
-        &self,
-        folder: &Folder,
-        document: &Document,
-        warnings: &mut Vec<String>,
-    ) -> Result<PartSurface, Error> {
-        let shape = *self.shape.get_ref();
-        let unused = self.given().into_iter().filter(|key| !shape.keys().contains(key));
-        warnings.extend(
-            unused
-                .map(|key| format!("`[surface] {key}` is not used with shape `{}`", shape.name())),
-        );
-        let of = |surface: Arc<dyn Surface>, words: String| PartSurface {
-            nominal: Nominal::new(surface, Side::Along),
-            words,
-            has_own_side: false,
-            is_grid: shape == ShapeName::Grid,
-        };
-        match shape {
-            ShapeName::Asphere => self.asphere(document).map(|(s, words)| of(Arc::new(s), words)),
-            ShapeName::Polynomial => {
-                self.polynomial(document).map(|(s, words)| of(Arc::new(s), words))
-            }
-            ShapeName::Mesh => self.mesh(folder, document).map(|(s, words)| of(Arc::new(s), words)),
-            ShapeName::Grid => grid(folder).map(|(s, words)| of(Arc::new(s), words)),
-            ShapeName::Plane => self.plane(document).map(|(s, words)| of(Arc::new(s), words)),
-            ShapeName::Sphere => self.sphere(document),
-        }
-    }
-
-    /// Keys that are there.
-    fn given(&self) -> Vec<&'static str> {
-        let keys = [
-            ("radius_mm", self.radius_mm.is_some()),
-            ("conic", self.conic.is_some()),
-            ("coefficients", self.coefficients.is_some()),
-            ("diameter_mm", self.diameter_mm.is_some()),
-            ("aperture_center_mm", self.aperture_center_mm.is_some()),
-            ("unit_mm", self.unit_mm.is_some()),
-            ("terms", self.terms.is_some()),
-            ("file", self.file.is_some()),
-            ("center_mm", self.center_mm.is_some()),
-            ("side", self.side.is_some()),
-            ("point_mm", self.point_mm.is_some()),
-            ("normal", self.normal.is_some()),
-        ];
-        keys.into_iter().filter(|(_, is_given)| *is_given).map(|(key, _)| key).collect()
-    }
-
-    fn missing(&self, document: &Document, key: &str, purpose: &'static str) -> Error {
-        let key = format!("[surface] {key}");
-        Error::case(document.at(&self.shape.span()), Problem::MissingKey { key, purpose })
-    }
-
-    fn no_surface(&self, document: &Document, source: GeometryError) -> Error {
-        let message = format!("[surface]: {source}");
-        Error::case(document.at(&self.shape.span()), Problem::WrongValue { message })
-    }
-
-    fn sphere(&self, document: &Document) -> Result<PartSurface, Error> {
-        let Finite(radius_mm) = self
-            .radius_mm
-            .ok_or_else(|| self.missing(document, "radius_mm", "the radius of the sphere"))?;
-        let [x, y, z] = self.center_mm.unwrap_or([Finite(0.0); 3]).map(|Finite(v)| v);
-        let sphere = Sphere::new(Point3::new(x, y, z), radius_mm)
-            .map_err(|e| self.no_surface(document, e))?;
-        let inside = self.side == Some(SideName::Inside);
-        let (side, word) =
-            if inside { (Side::Against, "inside") } else { (Side::Along, "outside") };
-        Ok(PartSurface {
-            nominal: Nominal::sphere(sphere, side),
-            words: format!(
-                "sphere of radius {radius_mm} mm about ({x}, {y}, {z}) mm, touched from {word}"
-            ),
-            has_own_side: true,
-            is_grid: false,
-        })
-    }
-
-    fn plane(&self, document: &Document) -> Result<(Plane, String), Error> {
-        let [x, y, z] = self.point_mm.unwrap_or([Finite(0.0); 3]).map(|Finite(v)| v);
-        let up = [Finite(0.0), Finite(0.0), Finite(1.0)];
-        let [nx, ny, nz] = self.normal.unwrap_or(up).map(|Finite(v)| v);
-        let plane = Plane::new(Point3::new(x, y, z), Vector3::new(nx, ny, nz))
-            .map_err(|e| self.no_surface(document, e))?;
-        Ok((plane, format!("plane through ({x}, {y}, {z}) mm, normal ({nx}, {ny}, {nz})")))
-    }
-
-    fn mesh(&self, folder: &Folder, document: &Document) -> Result<(MeshSurface, String), Error> {
-        let file = self.file.as_deref().ok_or_else(|| {
-            self.missing(document, "file", "the mesh, a .stl, .ply or .obj beside `case.toml`")
-        })?;
-        let path = folder.location(file).file;
-        let Shape::Mesh(mesh) = read_shape(&path)? else {
-            let message = format!("[surface] file: {} holds points, not triangles", quote(file));
-            let at = document.at(&self.shape.span());
-            return Err(Error::case(at, Problem::WrongValue { message }));
-        };
-        let words = format!("mesh of {} triangles", mesh.faces.len());
-        let surface = MeshSurface::new(&mesh, Holes::Refuse)
-            .map_err(|source| Error::Register { path, source: Box::new(source) })?;
-        Ok((surface, words))
-    }
-
-    fn polynomial(&self, document: &Document) -> Result<(Polynomial, String), Error> {
-        let Positive(unit_mm) = self.unit_mm.ok_or_else(|| {
-            self.missing(document, "unit_mm", "the length by which x and y are divided")
-        })?;
-        let terms = self.terms.as_deref().filter(|terms| !terms.is_empty()).ok_or_else(|| {
-            self.missing(document, "terms", "the terms, `[[i, j, a], …]`, a in mm")
-        })?;
-        let terms = terms.iter().map(|(i, j, Finite(a))| (usize::from(*i), usize::from(*j), *a));
-        let words = format!("polynomial of {} terms in units of {unit_mm} mm", terms.len());
-        let surface = Polynomial::new(unit_mm, terms).map_err(|e| self.no_surface(document, e))?;
-        Ok((surface, words))
-    }
-
-    fn asphere(&self, document: &Document) -> Result<(Asphere, String), Error> {
-        let Finite(radius_mm) = self.radius_mm.ok_or_else(|| {
-            self.missing(document, "radius_mm", "the vertex radius, positive for a bowl")
-        })?;
-        let Positive(diameter_mm) = self
-            .diameter_mm
-            .ok_or_else(|| self.missing(document, "diameter_mm", "the part's diameter"))?;
-        let Finite(conic) = self.conic.unwrap_or(Finite(0.0));
-        let coefficients: Vec<f64> =
-            self.coefficients.iter().flatten().map(|Finite(a)| *a).collect();
-        let [Finite(x), Finite(y)] = self.aperture_center_mm.unwrap_or([Finite(0.0), Finite(0.0)]);
-        let words = format!(
-            "asphere, R = {radius_mm} mm, k = {conic}, diameter {diameter_mm} mm{}",
-            if coefficients.is_empty() { "" } else { ", with even terms" }
-        );
-        let aperture_center_mm = Point2::new(x, y);
-        let shape =
-            AsphereShape { radius_mm, conic, coefficients, diameter_mm, aperture_center_mm };
-        let surface = Asphere::new(shape).map_err(|e| self.no_surface(document, e))?;
-        Ok((surface, words))
-    }
+        DrawnShape::Polynomial(surface) => Arc::new(surface),
+        DrawnShape::Mesh(surface) => Arc::new(*surface),
+        DrawnShape::Grid(surface) => Arc::new(surface),
+        DrawnShape::Plane(surface) => Arc::new(surface),
+    };
+    let nominal = Nominal::new(surface, Side::Along);
+    Ok(PartSurface { nominal, words, has_own_side: false, is_grid })
 }

@@ -5,14 +5,11 @@ use crate::Error;
 use crate::case::{Columns, Folder, Location, Problem};
 
 /// Heights of a part that was measured or drawn place by place.
-pub(super) const HEIGHTS: &str = "heights.csv";
+pub(crate) const HEIGHTS: &str = "heights.csv";
 const PLACES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] = &PLACES;
 /// Share of the spacing by which the decimals of a file may put a place beside its own.
 const UNEVEN_SHARE: f64 = 1e-3;
-
-/// More places than any file that is read can hold.
-const MAX_PLACES: usize = 1 << 28;
 
 /// The grid in `heights.csv`: every place once, in any order.
 pub(super) fn grid(folder: &Folder) -> Result<(HeightGrid, String), Error> {
@@ -24,7 +21,15 @@ pub(super) fn grid(folder: &Folder) -> Result<(HeightGrid, String), Error> {
     let wrong = |at: Location, message: String| Error::case(at, Problem::WrongValue { message });
     let (x_axis, y_axis) = (axis(&x), axis(&y));
     let (columns, rows) = (x_axis.count, y_axis.count);
-    let mut heights = vec![f64::NAN; columns.saturating_mul(rows).min(MAX_PLACES)];
+    let places = columns.saturating_mul(rows);
+    if places != table.n_rows() {
+        let message = format!(
+            "{} rows are no even grid: {columns} places along x and {rows} along y are {places}",
+            table.n_rows()
+        );
+        return Err(wrong(table.at_file(), message));
+    }
+    let mut heights = vec![f64::NAN; places];
     for row in 0..table.n_rows() {
         let slot = (x_axis.slot(x[row]).zip(y_axis.slot(y[row])))
             .and_then(|(i, j)| heights.get_mut(j * columns + i));
@@ -36,11 +41,6 @@ pub(super) fn grid(folder: &Folder) -> Result<(HeightGrid, String), Error> {
             return Err(wrong(table.at_row(row), message));
         };
         *slot = z[row];
-    }
-    let missing = heights.iter().filter(|z| z.is_nan()).count();
-    if missing > 0 {
-        let message = format!("{missing} of {columns} × {rows} places of the grid have no height");
-        return Err(wrong(table.at_file(), message));
     }
     let origin = Point2::new(x_axis.first, y_axis.first);
     let spacing = Vector2::new(x_axis.step, y_axis.step);
