@@ -44,9 +44,15 @@ pub(crate) struct Judged {
 
 impl Judged {
     /// Whether it makes unseen groups better predicted, all of them.
+    ///
+    /// One bad reading, which is not judged itself, says nothing of the other groups where the
+    /// model has no parameter that it could have pulled.
     pub(crate) fn generalises(&self) -> bool {
-        self.comparison
-            .is_some_and(|c| c.lost == 0 && c.difference < 0.0 && c.reported[1] < c.reported[0])
+        let better = |c: &Comparison| c.difference < 0.0 && c.reported[1] < c.reported[0];
+        let same = |c: &Comparison| {
+            self.candidate.home.is_some() && c.difference <= 0.0 && c.reported[1] <= c.reported[0]
+        };
+        self.comparison.is_some_and(|c| c.lost == 0 && (better(&c) || same(&c)))
     }
 }
 

@@ -121,3 +121,13 @@ fn an_undeclared_mirror_is_named() {
         assert!((mirrored.value - 1.0).abs() < 5.0 * mirrored.std, "{mirrored:?}");
     }
 }
+
+/// Leaving it out moves nothing else, for nothing else is fitted.
+#[test]
+fn a_bad_point_is_named_where_nothing_is_fitted() {
+    let closure = survey(80, Transform::None, false, |i, _| {
+        if i == 11 { Vector3::new(0.0, 0.15, 0.0) } else { Vector3::zeros() }
+    });
+    let step = &closure.steps[0];
+    assert_eq!((step.effect.as_str(), step.subject.as_deref()), ("bad-point", Some("P11")));
+}
