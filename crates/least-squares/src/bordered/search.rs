@@ -29,6 +29,8 @@ const SHORT_STEP: f64 = 1.0;
 /// Growth, over a full step, of what a short step leaves unexplained in units of what it moves,
 /// from which that is rounding: curvature makes it fall, a wrong derivative keeps it.
 const ROUGHER: f64 = 10.0;
+/// Share of what a full step leaves unexplained that rounding has to account for.
+const ACCOUNTS_FOR: f64 = 1e-3;
 /// Share of a step, in what it moves, that has to move something where numbers can show it: one
 /// that does not leaves the whole below 1e-11 of the numbers.
 const SEEN_SHARE: f64 = 1e-5;
@@ -65,7 +67,11 @@ impl Rejected {
     fn is_below_rounding(&self, first: &Self, cost: f64) -> bool {
         let is_hidden = first.moved <= 2.0 * first.unexplained;
         let roughness = |step: &Self| step.unexplained / step.moved;
-        let is_rough = roughness(self) >= ROUGHER * roughness(first).max(1.0);
+        // Rounding shakes in proportion to the step's length; what it does here has to account
+        // for what the first step missed.
+        let length = (self.moved / first.moved).sqrt();
+        let accounts = self.unexplained >= ACCOUNTS_FOR * length * first.unexplained;
+        let is_rough = accounts && roughness(self) >= ROUGHER * roughness(first).max(1.0);
         let is_seen = self.moved >= SEEN_SHARE.powi(2) * first.moved;
         let resolution = COST_RESOLUTION * cost;
         let has_vanished = is_seen && self.change <= resolution && first.change > resolution;
@@ -215,6 +221,7 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
     fn shorten(&mut self, most: f64) -> Option<Ended> {
         let promised = self.reduced.promised;
         let mut growth = GROWTH;
+        let from_full = self.damping <= FULL_STEP;
         let mut first = None;
         loop {
             let gain = self.try_step();
@@ -237,7 +244,8 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
             let rejected =
                 Rejected { change: decrease.abs(), moved, unexplained: gain.unexplained };
             let first = first.get_or_insert(rejected);
-            if self.damping >= SHORT_STEP && rejected.is_below_rounding(first, self.cost) {
+            let is_short = from_full && self.damping >= SHORT_STEP;
+            if is_short && rejected.is_below_rounding(first, self.cost) {
                 return Some(Ended::Converged(Termination::Cost));
             }
             if self.damping >= MAX_DAMPING {
