@@ -1,7 +1,5 @@
 //! Correlation of successive observations, the commonest colour of noise.
 
-use std::f64::consts::PI;
-
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::linear::Linear;
@@ -16,7 +14,7 @@ const MAX_PHI: f64 = 0.95;
 const STEPS: u32 = 20;
 
 /// Largest memory: at one half the noise is 1/f and no longer stationary.
-const MAX_MEMORY: f64 = 0.49;
+const MAX_MEMORY: f64 = 0.45;
 
 /// Longest series for which a long memory is tried: its cost grows with the square of the length.
 const MAX_LENGTH_FOR_MEMORY: usize = 512;
@@ -32,21 +30,6 @@ pub(crate) enum Colour {
 }
 
 impl Colour {
-    /// The colour a little whiter and a little less white, with the step between their parameters
-    /// in standard deviations of what `dof` degrees of freedom tell of it.
-    ///
-    /// A memory is known with variance `6/(π²n)` (Hosking 1981), a correlation `φ` of neighbours
-    /// with `(1 − φ²)/n`.
-    pub(crate) fn beside(self, dof: usize) -> ([Self; 2], f64) {
-        const STEP: f64 = 0.05;
-        let around = |at: f64, largest: f64| [(at - STEP).max(0.0), (at + STEP).min(largest)];
-        let (of, [low, high], variance): (fn(f64) -> Self, _, _) = match self {
-            Self::Neighbours(phi) => (Self::Neighbours, around(phi, MAX_PHI), 1.0 - phi * phi),
-            Self::Memory(d) => (Self::Memory, around(d, MAX_MEMORY), 6.0 / (PI * PI)),
-        };
-        ([of(low), of(high)], (high - low) / (variance / count(dof)).sqrt())
-    }
-
     /// Prediction of each value from those before it, with the variance of its error.
     fn predictions(self, length: usize) -> Vec<(Vec<f64>, f64)> {
         match self {
@@ -71,29 +54,39 @@ impl Colour {
     }
 }
 
-/// The colours of either kind that make the residual of a fit with orthonormal columns `q` most
-/// likely; white is none.
+/// Colours less likely than this, beside the likeliest, are left out.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// For either kind, the colours that are likely given the residual of a fit with orthonormal columns
+/// `q`, each with its share; nothing of a kind of which white is the likeliest.
 ///
 /// Restricted likelihood (Patterson and Thompson 1971): unlike the plain lag-one correlation it
 /// is not pulled towards zero by what the fit has taken out. Where groups are runs of readings a
 /// long memory is not tried: from the readings of a run it would tell how far runs agree, which
 /// the scatter between runs tells better.
-pub(crate) fn likely_colours(lin: &Linear<'_>, q: &DMatrix<f64>) -> Vec<Colour> {
+pub(crate) fn likely_colours(lin: &Linear<'_>, q: &DMatrix<f64>) -> Vec<Vec<(Colour, f64)>> {
     let likelihood = Likelihood::new(lin, q);
-    let grid =
-        |largest: f64| (1..STEPS).map(move |i| largest * f64::from(i) / f64::from(STEPS - 1));
-    let Some(white) = likelihood.deviance(Colour::Neighbours(0.0)) else { return Vec::new() };
-    let best = |colours: &mut dyn Iterator<Item = Colour>| {
-        colours
-            .filter_map(|c| Some((c, likelihood.deviance(c)?)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .filter(|(_, deviance)| *deviance < white)
-            .map(|(colour, _)| colour)
+    let shares = |largest: f64, of: fn(f64) -> Colour| -> Option<Vec<(Colour, f64)>> {
+        let grid = (0..STEPS).map(|i| of(largest * f64::from(i) / f64::from(STEPS - 1)));
+        let judged: Vec<(Colour, f64)> =
+            grid.filter_map(|c| Some((c, likelihood.deviance(c)?))).collect();
+        let best = judged.iter().map(|(_, deviance)| *deviance).fold(f64::INFINITY, f64::min);
+        // White is the first of the grid.
+        judged.first().filter(|(_, white)| *white > best)?;
+        let mut likely: Vec<(Colour, f64)> = (judged.into_iter())
+            .map(|(colour, deviance)| (colour, (0.5 * (best - deviance)).exp()))
+            .filter(|(_, likelihood)| *likelihood > NEGLIGIBLE)
+            .collect();
+        let sum: f64 = likely.iter().map(|(_, likelihood)| likelihood).sum();
+        for (_, share) in &mut likely {
+            *share /= sum;
+        }
+        Some(likely)
     };
     let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-    let neighbours = best(&mut grid(MAX_PHI).map(Colour::Neighbours));
+    let neighbours = shares(MAX_PHI, Colour::Neighbours);
     let memory = if longest <= MAX_LENGTH_FOR_MEMORY && !groups_are_runs(lin) {
-        best(&mut grid(MAX_MEMORY).map(Colour::Memory))
+        shares(MAX_MEMORY, Colour::Memory)
     } else {
         None
     };

@@ -64,8 +64,8 @@ pub(crate) fn significance(
     }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
     if test.dof >= MIN_DOF_FOR_CORRELATION {
-        for colour in likely_colours(lin, &full.matrix()) {
-            let correlated = correlated_p_value(lin, base, tangent, colour);
+        for colours in likely_colours(lin, &full.matrix()) {
+            let correlated = correlated_p_value(lin, base, tangent, &colours);
             test.p_value = test.p_value.max(correlated);
         }
     }
@@ -103,44 +103,36 @@ pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
     FisherSnedecor::new(dof1, dof2).map_or(1.0, |d| d.sf(f.max(0.0)))
 }
 
-/// F test with the noise of that colour along the measured order.
+/// F test with coloured noise along the measured order.
 ///
-/// The colour is estimated, and the variance of a slow effect depends on it: Satterthwaite's
-/// degrees of freedom count how badly it is known.
+/// The colour is not known, and the variance of a slow effect depends on it: the p-value is the
+/// mean over the colours, each as likely as the data make it.
 fn correlated_p_value(
     lin: &Linear<'_>,
     base: &Basis,
     tangent: &DMatrix<f64>,
-    colour: Colour,
+    colours: &[(Colour, f64)],
 ) -> f64 {
-    let Some((test, _)) = recoloured(lin, base, tangent, colour) else { return 1.0 };
-    let ([whiter, darker], step) = colour.beside(test.dof);
-    let variance =
-        |colour| recoloured(lin, base, tangent, colour).map(|(_, variance)| variance.ln());
-    let slope = match (variance(whiter), variance(darker)) {
-        (Some(low), Some(high)) => (high - low) / step,
-        _ => 0.0,
+    let p_value = |&(colour, weight): &(Colour, f64)| {
+        weight * recoloured(lin, base, tangent, colour).map_or(1.0, |test| test.p_value)
     };
-    let dof = 1.0 / (1.0 / count(test.dof) + 0.5 * slope * slope);
-    f_tail(test.f_statistic, count(test.directions), dof)
+    colours.iter().map(p_value).sum()
 }
 
-/// The test with noise of that colour, and the mean variance of an amplitude.
+/// The test with noise of that colour.
 fn recoloured(
     lin: &Linear<'_>,
     base: &Basis,
     tangent: &DMatrix<f64>,
     colour: Colour,
-) -> Option<(Significance, f64)> {
+) -> Option<Significance> {
     let white = Whitening::new(lin, colour);
     let base = Basis::of(&white.apply(lin, &base.matrix()), NEW_DIRECTION);
     let left = base.reject_columns(&white.apply(lin, tangent));
     let added = Basis::of(&left, NEW_DIRECTION.sqrt());
     let residual = white.apply(lin, &DMatrix::from_columns(std::slice::from_ref(&lin.residual)));
     let residual = base.reject(&residual.column(0).into_owned());
-    let test = f_test(&residual, base.dim(), &added)?;
-    let information = left.norm_squared() / count(left.ncols().max(1));
-    Some((test, test.variance / information))
+    f_test(&residual, base.dim(), &added)
 }
 
 fn group_p_value(lin: &Linear<'_>, test: &Significance, added: &Basis, full: &Basis) -> f64 {
