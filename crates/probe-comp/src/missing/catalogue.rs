@@ -16,6 +16,9 @@ use super::term::Term;
 const SEEN: f64 = 0.04;
 /// No machine is further out of square than this.
 const GROSS_RAD: f64 = 1e-3;
+/// No machine reads an axis longer than this; the touches would show less than they can where they
+/// do not spread along it.
+const GROSS_SCALE: f64 = 1e-3;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -32,8 +35,9 @@ pub(crate) struct Entry {
 pub(crate) struct Setting<'a> {
     pub(crate) touches: &'a [MeasuredTouch],
     pub(crate) covariates: &'a [Covariate],
-    /// Families of errors of form that the part may have, and in what unit.
-    pub(crate) forms: &'static [Form],
+    /// Families of errors of form that the part may have, with the columns that the touches see,
+    /// and in what unit.
+    pub(crate) forms: Vec<(Form, Vec<usize>)>,
     pub(crate) form_scale: FormScale,
     /// Mean squares of the normals' components.
     pub(crate) normal_squares: Vector3<f64>,
@@ -50,9 +54,9 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
     entries.extend(drifts(setting));
     entries.extend(temperatures(setting));
     entries.extend(frame(setting));
-    entries.extend(setting.forms.iter().map(|&form| {
-        let term = Term::Form { form, scale: setting.form_scale };
-        let parameters = form.parameters().iter().map(|name| micrometres(name)).collect();
+    entries.extend(setting.forms.iter().map(|(form, seen)| {
+        let parameters = seen.iter().map(|&k| micrometres(form.parameters()[k])).collect();
+        let term = Term::Form { form: *form, seen: seen.clone(), scale: setting.form_scale };
         entry("form", form.description(), parameters, term).about(form.name())
     }));
     entries.extend(bad_points(setting.touches));
@@ -128,7 +132,9 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
         .map(|axis| {
             let text = format!("the machine's {} axis reads long", AXES[axis]);
             let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
-            entry("axis-scale", &text, parameters, Term::Scale { axis }).about(AXES[axis])
+            let seen = setting.levers_mm[axis][axis] * GROSS_SCALE > SEEN_MM;
+            let term = if seen { Term::Scale { axis } } else { Term::Unseen };
+            entry("axis-scale", &text, parameters, term).about(AXES[axis])
         })
         .collect();
     let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]

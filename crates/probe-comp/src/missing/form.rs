@@ -2,6 +2,13 @@
 
 use nalgebra::Point3;
 
+use super::columns::as_f64;
+use crate::nominal::NominalFoot;
+
+/// Root mean square height at the touches, for a unit at the rim, from which an amplitude can be
+/// told: below it, a hundredth of a millimetre that they show would be more than one of form.
+const SEEN: f64 = 0.01;
+
 /// A family of errors of form, with one amplitude per column, mm at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
@@ -62,6 +69,17 @@ impl Form {
             Self::Ellipsoid => &["xx − yy", "xy", "xz", "yz", "zz"],
             Self::Lobes => &["3 cos", "3 sin", "2 cos z", "2 sin z", "cos zz", "sin zz", "zzz"],
         }
+    }
+
+    /// The amplitudes that touches with these feet can tell at all.
+    pub(crate) fn seen(self, scale: &FormScale, feet: &[NominalFoot]) -> Vec<usize> {
+        let mut squares = vec![0.0; self.parameters().len()];
+        for foot in feet {
+            for (square, height) in squares.iter_mut().zip(self.heights(scale, &foot.point_mm)) {
+                *square += height * height / as_f64(feet.len());
+            }
+        }
+        (0..squares.len()).filter(|&k| squares[k] > SEEN * SEEN).collect()
     }
 
     /// What a unit of each amplitude adds to the height at a nominal point, along the normal.

@@ -268,13 +268,17 @@ fn setting<'a>(
             }
         }
     }
-    let (forms, form_scale): (&'static [Form], _) = match setup.nominal.form {
+    let (families, form_scale): (&[Form], _) = match setup.nominal.form {
         FormFrame::Around { center_mm } => {
             let radius = feet.iter().map(|f| (f.point_mm - center_mm).norm()).fold(0.0, f64::max);
             (&Form::AROUND, FormScale { center_mm, radius_mm: radius.max(f64::MIN_POSITIVE) })
         }
         FormFrame::Over => (&Form::OVER, over(feet)),
     };
+    let forms = (families.iter())
+        .map(|&form| (form, form.seen(&form_scale, feet)))
+        .filter(|(_, seen)| !seen.is_empty())
+        .collect();
     let levers_mm = levers.map(|row| row.map(f64::sqrt));
     let turn = |foot: &NominalFoot| (foot.point_mm - form_scale.center_mm).cross(&foot.normal);
     let square = feet.iter().map(turn).fold(Vector3::zeros(), |sum, t| sum + t.component_mul(&t));

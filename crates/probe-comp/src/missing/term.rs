@@ -32,8 +32,10 @@ pub(crate) enum Term {
     TriggerDrift { elapsed: Vec<f64> },
     /// Readings of z, and the part's size, go with a temperature.
     Temperature { excess_k: Vec<f64>, about_mm: Vector3<f64> },
-    /// The surface is not the nominal one.
-    Form { form: Form, scale: FormScale },
+    /// The surface is not the nominal one, in the columns in `seen`.
+    Form { form: Form, seen: Vec<usize>, scale: FormScale },
+    /// These touches do not show it at all.
+    Unseen,
     /// One touch is off on its own.
     BadPoint { observation: usize },
 }
@@ -109,7 +111,7 @@ impl Term {
             Self::Temperature { excess_k, .. } => {
                 vec![Vector3::new(0.0, 0.0, value(excess_k)), Vector3::zeros()]
             }
-            Self::Ball | Self::Form { .. } | Self::BadPoint { .. } => Vec::new(),
+            Self::Ball | Self::Form { .. } | Self::Unseen | Self::BadPoint { .. } => Vec::new(),
         }
     }
 
@@ -122,7 +124,10 @@ impl Term {
                 let excess_k = excess_k.get(at.observation).copied().unwrap_or(0.0);
                 vec![0.0, at.normal.dot(&(at.contact_mm.coords - about_mm)) * excess_k]
             }
-            Self::Form { form, scale } => form.heights(scale, at.contact_mm),
+            Self::Form { form, seen, scale } => {
+                let heights = form.heights(scale, at.contact_mm);
+                seen.iter().map(|&k| heights[k]).collect()
+            }
             Self::BadPoint { observation } => {
                 vec![f64::from(u8::from(*observation == at.observation))]
             }

@@ -164,3 +164,26 @@ fn nothing_is_found_where_nothing_is() {
     let closure = closed(reference_sphere(Side::Along), touches, &[]);
     assert_eq!(closure.verdict, Verdict::NothingMissing);
 }
+
+/// Touches round the equator of a sphere, in a plane but for noise, see no form in its height, and
+/// no scale of the axis along it.
+#[test]
+fn touches_in_a_plane_are_not_blamed_on_what_they_do_not_see() {
+    let mut rng = ChaCha8Rng::seed_from_u64(41);
+    let oval_mm = 0.02;
+    let touches = (0..90)
+        .map(|i| {
+            let angle = 0.07 * f64::from(i);
+            let outward = Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let mut touch = sphere_touch(&outward, Unit::new_normalize(-outward), 0.0, &mut rng);
+            touch.center_mm += outward * (oval_mm * (2.0 * angle).cos());
+            touch
+        })
+        .collect();
+    let closure = closed(reference_sphere(Side::Along), touches, &[]);
+    assert!(names(&closure, 0).contains(&"form"), "{:?}", names(&closure, 0));
+    assert_eq!(closure.steps.len(), 1);
+    let largest = closure.steps[0].parameters.iter().map(|p| p.value.abs()).fold(0.0, f64::max);
+    assert!(largest < 2.0 * oval_mm * 1e3, "{largest} µm");
+    assert!(closure.not_observable.iter().any(|e| e.effect == "axis-scale [z]"));
+}
