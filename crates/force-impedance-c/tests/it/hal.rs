@@ -54,7 +54,8 @@ fn readable(path: &Path) {
     fs::set_permissions(path, fs::Permissions::from_mode(0o777)).unwrap();
 }
 
-/// Compiles the component against the library that Cargo built beside this test.
+/// Compiles the component against the library that Cargo built beside this test, copied to where
+/// a user of no rights may read it.
 fn compile(at: &Path) {
     readable(at);
     for file in ["hal/force_impedance.comp", "hal/press_a_spring.hal", "include/force_impedance.h"]
@@ -63,8 +64,10 @@ fn compile(at: &Path) {
         fs::copy(&from, at.join(from.file_name().unwrap())).unwrap();
     }
     let test = std::env::current_exe().unwrap();
-    let library = test.parent().unwrap().display().to_string();
-    let flags = format!("-L{library} -Wl,--no-as-needed -lforce_impedance_c -Wl,-rpath,{library}");
+    let library = test.with_file_name("libforce_impedance_c.so");
+    fs::copy(&library, at.join(library.file_name().unwrap())).unwrap();
+    let folder = at.display();
+    let flags = format!("-L{folder} -Wl,--no-as-needed -lforce_impedance_c -Wl,-rpath,{folder}");
     output_of(
         Command::new("halcompile")
             .args(["--compile", &format!("{COMPONENT}.comp")])
