@@ -8,6 +8,7 @@ mod bearing;
 mod gravity;
 mod photogrammetry;
 mod readings;
+mod sea_floor;
 mod spots;
 mod stability;
 mod summary;
@@ -98,11 +99,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         summary::print(set, &outcomes);
         found.push((set, outcomes));
     }
-    if found.is_empty() {
+    let is_wanted = arguments.only.as_ref().is_none_or(|only| "garpos-sea-floor".contains(only));
+    let sea_floor = if is_wanted { sea_floor::run(&arguments.data)? } else { None };
+    if found.is_empty() && sea_floor.is_none() {
         bail!("none of the data sets is in {}", arguments.data.display());
     }
-    fs::write(folder.join("summary.md"), summary::markdown(&found))
-        .context("cannot write the summary")?;
+    let text = summary::markdown(&found) + &sea_floor.unwrap_or_default();
+    fs::create_dir_all(&folder).context("cannot make target/measured")?;
+    fs::write(folder.join("summary.md"), text).context("cannot write the summary")?;
+    if pages.is_empty() {
+        return Ok(());
+    }
     index(&truing, &folder, &pages)
 }
 

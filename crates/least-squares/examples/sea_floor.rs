@@ -1,8 +1,8 @@
 //! Ranges from a ship to transponders on the sea floor: a stranger's problem on the bordered core.
 //!
 //! Four stations and the lever arm from antenna to transducer are shared; every survey line has a
-//! sound speed of its own that may drift. The error is that of shots left out of the fit. Reads
-//! the sample of github.com/s-watanabe-jhod/garpos, commit 0e463b347fac, from the folder
+//! sound speed of its own that may drift. The error is that of shots, or of whole lines, left out of
+//! the fit; the speed of a line left out is taken from its neighbours. Reads the sample of github.com/s-watanabe-jhod/garpos, commit 0e463b347fac, from the folder
 //! `garpos_saga_multilateration` under `TRUING_MEASURED_DATA`; says so and stops without it.
 
 #![expect(clippy::print_stdout, reason = "the output of an example")]
@@ -134,43 +134,105 @@ const MODELS: [Model; 4] = [
     Model { name: "that drifts", lever_arm: true, speed_per_line: true, drift: true },
 ];
 
-/// Root mean square of half paths left out of the fit, in m.
-fn left_out_rms_m(model: &Model, shots: &[Shot], start: &[f64]) -> Result<f64, Box<dyn Error>> {
-    let mut lines: BTreeMap<&str, Vec<(usize, &Shot)>> = BTreeMap::new();
-    for (i, shot) in shots.iter().enumerate() {
-        let line = if model.speed_per_line { shot.line.as_str() } else { "all" };
-        lines.entry(line).or_default().push((i, shot));
-    }
-    let times = |line: &[(usize, &Shot)]| {
-        let (first, last) = (line[0].1.sent_s, line[line.len() - 1].1.sent_s);
-        let half_s = (0.5 * (last - first)).max(1.0);
-        move |shot: &Shot| (shot.sent_s - 0.5 * (first + last)) / half_s
-    };
+/// Root mean square of half paths left out of the fit, in m: single shots spread over their lines,
+/// or whole lines.
+fn left_out_rms_m(
+    model: &Model,
+    whole_lines: bool,
+    shots: &[Shot],
+    start: &[f64],
+) -> Result<f64, Box<dyn Error>> {
+    let lines = lines_of(model, shots);
     let mut held_shared: Vec<usize> = Vec::new();
     if !model.lever_arm {
         held_shared.extend(LEVER..SHARED);
     }
     let speeds = if model.drift { 2 } else { 1 };
     let options = BorderedOptions { held_shared, ..BorderedOptions::default() };
+    let by_line = whole_lines && model.speed_per_line;
+    // The line of a shot counts where lines are left out, even where all share one speed.
+    let numbers = line_numbers(shots);
+    let is_left_out =
+        |i: usize, fold: usize| (if whole_lines { numbers[i] } else { i }) % FOLDS == fold;
     let mut square = 0.0;
     for fold in 0..FOLDS {
-        let fitted = lines.values().map(|line| {
-            let time = times(line);
-            let kept = line.iter().filter(|(i, _)| i % FOLDS != fold);
-            kept.map(|(_, shot)| (*shot, time(shot))).collect()
+        let kept = |line: &&Line| !by_line || !is_left_out(line.shots[0].0, fold);
+        let fitted = lines.iter().filter(kept).map(|line| {
+            let kept = line.shots.iter().filter(|(i, _)| !is_left_out(*i, fold));
+            kept.map(|(_, shot)| (*shot, line.time(shot.sent_s))).collect()
         });
         let survey = Survey::new(fitted.collect(), speeds);
-        let blocks = [SOUND_SPEED_M_PER_S, 0.0][..speeds].repeat(lines.len());
+        let blocks = [SOUND_SPEED_M_PER_S, 0.0][..speeds].repeat(survey.lines.len());
         let point = BorderedPoint { shared: start.to_vec(), blocks };
-        let fit = solve_bordered(&survey, point, &options)?;
-        for (line, speed) in lines.values().zip(fit.point.blocks.chunks(speeds)) {
-            let time = times(line);
-            for (_, shot) in line.iter().filter(|(i, _)| i % FOLDS == fold) {
-                square += residual_m(shot, time(shot), &fit.point.shared, speed).powi(2);
+        let fit = solve_bordered(&survey, point, &options)?.point;
+        let middles = lines.iter().filter(kept).map(|line| line.middle_s);
+        let known: Vec<(f64, &[f64])> = middles.zip(fit.blocks.chunks(speeds)).collect();
+        for (own, line) in lines.iter().enumerate() {
+            for (_, shot) in line.shots.iter().filter(|(i, _)| is_left_out(*i, fold)) {
+                let (time, speed) = if by_line {
+                    (0.0, vec![between(&known, shot.sent_s)])
+                } else {
+                    let (_, speed): (f64, &[f64]) = known[own];
+                    (line.time(shot.sent_s), speed.to_vec())
+                };
+                square += residual_m(shot, time, &fit.shared, &speed).powi(2);
             }
         }
     }
     Ok((square / shots.len() as f64).sqrt())
+}
+
+/// Shots with their numbers, in the order sent.
+struct Line<'a> {
+    shots: Vec<(usize, &'a Shot)>,
+    middle_s: f64,
+    half_s: f64,
+}
+
+impl Line<'_> {
+    /// From −1 at the start to 1 at the end.
+    fn time(&self, sent_s: f64) -> f64 {
+        (sent_s - self.middle_s) / self.half_s
+    }
+}
+
+/// Survey lines in the order sailed, or all of them as one.
+fn lines_of<'a>(model: &Model, shots: &'a [Shot]) -> Vec<Line<'a>> {
+    let mut lines: BTreeMap<usize, Vec<(usize, &Shot)>> = BTreeMap::new();
+    for ((i, shot), number) in shots.iter().enumerate().zip(line_numbers(shots)) {
+        lines.entry(if model.speed_per_line { number } else { 0 }).or_default().push((i, shot));
+    }
+    let line = |shots: Vec<(usize, &'a Shot)>| {
+        let (first, last) = (shots[0].1.sent_s, shots[shots.len() - 1].1.sent_s);
+        Line { shots, middle_s: 0.5 * (first + last), half_s: (0.5 * (last - first)).max(1.0) }
+    };
+    lines.into_values().map(line).collect()
+}
+
+/// The line of each shot, counted in the order sailed.
+fn line_numbers(shots: &[Shot]) -> Vec<usize> {
+    let mut names: Vec<&str> = Vec::new();
+    shots
+        .iter()
+        .map(|shot| {
+            names.iter().position(|name| *name == shot.line).unwrap_or_else(|| {
+                names.push(&shot.line);
+                names.len() - 1
+            })
+        })
+        .collect()
+}
+
+/// Speed at a time no line of which is known: on the straight line between the lines before and
+/// after, or that of the nearest.
+fn between(known: &[(f64, &[f64])], sent_s: f64) -> f64 {
+    let after = known.partition_point(|(middle_s, _)| *middle_s < sent_s);
+    match (after.checked_sub(1).map(|before| known[before]), known.get(after)) {
+        (Some((t0, v0)), Some((t1, v1))) => v0[0] + (v1[0] - v0[0]) * (sent_s - t0) / (t1 - t0),
+        (Some((_, v)), None) => v[0],
+        (None, Some((_, v))) => v[0],
+        (None, None) => SOUND_SPEED_M_PER_S,
+    }
 }
 
 /// Of sea water, to start from.
@@ -189,8 +251,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{campaign}: {} shots", shots.len());
         let mut before = f64::INFINITY;
         for model in &MODELS {
-            let rms_m = left_out_rms_m(model, &shots, &start)?;
-            println!("  {:<18} {:6.1} cm on shots left out", model.name, 100.0 * rms_m);
+            let rms_m = left_out_rms_m(model, false, &shots, &start)?;
+            let lines_m = left_out_rms_m(model, true, &shots, &start)?;
+            println!(
+                "  {:<18} {:6.1} cm on shots left out, {:6.1} cm on whole lines",
+                model.name,
+                100.0 * rms_m,
+                100.0 * lines_m
+            );
             assert!(rms_m < before, "{} predicts no better", model.name);
             before = rms_m;
         }
