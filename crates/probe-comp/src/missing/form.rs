@@ -1,12 +1,13 @@
 //! Errors of the part's form: by how much the real surface is higher than the nominal one.
 
-use nalgebra::Point3;
+use nalgebra::{DMatrix, Point3};
 
 use super::columns::as_f64;
 use crate::nominal::NominalFoot;
 
 /// Root mean square height at the touches, for a unit at the rim, from which an amplitude can be
 /// told: below it, a hundredth of a millimetre that they show would be more than one of form.
+/// Smaller shares of a motion are none.
 const SEEN: f64 = 0.01;
 
 /// A family of errors of form, with one amplitude per column, mm at most.
@@ -71,15 +72,23 @@ impl Form {
         }
     }
 
-    /// The amplitudes that touches with these feet can tell at all.
+    /// The amplitudes that touches with these feet tell from another place and size of the part.
     pub(crate) fn seen(self, scale: &FormScale, feet: &[NominalFoot]) -> Vec<usize> {
-        let mut squares = vec![0.0; self.parameters().len()];
-        for foot in feet {
-            for (square, height) in squares.iter_mut().zip(self.heights(scale, &foot.point_mm)) {
-                *square += height * height / as_f64(feet.len());
+        let amplitudes = self.parameters().len();
+        let rows: Vec<Vec<f64>> =
+            feet.iter().map(|foot| self.heights(scale, &foot.point_mm)).collect();
+        let heights = DMatrix::from_fn(feet.len(), amplitudes, |i, k| rows[i][k]);
+        let placed =
+            DMatrix::from_fn(feet.len(), 4, |i, k| if k < 3 { feet[i].normal[k] } else { 1.0 });
+        let svd = placed.svd(true, false);
+        let mut left = heights;
+        for (u, size) in svd.u.iter().flat_map(|u| u.column_iter()).zip(&svd.singular_values) {
+            if *size > SEEN * svd.singular_values.max() {
+                left -= u * (u.transpose() * &left);
             }
         }
-        (0..squares.len()).filter(|&k| squares[k] > SEEN * SEEN).collect()
+        let least = SEEN * as_f64(feet.len()).sqrt();
+        (0..amplitudes).filter(|&k| left.column(k).norm() > least).collect()
     }
 
     /// What a unit of each amplitude adds to the height at a nominal point, along the normal.
