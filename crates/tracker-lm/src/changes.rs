@@ -1,10 +1,10 @@
 //! Readings at which something may have changed for good: where a beam was lost or a reflector slipped.
 //!
 //! A lock has as many possible jumps as readings, and testing all of them in the loop would cost
-//! every other effect its significance. So the catalogue holds, for each dead path and each
-//! reflector, a change in the middle of the run; one after every gap in a lock's readings, where a beam
-//! was broken; and one wherever the residual of the declared model shows a change so clearly that
-//! chance does it nowhere in a hundred surveys.
+//! every other effect its significance. So the catalogue holds, for each dead path, each station and
+//! each reflector, a change in the middle of the run; one after every gap in a lock's readings,
+//! where a beam was broken; and one wherever the residual of the declared model shows a change so
+//! clearly that chance does it nowhere in a hundred surveys.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -82,7 +82,9 @@ impl Change {
 
     fn key(self) -> (usize, usize, usize, usize) {
         match self {
-            Self::DeadPath { station, mount, range } => (0, station, mount.unwrap_or(0), range),
+            Self::DeadPath { station, mount, range } => {
+                (0, station, mount.map_or(0, |j| j + 1), range)
+            }
             Self::Mount { mount, range } => (1, mount, 0, range),
         }
     }
@@ -104,7 +106,13 @@ fn things(network: &Network<'_>) -> Vec<Thing> {
         range: 0,
     });
     let mounts = (0..survey.mounts.len()).map(|mount| Change::Mount { mount, range: 0 });
+    // All dead paths of a station at once: its tracer lost its count, or was knocked.
+    let has_locks = network.dead_paths.iter().any(|(_, mount)| mount.is_some());
+    let stations = (0..survey.stations.len())
+        .filter(|_| has_locks)
+        .map(|station| Change::DeadPath { station, mount: None, range: 0 });
     paths
+        .chain(stations)
         .chain(mounts)
         .map(|of| {
             let mut visits: Vec<Visit> = Vec::new();

@@ -54,7 +54,8 @@ pub(crate) enum Change {
 pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Change]) -> Vec<Entry> {
     let n_stations = scene.survey.stations.len();
     let mut entries =
-        vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
+        vec![range_scale(scene), range_drift(scene, None), backlash(scene), incidence(scene)];
+    entries.extend((0..n_stations).map(|i| range_drift(scene, Some(i))));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(temperatures(scene));
@@ -122,8 +123,13 @@ fn range_scale(scene: &Scene<'_>) -> Entry {
     })
 }
 
-fn range_drift(scene: &Scene<'_>) -> Entry {
-    let text = "the reading drifts while the tracer stays locked on";
+/// Of all readings, as one tracer goes from station to station, or of one tracer alone.
+fn range_drift(scene: &Scene<'_>, station: Option<usize>) -> Entry {
+    let subject = station.map(|i| scene.survey.stations[i].name.clone());
+    let text = match &subject {
+        Some(name) => format!("the reading from station {name} alone drifts while it is locked on"),
+        None => "the reading drifts while the tracer stays locked on".to_owned(),
+    };
     let (unit, factor) = scene.rate();
     let mut locked = std::collections::HashMap::new();
     for (range, time) in scene.survey.ranges.iter().zip(scene.time) {
@@ -131,9 +137,10 @@ fn range_drift(scene: &Scene<'_>) -> Entry {
         *first = first.min(*time);
     }
     let rate = parameter("rate", unit, factor);
-    scene.entry_of_readings("range-drift", None, text.to_owned(), rate, |r| {
+    scene.entry_of_readings("range-drift", subject, text, rate, |r| {
         let range = &scene.survey.ranges[r];
-        scene.time[r] - locked[&(range.station, range.mount)]
+        let drifts = station.is_none_or(|i| range.station == i);
+        if drifts { scene.time[r] - locked[&(range.station, range.mount)] } else { 0.0 }
     })
 }
 
