@@ -147,3 +147,25 @@ fn one_station_in_bad_air_is_found() {
     let scale = &closure.steps[0].parameters[0];
     assert!((scale.value - 40.0).abs() < 4.0 * scale.std, "{scale:?}");
 }
+
+#[test]
+fn a_tracer_that_drifts_or_jumps_alone_is_told_from_a_station_that_moves() {
+    let plan = Plan { angles: 19, ..Plan::default() };
+    for (effect, subject) in [("range-drift", "S3"), ("dead-path-jump", "S3 at 12")] {
+        // Two thirds of a micrometre a step, or 4 µm at once.
+        let added_mm = |step: usize| match effect {
+            "range-drift" => 0.012 / 18.0 * step as f64,
+            _ if step >= 11 => 0.004,
+            _ => 0.0,
+        };
+        let mut survey = simulate(&plan, 27).survey;
+        for range in survey.ranges.iter_mut().filter(|r| r.station == 2) {
+            range.displacement_mm += added_mm(range.step);
+        }
+        let (_, closure) = closed(survey);
+        assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+        assert_eq!(closure.steps[0].effect, effect);
+        assert_eq!(closure.steps[0].subject.as_deref(), Some(subject));
+        assert_eq!(closure.verdict, Verdict::Explained);
+    }
+}
