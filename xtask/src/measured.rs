@@ -4,6 +4,7 @@
 //! One file per set turns its data, as they were published, into case folders. The data are not
 //! part of the project: a set that is not in the folder given is named with its source.
 
+mod elevation;
 mod gravity;
 mod photogrammetry;
 mod readings;
@@ -63,8 +64,14 @@ pub(crate) struct Outcome {
     pub(crate) answer: Value,
 }
 
-const SETS: [Set; 5] =
-    [photogrammetry::SET, stability::SET, spots::SET, gravity::BY_POSE, gravity::BY_BLOCK];
+const SETS: [Set; 6] = [
+    photogrammetry::SET,
+    stability::SET,
+    elevation::SET,
+    spots::SET,
+    gravity::BY_POSE,
+    gravity::BY_BLOCK,
+];
 
 /// Converts every set that is there, closes the loop on it and writes `target/measured`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {

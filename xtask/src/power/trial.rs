@@ -36,7 +36,7 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
     ])?;
     if answer.code != Some(0) {
         // No answer counts against every question.
-        let hit = !matches!(cell.question, Question::Named(_));
+        let hit = !matches!(cell.question, Question::Named(_) | Question::Both(_));
         return Ok(Trial { hit, ratio: None, answer: failure(&answer.message) });
     }
     let steps = answer.json["steps"].as_array().cloned().unwrap_or_default();
@@ -47,6 +47,10 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
         Question::FalseAddition => !names.is_empty(),
         Question::Named(truth) => {
             !classes.is_empty() && classes.iter().all(|class| class.contains(&truth))
+        }
+        Question::Both(truths) => {
+            truths.iter().all(|truth| classes.iter().any(|class| class.contains(truth)))
+                && classes.iter().all(|class| truths.iter().any(|truth| class.contains(truth)))
         }
         Question::ConfidentWrongName => {
             verdict == "explained" && classes.iter().any(|class| names_catalogue_alone(class))
