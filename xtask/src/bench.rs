@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{peers, power, shell};
+use crate::{loop_speed, peers, power, shell};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
@@ -23,6 +23,8 @@ pub(crate) struct Arguments {
 enum What {
     /// Solves the NIST StRD and Moré-Garbow-Hillstrom problems and prints the digits reached.
     Suites,
+    /// What closing the loop costs beside solving the declared model.
+    Loop,
     /// False additions, right names and held-out error of the loop over many simulated cases.
     Power(power::Arguments),
 }
@@ -36,6 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Suites) => {
             shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])
         }
+        Some(What::Loop) => loop_speed::run(),
         Some(What::Power(arguments)) => power::run(arguments),
         None => match arguments.peers {
             Some(comparison) => peers::run(comparison, arguments.rounds),

@@ -10,6 +10,7 @@ mod ci;
 mod expectation;
 mod fixtures;
 mod generators;
+mod loop_speed;
 mod measured;
 mod peers;
 mod power;

@@ -5,6 +5,7 @@
 //! part of the project: a set that is not in the folder given is named with its source.
 
 mod bearing;
+mod elevation;
 mod gravity;
 mod photogrammetry;
 mod readings;
@@ -65,10 +66,11 @@ pub(crate) struct Outcome {
     pub(crate) answer: Value,
 }
 
-const SETS: [Set; 6] = [
+const SETS: [Set; 7] = [
     photogrammetry::SET,
     stability::SET,
     bearing::SET,
+    elevation::SET,
     spots::SET,
     gravity::BY_POSE,
     gravity::BY_BLOCK,

@@ -10,7 +10,7 @@ use crate::judge::{Bench, Judged, Setting, hear_catalogue};
 use crate::linear::Linear;
 use crate::local::{LocalSight, local_effects};
 use crate::select::CATALOGUE_SHARE;
-use crate::separation::{aliased_with, all_fitted, make_visible};
+use crate::separation::{Further, Imitation, all_fitted};
 use crate::system::{Estimate, System, rows_of};
 use crate::validate::validate;
 use crate::{Model, Options};
@@ -67,7 +67,14 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let lin = Linear::of(&system, &at, &keep, setting.silent);
     let bench = Bench::new(&setting, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let hearing = hear_catalogue(&system, &at, &bench);
-    let assessor = Assessor { system, at, lin: &lin, alpha: hearing.alpha_single };
+    let assessor = Assessor {
+        system: &system,
+        at: &at,
+        lin: &lin,
+        alpha: hearing.alpha_single,
+        further: Further::new(model, &[]),
+        imitation: Imitation::new(&system, &at, &lin),
+    };
     let mut assessments = assessor.of_many(&hearing.judged);
     assessments.extend(assessor.of_one());
     assessments.sort_by(|a, b| {
@@ -78,23 +85,25 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
 
 /// The fitted declared model, and the significance asked of one p-value.
 struct Assessor<'a> {
-    system: System<'a>,
-    at: Estimate,
+    system: &'a System<'a>,
+    at: &'a Estimate,
     lin: &'a Linear<'a>,
     alpha: f64,
+    further: Further<'a>,
+    imitation: Imitation<'a>,
 }
 
 impl Assessor<'_> {
     /// Effects that move many observations.
     fn of_many(&self, judged: &[Judged]) -> Vec<Assessment> {
-        let sights = catalogue(&self.system, &self.at, self.lin);
+        let sights = catalogue(self.system, self.at, self.lin);
         let seen: Vec<_> = (sights.iter())
             .filter_map(|(_, s)| match s {
                 Sight::Seen(c) => Some((**c).clone()),
                 Sight::Unseen(_) => None,
             })
             .collect();
-        let class = classes(&seen, &self.lin.basis);
+        let class = classes(&seen);
         let assess = |(e, sight): &(usize, Sight)| match sight {
             Sight::Unseen(absorbed) => Some(self.hidden(*e, *absorbed)),
             Sight::Seen(candidate) => {
@@ -139,7 +148,7 @@ impl Assessor<'_> {
                 self.assessment(e, local.absorbed, visible)
             }
         };
-        local_effects(&self.system, &self.at, self.lin).into_iter().map(&mut assess).collect()
+        local_effects(self.system, self.at, self.lin).into_iter().map(&mut assess).collect()
     }
 
     fn reported(
@@ -157,8 +166,8 @@ impl Assessor<'_> {
 
     fn hidden(&self, e: usize, absorbed: f64) -> Assessment {
         let sight = Visibility::Hidden {
-            aliased_with: aliased_with(&self.system, &self.at, self.lin, e),
-            separate_by: make_visible(self.system.model, e, &[]),
+            aliased_with: self.imitation.aliased_with(e),
+            separate_by: self.further.make_visible(e),
         };
         self.assessment(e, absorbed, sight)
     }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::linear::Linear;
-use crate::significance::count;
+use crate::significance::{count, f_tail};
 use crate::whiteness::groups_are_runs;
 
 /// Largest correlation taken seriously; above, noise and drift are the same thing.
@@ -21,7 +21,7 @@ const MAX_LENGTH_FOR_MEMORY: usize = 512;
 
 /// How successive observations depend on each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Colour {
+enum Colour {
     /// Autoregression of first order: the correlation of neighbours.
     Neighbours(f64),
     /// Fractionally integrated noise (Hosking 1981) of memory `d`: a spectrum `f^(−2d)`, which an
@@ -57,40 +57,49 @@ impl Colour {
 /// Colours less likely than this, beside the likeliest, are left out.
 const NEGLIGIBLE: f64 = 1e-4;
 
-/// For either kind, the colours that are likely given the residual of a fit with orthonormal columns
-/// `q`, each with its share; nothing of a kind of which white is the likeliest.
+/// p-values of the last `n_tested` of the orthonormal columns `q` with coloured noise along the
+/// measured order, of which white is not the likeliest: for neighbours, and for long memory.
 ///
-/// Restricted likelihood (Patterson and Thompson 1971): unlike the plain lag-one correlation it
-/// is not pulled towards zero by what the fit has taken out. Where groups are runs of readings a
-/// long memory is not tried: from the readings of a run it would tell how far runs agree, which
-/// the scatter between runs tells better.
-pub(crate) fn likely_colours(lin: &Linear<'_>, q: &DMatrix<f64>) -> Vec<Vec<(Colour, f64)>> {
-    let likelihood = Likelihood::new(lin, q);
-    let shares = |largest: f64, of: fn(f64) -> Colour| -> Option<Vec<(Colour, f64)>> {
+/// `residual` is what the columns before them leave of the data. The colour is not known, and the
+/// variance of a slow effect depends on it: the p-value is the mean over the colours, each as
+/// likely as the data make it. Restricted likelihood (Patterson and Thompson 1971): unlike the
+/// plain lag-one correlation it is not pulled towards zero by what the fit has taken out. Where
+/// groups are runs of readings a long memory is not tried: from the readings of a run it would
+/// tell how far runs agree, which the scatter between runs tells better.
+pub(crate) fn coloured_p_values(
+    lin: &Linear<'_>,
+    q: &DMatrix<f64>,
+    n_tested: usize,
+    residual: &DVector<f64>,
+) -> Vec<f64> {
+    let likelihood = Likelihood::new(lin, q, n_tested, residual);
+    let mean = |largest: f64, of: fn(f64) -> Colour| -> Option<f64> {
         let grid = (0..STEPS).map(|i| of(largest * f64::from(i) / f64::from(STEPS - 1)));
-        let judged: Vec<(Colour, f64)> =
-            grid.filter_map(|c| Some((c, likelihood.deviance(c)?))).collect();
-        let best = judged.iter().map(|(_, deviance)| *deviance).fold(f64::INFINITY, f64::min);
+        let judged: Vec<Coloured> = grid.filter_map(|c| likelihood.judge(c)).collect();
+        let best = judged.iter().map(|c| c.deviance).fold(f64::INFINITY, f64::min);
         // White is the first of the grid.
-        judged.first().filter(|(_, white)| *white > best)?;
-        let mut likely: Vec<(Colour, f64)> = (judged.into_iter())
-            .map(|(colour, deviance)| (colour, (0.5 * (best - deviance)).exp()))
-            .filter(|(_, likelihood)| *likelihood > NEGLIGIBLE)
-            .collect();
-        let sum: f64 = likely.iter().map(|(_, likelihood)| likelihood).sum();
-        for (_, share) in &mut likely {
-            *share /= sum;
-        }
-        Some(likely)
+        judged.first().filter(|white| white.deviance > best)?;
+        let shares = judged.iter().map(|c| ((0.5 * (best - c.deviance)).exp(), c.p_value));
+        let likely: Vec<_> = shares.filter(|(share, _)| *share > NEGLIGIBLE).collect();
+        let sum: f64 = likely.iter().map(|(share, _)| share).sum();
+        Some(likely.iter().map(|(share, p_value)| share * p_value).sum::<f64>() / sum)
     };
     let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-    let neighbours = shares(MAX_PHI, Colour::Neighbours);
+    let neighbours = mean(MAX_PHI, Colour::Neighbours);
     let memory = if longest <= MAX_LENGTH_FOR_MEMORY && !groups_are_runs(lin) {
-        shares(MAX_MEMORY, Colour::Memory)
+        mean(MAX_MEMORY, Colour::Memory)
     } else {
         None
     };
     neighbours.into_iter().chain(memory).collect()
+}
+
+/// The data under one colour of the noise.
+struct Coloured {
+    /// Minus twice the restricted log likelihood, up to a constant.
+    deviance: f64,
+    /// Of the F test of what is tested.
+    p_value: f64,
 }
 
 /// Restricted likelihood of the colours of the noise beside one design.
@@ -98,23 +107,31 @@ struct Likelihood<'a> {
     lin: &'a Linear<'a>,
     /// Columns of the design, and what they leave of the data.
     columns: DMatrix<f64>,
+    /// Shares in the data of the last columns of the design, which are tested.
+    tested: DVector<f64>,
     /// Products of the columns after whitening with a correlation `φ` of neighbours: coefficients
     /// of 1, `−φ` and `φ²`.
     products: [DMatrix<f64>; 3],
 }
 
 impl<'a> Likelihood<'a> {
-    fn new(lin: &'a Linear<'a>, q: &DMatrix<f64>) -> Self {
+    fn new(
+        lin: &'a Linear<'a>,
+        q: &DMatrix<f64>,
+        n_tested: usize,
+        residual: &DVector<f64>,
+    ) -> Self {
+        let along = q.tr_mul(residual);
         let mut columns = q.clone().insert_column(q.ncols(), 0.0);
         // Without what the columns explain, so that no digits are lost in the products.
-        let residual = &lin.residual - q * q.tr_mul(&lin.residual);
-        columns.set_column(q.ncols(), &residual);
+        columns.set_column(q.ncols(), &(residual - q * &along));
         let products = lagged_products(lin, &columns);
-        Self { lin, columns, products }
+        let tested = along.rows(q.ncols() - n_tested, n_tested).into_owned();
+        Self { lin, columns, tested, products }
     }
 
-    /// Minus twice the restricted log likelihood, up to a constant.
-    fn deviance(&self, colour: Colour) -> Option<f64> {
+    /// One factorisation of the products gives the likelihood and the F test.
+    fn judge(&self, colour: Colour) -> Option<Coloured> {
         let (products, of_noise) = if let Colour::Neighbours(phi) = colour {
             let [plain, lagged, inner] = &self.products;
             let volume = -count(self.lin.series.len()) * (1.0 - phi * phi).ln();
@@ -122,15 +139,18 @@ impl<'a> Likelihood<'a> {
         } else {
             let white = Whitening::new(self.lin, colour);
             let columns = white.apply(self.lin, &self.columns);
-            (columns.tr_mul(&columns), white.volume(self.lin))
+            (columns.transpose() * &columns, white.volume(self.lin))
         };
-        let n_columns = self.columns.ncols() - 1;
-        let dof = count(self.lin.rows.len().saturating_sub(n_columns));
-        let factor = products.cholesky()?;
-        let diagonal = factor.l_dirty().diagonal();
-        let square = diagonal[n_columns].powi(2);
-        let volume: f64 = diagonal.rows(0, n_columns).iter().map(|d| 2.0 * d.ln()).sum();
-        Some(dof * square.ln() + volume + of_noise)
+        let (n, m) = (self.columns.ncols() - 1, self.tested.len());
+        let dof = count(self.lin.rows.len().saturating_sub(n));
+        let factor = products.cholesky()?.unpack();
+        let square = factor[(n, n)].powi(2);
+        let volume: f64 = (0..n).map(|i| 2.0 * factor[(i, i)].ln()).sum();
+        // The row of the data, with what the tested columns explained put back.
+        let own = factor.view((n - m, n - m), (m, m)).tr_mul(&self.tested);
+        let explained = (own + factor.view((n, n - m), (1, m)).transpose()).norm_squared();
+        let p_value = f_tail(explained / count(m) / (square / dof), count(m), dof);
+        Some(Coloured { deviance: dof * square.ln() + volume + of_noise, p_value })
     }
 }
 
@@ -145,18 +165,18 @@ fn lagged_products(lin: &Linear<'_>, columns: &DMatrix<f64>) -> [DMatrix<f64>; 3
         }
     }
     let first = columns.select_rows(&firsts);
-    let across = columns.tr_mul(&previous);
-    let inner = previous.tr_mul(&previous) - first.tr_mul(&first);
-    [columns.tr_mul(columns), &across + across.transpose(), inner]
+    let across = columns.transpose() * &previous;
+    let inner = previous.transpose() * &previous - first.tr_mul(&first);
+    [columns.transpose() * columns, &across + across.transpose(), inner]
 }
 
 /// Turns noise of one colour into white noise.
-pub(crate) struct Whitening {
+struct Whitening {
     predictions: Vec<(Vec<f64>, f64)>,
 }
 
 impl Whitening {
-    pub(crate) fn new(lin: &Linear<'_>, colour: Colour) -> Self {
+    fn new(lin: &Linear<'_>, colour: Colour) -> Self {
         let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
         Self { predictions: colour.predictions(longest) }
     }
@@ -170,7 +190,7 @@ impl Whitening {
 
     /// Rows less what their predecessors predict, each to the same variance; rows outside any
     /// series stay as they are.
-    pub(crate) fn apply(&self, lin: &Linear<'_>, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    fn apply(&self, lin: &Linear<'_>, columns: &DMatrix<f64>) -> DMatrix<f64> {
         let mut out = columns.clone();
         let mut values = Vec::new();
         for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {

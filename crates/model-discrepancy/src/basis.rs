@@ -1,55 +1,98 @@
 //! Orthonormal bases built column by column, and what they leave of other columns.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
 /// Orthonormal columns spanning a subspace of ℝⁿ.
 ///
-/// Modified Gram-Schmidt, repeated once: orthogonal to round-off («twice is enough»,
-/// Giraud, Langou and Rozložník 2005).
+/// Gram-Schmidt, repeated once: orthogonal to round-off («twice is enough», Giraud, Langou and
+/// Rozložník 2005). Single columns go vector by vector, many at a time as products of matrices.
 #[derive(Clone, Debug)]
 pub(crate) struct Basis {
     rows: usize,
-    vectors: Vec<DVector<f64>>,
+    dim: usize,
+    /// Column by column.
+    values: Vec<f64>,
 }
+
+/// Columns from which on a product of matrices is faster than vectors.
+const MANY: usize = 3;
+
+/// Columns that are added to a basis at a time.
+const PANEL: usize = 16;
+
+/// Share of its length below which a column has lost digits to its own panel and is rejected anew.
+const CANCELLED: f64 = 0.1;
 
 impl Basis {
     pub(crate) fn empty(rows: usize) -> Self {
-        Self { rows, vectors: Vec::new() }
+        Self { rows, dim: 0, values: Vec::new() }
     }
 
     /// Basis of the columns, leaving out those that keep less than `min_kept` of their norm.
     pub(crate) fn of(columns: &DMatrix<f64>, min_kept: f64) -> Self {
         let mut basis = Self::empty(columns.nrows());
-        for column in columns.column_iter() {
-            basis.push(&column.into_owned(), min_kept);
-        }
+        basis.extend(columns, min_kept);
         basis
     }
 
-    /// Adds what is new in `column`; false when less than `min_kept` of its norm is new.
-    pub(crate) fn push(&mut self, column: &DVector<f64>, min_kept: f64) -> bool {
-        let before = column.norm();
-        let rest = self.reject(column);
-        let after = rest.norm();
+    fn extend(&mut self, columns: &DMatrix<f64>, min_kept: f64) {
+        for start in (0..columns.ncols()).step_by(PANEL) {
+            let panel = columns.columns(start, PANEL.min(columns.ncols() - start)).into_owned();
+            let beside = self.reject_columns(&panel);
+            let before = self.dim;
+            for (left, whole) in beside.column_iter().zip(panel.column_iter()) {
+                let mut rest = self.reject_from(before, left.into_owned());
+                if before > 0 && rest.norm() < CANCELLED * left.norm() {
+                    rest = self.reject(&rest);
+                }
+                self.push_rest(&rest, whole.norm(), min_kept);
+            }
+        }
+    }
+
+    /// Adds what is new in `rest`, a column of norm `whole` from which something has been taken;
+    /// false when less than `min_kept` of `whole` is new.
+    pub(crate) fn push(&mut self, rest: &DVector<f64>, whole: f64, min_kept: f64) -> bool {
+        let rest = self.reject(rest);
+        self.push_rest(&rest, whole, min_kept)
+    }
+
+    fn push_rest(&mut self, rest: &DVector<f64>, whole: f64, min_kept: f64) -> bool {
+        let length = rest.norm();
         // `>` also turns away NaN and the zero column.
-        let new = after > min_kept * before && after > f64::MIN_POSITIVE;
+        let new = length > min_kept * whole && length > f64::MIN_POSITIVE;
         if new {
-            self.vectors.push(rest / after);
+            self.values.extend(rest.iter().map(|v| v / length));
+            self.dim += 1;
         }
         new
     }
 
     pub(crate) fn dim(&self) -> usize {
-        self.vectors.len()
+        self.dim
+    }
+
+    fn column(&self, index: usize) -> DVectorView<'_, f64> {
+        let start = index * self.rows;
+        DVectorView::from_slice(&self.values[start..start + self.rows], self.rows)
+    }
+
+    fn view(&self) -> DMatrixView<'_, f64> {
+        DMatrixView::from_slice(&self.values, self.rows, self.dim)
     }
 
     /// Component of `x` orthogonal to the basis.
     pub(crate) fn reject(&self, x: &DVector<f64>) -> DVector<f64> {
-        let mut rest = x.clone();
+        self.reject_from(0, x.clone())
+    }
+
+    /// Component orthogonal to the columns from `first` on.
+    fn reject_from(&self, first: usize, mut rest: DVector<f64>) -> DVector<f64> {
         for _ in 0..2 {
-            for q in &self.vectors {
+            for index in first..self.dim {
+                let q = self.column(index);
                 let along = q.dot(&rest);
-                rest.axpy(-along, q, 1.0);
+                rest.axpy(-along, &q, 1.0);
             }
         }
         rest
@@ -57,39 +100,49 @@ impl Basis {
 
     /// [`Basis::reject`] of every column.
     pub(crate) fn reject_columns(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
-        let columns: Vec<_> = x.column_iter().map(|c| self.reject(&c.into_owned())).collect();
-        if columns.is_empty() {
-            DMatrix::zeros(self.rows, 0)
-        } else {
-            DMatrix::from_columns(&columns)
+        let mut rest = x.clone();
+        if self.dim == 0 {
+            return rest;
         }
+        if x.ncols() < MANY {
+            for mut column in rest.column_iter_mut() {
+                let left = self.reject(&column.clone_owned());
+                column.copy_from(&left);
+            }
+            return rest;
+        }
+        let (q, transposed) = (self.view(), self.view().transpose());
+        for _ in 0..2 {
+            let along = &transposed * &rest;
+            rest.gemm(-1.0, &q, &along, 1.0);
+        }
+        rest
     }
 
     /// Squared norm of the projection of `x` on the basis.
     pub(crate) fn explained(&self, x: &DVector<f64>) -> f64 {
-        self.vectors.iter().map(|q| q.dot(x).powi(2)).sum()
+        self.explained_from(0, x)
+    }
+
+    /// The same on the columns from `first` on.
+    pub(crate) fn explained_from(&self, first: usize, x: &DVector<f64>) -> f64 {
+        (first..self.dim).map(|index| self.column(index).dot(x).powi(2)).sum()
     }
 
     /// The given rows of [`Basis::matrix`].
     pub(crate) fn rows(&self, rows: &[usize]) -> DMatrix<f64> {
-        DMatrix::from_fn(rows.len(), self.vectors.len(), |i, k| self.vectors[k][rows[i]])
+        self.view().select_rows(rows)
     }
 
     /// The basis as a matrix, `rows × dim`.
     pub(crate) fn matrix(&self) -> DMatrix<f64> {
-        if self.vectors.is_empty() {
-            DMatrix::zeros(self.rows, 0)
-        } else {
-            DMatrix::from_columns(&self.vectors)
-        }
+        self.view().into_owned()
     }
 
     /// Both bases together; columns of `other` that are not new are left out.
     pub(crate) fn with(&self, other: &DMatrix<f64>, min_kept: f64) -> Self {
         let mut both = self.clone();
-        for column in other.column_iter() {
-            both.push(&column.into_owned(), min_kept);
-        }
+        both.extend(other, min_kept);
         both
     }
 }

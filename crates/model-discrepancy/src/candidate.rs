@@ -38,6 +38,8 @@ pub(crate) struct Candidate {
     pub(crate) source: Source,
     /// Whitened, on the rows that take part in inference.
     pub(crate) tangent: DMatrix<f64>,
+    /// What the model that it is tested beside leaves of the tangent.
+    pub(crate) beside: DMatrix<f64>,
     /// Share of the tangent absorbed by the model, 0 to 1.
     pub(crate) absorbed: f64,
     pub(crate) reach: Reach,
@@ -94,42 +96,51 @@ pub(crate) fn sight(
 ) -> Sight {
     let effect = &model.effects()[e];
     let tangent = lin.tangent(&model.tangent(&at.state, e));
-    let parameters = seen(&tangent, base, min_kept(effect));
+    let beside = base.reject_columns(&tangent);
+    let parameters = seen(&tangent, &beside, min_kept(effect));
     if parameters.is_empty() {
-        return Sight::Unseen(absorbed(&tangent, base));
+        return Sight::Unseen(absorbed(&tangent, &beside, base));
     }
-    let tangent = tangent.select_columns(&parameters);
+    let (tangent, beside) =
+        (tangent.select_columns(&parameters), beside.select_columns(&parameters));
     let home = effect.subject.as_ref().and_then(|_| only_cluster(lin, &tangent));
     Sight::Seen(Box::new(Candidate {
         id: effect.id.clone(),
         subject: effect.subject.clone(),
         source: Source::Effect(Active { effect: e, parameters }),
-        absorbed: absorbed(&tangent, base),
+        absorbed: absorbed(&tangent, &beside, base),
         reach: if home.is_some() { Reach::One } else { Reach::Many },
         home,
         tangent,
+        beside,
     }))
 }
 
-fn min_kept(effect: &Effect) -> f64 {
+pub(crate) fn min_kept(effect: &Effect) -> f64 {
     if effect.driver.is_some() { MIN_KEPT_DRIVEN } else { MIN_KEPT }
 }
 
-/// Columns that keep at least `min_kept` of their norm beside `base` and those before them.
-pub(crate) fn seen(tangent: &DMatrix<f64>, base: &Basis, min_kept: f64) -> Vec<usize> {
-    let mut basis = base.clone();
-    let columns = tangent.column_iter().enumerate();
-    columns.filter(|(_, c)| basis.push(&c.clone_owned(), min_kept)).map(|(i, _)| i).collect()
+/// Columns of which at least `min_kept` of their norm is left in `beside`, what a model leaves of
+/// them, and beside those before them.
+pub(crate) fn seen(tangent: &DMatrix<f64>, beside: &DMatrix<f64>, min_kept: f64) -> Vec<usize> {
+    let mut basis = Basis::empty(tangent.nrows());
+    let columns = tangent.column_iter().zip(beside.column_iter()).enumerate();
+    columns
+        .filter(|(_, (whole, rest))| basis.push(&rest.clone_owned(), whole.norm(), min_kept))
+        .map(|(i, _)| i)
+        .collect()
 }
 
 /// `1 − |G⊥|²/|G|²`, each direction of the tangent counting the same.
-fn absorbed(tangent: &DMatrix<f64>, base: &Basis) -> f64 {
-    let directions = Basis::of(tangent, NEW_DIRECTION).matrix();
-    if directions.ncols() == 0 {
-        return 1.0;
-    }
-    let left = base.reject_columns(&directions).norm_squared() / directions.norm_squared();
-    (1.0 - left).clamp(0.0, 1.0)
+fn absorbed(tangent: &DMatrix<f64>, beside: &DMatrix<f64>, base: &Basis) -> f64 {
+    let left = if tangent.ncols() == 1 {
+        beside.norm_squared() / tangent.norm_squared()
+    } else {
+        let directions = Basis::of(tangent, NEW_DIRECTION).matrix();
+        base.reject_columns(&directions).norm_squared() / directions.norm_squared()
+    };
+    // No direction, nothing seen: 0/0.
+    if left.is_nan() { 1.0 } else { (1.0 - left).clamp(0.0, 1.0) }
 }
 
 fn only_cluster(lin: &Linear<'_>, tangent: &DMatrix<f64>) -> Option<usize> {
@@ -138,12 +149,10 @@ fn only_cluster(lin: &Linear<'_>, tangent: &DMatrix<f64>) -> Option<usize> {
     homes.next().filter(|_| homes.next().is_none())
 }
 
-/// Class of each candidate: those whose tangents beside `base` are the same direction share one.
-pub(crate) fn classes(candidates: &[Candidate], base: &Basis) -> Vec<usize> {
-    let spans: Vec<_> = candidates
-        .iter()
-        .map(|c| Basis::of(&base.reject_columns(&c.tangent), NEW_DIRECTION).matrix())
-        .collect();
+/// Class of each candidate: those whose tangents beside the model are the same direction share one.
+pub(crate) fn classes(candidates: &[Candidate]) -> Vec<usize> {
+    let spans: Vec<_> =
+        candidates.iter().map(|c| Basis::of(&c.beside, NEW_DIRECTION).matrix()).collect();
     let mut classes: Vec<usize> = Vec::with_capacity(candidates.len());
     for (i, candidate) in candidates.iter().enumerate() {
         let twin = (0..i).find(|&j| {

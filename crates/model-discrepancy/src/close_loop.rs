@@ -9,7 +9,7 @@ use crate::estimate::{covariance, parameter_estimates};
 use crate::judge::{Bench, Setting, hear_covariates};
 use crate::linear::Linear;
 use crate::select::{Added, QUARTER, Selected, What, select};
-use crate::separation::{aliased_with, all_fitted, make_visible, separate_by};
+use crate::separation::{Further, Imitation, all_fitted, separate_by};
 use crate::summary::{Summaries, step_errors, summarise};
 use crate::system::{Estimate, System, rows_of};
 use crate::validate::{validate, with_order};
@@ -45,7 +45,7 @@ pub fn close_loop(
     let covariates = with_order(model, covariates);
     let setting =
         Setting { model, covariates: &covariates, options, silent: &silent, thorough: true };
-    let mut chosen = select(&setting, &keep, &base).map_err(LoopError::declared)?;
+    let mut chosen = select(&setting, &keep, &base);
 
     let attributions: Vec<_> =
         chosen.added.iter().map(|a| attribute(&setting, &keep, &chosen, &a.what)).collect();
@@ -184,6 +184,8 @@ fn not_observable(
     chosen: &Selected<'_>,
 ) -> Vec<NotObservable> {
     let lin = Linear::of(declared, base, keep, setting.silent);
+    let further = Further::new(setting.model, setting.silent);
+    let imitation = Imitation::new(declared, base, &lin);
     let mut found: Vec<NotObservable> = Vec::new();
     for &(e, _) in &chosen.unseen {
         let effect = &setting.model.effects()[e];
@@ -193,8 +195,8 @@ fn not_observable(
         }
         found.push(NotObservable {
             effect: name,
-            aliased_with: aliased_with(declared, base, &lin, e),
-            separate_by: make_visible(setting.model, e, setting.silent),
+            aliased_with: imitation.aliased_with(e),
+            separate_by: further.make_visible(e),
         });
     }
     found

@@ -26,10 +26,8 @@ pub(crate) fn confusability(
             _ => None,
         })
         .collect();
-    let spans: Vec<_> = candidates
-        .iter()
-        .map(|c| Basis::of(&lin.basis.reject_columns(&c.tangent), NEW_DIRECTION).matrix())
-        .collect();
+    let spans: Vec<_> =
+        candidates.iter().map(|c| Basis::of(&c.beside, NEW_DIRECTION).matrix()).collect();
     let n = spans.len();
     let matrix = DMatrix::from_fn(n, n, |i, j| largest_cosine(&spans[i], &spans[j]));
     (matrix, candidates.iter().map(|c| c.label()).collect())

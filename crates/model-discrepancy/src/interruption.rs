@@ -24,10 +24,11 @@ pub(crate) fn breaks(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
     between.collect()
 }
 
-/// The break at which `power` is largest: a coarse search, then a fine one around its best.
-pub(crate) fn strongest(breaks: &[f64], power: impl Fn(f64) -> f64) -> Option<f64> {
+/// The break at which `powers` is largest: a coarse search, then a fine one around its best.
+pub(crate) fn strongest(breaks: &[f64], powers: impl Fn(&[f64]) -> Vec<f64>) -> Option<f64> {
     let best_of = |candidates: Vec<usize>| {
-        let powers = candidates.into_iter().map(|i| (power(breaks[i]), i));
+        let at: Vec<f64> = candidates.iter().map(|&i| breaks[i]).collect();
+        let powers = powers(&at).into_iter().zip(candidates);
         powers.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
     };
     let spacing = breaks.len().div_ceil(COARSE).max(1);

@@ -1,5 +1,9 @@
 //! Scores of all candidates in one pass.
 
+use std::cell::OnceCell;
+
+use nalgebra::{DMatrix, DVector};
+
 use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
 use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
@@ -8,7 +12,7 @@ use crate::linear::{Linear, NEW_DIRECTION};
 use crate::local::{LocalSight, full_sight, local_effects};
 use crate::select::CHOICE_FOLDS;
 use crate::shape::{Shape, correction, periods, shapes};
-use crate::significance::{Reach, Significance, count, significance};
+use crate::significance::{Reach, Significance, count, significance_beside};
 use crate::system::{Empirical, Estimate, System};
 use crate::{Covariate, Layout, Model, Options, Origin};
 
@@ -63,8 +67,10 @@ pub(crate) struct Bench<'a> {
     pub(crate) folds: Vec<usize>,
     /// Clusters that are not judged.
     pub(crate) skip: Vec<bool>,
+    /// Residual without what the system explains.
+    pub(crate) clean: DVector<f64>,
     /// Error of the present system on left-out groups.
-    pub(crate) present: HeldOut,
+    present: OnceCell<HeldOut>,
     /// Significance asked of an adjusted p-value.
     pub(crate) alpha: f64,
     /// Whether to score hopeless candidates too.
@@ -82,8 +88,22 @@ impl<'a> Bench<'a> {
     ) -> Self {
         let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
         let skip = excluded(setting, system, at, lin);
-        let present = leave_out(lin, &lin.basis, &folds, &skip);
-        Self { lin, folds, skip, present, alpha, thorough: setting.thorough }
+        let thorough = setting.thorough;
+        Self {
+            lin,
+            folds,
+            skip,
+            clean: lin.clean_residual(),
+            present: OnceCell::new(),
+            alpha,
+            thorough,
+        }
+    }
+
+    /// Error of the present system on left-out groups.
+    pub(crate) fn present(&self) -> &HeldOut {
+        let of = || leave_out(self.lin, &self.lin.basis, &self.folds, &self.skip);
+        self.present.get_or_init(of)
     }
 }
 
@@ -142,14 +162,14 @@ pub(crate) fn hear_catalogue(system: &System<'_>, at: &Estimate, bench: &Bench<'
             candidates.push(*candidate);
         }
     }
-    let class = classes(&candidates, &lin.basis);
+    let class = classes(&candidates);
     let trials = trials(&candidates, &class, &locals);
     let judged = candidates
         .into_iter()
         .zip(class)
         .filter_map(|(candidate, class)| {
             let family = trials.family(&candidate);
-            judge(bench, &lin.basis, candidate, class, trials.tests * family)
+            judge(bench, (&lin.basis, &bench.clean), candidate, class, trials.tests * family)
         })
         .collect();
     Hearing { judged, unseen, alpha_single: bench.alpha / trials.tests.max(1.0) }
@@ -218,16 +238,18 @@ fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trial
     Trials { tests: count(tests), families }
 }
 
+/// Judges beside a base and what this leaves of the data.
 fn judge(
     bench: &Bench<'_>,
-    base: &Basis,
+    (base, residual): (&Basis, &DVector<f64>),
     candidate: Candidate,
     class: usize,
     trials: f64,
 ) -> Option<Judged> {
     let lin = bench.lin;
     let level = bench.alpha / trials;
-    let test = significance(lin, base, &candidate.tangent, candidate.reach, level)?;
+    let (beside, reach) = (&candidate.beside, candidate.reach);
+    let test = significance_beside(lin, base, residual, beside, reach, level)?;
     let adjusted = (test.p_value * trials).min(1.0);
     let n = count(lin.rows.len());
     let rss_after = test.variance * count(test.dof);
@@ -242,7 +264,7 @@ fn judge(
         }
         let full = base.with(&judged.candidate.tangent, NEW_DIRECTION);
         let held_out = leave_out(lin, &full, &bench.folds, &skip);
-        judged.comparison = Some(compare(&bench.present, &held_out, &skip));
+        judged.comparison = Some(compare(bench.present(), &held_out, &skip));
         judged.held_out = Some(held_out);
     }
     Some(judged)
@@ -252,14 +274,17 @@ fn judge(
 pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<Judged> {
     let layout = bench.lin.layout;
     let families: Vec<_> =
-        setting.covariates.iter().map(|c| (c, strongest_shapes(bench.lin, layout, c))).collect();
+        setting.covariates.iter().map(|c| (c, strongest_shapes(bench, layout, c))).collect();
     // That a shape is the best of many is in the number of trials.
     let trials = families.iter().flat_map(|(_, shapes)| shapes).map(|s| s.tried).sum();
     let mut found = Vec::new();
     for (covariate, shapes) in &families {
         for shape in shapes {
             let candidate = empirical_candidate(bench.lin, &bench.lin.basis, covariate, shape);
-            found.extend(candidate.and_then(|(c, base)| judge(bench, &base, c, 0, trials)));
+            found.extend(candidate.and_then(|(c, base)| {
+                let residual = base.reject(&bench.clean);
+                judge(bench, (&base, &residual), c, 0, trials)
+            }));
         }
     }
     found
@@ -267,19 +292,49 @@ pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<J
 
 /// The shapes along one covariate, of its periods and of its interruptions the one each that takes
 /// away most.
-fn strongest_shapes(lin: &Linear<'_>, layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
-    let residual = lin.clean_residual();
-    let power = |shape: &Shape| {
-        empirical_candidate(lin, &lin.basis, covariate, shape).map_or(0.0, |(c, base)| {
-            base.with(&c.tangent, NEW_DIRECTION).explained(&residual) - base.explained(&residual)
-        })
-    };
+fn strongest_shapes(bench: &Bench<'_>, layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     let mut found = shapes(layout, covariate);
-    let with_power = periods(layout, covariate).into_iter().map(|shape| (power(&shape), shape));
+    let periods = periods(layout, covariate);
+    let with_power = powers(bench, covariate, &periods).into_iter().zip(periods);
     found.extend(with_power.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, shape)| shape));
     let breaks = breaks(layout, covariate);
-    let at = strongest_break(&breaks, |at| power(&interrupted(covariate, at, &breaks)));
+    let at = strongest_break(&breaks, |some| {
+        let shapes: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
+        powers(bench, covariate, &shapes)
+    });
     found.extend(at.map(|at| interrupted(covariate, at, &breaks)));
+    found
+}
+
+/// Shapes whose columns are taken together: more would not stay in a processor's cache.
+const TOGETHER: usize = 16;
+
+/// What each of the shapes takes away beside the constants that go along.
+fn powers(bench: &Bench<'_>, covariate: &Covariate, all: &[Shape]) -> Vec<f64> {
+    let lin = bench.lin;
+    let mut found = Vec::with_capacity(all.len());
+    for some in all.chunks(TOGETHER) {
+        let corrections: Vec<Empirical> =
+            some.iter().map(|shape| correction(lin.layout, &covariate.name, shape)).collect();
+        let columns = corrections.iter().flat_map(|c| c.columns.column_iter());
+        let columns: Vec<_> = columns.map(|c| c.clone_owned()).collect();
+        let tangent = lin.tangent(&DMatrix::from_columns(&columns));
+        let beside = lin.basis.reject_columns(&tangent);
+        let mut start = 0;
+        for correction in &corrections {
+            let (end, first) = (start + correction.columns.ncols(), correction.constants);
+            let mut own = Basis::empty(tangent.nrows());
+            let mut push = |c: usize| {
+                own.push(&beside.column(c).into_owned(), tangent.column(c).norm(), MIN_SHAPE_KEPT)
+            };
+            let n_constants = (end - first..end).filter(|&c| push(c)).count();
+            (start..end - first).for_each(|c| {
+                push(c);
+            });
+            found.push(own.explained_from(n_constants, &bench.clean));
+            start = end;
+        }
+    }
     found
 }
 
@@ -296,14 +351,16 @@ pub(crate) fn empirical_candidate(
     let functions = all.columns.ncols() - all.constants;
     let constants: Vec<_> = (functions..all.columns.ncols()).collect();
     let with_constants = base.with(&tangent.select_columns(&constants), MIN_SHAPE_KEPT);
-    let mut kept =
-        seen(&tangent.columns(0, functions).into_owned(), &with_constants, MIN_SHAPE_KEPT);
+    let shape_columns = tangent.columns(0, functions).into_owned();
+    let left = with_constants.reject_columns(&shape_columns);
+    let mut kept = seen(&shape_columns, &left, MIN_SHAPE_KEPT);
     if kept.is_empty() {
         return None;
     }
-    let tested = tangent.select_columns(&kept);
-    let beside = base.with(&tested, NEW_DIRECTION);
-    let new_constants = seen(&tangent.select_columns(&constants), &beside, MIN_SHAPE_KEPT);
+    let (tested, beside) = (tangent.select_columns(&kept), left.select_columns(&kept));
+    let constant_columns = tangent.select_columns(&constants);
+    let left = base.with(&tested, NEW_DIRECTION).reject_columns(&constant_columns);
+    let new_constants = seen(&constant_columns, &left, MIN_SHAPE_KEPT);
     let n_constants = new_constants.len();
     kept.extend(new_constants.into_iter().map(|c| functions + c));
     let empirical = Empirical {
@@ -318,6 +375,7 @@ pub(crate) fn empirical_candidate(
         subject: None,
         source: Source::Empirical(empirical),
         tangent: tested,
+        beside,
         absorbed: 0.0,
         reach: Reach::Many,
         home: None,

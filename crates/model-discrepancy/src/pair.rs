@@ -1,11 +1,13 @@
 //! Two effects that hide each other: neither is significant alone, both are together.
 
+use nalgebra::DMatrix;
+
 use crate::candidate::Candidate;
 use crate::holdout::{compare, leave_out};
 use crate::judge::{Bench, Hearing, Judged};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::select::{CATALOGUE_SHARE, QUARTER, STAY};
-use crate::significance::{Reach, Significance, count, significance};
+use crate::significance::{Reach, Significance, count, significance, significance_beside};
 
 /// Most classes of effects of which all pairs are tried.
 const MAX_CLASSES: usize = 15;
@@ -38,13 +40,9 @@ pub(crate) fn find_pair(bench: &Bench<'_>, hearing: &Hearing) -> Option<[Judged;
 
 /// Both effects tested together, and each beside the other.
 fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<([Judged; 2], f64)> {
-    let both = nalgebra::DMatrix::from_columns(
-        &(a.candidate.tangent.column_iter().chain(b.candidate.tangent.column_iter()))
-            .map(nalgebra::Matrix::into_owned)
-            .collect::<Vec<_>>(),
-    );
     let lin = bench.lin;
-    let joint = significance(lin, &lin.basis, &both, Reach::Many, level)?;
+    let both = side_by_side(&a.candidate.beside, &b.candidate.beside);
+    let joint = significance_beside(lin, &lin.basis, &bench.clean, &both, Reach::Many, level)?;
     if joint.p_value > level || joint.directions < a.test.directions + b.test.directions {
         return None;
     }
@@ -55,7 +53,7 @@ fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<(
     }
     let full = lin.basis.with(&both, NEW_DIRECTION);
     let held_out = leave_out(lin, &full, &bench.folds, &bench.skip);
-    let comparison = Some(compare(&bench.present, &held_out, &bench.skip));
+    let comparison = Some(compare(bench.present(), &held_out, &bench.skip));
     let n = count(lin.rows.len());
     let rss = joint.variance * count(joint.dof);
     let ratio = (rss / (rss + joint.explained)).max(f64::MIN_POSITIVE);
@@ -70,6 +68,11 @@ fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<(
     };
     let pair = [member(a, a_beside_b), member(b, b_beside_a)];
     pair[0].generalises().then_some((pair, criterion))
+}
+
+fn side_by_side(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<_> = a.column_iter().chain(b.column_iter()).map(|c| c.clone_owned()).collect();
+    DMatrix::from_columns(&columns)
 }
 
 fn beside(lin: &Linear<'_>, tested: &Candidate, other: &Candidate) -> Option<Significance> {

@@ -1,7 +1,5 @@
 //! Which effects are missing: one a pass, each refitted and judged on groups left out.
 
-use least_squares::SolveError;
-
 use crate::candidate::{Candidate, Sight, Source, label, sight};
 use crate::constancy::not_proportional;
 use crate::detectable::detectable_rms;
@@ -60,21 +58,23 @@ pub(crate) enum What {
     Empirical(String, String),
 }
 
-/// Chooses effects on the groups of `keep`, from the declared model fitted at `start`.
+/// Chooses effects on the groups of `keep`, from the declared model as fitted to these.
 pub(crate) fn select<'a>(
     setting: &Setting<'a>,
     keep: &[bool],
-    start: &Estimate,
-) -> Result<Selected<'a>, SolveError<Estimate>> {
-    let system = System::declared(setting.model);
-    let rows = rows_of(setting.model.layout(), keep);
-    let estimate = system.fit_anew(&rows, start)?;
-    let mut chosen =
-        Selected { system, estimate, added: Vec::new(), passes: Vec::new(), unseen: Vec::new() };
+    declared: &Estimate,
+) -> Selected<'a> {
+    let mut chosen = Selected {
+        system: System::declared(setting.model),
+        estimate: declared.clone(),
+        added: Vec::new(),
+        passes: Vec::new(),
+        unseen: Vec::new(),
+    };
     loop {
-        catalogue_passes(setting, keep, &mut chosen);
+        let lin = catalogue_passes(setting, keep, &mut chosen);
         let named = chosen.system.clone();
-        covariate_pass(setting, keep, &mut chosen);
+        covariate_pass(setting, keep, &mut chosen, lin);
         // With nothing new along the covariates the catalogue has had its say.
         let unchanged = chosen.system.empirical.len() == named.empirical.len();
         if unchanged || chosen.added.len() >= setting.options.max_steps {
@@ -82,7 +82,7 @@ pub(crate) fn select<'a>(
         }
     }
     drop_superfluous(setting, keep, &mut chosen);
-    Ok(chosen)
+    chosen
 }
 
 /// Probability of adding anything false in the pass that comes next.
@@ -90,11 +90,16 @@ fn level(setting: &Setting<'_>, chosen: &Selected<'_>) -> f64 {
     setting.options.alpha * if chosen.added.is_empty() { 1.0 } else { LATER }
 }
 
-fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
+/// Adds from the catalogue while it has something; the last selection, linearised, where known.
+fn catalogue_passes<'a>(
+    setting: &Setting<'a>,
+    keep: &[bool],
+    chosen: &mut Selected<'a>,
+) -> Option<Linear<'a>> {
     while chosen.added.len() < setting.options.max_steps {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
         if at_round_off(&lin) {
-            return;
+            return Some(lin);
         }
         let alpha = level(setting, chosen) * CATALOGUE_SHARE;
         let bench = Bench::new(setting, &chosen.system, &chosen.estimate, &lin, alpha);
@@ -118,9 +123,10 @@ fn catalogue_passes(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
         };
         chosen.passes.push(record(setting, &bench, &hearing, added, pair.as_ref()));
         if added.is_none() && pair.is_none() {
-            return;
+            return Some(lin);
         }
     }
+    None
 }
 
 /// Difference of the Bayesian information criterion that is worth mentioning (Raftery 1995).
@@ -223,11 +229,17 @@ fn at_round_off(lin: &Linear<'_>) -> bool {
 
 /// Adds the shape along a covariate that describes the rest best, and takes back effects that
 /// it makes superfluous.
-fn covariate_pass(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
+fn covariate_pass<'a>(
+    setting: &Setting<'a>,
+    keep: &[bool],
+    chosen: &mut Selected<'a>,
+    known: Option<Linear<'a>>,
+) {
     if chosen.added.len() >= setting.options.max_steps {
         return;
     }
-    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
+    let anew = || Linear::of(&chosen.system, &chosen.estimate, keep, setting.silent);
+    let lin = known.unwrap_or_else(anew);
     if at_round_off(&lin) {
         return;
     }

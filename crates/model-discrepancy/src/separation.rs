@@ -1,13 +1,16 @@
 //! Which further measurement would tell rivals apart, or make an effect visible.
 
-use nalgebra::DVector;
+use std::cell::OnceCell;
+
+use nalgebra::{DVector, Dyn, SVD};
 
 use crate::attribution::Attribution;
-use crate::candidate::{Sight, Source, sight};
+use crate::basis::Basis;
+use crate::candidate::{Source, min_kept, seen};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::system::{Active, Estimate, System, whitened};
 use crate::validate::ORDER;
-use crate::{Model, Role};
+use crate::{Model, Proposal, Role};
 
 /// A proposal within this share of the best separation is as good, and the cheaper one is named.
 const AS_GOOD: f64 = 0.7;
@@ -93,21 +96,42 @@ pub(crate) fn all_fitted(model: &dyn Model) -> Vec<bool> {
     model.layout().groups.iter().map(|g| g.role == Role::Fit).collect()
 }
 
-/// The cheapest measurement with which the design would see `effect`.
-pub(crate) fn make_visible(model: &dyn Model, effect: usize, silent: &[bool]) -> Option<String> {
-    let found = model.proposals().into_iter().find(|p| {
-        twin(model, p.model.as_ref(), effect).is_some_and(|e| sees(p.model.as_ref(), e, silent))
-    });
-    if let Some(proposal) = found {
-        return Some(proposal.text);
+/// Further measurements that the user could make, worked out only when somebody asks.
+pub(crate) struct Further<'a> {
+    model: &'a dyn Model,
+    silent: &'a [bool],
+    proposals: OnceCell<Vec<(Proposal, Design)>>,
+}
+
+impl<'a> Further<'a> {
+    pub(crate) fn new(model: &'a dyn Model, silent: &'a [bool]) -> Self {
+        Self { model, silent, proposals: OnceCell::new() }
     }
-    let names: Vec<_> = (0..silent.len())
-        .filter(|&c| silent[c])
-        .map(|c| ["x", "y", "z"].get(c).copied().unwrap_or("the other components"))
-        .collect();
-    (!names.is_empty() && sees(model, effect, &[])).then(|| {
-        format!("measure {} as well: both sides hold the same numbers", names.join(" and "))
-    })
+
+    /// The cheapest measurement with which the design would see `effect`.
+    pub(crate) fn make_visible(&self, effect: usize) -> Option<String> {
+        let with_design = |p: Proposal| {
+            let design = Design::of(p.model.as_ref(), self.silent);
+            (p, design)
+        };
+        let proposals = self
+            .proposals
+            .get_or_init(|| self.model.proposals().into_iter().map(with_design).collect());
+        let found = proposals.iter().find(|(proposal, design)| {
+            let extended = proposal.model.as_ref();
+            twin(self.model, extended, effect).is_some_and(|e| design.sees(extended, e))
+        });
+        if let Some((proposal, _)) = found {
+            return Some(proposal.text.clone());
+        }
+        let names: Vec<_> = (0..self.silent.len())
+            .filter(|&c| self.silent[c])
+            .map(|c| ["x", "y", "z"].get(c).copied().unwrap_or("the other components"))
+            .collect();
+        (!names.is_empty() && Design::of(self.model, &[]).sees(self.model, effect)).then(|| {
+            format!("measure {} as well: both sides hold the same numbers", names.join(" and "))
+        })
+    }
 }
 
 /// The same effect in an extended model.
@@ -116,38 +140,74 @@ fn twin(model: &dyn Model, extended: &dyn Model, effect: usize) -> Option<usize>
     extended.effects().iter().position(|e| e.id == wanted.id && e.subject == wanted.subject)
 }
 
-fn sees(model: &dyn Model, effect: usize, silent: &[bool]) -> bool {
-    let system = System::declared(model);
-    let at = system.start();
-    let lin = Linear::of(&system, &at, &all_fitted(model), silent);
-    matches!(sight(model, effect, &at, &lin, &lin.basis), Sight::Seen(_))
+/// What a declared model leaves of effects.
+struct Design {
+    at: Estimate,
+    rows: Vec<usize>,
+    sigma: Vec<f64>,
+    basis: Basis,
 }
 
-/// Parameters of the system that together imitate an effect the design cannot see.
-///
-/// Named are those that contribute at least a third of the largest.
-pub(crate) fn aliased_with(
-    system: &System<'_>,
-    at: &Estimate,
-    lin: &Linear<'_>,
-    effect: usize,
-) -> Vec<String> {
-    const NAMED: f64 = 1.0 / 3.0;
-    let jacobian = whitened(lin.layout, at, &lin.rows, &system.jacobian(at));
-    let tangent = lin.tangent(&system.model.tangent(&at.state, effect));
-    let lengths: Vec<_> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    let mut scaled = jacobian;
-    for (mut column, length) in scaled.column_iter_mut().zip(&lengths) {
-        column.unscale_mut(*length);
+impl Design {
+    fn of(model: &dyn Model, silent: &[bool]) -> Self {
+        let system = System::declared(model);
+        let at = system.start();
+        let Linear { rows, sigma, basis, .. } =
+            Linear::of(&system, &at, &all_fitted(model), silent);
+        Self { at, rows, sigma, basis }
     }
-    if scaled.ncols() == 0 || tangent.norm() == 0.0 {
-        return Vec::new();
+
+    fn sees(&self, model: &dyn Model, effect: usize) -> bool {
+        let mut tangent = model.tangent(&self.at.state, effect).select_rows(&self.rows);
+        for (mut row, sigma) in tangent.row_iter_mut().zip(&self.sigma) {
+            row.unscale_mut(*sigma);
+        }
+        let beside = self.basis.reject_columns(&tangent);
+        !seen(&tangent, &beside, min_kept(&model.effects()[effect])).is_empty()
     }
-    let Ok(shares) = scaled.svd(true, true).solve(&tangent, NEW_DIRECTION) else {
-        return Vec::new();
-    };
-    let share = |row: usize| shares.row(row).norm();
-    let largest = (0..lengths.len()).map(share).fold(0.0, f64::max);
-    let names = system.parameter_names();
-    (0..lengths.len()).filter(|&i| share(i) >= NAMED * largest).map(|i| names[i].clone()).collect()
+}
+
+/// What the parameters of a system do, worked out only when somebody asks.
+pub(crate) struct Imitation<'a> {
+    system: &'a System<'a>,
+    at: &'a Estimate,
+    lin: &'a Linear<'a>,
+    /// Of the whitened Jacobian with columns of unit length.
+    svd: OnceCell<SVD<f64, Dyn, Dyn>>,
+}
+
+impl<'a> Imitation<'a> {
+    pub(crate) fn new(system: &'a System<'a>, at: &'a Estimate, lin: &'a Linear<'a>) -> Self {
+        Self { system, at, lin, svd: OnceCell::new() }
+    }
+
+    /// Parameters of the system that together imitate an effect the design cannot see.
+    ///
+    /// Named are those that contribute at least a third of the largest.
+    pub(crate) fn aliased_with(&self, effect: usize) -> Vec<String> {
+        const NAMED: f64 = 1.0 / 3.0;
+        let Self { system, at, lin, .. } = self;
+        let tangent = lin.tangent(&system.model.tangent(&at.state, effect));
+        if system.dim() == 0 || tangent.norm() == 0.0 {
+            return Vec::new();
+        }
+        let svd = self.svd.get_or_init(|| self.decomposed());
+        let Ok(shares) = svd.solve(&tangent, NEW_DIRECTION) else {
+            return Vec::new();
+        };
+        let lengths: Vec<f64> = shares.row_iter().map(|row| row.norm()).collect();
+        let largest = lengths.iter().copied().fold(0.0, f64::max);
+        let names = system.parameter_names().into_iter().zip(lengths);
+        names.filter(|(_, length)| *length >= NAMED * largest).map(|(name, _)| name).collect()
+    }
+
+    fn decomposed(&self) -> SVD<f64, Dyn, Dyn> {
+        let Self { system, at, lin, .. } = self;
+        let mut scaled = whitened(lin.layout, at, &lin.rows, &system.jacobian(at));
+        for mut column in scaled.column_iter_mut() {
+            let length = column.norm().max(f64::MIN_POSITIVE);
+            column.unscale_mut(length);
+        }
+        scaled.svd(true, true)
+    }
 }

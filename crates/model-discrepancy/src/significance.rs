@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::autocorrelation::{Colour, Whitening, likely_colours};
+use crate::autocorrelation::coloured_p_values;
 use crate::basis::Basis;
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::vector_noise::vector_p_value;
@@ -57,20 +57,32 @@ pub(crate) fn significance(
     level: f64,
 ) -> Option<Significance> {
     let residual = base.reject(&lin.residual);
-    let added = Basis::of(&base.reject_columns(tangent), NEW_DIRECTION.sqrt());
-    let mut test = f_test(&residual, base.dim(), &added)?;
+    significance_beside(lin, base, &residual, &base.reject_columns(tangent), reach, level)
+}
+
+/// [`significance`] of a candidate of which `base` leaves `beside`; of the data it leaves
+/// `residual`.
+pub(crate) fn significance_beside(
+    lin: &Linear<'_>,
+    base: &Basis,
+    residual: &DVector<f64>,
+    beside: &DMatrix<f64>,
+    reach: Reach,
+    level: f64,
+) -> Option<Significance> {
+    let added = Basis::of(beside, NEW_DIRECTION.sqrt());
+    let mut test = f_test(residual, base.dim(), &added)?;
     if test.p_value > level {
         return Some(test);
     }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
     if test.dof >= MIN_DOF_FOR_CORRELATION {
-        for colours in likely_colours(lin, &full.matrix()) {
-            let correlated = correlated_p_value(lin, base, tangent, &colours);
+        for correlated in coloured_p_values(lin, &full.matrix(), added.dim(), residual) {
             test.p_value = test.p_value.max(correlated);
         }
     }
     if reach == Reach::Many {
-        let at_group_level = vector_p_value(lin, base, tangent, &full)
+        let at_group_level = vector_p_value(lin, base, beside, &full)
             .unwrap_or_else(|| group_p_value(lin, &test, &added, &full));
         test.p_value = test.p_value.max(at_group_level);
     }
@@ -101,38 +113,6 @@ pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
         return 1.0;
     }
     FisherSnedecor::new(dof1, dof2).map_or(1.0, |d| d.sf(f.max(0.0)))
-}
-
-/// F test with coloured noise along the measured order.
-///
-/// The colour is not known, and the variance of a slow effect depends on it: the p-value is the
-/// mean over the colours, each as likely as the data make it.
-fn correlated_p_value(
-    lin: &Linear<'_>,
-    base: &Basis,
-    tangent: &DMatrix<f64>,
-    colours: &[(Colour, f64)],
-) -> f64 {
-    let p_value = |&(colour, weight): &(Colour, f64)| {
-        weight * recoloured(lin, base, tangent, colour).map_or(1.0, |test| test.p_value)
-    };
-    colours.iter().map(p_value).sum()
-}
-
-/// The test with noise of that colour.
-fn recoloured(
-    lin: &Linear<'_>,
-    base: &Basis,
-    tangent: &DMatrix<f64>,
-    colour: Colour,
-) -> Option<Significance> {
-    let white = Whitening::new(lin, colour);
-    let base = Basis::of(&white.apply(lin, &base.matrix()), NEW_DIRECTION);
-    let left = base.reject_columns(&white.apply(lin, tangent));
-    let added = Basis::of(&left, NEW_DIRECTION.sqrt());
-    let residual = white.apply(lin, &DMatrix::from_columns(std::slice::from_ref(&lin.residual)));
-    let residual = base.reject(&residual.column(0).into_owned());
-    f_test(&residual, base.dim(), &added)
 }
 
 fn group_p_value(lin: &Linear<'_>, test: &Significance, added: &Basis, full: &Basis) -> f64 {
@@ -198,21 +178,26 @@ fn satterthwaite(adjusted: &[(DMatrix<f64>, DMatrix<f64>)], m: usize) -> f64 {
     count(m * (m + 1)) / total
 }
 
-/// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the small matrix `Qᵀ·Q`.
+/// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the smaller of `Qᵀ·Q` and `Q·Qᵀ`.
 ///
 /// A direction of leverage one has no residual and is left as it is.
 fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
-    let eigen = (q.transpose() * q).symmetric_eigen();
-    let factors = eigen.eigenvalues.map(|leverage| {
+    let is_wide = q.nrows() < q.ncols();
+    let gram = if is_wide { q * q.transpose() } else { q.transpose() * q };
+    let eigen = gram.symmetric_eigen();
+    let stretch = eigen.eigenvalues.map(|leverage| {
         let left = 1.0 - leverage;
-        if leverage < NEW_DIRECTION || left < NEW_DIRECTION.sqrt() {
-            0.0
-        } else {
-            (left.powf(-0.5) - 1.0) / leverage
-        }
+        let kept = leverage < NEW_DIRECTION || left < NEW_DIRECTION.sqrt();
+        if kept { 0.0 } else { left.powf(-0.5) - 1.0 }
     });
     let v = &eigen.eigenvectors;
-    x + q * (v * DMatrix::from_diagonal(&factors) * v.transpose()) * (q.transpose() * x)
+    let scaled =
+        |factors: DVector<f64>, along: DMatrix<f64>| v * DMatrix::from_diagonal(&factors) * along;
+    if is_wide {
+        return x + scaled(stretch, v.transpose() * x);
+    }
+    let factors = stretch.zip_map(&eigen.eigenvalues, |s, l| if s == 0.0 { 0.0 } else { s / l });
+    x + q * scaled(factors, v.transpose() * (q.transpose() * x))
 }
 
 fn select(matrix: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {

@@ -176,7 +176,7 @@ fn repeat_without(
     }
     let rows = rows_of(setting.model.layout(), &rest);
     let without = declared.fit_anew(&rows, base).ok()?;
-    let again = select(&quick, &rest, &without).ok()?;
+    let again = select(&quick, &rest, &without);
     Some(Repetition {
         before: reported_errors(&declared, &without, left_out),
         after: reported_errors(&again.system, &again.estimate, left_out),

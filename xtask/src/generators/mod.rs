@@ -1,5 +1,6 @@
 //! Committed cases: published tables, and simulations written from the physics.
 
+mod axis_curves;
 pub(crate) mod mirror;
 mod noise;
 pub(crate) mod oracle;
@@ -11,7 +12,9 @@ pub(crate) mod press_tables;
 pub(crate) mod probe;
 pub(crate) mod probe_tables;
 pub(crate) mod survey;
+pub(crate) mod targets;
 pub(crate) mod tracer;
+mod tracer_physics;
 pub(crate) mod tracer_tables;
 pub(crate) mod vector;
 
@@ -21,6 +24,7 @@ mod polish_cases;
 mod press_cases;
 mod probe_cases;
 mod published;
+mod target_cases;
 mod tracer_cases;
 
 use std::collections::BTreeMap;
@@ -56,6 +60,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(mirror_cases::cases());
     cases.extend(polish_cases::cases());
     cases.extend(tracer_cases::cases());
+    cases.extend(target_cases::cases());
     cases.extend(probe_cases::cases());
     cases
 }

@@ -6,8 +6,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::axis_curves::Curves;
 use super::noise::{Colour, Noise, gaussian};
-use super::vector::{add, cross, norm, rotate, scale};
+use super::tracer_physics::{Instant, displaced_mm};
+use super::vector::{add, norm, scale};
 
 /// What is wrong with the measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +73,8 @@ pub(crate) struct Run {
     pub missing: f64,
     /// What is wrong.
     pub defect: Defect,
+    /// What is wrong beside it.
+    pub second: Defect,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -93,6 +97,7 @@ impl Run {
             record_air: false,
             missing: 0.0,
             defect: Defect::None,
+            second: Defect::None,
             seed,
         }
     }
@@ -149,9 +154,6 @@ const MOUNTS: [[f64; 3]; 5] = [
 ];
 /// How far reflectors are from their nominal places, per coordinate.
 const MOUNTS_OFF_MM: f64 = 0.3;
-/// Size of the errors of the axis.
-const ERROR_MM: f64 = 4e-3;
-const ERROR_RAD: f64 = 15e-6;
 /// Seconds from one reading of a tracer to its next.
 const INTERVAL_S: f64 = 6.0;
 /// Height from which the first air temperature and its swing are taken, °C.
@@ -216,30 +218,6 @@ fn steps(run: &Run) -> Vec<(f64, bool)> {
     steps
 }
 
-/// Smooth errors of the axis: amplitude and phase of the first three harmonics, six times.
-struct Curves([[(f64, f64); 3]; 6]);
-
-impl Curves {
-    fn random(rng: &mut ChaCha8Rng) -> Self {
-        let mut harmonic = |size: f64| {
-            (size * rng.random_range(0.2..1.0), rng.random_range(0.0..std::f64::consts::TAU))
-        };
-        Self(std::array::from_fn(|c| {
-            let size = if c < 3 { ERROR_MM } else { ERROR_RAD };
-            std::array::from_fn(|_| harmonic(size))
-        }))
-    }
-
-    fn at(&self, angle_deg: f64) -> ([f64; 3], [f64; 3]) {
-        let angle = angle_deg.to_radians();
-        let value = |c: usize| -> f64 {
-            let harmonics = self.0[c].iter().zip(1..);
-            harmonics.map(|((a, phase), n)| a * (f64::from(n) * angle + phase).cos()).sum()
-        };
-        (std::array::from_fn(value), std::array::from_fn(|c| value(3 + c)))
-    }
-}
-
 /// Order of the readings: of one tracer, lock by lock; of many, step by step.
 fn order(run: &Run, n_steps: usize) -> Vec<(usize, usize, usize, f64)> {
     let mut order = Vec::new();
@@ -290,10 +268,9 @@ fn take_readings(run: &Run, measured: &mut Measured, rng: &mut ChaCha8Rng) {
         };
         let dead_path =
             dead_paths[if run.station_dead_paths { station * run.n_mounts } else { lock }];
-        let sound =
-            path_mm(&Run { defect: Defect::None, ..run.clone() }, measured, &at) - dead_path;
-        let displaced = path_mm(run, measured, &at) - dead_path;
-        let disturbance_mm = read_mm(run, measured, displaced, &at) - sound;
+        let sound = displaced_mm(&[], measured, &at, dead_path);
+        let disturbance_mm =
+            displaced_mm(&[run.defect, run.second], measured, &at, dead_path) - sound;
         measured.readings.push(Reading {
             station,
             mount,
@@ -303,94 +280,6 @@ fn take_readings(run: &Run, measured: &mut Measured, rng: &mut ChaCha8Rng) {
             displacement_mm: sound + disturbance_mm + noise,
             disturbance_mm,
         });
-    }
-}
-
-/// When and of what a reading is.
-struct Instant {
-    station: usize,
-    mount: usize,
-    step: usize,
-    /// Share of the whole measurement that is over.
-    share: f64,
-    /// Share of a run since the tracer locked on.
-    locked: f64,
-    air_c: f64,
-}
-
-/// First-order settling whose time constant is as long as the whole: 0 to 1.
-fn settling(share: f64) -> f64 {
-    (1.0 - (-share).exp()) / (1.0 - (-1.0_f64).exp())
-}
-
-/// Path from the tracer to the reflector, where both really are.
-fn path_mm(run: &Run, measured: &Measured, at: &Instant) -> f64 {
-    norm(&beam(run, measured, at))
-}
-
-/// From the tracer to the reflector.
-fn beam(run: &Run, measured: &Measured, at: &Instant) -> [f64; 3] {
-    let (angle_deg, rising) = measured.steps[at.step];
-    let mut body = measured.mounts_mm[at.mount].0;
-    if let Defect::MountSlip(mount, step, slip) = run.defect
-        && mount == at.mount
-        && at.step >= step
-    {
-        body = add(body, slip);
-    }
-    let (mut displacement, mut rotation) = measured.errors[at.step];
-    if let Defect::Backlash(play, give) = run.defect {
-        let way = if rising { 0.5 } else { -0.5 };
-        rotation = add(rotation, scale(-way * play, measured.direction));
-        displacement = add(displacement, scale(way, give));
-    }
-    let mut arm = rotate(measured.direction, angle_deg.to_radians(), body);
-    if let Defect::Bending(mount, sag) = run.defect
-        && mount == at.mount
-    {
-        // A cantilever along the arm: it gives where gravity is across it.
-        let horizontal = (arm[0] * arm[0] + arm[1] * arm[1]).sqrt() / norm(&arm);
-        arm[2] -= sag * horizontal;
-    }
-    let angle = norm(&rotation);
-    if angle > 0.0 {
-        arm = rotate(scale(1.0 / angle, rotation), angle, arm);
-    }
-    let mut station = measured.stations_mm[at.station].0;
-    if let Defect::StationDrift(warm, total) = run.defect
-        && warm == at.station
-    {
-        station = add(station, scale(settling(at.share), total));
-    }
-    let target = add(add(measured.origin_mm, displacement), arm);
-    add(target, scale(-1.0, station))
-}
-
-/// What the tracer reads of a displacement.
-fn read_mm(run: &Run, measured: &Measured, displacement_mm: f64, at: &Instant) -> f64 {
-    let l = displacement_mm;
-    match run.defect {
-        Defect::RangeScale(s) => l * (1.0 + s),
-        Defect::RangeDrift(total) => l + total * settling(at.locked),
-        Defect::Incidence(glass) => {
-            let (angle_deg, _) = measured.steps[at.step];
-            let body = measured.mounts_mm[at.mount].0;
-            let arm = rotate(measured.direction, angle_deg.to_radians(), body);
-            let radial = cross(cross(measured.direction, arm), measured.direction);
-            let beam = beam(run, measured, at);
-            let cosine =
-                (0..3).map(|i| radial[i] * beam[i]).sum::<f64>() / norm(&radial) / norm(&beam);
-            let sine2 = 1.0 - cosine * cosine;
-            l + glass * sine2 * (1.0 + 0.1 * sine2)
-        }
-        Defect::BadStation(bad, s) if bad == at.station => l * (1.0 + s),
-        Defect::DeadPathJump(station, mount, step, jump)
-            if station == at.station && mount == at.mount && at.step >= step =>
-        {
-            l + jump
-        }
-        Defect::Temperature(per_k) => l * (1.0 + per_k * (at.air_c - 20.0)),
-        _ => l,
     }
 }
 

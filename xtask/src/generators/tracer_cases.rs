@@ -13,6 +13,10 @@ pub(crate) fn cases() -> Vec<Case> {
         backlash(),
         dead_path_jump(),
         mount_slip(),
+        creep(),
+        warm_stand(),
+        glass_path(),
+        air(),
         free_scale(),
         outside_bending(),
     ]
@@ -132,6 +136,38 @@ fn mount_slip() -> Case {
     let truth = "Reflector R3 slips by 5.4 µm in its nest before step 9.";
     let expect = named(&run, "mount-slip");
     run_case("mount-slip", &run, "A reflector that slips", truth, expect)
+}
+
+fn creep() -> Case {
+    let defect = Defect::RangeDrift(0.012);
+    let run = Run { n_angles: 19, one_tracer: true, defect, ..Run::new(71) };
+    let truth = "The reading creeps by 12 µm over every lock, fast at first.";
+    let expect = named(&run, "range-drift");
+    run_case("range-drift", &run, "A reading that creeps after lock-on", truth, expect)
+}
+
+fn warm_stand() -> Case {
+    let defect = Defect::StationDrift(2, [0.008, -0.006, 0.012]);
+    let run = Run { n_angles: 19, defect, ..Run::new(72) };
+    let truth = "The stand of S3 warms and moves by 15.6 µm, fast at first.";
+    let expect = named(&run, "station-drift");
+    run_case("station-drift", &run, "A stand that warms", truth, expect)
+}
+
+fn glass_path() -> Case {
+    let defect = Defect::Incidence(0.012);
+    let run = Run { n_angles: 19, defect, ..Run::new(73) };
+    let truth = "The reflectors lengthen a beam at grazing incidence by 13 µm.";
+    let expect = named(&run, "incidence");
+    run_case("incidence", &run, "Reflectors with a path in glass", truth, expect)
+}
+
+fn air() -> Case {
+    let defect = Defect::Temperature(-8e-6);
+    let run = Run { n_angles: 19, record_air: true, defect, ..Run::new(74) };
+    let truth = "The wavelength is not corrected: −8 ppm per kelvin of the air.";
+    let expect = named(&run, "temperature");
+    run_case("temperature", &run, "A wavelength that follows the air", truth, expect)
 }
 
 fn free_scale() -> Case {

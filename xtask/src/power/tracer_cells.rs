@@ -12,14 +12,17 @@ const CANDIDATES: usize = 88;
 
 /// All cells of tracer-lm.
 pub(super) fn cells() -> Vec<Cell> {
-    use Question::{ConfidentWrongName, FalseAddition, Named};
-    vec![
+    use Question::{FalseAddition, Named};
+    let mut cells = vec![
         cell("nothing, white noise", FalseAddition, |seed| Scene::Tracer(base(seed))),
         cell("nothing, white noise not declared", FalseAddition, |seed| {
             Scene::Tracer(Run { declare_noise: false, ..base(seed) })
         }),
         cell("nothing, AR(1) 0.7 from step to step", FalseAddition, |seed| {
             Scene::Tracer(Run { colour: Colour::Ar1(0.7), declare_noise: false, ..base(seed) })
+        }),
+        cell("nothing, 1/f from step to step", FalseAddition, |seed| {
+            Scene::Tracer(Run { colour: Colour::Pink, declare_noise: false, ..base(seed) })
         }),
         cell("nothing, one reading in ten missing", FalseAddition, |seed| {
             Scene::Tracer(Run { missing: 0.1, record_air: true, ..base(seed) })
@@ -48,6 +51,35 @@ pub(super) fn cells() -> Vec<Cell> {
             let run = Run { record_air: true, ..base(seed) };
             with(&run, 1, |a, d| Defect::Temperature(a * sign(d)))
         }),
+        cell("wrong wavelength, stations known to 0.5 µm", Named("range-scale"), |seed| {
+            with(&known(seed), 1, |a, d| Defect::RangeScale(a * sign(d)))
+        }),
+        cell("one station reads long, all known to 0.5 µm", Named("bad-station"), |seed| {
+            with(&known(seed), 1, |a, d| Defect::BadStation(4, a * sign(d)))
+        }),
+    ];
+    cells.extend(beyond_one_name());
+    cells
+}
+
+/// Two effects at once, and what no name fits.
+fn beyond_one_name() -> Vec<Cell> {
+    use Question::{BothNamed, ConfidentWrongName};
+    vec![
+        cell(
+            "one stand drifts, a beam is lost",
+            BothNamed(["station-drift", "dead-path-jump"]),
+            |seed| {
+                let drift = sized(&base(seed), 3, |a, d| Defect::StationDrift(2, d.map(|v| a * v)));
+                let jump = sized(&base(seed), 1, |a, d| Defect::DeadPathJump(4, 1, 8, a * sign(d)));
+                both(&drift, &jump)
+            },
+        ),
+        cell("glass path, a reflector slips", BothNamed(["incidence", "mount-slip"]), |seed| {
+            let glass = sized(&base(seed), 1, |a, d| Defect::Incidence(a * sign(d)));
+            let slip = sized(&base(seed), 3, |a, d| Defect::MountSlip(1, 11, d.map(|v| a * v)));
+            both(&glass, &slip)
+        }),
         cell("wrong wavelength, 60 ppm", ConfidentWrongName, |seed| {
             Scene::Tracer(Run { defect: Defect::RangeScale(60e-6), ..base(seed) })
         }),
@@ -69,7 +101,21 @@ fn base(seed: u64) -> Run {
     Run { n_angles: 19, ..Run::new(seed) }
 }
 
+/// The same with stations measured by something ten times as good.
+fn known(seed: u64) -> Run {
+    Run { stations_off_mm: 5e-4, ..base(seed) }
+}
+
 fn with(run: &Run, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Scene {
+    Scene::Tracer(sized(run, n_amplitudes, defect))
+}
+
+fn sized(run: &Run, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Run {
     let d = direction(run.seed);
-    Scene::Tracer(run_at(run, |a| defect(a, d), n_amplitudes, CANDIDATES, TIMES))
+    run_at(run, |a| defect(a, d), n_amplitudes, CANDIDATES, TIMES)
+}
+
+/// The defects of both, which have the same seed, in one run.
+fn both(first: &Run, second: &Run) -> Scene {
+    Scene::Tracer(Run { second: second.defect, ..first.clone() })
 }

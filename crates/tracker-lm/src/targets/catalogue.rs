@@ -91,10 +91,12 @@ fn backlash(scene: &Scene<'_>) -> Entry {
     })
 }
 
+/// Of the predicted points: the measured ones hold the residual, and shrinking them to nothing
+/// would explain it.
 fn range_scale(scene: &Scene<'_>) -> Entry {
     let text = "the trackers read distances too long in proportion".to_owned();
     let parameters = vec![parameter("scale", "ppm", 1e6)];
-    scene.entry("range-scale", None, text, parameters, |n, _| scene.sights[n].measured_mm)
+    scene.entry("range-scale", None, text, parameters, |n, _| scene.sights[n].predicted_mm)
 }
 
 /// Reflectors of one body move against the others: the axis carries more than one rigid body.
@@ -180,7 +182,7 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     let parameters = vec![parameter("scale", "ppm", 1e6)];
     scene.entry("bad-station", Some(name.clone()), text, parameters, |n, _| {
         let is_own = scene.survey.targets[n].station == station;
-        scene.sights[n].measured_mm * f64::from(u8::from(is_own))
+        scene.sights[n].predicted_mm * f64::from(u8::from(is_own))
     })
 }
 
@@ -195,7 +197,7 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
             let parameters = vec![parameter("scale", "ppm/K", 1e6)];
             let subject = Some(column.name.clone());
             let mut entry = scene.entry("temperature", subject, text, parameters, |n, _| {
-                scene.sights[n].measured_mm * (column.values[n] - REFERENCE_C)
+                scene.sights[n].predicted_mm * (column.values[n] - REFERENCE_C)
             });
             entry.effect.driver = Some(column.name.clone());
             entry

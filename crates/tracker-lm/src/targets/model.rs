@@ -109,9 +109,7 @@ impl TargetModel {
             bodies: if records.bodies.is_empty() { &one_body } else { &records.bodies },
         };
         let entries = catalogue(&scene, &found);
-        let tangent =
-            |columns: &Vec<Vec<f64>>| rows.columns(columns.len(), |n, c, p| columns[p][3 * n + c]);
-        let tangents = entries.iter().map(|e| tangent(&e.columns)).collect();
+        let tangents = entries.iter().map(|e| tangent(&rows, &e.columns)).collect();
         drop(by_base);
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let options = *options;
@@ -159,6 +157,21 @@ impl TargetModel {
         let amplitudes = point.shared[point.shared.len() - active.len()..].to_vec();
         Ok((calibration, amplitudes))
     }
+}
+
+/// Share of an amplitude's column below which the rows hold nothing of it but rounding.
+const NOTHING_LEFT: f64 = 1e-9;
+
+/// Columns of an effect as reduced rows; zero where the units that are held out take all of it.
+fn tangent(rows: &Rows, columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let mut reduced = rows.columns(columns.len(), |n, c, p| columns[p][3 * n + c]);
+    for (mut left, whole) in reduced.column_iter_mut().zip(columns) {
+        let length = whole.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if left.norm() <= NOTHING_LEFT * length {
+            left.fill(0.0);
+        }
+    }
+    reduced
 }
 
 fn check_records(survey: &TargetSurvey, records: &TargetRecords) -> Result<(), TrackerError> {

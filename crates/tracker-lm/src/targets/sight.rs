@@ -96,8 +96,8 @@ pub(super) struct Sight {
     pub(super) by_error: SMatrix<f64, 3, 6>,
     /// The reflector in the turning frame.
     pub(super) body_mm: Vector3<f64>,
-    /// The measured point.
-    pub(super) measured_mm: Vector3<f64>,
+    /// The predicted point.
+    pub(super) predicted_mm: Vector3<f64>,
 }
 
 /// What a reading is compared with.
@@ -117,7 +117,7 @@ impl Sight {
         let arm = error.turned * (nominal * body_mm);
         let beam = origin_mm + error.displacement_mm + arm - station.center_mm;
         let to_rows = weights.directions * station.rotation.transpose();
-        let measured_mm = weights.directions * target.at_mm.coords;
+        let predicted_mm = to_rows * beam;
         let mut by_error = SMatrix::<f64, 3, 6>::zeros();
         by_error.fixed_view_mut::<3, 3>(0, 0).copy_from(&to_rows);
         let by_turn = -(to_rows * arm.cross_matrix() * error.left_jacobian);
@@ -127,12 +127,12 @@ impl Sight {
         let by_turn = to_rows * beam.cross_matrix() * station.left_jacobian;
         by_station.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_turn);
         Self {
-            residual_mm: to_rows * beam - measured_mm,
+            residual_mm: predicted_mm - weights.directions * target.at_mm.coords,
             by_station,
             by_mount: to_rows * error.turned * nominal,
             by_error,
             body_mm: *body_mm,
-            measured_mm,
+            predicted_mm,
         }
     }
 

@@ -283,6 +283,9 @@ fn reflectors_can_be_held_out() {
         let seen = closure.before.held_out_rms;
         let expected = if sag_mm > 0.0 { 0.036..0.2 } else { 0.015..0.05 };
         assert!(expected.contains(&seen), "{seen}");
+        // Points shrunk to nothing have no residual: a scale must not be taken for that.
+        let unseen: Vec<&str> = closure.not_observable.iter().map(|n| n.effect.as_str()).collect();
+        assert!(unseen.contains(&"range-scale"), "{unseen:?}");
     }
 }
 

@@ -82,7 +82,7 @@ pub(crate) enum Command {
     },
     /// Write a small commented case to start from
     Init {
-        /// Kind of case
+        /// Kind of case; tracker-lm-targets for one with points in place of displacements
         kind: String,
         /// Folder to write it to; default: the kind's name
         #[arg(value_name = "DIR")]

@@ -6,8 +6,20 @@ use super::KINDS;
 use crate::Error;
 use crate::case::nearest;
 
+/// Cases of a kind whose data come in another form, by a name of their own.
+const FURTHER: &[(&str, &[(&str, &str)])] = &[(
+    "tracker-lm-targets",
+    &[
+        ("case.toml", include_str!("../../templates/tracker-lm-targets/case.toml")),
+        ("stations.csv", include_str!("../../templates/tracker-lm-targets/stations.csv")),
+        ("mounts.csv", include_str!("../../templates/tracker-lm-targets/mounts.csv")),
+        ("targets.csv", include_str!("../../templates/tracker-lm-targets/targets.csv")),
+    ],
+)];
+
 /// Writes a small commented case of `kind` into `folder`, which is made if need be.
 ///
+/// `tracker-lm-targets` is a case of `tracker-lm` with points in place of displacements.
 /// Returns the files written. Nothing is overwritten: if any of them exists, none is written.
 ///
 /// # Errors
@@ -15,15 +27,16 @@ use crate::case::nearest;
 /// [`Error::UnknownKind`], [`Error::Exists`], [`Error::NotWritten`].
 pub fn write_example(kind: &str, folder: impl AsRef<Path>) -> Result<Vec<PathBuf>, Error> {
     let folder = folder.as_ref();
-    let known = KINDS.iter().find(|k| k.name == kind).ok_or_else(|| {
-        let names = KINDS.iter().map(|k| k.name);
+    let known = || KINDS.iter().map(|k| (k.name, k.example)).chain(FURTHER.iter().copied());
+    let (_, files) = known().find(|(name, _)| *name == kind).ok_or_else(|| {
+        let names = known().map(|(name, _)| name);
         Error::UnknownKind {
             found: kind.to_owned(),
             nearest: nearest(kind, names.clone()),
             expected: names.collect(),
         }
     })?;
-    write_new(folder, known.example)
+    write_new(folder, files)
 }
 
 /// Writes files into a folder, which is made if need be; where one of them exists, none is written.

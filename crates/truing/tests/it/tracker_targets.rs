@@ -111,3 +111,16 @@ fn slips_are_named() {
     let unknown = targets().replace("tracker,a,0,", "traker,a,0,");
     assert!(refused(&case(CASE, &[("targets.csv", &unknown)])).contains("`tracker`"));
 }
+
+#[test]
+fn the_example_of_points_solves_as_it_is() {
+    let case = Case::example("tracker-lm-targets");
+    let solved = case.json("solve");
+    assert_eq!(solved["kind"], "tracker-lm");
+    assert_eq!(solved["estimates"]["axis_errors"].as_array().unwrap().len(), 13);
+    // χ² per degree of freedom scatters by √(2/150) = 0.12 about one.
+    let chi2 = solved["residual"]["chi2_per_dof"].as_f64().unwrap();
+    assert!((chi2 - 1.0).abs() < 5.0 * 0.12, "{chi2}");
+    assert_eq!(case.json("check")["kind"], "tracker-lm");
+    assert_eq!(case.json("loop")["steps"].as_array().unwrap().len(), 0);
+}
