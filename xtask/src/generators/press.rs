@@ -91,6 +91,8 @@ pub(crate) struct Session {
     pub declare_noise: bool,
     /// What is wrong.
     pub fault: Fault,
+    /// What else is wrong.
+    pub also: Fault,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -115,8 +117,13 @@ impl Session {
             upside_down: false,
             declare_noise: false,
             fault: Fault::None,
+            also: Fault::None,
             seed,
         }
+    }
+
+    fn faults(&self) -> [Fault; 2] {
+        [self.fault, self.also]
     }
 }
 
@@ -295,13 +302,14 @@ impl Rig<'_> {
         std::array::from_fn(|axis| {
             let commanded = planned.commanded_mm[axis];
             let seat = self.session.seat_mm * gaussian(rng);
-            let fault = match self.session.fault {
+            let shift = |fault: Fault| match fault {
                 Fault::FrameScale(s) => s * commanded,
                 Fault::LoadShift(per_n) => per_n[axis] * (planned.load_n - REFERENCE_LOAD_N),
                 Fault::SpindleGrowth(end) => end[axis] * (1.0 - (-3.0 * progress).exp()),
                 _ => 0.0,
             };
-            commanded + offset[axis] + seat + fault
+            let shifts = self.session.faults().map(shift);
+            commanded + offset[axis] + seat + shifts[0] + shifts[1]
         })
     }
 
@@ -329,28 +337,30 @@ impl Rig<'_> {
     }
 
     fn height_at(&self, x: f64, y: f64) -> f64 {
-        let raised = match self.session.fault {
+        let raised = self.session.faults().map(|fault| match fault {
             Fault::ContactHeight(raised) => raised,
             Fault::PlatformTilt(slope) => slope[0] * x + slope[1] * y,
             _ => 0.0,
-        };
-        self.sign * PLATFORM_MM + raised
+        });
+        self.sign * PLATFORM_MM + raised[0] + raised[1]
     }
 
     /// What the sensor makes of a wrench.
     fn sense(&self, wrench: [f64; 6], progress: f64, play: &mut [Play; 2]) -> [f64; 6] {
         let mut reading = wrench;
-        match self.session.fault {
-            Fault::Bias(bias) => (0..6).for_each(|i| reading[i] += bias[i]),
-            Fault::BiasDrift(total) => (0..6).for_each(|i| reading[i] += total[i] * progress),
-            Fault::MomentGain(gain) => (3..6).for_each(|i| reading[i] *= 1.0 + gain),
-            Fault::ForceGain(gain) => reading[2] *= 1.0 + gain,
-            Fault::Crosstalk(reads, leaks, factor) => reading[reads] += factor * wrench[leaks],
-            Fault::Hysteresis(width) => {
-                (0..2).for_each(|i| reading[3 + i] = play[i].follow(wrench[3 + i], width));
+        for fault in self.session.faults() {
+            match fault {
+                Fault::Bias(bias) => (0..6).for_each(|i| reading[i] += bias[i]),
+                Fault::BiasDrift(total) => (0..6).for_each(|i| reading[i] += total[i] * progress),
+                Fault::MomentGain(gain) => (3..6).for_each(|i| reading[i] *= 1.0 + gain),
+                Fault::ForceGain(gain) => reading[2] *= 1.0 + gain,
+                Fault::Crosstalk(reads, leaks, factor) => reading[reads] += factor * wrench[leaks],
+                Fault::Hysteresis(width) => {
+                    (0..2).for_each(|i| reading[3 + i] = play[i].follow(wrench[3 + i], width));
+                }
+                Fault::ForceCurvature(factor) => reading[2] *= 1.0 + factor * wrench[2].abs(),
+                _ => {}
             }
-            Fault::ForceCurvature(factor) => reading[2] *= 1.0 + factor * wrench[2].abs(),
-            _ => {}
         }
         reading
     }

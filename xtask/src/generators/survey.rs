@@ -76,6 +76,8 @@ pub(crate) struct Survey {
     pub record_air: bool,
     /// What is wrong.
     pub defect: Defect,
+    /// What else is wrong.
+    pub also: Defect,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -96,6 +98,7 @@ impl Survey {
             handedness: None,
             record_air: false,
             defect: Defect::None,
+            also: Defect::None,
             seed,
         }
     }
@@ -141,7 +144,9 @@ pub(crate) fn simulate(survey: &Survey) -> Surveyed {
     let mut to_mm = Vec::new();
     let mut check_noise = 0.0;
     for (index, &from) in from_mm.iter().enumerate() {
-        let displacement = displacement_of(survey.defect, from, index, &covariates);
+        let [first, second] = [survey.defect, survey.also]
+            .map(|defect| displacement_of(defect, from, index, &covariates));
+        let displacement = add(first, second);
         let mut noise: [f64; 3] =
             std::array::from_fn(|axis| survey.noise_mm * noises[axis].next(&mut rng));
         if survey.planar {
@@ -307,7 +312,9 @@ fn pairs_csv(
 ) -> String {
     let n_axes = if survey.planar { 2 } else { 3 };
     let axes = &["x", "y", "z"][..n_axes];
-    let with_humidity = matches!(survey.defect, Defect::Humidity(_));
+    let with = |of: fn(&Defect) -> bool| of(&survey.defect) || of(&survey.also);
+    let with_humidity = with(|d| matches!(d, Defect::Humidity(_)));
+    let with_time = with(|d| matches!(d, Defect::Drift(_)));
     let mut text = "point".to_owned();
     for side in ["from", "to"] {
         for axis in axes {
@@ -316,7 +323,7 @@ fn pairs_csv(
     }
     text.push_str(",use");
     text.push_str(if with_humidity { ",humidity_pct" } else { "" });
-    text.push_str(if matches!(survey.defect, Defect::Drift(_)) { ",time_s" } else { "" });
+    text.push_str(if with_time { ",time_s" } else { "" });
     text.push_str(if survey.record_air { ",air_c" } else { "" });
     text.push('\n');
     for (index, (from, to)) in from_mm.iter().zip(to_mm).enumerate() {
@@ -331,7 +338,7 @@ fn pairs_csv(
         if with_humidity {
             let _ = write!(text, ",{:.1}", covariates.humidity_pct[index]);
         }
-        if matches!(survey.defect, Defect::Drift(_)) {
+        if with_time {
             let _ = write!(text, ",{:.0}", POINT_INTERVAL_S * as_f64(index));
         }
         if survey.record_air {

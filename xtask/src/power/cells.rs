@@ -17,6 +17,8 @@ pub(crate) enum Question {
     FalseAddition,
     /// How often this effect is named, alone or in its class, and nothing else is added.
     Named(&'static str),
+    /// How often both effects are named, each alone or in its class, and nothing else is added.
+    BothNamed([&'static str; 2]),
     /// How often an effect of the catalogue is added, with no covariate among its rivals, and the
     /// matter called explained.
     ConfidentWrongName,
@@ -62,7 +64,7 @@ fn session(situation: &'static str, question: Question, make: fn(u64) -> Scene) 
 }
 
 fn surveys() -> Vec<Cell> {
-    use Question::{ConfidentWrongName, FalseAddition, Named};
+    use Question::{BothNamed, ConfidentWrongName, FalseAddition, Named};
     vec![
         survey("nothing, white noise", FalseAddition, |seed| {
             Scene::Survey(Survey { record_air: true, ..Survey::new(seed) })
@@ -100,6 +102,19 @@ fn surveys() -> Vec<Cell> {
             let d = direction(seed);
             Scene::Survey(survey_at(&base, |a| Defect::Expansion(a * sign(d)), 1, 7, TIMES))
         }),
+        survey("scale, and ram sags", BothNamed(["scale", "sag"]), |seed| {
+            with_scale(seed, 3, |a, d| Defect::Sag(a * sign(d)))
+        }),
+        survey("scale, and stand drifts", BothNamed(["scale", "drift"]), |seed| {
+            with_scale(seed, 3, |a, d| Defect::Drift(d.map(|v| a * v)))
+        }),
+        survey("scale, and one bad point", BothNamed(["scale", "bad-point"]), |seed| {
+            let also = survey_with_bad_point(seed).defect;
+            Scene::Survey(Survey {
+                also,
+                ..rigid_survey(seed, 1, |a, d| Defect::Scale(a * sign(d)))
+            })
+        }),
         survey("lead screw, period 40 mm, 5 σ", ConfidentWrongName, |seed| {
             outside(seed, Defect::LeadScrew(0.010, 40.0))
         }),
@@ -113,7 +128,7 @@ fn surveys() -> Vec<Cell> {
 }
 
 fn sessions() -> Vec<Cell> {
-    use Question::{ConfidentWrongName, FalseAddition, Named};
+    use Question::{BothNamed, ConfidentWrongName, FalseAddition, Named};
     vec![
         session("nothing, white noise", FalseAddition, |seed| Scene::Session(Session::new(seed))),
         session("nothing, AR(1) 0.95 from sample to sample", FalseAddition, |seed| {
@@ -160,6 +175,16 @@ fn sessions() -> Vec<Cell> {
         session("machine scale", Named("frame-scale"), |seed| {
             pressed(seed, 1, |a, d| Fault::FrameScale(a * sign(d)))
         }),
+        session(
+            "moment gain, and moment channels drift",
+            BothNamed(["moment-gain", "bias-drift"]),
+            |seed| with_moment_gain(seed, 2, |a, d| Fault::BiasDrift(moments(a, d))),
+        ),
+        session(
+            "moment gain, and head gives way",
+            BothNamed(["moment-gain", "load-shift"]),
+            |seed| with_moment_gain(seed, 2, |a, d| Fault::LoadShift([a * d[0], a * d[1]])),
+        ),
         session("play in the moment bridges, 12 N·mm", ConfidentWrongName, |seed| {
             let loads_n = vec![20.0, 35.0, 60.0];
             Scene::Session(Session {
@@ -193,27 +218,42 @@ fn large(seed: u64) -> Survey {
     Survey { n_fit: 36, n_check: 12, ..Survey::new(seed) }
 }
 
-fn rigid(seed: u64, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Scene {
+type Sized<T> = fn(f64, [f64; 3]) -> T;
+
+fn rigid(seed: u64, n_amplitudes: usize, defect: Sized<Defect>) -> Scene {
+    Scene::Survey(rigid_survey(seed, n_amplitudes, defect))
+}
+
+fn rigid_survey(seed: u64, n_amplitudes: usize, defect: Sized<Defect>) -> Survey {
     let d = direction(seed);
-    let base = large(seed);
-    Scene::Survey(survey_at(&base, |a| defect(a, d), n_amplitudes, RIGID_CANDIDATES, TIMES))
+    survey_at(&large(seed), |a| defect(a, d), n_amplitudes, RIGID_CANDIDATES, TIMES)
+}
+
+/// A scale beside another defect, each as large as it would be alone.
+fn with_scale(seed: u64, n_amplitudes: usize, other: Sized<Defect>) -> Scene {
+    let also = rigid_survey(seed, n_amplitudes, other).defect;
+    Scene::Survey(Survey { also, ..rigid_survey(seed, 1, |a, d| Defect::Scale(a * sign(d))) })
 }
 
 /// Two frames claimed to be one.
-fn common(seed: u64, n_amplitudes: usize, defect: fn(f64, [f64; 3]) -> Defect) -> Scene {
+fn common(seed: u64, n_amplitudes: usize, defect: Sized<Defect>) -> Scene {
     let d = direction(seed);
     let base = Survey { common_frame: true, transform: "none", ..large(seed) };
     Scene::Survey(survey_at(&base, |a| defect(a, d), n_amplitudes, COMMON_CANDIDATES, TIMES))
 }
 
 fn bad_point(seed: u64) -> Scene {
+    Scene::Survey(survey_with_bad_point(seed))
+}
+
+fn survey_with_bad_point(seed: u64) -> Survey {
     let d = direction(seed);
     let base = large(seed);
     // Every fourth point is a check point, beginning with the fourth.
     let index = [0, 1, 2, 4, 5, 6, 8, 9][usize::try_from(seed % 8).expect("below 8")];
     let candidates = RIGID_CANDIDATES * base.n_fit;
     let defect = |a: f64| Defect::BadPoint(index, d.map(|v| a * v));
-    Scene::Survey(survey_at(&base, defect, 3, candidates, TIMES))
+    survey_at(&base, defect, 3, candidates, TIMES)
 }
 
 fn outside(seed: u64, defect: Defect) -> Scene {
@@ -222,7 +262,11 @@ fn outside(seed: u64, defect: Defect) -> Scene {
 
 /// Twenty-seven presses and nine check presses: a frame with an effect of four amplitudes adds 7/54
 /// of the variance to presses it never saw, 6 % in the root.
-fn pressed(seed: u64, n_amplitudes: usize, fault: fn(f64, [f64; 3]) -> Fault) -> Scene {
+fn pressed(seed: u64, n_amplitudes: usize, fault: Sized<Fault>) -> Scene {
+    Scene::Session(pressed_session(seed, n_amplitudes, fault))
+}
+
+fn pressed_session(seed: u64, n_amplitudes: usize, fault: Sized<Fault>) -> Session {
     let d = direction(seed);
     let base = Session {
         n_frame: 27,
@@ -231,7 +275,14 @@ fn pressed(seed: u64, n_amplitudes: usize, fault: fn(f64, [f64; 3]) -> Fault) ->
         drag: 0.15,
         ..Session::new(seed)
     };
-    Scene::Session(session_at(&base, |a| fault(a, d), n_amplitudes, PRESS_CANDIDATES, TIMES))
+    session_at(&base, |a| fault(a, d), n_amplitudes, PRESS_CANDIDATES, TIMES)
+}
+
+/// A gain of the moments beside another fault, each as large as it would be alone.
+fn with_moment_gain(seed: u64, n_amplitudes: usize, other: Sized<Fault>) -> Scene {
+    let also = pressed_session(seed, n_amplitudes, other).fault;
+    let with = pressed_session(seed, 1, |a, d| Fault::MomentGain(a * sign(d)));
+    Scene::Session(Session { also, ..with })
 }
 
 /// Bias of Mx and My, N·mm.

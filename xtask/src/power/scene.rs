@@ -57,7 +57,7 @@ impl Scene {
             }
             Self::Session(scene) => {
                 let recorded = press::simulate(scene);
-                let sound = Session { fault: Fault::None, ..scene.clone() };
+                let sound = Session { fault: Fault::None, also: Fault::None, ..scene.clone() };
                 Simulated {
                     files: vec![
                         ("case.toml", case_toml(scene, &recorded)),
