@@ -5,6 +5,7 @@
 //! part of the project: a set that is not in the folder given is named with its source.
 
 mod gravity;
+mod jku;
 mod photogrammetry;
 mod readings;
 mod spots;
@@ -63,8 +64,14 @@ pub(crate) struct Outcome {
     pub(crate) answer: Value,
 }
 
-const SETS: [Set; 5] =
-    [photogrammetry::SET, stability::SET, spots::SET, gravity::BY_POSE, gravity::BY_BLOCK];
+const SETS: [Set; 6] = [
+    photogrammetry::SET,
+    stability::SET,
+    spots::SET,
+    gravity::BY_POSE,
+    gravity::BY_BLOCK,
+    jku::SET,
+];
 
 /// Converts every set that is there, closes the loop on it and writes `target/measured`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
