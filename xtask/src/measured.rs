@@ -7,6 +7,7 @@
 mod bearing;
 mod elevation;
 mod gravity;
+mod jku;
 mod photogrammetry;
 mod readings;
 mod sea_floor;
@@ -66,7 +67,7 @@ pub(crate) struct Outcome {
     pub(crate) answer: Value,
 }
 
-const SETS: [Set; 7] = [
+const SETS: &[Set] = &[
     photogrammetry::SET,
     stability::SET,
     bearing::SET,
@@ -74,6 +75,7 @@ const SETS: [Set; 7] = [
     spots::SET,
     gravity::BY_POSE,
     gravity::BY_BLOCK,
+    jku::SET,
 ];
 
 /// Converts every set that is there, closes the loop on it and writes `target/measured`.

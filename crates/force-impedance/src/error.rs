@@ -138,6 +138,20 @@ pub enum ForceImpedanceError {
         /// All samples.
         samples: usize,
     },
+    /// Runs that went over different parts of a path have nothing to repeat.
+    #[cfg(feature = "std")]
+    #[error(
+        "the {runs} runs have no stretch of the path in common: one begins at {from_mm} mm, one \
+         ends at {to_mm} mm; count the path from the same place in every run"
+    )]
+    NoCommonPath {
+        /// Runs given.
+        runs: usize,
+        /// Where the last to begin begins.
+        from_mm: f64,
+        /// Where the first to end ends.
+        to_mm: f64,
+    },
     /// A covariate has not one value per sample.
     #[cfg(feature = "std")]
     #[error("covariate {name} has {got} values for {needed} samples")]

@@ -76,6 +76,10 @@ mod log_model;
 mod log_proposals;
 #[cfg(feature = "std")]
 mod log_sensitivity;
+#[cfg(feature = "std")]
+mod path;
+#[cfg(feature = "std")]
+mod path_model;
 mod pose;
 mod scalar;
 mod settings;
@@ -98,6 +102,10 @@ pub use impedance::{Discretisation, Impedance, ImpedanceParameters};
 pub use log::{ForceFormula, LogSample, LoggedForce, solve_log};
 #[cfg(feature = "std")]
 pub use log_model::{LogModel, LogOptions};
+#[cfg(feature = "std")]
+pub use path::PathSample;
+#[cfg(feature = "std")]
+pub use path_model::{PathModel, PathOptions};
 pub use pose::HeadPose;
 pub use settings::{ControllerSettings, ReferenceMode};
 pub use warning::{Warning, WarningLimits, warnings};

@@ -81,6 +81,7 @@
 //! # Ok::<(), model_discrepancy::LoopError>(())
 //! ```
 
+mod agreement;
 mod assess;
 mod attribution;
 mod autocorrelation;

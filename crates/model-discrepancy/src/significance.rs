@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::agreement::{MIN_AGREEING, agreement_p_value};
 use crate::autocorrelation::coloured_p_values;
 use crate::basis::Basis;
 use crate::linear::{Linear, NEW_DIRECTION};
@@ -44,10 +45,11 @@ pub(crate) enum Reach {
 ///
 /// Three tests, of which the least significant counts: the classical F test; the same after
 /// taking out the correlation of successive observations, of neighbours (Prais and Winsten 1954)
-/// and of long memory; and one at group level. Where a group is one vector, that is the F test with the covariance of
-/// its components estimated; where it holds many readings, a Wald test on the cluster-robust
-/// covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky and Tipton
-/// (2018) do, which asks no more than independent groups.
+/// and of long memory; and one at group level. Where a group is one vector, that is the F test with
+/// the covariance of its components estimated; where it holds many readings, a Wald test on the
+/// cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky
+/// and Tipton (2018) do, which asks no more than independent groups; with as many directions as
+/// groups, or more, it is the agreement of the groups with each other.
 /// The first alone decides where it is above `level`: the others can only raise it.
 pub(crate) fn significance(
     lin: &Linear<'_>,
@@ -83,7 +85,7 @@ pub(crate) fn significance_beside(
     }
     if reach == Reach::Many {
         let at_group_level = vector_p_value(lin, base, beside, &full)
-            .unwrap_or_else(|| group_p_value(lin, &test, &added, &full));
+            .unwrap_or_else(|| group_p_value(lin, &test, residual, &added, &full));
         test.p_value = test.p_value.max(at_group_level);
     }
     Some(test)
@@ -115,8 +117,17 @@ pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
     FisherSnedecor::new(dof1, dof2).map_or(1.0, |d| d.sf(f.max(0.0)))
 }
 
-fn group_p_value(lin: &Linear<'_>, test: &Significance, added: &Basis, full: &Basis) -> f64 {
+fn group_p_value(
+    lin: &Linear<'_>,
+    test: &Significance,
+    residual: &DVector<f64>,
+    added: &Basis,
+    full: &Basis,
+) -> f64 {
     let clusters = lin.clusters.len();
+    if clusters >= MIN_AGREEING && added.dim() >= clusters {
+        return agreement_p_value(lin, residual, added);
+    }
     if clusters >= MIN_CLUSTERS {
         return cluster_robust(lin, added, full);
     }

@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use crate::kinds::{
     DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
-    GravityEstimates, PoseIcpEstimates, ProbeCompEstimates, TrackerLmEstimates,
+    GravityEstimates, PathForceEstimates, PoseIcpEstimates, ProbeCompEstimates, TrackerLmEstimates,
 };
 use crate::report::ExtraPlot;
 use crate::text_table::TextTable;
@@ -26,6 +26,8 @@ pub enum Estimates {
     ProbeComp(ProbeCompEstimates),
     /// `force-impedance`.
     ForceImpedance(ForceImpedanceEstimates),
+    /// `force-impedance` from runs along a path.
+    PathForce(PathForceEstimates),
     /// `tracker-lm`.
     TrackerLm(TrackerLmEstimates),
 }
@@ -67,6 +69,7 @@ impl Estimates {
             Self::Gravity(estimates) => estimates.parameters(),
             Self::PoseIcp(estimates) => estimates.parameters(),
             Self::ForceImpedance(estimates) => estimates.parameters(),
+            Self::PathForce(estimates) => estimates.parameters(),
             Self::TrackerLm(estimates) => estimates.parameters(),
         }
     }
@@ -113,6 +116,7 @@ impl Estimates {
             Self::PoseIcp(estimates) => estimates.table(),
             Self::ProbeComp(estimates) => estimates.table(),
             Self::ForceImpedance(estimates) => estimates.table(),
+            Self::PathForce(estimates) => estimates.table(),
             Self::TrackerLm(estimates) => estimates.table(),
         });
         tables

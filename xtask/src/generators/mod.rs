@@ -11,6 +11,7 @@ pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod probe;
 pub(crate) mod probe_tables;
+pub(crate) mod strokes;
 pub(crate) mod survey;
 pub(crate) mod targets;
 pub(crate) mod tracer;
@@ -24,6 +25,7 @@ mod polish_cases;
 mod press_cases;
 mod probe_cases;
 mod published;
+mod stroke_cases;
 mod target_cases;
 mod tracer_cases;
 
@@ -59,6 +61,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(press_cases::cases());
     cases.extend(mirror_cases::cases());
     cases.extend(polish_cases::cases());
+    cases.extend(stroke_cases::cases());
     cases.extend(tracer_cases::cases());
     cases.extend(target_cases::cases());
     cases.extend(probe_cases::cases());

@@ -68,6 +68,8 @@ pub(crate) struct Run {
     pub formula: &'static str,
     /// What is wrong.
     pub flaw: Flaw,
+    /// What is wrong beside it.
+    pub also: Flaw,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -90,6 +92,7 @@ impl Run {
             weight_n: HeadModel::USUAL.weight_n,
             formula: "full-balance",
             flaw: Flaw::None,
+            also: Flaw::None,
             seed,
         }
     }
@@ -202,7 +205,9 @@ impl Rig<'_> {
         let run = self.run;
         let now = self.instant(segment, since_s);
         let time_s = as_f64(segment) * (self.strip_s + PAUSE_S) + since_s;
-        let heavier_n = if let Flaw::Weight(n) = run.flaw { n } else { 0.0 };
+        let flaws = [run.flaw, run.also];
+        let heavier_n: f64 =
+            flaws.iter().map(|f| if let Flaw::Weight(n) = f { *n } else { 0.0 }).sum();
         let head = HeadModel { weight_n: run.weight_n + heavier_n, ..HeadModel::USUAL };
         let placed = head.at(now.tip_mm);
         let rub_n = scale(run.friction * now.press_n, now.rubs);
@@ -212,21 +217,26 @@ impl Rig<'_> {
         let later = norm(&self.instant(segment, since_s + 1e-4).tip_mm);
         // Damp air comes and goes with the hour, not with the strips.
         let humidity_pct = 45.0 + 6.0 * (TAU * 1.37 * time_s / self.run_s + self.phases[0]).sin();
-        match run.flaw {
-            Flaw::CellZero(i, zero_n) => cells_n[i] += zero_n,
-            Flaw::CellGain(i, gain) => cells_n[i] *= 1.0 + gain,
-            Flaw::LengthZero(i, zero_mm) => lengths_mm[i] += zero_mm,
-            Flaw::Spline(n) => cells_n[3] += n * (later - norm(&now.tip_mm)).signum(),
-            Flaw::Drift(n) => cells_n[3] += n * time_s / self.run_s,
-            Flaw::CellCurvature(per_n) => cells_n[3] *= 1.0 + per_n * cells_n[3],
-            Flaw::Humidity(n) => cells_n[3] += n * (humidity_pct - 45.0),
-            Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {}
+        for flaw in flaws {
+            match flaw {
+                Flaw::CellZero(i, zero_n) => cells_n[i] += zero_n,
+                Flaw::CellGain(i, gain) => cells_n[i] *= 1.0 + gain,
+                Flaw::LengthZero(i, zero_mm) => lengths_mm[i] += zero_mm,
+                Flaw::Spline(n) => cells_n[3] += n * (later - norm(&now.tip_mm)).signum(),
+                Flaw::Drift(n) => cells_n[3] += n * time_s / self.run_s,
+                Flaw::CellCurvature(per_n) => cells_n[3] *= 1.0 + per_n * cells_n[3],
+                Flaw::Humidity(n) => cells_n[3] += n * (humidity_pct - 45.0),
+                Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {}
+            }
         }
-        let read_at_s = if let Flaw::Delay(late_s) = run.flaw { since_s - late_s } else { since_s };
-        let mut reference_n = self.instant(segment, read_at_s).press_n;
-        if let Flaw::Play(width_n) = run.flaw {
-            *play_n = play_n.clamp(reference_n - width_n, reference_n + width_n);
-            reference_n = *play_n;
+        let late_s: f64 =
+            flaws.iter().map(|f| if let Flaw::Delay(late_s) = f { *late_s } else { 0.0 }).sum();
+        let mut reference_n = self.instant(segment, since_s - late_s).press_n;
+        for flaw in flaws {
+            if let Flaw::Play(width_n) = flaw {
+                *play_n = play_n.clamp(reference_n - width_n, reference_n + width_n);
+                reference_n = *play_n;
+            }
         }
         Sample {
             time_s,

@@ -4,12 +4,13 @@ use super::cells::{Cell, Question, TIMES, direction, sign};
 use super::scene::{Scene, run_at};
 use crate::generators::Colour;
 use crate::generators::polish::{Flaw, Run};
+use crate::generators::strokes::{Repeats, Strokes};
 
 /// Zeros of cells and lengths, gains, weight, two kinds of friction, drift, delay.
 const RUN_CANDIDATES: usize = 17;
 
 pub(crate) fn runs() -> Vec<Cell> {
-    use Question::{ConfidentWrongName, FalseAddition, Named};
+    use Question::{BothNamed, ConfidentWrongName, FalseAddition, Named};
     vec![
         run("nothing, white noise", FalseAddition, |seed| Scene::Run(Run::new(seed))),
         run("nothing, AR(1) 0.8 from sample to sample", FalseAddition, |seed| {
@@ -54,6 +55,17 @@ pub(crate) fn runs() -> Vec<Cell> {
             polished(seed, |a, d| Flaw::Drift(a * sign(d)))
         }),
         run("reference late", Named("delay"), |seed| polished(seed, |a, _| Flaw::Delay(a))),
+        run("axial cell drifts, and its gain", BothNamed(["force-drift", "leg-gain"]), |seed| {
+            both(seed, [|a, d| Flaw::Drift(a * sign(d)), |a, _| Flaw::CellGain(3, a)])
+        }),
+        run("head heavier, and reference late", BothNamed(["head-weight", "delay"]), |seed| {
+            both(seed, [|a, d| Flaw::Weight(a * sign(d)), |a, _| Flaw::Delay(a)])
+        }),
+        run(
+            "zero of the cell of leg 2, and spline",
+            BothNamed(["leg-zero", "spline-friction"]),
+            |s| both(s, [|a, d| Flaw::CellZero(1, a * sign(d)), |a, _| Flaw::Spline(a)]),
+        ),
         run("play in the reference, 2 N", ConfidentWrongName, |seed| {
             Scene::Run(Run { flaw: Flaw::Play(2.0), ..Run::new(seed) })
         }),
@@ -62,6 +74,18 @@ pub(crate) fn runs() -> Vec<Cell> {
         }),
         run("humidity, 0.5 N", ConfidentWrongName, |seed| {
             Scene::Run(Run { flaw: Flaw::Humidity(0.08), ..Run::new(seed) })
+        }),
+        run("along a path: nothing repeats", FalseAddition, |seed| {
+            Scene::Strokes(Strokes::new(seed))
+        }),
+        run("along a path: nothing repeats, 1/f", FalseAddition, |seed| {
+            Scene::Strokes(Strokes { colour: Colour::Pink, ..Strokes::new(seed) })
+        }),
+        run("along a path: 35 % lost at a place", Named("path-share"), |seed| {
+            Scene::Strokes(Strokes { repeats: Repeats::Loss(0.35), ..Strokes::new(seed) })
+        }),
+        run("along a path: kick of 6 N at a place", Named("path-repeatable"), |seed| {
+            Scene::Strokes(Strokes { repeats: Repeats::Kick(6.0), ..Strokes::new(seed) })
         }),
     ]
 }
@@ -73,4 +97,11 @@ fn run(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> C
 fn polished(seed: u64, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
     let d = direction(seed);
     Scene::Run(run_at(&Run::new(seed), |a| flaw(a, d), RUN_CANDIDATES, TIMES))
+}
+
+/// Two flaws at once, each as large as if it were alone.
+fn both(seed: u64, flaws: [fn(f64, [f64; 3]) -> Flaw; 2]) -> Scene {
+    let (d, base) = (direction(seed), Run::new(seed));
+    let [flaw, also] = flaws.map(|flaw| run_at(&base, |a| flaw(a, d), RUN_CANDIDATES, TIMES).flaw);
+    Scene::Run(Run { flaw, also, ..base })
 }

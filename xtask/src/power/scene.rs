@@ -7,6 +7,7 @@ use crate::generators::polish::{self, Run};
 use crate::generators::polish_tables;
 use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
+use crate::generators::strokes::{Strokes, path_csv};
 use crate::generators::survey::{self, Defect, Survey};
 use crate::generators::tracer;
 use crate::generators::tracer_tables::tables;
@@ -19,6 +20,7 @@ pub(crate) enum Scene {
     Session(Session),
     Mirror(Mirror),
     Run(Run),
+    Strokes(Strokes),
     Tracer(tracer::Run),
     Probe(probe::Session),
 }
@@ -52,6 +54,13 @@ impl Scene {
                     noise: probe::check_noise_mm(&touches),
                 }
             }
+            Self::Strokes(scene) => Simulated {
+                files: vec![
+                    ("case.toml", "kind = \"force-impedance\"\n".to_owned()),
+                    ("path.csv", path_csv(scene)),
+                ],
+                noise: scene.noise_n,
+            },
             Self::Tracer(scene) => {
                 Simulated { files: tables(scene, &tracer::simulate(scene)), noise: scene.noise_mm }
             }
@@ -69,7 +78,8 @@ impl Scene {
             }
             Self::Run(scene) => {
                 let samples = polish::simulate(scene);
-                let sound = Run { flaw: polish::Flaw::None, ..scene.clone() };
+                let none = polish::Flaw::None;
+                let sound = Run { flaw: none, also: none, ..scene.clone() };
                 Simulated {
                     files: vec![
                         ("case.toml", polish_tables::case_toml(scene)),

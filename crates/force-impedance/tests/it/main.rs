@@ -20,6 +20,7 @@ mod hostile;
 mod kinematics;
 mod log;
 mod log_rig;
+mod path;
 mod plant;
 mod random_cycles;
 mod rig;

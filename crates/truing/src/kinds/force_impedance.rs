@@ -1,5 +1,6 @@
 //! `force-impedance`: the contact force of a polishing head on four legs.
 
+mod along_path;
 mod estimates;
 mod measured;
 
@@ -16,6 +17,7 @@ use crate::case::{
 use crate::kinds::{Kind, Reading};
 use measured::LogCase;
 
+pub use along_path::{PathError, PathForceEstimates};
 pub use estimates::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
 
 pub(crate) const KIND: Kind = Kind {
@@ -29,6 +31,7 @@ pub(crate) const KIND: Kind = Kind {
 };
 
 const LOG: &str = "log.csv";
+const PATH: &str = "path.csv";
 const KNOWN: &[&str] = &[
     "time_s",
     "l1_mm",
@@ -58,7 +61,8 @@ const LENGTH_TOL: f64 = 1e-3;
 struct Settings {
     #[serde(rename = "kind")]
     _kind: serde::de::IgnoredAny,
-    head: HeadSettings,
+    #[serde(default)]
+    head: Option<HeadSettings>,
     #[serde(default)]
     impedance: Option<ImpedanceSettings>,
     #[serde(default)]
@@ -120,7 +124,24 @@ struct NoiseSettings {
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
-    let head = head(&settings.head, document)?;
+    match (folder.has(LOG), folder.has(PATH)) {
+        (true, true) => {
+            let problem = Problem::ExclusiveTables { other: LOG.to_owned() };
+            Err(Error::case(folder.location(PATH), problem))
+        }
+        (false, true) => along_path::read(folder, document, settings),
+        _ => read_log(folder, document, settings),
+    }
+}
+
+fn read_log(folder: &Folder, document: &Document, settings: Settings) -> Result<Reading, Error> {
+    let Some(of_head) = &settings.head else {
+        let purpose = "the contact force is had from the dimensions of the head; runs along a path, \
+                       without a head, go into `path.csv`";
+        let problem = Problem::MissingKey { key: "[head]".to_owned(), purpose };
+        return Err(Error::case(document.at_file(), problem));
+    };
+    let head = head(of_head, document)?;
     let table = folder.table(LOG, KNOWN)?;
     let mut columns = Columns::new(&table, KNOWN);
     let segment_names = if columns.has("segment") { Some(columns.texts("segment")?) } else { None };

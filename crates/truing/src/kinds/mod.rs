@@ -21,7 +21,9 @@ use crate::report::{CurvePlot, Fact};
 
 pub use example::write_example;
 pub(crate) use example::write_new;
-pub use force_impedance::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
+pub use force_impedance::{
+    ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate, PathError, PathForceEstimates,
+};
 pub use frame_fit::{FrameFitEstimates, PointResidual, TransformStd};
 pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,

@@ -126,3 +126,67 @@ fn a_design_card_is_printed_and_refused() {
     assert_eq!(refused.code, 2);
     assert_eq!(refused.one_message(), "interval_s is 0, must be positive and finite");
 }
+
+/// Six runs of forty readings over 200 mm at 20 and 40 N, with 3 N too much around 100 mm in each.
+fn along_a_path() -> String {
+    let mut text = "run,time_s,path_mm,force_n,reference_n\n".to_owned();
+    for run in 0..6_u32 {
+        let asked_n = 20.0 + 20.0 * f64::from(run % 2);
+        for i in 0..40_u32 {
+            let path_mm = 5.0 * f64::from(i);
+            let wobble_n = 0.3 * f64::from((i * 7 + run * 13) % 11) - 1.5;
+            let bump_n = if (90.0..115.0).contains(&path_mm) { 3.0 } else { 0.0 };
+            text += &format!("r{run},{i},{path_mm},{},{asked_n}\n", asked_n + wobble_n + bump_n);
+        }
+    }
+    text
+}
+
+#[test]
+fn runs_along_a_path_need_no_head() {
+    let text = along_a_path();
+    let case = Case::new(&[("case.toml", "kind = \"force-impedance\"\n"), ("path.csv", &text)]);
+    let folder = case.path().to_str().unwrap();
+    let solved: serde_json::Value =
+        serde_json::from_str(&truing(&["solve", folder, "--json"]).stdout).unwrap();
+    let estimates = &solved["estimates"];
+    assert_eq!(estimates["samples"], 240);
+    assert_eq!(estimates["samples_left_out"], 0);
+    assert_eq!(estimates["path"].as_array().unwrap().len(), 40);
+    // Wobble: 0, 0.3 … 3.0 less 1.5, each as often: rms √(10·0.09) = 0.95; 30 of 240 with 3 N more.
+    let rms_n = estimates["contact_force"]["rms_error_n"].as_f64().unwrap();
+    assert!((rms_n - (0.9_f64 + 9.0 / 8.0).sqrt()).abs() < 0.1, "{rms_n}");
+    let closed: serde_json::Value =
+        serde_json::from_str(&truing(&["loop", folder, "--json"]).stdout).unwrap();
+    assert_eq!(closed["steps"][0]["effect"], "path-repeatable", "{closed}");
+}
+
+#[test]
+fn paths_that_cannot_be() {
+    let text = along_a_path();
+    let path = |text: &str| {
+        Case::new(&[("case.toml", "kind = \"force-impedance\"\n"), ("path.csv", text)])
+    };
+    let moved: String = (text.lines())
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            ["r3", time_s, mm, force_n, asked_n] => {
+                let mm: f64 = mm.parse().unwrap();
+                format!("r3,{time_s},{},{force_n},{asked_n}\n", mm + 900.0)
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let said = message(&path(&moved), 2);
+    assert!(said.contains("path.csv: the 6 runs have no stretch of the path in common"), "{said}");
+    let said = message(&path(&text.replace("r2,7,", "r2,6,")), 2);
+    assert!(said.contains("path.csv, line 89: time does not increase"), "{said}");
+    let said = message(&path(&text.replacen(",35,", ",,", 1)), 2);
+    assert!(said.contains("path.csv, line 9, column 3"), "{said}");
+    let both = Case::example("force-impedance");
+    both.write("path.csv", &text);
+    assert!(message(&both, 2).contains("exclude each other"));
+    let no_head = Case::example("force-impedance");
+    no_head.write("case.toml", "kind = \"force-impedance\"\n");
+    let said = message(&no_head, 2);
+    assert!(said.contains("[head]") && said.contains("path.csv"), "{said}");
+}

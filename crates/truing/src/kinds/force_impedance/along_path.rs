@@ -1,0 +1,291 @@
+//! Runs along a programmed path: force read beside force asked for, without a head.
+
+use std::sync::Arc;
+
+use force_impedance::{ForceImpedanceError, PathModel, PathOptions, PathSample};
+use model_discrepancy::{Closure, Covariate, Model, Origin};
+use serde::Serialize;
+
+use super::{ContactForceEstimate, PATH, Settings};
+use crate::Error;
+use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
+use crate::estimates::{Estimated, Estimates};
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::regrouped::Regrouped;
+use crate::report::{Curve, CurvePlot, Fact};
+use crate::text_table::TextTable;
+
+const KNOWN: &[&str] = &["run", "time_s", "path_mm", "force_n", "reference_n"];
+
+/// What runs along a path are solved for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PathForceEstimates {
+    /// Force read against force asked for, over all readings on the common stretch.
+    pub contact_force: ContactForceEstimate,
+    /// Readings on the stretch that every run went over.
+    pub samples: usize,
+    /// Readings outside of it, which are left out.
+    pub samples_left_out: usize,
+    /// Runs.
+    pub runs: usize,
+    /// Mean error of all runs along the path.
+    pub path: Vec<PathError>,
+}
+
+/// Mean error at one place of the path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PathError {
+    /// Middle of the place.
+    pub path_mm: f64,
+    /// Force read − force asked for, mean over the runs.
+    pub error_n: f64,
+}
+
+impl PathForceEstimates {
+    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+        let force = &self.contact_force;
+        let all = [
+            ("force, rms error", force.rms_error_n),
+            ("force, largest error", force.max_error_n),
+            ("force, mean", Some(force.mean_n)),
+            ("force, least", Some(force.min_n)),
+            ("force, largest", Some(force.max_n)),
+        ];
+        all.into_iter()
+            .filter_map(|(name, value)| Some(Estimated::new(name, "N", value?, None)))
+            .collect()
+    }
+
+    pub(crate) fn table(&self) -> TextTable {
+        let mut table = TextTable::new("mean error along the path", &["path mm", "error N"]);
+        for at in &self.path {
+            table.push(vec![at.path_mm.into(), at.error_n.into()]);
+        }
+        table
+    }
+}
+
+#[derive(Clone, Debug)]
+struct PathCase {
+    file: Location,
+    /// Line of each reading.
+    lines: Vec<usize>,
+    samples: Vec<PathSample>,
+    options: PathOptions,
+    covariates: Vec<NumberColumn>,
+    groups: Option<Vec<String>>,
+    group_noun: String,
+}
+
+pub(super) fn read(
+    folder: &Folder,
+    document: &Document,
+    settings: Settings,
+) -> Result<Reading, Error> {
+    let table = folder.table(PATH, KNOWN)?;
+    let mut columns = Columns::new(&table, KNOWN);
+    let names = columns.texts("run")?;
+    let (time_s, path_mm) = (columns.numbers("time_s")?, columns.numbers("path_mm")?);
+    let (force_n, reference_n) = (columns.numbers("force_n")?, columns.numbers("reference_n")?);
+    let mut runs: Vec<String> = Vec::new();
+    let samples = (0..table.n_rows())
+        .map(|row| {
+            if row == 0 || names[row] != names[row - 1] {
+                runs.push(names[row].to_owned());
+            }
+            PathSample {
+                time_s: time_s[row],
+                path_mm: path_mm[row],
+                force_n: force_n[row],
+                reference_n: reference_n[row],
+                run: runs.len() - 1,
+            }
+        })
+        .collect();
+    let extras = columns.rest()?;
+    let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
+    let mut warnings = Vec::new();
+    if sigma_n.is_none() {
+        let unknown =
+            "no `[noise] force_n`: the standard uncertainty is estimated from the residual";
+        warnings.push(unknown.to_owned());
+    }
+    let unused = [
+        ("[head]", settings.head.is_some()),
+        ("[impedance]", settings.impedance.is_some()),
+        ("[model] force", settings.model.force.is_some()),
+    ];
+    let set = unused.iter().filter(|(_, is_set)| *is_set);
+    warnings.extend(set.map(|(key, _)| format!("`{key}` is not used with {PATH}")));
+    warnings.extend(extras.warnings);
+    let group = settings.closure.group.as_ref();
+    let measured = PathCase {
+        file: table.at_file(),
+        lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
+        samples,
+        options: PathOptions { sigma_n, runs },
+        covariates: extras.covariates,
+        groups: group_names(group, &table, document)?,
+        group_noun: group.map_or_else(|| "run".to_owned(), |g| g.get_ref().clone()),
+    };
+    Ok(Reading {
+        measured: Box::new(measured),
+        loop_settings: settings.closure,
+        warnings,
+        tables: &[PATH],
+    })
+}
+
+impl PathCase {
+    fn model(&self) -> Result<PathModel, Error> {
+        PathModel::new(&self.samples, &self.options).map_err(|source| {
+            let line = match source {
+                ForceImpedanceError::Sample { index, .. }
+                | ForceImpedanceError::TimeNotIncreasing { index, .. } => self.lines.get(index),
+                _ => None,
+            };
+            let at = line.map_or_else(|| self.file.clone(), |line| self.file.clone().line(*line));
+            Error::ForceImpedance { at: Box::new(at), source: Box::new(source) }
+        })
+    }
+
+    /// Estimates with a correction taken off the readings of each cell.
+    fn estimates(&self, model: &PathModel, correction_n: Option<&[f64]>) -> Estimates {
+        let mut errors = Vec::new();
+        let mut forces = Vec::new();
+        for (cell, members) in model.samples().enumerate() {
+            let off_n = correction_n.map_or(0.0, |c| c[cell]);
+            for &i in members {
+                errors.push(self.samples[i].force_n - self.samples[i].reference_n - off_n);
+                forces.push(self.samples[i].force_n);
+            }
+        }
+        let n = count(errors.len());
+        let contact_force = ContactForceEstimate {
+            rms_error_n: Some((errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt()),
+            max_error_n: Some(errors.iter().fold(0.0, |m: f64, e| m.max(e.abs()))),
+            mean_n: forces.iter().sum::<f64>() / n,
+            min_n: forces.iter().copied().fold(f64::INFINITY, f64::min),
+            max_n: forces.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        };
+        let at = |[path_mm, error_n]: [f64; 2]| PathError { path_mm, error_n };
+        Estimates::PathForce(PathForceEstimates {
+            contact_force,
+            samples: errors.len(),
+            samples_left_out: self.samples.len() - errors.len(),
+            runs: self.options.runs.len(),
+            path: model.profile().into_iter().map(at).collect(),
+        })
+    }
+}
+
+impl Measured for PathCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        let model = self.model()?;
+        let state = model_discrepancy::State::declared(model.start(), model.effects());
+        let residuals = model.residuals(&state);
+        let observations: Vec<Observation> =
+            (residuals.iter()).map(|r| Observation { residual: vec![*r], fitted: true }).collect();
+        let layout = model.layout();
+        let whitened = |(r, row): (&f64, &model_discrepancy::Row)| (r / row.sigma).powi(2);
+        let chi2: f64 = residuals.iter().zip(&layout.rows).map(whitened).sum();
+        let left_out = self.samples.len() - model.samples().map(<[usize]>::len).sum::<usize>();
+        let [from_mm, to_mm] = model.stretch_mm();
+        let warnings = (left_out > 0)
+            .then(|| {
+                format!(
+                    "{left_out} readings are outside {from_mm} to {to_mm} mm, the stretch that \
+                     every run went over, and are left out"
+                )
+            })
+            .into_iter();
+        Ok(Fitted {
+            degrees_of_freedom: observations.len(),
+            chi2_per_dof: layout.sigma_declared.then(|| chi2 / count(observations.len())),
+            observations,
+            unit: "N",
+            estimates: self.estimates(&model, None),
+            warnings: warnings.collect(),
+        })
+    }
+
+    fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        let concrete = self.model()?;
+        let mut covariates = concrete.covariates();
+        covariates.extend(self.covariates.iter().map(|c| Covariate {
+            name: c.name.clone(),
+            values: concrete.averaged(&c.values),
+            origin: Origin::Recorded,
+        }));
+        let concrete = Arc::new(concrete);
+        let mut model: Arc<dyn Model + Send> = Arc::<PathModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            let names: Vec<String> = concrete.samples().map(|of| groups[of[0]].clone()).collect();
+            model = Arc::new(Regrouped::new(model, &names));
+        }
+        let estimates = Box::new(move |closure: &Closure| {
+            let both = closure.residuals_before.iter().zip(&closure.residuals_after);
+            let correction_n: Vec<f64> = both.map(|(before, after)| before - after).collect();
+            self.estimates(&concrete, Some(&correction_n))
+        });
+        Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn words(&self) -> Words {
+        let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
+        let noise = self.options.sigma_n.map_or_else(
+            || "estimated from the residual".to_owned(),
+            |sigma| format!("{sigma} N per reading"),
+        );
+        Words {
+            declared: vec![
+                "The force is the one asked for; nothing is estimated. The loop judges means over \
+                 equal cells of the path that all runs have in common."
+                    .to_owned(),
+            ],
+            residual: "force read − force asked for",
+            components: &[""],
+            group_noun: self.group_noun.clone(),
+            measured: vec![
+                fact("runs", self.options.runs.len().to_string()),
+                fact("readings", self.samples.len().to_string()),
+                fact("standard uncertainty", noise),
+            ],
+            places: None,
+        }
+    }
+
+    fn curves(&self) -> Vec<CurvePlot> {
+        let Ok(model) = self.model() else { return Vec::new() };
+        let curve = |name: String, points: Vec<[f64; 2]>| Curve {
+            name,
+            points,
+            half_widths: Vec::new(),
+            joined: true,
+        };
+        let path_mm = model.averaged(&self.samples.iter().map(|s| s.path_mm).collect::<Vec<_>>());
+        let error = |s: &PathSample| s.force_n - s.reference_n;
+        let error_n = model.averaged(&self.samples.iter().map(error).collect::<Vec<_>>());
+        let run_of: Vec<usize> = model.samples().map(|of| self.samples[of[0]].run).collect();
+        let of_run = |(run, name): (usize, &String)| {
+            let cells = (0..run_of.len()).filter(|&i| run_of[i] == run);
+            curve(name.clone(), cells.map(|i| [path_mm[i], error_n[i]]).collect())
+        };
+        let mut curves: Vec<Curve> = self.options.runs.iter().enumerate().map(of_run).collect();
+        curves.push(curve("mean".to_owned(), model.profile()));
+        vec![CurvePlot {
+            title: "Force error along the path".to_owned(),
+            caption: "Force read − force asked for, each run averaged over cells of the path, and \
+                      the mean of all runs."
+                .to_owned(),
+            x_title: "path, mm".to_owned(),
+            y_title: "force error, N".to_owned(),
+            curves,
+        }]
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
+}
