@@ -64,10 +64,11 @@ pub(crate) struct Outcome {
     pub(crate) answer: Value,
 }
 
-const SETS: [Set; 6] = [
+const SETS: [Set; 7] = [
     photogrammetry::SET,
     stability::SET,
-    elevation::SET,
+    elevation::BY_TARGET,
+    elevation::BY_STOP,
     spots::SET,
     gravity::BY_POSE,
     gravity::BY_BLOCK,
