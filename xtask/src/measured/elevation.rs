@@ -15,13 +15,27 @@ const STEP_DEG: f64 = 10.0;
 /// Elevation at which the nominal places of the reflectors are taken.
 const UPRIGHT_DEG: f64 = 90.0;
 
-pub(super) const SET: Set = Set {
+const PLACE: &str = "so_lat_tracker/elevation_step_20250610";
+/// Of targets left out.
+const REFERENCE: &str =
+    "0.954 mm about a fixed axis, 0.346 with six errors per angle, 0.166 with two bodies";
+
+pub(super) const BY_TARGET: Set = Set {
     name: "lat-elevation",
     source: LAT,
-    place: "so_lat_tracker/elevation_step_20250610",
-    reference: "0.954 mm about a fixed axis, 0.346 with six errors per angle, 0.166 with two bodies",
+    place: PLACE,
+    reference: REFERENCE,
     left_out: "target",
-    convert,
+    convert: |folder| convert(folder, "\n[loop]\ngroup = \"mount\"\n"),
+};
+
+pub(super) const BY_STOP: Set = Set {
+    name: "lat-elevation-stops",
+    source: LAT,
+    place: PLACE,
+    reference: REFERENCE,
+    left_out: "stop of the axis",
+    convert: |folder| convert(folder, ""),
 };
 
 /// One reading: where the axis was, and where the reflector.
@@ -32,7 +46,7 @@ struct Reading {
     at_mm: [f64; 3],
 }
 
-fn convert(folder: &Path) -> Result<Vec<Case>> {
+fn convert(folder: &Path, grouping: &str) -> Result<Vec<Case>> {
     let mut targets = Vec::new();
     let mut dropped = 0;
     // The receiver was measured in another run, with steps of its own.
@@ -51,11 +65,13 @@ fn convert(folder: &Path) -> Result<Vec<Case>> {
     }
     ensure!(!targets.is_empty(), "no table of a reflector");
     let n_readings: usize = targets.iter().map(|(_, readings)| readings.len()).sum();
-    let settings = "kind = \"tracker-lm\"\n\n[axis]\nletter = \"B\"\norigin_mm = [0.0, 0.0, 0.0]\n\
-                    direction = [0.0, 1.0, 0.0]\n\n[loop]\ngroup = \"mount\"\n";
+    let settings = format!(
+        "kind = \"tracker-lm\"\n\n[axis]\nletter = \"B\"\norigin_mm = [0.0, 0.0, 0.0]\n\
+         direction = [0.0, 1.0, 0.0]\n{grouping}"
+    );
     Ok(vec![Case {
         name: "mirrors".to_owned(),
-        settings: settings.to_owned(),
+        settings,
         tables: vec![
             ("stations.csv", "station,x_mm,y_mm,z_mm\ntracker,0,0,0\n".to_owned()),
             ("mounts.csv", mounts(&targets)?),
