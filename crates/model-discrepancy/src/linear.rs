@@ -1,5 +1,7 @@
 //! A fitted system, linearised and whitened: what every test of a candidate looks at.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::Basis;
@@ -25,7 +27,7 @@ pub(crate) struct Linear<'a> {
     pub(crate) clusters: Vec<Vec<usize>>,
     /// Layout group of each cluster.
     pub(crate) cluster_groups: Vec<usize>,
-    /// Positions in `rows` of each component, in measured order.
+    /// Positions in `rows` of each component of each record, in measured order.
     pub(crate) series: Vec<Vec<usize>>,
 }
 
@@ -43,7 +45,7 @@ impl<'a> Linear<'a> {
         let jacobian = whitened(layout, at, &rows, &system.jacobian(at));
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         let (clusters, cluster_groups) = clusters(layout, &rows);
-        let series = series(layout, &rows);
+        let series = series(layout, &rows, system.model.records());
         Self { layout, rows, sigma, residual, basis, clusters, cluster_groups, series }
     }
 
@@ -73,18 +75,19 @@ fn clusters(layout: &Layout, rows: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
     by_group.into_iter().enumerate().filter(|(_, c)| !c.is_empty()).map(|(g, c)| (c, g)).unzip()
 }
 
-fn series(layout: &Layout, rows: &[usize]) -> Vec<Vec<usize>> {
-    let components = rows.iter().map(|&row| layout.rows[row].component + 1).max().unwrap_or(0);
-    let mut series = vec![Vec::new(); components];
+fn series(layout: &Layout, rows: &[usize], records: Option<&[usize]>) -> Vec<Vec<usize>> {
+    let mut series: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (i, &row) in rows.iter().enumerate() {
-        let group = layout.observations[layout.rows[row].observation];
+        let row = layout.rows[row];
+        let group = layout.observations[row.observation];
         if layout.groups[group].role == Role::Fit {
-            series[layout.rows[row].component].push(i);
+            let record = records.map_or(0, |records| records[row.observation]);
+            series.entry((record, row.component)).or_default().push(i);
         }
     }
+    let mut series: Vec<_> = series.into_values().collect();
     for one in &mut series {
         one.sort_by_key(|&i| layout.rows[rows[i]].observation);
     }
-    series.retain(|one| !one.is_empty());
     series
 }

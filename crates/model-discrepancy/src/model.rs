@@ -59,6 +59,13 @@ pub trait Model: Sync {
         false
     }
 
+    /// The record that each observation belongs to: a channel, the lock of one beam.
+    ///
+    /// Successive observations of a record may depend on each other. `None`: all are one record.
+    fn records(&self) -> Option<&[usize]> {
+        None
+    }
+
     /// Further measurements that the user could make, the cheapest first.
     ///
     /// The loop uses them to say which measurement would tell two effects apart.

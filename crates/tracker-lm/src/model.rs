@@ -35,6 +35,8 @@ pub struct TrackerModel {
     pub(crate) sights: Vec<Sight>,
     pub(crate) changes: Vec<Change>,
     layout: Layout,
+    /// Lock of every observation.
+    records: Vec<usize>,
     base: Vec<Parameter>,
     effects: Vec<Effect>,
     /// Columns of every effect, range by range, mm.
@@ -137,6 +139,7 @@ impl TrackerModel {
         let tangents =
             entries.iter().map(|e| with_prior(&reduction.columns(&e.columns), &none(e))).collect();
         let base = base(&joint);
+        let records = locks(&survey, layout.observations.len());
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         Ok(Self {
             survey,
@@ -146,6 +149,7 @@ impl TrackerModel {
             sights,
             changes,
             layout,
+            records,
             base,
             effects,
             columns,
@@ -184,6 +188,15 @@ impl TrackerModel {
         }
         padded
     }
+}
+
+/// Station and mount of every range as one number; what is known beforehand is apart.
+fn locks(survey: &Survey, n_observations: usize) -> Vec<usize> {
+    let n_mounts = survey.mounts.len();
+    let mut locks: Vec<usize> =
+        survey.ranges.iter().map(|r| r.station * n_mounts + r.mount).collect();
+    locks.resize(n_observations, survey.stations.len() * n_mounts);
+    locks
 }
 
 /// Time of every one of `n` readings: from the first one on as recorded, else the share of the run.
@@ -308,6 +321,10 @@ impl Model for TrackerModel {
 
     fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
         self.tangents[effect].clone()
+    }
+
+    fn records(&self) -> Option<&[usize]> {
+        Some(&self.records)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

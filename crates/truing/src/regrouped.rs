@@ -74,6 +74,10 @@ impl Model for Regrouped<'_> {
         self.inner.local_tangent(at, effect)
     }
 
+    fn records(&self) -> Option<&[usize]> {
+        self.inner.records()
+    }
+
     fn doubts(&self) -> Vec<Remaining> {
         self.inner.doubts()
     }
