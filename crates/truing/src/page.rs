@@ -121,10 +121,17 @@ fn parameters(declared: &Estimates, after: Option<&Estimates>) -> Vec<ParameterR
 }
 
 fn vector_map(places: &Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: &str) -> ExtraPlot {
+    let caption = if places.facets.is_empty() {
+        "Arrows that turn, grow or point together are structure; noise points anywhere."
+    } else {
+        "The part as found, z enlarged; arrows stand on it along the residual, upwards (orange) where \
+         the reading is above the surface, downwards (blue) where it is below. Arrows that go \
+         together over a region are structure; noise changes from one to the next."
+    };
     ExtraPlot::Vectors(VectorMap {
         title: "Residuals at their places".to_owned(),
-        caption: "Arrows that turn, grow or point together are structure; noise points anywhere."
-            .to_owned(),
+        caption: caption.to_owned(),
+        facets: places.facets.clone(),
         x_title: places.x_title.to_owned(),
         y_title: places.y_title.to_owned(),
         unit: unit.to_owned(),

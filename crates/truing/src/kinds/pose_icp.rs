@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod picture;
 mod surface;
 mod tables;
 
