@@ -58,6 +58,7 @@ impl Tally {
         let share = self.hits as f64 / self.trials as f64;
         match self.cell.question {
             Question::Named(_) => share >= 0.95 && self.ratio <= 1.1,
+            Question::BothNamed(_) => share >= 0.9 && self.ratio <= 1.1,
             Question::FalseAddition | Question::ConfidentWrongName => share <= 0.05,
         }
     }

@@ -17,6 +17,8 @@ pub(crate) enum Question {
     FalseAddition,
     /// How often this effect is named, alone or in its class, and nothing else is added.
     Named(&'static str),
+    /// How often both effects are named, each alone or in its class, and nothing else is added.
+    BothNamed([&'static str; 2]),
     /// How often an effect of the catalogue is added, with no covariate among its rivals, and the
     /// matter called explained.
     ConfidentWrongName,

@@ -31,6 +31,7 @@ fn columns(tally: &Tally) -> [String; 5] {
     let question = match tally.cell.question {
         Question::FalseAddition => "false additions ≤ 5 %".to_owned(),
         Question::Named(effect) => format!("{effect} named ≥ 95 %"),
+        Question::BothNamed([first, second]) => format!("{first} and {second} named ≥ 90 %"),
         Question::ConfidentWrongName => "confident wrong names ≤ 5 %".to_owned(),
     };
     let (low, high) = interval(tally.hits, tally.trials);

@@ -36,7 +36,7 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
     ])?;
     if answer.code != Some(0) {
         // No answer counts against every question.
-        let hit = !matches!(cell.question, Question::Named(_));
+        let hit = !matches!(cell.question, Question::Named(_) | Question::BothNamed(_));
         return Ok(Trial { hit, ratio: None, answer: failure(&answer.message) });
     }
     let steps = answer.json["steps"].as_array().cloned().unwrap_or_default();
@@ -47,6 +47,13 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
         Question::FalseAddition => !names.is_empty(),
         Question::Named(truth) => {
             !classes.is_empty() && classes.iter().all(|class| class.contains(&truth))
+        }
+        Question::BothNamed(truths) => {
+            let names_one = |class: &Vec<&str>| truths.iter().any(|truth| class.contains(truth));
+            let is_named = |truth: &&str| classes.iter().any(|class| class.contains(truth));
+            classes.len() >= truths.len()
+                && classes.iter().all(names_one)
+                && truths.iter().all(is_named)
         }
         Question::ConfidentWrongName => {
             verdict == "explained" && classes.iter().any(|class| names_catalogue_alone(class))
