@@ -4,7 +4,9 @@
 //! One file per set turns its data, as they were published, into case folders. The data are not
 //! part of the project: a set that is not in the folder given is named with its source.
 
+mod fiducials;
 mod gravity;
+mod mirrors;
 mod photogrammetry;
 mod readings;
 mod spots;
@@ -54,6 +56,8 @@ pub(crate) struct Case {
     pub(crate) tables: Vec<(&'static str, String)>,
     /// What was dropped or converted on the way.
     pub(crate) notes: Vec<String>,
+    /// An earlier case of the set, whose effects count as declared in this one.
+    pub(crate) carry: Option<String>,
 }
 
 /// What the loop made of one case.
@@ -63,8 +67,14 @@ pub(crate) struct Outcome {
     pub(crate) answer: Value,
 }
 
-const SETS: [Set; 5] =
-    [photogrammetry::SET, stability::SET, spots::SET, gravity::BY_POSE, gravity::BY_BLOCK];
+const SETS: [Set; 6] = [
+    photogrammetry::SET,
+    stability::SET,
+    mirrors::SET,
+    spots::SET,
+    gravity::BY_POSE,
+    gravity::BY_BLOCK,
+];
 
 /// Converts every set that is there, closes the loop on it and writes `target/measured`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -120,12 +130,23 @@ fn write(folder: &Path, case: &Case, set: &Set) -> Result<PathBuf> {
     Ok(place)
 }
 
+/// Closes the loop on a case, and leaves its answer beside its folder.
 fn close(truing: &Truing, folder: &Path, page: &Path, case: Case) -> Result<Outcome> {
     let (at, report) = (folder.to_string_lossy(), page.to_string_lossy());
-    let answer = truing.run(&["loop", &*at, "--json", "--report", &*report])?;
+    let mut arguments = vec!["loop", &*at, "--json", "--report", &*report];
+    let carried = case.carry.as_ref().map(|earlier| {
+        folder.with_file_name(format!("{earlier}.json")).to_string_lossy().into_owned()
+    });
+    if let Some(file) = &carried {
+        arguments.extend(["--carry", file]);
+    }
+    let answer = truing.run(&arguments)?;
     if answer.code != Some(0) {
         bail!("truing loop {at} ended with {:?}: {}", answer.code, answer.message);
     }
+    let kept = folder.with_file_name(format!("{}.json", case.name));
+    fs::write(&kept, answer.json.to_string())
+        .with_context(|| format!("cannot write {}", kept.display()))?;
     Ok(Outcome { case: case.name, notes: case.notes, answer: answer.json })
 }
 
