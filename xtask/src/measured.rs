@@ -6,8 +6,10 @@
 
 mod bearing;
 mod elevation;
+mod fiducials;
 mod gravity;
 mod jku;
+mod mirrors;
 mod photogrammetry;
 mod readings;
 mod sea_floor;
@@ -58,6 +60,8 @@ pub(crate) struct Case {
     pub(crate) tables: Vec<(&'static str, String)>,
     /// What was dropped or converted on the way.
     pub(crate) notes: Vec<String>,
+    /// An earlier case of the set, whose effects count as declared in this one.
+    pub(crate) carry: Option<String>,
 }
 
 /// What the loop made of one case.
@@ -71,6 +75,7 @@ const SETS: &[Set] = &[
     photogrammetry::SET,
     stability::SET,
     bearing::SET,
+    mirrors::SET,
     elevation::BY_TARGET,
     elevation::BY_STOP,
     spots::SET,
@@ -139,12 +144,23 @@ fn write(folder: &Path, case: &Case, set: &Set) -> Result<PathBuf> {
     Ok(place)
 }
 
+/// Closes the loop on a case, and leaves its answer beside its folder.
 fn close(truing: &Truing, folder: &Path, page: &Path, case: Case) -> Result<Outcome> {
     let (at, report) = (folder.to_string_lossy(), page.to_string_lossy());
-    let answer = truing.run(&["loop", &*at, "--json", "--report", &*report])?;
+    let mut arguments = vec!["loop", &*at, "--json", "--report", &*report];
+    let carried = case.carry.as_ref().map(|earlier| {
+        folder.with_file_name(format!("{earlier}.json")).to_string_lossy().into_owned()
+    });
+    if let Some(file) = &carried {
+        arguments.extend(["--carry", file]);
+    }
+    let answer = truing.run(&arguments)?;
     if answer.code != Some(0) {
         bail!("truing loop {at} ended with {:?}: {}", answer.code, answer.message);
     }
+    let kept = folder.with_file_name(format!("{}.json", case.name));
+    fs::write(&kept, answer.json.to_string())
+        .with_context(|| format!("cannot write {}", kept.display()))?;
     Ok(Outcome { case: case.name, notes: case.notes, answer: answer.json })
 }
 

@@ -1,11 +1,14 @@
 use std::time::Instant;
 
 use model_discrepancy::{
-    Closure, ErrorSummary, HoldOut, NotObservable, ParameterEstimate, Remaining, Step, Verdict,
+    Closure, ErrorSummary, HoldOut, NotObservable, Options, ParameterEstimate, Remaining, Step,
+    Verdict,
 };
 use serde::Serialize;
 
+use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
+use crate::kinds::Prepared;
 use crate::{Case, Error};
 
 /// Answer of `truing loop`; serialises as its JSON.
@@ -17,7 +20,10 @@ pub struct Closed {
     pub version: &'static str,
     /// How long it took.
     pub timing: LoopTiming,
-    /// Error of the declared model.
+    /// What was taken over from another case.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub carried: Option<Carried>,
+    /// Error of the declared model, with what was carried.
     pub before: JudgedRms,
     /// Error with the accepted effects in the model.
     pub after: JudgedRms,
@@ -37,6 +43,19 @@ pub struct Closed {
     /// Everything the engine found, for Rust.
     #[serde(skip)]
     pub closure: Closure,
+}
+
+/// Effects that were learnt on another case and count as declared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Carried {
+    /// File that they come from.
+    pub from: String,
+    /// The effects, of fixed size.
+    pub effects: Vec<CarriedEffect>,
+    /// Error of the declared model without them.
+    pub without: JudgedRms,
+    /// Error of the declared model with them: the same as `before`.
+    pub with: JudgedRms,
 }
 
 /// Wall-clock times.
@@ -133,12 +152,28 @@ pub struct LoopNotObservable {
 pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let started = Instant::now();
     let declared = case.measured.fit()?;
-    let prepared = case.measured.prepare()?;
+    let (prepared, matched) = case.prepare()?;
     let options = case.loop_settings.options();
-    let closure = model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, &options)
-        .map_err(|source| case.loop_error(source))?;
+    let close = |prepared: &Prepared<'_>, options: &Options| {
+        model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, options)
+            .map_err(|source| case.loop_error(source))
+    };
+    let closure = close(&prepared, &options)?;
     let estimates = (prepared.estimates)(&closure);
+    let before = JudgedRms::of(&closure.before);
+    let (mut carried, mut doubts) = (None, Vec::new());
+    if let Some((learnt, matched)) = case.learnt.as_ref().zip(matched) {
+        let plain = close(&case.measured.prepare()?, &Options { max_steps: 0, ..options })?;
+        carried = Some(Carried {
+            from: learnt.from.display().to_string(),
+            effects: matched.effects,
+            without: JudgedRms::of(&plain.before),
+            with: before.clone(),
+        });
+        doubts = matched.warnings;
+    }
     let warnings = (case.warnings.iter())
+        .chain(&doubts)
         .chain(&declared.warnings)
         .chain(&closure.warnings)
         .cloned()
@@ -147,7 +182,8 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
         timing: LoopTiming { read_s: case.read_s, loop_s: started.elapsed().as_secs_f64() },
-        before: JudgedRms::of(&closure.before),
+        carried,
+        before,
         after: JudgedRms::of(&closure.after),
         steps: closure.steps.iter().map(LoopStep::of).collect(),
         verdict: verdict(closure.verdict),
@@ -157,6 +193,16 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         warnings,
         closure,
     })
+}
+
+impl Case {
+    /// What the loop needs, with the effects that were carried to this case in it.
+    pub(crate) fn prepare(&self) -> Result<(Prepared<'_>, Option<Matched>), Error> {
+        let prepared = self.measured.prepare()?;
+        let Some(learnt) = &self.learnt else { return Ok((prepared, None)) };
+        let matched = matched(learnt, &*prepared.model)?;
+        Ok((carrying(prepared, matched.amplitudes.clone()), Some(matched)))
+    }
 }
 
 fn verdict(verdict: Verdict) -> &'static str {

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use force_impedance::ForceImpedanceError;
 use frame_fit::{FrameFitError, Transform};
@@ -8,7 +8,7 @@ use pose_icp::{PoseError, ProgramError, RegisterError};
 use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
-use crate::{Location, Problem, ShapeProblem};
+use crate::{CarryProblem, Location, Problem, ShapeProblem};
 
 /// Why a command could not do what it was asked for.
 #[derive(Debug, thiserror::Error)]
@@ -81,6 +81,14 @@ pub enum Error {
     NothingToExport {
         /// The kind.
         kind: &'static str,
+    },
+    /// Effects cannot be carried from another case.
+    #[error("{}: {problem}", path.display())]
+    Carry {
+        /// File that the effects are carried from.
+        path: PathBuf,
+        /// What, and what to do.
+        problem: Box<CarryProblem>,
     },
     /// The loop cannot be closed.
     #[error("{at}: {source}")]
@@ -183,6 +191,10 @@ impl Error {
         Self::Case { at: Box::new(at), problem: Box::new(problem) }
     }
 
+    pub(crate) fn carry(path: &Path, problem: CarryProblem) -> Self {
+        Self::Carry { path: path.to_owned(), problem: Box::new(problem) }
+    }
+
     /// Whether the input is usable in form but leaves something free that must be known.
     #[must_use]
     pub fn is_undetermined(&self) -> bool {
@@ -236,6 +248,7 @@ impl Error {
             ),
             Self::NotSettled { .. } => true,
             Self::Case { .. }
+            | Self::Carry { .. }
             | Self::Design { .. }
             | Self::NoPose { .. }
             | Self::Program { .. }

@@ -2,6 +2,7 @@
 
 pub mod report;
 
+mod carry;
 mod case;
 mod checked;
 mod closed;
@@ -30,11 +31,12 @@ pub use pose_icp;
 pub use probe_comp;
 pub use tracker_lm;
 
+pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
 pub use case::{Case, Location, Problem, read_case};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
-    Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep, LoopTiming,
-    close_loop,
+    Carried, Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep,
+    LoopTiming, close_loop,
 };
 pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,

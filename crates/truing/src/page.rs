@@ -8,7 +8,8 @@ use crate::report::{
     Arrow, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput, VectorMap, render,
 };
 use crate::solved::Solved;
-use crate::{Case, Closed, Error};
+use crate::text_table::number;
+use crate::{Carried, Case, Closed, Error};
 
 /// The report of a solved case: one self-contained HTML page.
 ///
@@ -23,7 +24,7 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let plots = |places: &Places| (arrows(places), Vec::new());
     let evidence = Evidence::Solved { residuals: &residuals };
     let own = solved.estimates.plots();
-    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &solved.warnings))
+    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &[], &solved.warnings))
 }
 
 /// The report of a closed loop: one self-contained HTML page.
@@ -32,7 +33,7 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
 ///
 /// As [`solve`](crate::solve).
 pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
-    let prepared = case.measured.prepare()?;
+    let (prepared, matched) = case.prepare()?;
     let declared = case.measured.fit()?;
     let parameters = parameters(&declared.estimates, Some(&closed.estimates));
     let closure = &closed.closure;
@@ -47,9 +48,25 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     };
     let evidence = Evidence::Closed(closure);
     // The page shows the closure's own warnings by itself.
-    let warnings: Vec<String> = case.warnings.iter().chain(&declared.warnings).cloned().collect();
+    let doubts = matched.map(|m| m.warnings).unwrap_or_default();
+    let warnings: Vec<String> =
+        case.warnings.iter().chain(&doubts).chain(&declared.warnings).cloned().collect();
     let own = closed.estimates.plots();
-    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &warnings))
+    let carried = closed.carried.as_ref().map(carried_words).unwrap_or_default();
+    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &carried, &warnings))
+}
+
+/// What was taken over from another case, and what it is worth.
+fn carried_words(carried: &Carried) -> Vec<String> {
+    let mut words = carried.lines();
+    let (without, with) = (&carried.without, &carried.with);
+    words.push(format!(
+        "Error on unseen data without what was carried {}, with it {} {}.",
+        number(Some(without.held_out_rms)),
+        number(Some(with.held_out_rms)),
+        with.unit
+    ));
+    words
 }
 
 /// Residuals of the declared model; one without parameters is its own fit, whatever it averages.
@@ -67,10 +84,12 @@ fn page(
     parameters: &[ParameterRow],
     evidence: Evidence<'_>,
     (mut plots, arrows): (Vec<ExtraPlot>, impl Fn(&Places) -> (Vec<Arrow>, Vec<Arrow>)),
+    carried: &[String],
     warnings: &[String],
 ) -> String {
-    let Words { declared, residual, components, group_noun, measured, places } =
+    let Words { mut declared, residual, components, group_noun, measured, places } =
         case.measured.words();
+    declared.extend_from_slice(carried);
     let components: Vec<String> = components.iter().map(|c| (*c).to_owned()).collect();
     let unit = &prepared.model.layout().unit;
     plots.extend(places.iter().map(|places| vector_map(places, arrows(places), unit)));
@@ -121,10 +140,17 @@ fn parameters(declared: &Estimates, after: Option<&Estimates>) -> Vec<ParameterR
 }
 
 fn vector_map(places: &Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: &str) -> ExtraPlot {
+    let caption = if places.facets.is_empty() {
+        "Arrows that turn, grow or point together are structure; noise points anywhere."
+    } else {
+        "The part as found, z enlarged; arrows stand on it along the residual, upwards (orange) where \
+         the reading is above the surface, downwards (blue) where it is below. Arrows that go \
+         together over a region are structure; noise changes from one to the next."
+    };
     ExtraPlot::Vectors(VectorMap {
         title: "Residuals at their places".to_owned(),
-        caption: "Arrows that turn, grow or point together are structure; noise points anywhere."
-            .to_owned(),
+        caption: caption.to_owned(),
+        facets: places.facets.clone(),
         x_title: places.x_title.to_owned(),
         y_title: places.y_title.to_owned(),
         unit: unit.to_owned(),

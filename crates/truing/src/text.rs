@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::closed::{JudgedRms, LoopStep};
+use crate::carry::CarriedEffect;
+use crate::closed::{Carried, JudgedRms, LoopParameter, LoopStep};
 use crate::residual::Residual;
 use crate::text_table::{Cell, TextTable, number};
 use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
@@ -41,7 +42,13 @@ impl fmt::Display for Closed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}\n", self.kind)?;
         let columns = ["", "train rms", "held-out rms", "std", "unit", "chi2/dof", "held out"];
+        if let Some(carried) = &self.carried {
+            write_carried(f, carried)?;
+        }
         let mut table = TextTable::new("error", &columns);
+        if let Some(carried) = &self.carried {
+            table.push(error_row("without the carried", &carried.without));
+        }
         table.push(error_row("before", &self.before));
         table.push(error_row("after", &self.after));
         writeln!(f, "{table}")?;
@@ -70,6 +77,28 @@ impl fmt::Display for Closed {
             writeln!(f)?;
         }
         tables(f, &self.estimates)
+    }
+}
+
+fn write_carried(f: &mut fmt::Formatter<'_>, carried: &Carried) -> fmt::Result {
+    for line in carried.lines() {
+        writeln!(f, "{line}")?;
+    }
+    writeln!(f)
+}
+
+impl Carried {
+    /// One line per effect.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let line = |effect: &CarriedEffect| {
+            let of =
+                |p: &LoopParameter| format!("{} = {} {}", p.name, number(Some(p.value)), p.unit);
+            let sizes: Vec<String> = effect.parameters.iter().map(of).collect();
+            let name = labelled(&effect.effect, effect.subject.as_deref());
+            let names = [&[name], &effect.indistinguishable_from[..]].concat().join(" or ");
+            format!("carried from {}: {names}, {}", self.from, sizes.join(", "))
+        };
+        self.effects.iter().map(line).collect()
     }
 }
 

@@ -47,6 +47,11 @@ pub(crate) enum Flaw {
     Humidity(f64),
 }
 
+/// Everything that is wrong at the same time.
+type Flaws = [Flaw; 2];
+
+const NOMINAL: Flaws = [Flaw::None; 2];
+
 /// A session.
 #[derive(Clone, Debug)]
 pub(crate) struct Mirror {
@@ -64,6 +69,8 @@ pub(crate) struct Mirror {
     pub sides: bool,
     pub record_air: bool,
     pub flaw: Flaw,
+    /// What is wrong besides.
+    pub also: Flaw,
     pub seed: u64,
 }
 
@@ -82,8 +89,15 @@ impl Mirror {
             sides: true,
             record_air: false,
             flaw: Flaw::None,
+            also: Flaw::None,
             seed,
         }
+    }
+}
+
+impl Mirror {
+    fn flaws(&self) -> Flaws {
+        [self.flaw, self.also]
     }
 }
 
@@ -135,13 +149,13 @@ pub(crate) fn simulate(mirror: &Mirror) -> Touched {
     let mut rows = Vec::new();
     let mut n_checks = 0.0;
     for (index, &[x, y]) in places.iter().enumerate() {
-        let nominal = ball(mirror, Flaw::None, x, y);
-        let real = ball(mirror, mirror.flaw, x, y);
+        let nominal = ball(mirror, &NOMINAL, x, y);
+        let real = ball(mirror, &mirror.flaws(), x, y);
         let real = pose.map(real);
         let read = add(real, machine_error(mirror, &pose, real, index, &air));
         let noise: [f64; 3] =
             std::array::from_fn(|axis| mirror.noise_mm * noises[axis].next(&mut rng));
-        let normal = pose.turn(normal(mirror, Flaw::None, x, y));
+        let normal = pose.turn(normal(mirror, &NOMINAL, x, y));
         let off = add(read, scale(-1.0, pose.map(nominal)));
         let is_check = index % 4 == 3;
         if is_check {
@@ -149,7 +163,7 @@ pub(crate) fn simulate(mirror: &Mirror) -> Touched {
             n_checks += 1.0;
         }
         rows.push(add(read, noise));
-        out.contacts_mm.push([x, y, height(mirror, Flaw::None, x, y)]);
+        out.contacts_mm.push([x, y, height(mirror, &NOMINAL, x, y)]);
         out.normals.push(normal);
         out.signal_mm.push(dot(off, normal));
         out.is_check.push(is_check);
@@ -223,20 +237,27 @@ fn places(mirror: &Mirror, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
 }
 
 /// Height of the real surface over its vertex plane.
-fn height(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> f64 {
+fn height(mirror: &Mirror, flaws: &Flaws, x: f64, y: f64) -> f64 {
     let (mut radius, mut conic) = (mirror.radius_mm, mirror.conic);
-    match flaw {
-        Flaw::VertexRadius(longer) => radius += longer,
-        Flaw::Conic(larger) => conic += larger,
-        _ => {}
+    for flaw in flaws {
+        match flaw {
+            Flaw::VertexRadius(longer) => radius += longer,
+            Flaw::Conic(larger) => conic += larger,
+            _ => {}
+        }
     }
     let s = x * x + y * y;
     let sag = s / (radius * (1.0 + (1.0 - (1.0 + conic) * s / (radius * radius)).sqrt()));
+    sag + flaws.iter().map(|flaw| form(mirror, *flaw, x, y)).sum::<f64>()
+}
+
+fn form(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> f64 {
+    let s = x * x + y * y;
     let (rho, theta) = (s.sqrt() / (0.5 * mirror.diameter_mm), y.atan2(x));
     let wave = |[cos, sin]: [f64; 2], lobes: f64| {
         cos * (lobes * theta).cos() + sin * (lobes * theta).sin()
     };
-    let form = match flaw {
+    match flaw {
         Flaw::Astigmatism(a) => rho.powi(2) * wave(a, 2.0),
         Flaw::Coma(a) => (3.0 * rho.powi(3) - 2.0 * rho) * wave(a, 1.0),
         Flaw::Trefoil(a) => rho.powi(3) * wave(a, 3.0),
@@ -245,12 +266,11 @@ fn height(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> f64 {
             size * (-((x - 12.0).powi(2) + (y + 9.0).powi(2)) / (width * width)).exp()
         }
         _ => 0.0,
-    };
-    sag + form
+    }
 }
 
-fn normal(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> [f64; 3] {
-    let z = |x: f64, y: f64| height(mirror, flaw, x, y);
+fn normal(mirror: &Mirror, flaws: &Flaws, x: f64, y: f64) -> [f64; 3] {
+    let z = |x: f64, y: f64| height(mirror, flaws, x, y);
     let slope_x = (z(x + STEP_MM, y) - z(x - STEP_MM, y)) / (2.0 * STEP_MM);
     let slope_y = (z(x, y + STEP_MM) - z(x, y - STEP_MM)) / (2.0 * STEP_MM);
     let n = [-slope_x, -slope_y, 1.0];
@@ -258,16 +278,17 @@ fn normal(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> [f64; 3] {
 }
 
 /// Centre of the ball that touches the surface above (x, y).
-fn ball(mirror: &Mirror, flaw: Flaw, x: f64, y: f64) -> [f64; 3] {
-    let tip = mirror.tip_mm + if let Flaw::Tip(larger) = flaw { larger } else { 0.0 };
-    add([x, y, height(mirror, flaw, x, y)], scale(tip, normal(mirror, flaw, x, y)))
+fn ball(mirror: &Mirror, flaws: &Flaws, x: f64, y: f64) -> [f64; 3] {
+    let larger = flaws.iter().map(|flaw| if let Flaw::Tip(larger) = flaw { *larger } else { 0.0 });
+    let tip = mirror.tip_mm + larger.sum::<f64>();
+    add([x, y, height(mirror, flaws, x, y)], scale(tip, normal(mirror, flaws, x, y)))
 }
 
 /// What the machine reads beyond what is.
 fn machine_error(mirror: &Mirror, pose: &Pose, at: [f64; 3], index: usize, air: &Air) -> [f64; 3] {
     // Errors of scale and squareness are zero where the machine was set, near the part.
     let arm = add(at, scale(-1.0, pose.at_mm));
-    match mirror.flaw {
+    let of = |flaw: Flaw| match flaw {
         Flaw::MachineScale(s) => std::array::from_fn(|i| s[i] * arm[i]),
         Flaw::Squareness(g) => [g[0] * arm[1] + g[1] * arm[2], g[2] * arm[2], 0.0],
         Flaw::Drift(total) => {
@@ -279,7 +300,8 @@ fn machine_error(mirror: &Mirror, pose: &Pose, at: [f64; 3], index: usize, air: 
         Flaw::Growth(per_k) => [0.0, 0.0, per_k * (air.temperature_c[index] - 20.0)],
         Flaw::Humidity(per_pct) => [0.0, 0.0, per_pct * (air.humidity_pct[index] - 45.0)],
         _ => [0.0; 3],
-    }
+    };
+    mirror.flaws().into_iter().map(of).fold([0.0; 3], add)
 }
 
 fn case_toml(mirror: &Mirror) -> String {
@@ -296,7 +318,7 @@ fn case_toml(mirror: &Mirror) -> String {
 }
 
 fn points_csv(mirror: &Mirror, rows: &[[f64; 3]], is_check: &[bool], air: &Air) -> String {
-    let humid = matches!(mirror.flaw, Flaw::Humidity(_));
+    let humid = mirror.flaws().iter().any(|flaw| matches!(flaw, Flaw::Humidity(_)));
     let mut text = "point,x_mm,y_mm,z_mm,use,time_s".to_owned();
     text.push_str(if mirror.record_air { ",air_c" } else { "" });
     text.push_str(if humid { ",humidity_pct" } else { "" });
@@ -320,7 +342,7 @@ fn edge_csv(mirror: &Mirror, pose: &Pose, rng: &mut ChaCha8Rng) -> String {
     let reach = 0.5 * mirror.diameter_mm + mirror.tip_mm;
     let sides = [(0.0, -reach), (reach, 0.0), (0.0, reach), (-reach, 0.0)];
     let mut centers: Vec<[f64; 3]> = sides.iter().map(|&(x, y)| [x, y, -SIDE_DEPTH_MM]).collect();
-    centers.push(ball(mirror, mirror.flaw, 0.0, 0.0));
+    centers.push(ball(mirror, &mirror.flaws(), 0.0, 0.0));
     let mut text = "point,x_mm,y_mm,z_mm\n".to_owned();
     for (name, center) in ["front", "right", "back", "left", "centre"].iter().zip(centers) {
         let noise: [f64; 3] = std::array::from_fn(|_| mirror.noise_mm * gaussian(rng));

@@ -121,6 +121,7 @@ fn case(fitted: &Run, judged: &Run) -> Case {
              [probe]\ntip_radius_mm = {REFLECTOR_MM}\n[loop]\ngroup = \"sector\"\n"
         ),
         tables: vec![("touches.csv", table)],
+        carry: None,
         notes: vec![format!(
             "radius {:.4} mm fitted, {:.4} mm judged, each run about its own circle; the heights \
              scatter by 0.3 µm, so they were projected on a plane before they were published; {} \

@@ -85,6 +85,7 @@ fn convert(folder: &Path, grouping: &str) -> Result<Vec<Case>> {
             ),
             "angles from the shots themselves: numbers of missing shots were used again".to_owned(),
         ],
+        carry: None,
     }])
 }
 

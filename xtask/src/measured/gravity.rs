@@ -63,6 +63,7 @@ fn convert(folder: &Path, grouping: &str) -> Result<Vec<Case>> {
         settings: format!("kind = \"ft-center\"\n{grouping}"),
         tables: vec![("gravity.csv", table)],
         notes,
+        carry: None,
     }])
 }
 

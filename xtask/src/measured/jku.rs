@@ -85,6 +85,7 @@ fn case(name: String, runs: &[(String, Recorded)], few: &[String]) -> Result<Cas
         settings: "kind = \"force-impedance\"\n".to_owned(),
         tables: vec![("path.csv", table)],
         notes,
+        carry: None,
     })
 }
 

@@ -62,6 +62,7 @@ fn convert(folder: &Path) -> Result<Vec<Case>> {
             settings: "kind = \"frame-fit\"\n".to_owned(),
             tables: vec![("pairs.csv", table)],
             notes,
+            carry: None,
         });
     }
     Ok(cases)

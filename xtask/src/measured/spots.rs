@@ -66,5 +66,6 @@ fn convert(file: &Path) -> Result<Vec<Case>> {
         settings: settings.to_owned(),
         tables: vec![("pairs.csv", table)],
         notes: vec![format!("{kept} spots; {unmatched} without metrology left out")],
+        carry: None,
     }])
 }

@@ -71,6 +71,7 @@ fn convert(folder: &Path) -> Result<Vec<Case>> {
                 complete.len(),
                 targets.len()
             )],
+            carry: None,
         }
     };
     Ok(later.map(case).collect())

@@ -18,6 +18,9 @@ pub(super) fn print(set: &Set, outcomes: &[Outcome]) {
             outcome.case,
             named(&outcome.answer)
         );
+        if let Some(line) = carried(&outcome.answer) {
+            println!("    {line}");
+        }
         for note in &outcome.notes {
             println!("    {note}");
         }
@@ -25,7 +28,26 @@ pub(super) fn print(set: &Set, outcomes: &[Outcome]) {
     println!("  independent calculation: {}", set.reference);
 }
 
+/// Effects of another case, and the error without and with them where only the pose was fitted.
+fn carried(answer: &Value) -> Option<String> {
+    let carried = answer["carried"].as_object()?;
+    let fitted = |key: &str| carried[key]["train_rms"].as_f64().unwrap_or(f64::NAN);
+    let names = carried["effects"].as_array().map_or(&[][..], Vec::as_slice);
+    let names: Vec<&str> = names.iter().filter_map(|e| e["effect"].as_str()).collect();
+    Some(format!(
+        "carried: {}; base model fitted to the same data: {:.4} -> {:.4}; with what the loop adds \
+         to it here, held out: {:.4}",
+        names.join(", "),
+        fitted("without"),
+        fitted("with"),
+        answer["after"]["held_out_rms"].as_f64().unwrap_or(f64::NAN)
+    ))
+}
+
 /// All sets as a table in Markdown: medians over the cases of a set.
+///
+/// Where effects are carried, over the cases that they are carried to: the error without and with
+/// them, the pose of groups that are left out coming from the others.
 ///
 /// «After» repeats the choice of effects without the groups that are judged; with the choice fixed,
 /// only the fit is repeated, as in the independent calculation.
@@ -35,6 +57,7 @@ pub(super) fn markdown(found: &[(&Set, Vec<Outcome>)]) -> String {
                     |---|---|---|---|---|---|---|---|\n"
             .to_owned();
     for (set, outcomes) in found {
+        let outcomes = &judged(outcomes);
         let middle = |of: &dyn Fn(&Value) -> f64| median(outcomes.iter().map(|o| of(&o.answer)));
         let (before, after) = (middle(&|a| error(a, "before")), middle(&|a| error(a, "after")));
         let (fixed, unit) = (middle(&choice_fixed), unit(&outcomes[0].answer));
@@ -52,6 +75,13 @@ pub(super) fn markdown(found: &[(&Set, Vec<Outcome>)]) -> String {
     text
 }
 
+/// The cases that a set is about: those that effects are carried to, where there are any.
+fn judged(outcomes: &[Outcome]) -> Vec<&Outcome> {
+    let carrying: Vec<&Outcome> =
+        outcomes.iter().filter(|o| o.answer["carried"].is_object()).collect();
+    if carrying.is_empty() { outcomes.iter().collect() } else { carrying }
+}
+
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -60,6 +90,9 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Error on groups left out in turn with the effects that all the data chose.
 fn choice_fixed(answer: &Value) -> f64 {
+    if answer["carried"].is_object() {
+        return answer["carried"]["with"]["train_rms"].as_f64().unwrap_or(f64::NAN);
+    }
     let last = answer["steps"].as_array().and_then(|steps| steps.last());
     last.map_or(f64::NAN, |step| step["held_out_rms"].as_f64().unwrap_or(f64::NAN))
 }
@@ -69,11 +102,16 @@ fn unit(answer: &Value) -> &str {
 }
 
 fn error(answer: &Value, key: &str) -> f64 {
-    answer[key]["held_out_rms"].as_f64().unwrap_or(f64::NAN)
+    let summary = match (key, &answer["carried"]) {
+        ("before", carried) if carried.is_object() => &carried["without"],
+        ("after", carried) if carried.is_object() => &carried["with"],
+        _ => &answer[key],
+    };
+    summary["held_out_rms"].as_f64().unwrap_or(f64::NAN)
 }
 
 /// How many cases each class of effects was added in.
-fn effects(outcomes: &[Outcome]) -> String {
+fn effects(outcomes: &[&Outcome]) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for outcome in outcomes {
         for class in classes(&outcome.answer).into_iter().collect::<BTreeSet<_>>() {
@@ -102,14 +140,17 @@ fn named(answer: &Value) -> String {
 
 /// Names of each step, its rivals beside it.
 fn classes(answer: &Value) -> Vec<String> {
+    if let Some(effects) = answer["carried"]["effects"].as_array() {
+        return effects.iter().map(|e| format!("{} carried", class(e))).collect();
+    }
     let steps = answer["steps"].as_array().map_or(&[][..], Vec::as_slice);
+    steps.iter().map(class).collect()
+}
+
+/// The name of an effect with those of its rivals.
+fn class(effect: &Value) -> String {
     let text = |value: &Value| value.as_str().unwrap_or("").to_owned();
-    steps
-        .iter()
-        .map(|step| {
-            let rivals = step["indistinguishable_from"].as_array().map_or(&[][..], Vec::as_slice);
-            let names = std::iter::once(&step["effect"]).chain(rivals).map(text);
-            names.collect::<Vec<_>>().join(" or ")
-        })
-        .collect()
+    let rivals = effect["indistinguishable_from"].as_array().map_or(&[][..], Vec::as_slice);
+    let names = std::iter::once(&effect["effect"]).chain(rivals).map(text);
+    names.collect::<Vec<_>>().join(" or ")
 }

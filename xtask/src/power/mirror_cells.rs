@@ -6,7 +6,7 @@ use crate::generators::Colour;
 use crate::generators::mirror::{Flaw, Mirror};
 
 pub(crate) fn mirrors() -> Vec<Cell> {
-    use Question::{ConfidentWrongName, FalseAddition, Named};
+    use Question::{BothNamed, ConfidentWrongName, FalseAddition, Named};
     vec![
         mirror("nothing, white noise", FalseAddition, |seed| {
             Scene::Mirror(Mirror { record_air: true, ..Mirror::new(seed) })
@@ -52,6 +52,18 @@ pub(crate) fn mirrors() -> Vec<Cell> {
             touched(&base, 2, |a, d| Flaw::Growth(a * sign(d)))
         }),
         mirror("one bad touch", Named("bad-point"), bad_touch),
+        mirror("vertex radius, and spindle grows", BothNamed(["vertex-radius", "drift"]), |seed| {
+            both(seed, 1, |a, d| Flaw::VertexRadius(a * sign(d)), |a, d| Flaw::Drift(a * sign(d)))
+        }),
+        mirror("saddle, and three lobes", BothNamed(["astigmatism", "trefoil"]), |seed| {
+            let saddle = |a: f64, d: [f64; 3]| Flaw::Astigmatism([a * d[0], a * d[1]]);
+            both(seed, 2, saddle, |a, d| Flaw::Trefoil([a * d[0], a * d[1]]))
+        }),
+        mirror("conic constant, and one bad touch", BothNamed(["conic", "bad-point"]), |seed| {
+            let also = bad_touch_of(seed).flaw;
+            let with = touched_mirror(&large_mirror(seed), 1, |a, d| Flaw::Conic(a * sign(d)));
+            Scene::Mirror(Mirror { also, ..with })
+        }),
         mirror("rings, 4 µm, period 16 mm", ConfidentWrongName, |seed| {
             Scene::Mirror(Mirror { flaw: Flaw::Rings(0.004, 16.0), ..large_mirror(seed) })
         }),
@@ -76,9 +88,22 @@ fn large_mirror(seed: u64) -> Mirror {
     Mirror { n_points: 72, ..Mirror::new(seed) }
 }
 
-fn touched(base: &Mirror, n_amplitudes: usize, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
+type Sized = fn(f64, [f64; 3]) -> Flaw;
+
+fn touched(base: &Mirror, n_amplitudes: usize, flaw: Sized) -> Scene {
+    Scene::Mirror(touched_mirror(base, n_amplitudes, flaw))
+}
+
+fn touched_mirror(base: &Mirror, n_amplitudes: usize, flaw: Sized) -> Mirror {
     let d = direction(base.seed);
-    Scene::Mirror(mirror_at(base, |a| flaw(a, d), n_amplitudes, MIRROR_CANDIDATES, TIMES))
+    mirror_at(base, |a| flaw(a, d), n_amplitudes, MIRROR_CANDIDATES, TIMES)
+}
+
+/// Two flaws at once, each as large as it would be alone.
+fn both(seed: u64, n_amplitudes: usize, first: Sized, second: Sized) -> Scene {
+    let base = large_mirror(seed);
+    let also = touched_mirror(&base, n_amplitudes, second).flaw;
+    Scene::Mirror(Mirror { also, ..touched_mirror(&base, n_amplitudes, first) })
 }
 
 /// The axis along which `d` is longest.
@@ -88,11 +113,15 @@ fn along_one(d: [f64; 3]) -> [f64; 3] {
 }
 
 fn bad_touch(seed: u64) -> Scene {
+    Scene::Mirror(bad_touch_of(seed))
+}
+
+fn bad_touch_of(seed: u64) -> Mirror {
     let d = direction(seed);
     let base = large_mirror(seed);
     // Every fourth touch is a check point, beginning with the fourth.
     let index = [0, 1, 2, 4, 5, 6, 8, 9][usize::try_from(seed % 8).expect("below 8")];
     let candidates = MIRROR_CANDIDATES * base.n_points;
     let flaw = |a: f64| Flaw::BadPoint(index, a * sign(d));
-    Scene::Mirror(mirror_at(&base, flaw, 1, candidates, TIMES))
+    mirror_at(&base, flaw, 1, candidates, TIMES)
 }

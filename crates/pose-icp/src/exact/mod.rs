@@ -9,6 +9,7 @@ mod parameter;
 mod part;
 mod rows;
 mod search;
+mod singular;
 mod start;
 mod touch;
 mod triangle;

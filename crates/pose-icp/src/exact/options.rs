@@ -11,6 +11,13 @@ pub struct PoseOptions {
     ///
     /// γ by default: a surface of revolution does not show it.
     pub held: Vec<PoseParameter>,
+    /// Those of the held ones that are known from elsewhere, from fiducials for instance.
+    ///
+    /// The loop asks of the others whether what is held is wrong, but not of these.
+    pub known: Vec<PoseParameter>,
+    /// Whether the machine reads along axes of its own, which may read long or be out of square;
+    /// a laser tracker has none.
+    pub machine_axes: bool,
     /// Where the part's axis is, from touches of its side.
     pub lateral: Option<LateralPrior>,
     /// What the uncertainties of the touches mean.
@@ -22,6 +29,8 @@ impl Default for PoseOptions {
         Self {
             tip: Tip::default(),
             held: vec![PoseParameter::Gamma],
+            known: Vec::new(),
+            machine_axes: true,
             lateral: None,
             noise: Noise::Declared,
         }

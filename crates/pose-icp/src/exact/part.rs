@@ -21,6 +21,8 @@ pub struct Part {
     pivot_mm: f64,
     /// Whether the surface has edges, where the distance has no derivative.
     has_edges: bool,
+    /// Distance from the axis at which heights of errors of form count, where it is given.
+    form_radius_mm: Option<f64>,
 }
 
 impl Part {
@@ -37,19 +39,27 @@ impl Part {
             // The polynomial part overflows past the rim: the exact one has a margin of its own.
             Err(_) => Arc::new(exact),
         };
-        Ok(Self { surface, shape: Some(shape), pivot_mm, has_edges: false })
+        Ok(Self { surface, shape: Some(shape), pivot_mm, has_edges: false, form_radius_mm: None })
     }
 
     /// Any other smooth surface.
     #[must_use]
     pub fn freeform(surface: Arc<dyn Surface>) -> Self {
-        Self { surface, shape: None, pivot_mm: 0.0, has_edges: false }
+        Self { surface, shape: None, pivot_mm: 0.0, has_edges: false, form_radius_mm: None }
     }
 
     /// A mesh; the pose is good to what its facets leave.
     #[must_use]
     pub fn mesh(surface: MeshSurface) -> Self {
         Self { has_edges: true, ..Self::freeform(Arc::new(surface)) }
+    }
+
+    /// Heights of the loop's errors of form count at `radius_mm` from the axis, rather than at the
+    /// outermost touch; an asphere has its rim for that.
+    #[must_use]
+    pub fn with_form_radius_mm(self, radius_mm: f64) -> Self {
+        let form_radius_mm = Some(radius_mm).filter(|r| r.is_finite() && *r > 0.0);
+        Self { form_radius_mm, ..self }
     }
 
     /// The asphere it was made from, if it was.
@@ -77,12 +87,15 @@ impl Part {
         self.has_edges
     }
 
-    /// Radius by which surface forms are normalised: the part's own, or that of the contacts.
+    /// Radius by which surface forms are normalised: the part's own, the one given, or that of the
+    /// contacts.
     pub(crate) fn form_radius_mm(&self, contacts: &[Foot]) -> f64 {
         let reach = |foot: &Foot| foot.point_mm.coords.xy().norm();
         match &self.shape {
             Some(shape) => shape.aperture_center_mm.coords.norm() + 0.5 * shape.diameter_mm,
-            None => contacts.iter().map(reach).fold(f64::MIN_POSITIVE, f64::max),
+            None => self
+                .form_radius_mm
+                .unwrap_or_else(|| contacts.iter().map(reach).fold(f64::MIN_POSITIVE, f64::max)),
         }
     }
 

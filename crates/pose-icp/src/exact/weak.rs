@@ -2,7 +2,8 @@ use std::fmt;
 
 use nalgebra::{DMatrix, Matrix6};
 
-use super::triangle::Triangle;
+use super::singular::{Singular, singular};
+use super::triangle::{MAX, Triangle};
 use crate::PoseParameter;
 
 /// A motion of the workpiece that the touches hardly show.
@@ -53,17 +54,22 @@ impl Spectrum {
             return Self { singular_values: Vec::new(), weak: Vec::new(), free: Vec::new() };
         }
         let scale = |k: usize| if free[k] < 3 { 1.0 } else { travel_mm };
-        let scaled = DMatrix::from_fn(n, n, |i, j| triangle.entry(i, j) / scale(j));
-        let svd = scaled.svd(false, true);
-        let v_t = svd.v_t.unwrap_or_else(|| DMatrix::identity(n, n));
-        let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
-        let singular_values: Vec<f64> = order.iter().map(|&i| svd.singular_values[i]).collect();
+        let mut scaled = [[0.0; MAX]; MAX];
+        for (i, row) in scaled[..n].iter_mut().enumerate() {
+            for (j, value) in row[..n].iter_mut().enumerate() {
+                *value = triangle.entry(i, j) / scale(j);
+            }
+        }
+        let Singular { values, directions: found } = singular(&scaled, n);
+        let singular_values = values[..n].to_vec();
         let largest = singular_values.first().copied().unwrap_or(0.0);
         let ratio = |i: usize| if largest > 0.0 { singular_values[i] / largest } else { 0.0 };
         let named = |range: std::ops::Range<usize>| {
+            if range.is_empty() {
+                return Vec::new();
+            }
             let ratios: Vec<f64> = range.clone().map(ratio).collect();
-            let basis = DMatrix::from_fn(n, range.len(), |k, i| v_t[(order[range.start + i], k)]);
+            let basis = DMatrix::from_fn(n, range.len(), |k, i| found[range.start + i][k]);
             directions(&least_squares::sparse_basis(basis), &ratios, free, &scale)
         };
         let first_weak = (0..n).find(|&i| ratio(i) <= WEAK).unwrap_or(n);
@@ -99,16 +105,22 @@ fn directions(
 /// `R⁻¹ R⁻ᵀ`, held parameters filled in with zeros; `None` where `R` is singular.
 pub(crate) fn covariance(triangle: &Triangle, free: &[usize]) -> Option<Matrix6<f64>> {
     let n = free.len();
-    let r = DMatrix::from_fn(n, n, |i, j| triangle.entry(i, j));
-    let mut inverse = DMatrix::identity(n, n);
-    if !r.solve_upper_triangular_mut(&mut inverse) {
-        return None;
+    // Columns of R⁻¹.
+    let mut columns = [[0.0; MAX]; MAX];
+    for (j, column) in columns[..n].iter_mut().enumerate() {
+        for i in (0..=j).rev() {
+            let pivot = triangle.entry(i, i);
+            if pivot == 0.0 {
+                return None;
+            }
+            let known: f64 = (i + 1..=j).map(|k| triangle.entry(i, k) * column[k]).sum();
+            column[i] = (f64::from(u8::from(i == j)) - known) / pivot;
+        }
     }
-    let packed = &inverse * inverse.transpose();
     let mut covariance = Matrix6::zeros();
     for (i, &a) in free.iter().enumerate() {
         for (j, &b) in free.iter().enumerate() {
-            covariance[(a, b)] = packed[(i, j)];
+            covariance[(a, b)] = columns[..n].iter().map(|column| column[i] * column[j]).sum();
         }
     }
     Some(covariance)

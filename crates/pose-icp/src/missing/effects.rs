@@ -40,8 +40,14 @@ pub(crate) struct Entry {
 pub(crate) struct Setting<'a> {
     pub(crate) part: &'a Part,
     pub(crate) held: &'a [PoseParameter],
+    /// Held ones that are not in question.
+    pub(crate) known: &'a [PoseParameter],
     pub(crate) touches: &'a [MeasuredTouch],
     pub(crate) covariates: &'a [Covariate],
+    /// Whether the machine has axes that may be wrong.
+    pub(crate) machine_axes: bool,
+    /// Distance from the axis at which the heights of errors of form count.
+    pub(crate) form_radius_mm: f64,
     /// Rotation of the part about its axis.
     pub(crate) gamma_rad: f64,
     /// Mean of the readings, machine frame.
@@ -71,9 +77,9 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
             Term::Form(Form::Conic),
         ));
     } else {
-        let text =
-            "the part is bent more than declared, alike in all directions; height at the rim";
+        let text = "the part is bent more than declared, alike in all directions";
         let parameters = vec![parameter("height", "µm", 1e3)];
+        let text = &at_radius(text, setting);
         entries.push(entry("focus", text, parameters, Term::Form(Form::Focus)));
     }
     for (id, text, form) in [
@@ -82,20 +88,22 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
         ("trefoil", "the part is bent with three lobes", Form::Trefoil),
     ] {
         let parameters = vec![parameter("cos", "µm", 1e3), parameter("sin", "µm", 1e3)];
-        entries.push(entry(
-            id,
-            &format!("{text}; height at the rim"),
-            parameters,
-            Term::Form(form),
-        ));
+        entries.push(entry(id, &at_radius(text, setting), parameters, Term::Form(form)));
     }
-    entries.extend(diagonal_saddle(setting));
-    entries.extend(scales(setting.center_mm));
-    entries.push(squareness(setting));
+    if setting.machine_axes {
+        entries.extend(diagonal_saddle(setting));
+        entries.extend(scales(setting.center_mm));
+        entries.push(squareness(setting));
+    }
     entries.push(drift(setting));
     entries.extend(temperatures(setting.covariates));
     entries.extend(bad_points(setting.touches));
     entries
+}
+
+/// A form with the place where its height counts, without which its amplitude says nothing.
+fn at_radius(text: &str, setting: &Setting<'_>) -> String {
+    format!("{text}; height at {:.1} mm from the axis", setting.form_radius_mm)
 }
 
 fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) -> Entry {
@@ -126,7 +134,8 @@ fn pose(setting: &Setting<'_>) -> Vec<Entry> {
     let mut entries = Vec::new();
     for (id, text, members) in families {
         let held: Vec<PoseParameter> = (members.iter().copied())
-            .filter(|p| setting.held.contains(p) && !(symmetric && *p == Gamma))
+            .filter(|p| setting.held.contains(p) && !setting.known.contains(p))
+            .filter(|p| !(symmetric && *p == Gamma))
             .collect();
         if held.is_empty() {
             continue;
@@ -150,10 +159,10 @@ fn pose(setting: &Setting<'_>) -> Vec<Entry> {
 /// apart, the two stand in one class, as a saddle in any direction and a squareness do not.
 fn diagonal_saddle(setting: &Setting<'_>) -> Option<Entry> {
     setting.part.shape()?;
-    let text = "the part is bent like a saddle along the machine's diagonals; height at the rim";
+    let text = at_radius("the part is bent like a saddle along the machine's diagonals", setting);
     let form = Form::Diagonal { gamma_rad: setting.gamma_rad };
     let mut entry =
-        entry("astigmatism", text, vec![parameter("diagonal", "µm", 1e3)], Term::Form(form));
+        entry("astigmatism", &text, vec![parameter("diagonal", "µm", 1e3)], Term::Form(form));
     entry.effect.subject = Some("diagonal".to_owned());
     Some(entry)
 }

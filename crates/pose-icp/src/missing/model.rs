@@ -280,6 +280,9 @@ fn setting<'a>(
     Setting {
         part,
         held: &options.held,
+        known: &options.known,
+        machine_axes: options.machine_axes,
+        form_radius_mm: part.form_radius_mm(contacts),
         touches,
         covariates,
         gamma_rad: setups[0].reference.angles.gamma_rad,
@@ -424,6 +427,15 @@ impl Model for PoseModel {
             }
         }
         tangent
+    }
+
+    fn local_tangent(&self, _at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
+        match self.terms[effect] {
+            Term::BadPoint { observation } => {
+                Some((observation, DMatrix::from_element(1, 1, -1.0)))
+            }
+            _ => None,
+        }
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -10,6 +10,7 @@ use super::nearest::nearest;
 use super::provenance::Provenance;
 use super::{Location, Problem, quote};
 use crate::Error;
+use crate::carry::{CarryProblem, Learnt};
 use crate::kinds::{KINDS, Kind, Measured};
 
 /// A case that was read and found usable in form.
@@ -19,6 +20,8 @@ pub struct Case {
     pub(crate) kind: &'static str,
     pub(crate) measured: Box<dyn Measured>,
     pub(crate) loop_settings: LoopSettings,
+    /// Effects of another case that count as declared.
+    pub(crate) learnt: Option<Learnt>,
     pub(crate) provenance: Provenance,
     pub(crate) warnings: Vec<String>,
     pub(crate) read_s: f64,
@@ -29,6 +32,23 @@ impl Case {
     #[must_use]
     pub fn kind(&self) -> &'static str {
         self.kind
+    }
+
+    /// The case with effects that were learnt on another one, taken as declared and fixed.
+    ///
+    /// [`close_loop`](crate::close_loop) then judges the declared model with and without them.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Carry`] where the other case is of another kind.
+    pub fn carrying(mut self, learnt: Learnt) -> Result<Self, Error> {
+        if learnt.kind != self.kind {
+            let problem =
+                CarryProblem::OtherKind { found: learnt.kind.clone(), expected: self.kind };
+            return Err(Error::carry(&learnt.from, problem));
+        }
+        self.learnt = Some(learnt);
+        Ok(self)
     }
 
     pub(crate) fn loop_error(&self, source: LoopError) -> Error {
@@ -63,6 +83,7 @@ pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
         kind: kind.name,
         measured: reading.measured,
         loop_settings: reading.loop_settings,
+        learnt: None,
         provenance,
         warnings: reading.warnings,
         read_s: started.elapsed().as_secs_f64(),

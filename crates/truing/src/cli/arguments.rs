@@ -30,7 +30,7 @@ pub(crate) enum Command {
     /// Fit the declared model of a case
     Solve(Run),
     /// Fit it, find what it is missing, and judge the error before and after on unseen data
-    Loop(Run),
+    Loop(Closing),
     /// Validate a case and say what it can and cannot determine
     Check {
         /// Case folder
@@ -157,6 +157,16 @@ pub(crate) struct ForceCard {
     /// Also write a self-contained HTML page with the stable region as a picture
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Closing {
+    #[command(flatten)]
+    pub(crate) run: Run,
+    /// Take the effects that the loop found on another case as declared, at the size they had
+    /// there: what `truing loop OTHER --json` printed
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) carry: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -17,11 +17,11 @@ use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::{IndexEntry, render_index};
 use truing::{
     Case, Error, Estimates, Export, ForceDesignInput, ProbeLogSettings, check, close_loop, correct,
-    design_force, force_report, import_probe_log, loop_report, read_case, solve, solve_report,
-    write_imported,
+    design_force, force_report, import_probe_log, loop_report, read_case, read_learnt, solve,
+    solve_report, write_imported,
 };
 
-use arguments::{Arguments, Command, Design, ForceCard, Import, Run};
+use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Run};
 use register::Register;
 use spinner::Spinner;
 
@@ -40,8 +40,14 @@ pub(crate) fn run() -> ExitCode {
 
 fn obey(command: Command) -> Result<(), Error> {
     match command {
-        Command::Solve(run) => answer(&run, "solving", solve, solve_report),
-        Command::Loop(run) => answer(&run, "closing the loop", close_loop, loop_report),
+        Command::Solve(run) => answer(&run, "solving", Ok, solve, solve_report),
+        Command::Loop(Closing { run, carry }) => {
+            let carrying = |case: Case| match &carry {
+                Some(path) => case.carrying(read_learnt(path)?),
+                None => Ok(case),
+            };
+            answer(&run, "closing the loop", carrying, close_loop, loop_report)
+        }
         Command::Check { case, json } => checked(&case, json),
         Command::Register(command) => registered(&command),
         Command::Correct { case, program, planned, chord, decimals, output } => {
@@ -131,11 +137,12 @@ impl Estimated for truing::Closed {
 fn answer<A: Estimated>(
     run: &Run,
     doing: &'static str,
+    declare: impl Fn(Case) -> Result<Case, Error>,
     compute: impl Fn(&Case) -> Result<A, Error>,
     report: impl Fn(&Case, &A) -> Result<String, Error>,
 ) -> Result<(), Error> {
     let spinner = Spinner::start(doing);
-    let case = read_case(&run.case)?;
+    let case = declare(read_case(&run.case)?)?;
     let answer = compute(&case)?;
     for (path, format) in [
         (&run.errors, Export::Csv),

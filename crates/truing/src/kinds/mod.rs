@@ -17,7 +17,7 @@ use model_discrepancy::{Closure, Covariate, Model};
 use crate::Error;
 use crate::case::{Document, Folder, LoopSettings};
 use crate::estimates::Estimates;
-use crate::report::{CurvePlot, Fact};
+use crate::report::{CurvePlot, Facet, Fact};
 
 pub use example::write_example;
 pub(crate) use example::write_new;
@@ -151,4 +151,6 @@ pub(crate) struct Places {
     pub(crate) at: Vec<[f64; 2]>,
     /// One per observation.
     pub(crate) names: Vec<String>,
+    /// A surface on which they lie, the farthest facet first; empty where there is none.
+    pub(crate) facets: Vec<Facet>,
 }

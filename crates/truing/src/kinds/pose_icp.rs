@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod picture;
 mod surface;
 mod tables;
 
@@ -49,6 +50,8 @@ struct Settings {
     #[serde(default)]
     probe: ProbeSettings,
     #[serde(default)]
+    machine: MachineSettings,
+    #[serde(default)]
     noise: NoiseSettings,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
@@ -60,6 +63,7 @@ struct PoseSettings {
     gamma_deg: Option<Finite>,
     initial: Option<Initial>,
     held: Option<Spanned<Vec<ParameterName>>>,
+    known: Option<Spanned<Vec<ParameterName>>>,
 }
 
 #[derive(Deserialize)]
@@ -95,6 +99,13 @@ struct ProbeSettings {
     tip_radius_mm: Option<Finite>,
     #[serde(default)]
     side: SideName,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MachineSettings {
+    /// False for a laser tracker.
+    axes: Option<bool>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -180,8 +191,9 @@ fn assemble(
             located.map_err(|source| error(edge.at.clone(), source))
         })
         .transpose()?;
-    let named = settings.pose.held.as_ref().map(|held| held.get_ref().as_slice());
-    let held = held(named.unwrap_or_default());
+    let known = named(settings.pose.known.as_ref());
+    let held = held(&[named(settings.pose.held.as_ref()), known.clone()].concat());
+    let is_named = settings.pose.held.is_some() || settings.pose.known.is_some();
     let lateral_held = held.contains(&PoseParameter::X) && held.contains(&PoseParameter::Y);
     let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
     let start = match (&settings.pose.initial, &located) {
@@ -203,6 +215,8 @@ fn assemble(
     let options = PoseOptions {
         tip,
         held,
+        known,
+        machine_axes: settings.machine.axes.unwrap_or(true),
         lateral: located.filter(|_| !lateral_held).map(|l| l.prior),
         noise: if sigma_mm.is_some() {
             pose_icp::Noise::Declared
@@ -211,13 +225,18 @@ fn assemble(
         },
     };
     // γ is held by default; a freeform part may show it, and is asked where nobody states it.
-    let ask_gamma = surface.shows_gamma && settings.pose.gamma_deg.is_none() && named.is_none();
+    let ask_gamma = surface.shows_gamma && settings.pose.gamma_deg.is_none() && !is_named;
     Ok(PoseCase { surface, points, start, options, sigma_mm, ask_gamma })
 }
 
-fn held(names: &[ParameterName]) -> Vec<PoseParameter> {
+fn named(names: Option<&Spanned<Vec<ParameterName>>>) -> Vec<PoseParameter> {
+    let names = names.map(|names| names.get_ref().as_slice()).unwrap_or_default();
+    names.iter().map(|name| PoseParameter::from(*name)).collect()
+}
+
+fn held(names: &[PoseParameter]) -> Vec<PoseParameter> {
     let mut held = vec![PoseParameter::Gamma];
-    held.extend(names.iter().map(|name| PoseParameter::from(*name)));
+    held.extend(names);
     held.sort_unstable();
     held.dedup();
     held

@@ -54,6 +54,8 @@ enum SideName {
 pub(crate) struct Drawn {
     pub(crate) shape: DrawnShape,
     pub(crate) words: String,
+    /// How far from the z axis the drawing reaches, where it has no diameter.
+    pub(crate) reach_mm: Option<f64>,
 }
 
 /// What is drawn.
@@ -117,8 +119,7 @@ impl SurfaceSettings {
             ShapeName::Asphere => self.asphere(document),
             ShapeName::Polynomial => self.polynomial(document),
             ShapeName::Mesh => self.mesh(folder, document),
-            ShapeName::Grid => grid::grid(folder)
-                .map(|(grid, words)| Drawn { shape: DrawnShape::Grid(grid), words }),
+            ShapeName::Grid => grid::grid(folder),
             ShapeName::Plane => self.plane(document),
             ShapeName::Sphere => self.sphere(document),
         }
@@ -172,7 +173,7 @@ impl SurfaceSettings {
         let words = format!(
             "sphere of radius {radius_mm} mm about ({x}, {y}, {z}) mm, touched from {side}"
         );
-        Ok(Drawn { shape: DrawnShape::Sphere { sphere, inside }, words })
+        Ok(Drawn { shape: DrawnShape::Sphere { sphere, inside }, words, reach_mm: None })
     }
 
     fn plane(&self, document: &Document) -> Result<Drawn, Error> {
@@ -182,7 +183,7 @@ impl SurfaceSettings {
         let plane = Plane::new(Point3::new(x, y, z), Vector3::new(nx, ny, nz))
             .map_err(|e| self.no_surface(document, e))?;
         let words = format!("plane through ({x}, {y}, {z}) mm, normal ({nx}, {ny}, {nz})");
-        Ok(Drawn { shape: DrawnShape::Plane(plane), words })
+        Ok(Drawn { shape: DrawnShape::Plane(plane), words, reach_mm: None })
     }
 
     fn mesh(&self, folder: &Folder, document: &Document) -> Result<Drawn, Error> {
@@ -198,7 +199,8 @@ impl SurfaceSettings {
         let words = format!("mesh of {} triangles", mesh.faces.len());
         let surface = MeshSurface::new(&mesh, Holes::Refuse)
             .map_err(|source| Error::Register { path, source: Box::new(source) })?;
-        Ok(Drawn { shape: DrawnShape::Mesh(Box::new(surface)), words })
+        let reach_mm = mesh.vertices_mm.iter().map(|v| v.coords.xy().norm()).reduce(f64::max);
+        Ok(Drawn { shape: DrawnShape::Mesh(Box::new(surface)), words, reach_mm })
     }
 
     fn polynomial(&self, document: &Document) -> Result<Drawn, Error> {
@@ -211,7 +213,7 @@ impl SurfaceSettings {
         let terms = terms.iter().map(|(i, j, Finite(a))| (usize::from(*i), usize::from(*j), *a));
         let words = format!("polynomial of {} terms in units of {unit_mm} mm", terms.len());
         let surface = Polynomial::new(unit_mm, terms).map_err(|e| self.no_surface(document, e))?;
-        Ok(Drawn { shape: DrawnShape::Polynomial(surface), words })
+        Ok(Drawn { shape: DrawnShape::Polynomial(surface), words, reach_mm: Some(unit_mm) })
     }
 
     fn asphere(&self, document: &Document) -> Result<Drawn, Error> {
@@ -232,6 +234,6 @@ impl SurfaceSettings {
         let aperture_center_mm = Point2::new(x, y);
         let shape =
             AsphereShape { radius_mm, conic, coefficients, diameter_mm, aperture_center_mm };
-        Ok(Drawn { shape: DrawnShape::Asphere(shape), words })
+        Ok(Drawn { shape: DrawnShape::Asphere(shape), words, reach_mm: None })
     }
 }

@@ -109,10 +109,21 @@ pub struct VectorMap {
     pub y_title: String,
     /// Unit of the vectors.
     pub unit: String,
+    /// A surface under the vectors, the farthest facet first; empty where there is none.
+    pub facets: Vec<Facet>,
     /// Vectors of the declared model.
     pub before: Vec<Arrow>,
     /// Vectors with the accepted effects; empty where nothing was added.
     pub after: Vec<Arrow>,
+}
+
+/// A piece of a surface as it is seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facet {
+    /// Its corners, one after the other.
+    pub corners: [[f64; 2]; 4],
+    /// From 0, in full light, to 1.
+    pub shade: f64,
 }
 
 /// One error vector, `[x, y]`.

@@ -1,6 +1,7 @@
 //! What a panel draws between its axes.
 
 use super::axis::{Scale, drawable};
+use super::input::Facet;
 use super::markup::{Markup, Path, Px};
 use super::svg::{colour, label, leaf_path, open_sign, rectangle};
 
@@ -23,6 +24,8 @@ pub(crate) enum Layer {
     Names { points: Vec<([f64; 2], String)> },
     /// Lines from place to place with a head at the end.
     Arrows { lines: Vec<[[f64; 2]; 2]>, colour: usize },
+    /// A surface, piece by piece, one over the other.
+    Facets { facets: Vec<Facet> },
     /// A note that starts at a point.
     Note { at: [f64; 2], text: String },
 }
@@ -61,9 +64,32 @@ pub(crate) fn draw_layer(svg: &mut Markup, area: &Area, layer: &Layer) {
         Layer::Marks { points, colour: index, style } => marks(svg, area, points, *index, *style),
         Layer::Names { points } => names(svg, area, points),
         Layer::Arrows { lines, colour: index } => arrows(svg, area, lines, *index),
+        Layer::Facets { facets } => draw_facets(svg, area, facets),
         Layer::Note { at, text } => {
             label(svg, "start", (area.x.px(at[0]), area.y.px(at[1]) + 4.0), text);
         }
+    }
+}
+
+/// Opacity of a facet in full light, and how much more one has in full shade.
+const FACET_OPACITY: [f64; 2] = [0.05, 0.75];
+
+fn draw_facets(svg: &mut Markup, area: &Area, facets: &[Facet]) {
+    for facet in facets.iter().filter(|f| f.corners.iter().all(|c| visible(area, *c))) {
+        let mut outline = Path::default();
+        for (index, [x, y]) in facet.corners.into_iter().enumerate() {
+            let (x, y) = (area.x.px(x), area.y.px(y));
+            if index == 0 {
+                outline.move_to(x, y);
+            } else {
+                outline.line_to(x, y);
+            }
+        }
+        outline.constant("Z");
+        let shade = if facet.shade.is_finite() { facet.shade.clamp(0.0, 1.0) } else { 0.0 };
+        let opacity = format!("{:.2}", FACET_OPACITY[0] + FACET_OPACITY[1] * shade);
+        svg.leaf("path", &[("class", &"paper"), ("d", &outline)]);
+        svg.leaf("path", &[("class", &"facet"), ("d", &outline), ("fill-opacity", &opacity)]);
     }
 }
 

@@ -43,8 +43,8 @@ pub(crate) use region::{Region, Stability};
 
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
-    Arrow, Curve, CurvePlot, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput,
-    VectorMap,
+    Arrow, Curve, CurvePlot, Evidence, ExtraPlot, Facet, Fact, ParameterRow, Published,
+    ReportInput, VectorMap,
 };
 pub use page::render;
 pub use summary::{Rms, Summary};

@@ -11,6 +11,9 @@ use super::unit::Shown;
 
 /// The longest arrow takes about this share of the field.
 const LONGEST_SHARE: f64 = 0.14;
+/// Colours of what is above and below a surface.
+const ABOVE: usize = 1;
+const BELOW: usize = 0;
 /// Arrows in one map, at most.
 pub(crate) const MOST_ARROWS: usize = 600;
 
@@ -28,7 +31,11 @@ impl Exaggeration {
     /// One scale for every vector of the map; `None` where there is nothing to draw.
     pub(crate) fn of(map: &VectorMap) -> Option<Self> {
         let both = || map.before.iter().chain(&map.after).filter(|a| is_drawable(a));
-        let field = (Range::of(both().map(|a| a.at[0]))?, Range::of(both().map(|a| a.at[1]))?);
+        let seen = |k: usize| {
+            let corners = map.facets.iter().flat_map(|f| &f.corners).map(move |c| c[k]);
+            Range::of(both().map(move |a| a.at[k]).chain(corners.filter(|v| drawable(*v))))
+        };
+        let field = (seen(0)?, seen(1)?);
         let longest = both().map(|a| a.error[0].hypot(a.error[1])).fold(0.0, f64::max);
         let width = field.0.span().max(field.1.span());
         let factor = if longest > 0.0 { LONGEST_SHARE * width / longest } else { 1.0 };
@@ -50,13 +57,21 @@ impl Exaggeration {
         let kept: Vec<&Arrow> = kept.into_iter().step_by(stride).collect();
         let (x, y, height) = self.axes(width);
         let colour = which.1;
-        let tips = kept.iter().map(|a| {
+        let tip = |a: &&Arrow| {
             [a.at, [a.at[0] + self.factor * a.error[0], a.at[1] + self.factor * a.error[1]]]
-        });
-        let mut layers = vec![
-            Layer::Arrows { lines: tips.collect(), colour },
-            Layer::Names { points: kept.iter().map(|a| (a.at, self.describe(a))).collect() },
-        ];
+        };
+        let mut layers = Vec::new();
+        if map.facets.is_empty() {
+            layers.push(Layer::Arrows { lines: kept.iter().map(tip).collect(), colour });
+        } else {
+            layers.push(Layer::Facets { facets: map.facets.clone() });
+            for (upwards, colour) in [(true, ABOVE), (false, BELOW)] {
+                let lines = kept.iter().filter(|a| (a.error[1] >= 0.0) == upwards).map(tip);
+                layers.push(Layer::Arrows { lines: lines.collect(), colour });
+            }
+        }
+        let names = kept.iter().map(|a| (a.at, self.describe(a))).collect();
+        layers.push(Layer::Names { points: names });
         layers.extend(self.sample_arrow((x, y)));
         let longest = kept.iter().map(|a| a.error[0].hypot(a.error[1])).fold(0.0, f64::max);
         let panel = Panel {

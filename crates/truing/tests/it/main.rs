@@ -8,6 +8,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests, not marked as tests themselves")]
 
 mod answers;
+mod carry;
 mod command;
 mod correct;
 mod examples;

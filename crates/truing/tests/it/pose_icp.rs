@@ -139,6 +139,76 @@ fn the_loop_finds_that_a_polynomial_is_bent_more() {
     assert_eq!(answer["verdict"], "explained");
 }
 
+/// The saddle as a table of heights, 5 mm apart: the spline through them is off by less than the
+/// fourth derivative of a cubic, which is none.
+fn heights_of_the_saddle() -> String {
+    let mut text = "x_mm,y_mm,z_mm\n".to_owned();
+    for (i, j) in (0..21).flat_map(|i| (0..21).map(move |j| (i, j))) {
+        let [x, y] = [i, j].map(|k| 5.0 * f64::from(k) - 50.0);
+        text += &format!("{x},{y},{:.9}\n", saddle(x, y));
+    }
+    text
+}
+
+const GRID: &str = "kind = \"pose-icp\"\n[surface]\nshape = \"grid\"\n\
+    [pose]\ninitial = { x_mm = 119.0, y_mm = -34.0, z_mm = 8.5 }\n";
+
+#[test]
+fn a_grid_of_heights_is_a_part_with_a_pose() {
+    let points = touched_saddle(40, 0.0);
+    let heights = heights_of_the_saddle();
+    let case =
+        Case::new(&[("case.toml", GRID), ("points.csv", &points), ("heights.csv", &heights)]);
+    assert_pose(&case.json("solve"), [WRITTEN_MM, WRITTEN_DEG]);
+    // Errors of form count at the farthest corner of the grid, 50 mm · √2 away.
+    let checked = case.json("check");
+    let trefoil = checked["observable"].as_array().unwrap().iter();
+    let described: Vec<_> = trefoil.filter(|e| e["effect"] == "trefoil").collect();
+    let text = described[0]["description"].as_str().unwrap();
+    assert!(text.ends_with("height at 70.7 mm from the axis"), "{text}");
+    for (shape, more) in [("sphere", "radius_mm = 50.0"), ("plane", "")] {
+        let other = GRID.replace("\"grid\"", &format!("\"{shape}\"\n{more}"));
+        case.write("case.toml", other);
+        let message = case.message("solve", 2);
+        let expected = format!("[surface] shape `{shape}`: looks the same from many sides");
+        assert!(message.contains(&expected), "{message}");
+    }
+}
+
+#[test]
+fn a_tracker_has_no_axes_to_be_wrong() {
+    let points = touched_saddle(40, NOISE_MM);
+    let asked = |settings: &str| {
+        let text = format!("{SADDLE}{settings}");
+        let case = Case::new(&[("case.toml", &text), ("points.csv", &points)]);
+        let checked = case.json("check");
+        let names = checked["observable"].as_array().unwrap().iter();
+        let of_axes = |e: &&Value| e["effect"] == "machine-scale" || e["effect"] == "squareness";
+        names.filter(of_axes).count()
+    };
+    assert!(asked("") > 0);
+    assert_eq!(asked("[machine]\naxes = false\n"), 0);
+}
+
+/// What fiducials say is not in question: a saddle is then not called a rotation.
+#[test]
+fn what_is_known_is_not_asked_for() {
+    let points = touched_saddle(40, NOISE_MM);
+    let names = |key: &str| -> Vec<String> {
+        let pose = format!("[pose]\n{key} = [\"x\", \"gamma\"]\n");
+        let text = SADDLE.replace("[pose]\n", &pose);
+        let case = Case::new(&[("case.toml", &text), ("points.csv", &points)]);
+        let checked = case.json("check");
+        let all = ["observable", "not_observable"].map(|list| checked[list].as_array().unwrap());
+        let name = |e: &Value| e["effect"].as_str().unwrap().to_owned();
+        all.into_iter().flatten().map(name).collect()
+    };
+    for effect in ["rotation", "decentre"] {
+        assert!(names("held").iter().any(|name| name == effect), "{effect}");
+        assert!(names("known").iter().all(|name| name != effect), "{effect}");
+    }
+}
+
 /// Three faces of a corner, each 40 mm × 40 mm, the normals towards +x, +y and +z.
 fn corner_stl() -> String {
     let mut text = "solid corner\n".to_owned();

@@ -103,6 +103,44 @@ fn without_sides(touches: &[[f64; 2]]) -> Case {
     case
 }
 
+/// A part of 4 × 4 squares, 10 mm wide, its faces as `faces` makes them.
+fn mesh_part(faces: impl Fn(&mut Vec<[u32; 3]>)) -> String {
+    let mut corners = Vec::new();
+    for k in (0..20).filter(|k| k % 5 < 4) {
+        corners.extend([[k, k + 1, k + 6], [k, k + 6, k + 5]]);
+    }
+    faces(&mut corners);
+    let mut text = String::new();
+    for k in 0..25 {
+        let (x, y) = (10 * (k % 5), 10 * (k / 5));
+        text += &format!("v {x} {y} {}\n", f64::from(x * x - x * y) / 100.0);
+    }
+    for [a, b, c] in corners {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    text
+}
+
+#[test]
+fn meshes_that_are_no_surface() {
+    let settings = "kind = \"pose-icp\"\n[surface]\nshape = \"mesh\"\nfile = \"part.obj\"\n";
+    let points = "point,x_mm,y_mm,z_mm\nP1,1,1,0\n";
+    let says = |part: String, code: i32, expected: &str| {
+        let files = [("case.toml", settings), ("points.csv", points), ("part.obj", &part[..])];
+        let message = message(&Case::new(&files), code);
+        assert!(message.contains(expected), "{message}");
+    };
+    says(mesh_part(|faces| drop(faces.drain(10..12))), 2, "part.obj: the target mesh has 1 holes");
+    says(
+        mesh_part(|faces| faces.push([6, 6, 7])),
+        2,
+        "part.obj: 1 faces of the target have no area, the first is face 32, from 0",
+    );
+    says(mesh_part(Vec::clear), 2, "part.obj: the file holds no faces");
+    // The whole mesh is one, and asks for more touches.
+    says(mesh_part(|_| ()), 3, "5 unknowns of the pose need at least as many touches, got 1");
+}
+
 /// What the touches leave free is exit code 3, and named.
 #[test]
 fn touches_that_do_not_determine_the_pose() {

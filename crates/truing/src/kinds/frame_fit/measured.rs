@@ -103,6 +103,7 @@ impl Measured for FrameCase {
                 y_title: "to y, mm",
                 at: self.to_mm.iter().map(|to| [to[0], to[1]]).collect(),
                 names: self.names.clone(),
+                facets: Vec::new(),
             }),
         }
     }

@@ -1,13 +1,13 @@
 use std::sync::Arc;
 
 use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
-use nalgebra::Point3;
 use pose_icp::{
     MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter, PoseStart, Touch,
     fit_pose, height_at,
 };
 
 use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, matrix, stds};
+use super::picture::{Picture, picture};
 use super::surface::Surface;
 use super::tables::Points;
 use crate::Error;
@@ -116,12 +116,7 @@ impl Measured for PoseCase {
                 fact("standard uncertainty of a point", sigma),
                 fact("side touches", sides.to_owned()),
             ],
-            places: Some(Places {
-                x_title: "x, and y into the picture, mm (z enlarged; arrows: along the normal)",
-                y_title: "z enlarged, and y into the picture, mm",
-                at: oblique(&self.points.centers_mm),
-                names: self.points.names.clone(),
-            }),
+            places: self.places(),
         }
     }
 }
@@ -129,6 +124,21 @@ impl Measured for PoseCase {
 impl PoseCase {
     fn touches(&self) -> Vec<Touch> {
         self.points.touches(self.sigma_mm.unwrap_or(1.0))
+    }
+
+    /// The touches on the part where it was found to lie; nothing where it was not found.
+    fn places(&self) -> Option<Places> {
+        let Located { fit, options, .. } = self.locate().ok()?;
+        let (part, centers_mm) = (&self.surface.part, &self.points.centers_mm);
+        let Picture { at, facets } =
+            picture(part, options.tip.side, &fit.machine_from_workpiece, centers_mm);
+        Some(Places {
+            x_title: "x, and y into the picture, mm",
+            y_title: "z enlarged, and y into the picture, mm",
+            at,
+            names: self.points.names.clone(),
+            facets,
+        })
     }
 
     /// Fits the pose; γ of a freeform part is estimated where it shows.
@@ -247,25 +257,4 @@ impl PoseCase {
         }
         super::error(at, source)
     }
-}
-
-/// How much of y goes to the right, and up.
-const INTO_THE_PICTURE: [f64; 2] = [0.35, 0.45];
-/// Height of the surface in the picture over its width.
-const ENLARGED: f64 = 0.3;
-
-/// Points seen obliquely from the front and above, z enlarged so that a shallow bowl shows.
-fn oblique(points_mm: &[Point3<f64>]) -> Vec<[f64; 2]> {
-    let range = |k: usize| {
-        let of = points_mm.iter().map(|p| p[k]);
-        let (low, high) = of.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
-        (low, high - low)
-    };
-    let [(x0, width), (y0, depth), (z0, height)] = [range(0), range(1), range(2)];
-    let enlarged = if height > 0.0 { (ENLARGED * width.max(depth) / height).max(1.0) } else { 1.0 };
-    let seen = |p: &Point3<f64>| {
-        let [x, y, z] = [p.x - x0, p.y - y0, (p.z - z0) * enlarged];
-        [x + INTO_THE_PICTURE[0] * y, z + INTO_THE_PICTURE[1] * y]
-    };
-    points_mm.iter().map(seen).collect()
 }

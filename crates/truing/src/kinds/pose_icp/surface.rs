@@ -23,7 +23,7 @@ pub(super) fn read_surface(
     document: &Document,
     warnings: &mut Vec<String>,
 ) -> Result<Surface, Error> {
-    let Drawn { shape, words } = settings.read(folder, document, warnings)?;
+    let Drawn { shape, words, reach_mm } = settings.read(folder, document, warnings)?;
     let shows_gamma = !matches!(shape, DrawnShape::Asphere(_));
     let is_grid = matches!(shape, DrawnShape::Grid(_));
     let part = match shape {
@@ -38,6 +38,10 @@ pub(super) fn read_surface(
                        `polynomial`, `grid` or `mesh`, or the kind `probe-comp`";
             return Err(settings.refused(document, why));
         }
+    };
+    let part = match reach_mm {
+        Some(reach_mm) => part.with_form_radius_mm(reach_mm),
+        None => part,
     };
     Ok(Surface { part, words, shows_gamma, is_grid })
 }

@@ -122,6 +122,7 @@ impl Measured for ProbeCase {
                 y_title: "y, mm",
                 at: self.touches.balls.iter().map(|b| [b.center_mm.x, b.center_mm.y]).collect(),
                 names: self.touches.names.clone(),
+                facets: Vec::new(),
             }),
         }
     }

@@ -24,7 +24,7 @@ pub(super) fn read_surface(
     document: &Document,
     warnings: &mut Vec<String>,
 ) -> Result<PartSurface, Error> {
-    let Drawn { shape, words } = settings.read(folder, document, warnings)?;
+    let Drawn { shape, words, .. } = settings.read(folder, document, warnings)?;
     let is_grid = matches!(shape, DrawnShape::Grid(_));
     let surface: Arc<dyn Surface> = match shape {
         DrawnShape::Sphere { sphere, inside } => {

@@ -1,6 +1,7 @@
 use geometry::HeightGrid;
 use nalgebra::{Point2, Vector2};
 
+use super::{Drawn, DrawnShape};
 use crate::Error;
 use crate::case::{Columns, Folder, Location, Problem};
 
@@ -12,7 +13,7 @@ const KNOWN: &[&str] = &PLACES;
 const UNEVEN_SHARE: f64 = 1e-3;
 
 /// The grid in `heights.csv`: every place once, in any order.
-pub(super) fn grid(folder: &Folder) -> Result<(HeightGrid, String), Error> {
+pub(super) fn grid(folder: &Folder) -> Result<Drawn, Error> {
     let table = folder.table(HEIGHTS, KNOWN)?;
     let mut columns = Columns::new(&table, KNOWN);
     let [x, y, z] = PLACES.map(|name| columns.numbers(name));
@@ -48,7 +49,11 @@ pub(super) fn grid(folder: &Folder) -> Result<(HeightGrid, String), Error> {
         .map_err(|e| wrong(table.at_file(), e.to_string()))?;
     let words =
         format!("grid of {columns} × {rows} heights, {} × {} mm apart", spacing.x, spacing.y);
-    Ok((grid, words))
+    let reach_mm = [x_axis.first, x_axis.last()]
+        .into_iter()
+        .flat_map(|x| [y_axis.first, y_axis.last()].map(|y| f64::hypot(x, y)))
+        .reduce(f64::max);
+    Ok(Drawn { shape: DrawnShape::Grid(grid), words, reach_mm })
 }
 
 /// Evenly spaced places along one axis.
@@ -78,6 +83,10 @@ fn axis(values: &[f64]) -> Axis {
 }
 
 impl Axis {
+    fn last(&self) -> f64 {
+        self.first + self.step * as_f64(self.count.saturating_sub(1))
+    }
+
     fn slot(&self, value: f64) -> Option<usize> {
         let place = if self.step > 0.0 { (value - self.first) / self.step } else { 0.0 };
         let near = place.round();

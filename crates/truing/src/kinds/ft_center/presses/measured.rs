@@ -154,6 +154,7 @@ impl Measured for PressCase {
                 y_title: "machine y, mm",
                 at: self.known().map(|p| [p.machine_mm.x, p.machine_mm.y]).collect(),
                 names: self.known().map(|p| p.name.clone()).collect(),
+                facets: Vec::new(),
             }),
         }
     }

@@ -120,6 +120,7 @@ fn vectors(points: &[[f64; 3]], before: &[f64], after: &[f64]) -> ExtraPlot {
         x_title: "x, mm".into(),
         y_title: "y, mm".into(),
         unit: "mm".into(),
+        facets: Vec::new(),
         before: arrows(before),
         after: arrows(after),
     })

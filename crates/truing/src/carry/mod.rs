@@ -1,0 +1,12 @@
+//! Effects learnt on one case and carried to another, where they count as declared.
+
+mod learnt;
+mod matched;
+mod model;
+mod problem;
+
+pub use learnt::{Learnt, read_learnt};
+pub use matched::CarriedEffect;
+pub(crate) use matched::{Matched, matched};
+pub(crate) use model::carrying;
+pub use problem::CarryProblem;
