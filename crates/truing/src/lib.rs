@@ -46,9 +46,10 @@ pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
     DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
-    LineMiss, MeasuredNormalEstimate, MountEstimate, PlannedContactEstimate, PointResidual,
-    PoseEstimate, PoseIcpEstimates, ProbeCompEstimates, StationEstimate, TouchEstimate,
-    TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
+    LineMiss, LobeEstimate, MeasuredNormalEstimate, MountEstimate, PlannedContactEstimate,
+    PointResidual, PoseEstimate, PoseIcpEstimates, ProbeCompEstimates, QualificationEstimate,
+    StationEstimate, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
+    WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
 pub use program::{Corrected, correct};
