@@ -71,6 +71,87 @@ pub enum GeometryError {
         /// Heights given.
         heights: usize,
     },
+    /// A spline has a degree that cannot be evaluated.
+    #[error("degree {degree} along {direction} must be from 1 to {limit}")]
+    InvalidDegree {
+        /// Direction on the surface, u or v.
+        direction: &'static str,
+        /// Degree given.
+        degree: usize,
+        /// Highest degree accepted.
+        limit: usize,
+    },
+    /// A spline has fewer knots than one span needs.
+    #[error("{got} knots along {direction}; this degree needs {needed} or more")]
+    TooFewKnots {
+        /// Direction on the surface, u or v.
+        direction: &'static str,
+        /// Knots given.
+        got: usize,
+        /// Fewest knots, 2 (degree + 1).
+        needed: usize,
+    },
+    /// Knots do not increase.
+    #[error("knot {} along {direction} is smaller than the one before it", index + 1)]
+    KnotsDecrease {
+        /// Direction on the surface, u or v.
+        direction: &'static str,
+        /// Position of the smaller knot.
+        index: usize,
+    },
+    /// A knot is repeated so often that the surface falls apart there.
+    #[error(
+        "the knots along {direction} repeat knot {} more than {degree} times; at degree {degree} \
+         that tears the surface",
+        index + 1
+    )]
+    KnotRepeated {
+        /// Direction on the surface, u or v.
+        direction: &'static str,
+        /// Position of the first of the equal knots.
+        index: usize,
+        /// Degree along that direction.
+        degree: usize,
+    },
+    /// Control points or weights do not fill the net that the knots make.
+    #[error(
+        "the knots make a net of {columns} × {rows} control points; got {points} points and \
+         {weights} weights"
+    )]
+    InvalidNet {
+        /// Control points along u.
+        columns: usize,
+        /// Control points along v.
+        rows: usize,
+        /// Points given.
+        points: usize,
+        /// Weights given.
+        weights: usize,
+    },
+    /// A control point has a weight that is not positive.
+    #[error("weight {weight} of control point {} is not positive", index + 1)]
+    InvalidWeight {
+        /// Position in the input.
+        index: usize,
+        /// Weight given.
+        weight: f64,
+    },
+    /// The surface has no tangent plane: its control points coincide there, or lie on a line.
+    #[error("the surface has no normal at u = {u}, v = {v}: its control points collapse there")]
+    NoNormal {
+        /// Place along u.
+        u: f64,
+        /// Place along v.
+        v: f64,
+    },
+    /// A place is not on the surface.
+    #[error("u = {u}, v = {v} is beside the surface's knots")]
+    OutsideKnots {
+        /// Place along u.
+        u: f64,
+        /// Place along v.
+        v: f64,
+    },
     /// An aperture is not positive.
     #[error("aperture diameter {diameter_mm} mm is not positive")]
     InvalidAperture {

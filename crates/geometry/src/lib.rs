@@ -4,8 +4,8 @@
 //!   to round-off from 1e-9 rad to π; machine errors live at 1e-6 rad. [`EulerAngles`] are
 //!   `R = Rz(γ) Ry(β) Rx(α)`, [`PlanarMap`] takes in reflection, scale and shear.
 //! - [`Wrench`]: change of reference point and frame, power, line of action, free moment.
-//! - [`Plane`], [`Sphere`], [`Asphere`], [`Polynomial`], [`HeightGrid`] answer as [`Surface`]s: closest point, curvature, hits of a
-//!   line. Where there is no answer, or not a single one, they say which way it failed.
+//! - [`Plane`], [`Sphere`], [`Asphere`], [`Polynomial`], [`HeightGrid`], [`Nurbs`] answer as
+//!   [`Surface`]s: closest point, curvature, hits of a line. Where there is no answer, or not a single one, they say which way it failed.
 //!
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad ([`units`] has the factors).
 //! Six-vectors are `[tx, ty, tz, rx, ry, rz]` and perturb on the left, `T = exp(ξ) T̂`; wrenches
@@ -40,6 +40,7 @@ mod euler;
 mod graph;
 mod height_grid;
 mod line;
+mod nurbs;
 mod planar;
 mod plane;
 mod polynomial;
@@ -62,6 +63,7 @@ pub use error::GeometryError;
 pub use euler::{EulerAngles, EulerReading};
 pub use height_grid::HeightGrid;
 pub use line::Line;
+pub use nurbs::{Nurbs, NurbsJet};
 pub use planar::{PlanarMap, PlanarParts};
 pub use plane::Plane;
 pub use polynomial::Polynomial;

@@ -219,7 +219,10 @@ impl Error {
                     | PoseError::NotConverged { .. }
             ),
             Self::ProbeComp { source, .. } => {
-                matches!(**source, ProbeError::NeighboursOnALine { .. })
+                matches!(
+                    **source,
+                    ProbeError::NeighboursOnALine { .. } | ProbeError::NotQualified { .. }
+                )
             }
             Self::ForceImpedance { source, .. } => {
                 matches!(**source, ForceImpedanceError::LegsDoNotHold { .. })

@@ -65,7 +65,8 @@ impl Estimates {
         match self {
             Self::FrameFit(estimates) => estimates.parameters(),
             Self::FtCenter(estimates) => estimates.parameters(),
-            Self::Displacements(_) | Self::ProbeComp(_) => Vec::new(),
+            Self::Displacements(_) => Vec::new(),
+            Self::ProbeComp(estimates) => estimates.parameters(),
             Self::Gravity(estimates) => estimates.parameters(),
             Self::PoseIcp(estimates) => estimates.parameters(),
             Self::ForceImpedance(estimates) => estimates.parameters(),

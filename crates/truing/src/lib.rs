@@ -48,10 +48,10 @@ pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
     DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
-    LineMiss, MeasuredNormalEstimate, MountEstimate, PathError, PathForceEstimates,
+    LineMiss, LobeEstimate, MeasuredNormalEstimate, MountEstimate, PathError, PathForceEstimates,
     PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, ProbeCompEstimates,
-    StationEstimate, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
-    WrenchEstimate, kinds, write_example,
+    QualificationEstimate, StationEstimate, TouchEstimate, TouchResidual, TrackerLmEstimates,
+    TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, solve_report};
 pub use program::{Corrected, correct};

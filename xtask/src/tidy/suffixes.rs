@@ -15,8 +15,8 @@ const UNITS: [&str; 22] = [
 ];
 
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised
-/// residual of a robust loss, a twist mixes mm and rad.
-const DIMENSIONLESS: [&str; 84] = [
+/// residual of a robust loss, a twist mixes mm and rad; `u` and `v` are places by the knots of a spline.
+const DIMENSIONLESS: [&str; 86] = [
     "absorbed",
     "alpha",
     "amplitude",
@@ -92,7 +92,9 @@ const DIMENSIONLESS: [&str; 84] = [
     "tolerance",
     "truth",
     "twist",
+    "u",
     "unit",
+    "v",
     "value",
     "values",
     "values_before",

@@ -10,6 +10,7 @@ mod height_grid;
 mod jacobian;
 mod laws;
 mod line_hits;
+mod nurbs;
 mod planar;
 mod polynomial;
 mod regimes;

@@ -196,11 +196,14 @@ fn start(touches: &[BallTouch], reference: &Reference) -> Result<DVector<f64>, P
 const SMALL: f64 = 1e-9;
 
 fn refused(error: SolveError<DVector<f64>>) -> ProbeError {
-    let free = match error {
-        SolveError::Unobservable { directions, .. } => {
-            directions.into_iter().flat_map(|d| d.components).map(|(name, _)| name).collect()
+    let mut free: Vec<String> = Vec::new();
+    if let SolveError::Unobservable { directions, .. } = error {
+        // A parameter may be in several free directions.
+        for (name, _) in directions.into_iter().flat_map(|d| d.components) {
+            if !free.contains(&name) {
+                free.push(name);
+            }
         }
-        _ => Vec::new(),
-    };
+    }
     ProbeError::NotQualified { free }
 }

@@ -36,7 +36,8 @@ pub use tracker_lm::{
 pub(crate) use pose_icp::stds;
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
 pub use probe_comp::{
-    MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
+    LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
+    QualificationEstimate, TouchEstimate,
 };
 
 /// One kind of case.

@@ -16,7 +16,7 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
-use crate::kinds::surface::{HEIGHTS, SurfaceSettings};
+use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
 use crate::kinds::{Kind, Measured, Reading};
 
 pub(crate) use estimates::stds;
@@ -143,14 +143,14 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     };
     let tip = Tip { radius_mm, side };
     let Finite(gamma_deg) = settings.pose.gamma_deg.unwrap_or(zero());
-    let is_grid = surface.is_grid;
+    let of_surface = surface.table;
     let edge = if folder.has(EDGE) { Some(edge(folder, &settings.noise, document)?) } else { None };
     let case = assemble(surface, points, tip, gamma_deg.to_radians(), edge.as_ref(), &settings)?;
-    let tables: &[&str] = match (folder.has(EDGE), is_grid) {
-        (false, false) => &[POINTS],
-        (true, false) => &[POINTS, EDGE],
-        (false, true) => &[POINTS, HEIGHTS],
-        (true, true) => &[POINTS, EDGE, HEIGHTS],
+    // The edge is read wherever it is there.
+    let tables: &[&str] = match of_surface {
+        Some(HEIGHTS) => &[POINTS, EDGE, HEIGHTS],
+        Some(CONTROL) => &[POINTS, EDGE, CONTROL],
+        _ => &[POINTS, EDGE],
     };
     let measured: Box<dyn Measured> = Box::new(case);
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables })

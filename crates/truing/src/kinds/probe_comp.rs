@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod qualification;
 mod surface;
 mod tables;
 
@@ -12,13 +13,15 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
-use crate::kinds::surface::{HEIGHTS, SurfaceSettings};
+use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
 use crate::kinds::{Kind, Reading};
 
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
 };
 use measured::ProbeCase;
+pub use qualification::{LobeEstimate, QualificationEstimate};
+use qualification::{QUALIFICATION, QualificationSettings, corrected};
 use surface::{PartSurface, read_surface};
 use tables::Touches;
 
@@ -42,6 +45,7 @@ struct Settings {
     _kind: serde::de::IgnoredAny,
     surface: SurfaceSettings,
     probe: ProbeSettings,
+    qualification: Option<QualificationSettings>,
     #[serde(default)]
     model: ModelSettings,
     #[serde(default)]
@@ -95,7 +99,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let mut warnings = Vec::new();
     let tip_radius_mm = settings.probe.radius_mm(document)?;
     let stylus = settings.probe.stylus(document)?;
-    let touches = Touches::read(folder, document, settings.closure.group.as_ref())?;
+    let mut touches = Touches::read(folder, document, settings.closure.group.as_ref())?;
     warnings.extend(touches.warnings.iter().cloned());
     let mut surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
     let side = side(&settings, &surface, &touches, tip_radius_mm, &mut warnings);
@@ -113,16 +117,38 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
                        `touches.csv`";
         return Err(Error::case(document.at_file(), Problem::MissingKey { key, purpose }));
     }
-    let tables: &[&str] = match (folder.has(MICRO), surface.is_grid) {
-        (false, false) => &[TOUCHES],
-        (true, false) => &[TOUCHES, MICRO],
-        (false, true) => &[TOUCHES, HEIGHTS],
-        (true, true) => &[TOUCHES, MICRO, HEIGHTS],
-    };
+    let (mut effective_radius_mm, mut qualification) = (tip_radius_mm, None);
+    if let Some(artefact) = &settings.qualification {
+        let (found, estimate) = artefact.apply(folder, document, stylus, tip_radius_mm)?;
+        touches.balls = corrected(&found, &surface.nominal, &touches)?;
+        effective_radius_mm = found.effective_radius_mm;
+        qualification = Some(estimate);
+    }
+    let tables = tables(surface.table, qualification.is_some());
     let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
-    let case = ProbeCase { surface, touches, tip_radius_mm, stylus, source, sigma_mm };
+    let case = ProbeCase {
+        surface,
+        touches,
+        tip_radius_mm: effective_radius_mm,
+        qualification,
+        stylus,
+        source,
+        sigma_mm,
+    };
     let loop_settings = settings.closure;
     Ok(Reading { measured: Box::new(case), loop_settings, warnings, tables })
+}
+
+/// Tables that are read; the touches around others wherever they are there.
+fn tables(of_surface: Option<&str>, is_qualified: bool) -> &'static [&'static str] {
+    match (of_surface, is_qualified) {
+        (Some(HEIGHTS), false) => &[TOUCHES, MICRO, HEIGHTS],
+        (Some(HEIGHTS), true) => &[TOUCHES, MICRO, HEIGHTS, QUALIFICATION],
+        (Some(CONTROL), false) => &[TOUCHES, MICRO, CONTROL],
+        (Some(CONTROL), true) => &[TOUCHES, MICRO, CONTROL, QUALIFICATION],
+        (_, false) => &[TOUCHES, MICRO],
+        (_, true) => &[TOUCHES, MICRO, QUALIFICATION],
+    }
 }
 
 /// Side on which the ball is: as stated, else as the touches say.

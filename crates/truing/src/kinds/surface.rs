@@ -1,8 +1,9 @@
 //! `[surface]`: the part as drawn, for every kind that touches one.
 
 mod grid;
+mod nurbs;
 
-use geometry::{AsphereShape, GeometryError, HeightGrid, Plane, Polynomial, Sphere};
+use geometry::{AsphereShape, GeometryError, HeightGrid, Nurbs, Plane, Polynomial, Sphere};
 use nalgebra::{Point2, Point3, Vector3};
 use pose_icp::{Holes, MeshSurface};
 use serde::Deserialize;
@@ -25,6 +26,9 @@ pub(crate) struct SurfaceSettings {
     unit_mm: Option<Positive>,
     terms: Option<Vec<(u8, u8, Finite)>>,
     file: Option<String>,
+    degree: Option<Spanned<[u8; 2]>>,
+    knots_u: Option<Spanned<Vec<Finite>>>,
+    knots_v: Option<Spanned<Vec<Finite>>>,
     center_mm: Option<[Finite; 3]>,
     side: Option<SideName>,
     point_mm: Option<[Finite; 3]>,
@@ -38,6 +42,7 @@ enum ShapeName {
     Polynomial,
     Mesh,
     Grid,
+    Nurbs,
     Sphere,
     Plane,
 }
@@ -58,6 +63,17 @@ pub(crate) struct Drawn {
     pub(crate) reach_mm: Option<f64>,
 }
 
+impl Drawn {
+    /// Table that holds the shape, where one does.
+    pub(crate) fn table(&self) -> Option<&'static str> {
+        match self.shape {
+            DrawnShape::Grid(_) => Some(HEIGHTS),
+            DrawnShape::Nurbs(_) => Some(CONTROL),
+            _ => None,
+        }
+    }
+}
+
 /// What is drawn.
 #[derive(Debug)]
 pub(crate) enum DrawnShape {
@@ -66,6 +82,8 @@ pub(crate) enum DrawnShape {
     Mesh(Box<MeshSurface>),
     /// Heights in a table.
     Grid(HeightGrid),
+    /// Control points in a table.
+    Nurbs(Box<Nurbs>),
     Sphere {
         sphere: Sphere,
         inside: bool,
@@ -75,6 +93,8 @@ pub(crate) enum DrawnShape {
 
 /// Table of the heights of a grid.
 pub(crate) use grid::HEIGHTS;
+/// Table of the control points of a NURBS.
+pub(crate) use nurbs::CONTROL;
 
 impl ShapeName {
     fn name(self) -> &'static str {
@@ -83,6 +103,7 @@ impl ShapeName {
             Self::Polynomial => "polynomial",
             Self::Mesh => "mesh",
             Self::Grid => "grid",
+            Self::Nurbs => "nurbs",
             Self::Sphere => "sphere",
             Self::Plane => "plane",
         }
@@ -96,6 +117,7 @@ impl ShapeName {
             Self::Polynomial => &["unit_mm", "terms"],
             Self::Mesh => &["file"],
             Self::Grid => &[],
+            Self::Nurbs => &["degree", "knots_u", "knots_v"],
             Self::Sphere => &["radius_mm", "center_mm", "side"],
             Self::Plane => &["point_mm", "normal"],
         }
@@ -120,6 +142,7 @@ impl SurfaceSettings {
             ShapeName::Polynomial => self.polynomial(document),
             ShapeName::Mesh => self.mesh(folder, document),
             ShapeName::Grid => grid::grid(folder),
+            ShapeName::Nurbs => self.nurbs(folder, document),
             ShapeName::Plane => self.plane(document),
             ShapeName::Sphere => self.sphere(document),
         }
@@ -142,6 +165,9 @@ impl SurfaceSettings {
             ("unit_mm", self.unit_mm.is_some()),
             ("terms", self.terms.is_some()),
             ("file", self.file.is_some()),
+            ("degree", self.degree.is_some()),
+            ("knots_u", self.knots_u.is_some()),
+            ("knots_v", self.knots_v.is_some()),
             ("center_mm", self.center_mm.is_some()),
             ("side", self.side.is_some()),
             ("point_mm", self.point_mm.is_some()),
@@ -150,7 +176,7 @@ impl SurfaceSettings {
         keys.into_iter().filter(|(_, is_given)| *is_given).map(|(key, _)| key).collect()
     }
 
-    fn missing(&self, document: &Document, key: &str, purpose: &'static str) -> Error {
+    pub(super) fn missing(&self, document: &Document, key: &str, purpose: &'static str) -> Error {
         let key = format!("[surface] {key}");
         Error::case(document.at(&self.shape.span()), Problem::MissingKey { key, purpose })
     }

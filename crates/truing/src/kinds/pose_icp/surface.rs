@@ -13,8 +13,8 @@ pub(super) struct Surface {
     pub(super) words: String,
     /// Whether a rotation about z may show.
     pub(super) shows_gamma: bool,
-    /// Whether a table holds its heights.
-    pub(super) is_grid: bool,
+    /// Table that holds the shape, where one does.
+    pub(super) table: Option<&'static str>,
 }
 
 pub(super) fn read_surface(
@@ -23,19 +23,21 @@ pub(super) fn read_surface(
     document: &Document,
     warnings: &mut Vec<String>,
 ) -> Result<Surface, Error> {
-    let Drawn { shape, words, reach_mm } = settings.read(folder, document, warnings)?;
+    let drawn = settings.read(folder, document, warnings)?;
+    let table = drawn.table();
+    let Drawn { shape, words, reach_mm } = drawn;
     let shows_gamma = !matches!(shape, DrawnShape::Asphere(_));
-    let is_grid = matches!(shape, DrawnShape::Grid(_));
     let part = match shape {
         DrawnShape::Asphere(shape) => {
             Part::asphere(shape).map_err(|e| settings.no_surface(document, e))?
         }
         DrawnShape::Polynomial(surface) => Part::freeform(Arc::new(surface)),
         DrawnShape::Grid(surface) => Part::freeform(Arc::new(surface)),
+        DrawnShape::Nurbs(surface) => Part::freeform(Arc::new(*surface)),
         DrawnShape::Mesh(surface) => Part::mesh(*surface),
         DrawnShape::Sphere { .. } | DrawnShape::Plane(_) => {
             let why = "looks the same from many sides and has no pose; take `asphere`, \
-                       `polynomial`, `grid` or `mesh`, or the kind `probe-comp`";
+                       `polynomial`, `grid`, `nurbs` or `mesh`, or the kind `probe-comp`";
             return Err(settings.refused(document, why));
         }
     };
@@ -43,5 +45,5 @@ pub(super) fn read_surface(
         Some(reach_mm) => part.with_form_radius_mm(reach_mm),
         None => part,
     };
-    Ok(Surface { part, words, shows_gamma, is_grid })
+    Ok(Surface { part, words, shows_gamma, table })
 }

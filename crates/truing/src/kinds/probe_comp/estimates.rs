@@ -2,11 +2,16 @@ use nalgebra::{Point3, Unit, Vector3};
 use probe_comp::Contact;
 use serde::Serialize;
 
+use super::qualification::QualificationEstimate;
+use crate::estimates::Estimated;
 use crate::text_table::TextTable;
 
 /// What a `probe-comp` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProbeCompEstimates {
+    /// What the probe adds, where the case holds touches of an artefact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub qualification: Option<QualificationEstimate>,
     /// One per touch, in the order of the table.
     pub touches: Vec<TouchEstimate>,
 }
@@ -155,6 +160,10 @@ impl MeasuredNormalEstimate {
 }
 
 impl ProbeCompEstimates {
+    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+        self.qualification.as_ref().map_or_else(Vec::new, QualificationEstimate::parameters)
+    }
+
     pub(crate) fn table(&self) -> TextTable {
         let columns = ["touch", "use", "x (mm)", "y (mm)", "z (mm)", "deviation (µm)", "std (µm)"];
         let mut table = TextTable::new("contacts", &columns);

@@ -7,6 +7,7 @@ use probe_comp::{
 };
 
 use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
+use super::qualification::QualificationEstimate;
 use super::surface::PartSurface;
 use super::tables::Touches;
 use crate::Error;
@@ -19,7 +20,10 @@ use crate::report::Fact;
 pub(super) struct ProbeCase {
     pub(super) surface: PartSurface,
     pub(super) touches: Touches,
+    /// Radius with which the touches are compensated.
     pub(super) tip_radius_mm: f64,
+    /// What the probe adds, already taken off the touches.
+    pub(super) qualification: Option<QualificationEstimate>,
     pub(super) stylus: Unit<Vector3<f64>>,
     pub(super) source: NormalSource,
     /// Declared standard uncertainty of a coordinate.
@@ -100,14 +104,22 @@ impl Measured for ProbeCase {
             NormalSource::SurfaceFit => "of the surface through each touch and its nearest others",
             _ => "of the quadric through the touches around each",
         };
+        let mut declared = vec![
+            format!(
+                "A ball of radius {} mm touches at A = O − r n; n is the normal {normal}.",
+                self.tip_radius_mm
+            ),
+            format!("The part is the nominal one: {}.", self.surface.words),
+        ];
+        if let Some(probe) = &self.qualification {
+            declared.push(format!(
+                "The radius is the effective one that {} touches of an artefact gave; what else the \
+                 probe adds to a reading was taken off.",
+                probe.touches
+            ));
+        }
         Words {
-            declared: vec![
-                format!(
-                    "A ball of radius {} mm touches at A = O − r n; n is the normal {normal}.",
-                    self.tip_radius_mm
-                ),
-                format!("The part is the nominal one: {}.", self.surface.words),
-            ],
+            declared,
             residual: "height of the contact above the nominal surface, along its normal",
             components: &[],
             group_noun: self.touches.group_column.clone().unwrap_or_else(|| "touch".to_owned()),
@@ -162,7 +174,8 @@ impl ProbeCase {
             contact.covariance_mm2 *= scale.unwrap_or(1.0);
             touches[row].measured = Some(MeasuredNormalEstimate::of(&contact, scale.is_some()));
         }
-        let estimates = ProbeCompEstimates { touches };
+        let qualification = self.qualification.clone();
+        let estimates = ProbeCompEstimates { qualification, touches };
         Ok(Compensated { contacts, estimates, chi2_per_dof, degrees_of_freedom })
     }
 

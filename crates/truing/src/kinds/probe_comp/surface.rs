@@ -14,8 +14,8 @@ pub(super) struct PartSurface {
     pub(super) words: String,
     /// Whether `[surface]` itself says on which side the ball is.
     pub(super) has_own_side: bool,
-    /// Whether a table holds its heights.
-    pub(super) is_grid: bool,
+    /// Table that holds the shape, where one does.
+    pub(super) table: Option<&'static str>,
 }
 
 pub(super) fn read_surface(
@@ -24,13 +24,14 @@ pub(super) fn read_surface(
     document: &Document,
     warnings: &mut Vec<String>,
 ) -> Result<PartSurface, Error> {
-    let Drawn { shape, words, .. } = settings.read(folder, document, warnings)?;
-    let is_grid = matches!(shape, DrawnShape::Grid(_));
+    let drawn = settings.read(folder, document, warnings)?;
+    let table = drawn.table();
+    let Drawn { shape, words, .. } = drawn;
     let surface: Arc<dyn Surface> = match shape {
         DrawnShape::Sphere { sphere, inside } => {
             let side = if inside { Side::Against } else { Side::Along };
             let nominal = Nominal::sphere(sphere, side);
-            return Ok(PartSurface { nominal, words, has_own_side: true, is_grid });
+            return Ok(PartSurface { nominal, words, has_own_side: true, table });
         }
         DrawnShape::Asphere(shape) => {
             Arc::new(Asphere::new(shape).map_err(|e| settings.no_surface(document, e))?)
@@ -38,8 +39,9 @@ pub(super) fn read_surface(
         DrawnShape::Polynomial(surface) => Arc::new(surface),
         DrawnShape::Mesh(surface) => Arc::new(*surface),
         DrawnShape::Grid(surface) => Arc::new(surface),
+        DrawnShape::Nurbs(surface) => Arc::new(*surface),
         DrawnShape::Plane(surface) => Arc::new(surface),
     };
     let nominal = Nominal::new(surface, Side::Along);
-    Ok(PartSurface { nominal, words, has_own_side: false, is_grid })
+    Ok(PartSurface { nominal, words, has_own_side: false, table })
 }

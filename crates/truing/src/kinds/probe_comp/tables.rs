@@ -4,6 +4,7 @@ use nalgebra::{Point2, Point3, Unit, Vector3};
 use probe_comp::{BallTouch, Nominal};
 use toml::Spanned;
 
+use super::qualification::QUALIFICATION;
 use super::{MICRO, TOUCHES};
 use crate::Error;
 use crate::case::{
@@ -28,6 +29,8 @@ const KNOWN: &[&str] = &[
     SPINDLE,
     "use",
 ];
+const KNOWN_ARTEFACT: &[&str] =
+    &["touch", XYZ[0], XYZ[1], XYZ[2], APPROACH[0], APPROACH[1], APPROACH[2], SPINDLE];
 const KNOWN_MICRO: &[&str] = &["touch", "k", XYZ[0], XYZ[1], XYZ[2]];
 /// How far the length of a direction may be from 1: two decimals of each component.
 const UNIT_TOL: f64 = 0.01;
@@ -105,6 +108,36 @@ impl Touches {
         }
         votes > 0
     }
+}
+
+/// Touches of an artefact as read.
+pub(super) struct ArtefactTouches {
+    pub(super) file: Location,
+    /// Line of each touch.
+    pub(super) lines: Vec<usize>,
+    /// With an uncertainty of 1 mm.
+    pub(super) balls: Vec<BallTouch>,
+}
+
+/// `qualification.csv`.
+pub(super) fn artefact_touches(folder: &Folder) -> Result<ArtefactTouches, Error> {
+    let table = folder.table(QUALIFICATION, NEEDED)?;
+    let mut columns = Columns::new(&table, KNOWN_ARTEFACT);
+    columns.ids("touch")?;
+    let centers_mm = coordinates(&mut columns)?;
+    let approaches = approaches(&mut columns, &table)?;
+    let spindle_deg = if columns.has(SPINDLE) { Some(columns.numbers(SPINDLE)?) } else { None };
+    columns.rest()?;
+    let ball = |(row, center_mm): (usize, &Point3<f64>)| BallTouch {
+        approach: approaches.as_ref().map(|a| a[row]),
+        spindle_rad: spindle_deg.as_ref().map_or(0.0, |s| s[row].to_radians()),
+        ..BallTouch::new(*center_mm, 1.0)
+    };
+    Ok(ArtefactTouches {
+        file: table.at_file(),
+        lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
+        balls: centers_mm.iter().enumerate().map(ball).collect(),
+    })
 }
 
 fn coordinates(columns: &mut Columns<'_>) -> Result<Vec<Point3<f64>>, Error> {
