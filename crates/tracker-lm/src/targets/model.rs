@@ -14,6 +14,7 @@ use super::sight::{ErrorAt, Sight};
 use super::{TargetCalibration, TargetOptions, TargetSurvey};
 use crate::TrackerError;
 use crate::model::elapsed;
+use crate::network::angles;
 
 /// What is left out together when the error on unseen data is judged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -264,10 +265,15 @@ fn beside(
 fn layout(survey: &TargetSurvey, rows: &Rows, hold_out: HoldOut, declared: bool) -> Layout {
     let group = |name: &String| Group { name: name.clone(), role: Role::Fit };
     let (groups, observations) = match hold_out {
-        HoldOut::Step => (
-            survey.steps.iter().map(|s| group(&s.name)).collect(),
-            survey.targets.iter().map(|t| t.step).collect(),
-        ),
+        HoldOut::Step => {
+            let mut groups: Vec<Group> = survey.steps.iter().map(|s| group(&s.name)).collect();
+            // The first angle is where the errors are zero: met once, it says where the trackers
+            // stand, and without it nothing does.
+            if let Some([first]) = angles(&survey.steps).0.first().map(|a| &a.steps[..]) {
+                groups[*first].role = Role::Prior;
+            }
+            (groups, survey.targets.iter().map(|t| t.step).collect())
+        }
         HoldOut::Mount => (
             survey.mounts.iter().map(|m| group(&m.name)).collect(),
             survey.targets.iter().map(|t| t.mount).collect(),

@@ -26,10 +26,10 @@ fn mounts(column: &str, of: impl Fn(&str) -> String) -> String {
     table
 }
 
-/// Seven stops of 15°, seen from 3 m along x, looking back.
-fn targets() -> String {
+/// Stops of 15°, seen from 3 m along x, looking back.
+fn targets(stops: i32) -> String {
     let mut table = "station,mount,step,angle_deg,x_mm,y_mm,z_mm\n".to_owned();
-    for step in 0..7 {
+    for step in 0..stops {
         let angle_deg = 15.0 * f64::from(step);
         let turned = angle_deg.to_radians() - if step == 0 { 0.0 } else { SHORT_RAD };
         let (sin, cos) = turned.sin_cos();
@@ -47,7 +47,7 @@ fn targets() -> String {
 }
 
 fn case(settings: &str, more: &[(&str, &str)]) -> Case {
-    let (mounts, targets) = (mounts("", |_| String::new()), targets());
+    let (mounts, targets) = (mounts("", |_| String::new()), targets(7));
     let mut files = vec![
         ("case.toml", settings),
         ("stations.csv", STATIONS),
@@ -98,6 +98,16 @@ fn reflectors_or_steps_are_held_out() {
 }
 
 #[test]
+fn what_says_where_a_tracker_stands_is_not_left_out() {
+    // The first angle is met once: without its stop, nothing says where the one tracker stands.
+    let many = targets(13);
+    let steps = answer("loop", &case(CASE, &[("targets.csv", &many)]));
+    assert_eq!(steps["before"]["hold_out"], "nested");
+    let seen = steps["before"]["held_out_rms"].as_f64().unwrap();
+    assert!((0.002..0.03).contains(&seen), "{seen}");
+}
+
+#[test]
 fn slips_are_named() {
     let refused = |case: &Case| {
         let ended = truing(&["solve", case.path().to_str().unwrap()]);
@@ -108,7 +118,7 @@ fn slips_are_named() {
     assert!(refused(&case(&half, &[])).contains("angle_rad"));
     let both = case(CASE, &[("ranges.csv", "station\n")]);
     assert!(refused(&both).contains("exclude each other"));
-    let unknown = targets().replace("tracker,a,0,", "traker,a,0,");
+    let unknown = targets(7).replace("tracker,a,0,", "traker,a,0,");
     assert!(refused(&case(CASE, &[("targets.csv", &unknown)])).contains("`tracker`"));
 }
 
