@@ -73,6 +73,7 @@ impl LogEffect {
             subject,
             description: text.to_owned(),
             driver,
+            searched: 1,
             parameters: vec![parameter],
         }
     }

@@ -228,7 +228,8 @@ fn description(effect: PathEffect, stretch: &Stretch) -> Effect {
             knots(n, "%", 100.0),
         ),
     };
-    Effect { id: id.to_owned(), subject, description: text.to_owned(), driver: None, parameters }
+    let (id, description) = (id.to_owned(), text.to_owned());
+    Effect { id, subject, description, driver: None, searched: 1, parameters }
 }
 
 impl Model for PathModel {

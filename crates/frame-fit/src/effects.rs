@@ -95,6 +95,7 @@ fn entry<const D: usize>(
         subject: None,
         description: description.to_owned(),
         driver: None,
+        searched: 1,
         parameters,
     };
     Entry { effect, term }

@@ -326,6 +326,7 @@ impl Kind {
             subject: subject.map(str::to_owned),
             description: description.to_owned(),
             driver: None,
+            searched: 1,
             parameters: vec![parameter],
         }
     }

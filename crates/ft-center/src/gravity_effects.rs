@@ -89,6 +89,7 @@ impl GravityEffect {
             subject: subject.map(str::to_owned),
             description: description.to_owned(),
             driver: None,
+            searched: 1,
             parameters,
         }
     }

@@ -114,6 +114,7 @@ impl PressEffect {
             subject: (!subject.is_empty()).then(|| subject.to_owned()),
             description: text.to_owned(),
             driver: None,
+            searched: 1,
             parameters,
         }
     }

@@ -45,6 +45,7 @@ impl Repetitions {
                 subject: None,
                 description: "the reading grows with every repetition".to_owned(),
                 driver: None,
+                searched: 1,
                 parameters: vec![parameter("drift", "µm per repetition")],
             }],
         }

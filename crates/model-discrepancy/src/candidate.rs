@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::basis::{Basis, smallest_cosine};
 use crate::linear::{Linear, NEW_DIRECTION};
-use crate::significance::Reach;
+use crate::significance::{Reach, count};
 use crate::system::{Active, Empirical, Estimate, System};
 use crate::{Effect, Model};
 
@@ -43,6 +43,8 @@ pub(crate) struct Candidate {
     /// Share of the tangent absorbed by the model, 0 to 1.
     pub(crate) absorbed: f64,
     pub(crate) reach: Reach,
+    /// How many like it were looked at to find it.
+    pub(crate) searched: f64,
     /// Cluster in which a candidate with [`Reach::One`] lives.
     pub(crate) home: Option<usize>,
 }
@@ -110,6 +112,7 @@ pub(crate) fn sight(
         source: Source::Effect(Active { effect: e, parameters }),
         absorbed: absorbed(&tangent, &beside, base),
         reach: if home.is_some() { Reach::One } else { Reach::Many },
+        searched: count(effect.searched.max(1)),
         home,
         tangent,
         beside,

@@ -47,7 +47,7 @@ pub(crate) fn detectable_rms(
     candidate: &Candidate,
     alpha: f64,
 ) -> f64 {
-    let lambda = noncentrality(alpha, test.directions, test.dof);
+    let lambda = noncentrality(alpha / candidate.searched, test.directions, test.dof);
     let directions = Basis::of(&candidate.tangent, NEW_DIRECTION).matrix();
     let seen = (1.0 - candidate.absorbed).max(f64::MIN_POSITIVE);
     // A unit direction leaves √seen beside the model, so the whole must be 1/√seen longer.
@@ -97,7 +97,7 @@ pub(crate) fn detectable_amplitudes(
     candidate: &Candidate,
     alpha: f64,
 ) -> DVector<f64> {
-    let lambda = noncentrality(alpha, test.directions, test.dof);
+    let lambda = noncentrality(alpha / candidate.searched, test.directions, test.dof);
     let seen = lin.basis.reject_columns(&candidate.tangent);
     DVector::from_iterator(
         seen.ncols(),

@@ -12,7 +12,7 @@ use crate::linear::{Linear, NEW_DIRECTION};
 use crate::local::{LocalSight, full_sight, local_effects};
 use crate::select::CHOICE_FOLDS;
 use crate::shape::{Shape, correction, periods, shapes};
-use crate::significance::{Reach, Significance, count, significance_beside};
+use crate::significance::{Asked, Reach, Significance, count, significance_beside};
 use crate::system::{Empirical, Estimate, System};
 use crate::{Covariate, Layout, Model, Options, Origin};
 
@@ -248,8 +248,8 @@ fn judge(
 ) -> Option<Judged> {
     let lin = bench.lin;
     let level = bench.alpha / trials;
-    let (beside, reach) = (&candidate.beside, candidate.reach);
-    let test = significance_beside(lin, base, residual, beside, reach, level)?;
+    let asked = Asked { reach: candidate.reach, searched: candidate.searched, level };
+    let test = significance_beside(lin, base, residual, &candidate.beside, asked)?;
     let adjusted = (test.p_value * trials).min(1.0);
     let n = count(lin.rows.len());
     let rss_after = test.variance * count(test.dof);
@@ -378,6 +378,7 @@ pub(crate) fn empirical_candidate(
         beside,
         absorbed: 0.0,
         reach: Reach::Many,
+        searched: 1.0,
         home: None,
     };
     Some((candidate, with_constants))

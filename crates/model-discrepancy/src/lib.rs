@@ -67,6 +67,7 @@
 //!         subject: None,
 //!         description: "the scale's divisions are too long".to_owned(),
 //!         driver: None,
+//!         searched: 1,
 //!         parameters: vec![parameter("scale", "ppm", 1e6)],
 //!     }],
 //!     length_mm,

@@ -169,6 +169,9 @@ pub struct Effect {
     /// A driven effect is large where the covariate's mean is large, and that part may be
     /// absorbed by the base model; what is tested is its variation.
     pub driver: Option<String>,
+    /// How many like it were looked at in the same data to find it: its p-value is multiplied by
+    /// that. One where it was not found by looking.
+    pub searched: usize,
     /// Its amplitudes.
     pub parameters: Vec<Parameter>,
 }

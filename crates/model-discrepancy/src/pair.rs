@@ -7,7 +7,7 @@ use crate::holdout::{compare, leave_out};
 use crate::judge::{Bench, Hearing, Judged};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::select::{CATALOGUE_SHARE, QUARTER, STAY};
-use crate::significance::{Reach, Significance, count, significance, significance_beside};
+use crate::significance::{Asked, Reach, Significance, count, significance, significance_beside};
 
 /// Most classes of effects of which all pairs are tried.
 const MAX_CLASSES: usize = 15;
@@ -41,8 +41,10 @@ pub(crate) fn find_pair(bench: &Bench<'_>, hearing: &Hearing) -> Option<[Judged;
 /// Both effects tested together, and each beside the other.
 fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<([Judged; 2], f64)> {
     let lin = bench.lin;
+    let searched = a.candidate.searched * b.candidate.searched;
+    let asked = Asked { reach: Reach::Many, searched, level };
     let both = side_by_side(&a.candidate.beside, &b.candidate.beside);
-    let joint = significance_beside(lin, &lin.basis, &bench.clean, &both, Reach::Many, level)?;
+    let joint = significance_beside(lin, &lin.basis, &bench.clean, &both, asked)?;
     if joint.p_value > level || joint.directions < a.test.directions + b.test.directions {
         return None;
     }

@@ -41,6 +41,16 @@ pub(crate) enum Reach {
     One,
 }
 
+/// What a test has to show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    pub(crate) reach: Reach,
+    /// How many candidates were looked at in the same data to find this one.
+    pub(crate) searched: f64,
+    /// Above it, the classical test alone decides.
+    pub(crate) level: f64,
+}
+
 /// Tests `tangent` (whitened) beside everything in `base`.
 ///
 /// Three tests, of which the least significant counts: the classical F test; the same after
@@ -59,31 +69,35 @@ pub(crate) fn significance(
     level: f64,
 ) -> Option<Significance> {
     let residual = base.reject(&lin.residual);
-    significance_beside(lin, base, &residual, &base.reject_columns(tangent), reach, level)
+    let asked = Asked { reach, searched: 1.0, level };
+    significance_beside(lin, base, &residual, &base.reject_columns(tangent), asked)
 }
 
 /// [`significance`] of a candidate of which `base` leaves `beside`; of the data it leaves
 /// `residual`.
+///
+/// That the candidate was searched for counts under every colour of the noise. The group level
+/// then has only to confirm it: its few groups could not tell chances so small apart.
 pub(crate) fn significance_beside(
     lin: &Linear<'_>,
     base: &Basis,
     residual: &DVector<f64>,
     beside: &DMatrix<f64>,
-    reach: Reach,
-    level: f64,
+    asked: Asked,
 ) -> Option<Significance> {
     let added = Basis::of(beside, NEW_DIRECTION.sqrt());
     let mut test = f_test(residual, base.dim(), &added)?;
-    if test.p_value > level {
+    test.p_value = (test.p_value * asked.searched).min(1.0);
+    if test.p_value > asked.level {
         return Some(test);
     }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
     if test.dof >= MIN_DOF_FOR_CORRELATION {
         for correlated in coloured_p_values(lin, &full.matrix(), added.dim(), residual) {
-            test.p_value = test.p_value.max(correlated);
+            test.p_value = test.p_value.max((correlated * asked.searched).min(1.0));
         }
     }
-    if reach == Reach::Many {
+    if asked.reach == Reach::Many {
         let at_group_level = vector_p_value(lin, base, beside, &full)
             .unwrap_or_else(|| group_p_value(lin, &test, residual, &added, &full));
         test.p_value = test.p_value.max(at_group_level);

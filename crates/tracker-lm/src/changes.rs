@@ -4,7 +4,9 @@
 //! every other effect its significance. So the catalogue holds, for each dead path, each station and
 //! each reflector, a change in the middle of the run; one after every gap in a lock's readings,
 //! where a beam was broken; and one wherever the residual of the declared model shows a change so
-//! clearly that chance does it nowhere in a hundred surveys.
+//! clearly that white noise does it nowhere in a hundred surveys. Such a change says among how many
+//! it was found: noise of another colour looks like one far more often, and only the loop knows
+//! the colour.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -47,8 +49,16 @@ struct Visit {
     ranges: Vec<usize>,
 }
 
+/// A change for the catalogue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Offered {
+    pub(crate) change: Change,
+    /// How many were looked at to find it; one where the run alone offers it.
+    pub(crate) searched: usize,
+}
+
 /// Changes for the catalogue, in the order of things and readings.
-pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Change> {
+pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Offered> {
     let things = things(fitted.network);
     let mut found: Vec<Change> = Vec::new();
     for Thing { of, visits } in &things {
@@ -66,10 +76,14 @@ pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Change> {
         .filter(|(p_value, _)| *p_value * count(trials) <= FALSE_ALARM)
         .collect();
     clear.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.extend(clear.into_iter().take(MOST_FOUND).map(|(_, change)| change));
-    found.sort_by_key(|c| c.key());
-    found.dedup();
-    found
+    let by_run = found.into_iter().map(|change| Offered { change, searched: 1 });
+    let seen = clear.into_iter().take(MOST_FOUND);
+    let seen = seen.map(|(_, change)| Offered { change, searched: trials });
+    let mut offered: Vec<_> = by_run.chain(seen).collect();
+    // What the run alone offers goes first, and is not searched for again.
+    offered.sort_by_key(|o| (o.change.key(), o.searched));
+    offered.dedup_by_key(|o| o.change);
+    offered
 }
 
 impl Change {

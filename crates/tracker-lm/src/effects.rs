@@ -6,6 +6,7 @@
 use model_discrepancy::{Covariate, Effect, Parameter};
 use nalgebra::Vector3;
 
+use crate::changes::Offered;
 use crate::sights::Sight;
 use crate::{Approach, Step, Survey};
 
@@ -51,7 +52,7 @@ pub(crate) enum Change {
 }
 
 /// The catalogue: effects of the whole run, then changes at the given steps.
-pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Change]) -> Vec<Entry> {
+pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     let n_stations = scene.survey.stations.len();
     let mut entries =
         vec![range_scale(scene), range_drift(scene, None), backlash(scene), incidence(scene)];
@@ -59,7 +60,11 @@ pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Change]) -> Vec<Entry> {
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(temperatures(scene));
-    entries.extend(changes.iter().map(|change| changed(scene, *change)));
+    entries.extend(changes.iter().map(|offered| {
+        let mut entry = changed(scene, offered.change);
+        entry.effect.searched = offered.searched;
+        entry
+    }));
     entries
 }
 
@@ -72,7 +77,8 @@ impl Scene<'_> {
         parameters: Vec<Parameter>,
         column: impl Fn(usize) -> Vec<f64>,
     ) -> Entry {
-        let effect = Effect { id: id.to_owned(), subject, description, driver: None, parameters };
+        let id = id.to_owned();
+        let effect = Effect { id, subject, description, driver: None, searched: 1, parameters };
         Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
     }
 

@@ -7,8 +7,8 @@ use model_discrepancy::{
 use nalgebra::{DMatrix, DVector, Point3};
 
 use crate::calibrate::fitted_joint;
-use crate::changes::{Fitted, changes};
-use crate::effects::{Change, Entry, Scene, approaches, catalogue};
+use crate::changes::{Fitted, Offered, changes};
+use crate::effects::{Entry, Scene, approaches, catalogue};
 use crate::gauge::StationChart;
 use crate::joint::Joint;
 use crate::network::Network;
@@ -33,7 +33,7 @@ pub struct TrackerModel {
     pub(crate) recorded: Recorded,
     pub(crate) solved: Solved,
     pub(crate) sights: Vec<Sight>,
-    pub(crate) changes: Vec<Change>,
+    pub(crate) changes: Vec<Offered>,
     layout: Layout,
     /// Lock of every observation.
     records: Vec<usize>,
@@ -94,7 +94,7 @@ impl TrackerModel {
         options: Options,
         recorded: Recorded,
         solved: Solved,
-        changes: Option<&[Change]>,
+        changes: Option<&[Offered]>,
     ) -> Result<Self, TrackerError> {
         let network = Network::new(&survey, &options)?;
         let nominal: Vec<Point3<f64>> = survey.stations.iter().map(|s| s.nominal_mm).collect();
@@ -120,7 +120,7 @@ impl TrackerModel {
                     &network, &sights, &reduction, &layout, &residual, &jacobian, sigma_mm,
                 )
             },
-            <[Change]>::to_vec,
+            <[Offered]>::to_vec,
         );
         let time = elapsed(survey.ranges.len(), recorded.time_s.as_deref());
         let approaches = approaches(&survey.steps);
@@ -226,7 +226,7 @@ fn found_changes(
     residual: &DVector<f64>,
     jacobian: &DMatrix<f64>,
     sigma_mm: f64,
-) -> Vec<Change> {
+) -> Vec<Offered> {
     let mut whitened = jacobian.clone();
     let mut residual = residual.clone();
     for (i, row) in layout.rows.iter().enumerate() {

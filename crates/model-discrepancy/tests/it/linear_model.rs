@@ -151,6 +151,7 @@ pub(crate) fn effect(id: &str, subject: Option<String>, n: usize) -> Effect {
         subject,
         description: format!("the effect {id}"),
         driver: None,
+        searched: 1,
         parameters: (0..n).map(|i| parameter(&format!("a{i}"))).collect(),
     }
 }

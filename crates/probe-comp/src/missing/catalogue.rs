@@ -81,6 +81,7 @@ fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) ->
         subject: None,
         description: description.to_owned(),
         driver: None,
+        searched: 1,
         parameters,
     };
     Entry { effect, term }

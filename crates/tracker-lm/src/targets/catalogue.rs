@@ -62,7 +62,8 @@ impl Scene<'_> {
         let columns = (0..parameters.len())
             .map(|p| (0..n).flat_map(|target| <[f64; 3]>::from(column(target, p))).collect())
             .collect();
-        let effect = Effect { id: id.to_owned(), subject, description, driver: None, parameters };
+        let id = id.to_owned();
+        let effect = Effect { id, subject, description, driver: None, searched: 1, parameters };
         Entry { effect, columns }
     }
 }
