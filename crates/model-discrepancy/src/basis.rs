@@ -134,6 +134,11 @@ impl Basis {
         self.view().select_rows(rows)
     }
 
+    /// Columns from `first` on, as a matrix.
+    pub(crate) fn columns_from(&self, first: usize) -> DMatrix<f64> {
+        self.view().columns(first, self.dim - first).into_owned()
+    }
+
     /// The basis as a matrix, `rows × dim`.
     pub(crate) fn matrix(&self) -> DMatrix<f64> {
         self.view().into_owned()

@@ -91,6 +91,7 @@ mod candidate;
 mod check;
 mod close_loop;
 mod closure;
+mod colour;
 mod common_scatter;
 mod confusable;
 mod constancy;

@@ -1,9 +1,11 @@
 //! A fitted system, linearised and whitened: what every test of a candidate looks at.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::autocorrelation::Colours;
 use crate::basis::Basis;
 use crate::system::{Estimate, System, rows_of, whitened};
 use crate::{Layout, Role};
@@ -29,6 +31,7 @@ pub(crate) struct Linear<'a> {
     pub(crate) cluster_groups: Vec<usize>,
     /// Positions in `rows` of each component of each record, in measured order.
     pub(crate) series: Vec<Vec<usize>>,
+    colours: OnceLock<Colours>,
 }
 
 impl<'a> Linear<'a> {
@@ -46,7 +49,8 @@ impl<'a> Linear<'a> {
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         let (clusters, cluster_groups) = clusters(layout, &rows);
         let series = series(layout, &rows, system.model.records());
-        Self { layout, rows, sigma, residual, basis, clusters, cluster_groups, series }
+        let colours = OnceLock::new();
+        Self { layout, rows, sigma, residual, basis, clusters, cluster_groups, series, colours }
     }
 
     /// Whitened rows of a tangent given for all rows of the layout.
@@ -56,6 +60,11 @@ impl<'a> Linear<'a> {
             row.unscale_mut(*sigma);
         }
         out
+    }
+
+    /// The basis under each colour that the noise may have; found when first asked for.
+    pub(crate) fn colours(&self) -> &Colours {
+        self.colours.get_or_init(|| Colours::new(self))
     }
 
     /// Residual with what the basis explains taken out (none is left after a converged fit).

@@ -93,7 +93,7 @@ pub(crate) fn significance_beside(
     }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
     if test.dof >= MIN_DOF_FOR_CORRELATION {
-        for correlated in coloured_p_values(lin, &full.matrix(), added.dim(), residual) {
+        for correlated in coloured_p_values(lin, &full, added.dim(), residual) {
             test.p_value = test.p_value.max((correlated * asked.searched).min(1.0));
         }
     }

@@ -1,0 +1,101 @@
+//! Noise whose successive values depend on each other, and what turns it white.
+
+use nalgebra::{DMatrix, DMatrixView};
+
+use crate::significance::count;
+
+/// How successive observations depend on each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Colour {
+    /// Autoregression of first order: the correlation of neighbours.
+    Neighbours(f64),
+    /// Fractionally integrated noise (Hosking 1981) of memory `d`: a spectrum `f^(−2d)`, which an
+    /// autoregression of first order takes for flat at low frequencies.
+    Memory(f64),
+}
+
+/// Turns noise of one colour into white noise.
+pub(crate) enum Whitening {
+    /// Prais and Winsten (1954).
+    Neighbours(f64),
+    /// Each value less what those before it predict, over the standard deviation of the prediction.
+    Memory {
+        /// Lower triangular; a shorter series takes the leading part.
+        rows: DMatrix<f64>,
+        /// Logarithm of the variance of each prediction.
+        log_variances: Vec<f64>,
+    },
+}
+
+impl Whitening {
+    /// For series up to the given length.
+    pub(crate) fn new(colour: Colour, longest: usize) -> Self {
+        match colour {
+            Colour::Neighbours(phi) => Self::Neighbours(phi),
+            Colour::Memory(d) => remembering(d, longest),
+        }
+    }
+
+    /// Logarithm of the determinant of the noise's covariance.
+    pub(crate) fn volume(&self, series: &[Vec<usize>]) -> f64 {
+        match self {
+            Self::Neighbours(phi) => -count(series.len()) * (1.0 - phi * phi).ln(),
+            Self::Memory { log_variances, .. } => {
+                series.iter().map(|one| log_variances[..one.len()].iter().sum::<f64>()).sum()
+            }
+        }
+    }
+
+    /// Columns whitened series by series; rows outside any series stay as they are.
+    pub(crate) fn apply(&self, series: &[Vec<usize>], columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = columns.clone();
+        for one in series {
+            match self {
+                Self::Neighbours(phi) => {
+                    let first = (1.0 - phi * phi).sqrt();
+                    for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
+                        for pair in one.windows(2) {
+                            to[pair[1]] -= phi * from[pair[0]];
+                        }
+                        if let Some(&row) = one.first() {
+                            to[row] *= first;
+                        }
+                    }
+                }
+                Self::Memory { rows, .. } => {
+                    let rows: DMatrixView<'_, f64> = rows.view((0, 0), (one.len(), one.len()));
+                    let white = rows * columns.select_rows(one);
+                    for (&row, white) in one.iter().zip(white.row_iter()) {
+                        out.row_mut(row).copy_from(&white);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Durbin and Levinson's recursion on the partial correlations `d/(k − d)`.
+fn remembering(d: f64, longest: usize) -> Whitening {
+    let mut rows = DMatrix::zeros(longest, longest);
+    let mut log_variances = Vec::with_capacity(longest);
+    // The latest value's weight first.
+    let mut weights: Vec<f64> = Vec::with_capacity(longest);
+    let mut variance = 1.0_f64;
+    for k in 0..longest {
+        if k > 0 {
+            let partial = d / (count(k) - d);
+            let reversed = weights.iter().rev();
+            let next = weights.iter().zip(reversed).map(|(w, r)| w - partial * r);
+            weights = next.chain([partial]).collect();
+            variance *= 1.0 - partial * partial;
+        }
+        let scale = variance.sqrt().recip();
+        rows[(k, k)] = scale;
+        for (lag, weight) in weights.iter().enumerate() {
+            rows[(k, k - 1 - lag)] = -weight * scale;
+        }
+        log_variances.push(variance.ln());
+    }
+    Whitening::Memory { rows, log_variances }
+}
