@@ -7,6 +7,8 @@ mod probe_cells;
 mod run_cells;
 mod scene;
 mod table;
+mod target_cells;
+mod target_design;
 mod tracer_cells;
 mod tracer_design;
 mod trial;

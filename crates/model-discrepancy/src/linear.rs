@@ -53,6 +53,27 @@ impl<'a> Linear<'a> {
         Self { layout, rows, sigma, residual, basis, clusters, cluster_groups, series, colours }
     }
 
+    #[cfg(test)]
+    pub(crate) fn of_parts(
+        layout: &'a Layout,
+        residual: DVector<f64>,
+        basis: Basis,
+        clusters: Vec<Vec<usize>>,
+    ) -> Self {
+        let n = residual.len();
+        Self {
+            layout,
+            rows: (0..n).collect(),
+            sigma: vec![1.0; n],
+            residual,
+            basis,
+            cluster_groups: (0..clusters.len()).collect(),
+            clusters,
+            series: vec![(0..n).collect()],
+            colours: OnceLock::new(),
+        }
+    }
+
     /// Whitened rows of a tangent given for all rows of the layout.
     pub(crate) fn tangent(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         let mut out = all.select_rows(&self.rows);

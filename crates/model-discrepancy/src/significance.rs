@@ -70,7 +70,14 @@ pub(crate) fn significance(
 ) -> Option<Significance> {
     let residual = base.reject(&lin.residual);
     let asked = Asked { reach, searched: 1.0, level };
-    significance_beside(lin, base, &residual, &base.reject_columns(tangent), asked)
+    let mut beside = base.reject_columns(tangent);
+    for (mut left, whole) in beside.column_iter_mut().zip(tangent.column_iter()) {
+        // Round-off of a column that the base holds is no direction.
+        if left.norm() <= NEW_DIRECTION.sqrt() * whole.norm() {
+            left.fill(0.0);
+        }
+    }
+    significance_beside(lin, base, &residual, &beside, asked)
 }
 
 /// [`significance`] of a candidate of which `base` leaves `beside`; of the data it leaves
@@ -92,6 +99,9 @@ pub(crate) fn significance_beside(
         return Some(test);
     }
     let full = base.with(&added.matrix(), NEW_DIRECTION);
+    if full.dim() < base.dim() + added.dim() {
+        return None;
+    }
     if test.dof >= MIN_DOF_FOR_CORRELATION {
         for correlated in coloured_p_values(lin, &full, added.dim(), residual) {
             test.p_value = test.p_value.max((correlated * asked.searched).min(1.0));
@@ -233,4 +243,34 @@ fn select(matrix: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
 #[expect(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
 pub(crate) fn count(n: usize) -> f64 {
     n as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Layout;
+
+    /// Readings of one group each.
+    const N: usize = 40;
+
+    #[test]
+    fn a_column_that_the_base_holds_is_no_direction() {
+        let wave = |of: usize| move |i: usize, _: usize| (0.7 * count(i * of)).sin();
+        let columns = DMatrix::from_columns(&[
+            DVector::from_fn(N, wave(1)),
+            DVector::from_fn(N, wave(2)),
+            DVector::from_fn(N, wave(3)),
+        ]);
+        let basis = Basis::of(&columns, NEW_DIRECTION);
+        let layout = Layout::default();
+        let clusters: Vec<_> = (0..N).map(|i| vec![i]).collect();
+        let residual = DVector::from_fn(N, wave(5)) + DVector::from_fn(N, wave(7));
+        let lin = Linear::of_parts(&layout, residual, basis, clusters);
+        let held = &columns * DMatrix::from_column_slice(3, 1, &[1.0, -2.0, 0.5]);
+        assert_eq!(significance(&lin, &lin.basis, &held, Reach::One, 1.0), None);
+        let new =
+            DMatrix::from_columns(&[held.column(0).into_owned(), DVector::from_fn(N, wave(5))]);
+        let test = significance(&lin, &lin.basis, &new, Reach::One, 1.0).unwrap();
+        assert_eq!(test.directions, 1);
+    }
 }

@@ -45,33 +45,34 @@ pub(crate) struct Survey {
 }
 
 /// One reading.
-struct Reading {
-    station: usize,
-    mount: usize,
-    step: usize,
+pub(crate) struct Reading {
+    pub station: usize,
+    pub mount: usize,
+    pub step: usize,
     time_s: f64,
-    at_mm: [f64; 3],
+    /// In the tracker's own frame.
+    pub at_mm: [f64; 3],
 }
 
 /// What a survey gave.
 pub(crate) struct Measured {
-    origin_mm: [f64; 3],
-    direction: [f64; 3],
-    stations: Vec<Pose>,
+    pub origin_mm: [f64; 3],
+    pub direction: [f64; 3],
+    pub stations: Vec<Pose>,
     /// True and nominal places, turning frame.
-    mounts_mm: Vec<([f64; 3], [f64; 3])>,
+    pub mounts_mm: Vec<([f64; 3], [f64; 3])>,
     /// Angle of every step, degrees, and whether it was reached with rising angles.
-    steps: Vec<(f64, bool)>,
-    readings: Vec<Reading>,
+    pub steps: Vec<(f64, bool)>,
+    pub readings: Vec<Reading>,
     /// Root mean square of a reading's distance from the truth that the noise makes.
     pub noise_mm: f64,
 }
 
 /// Where a tracker stands, and how it is turned.
-struct Pose {
-    at_mm: [f64; 3],
-    axis: [f64; 3],
-    turn_rad: f64,
+pub(crate) struct Pose {
+    pub at_mm: [f64; 3],
+    pub axis: [f64; 3],
+    pub turn_rad: f64,
 }
 
 /// Two sides of the machine, mm from the axis' origin.

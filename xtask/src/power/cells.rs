@@ -51,6 +51,7 @@ pub(crate) fn cells() -> Vec<Cell> {
     cells.extend(mirrors());
     cells.extend(runs());
     cells.extend(super::tracer_cells::cells());
+    cells.extend(super::target_cells::cells());
     cells.extend(super::probe_cells::cells());
     cells
 }

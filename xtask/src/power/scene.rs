@@ -9,6 +9,7 @@ use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::strokes::{Strokes, path_csv};
 use crate::generators::survey::{self, Defect, Survey};
+use crate::generators::targets;
 use crate::generators::tracer;
 use crate::generators::tracer_tables::tables;
 use crate::generators::{probe, probe_tables};
@@ -22,6 +23,7 @@ pub(crate) enum Scene {
     Run(Run),
     Strokes(Strokes),
     Tracer(tracer::Run),
+    Targets(targets::Survey),
     Probe(probe::Session),
 }
 
@@ -63,6 +65,10 @@ impl Scene {
             },
             Self::Tracer(scene) => {
                 Simulated { files: tables(scene, &tracer::simulate(scene)), noise: scene.noise_mm }
+            }
+            Self::Targets(scene) => {
+                let measured = targets::simulate(scene);
+                Simulated { files: targets::tables(scene, &measured), noise: measured.noise_mm }
             }
             Self::Session(scene) => {
                 let recorded = press::simulate(scene);
