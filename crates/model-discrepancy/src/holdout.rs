@@ -135,6 +135,8 @@ pub(crate) struct Comparison {
     pub(crate) std: f64,
     /// Sum of squared reported error of each model on those groups.
     pub(crate) reported: [f64; 2],
+    /// Groups that both predict.
+    pub(crate) judged: usize,
     /// Groups that the first predicts and the second does not.
     pub(crate) lost: usize,
 }
@@ -155,9 +157,10 @@ pub(crate) fn compare(first: &HeldOut, second: &HeldOut, skip: &[bool]) -> Compa
             (None, _) => {}
         }
     }
-    let n = count(differences.len().max(1));
+    let judged = differences.len();
+    let n = count(judged.max(1));
     let difference = differences.iter().sum::<f64>() / n;
     let scatter: f64 = differences.iter().map(|d| (d - difference).powi(2)).sum();
     let std = (scatter / (n - 1.0).max(1.0) / n).sqrt();
-    Comparison { difference, std, reported, lost }
+    Comparison { difference, std, reported, judged, lost }
 }

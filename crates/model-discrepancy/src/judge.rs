@@ -19,6 +19,9 @@ use crate::{Covariate, Layout, Model, Options, Origin};
 /// Share of a shape's norm that must be left beside the model.
 const MIN_SHAPE_KEPT: f64 = 0.02;
 
+/// Standard errors by which groups must gain where others cannot be predicted any more.
+const CLEARLY: f64 = 2.0;
+
 /// What stays the same while effects are chosen.
 pub(crate) struct Setting<'a> {
     pub(crate) model: &'a dyn Model,
@@ -47,16 +50,22 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// Whether it makes unseen groups better predicted, all of them.
+    /// Whether it makes unseen groups better predicted.
     ///
-    /// One bad reading, which is not judged itself, says nothing of the other groups where the
-    /// model has no parameter that it could have pulled.
+    /// A group that cannot be predicted with it, because without the group too few are left for
+    /// its amplitudes, says nothing; where there are such, the others, at least as many, must gain
+    /// clearly. One bad reading, which is not judged itself, says nothing of the other groups where
+    /// the model has no parameter that it could have pulled.
     pub(crate) fn generalises(&self) -> bool {
-        let better = |c: &Comparison| c.difference < 0.0 && c.reported[1] < c.reported[0];
-        let same = |c: &Comparison| {
-            self.candidate.home.is_some() && c.difference <= 0.0 && c.reported[1] <= c.reported[0]
+        let better = |c: &Comparison| {
+            let gain = if c.lost == 0 { 0.0 } else { CLEARLY * c.std };
+            c.lost <= c.judged && c.difference < -gain && c.reported[1] < c.reported[0]
         };
-        self.comparison.is_some_and(|c| c.lost == 0 && (better(&c) || same(&c)))
+        let same = |c: &Comparison| {
+            let is_one = self.candidate.home.is_some() && c.lost == 0;
+            is_one && c.difference <= 0.0 && c.reported[1] <= c.reported[0]
+        };
+        self.comparison.is_some_and(|c| better(&c) || same(&c))
     }
 }
 

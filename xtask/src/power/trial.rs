@@ -23,6 +23,10 @@ pub(crate) struct Trial {
 pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Result<Trial> {
     let simulated = cell.scene(seed).simulate();
     let case = folder.join(cell.krate);
+    if case.exists() {
+        // A table of the case before would be read with this one.
+        fs::remove_dir_all(&case).with_context(|| format!("cannot empty {}", case.display()))?;
+    }
     fs::create_dir_all(&case).with_context(|| format!("cannot make {}", case.display()))?;
     for (name, text) in &simulated.files {
         fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
