@@ -1,9 +1,11 @@
 //! Surfaces that are a height over the xy plane.
 
+use std::ops::ControlFlow;
+
 use nalgebra::{Matrix2, Point3, SymmetricEigen, Unit, Vector2, Vector3};
 
 use crate::error::finite;
-use crate::{Curvature, Foot, GeometryError};
+use crate::{Curvature, Foot, GeometryError, Hit, Line};
 
 /// A smooth height over the xy plane.
 pub(crate) trait Graph {
@@ -12,6 +14,48 @@ pub(crate) trait Graph {
 
     /// Whether there is a part above that place.
     fn contains(&self, x: f64, y: f64) -> bool;
+
+    /// Visits the meetings with a line, in its direction.
+    fn each_hit(
+        &self,
+        line: &Line,
+        visit: &mut impl FnMut(Hit) -> ControlFlow<()>,
+    ) -> Result<(), GeometryError>;
+}
+
+/// All meetings with a line.
+pub(crate) fn hits(graph: &impl Graph, line: &Line) -> Result<Vec<Hit>, GeometryError> {
+    let mut hits = Vec::new();
+    graph.each_hit(line, &mut |hit| {
+        hits.push(hit);
+        ControlFlow::Continue(())
+    })?;
+    Ok(hits)
+}
+
+/// The first meeting ahead of a ray's start.
+pub(crate) fn first_hit(graph: &impl Graph, ray: &Line) -> Result<Hit, GeometryError> {
+    let (mut first, mut behind) = (None, None);
+    graph.each_hit(ray, &mut |hit| {
+        if hit.distance_mm >= 0.0 {
+            first = Some(hit);
+            return ControlFlow::Break(());
+        }
+        behind = Some(hit.distance_mm);
+        ControlFlow::Continue(())
+    })?;
+    match (first, behind) {
+        (Some(hit), _) => Ok(hit),
+        (None, Some(distance)) => Err(GeometryError::BehindRay { distance_mm: -distance }),
+        (None, None) => Err(GeometryError::Misses),
+    }
+}
+
+/// The meeting at a distance along a line.
+pub(crate) fn hit(graph: &impl Graph, line: &Line, distance_mm: f64) -> Hit {
+    let point_mm = line.at(distance_mm);
+    let gradient = graph.jet(point_mm.x, point_mm.y).gradient;
+    Hit { distance_mm, point_mm, normal: upward(&gradient) }
 }
 
 /// Height with its derivatives.

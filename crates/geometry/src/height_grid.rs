@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use nalgebra::{DMatrix, Matrix2, Matrix4, Point2, Point3, RowVector4, Vector2, Vector4};
 
 use crate::error::finite;
-use crate::graph::{self, Graph, Jet, upward};
+use crate::graph::{self, Graph, Jet};
 use crate::univariate::Univariate;
 use crate::{Curvature, Foot, GeometryError, Hit, Line, Surface};
 
@@ -105,52 +105,6 @@ impl HeightGrid {
         GeometryError::OutsideAperture { distance_mm, aperture_radius_mm: half.norm() }
     }
 
-    fn hit(&self, line: &Line, distance_mm: f64) -> Hit {
-        let point_mm = line.at(distance_mm);
-        let gradient = self.jet(point_mm.x, point_mm.y).gradient;
-        Hit { distance_mm, point_mm, normal: upward(&gradient) }
-    }
-
-    /// Visits the meetings with the line, ascending, cell by cell.
-    fn each_hit(
-        &self,
-        line: &Line,
-        visit: &mut impl FnMut(Hit) -> ControlFlow<()>,
-    ) -> Result<(), GeometryError> {
-        finite(line.point_mm.iter(), "point of the line")?;
-        let from = self.place(line.point_mm.x, line.point_mm.y);
-        let per_mm = [line.direction.x / self.spacing_mm.x, line.direction.y / self.spacing_mm.y];
-        let (start, end) = self.over(from, per_mm)?;
-        if !start.is_finite() {
-            // Along z: the line stays above one place.
-            let height = self.jet(line.point_mm.x, line.point_mm.y).z;
-            let _ = visit(self.hit(line, (height - line.point_mm.z) / line.direction.z));
-            return Ok(());
-        }
-        let (mut at, mut last) = (start, f64::NEG_INFINITY);
-        let same_mm = SAME_MEETING * self.spacing_mm.min();
-        // Every step leaves one cell for another.
-        for _ in 0..self.size[0] + self.size[1] + 2 {
-            let (cell, leave) = self.next_cell(from, per_mm, at, end);
-            let mut stopped = false;
-            self.gap(line, cell, at)?.each_root(&mut |root| {
-                let meeting = at + root;
-                if root < -same_mm || meeting > leave + same_mm || meeting - last < same_mm {
-                    return ControlFlow::Continue(());
-                }
-                last = meeting;
-                let flow = visit(self.hit(line, meeting));
-                stopped = flow.is_break();
-                flow
-            });
-            if stopped || leave >= end {
-                break;
-            }
-            at = leave;
-        }
-        if last.is_finite() { Ok(()) } else { Err(GeometryError::Misses) }
-    }
-
     /// Where the line is above the grid, in mm along it; infinite for a line along z.
     fn over(&self, from: [f64; 2], per_mm: [f64; 2]) -> Result<(f64, f64), GeometryError> {
         let (mut start, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -230,6 +184,45 @@ impl Graph for HeightGrid {
     fn contains(&self, x: f64, y: f64) -> bool {
         self.beside(self.place(x, y)) <= RIM_SHARE
     }
+
+    fn each_hit(
+        &self,
+        line: &Line,
+        visit: &mut impl FnMut(Hit) -> ControlFlow<()>,
+    ) -> Result<(), GeometryError> {
+        finite(line.point_mm.iter(), "point of the line")?;
+        let from = self.place(line.point_mm.x, line.point_mm.y);
+        let per_mm = [line.direction.x / self.spacing_mm.x, line.direction.y / self.spacing_mm.y];
+        let (start, end) = self.over(from, per_mm)?;
+        if !start.is_finite() {
+            // Along z: the line stays above one place.
+            let height = self.jet(line.point_mm.x, line.point_mm.y).z;
+            let _ = visit(graph::hit(self, line, (height - line.point_mm.z) / line.direction.z));
+            return Ok(());
+        }
+        let (mut at, mut last) = (start, f64::NEG_INFINITY);
+        let same_mm = SAME_MEETING * self.spacing_mm.min();
+        // Every step leaves one cell for another.
+        for _ in 0..self.size[0] + self.size[1] + 2 {
+            let (cell, leave) = self.next_cell(from, per_mm, at, end);
+            let mut stopped = false;
+            self.gap(line, cell, at)?.each_root(&mut |root| {
+                let meeting = at + root;
+                if root < -same_mm || meeting > leave + same_mm || meeting - last < same_mm {
+                    return ControlFlow::Continue(());
+                }
+                last = meeting;
+                let flow = visit(graph::hit(self, line, meeting));
+                stopped = flow.is_break();
+                flow
+            });
+            if stopped || leave >= end {
+                break;
+            }
+            at = leave;
+        }
+        if last.is_finite() { Ok(()) } else { Err(GeometryError::Misses) }
+    }
 }
 
 impl Surface for HeightGrid {
@@ -248,29 +241,11 @@ impl Surface for HeightGrid {
     }
 
     fn hits(&self, line: &Line) -> Result<Vec<Hit>, GeometryError> {
-        let mut hits = Vec::new();
-        self.each_hit(line, &mut |hit| {
-            hits.push(hit);
-            ControlFlow::Continue(())
-        })?;
-        Ok(hits)
+        graph::hits(self, line)
     }
 
     fn first_hit(&self, ray: &Line) -> Result<Hit, GeometryError> {
-        let (mut first, mut behind) = (None, None);
-        self.each_hit(ray, &mut |hit| {
-            if hit.distance_mm >= 0.0 {
-                first = Some(hit);
-                return ControlFlow::Break(());
-            }
-            behind = Some(hit.distance_mm);
-            ControlFlow::Continue(())
-        })?;
-        match (first, behind) {
-            (Some(hit), _) => Ok(hit),
-            (None, Some(distance)) => Err(GeometryError::BehindRay { distance_mm: -distance }),
-            (None, None) => Err(GeometryError::Misses),
-        }
+        graph::first_hit(self, ray)
     }
 }
 

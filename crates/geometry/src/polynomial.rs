@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use nalgebra::{Matrix2, Point3, Vector2};
 
 use crate::error::finite;
-use crate::graph::{self, Graph, Jet, upward};
+use crate::graph::{self, Graph, Jet};
 use crate::univariate::Univariate;
 use crate::{Curvature, Foot, GeometryError, Hit, Line, Surface};
 
@@ -69,25 +69,6 @@ impl Polynomial {
         }
         gap.trimmed(self.degree).ok_or(GeometryError::LineInSurface)
     }
-
-    fn hit(&self, line: &Line, distance_mm: f64) -> Hit {
-        let point_mm = line.at(distance_mm);
-        let gradient = self.jet(point_mm.x, point_mm.y).gradient;
-        Hit { distance_mm, point_mm, normal: upward(&gradient) }
-    }
-
-    fn each_hit(
-        &self,
-        line: &Line,
-        visit: &mut impl FnMut(Hit) -> ControlFlow<()>,
-    ) -> Result<(), GeometryError> {
-        let mut any = false;
-        self.meetings(line)?.each_root(&mut |root| {
-            any = true;
-            visit(self.hit(line, root * self.unit_mm))
-        });
-        if any { Ok(()) } else { Err(GeometryError::Misses) }
-    }
 }
 
 impl Graph for Polynomial {
@@ -109,6 +90,19 @@ impl Graph for Polynomial {
     fn contains(&self, _x: f64, _y: f64) -> bool {
         true
     }
+
+    fn each_hit(
+        &self,
+        line: &Line,
+        visit: &mut impl FnMut(Hit) -> ControlFlow<()>,
+    ) -> Result<(), GeometryError> {
+        let mut any = false;
+        self.meetings(line)?.each_root(&mut |root| {
+            any = true;
+            visit(graph::hit(self, line, root * self.unit_mm))
+        });
+        if any { Ok(()) } else { Err(GeometryError::Misses) }
+    }
 }
 
 impl Surface for Polynomial {
@@ -122,29 +116,11 @@ impl Surface for Polynomial {
     }
 
     fn hits(&self, line: &Line) -> Result<Vec<Hit>, GeometryError> {
-        let mut hits = Vec::new();
-        self.each_hit(line, &mut |hit| {
-            hits.push(hit);
-            ControlFlow::Continue(())
-        })?;
-        Ok(hits)
+        graph::hits(self, line)
     }
 
     fn first_hit(&self, ray: &Line) -> Result<Hit, GeometryError> {
-        let (mut first, mut behind) = (None, None);
-        self.each_hit(ray, &mut |hit| {
-            if hit.distance_mm >= 0.0 {
-                first = Some(hit);
-                return ControlFlow::Break(());
-            }
-            behind = Some(hit.distance_mm);
-            ControlFlow::Continue(())
-        })?;
-        match (first, behind) {
-            (Some(hit), _) => Ok(hit),
-            (None, Some(distance)) => Err(GeometryError::BehindRay { distance_mm: -distance }),
-            (None, None) => Err(GeometryError::Misses),
-        }
+        graph::first_hit(self, ray)
     }
 }
 
