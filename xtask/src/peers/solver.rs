@@ -63,7 +63,7 @@ pub(super) fn run(rounds: usize) -> Result<()> {
     fs::create_dir_all(&folder)?;
     let truing = build_truing()?;
     let mut contenders = vec![truing_on(&truing, 1), truing_on(&truing, 2)];
-    let mut absent = vec!["factrs: there is no harness for it here".to_owned()];
+    let mut absent = Vec::new();
     match build_ceres("xtask/peers/ceres/lm.cpp", &folder.join("ceres-lm")) {
         Ok(ceres) => {
             contenders.extend([(1, "1e8"), (2, "1e8")].map(|(threads, radius)| Contender {
@@ -84,6 +84,17 @@ pub(super) fn run(rounds: usize) -> Result<()> {
             });
         }
         Err(error) => absent.push(format!("Ceres: {error:#}")),
+    }
+    match build_factrs(&folder) {
+        Ok(factrs) => contenders.push(Contender {
+            name: "factrs 0.3.0, sparse Cholesky",
+            threads: 1,
+            command: command(&factrs, &["FOLDER", "RUNS"]),
+            solution: "factrs.bin",
+            most_steps: usize::MAX,
+            most_runs: 5,
+        }),
+        Err(error) => absent.push(format!("factrs: {error:#}")),
     }
     match install_scipy() {
         Ok(()) => contenders.push(Contender {
@@ -173,6 +184,16 @@ pub(super) fn build_ceres(source: &str, program: &Path) -> Result<PathBuf> {
         compile()?;
     }
     Ok(program.to_owned())
+}
+
+/// Builds the program that runs factrs; it lies outside of the workspace, as peers do.
+fn build_factrs(work: &Path) -> Result<PathBuf> {
+    let target = work.join("factrs");
+    let directory = target.to_str().context("the folder's name is no UTF-8")?;
+    let manifest = "xtask/peers/factrs/Cargo.toml";
+    let arguments = ["build", "--release", "--locked", "--manifest-path", manifest];
+    shell::cargo_with(&arguments, &[("CARGO_TARGET_DIR", directory)])?;
+    Ok(target.join("release/factrs-peer"))
 }
 
 /// Installs it where it is missing.
