@@ -69,6 +69,8 @@ pub(crate) struct Session {
     pub colour: Colour,
     pub declare_noise: bool,
     pub flaw: Flaw,
+    /// Another flaw beside it.
+    pub also: Flaw,
     pub seed: u64,
 }
 
@@ -86,8 +88,13 @@ impl Session {
             colour: Colour::White,
             declare_noise: true,
             flaw: Flaw::None,
+            also: Flaw::None,
             seed,
         }
+    }
+
+    fn flaws(&self) -> [Flaw; 2] {
+        [self.flaw, self.also]
     }
 }
 
@@ -198,15 +205,24 @@ fn approach(session: &Session, normal: [f64; 3], rng: &mut ChaCha8Rng) -> [f64; 
 
 /// What the machine reads.
 fn read(session: &Session, index: usize, touch: &Touch) -> [f64; 3] {
-    let swollen = match session.flaw {
+    let swollen = session.flaws().map(|flaw| match flaw {
         Flaw::Ball(larger) => larger,
         Flaw::Humidity(per_pct) => per_pct * (touch.humidity_pct - 45.0),
         _ => 0.0,
-    };
-    let mut center = touched_by(session, touch, session.tip_mm + swollen);
+    });
+    let mut center = touched_by(session, touch, session.tip_mm + (swollen[0] + swollen[1]));
+    for flaw in session.flaws() {
+        center = add(center, late(flaw, index, touch));
+    }
+    let of_machine = session.flaws().map(|flaw| machine_error(flaw, session, index, center, touch));
+    add(center, add(of_machine[0], of_machine[1]))
+}
+
+/// How far from the contact the probe triggers.
+fn late(flaw: Flaw, index: usize, touch: &Touch) -> [f64; 3] {
     let a = touch.approach;
     let sideways = [a[0], a[1], 0.0];
-    let late = match session.flaw {
+    match flaw {
         Flaw::Pretravel(travel) => scale(travel, a),
         Flaw::Lobing([cos, sin]) => {
             let angle = 3.0 * a[1].atan2(a[0]);
@@ -216,13 +232,17 @@ fn read(session: &Session, index: usize, touch: &Touch) -> [f64; 3] {
         Flaw::Latency(time_s) => scale(time_s * touch.feed_mm_per_min / 60.0, a),
         Flaw::BadPoint(bad, short) if bad == index => scale(-short, a),
         _ => [0.0; 3],
-    };
-    center = add(center, late);
-    add(center, machine_error(session, index, center, touch))
+    }
 }
 
-fn machine_error(session: &Session, index: usize, at: [f64; 3], touch: &Touch) -> [f64; 3] {
-    match session.flaw {
+fn machine_error(
+    flaw: Flaw,
+    session: &Session,
+    index: usize,
+    at: [f64; 3],
+    touch: &Touch,
+) -> [f64; 3] {
+    match flaw {
         Flaw::Squareness(g) => [g[0] * at[1] + g[1] * at[2], g[2] * at[2], 0.0],
         Flaw::AxisScale(s) => std::array::from_fn(|i| s[i] * at[i]),
         Flaw::Drift(total) => {
@@ -291,26 +311,27 @@ fn surface(session: &Session, touch: &Touch, [u, v]: [f64; 2]) -> [f64; 3] {
             let [first, second] = tangents(touch.normal);
             let about = add(touch.contact_mm, add(scale(u, first), scale(v, second)));
             let up = scale(1.0 / norm(&about), about);
-            scale(radius_mm + form(session.flaw, up, scale(radius_mm, up)), up)
+            scale(radius_mm + form(session, up, scale(radius_mm, up)), up)
         }
         Shape::Bowl { radius_mm } => {
             let (x, y) = (touch.contact_mm[0] + u, touch.contact_mm[1] + v);
             let z = (x * x + y * y) / (2.0 * radius_mm);
             let place = scale(1.0 / BOWL_REACH_MM, [x, y, 0.0]);
-            [x, y, z + form(session.flaw, place, [x, y, z])]
+            [x, y, z + form(session, place, [x, y, z])]
         }
     }
 }
 
 /// By how much the real surface is higher: `place` in units of the part, `at` in mm.
-fn form(flaw: Flaw, place: [f64; 3], at: [f64; 3]) -> f64 {
-    match flaw {
+fn form(session: &Session, place: [f64; 3], at: [f64; 3]) -> f64 {
+    let of = session.flaws().map(|flaw| match flaw {
         Flaw::PartLobes(size) => {
             size * place[0] * (place[0] * place[0] - 3.0 * place[1] * place[1])
         }
         Flaw::Waves(size, length) => size * (TAU * at[0] / length).cos(),
         _ => 0.0,
-    }
+    });
+    of[0] + of[1]
 }
 
 fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {

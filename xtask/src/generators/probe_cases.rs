@@ -4,7 +4,7 @@ use super::noise::Colour;
 use super::probe::{Flaw, Session, Shape, check_noise_mm, simulate};
 use super::probe_tables::{case_toml, touches_csv};
 use super::{Case, Story, generated, named_within, nothing, over_noise, words};
-use crate::expectation::Expectation;
+use crate::expectation::{Expectation, Number};
 
 /// Error on check touches over the noise of those touches alone. An effect of at most three
 /// amplitudes from 48 touches adds 3/48 of the variance, 3 % in the root; sixteen residuals
@@ -16,6 +16,8 @@ pub(crate) fn cases() -> Vec<Case> {
     vec![
         nothing_white(),
         nothing_coloured(),
+        ball_or_pretravel(),
+        bad_point(),
         lobing(),
         part_lobes(),
         bending(),
@@ -75,6 +77,32 @@ fn nothing_coloured() -> Case {
                  wanders and drives nothing.";
     let expect = nothing(&["nothing-missing", "structure-remains", "noise-larger-than-declared"]);
     probe_case("nothing-coloured", &session, "Nothing wrong, coloured noise", truth, expect)
+}
+
+fn ball_or_pretravel() -> Case {
+    let session =
+        Session { flaw: Flaw::Ball(0.014), also: Flaw::Pretravel(0.006), ..Session::new(83) };
+    let truth = "The ball is 14 µm larger than declared and the probe triggers 6 µm late. Along the \
+                 normals of a sphere only the difference shows, 8 µm, and nothing says of which.";
+    let difference = Number {
+        path: "steps.0.parameters.0.value".to_owned(),
+        value: 0.008,
+        tolerance: 4.4e-4,
+        because: "the ball less the travel; three standard uncertainties, 1 µm/√48 each".to_owned(),
+    };
+    let expect = Expectation {
+        says: words(&["\"indistinguishable_from\":[\"pretravel\"]"]),
+        loop_numbers: vec![difference],
+        ..named(&["ball-radius"])
+    };
+    probe_case("ball-or-pretravel", &session, "Ball larger, late trigger", truth, expect)
+}
+
+fn bad_point() -> Case {
+    let session = Session { flaw: Flaw::BadPoint(20, 0.012), ..Session::new(88) };
+    let truth = "A chip lies under touch T21: it stops 12 µm short.";
+    let expect = Expectation { says: words(&["T21"]), ..named(&["bad-point"]) };
+    probe_case("bad-point", &session, "A chip under one touch", truth, expect)
 }
 
 fn lobing() -> Case {

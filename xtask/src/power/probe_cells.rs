@@ -12,7 +12,7 @@ const BOWL: Shape = Shape::Bowl { radius_mm: 120.0 };
 
 pub(crate) fn cells() -> Vec<Cell> {
     use Question::{ConfidentWrongName, FalseAddition, Named};
-    vec![
+    let mut cells = vec![
         probe("sphere: nothing, white noise", FalseAddition, |seed| {
             Scene::Probe(Session { record_air: true, record_feed: true, ..Session::new(seed) })
         }),
@@ -65,6 +65,36 @@ pub(crate) fn cells() -> Vec<Cell> {
         probe("sphere: humidity, 5 σ", ConfidentWrongName, |seed| {
             Scene::Probe(Session { flaw: Flaw::Humidity(0.0012), ..Session::new(seed) })
         }),
+    ];
+    cells.extend(two_at_once());
+    cells
+}
+
+fn two_at_once() -> Vec<Cell> {
+    use Question::BothNamed;
+    vec![
+        probe("sphere: ball larger, machine drifts", BothNamed(["ball-radius", "drift"]), |seed| {
+            let ball = touched_session(&long(seed), 1, |a, d| Flaw::Ball(a * sign(d)));
+            both(&ball, 3, |a, d| Flaw::Drift(d.map(|v| a * v)))
+        }),
+        probe(
+            "sphere: stylus gives way, one bad touch",
+            BothNamed(["bending", "bad-point"]),
+            |seed| {
+                let also = session_with_bad_touch(&long(seed)).flaw;
+                let bent = touched_session(&long(seed), 1, |a, d| Flaw::Bending(a * sign(d)));
+                Scene::Probe(Session { also, ..bent })
+            },
+        ),
+        probe(
+            "sphere, oblique: lobes of the part and of the probe",
+            BothNamed(["form", "lobing"]),
+            |seed| {
+                let base = Session { oblique_rad: 0.5, ..long(seed) };
+                let part = touched_session(&base, 7, |a, d| Flaw::PartLobes(a * sign(d)));
+                both(&part, 2, |a, d| Flaw::Lobing([a * d[0], a * d[1]]))
+            },
+        ),
     ]
 }
 
@@ -76,22 +106,46 @@ fn bowl(seed: u64) -> Session {
     Session { shape: BOWL, ..Session::new(seed) }
 }
 
+/// Ninety-six touches that are fitted: nine amplitudes of two effects add 9/96 of the variance to
+/// touches never seen, 5 % in the root.
+fn long(seed: u64) -> Session {
+    Session { n_touches: 128, ..Session::new(seed) }
+}
+
 fn oblique(seed: u64) -> Session {
     Session { oblique_rad: 0.5, ..Session::new(seed) }
 }
 
 fn touched(base: &Session, n_amplitudes: usize, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
+    Scene::Probe(touched_session(base, n_amplitudes, flaw))
+}
+
+fn touched_session(
+    base: &Session,
+    n_amplitudes: usize,
+    flaw: fn(f64, [f64; 3]) -> Flaw,
+) -> Session {
     let d = direction(base.seed);
-    Scene::Probe(session_at(base, |a| flaw(a, d), n_amplitudes, CANDIDATES))
+    session_at(base, |a| flaw(a, d), n_amplitudes, CANDIDATES)
+}
+
+/// Another flaw beside that of a session, as large as it would be alone.
+fn both(session: &Session, n_amplitudes: usize, other: fn(f64, [f64; 3]) -> Flaw) -> Scene {
+    let alone = Session { flaw: Flaw::None, ..session.clone() };
+    let also = touched_session(&alone, n_amplitudes, other).flaw;
+    Scene::Probe(Session { also, ..session.clone() })
 }
 
 fn bad_touch(seed: u64) -> Scene {
-    let d = direction(seed);
-    let base = Session::new(seed);
+    Scene::Probe(session_with_bad_touch(&Session::new(seed)))
+}
+
+fn session_with_bad_touch(base: &Session) -> Session {
+    let d = direction(base.seed);
     // Every fourth touch is only judged, beginning with the fourth.
-    let index = [0, 1, 2, 4, 5, 6, 8, 9][usize::try_from(seed % 8).expect("below 8")];
+    let index = [0, 1, 2, 4, 5, 6, 8, 9][usize::try_from(base.seed % 8).expect("below 8")];
     let flaw = |a: f64| Flaw::BadPoint(index, a * sign(d));
-    Scene::Probe(session_at(&base, flaw, 1, CANDIDATES * base.n_touches))
+    session_at(base, flaw, 1, CANDIDATES * base.n_touches)
 }
 
 /// Scales the flaw, given at a small size, to [`TIMES`] its minimal detectable size. The declared

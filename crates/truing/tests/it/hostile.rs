@@ -9,7 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use truing::{check, close_loop, read_case, solve};
 
-use crate::command::{Case, truing};
+use crate::command::truing;
+use crate::hostile_forms::{FORMS, whole};
 
 /// Far beyond the slowest case of a few dozen points; what takes longer hangs.
 const HANG: Duration = Duration::from_mins(2);
@@ -240,78 +241,6 @@ fn strikes() -> impl Strategy<Value = Vec<Strike>> {
     proptest::collection::vec(strike, 1..4)
 }
 
-/// One of the forms a case can take.
-fn whole(form: usize) -> Case {
-    match form {
-        0 => Case::example("frame-fit"),
-        1 => small_presses(),
-        2 => Case::new(&[
-            ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.05\n"),
-            (
-                "displacements.csv",
-                "point,commanded_mm,solved_mm,air_c\n1,1,0.819,20\n2,2,1.961,20.1\n3,5,5.168,\
-                 20.3\n4,10,10.5,20.2\n5,12,12.6,20.4\n",
-            ),
-        ]),
-        3 => gravity(),
-        _ => Case::new(&[
-            (
-                "case.toml",
-                "kind = \"frame-fit\"\n[model]\ntransform = \"none\"\n[loop]\ngroup = \"day\"\n",
-            ),
-            (
-                "pairs.csv",
-                "point,from_x_mm,from_y_mm,to_x_mm,to_y_mm,sigma_mm,use,day\n\
-                 a,0,0,0.01,0,0.01,fit,1\nb,100,0,100.02,0,0.01,fit,1\nc,100,50,100.01,50.01,0.01,\
-                 fit,2\nd,0,50,0,50.02,0.02,fit,2\ne,50,20,50.01,20,0.01,fit,3\nf,20,30,20.01,30,\
-                 0.01,check,3\n",
-            ),
-        ]),
-    }
-}
-
-/// The example's first presses, twelve samples each: quick to solve many times.
-fn small_presses() -> Case {
-    let case = Case::example("ft-center");
-    let text = fs::read_to_string(case.file("wrench.csv")).unwrap();
-    let mut kept = std::collections::HashMap::new();
-    let short = text.lines().filter(|line| {
-        let press = line.split(',').next().unwrap_or_default().to_owned();
-        let n = kept.entry(press).or_insert(0);
-        *n += 1;
-        line.starts_with('#') || *n <= 12
-    });
-    case.write("wrench.csv", short.map(|line| line.to_owned() + "\n").collect::<String>());
-    case
-}
-
-/// A tool of 20 N at (1, 2, 60) mm, turned about x and y.
-fn gravity() -> Case {
-    let mut text = "pose,qw,qx,qy,qz,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm\n".to_owned();
-    for pose in 0..12 {
-        let half = f64::from(pose) * 0.26;
-        let (w, v) = (half.cos(), half.sin());
-        let about_x = pose % 2 == 0;
-        let (qx, qy) = if about_x { (v, 0.0) } else { (0.0, v) };
-        // Gravity in sensor axes: −z turned back by the pose.
-        let (s, c) = (2.0 * half).sin_cos();
-        let (gx, gy, gz) = if about_x { (0.0, -s, -c) } else { (s, 0.0, -c) };
-        let (fx, fy, fz) = (20.0 * gx + 0.3, 20.0 * gy - 0.1, 20.0 * gz + 0.2);
-        let (lx, ly, lz) = (20.0 * gx, 20.0 * gy, 20.0 * gz);
-        let (mx, my, mz) = (2.0 * lz - 60.0 * ly, 60.0 * lx - lz, ly - 2.0 * lx);
-        // Noise that is the same in every run.
-        let noise = f64::from((pose * 37) % 11) * 0.001;
-        text += &format!(
-            "{pose},{w},{qx},{qy},0,{},{fy},{},{},{my},{}\n",
-            fx + noise,
-            fz - noise,
-            mx + noise,
-            mz - noise
-        );
-    }
-    Case::new(&[("case.toml", "kind = \"ft-center\"\n"), ("gravity.csv", &text)])
-}
-
 /// What every command must come to, run in this process.
 fn ends_well(folder: &Path) {
     let (done, ended) = mpsc::channel();
@@ -358,7 +287,7 @@ fn config(cases: u32) -> ProptestConfig {
 
 #[test]
 fn the_forms_are_whole_before_they_are_damaged() {
-    for form in 0..5 {
+    for form in 0..FORMS {
         let case = whole(form);
         for command in ["solve", "check", "loop"] {
             let ended = case.run(command);
@@ -371,7 +300,7 @@ proptest! {
     #![proptest_config(config(300))]
 
     #[test]
-    fn damaged_cases_end_well(form in 0..5_usize, strikes in strikes()) {
+    fn damaged_cases_end_well(form in 0..FORMS, strikes in strikes()) {
         let case = whole(form);
         for strike in strikes {
             strike.on(case.path());
@@ -384,7 +313,7 @@ proptest! {
     #![proptest_config(config(60))]
 
     #[test]
-    fn the_binary_ends_with_a_code_of_the_contract(form in 0..5_usize, strikes in strikes()) {
+    fn the_binary_ends_with_a_code_of_the_contract(form in 0..FORMS, strikes in strikes()) {
         let case = whole(form);
         for strike in strikes {
             strike.on(case.path());

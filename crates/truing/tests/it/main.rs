@@ -16,6 +16,7 @@ mod force_impedance_messages;
 mod ft_center_messages;
 mod groups;
 mod hostile;
+mod hostile_forms;
 mod import;
 mod linuxcnc;
 mod messages;
