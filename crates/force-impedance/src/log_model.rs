@@ -32,6 +32,8 @@ pub struct LogModel {
     pub(crate) records: Vec<Record>,
     /// Record of each block.
     pub(crate) record_of: Vec<usize>,
+    /// Zero for each block: cells and reference read on from segment to segment.
+    pub(crate) one_log: Vec<usize>,
     pub(crate) has_reference: bool,
     solved: Vec<LoggedForce>,
 }
@@ -87,6 +89,7 @@ impl LogModel {
             effects: catalogue.iter().map(|e| e.description(&names)).collect(),
             catalogue,
             has_reference: samples[0].reference_n.is_some(),
+            one_log: vec![0; blocks.len()],
             blocks,
             records,
             record_of,
@@ -149,6 +152,7 @@ impl LogModel {
             let observation = self.layout.observations.len();
             self.layout.observations.push(group);
             self.layout.rows.push(Row { observation, component: 0, sigma, reported: true });
+            self.one_log.push(0);
             self.blocks.push(block);
         }
     }
@@ -271,6 +275,10 @@ impl Model for LogModel {
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let amplitude = at.amplitudes[effect][0];
         DMatrix::from_fn(self.blocks.len(), 1, |i, _| -self.effect(effect, amplitude, i).1)
+    }
+
+    fn records(&self) -> Option<&[usize]> {
+        Some(&self.one_log)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

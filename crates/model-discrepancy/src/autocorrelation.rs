@@ -35,7 +35,9 @@ pub(crate) struct Colours {
 
 impl Colours {
     /// Where groups are runs of readings a long memory is not tried: from the readings of a run it
-    /// would tell how far runs agree, which the scatter between runs tells better.
+    /// would tell how far runs agree, which the scatter between runs tells better. Unless the model
+    /// says that its records run on through several groups: what wanders more slowly than a group
+    /// lasts is in no scatter between groups.
     pub(crate) fn new(lin: &Linear<'_>) -> Self {
         let base = lin.basis.matrix();
         let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
@@ -45,7 +47,8 @@ impl Colours {
                 .filter_map(|colour| Coloured::new(lin, &base, Whitening::new(colour, longest)))
                 .collect()
         };
-        let memory = if longest <= MAX_LENGTH_FOR_MEMORY && !groups_are_runs(lin) {
+        let is_long = longest > MAX_LENGTH_FOR_MEMORY;
+        let memory = if !is_long && (lin.runs_on || !groups_are_runs(lin)) {
             grid(MAX_MEMORY, Colour::Memory)
         } else {
             Vec::new()

@@ -31,6 +31,8 @@ pub(crate) struct Linear<'a> {
     pub(crate) cluster_groups: Vec<usize>,
     /// Positions in `rows` of each component of each record, in measured order.
     pub(crate) series: Vec<Vec<usize>>,
+    /// Whether the model says that a record runs on from group to group.
+    pub(crate) runs_on: bool,
     colours: OnceLock<Colours>,
 }
 
@@ -49,8 +51,19 @@ impl<'a> Linear<'a> {
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         let (clusters, cluster_groups) = clusters(layout, &rows);
         let series = series(layout, &rows, system.model.records());
-        let colours = OnceLock::new();
-        Self { layout, rows, sigma, residual, basis, clusters, cluster_groups, series, colours }
+        let runs_on = system.model.records().is_some_and(|records| runs_on(layout, records));
+        Self {
+            layout,
+            rows,
+            sigma,
+            residual,
+            basis,
+            clusters,
+            cluster_groups,
+            series,
+            runs_on,
+            colours: OnceLock::new(),
+        }
     }
 
     #[cfg(test)]
@@ -103,6 +116,13 @@ fn clusters(layout: &Layout, rows: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
         }
     }
     by_group.into_iter().enumerate().filter(|(_, c)| !c.is_empty()).map(|(g, c)| (c, g)).unzip()
+}
+
+/// Whether any record has observations in more than one group.
+fn runs_on(layout: &Layout, records: &[usize]) -> bool {
+    let mut first: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut pairs = records.iter().zip(&layout.observations);
+    pairs.any(|(&record, &group)| *first.entry(record).or_insert(group) != group)
 }
 
 fn series(layout: &Layout, rows: &[usize], records: Option<&[usize]>) -> Vec<Vec<usize>> {

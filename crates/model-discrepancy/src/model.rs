@@ -61,7 +61,9 @@ pub trait Model: Sync {
 
     /// The record that each observation belongs to: a channel, the lock of one beam.
     ///
-    /// Successive observations of a record may depend on each other. `None`: all are one record.
+    /// Successive observations of a record may depend on each other, also where they belong to
+    /// different groups. `None`: all are one series, and whether groups depend on each other is
+    /// not said: the scatter between them is taken for what they disagree by.
     fn records(&self) -> Option<&[usize]> {
         None
     }

@@ -35,6 +35,8 @@ pub(crate) enum Flaw {
     Play(f64),
     /// The axial cell follows a humidity that only the table knows, N per percent.
     Humidity(f64),
+    /// The axial cell follows the temperature of the air from 20 °C, N/K.
+    Warmth(f64),
 }
 
 /// A run to simulate.
@@ -62,6 +64,8 @@ pub(crate) struct Run {
     pub reference: bool,
     /// Whether strips are named in the table.
     pub name_segments: bool,
+    /// Whether the temperature of the air is in the table.
+    pub record_air: bool,
     /// Weight of the head, declared, N.
     pub weight_n: f64,
     /// Formula that the case declares.
@@ -89,6 +93,7 @@ impl Run {
             declare_noise: true,
             reference: true,
             name_segments: true,
+            record_air: false,
             weight_n: HeadModel::USUAL.weight_n,
             formula: "full-balance",
             flaw: Flaw::None,
@@ -115,6 +120,8 @@ pub(crate) struct Sample {
     pub reference_n: f64,
     /// Relative humidity, percent.
     pub humidity_pct: f64,
+    /// Temperature of the air, °C.
+    pub air_c: f64,
 }
 
 /// Depth of the waves of the workpiece, mm, and their lengths, mm.
@@ -217,6 +224,7 @@ impl Rig<'_> {
         let later = norm(&self.instant(segment, since_s + 1e-4).tip_mm);
         // Damp air comes and goes with the hour, not with the strips.
         let humidity_pct = 45.0 + 6.0 * (TAU * 1.37 * time_s / self.run_s + self.phases[0]).sin();
+        let air_c = self.air_c(time_s);
         for flaw in flaws {
             match flaw {
                 Flaw::CellZero(i, zero_n) => cells_n[i] += zero_n,
@@ -226,6 +234,7 @@ impl Rig<'_> {
                 Flaw::Drift(n) => cells_n[3] += n * time_s / self.run_s,
                 Flaw::CellCurvature(per_n) => cells_n[3] *= 1.0 + per_n * cells_n[3],
                 Flaw::Humidity(n) => cells_n[3] += n * (humidity_pct - 45.0),
+                Flaw::Warmth(n) => cells_n[3] += n * (air_c - 20.0),
                 Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {}
             }
         }
@@ -246,7 +255,15 @@ impl Rig<'_> {
             normal: now.normal,
             reference_n: reference_n + noise[4],
             humidity_pct,
+            air_c,
         }
+    }
+
+    /// A hall that warms and cools with the door and the plant, to either side of 20 °C.
+    fn air_c(&self, time_s: f64) -> f64 {
+        let share = TAU * time_s / self.run_s;
+        20.0 + 1.0 * (2.3 * share + self.phases[3]).sin()
+            + 0.8 * (0.9 * share + self.phases[5]).sin()
     }
 }
 

@@ -19,6 +19,7 @@ pub(crate) fn cases() -> Vec<Case> {
         spline_friction(),
         force_drift(),
         reference_delay(),
+        air_temperature(),
         published_formula(),
         no_reference(),
         outside_curvature(),
@@ -114,6 +115,12 @@ fn reference_delay() -> Case {
     let run = Run { flaw: Flaw::Delay(0.02), ..Run::new(67) };
     let truth = "The reference is read 20 ms late, less than a sampling interval.";
     run_case("reference-delay", &run, "Reference 20 ms late", truth, named(&["delay"]))
+}
+
+fn air_temperature() -> Case {
+    let run = Run { flaw: Flaw::Warmth(0.25), record_air: true, ..Run::new(72) };
+    let truth = "The axial cell follows the temperature of the air, 0.25 N/K from 20 °C.";
+    run_case("air-temperature", &run, "Axial cell follows the air", truth, named(&["temperature"]))
 }
 
 fn published_formula() -> Case {

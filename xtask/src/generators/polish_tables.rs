@@ -32,9 +32,12 @@ pub(crate) fn case_toml(run: &Run) -> String {
 pub(crate) fn log_csv(run: &Run, samples: &[Sample]) -> String {
     let mut text = "time_s,l1_mm,l2_mm,l3_mm,l4_mm,f1_n,f2_n,f3_n,f4_n,nx,ny,nz".to_owned();
     let humid = matches!(run.flaw, Flaw::Humidity(_));
-    for (wanted, name) in
-        [(run.reference, "reference_n"), (run.name_segments, "segment"), (humid, "humidity_pct")]
-    {
+    for (wanted, name) in [
+        (run.reference, "reference_n"),
+        (run.name_segments, "segment"),
+        (humid, "humidity_pct"),
+        (run.record_air, "air_c"),
+    ] {
         if wanted {
             let _ = write!(text, ",{name}");
         }
@@ -53,6 +56,9 @@ pub(crate) fn log_csv(run: &Run, samples: &[Sample]) -> String {
         }
         if humid {
             let _ = write!(text, ",{:.2}", s.humidity_pct);
+        }
+        if run.record_air {
+            let _ = write!(text, ",{:.2}", s.air_c);
         }
         text.push('\n');
     }

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::noise::{Colour, Noise};
 
-/// What repeats.
+/// What is wrong in every stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Repeats {
     /// Nothing.
@@ -17,6 +17,12 @@ pub(crate) enum Repeats {
     Loss(f64),
     /// A step in the surface pushes by this much and decays, N.
     Kick(f64),
+    /// The instrument reads this much under no load, N.
+    Zero(f64),
+    /// The instrument reads too large, relative.
+    Gain(f64),
+    /// The instrument drifts in proportion to what it has read so far, N from first to last.
+    Drift(f64),
 }
 
 /// Strokes to simulate.
@@ -70,7 +76,9 @@ pub(crate) fn path_csv(strokes: &Strokes) -> String {
         for index in 0..strokes.n_samples {
             let path_mm = late_mm + PATH_MM * as_f64(index) / as_f64(strokes.n_samples);
             let own_n = strokes.noise_n * noise.next(&mut rng);
-            let force_n = load_n + repeated_n(strokes.repeats, path_mm, load_n) + own_n;
+            let done = (as_f64(stroke) + as_f64(index) / as_f64(strokes.n_samples))
+                / as_f64(strokes.n_runs);
+            let force_n = load_n + repeated_n(strokes.repeats, path_mm, load_n, done) + own_n;
             let time_s = path_mm / FEED_MM_PER_S;
             // A string takes every character.
             let _ = writeln!(
@@ -83,8 +91,8 @@ pub(crate) fn path_csv(strokes: &Strokes) -> String {
     text
 }
 
-/// What every stroke has in common at a place, N.
-fn repeated_n(repeats: Repeats, path_mm: f64, load_n: f64) -> f64 {
+/// What is wrong at a place of the path and a share of all readings, N.
+fn repeated_n(repeats: Repeats, path_mm: f64, load_n: f64, done: f64) -> f64 {
     match repeats {
         Repeats::Nothing => 0.0,
         Repeats::Loss(share) => {
@@ -95,6 +103,9 @@ fn repeated_n(repeats: Repeats, path_mm: f64, load_n: f64) -> f64 {
             let past_mm = path_mm - KICK_AT_MM;
             if past_mm < 0.0 { 0.0 } else { n * (-past_mm / KICK_DECAY_MM).exp() }
         }
+        Repeats::Zero(n) => n,
+        Repeats::Gain(ratio) => ratio * load_n,
+        Repeats::Drift(n) => n * done,
     }
 }
 

@@ -8,11 +8,16 @@ use crate::generators::strokes::{Repeats, Strokes};
 
 /// Zeros of cells and lengths, gains, weight, two kinds of friction, drift, delay.
 const RUN_CANDIDATES: usize = 17;
+/// The same, and a temperature.
+const WARM_CANDIDATES: usize = RUN_CANDIDATES + 1;
 
 pub(crate) fn runs() -> Vec<Cell> {
     use Question::{BothNamed, ConfidentWrongName, FalseAddition, Named};
     vec![
         run("nothing, white noise", FalseAddition, |seed| Scene::Run(Run::new(seed))),
+        run("nothing, white noise, air recorded", FalseAddition, |seed| {
+            Scene::Run(Run { record_air: true, ..Run::new(seed) })
+        }),
         run("nothing, AR(1) 0.8 from sample to sample", FalseAddition, |seed| {
             let colour = Colour::Ar1(0.8);
             Scene::Run(Run { colour, declare_noise: false, ..Run::new(seed) })
@@ -55,6 +60,10 @@ pub(crate) fn runs() -> Vec<Cell> {
             polished(seed, |a, d| Flaw::Drift(a * sign(d)))
         }),
         run("reference late", Named("delay"), |seed| polished(seed, |a, _| Flaw::Delay(a))),
+        run("axial cell follows the air", Named("temperature"), |seed| {
+            let (d, base) = (direction(seed), Run { record_air: true, ..Run::new(seed) });
+            Scene::Run(run_at(&base, |a| Flaw::Warmth(a * sign(d)), WARM_CANDIDATES, TIMES))
+        }),
         run("axial cell drifts, and its gain", BothNamed(["force-drift", "leg-gain"]), |seed| {
             both(seed, [|a, d| Flaw::Drift(a * sign(d)), |a, _| Flaw::CellGain(3, a)])
         }),
@@ -87,6 +96,15 @@ pub(crate) fn runs() -> Vec<Cell> {
         run("along a path: kick of 6 N at a place", Named("path-repeatable"), |seed| {
             Scene::Strokes(Strokes { repeats: Repeats::Kick(6.0), ..Strokes::new(seed) })
         }),
+        run("along a path: instrument's zero, 1 N", Named("force-zero"), |seed| {
+            stroked(seed, Repeats::Zero, 1.0)
+        }),
+        run("along a path: instrument's gain, 2.6 %", Named("force-gain"), |seed| {
+            stroked(seed, Repeats::Gain, 0.026)
+        }),
+        run("along a path: instrument drifts, 1.8 N", Named("force-drift"), |seed| {
+            stroked(seed, Repeats::Drift, 1.8)
+        }),
     ]
 }
 
@@ -97,6 +115,15 @@ fn run(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> C
 fn polished(seed: u64, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
     let d = direction(seed);
     Scene::Run(run_at(&Run::new(seed), |a| flaw(a, d), RUN_CANDIDATES, TIMES))
+}
+
+/// A fault of the instrument of either sign. Five times what is detectable is 1 N rms: a mean of 960
+/// readings of 0.8 N, each with a memory of 0.6, has 0.05 N, and four of those are found nine
+/// times in ten at a level shared by seven effects. The forces asked for are 39 N rms, the share of
+/// readings done 0.58.
+fn stroked(seed: u64, fault: fn(f64) -> Repeats, size: f64) -> Scene {
+    let repeats = fault(size * sign(direction(seed)));
+    Scene::Strokes(Strokes { repeats, ..Strokes::new(seed) })
 }
 
 /// Two flaws at once, each as large as if it were alone.

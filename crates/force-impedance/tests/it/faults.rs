@@ -1,9 +1,12 @@
 //! The fault table of `docs/force-impedance.md`, row by row.
 
-use force_impedance::{Command, ControllerSettings, Fault, Measurement, Status};
+use force_impedance::{
+    Command, Controller, ControllerSettings, Fault, Head, HeadLimits, Measurement, Status,
+};
 use nalgebra::Vector3;
 
 use crate::rig::{Rig, SOFT, T, force};
+use crate::usual_head::GEOMETRY;
 
 const RECOVERY_CYCLES: u32 = 4;
 const FROZEN_CYCLES: u32 = 6;
@@ -169,4 +172,138 @@ fn one_good_cycle_between_bad_ones_is_not_trusted() {
         assert_eq!(command.status, Status::Recovering);
         assert_eq!(command.tip_mm, before.tip_mm);
     }
+}
+
+/// Intervals that jitter between half and three times the nominal one are no fault.
+#[test]
+fn an_interval_that_jitters_is_controlled() {
+    let mut rig = running();
+    let mut before = rig.last.unwrap();
+    for i in 0..2000_u32 {
+        let dt_s = T * [0.5, 1.7, 0.8, 3.0, 1.0][i as usize % 5];
+        let seen = rig.read();
+        let command = rig.feed(&seen, dt_s);
+        assert_eq!(command.status, Status::Controlling, "cycle {i}");
+        assert!((command.tip_mm - before.tip_mm).norm() <= 50.0 * T + 1e-12, "cycle {i}");
+        before = command;
+    }
+    assert!((force(&before) - 20.0).abs() < 1e-6);
+}
+
+/// Good again at once: no recovery is needed, for the output was never in doubt.
+#[test]
+fn a_reference_that_is_no_number_leaves_the_last_good_one() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut rig = running();
+        rig.run(2000);
+        rig.reference_n = bad;
+        for _ in 0..100 {
+            let command = rig.cycle();
+            assert_eq!(command.status, Status::Controlling);
+            assert!(command.limits.reference());
+            assert_eq!(command.reference_n.to_bits(), 20.0_f64.to_bits());
+            assert!((force(&command) - 20.0).abs() < 1e-6);
+        }
+        rig.reference_n = 25.0;
+        let command = rig.cycle();
+        assert!(!command.limits.reference());
+        // The ramp of 500 N/s begins in the same cycle.
+        assert!((command.reference_n - 20.5).abs() < 1e-9, "{}", command.reference_n);
+    }
+}
+
+#[test]
+fn a_reference_out_of_range_is_brought_within() {
+    for (asked_n, end_n) in [(1e9, 200.0), (201.0, 200.0), (-5.0, 0.0)] {
+        let mut rig = running();
+        rig.reference_n = asked_n;
+        for _ in 0..500 {
+            let command = rig.cycle();
+            assert!(command.limits.reference());
+            assert!((0.0..=200.0).contains(&command.reference_n));
+        }
+        assert!((rig.last.unwrap().reference_n - end_n).abs() < 1e-9);
+        rig.reference_n = 20.0;
+        assert!(!rig.cycle().limits.reference());
+    }
+}
+
+/// An error of 500 N moves the tool exactly as one of the limit does.
+#[test]
+fn a_force_error_beyond_its_limit_counts_as_the_limit() {
+    let with_error = |depth_mm: f64| {
+        let settings = ControllerSettings { max_error_n: 50.0, ..ControllerSettings::default() };
+        let mut rig = Rig::new(SOFT, settings);
+        rig.surface_mm = 0.2;
+        rig.run(2000);
+        rig.surface_mm += depth_mm;
+        rig.cycle()
+    };
+    // 100 N/mm: 500 N and 50.001 N too much.
+    let (far, near) = (with_error(5.0), with_error(0.500_01));
+    assert!(far.limits.error() && near.limits.error());
+    assert_eq!(far.offset_mm.to_bits(), near.offset_mm.to_bits());
+    assert!(!with_error(0.49).limits.error());
+}
+
+/// The surface comes by 3 mm at once: the tool yields at its rate, cycle by cycle, and the force is
+/// back when the way is made.
+#[test]
+fn a_jump_of_the_surface_is_followed_at_the_rate() {
+    let mut rig = running();
+    rig.surface_mm += 3.0;
+    let mut before = rig.last.unwrap();
+    let mut limited = 0;
+    for _ in 0..70 {
+        let command = rig.cycle();
+        assert_eq!(command.status, Status::Controlling);
+        assert!(command.offset_mm - before.offset_mm <= 50.0 * T + 1e-12);
+        limited += u32::from(command.limits.rate());
+        before = command;
+    }
+    // 2.8 mm of the 3 mm at 0.05 mm a cycle.
+    assert!(limited >= 50, "{limited}");
+    let command = rig.run(2000);
+    assert!(!command.limits.any());
+    assert!((force(&command) - 20.0).abs() < 1e-6);
+}
+
+/// At the end of its travel the tool waits, and turns back in the first cycle that asks for it.
+#[test]
+fn travel_that_is_used_up() {
+    let settings = ControllerSettings { travel_mm: [-0.3, 0.2], ..ControllerSettings::default() };
+    let mut rig = Rig::new(SOFT, settings);
+    rig.surface_mm = 1.0;
+    let command = rig.run(1000);
+    assert_eq!(command.status, Status::Controlling);
+    assert!(command.limits.travel());
+    assert!((command.offset_mm - 0.2).abs() < 1e-12);
+    rig.surface_mm = 0.25;
+    rig.cycle();
+    let command = rig.cycle();
+    assert!(!command.limits.travel() && command.offset_mm < 0.2, "{}", command.offset_mm);
+    assert!((force(&rig.run(3000)) - 20.0).abs() < 1e-6);
+}
+
+/// What the legs cannot reach is not commanded: the tool waits at the end of its workspace. 20 N are
+/// 0.2 mm into the contact, 0.05 mm past the straight head.
+#[test]
+fn a_workspace_that_ends() {
+    let limits = HeadLimits { axial_mm: [179.9, 180.1], ..HeadLimits::wide(&GEOMETRY) };
+    let head = Head::new(GEOMETRY, limits).unwrap();
+    let mut rig = running();
+    rig.controller = Controller::new(head, SOFT, ControllerSettings::default()).unwrap();
+    rig.last = None;
+    rig.surface_mm = 0.15;
+    rig.run(300);
+    rig.surface_mm = -1.0;
+    for _ in 0..300 {
+        let command = rig.cycle();
+        assert!((179.9..=180.1).contains(&command.lengths_mm[3]), "{:?}", command.lengths_mm);
+    }
+    let command = rig.last.unwrap();
+    assert_eq!(command.status, Status::NoContact);
+    assert!(command.limits.workspace());
+    rig.surface_mm = 0.15;
+    assert!((force(&rig.run(3000)) - 20.0).abs() < 1e-6);
 }

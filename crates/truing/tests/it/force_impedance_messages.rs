@@ -93,6 +93,8 @@ fn the_report_shows_force_and_correction() {
         assert_eq!(ended.code, 0, "{}", ended.stderr);
         let text = fs::read_to_string(&page).unwrap();
         assert!(text.contains("Contact force") && text.contains("Correction"), "{command}");
+        // One number per observation has no component to name.
+        assert!(!text.contains(">, N<") && !text.contains("Residual, ,"), "{command}");
     }
 }
 

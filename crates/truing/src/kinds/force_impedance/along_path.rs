@@ -244,7 +244,7 @@ impl Measured for PathCase {
                     .to_owned(),
             ],
             residual: "force read − force asked for",
-            components: &[""],
+            components: &[],
             group_noun: self.group_noun.clone(),
             measured: vec![
                 fact("runs", self.options.runs.len().to_string()),

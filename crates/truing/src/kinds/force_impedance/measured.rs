@@ -209,7 +209,7 @@ impl Measured for LogCase {
             } else {
                 "disagreement of the four lengths"
             },
-            components: &[""],
+            components: &[],
             group_noun: self.group_noun.clone(),
             measured: vec![
                 fact("samples", self.samples.len().to_string()),
