@@ -83,6 +83,7 @@ impl<'a> Linear<'a> {
             cluster_groups: (0..clusters.len()).collect(),
             clusters,
             series: vec![(0..n).collect()],
+            runs_on: false,
             colours: OnceLock::new(),
         }
     }
