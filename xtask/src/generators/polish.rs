@@ -40,6 +40,7 @@ pub(crate) enum Flaw {
 }
 
 /// A run to simulate.
+#[expect(clippy::struct_excessive_bools, reason = "columns of the table that may be there")]
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     /// Strips of the raster, each a segment.
