@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use nalgebra::{Matrix2, Point3, SymmetricEigen, Unit, Vector2, Vector3};
 
 use crate::error::finite;
+use crate::surface::ahead;
 use crate::{Curvature, Foot, GeometryError, Hit, Line};
 
 /// A smooth height over the xy plane.
@@ -44,11 +45,7 @@ pub(crate) fn first_hit(graph: &impl Graph, ray: &Line) -> Result<Hit, GeometryE
         behind = Some(hit.distance_mm);
         ControlFlow::Continue(())
     })?;
-    match (first, behind) {
-        (Some(hit), _) => Ok(hit),
-        (None, Some(distance)) => Err(GeometryError::BehindRay { distance_mm: -distance }),
-        (None, None) => Err(GeometryError::Misses),
-    }
+    ahead(first, behind)
 }
 
 /// The meeting at a distance along a line.

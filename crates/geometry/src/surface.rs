@@ -102,6 +102,16 @@ impl Curvature {
     }
 }
 
+/// The first hit ahead of a ray's start, or why there is none: the last one behind it, in mm along
+/// the ray, or nothing at all.
+pub(crate) fn ahead(first: Option<Hit>, behind_mm: Option<f64>) -> Result<Hit, GeometryError> {
+    match (first, behind_mm) {
+        (Some(hit), _) => Ok(hit),
+        (None, Some(distance)) => Err(GeometryError::BehindRay { distance_mm: -distance }),
+        (None, None) => Err(GeometryError::Misses),
+    }
+}
+
 /// A point in which a line meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

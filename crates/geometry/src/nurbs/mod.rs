@@ -12,6 +12,7 @@ use nalgebra::{Point3, Unit, Vector3, Vector4};
 pub use jet::NurbsJet;
 
 use crate::error::finite;
+use crate::surface::ahead;
 use crate::{Curvature, Foot, GeometryError, Hit, Line, Surface};
 use knots::Knots;
 use patch::Leaf;
@@ -240,10 +241,6 @@ impl Surface for Nurbs {
             }
             ControlFlow::Continue(())
         })?;
-        match (first, behind) {
-            (Some(hit), _) => Ok(hit),
-            (None, Some(distance)) => Err(GeometryError::BehindRay { distance_mm: -distance }),
-            (None, None) => Err(GeometryError::Misses),
-        }
+        ahead(first, behind)
     }
 }
