@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::Basis;
-use crate::colour::{Colour, Whitening};
+use crate::colour::Whitening;
 use crate::linear::Linear;
 use crate::significance::{count, f_tail};
 use crate::whiteness::groups_are_runs;
@@ -41,19 +41,19 @@ impl Colours {
     pub(crate) fn new(lin: &Linear<'_>) -> Self {
         let base = lin.basis.matrix();
         let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-        let grid = |largest: f64, of: fn(f64) -> Colour| -> Vec<Coloured> {
+        let grid = |largest: f64, of: &dyn Fn(f64) -> Whitening| -> Vec<Coloured> {
             (0..STEPS)
                 .map(|i| of(largest * f64::from(i) / f64::from(STEPS - 1)))
-                .filter_map(|colour| Coloured::new(lin, &base, Whitening::new(colour, longest)))
+                .filter_map(|whitening| Coloured::new(lin, &base, whitening))
                 .collect()
         };
         let is_long = longest > MAX_LENGTH_FOR_MEMORY;
         let memory = if !is_long && (lin.runs_on || !groups_are_runs(lin)) {
-            grid(MAX_MEMORY, Colour::Memory)
+            grid(MAX_MEMORY, &|d| Whitening::memory(d, longest))
         } else {
             Vec::new()
         };
-        Self { neighbours: grid(MAX_PHI, Colour::Neighbours), memory }
+        Self { neighbours: grid(MAX_PHI, &Whitening::Neighbours), memory }
     }
 }
 

@@ -4,21 +4,12 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use crate::significance::count;
 
-/// How successive observations depend on each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Colour {
-    /// Autoregression of first order: the correlation of neighbours.
-    Neighbours(f64),
-    /// Fractionally integrated noise (Hosking 1981) of memory `d`: a spectrum `f^(−2d)`, which an
-    /// autoregression of first order takes for flat at low frequencies.
-    Memory(f64),
-}
-
 /// Turns noise of one colour into white noise.
 pub(crate) enum Whitening {
-    /// Prais and Winsten (1954).
+    /// Autoregression of first order, by the correlation of neighbours (Prais and Winsten 1954).
     Neighbours(f64),
-    /// Each value less what those before it predict, over the standard deviation of the prediction.
+    /// Fractionally integrated noise (Hosking 1981): a spectrum `f^(−2d)`, which an autoregression of
+    /// first order takes for flat at low frequencies. Each value less what those before it predict, over the standard deviation of the prediction.
     Memory {
         /// Lower triangular; a shorter series takes the leading part.
         rows: DMatrix<f64>,
@@ -28,12 +19,30 @@ pub(crate) enum Whitening {
 }
 
 impl Whitening {
-    /// For series up to the given length.
-    pub(crate) fn new(colour: Colour, longest: usize) -> Self {
-        match colour {
-            Colour::Neighbours(phi) => Self::Neighbours(phi),
-            Colour::Memory(d) => remembering(d, longest),
+    /// Of memory `d`, for series up to the given length: Durbin and Levinson's recursion on the partial
+    /// correlations `d/(k − d)`.
+    pub(crate) fn memory(d: f64, longest: usize) -> Self {
+        let mut rows = DMatrix::zeros(longest, longest);
+        let mut log_variances = Vec::with_capacity(longest);
+        // The latest value's weight first.
+        let mut weights: Vec<f64> = Vec::with_capacity(longest);
+        let mut variance = 1.0_f64;
+        for k in 0..longest {
+            if k > 0 {
+                let partial = d / (count(k) - d);
+                let reversed = weights.iter().rev();
+                let next = weights.iter().zip(reversed).map(|(w, r)| w - partial * r);
+                weights = next.chain([partial]).collect();
+                variance *= 1.0 - partial * partial;
+            }
+            let scale = variance.sqrt().recip();
+            rows[(k, k)] = scale;
+            for (lag, weight) in weights.iter().enumerate() {
+                rows[(k, k - 1 - lag)] = -weight * scale;
+            }
+            log_variances.push(variance.ln());
         }
+        Self::Memory { rows, log_variances }
     }
 
     /// Logarithm of the determinant of the noise's covariance.
@@ -73,29 +82,4 @@ impl Whitening {
         }
         out
     }
-}
-
-/// Durbin and Levinson's recursion on the partial correlations `d/(k − d)`.
-fn remembering(d: f64, longest: usize) -> Whitening {
-    let mut rows = DMatrix::zeros(longest, longest);
-    let mut log_variances = Vec::with_capacity(longest);
-    // The latest value's weight first.
-    let mut weights: Vec<f64> = Vec::with_capacity(longest);
-    let mut variance = 1.0_f64;
-    for k in 0..longest {
-        if k > 0 {
-            let partial = d / (count(k) - d);
-            let reversed = weights.iter().rev();
-            let next = weights.iter().zip(reversed).map(|(w, r)| w - partial * r);
-            weights = next.chain([partial]).collect();
-            variance *= 1.0 - partial * partial;
-        }
-        let scale = variance.sqrt().recip();
-        rows[(k, k)] = scale;
-        for (lag, weight) in weights.iter().enumerate() {
-            rows[(k, k - 1 - lag)] = -weight * scale;
-        }
-        log_variances.push(variance.ln());
-    }
-    Whitening::Memory { rows, log_variances }
 }
