@@ -9,20 +9,6 @@ pub(crate) fn cases() -> Vec<Case> {
     vec![nothing(), backlash(), flexure(), stand()]
 }
 
-/// Two trackers, six reflectors on two bodies, thirteen angles.
-fn survey(seed: u64) -> Survey {
-    Survey {
-        n_stations: 2,
-        n_mounts: 6,
-        n_angles: 13,
-        both_ways: false,
-        range_mm: 0.004,
-        angle_rad: 4e-6,
-        fault: Fault::None,
-        seed,
-    }
-}
-
 fn case(
     folder: &str,
     survey: &Survey,
@@ -52,7 +38,7 @@ fn nothing() -> Case {
         not_observable: words(&["range-scale", "backlash"]),
         ..Expectation::default()
     };
-    case("targets-nothing", &survey(81), "Points, nothing wrong", "Nothing is wrong.", expect)
+    case("targets-nothing", &Survey::new(81), "Points, nothing wrong", "Nothing is wrong.", expect)
 }
 
 fn named(effect: &str) -> Expectation {
@@ -66,20 +52,20 @@ fn named(effect: &str) -> Expectation {
 
 fn backlash() -> Case {
     let fault = Fault::Backlash(25e-6, [0.0, 0.010, 0.0]);
-    let survey = Survey { both_ways: true, fault, ..survey(82) };
+    let survey = Survey { both_ways: true, fault, ..Survey::new(82) };
     let truth = "The drive has 25 µrad of play, and the bearing gives by 10 µm along the axis.";
     case("targets-backlash", &survey, "Points, with backlash", truth, named("backlash"))
 }
 
 fn flexure() -> Case {
-    let survey = Survey { fault: Fault::Flexure(0.040), n_mounts: 8, ..survey(83) };
+    let survey = Survey { fault: Fault::Flexure(0.040), n_mounts: 8, ..Survey::new(83) };
     let truth = "The second body gives by up to 40 µm along x of the turning frame as it swings.";
     case("targets-flexure", &survey, "Points, a body that sags", truth, named("body-sag"))
 }
 
 fn stand() -> Case {
     let fault = Fault::Stand(1, [0.030, -0.020, 0.045], [15e-6, 20e-6, -10e-6]);
-    let survey = Survey { fault, n_angles: 25, ..survey(84) };
+    let survey = Survey { fault, n_angles: 25, ..Survey::new(84) };
     let truth = "The stand of S2 moves steadily, by 58 µm and 27 µrad in all.";
     case("targets-stand", &survey, "Points, a stand that gives way", truth, named("station-drift"))
 }

@@ -44,6 +44,22 @@ pub(crate) struct Survey {
     pub seed: u64,
 }
 
+impl Survey {
+    /// Two trackers, six reflectors on two bodies, thirteen angles; nothing wrong.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            n_stations: 2,
+            n_mounts: 6,
+            n_angles: 13,
+            both_ways: false,
+            range_mm: 0.004,
+            angle_rad: 4e-6,
+            fault: Fault::None,
+            seed,
+        }
+    }
+}
+
 /// One reading.
 pub(crate) struct Reading {
     pub station: usize,

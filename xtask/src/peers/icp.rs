@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use super::icp_contest::{Contest, Contestant};
-use super::{icp_page, solver};
+use super::{build_outside, icp_page, solver, text};
 use crate::shell;
 
 /// What is registered; see `xtask/peers/icp/problems.py`.
@@ -94,12 +94,10 @@ fn write_problem(python: &Path, sources: &Path, problem: &str, folder: &Path) ->
     checked(Command::new(python).arg(sources.join("problems.py")).arg(problem).arg(folder))
 }
 
-/// Builds the programs that run pose-icp and threecrate; they lie outside of the workspace, as peers do.
+/// Builds the programs that run pose-icp and threecrate.
 fn build_ours(sources: &Path, work: &Path) -> Result<PathBuf> {
-    let manifest = sources.join("rust/Cargo.toml");
     let target = work.join("build");
-    let arguments = ["build", "--release", "--manifest-path", text(&manifest)?];
-    shell::cargo_with(&arguments, &[("CARGO_TARGET_DIR", text(&target)?)])?;
+    build_outside(&sources.join("rust/Cargo.toml"), &target)?;
     Ok(target.join("release/ours"))
 }
 
@@ -116,10 +114,6 @@ fn python(sources: &Path, work: &Path) -> Result<PathBuf> {
         "the packages of Open3D and small_gicp are built for some versions of Python only",
     )?;
     Ok(python)
-}
-
-fn text(path: &Path) -> Result<&str> {
-    path.to_str().with_context(|| format!("{} is no UTF-8", path.display()))
 }
 
 fn checked(command: &mut Command) -> Result<()> {

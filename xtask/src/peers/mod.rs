@@ -6,7 +6,11 @@ mod icp_page;
 mod solver;
 mod solver_scene;
 
-use anyhow::Result;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::shell;
 
 /// What is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -28,4 +32,14 @@ pub(crate) fn run(comparison: Comparison, rounds: usize) -> Result<()> {
         icp::run()?;
     }
     Ok(())
+}
+
+/// Builds a package that lies outside of the workspace, as peers do.
+fn build_outside(manifest: &Path, target: &Path) -> Result<()> {
+    let arguments = ["build", "--release", "--manifest-path", text(manifest)?];
+    shell::cargo_with(&arguments, &[("CARGO_TARGET_DIR", text(target)?)])
+}
+
+fn text(path: &Path) -> Result<&str> {
+    path.to_str().with_context(|| format!("{} is no UTF-8", path.display()))
 }

@@ -8,6 +8,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 
+use super::build_outside;
 use super::solver_scene::{self, Size};
 use crate::shell;
 
@@ -186,13 +187,10 @@ pub(super) fn build_ceres(source: &str, program: &Path) -> Result<PathBuf> {
     Ok(program.to_owned())
 }
 
-/// Builds the program that runs factrs; it lies outside of the workspace, as peers do.
+/// Builds the program that runs factrs.
 fn build_factrs(work: &Path) -> Result<PathBuf> {
     let target = work.join("factrs");
-    let directory = target.to_str().context("the folder's name is no UTF-8")?;
-    let manifest = "xtask/peers/factrs/Cargo.toml";
-    let arguments = ["build", "--release", "--locked", "--manifest-path", manifest];
-    shell::cargo_with(&arguments, &[("CARGO_TARGET_DIR", directory)])?;
+    build_outside(&shell::root().join("xtask/peers/factrs/Cargo.toml"), &target)?;
     Ok(target.join("release/factrs-peer"))
 }
 

@@ -13,20 +13,20 @@ const CANDIDATES: usize = 20;
 pub(super) fn cells() -> Vec<Cell> {
     use Question::{FalseAddition, Named};
     vec![
-        cell("points, nothing", FalseAddition, |seed| Scene::Targets(base(seed))),
+        cell("points, nothing", FalseAddition, |seed| Scene::Targets(Survey::new(seed))),
         cell("points, nothing, there and back", FalseAddition, |seed| {
-            Scene::Targets(Survey { both_ways: true, ..base(seed) })
+            Scene::Targets(Survey { both_ways: true, ..Survey::new(seed) })
         }),
         cell("points, backlash", Named("backlash"), |seed| {
-            let survey = Survey { both_ways: true, ..base(seed) };
+            let survey = Survey { both_ways: true, ..Survey::new(seed) };
             with(&survey, 6, |a, d| Fault::Backlash(2e-3 * a * sign(d), d.map(|v| a * v)))
         }),
         cell("points, a body gives under its weight", Named("body-sag"), |seed| {
-            with(&base(seed), 3, |a, d| Fault::Flexure(a * sign(d)))
+            with(&Survey::new(seed), 3, |a, d| Fault::Flexure(a * sign(d)))
         }),
         cell("points, one stand gives way", Named("station-drift"), |seed| {
             // A slope in time from thirteen stops would itself cost a quarter of the noise.
-            let survey = Survey { n_angles: 25, ..base(seed) };
+            let survey = Survey { n_angles: 25, ..Survey::new(seed) };
             with(&survey, 6, |a, d| Fault::Stand(1, d.map(|v| a * v), d.map(|v| 5e-4 * a * v)))
         }),
     ]
@@ -34,20 +34,6 @@ pub(super) fn cells() -> Vec<Cell> {
 
 fn cell(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {
     Cell { krate: "tracker-lm", situation, question, make }
-}
-
-/// Two trackers, six reflectors on two bodies, thirteen angles.
-fn base(seed: u64) -> Survey {
-    Survey {
-        n_stations: 2,
-        n_mounts: 6,
-        n_angles: 13,
-        both_ways: false,
-        range_mm: 0.004,
-        angle_rad: 4e-6,
-        fault: Fault::None,
-        seed,
-    }
 }
 
 fn with(survey: &Survey, n_amplitudes: usize, fault: fn(f64, [f64; 3]) -> Fault) -> Scene {
