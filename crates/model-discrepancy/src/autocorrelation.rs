@@ -1,5 +1,8 @@
 //! Correlation of successive observations, the commonest colour of noise.
 
+use std::iter;
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::Basis;
@@ -25,63 +28,90 @@ const MAX_LENGTH_FOR_MEMORY: usize = 512;
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// A system's columns under each colour that its noise may have: the same for every candidate
-/// beside it.
+/// beside it, and found when first asked for.
+#[derive(Default)]
 pub(crate) struct Colours {
-    /// White first.
-    neighbours: Vec<Coloured>,
-    /// White first; empty where a long memory is not tried.
-    memory: Vec<Coloured>,
+    neighbours: OnceLock<Vec<Coloured>>,
+    memory: OnceLock<Vec<Coloured>>,
 }
 
 impl Colours {
-    /// Where groups are runs of readings a long memory is not tried: from the readings of a run it
-    /// would tell how far runs agree, which the scatter between runs tells better. Unless the model
-    /// says that its records run on through several groups: what wanders more slowly than a group
-    /// lasts is in no scatter between groups.
-    pub(crate) fn new(lin: &Linear<'_>) -> Self {
-        let base = lin.basis.matrix();
-        let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-        let grid = |largest: f64, of: &dyn Fn(f64) -> Whitening| -> Vec<Coloured> {
-            (0..STEPS)
-                .map(|i| of(largest * f64::from(i) / f64::from(STEPS - 1)))
-                .filter_map(|whitening| Coloured::new(lin, &base, whitening))
-                .collect()
-        };
-        let is_long = longest > MAX_LENGTH_FOR_MEMORY;
-        let memory = if !is_long && (lin.runs_on || !groups_are_runs(lin)) {
-            grid(MAX_MEMORY, &|d| Whitening::memory(d, longest))
-        } else {
-            Vec::new()
-        };
-        Self { neighbours: grid(MAX_PHI, &Whitening::Neighbours), memory }
+    /// Noise of which neighbours agree; white first.
+    fn neighbours(&self, lin: &Linear<'_>) -> &[Coloured] {
+        self.neighbours.get_or_init(|| grid(lin, MAX_PHI, Whitening::Neighbours))
+    }
+
+    /// Noise of long memory; white first, and empty where it is not tried.
+    ///
+    /// Where groups are runs of readings it is not: from the readings of a run it would tell how
+    /// far runs agree, which the scatter between runs tells better. Unless the model says that its
+    /// records run on through several groups: what wanders more slowly than a group lasts is in no
+    /// scatter between groups.
+    fn memory(&self, lin: &Linear<'_>) -> &[Coloured] {
+        self.memory.get_or_init(|| {
+            let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
+            let is_long = longest > MAX_LENGTH_FOR_MEMORY;
+            if is_long || (groups_are_runs(lin) && !lin.runs_on) {
+                return Vec::new();
+            }
+            grid(lin, MAX_MEMORY, |d| Whitening::memory(d, longest))
+        })
     }
 }
 
-/// p-values of the last `n_tested` columns of `full` with coloured noise along the measured order,
-/// of which white is not the likeliest: for neighbours, and for long memory.
-///
-/// `full` begins with the columns of `lin.basis`; `residual` is what the columns before the tested
-/// ones leave of the data. The colour is not known, and the variance of a slow effect depends on
-/// it: the p-value is the mean over the colours, each as likely as the data make it. Restricted
-/// likelihood (Patterson and Thompson 1971): unlike the plain lag-one correlation it is not pulled
-/// towards zero by what the fit has taken out.
-pub(crate) fn coloured_p_values(
-    lin: &Linear<'_>,
-    full: &Basis,
-    n_tested: usize,
-    residual: &DVector<f64>,
-) -> Vec<f64> {
-    let mut columns = full.columns_from(lin.basis.dim());
-    let beside = columns.ncols();
-    let tested = columns.columns(beside - n_tested, n_tested);
-    let along = tested.tr_mul(residual);
-    // Without what the tested columns explain, so that no digits are lost in the products.
-    let rest = residual - tested * &along;
-    columns = columns.insert_column(beside, 0.0);
-    columns.set_column(beside, &rest);
-    let mean = |colours: &[Coloured]| -> Option<f64> {
-        let judged: Vec<Judged> =
-            colours.iter().filter_map(|c| c.judge(lin, &columns, &along)).collect();
+/// Colours from white to the strongest.
+fn grid(lin: &Linear<'_>, strongest: f64, of: impl Fn(f64) -> Whitening) -> Vec<Coloured> {
+    let base = lin.basis.matrix();
+    (0..STEPS)
+        .map(|i| of(strongest * f64::from(i) / f64::from(STEPS - 1)))
+        .filter_map(|whitening| Coloured::new(lin, &base, whitening))
+        .collect()
+}
+
+/// What is tested, beside everything it is tested beside.
+pub(crate) struct Tested<'a> {
+    lin: &'a Linear<'a>,
+    /// Columns beside `lin.basis`, the tested ones last, then what they all leave of the data.
+    columns: DMatrix<f64>,
+    /// Share of the data in each tested column.
+    along: DVector<f64>,
+}
+
+impl<'a> Tested<'a> {
+    /// The last `n_tested` columns of `full`, which begins with the columns of `lin.basis`;
+    /// `residual` is what the columns before them leave of the data.
+    pub(crate) fn new(
+        lin: &'a Linear<'a>,
+        full: &Basis,
+        n_tested: usize,
+        residual: &DVector<f64>,
+    ) -> Self {
+        let columns = full.columns_from(lin.basis.dim());
+        let beside = columns.ncols();
+        let tested = columns.columns(beside - n_tested, n_tested);
+        let along = tested.tr_mul(residual);
+        // Without what the tested columns explain, so that no digits are lost in the products.
+        let rest = residual - tested * &along;
+        let mut columns = columns.insert_column(beside, 0.0);
+        columns.set_column(beside, &rest);
+        Self { lin, columns, along }
+    }
+
+    /// p-values with coloured noise along the measured order, of which white is not the likeliest:
+    /// of which neighbours agree, and of long memory. Each is found when it is asked for.
+    pub(crate) fn p_values(&self) -> impl Iterator<Item = f64> {
+        let (lin, colours) = (self.lin, &self.lin.colours);
+        let neighbours = iter::once_with(|| self.p_value(colours.neighbours(lin)));
+        let memory = iter::once_with(|| self.p_value(colours.memory(lin)));
+        neighbours.chain(memory).flatten()
+    }
+
+    /// The colour is not known, and the variance of a slow effect depends on it: the mean over
+    /// the colours, each as likely as the data make it. Restricted likelihood (Patterson and
+    /// Thompson 1971): unlike the plain lag-one correlation it is not pulled towards zero by what
+    /// the fit has taken out.
+    fn p_value(&self, colours: &[Coloured]) -> Option<f64> {
+        let judged: Vec<Judged> = colours.iter().filter_map(|c| c.judge(self)).collect();
         let best = judged.iter().map(|c| c.deviance).fold(f64::INFINITY, f64::min);
         // White is the first.
         judged.first().filter(|white| white.deviance > best)?;
@@ -89,9 +119,7 @@ pub(crate) fn coloured_p_values(
         let likely: Vec<_> = shares.filter(|(share, _)| *share > NEGLIGIBLE).collect();
         let sum: f64 = likely.iter().map(|(share, _)| share).sum();
         Some(likely.iter().map(|(share, p_value)| share * p_value).sum::<f64>() / sum)
-    };
-    let colours = lin.colours();
-    [&colours.neighbours, &colours.memory].into_iter().filter_map(|c| mean(c)).collect()
+    }
 }
 
 /// A system's columns under one colour of the noise.
@@ -123,14 +151,8 @@ impl Coloured {
         Some(Self { whitening, base, factor, volume })
     }
 
-    /// `columns` are the candidate's, then what it leaves of the data; the last `along.len()` of
-    /// the former are tested, and `along` is their share of the data.
-    fn judge(
-        &self,
-        lin: &Linear<'_>,
-        columns: &DMatrix<f64>,
-        along: &DVector<f64>,
-    ) -> Option<Judged> {
+    fn judge(&self, tested: &Tested<'_>) -> Option<Judged> {
+        let Tested { lin, columns, along } = tested;
         let white = self.whitening.apply(&lin.series, columns);
         let shared = self.factor.solve_lower_triangular(&(&self.base * &white))?;
         let products = white.transpose() * &white - shared.transpose() * &shared;

@@ -1,7 +1,6 @@
 //! A fitted system, linearised and whitened: what every test of a candidate looks at.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -33,7 +32,8 @@ pub(crate) struct Linear<'a> {
     pub(crate) series: Vec<Vec<usize>>,
     /// Whether the model says that a record runs on from group to group.
     pub(crate) runs_on: bool,
-    colours: OnceLock<Colours>,
+    /// The basis under each colour that the noise may have.
+    pub(crate) colours: Colours,
 }
 
 impl<'a> Linear<'a> {
@@ -62,7 +62,7 @@ impl<'a> Linear<'a> {
             cluster_groups,
             series,
             runs_on,
-            colours: OnceLock::new(),
+            colours: Colours::default(),
         }
     }
 
@@ -84,7 +84,7 @@ impl<'a> Linear<'a> {
             clusters,
             series: vec![(0..n).collect()],
             runs_on: false,
-            colours: OnceLock::new(),
+            colours: Colours::default(),
         }
     }
 
@@ -95,11 +95,6 @@ impl<'a> Linear<'a> {
             row.unscale_mut(*sigma);
         }
         out
-    }
-
-    /// The basis under each colour that the noise may have; found when first asked for.
-    pub(crate) fn colours(&self) -> &Colours {
-        self.colours.get_or_init(|| Colours::new(self))
     }
 
     /// Residual with what the basis explains taken out (none is left after a converged fit).

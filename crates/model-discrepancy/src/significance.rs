@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::agreement::{MIN_AGREEING, agreement_p_value};
-use crate::autocorrelation::coloured_p_values;
+use crate::autocorrelation::Tested;
 use crate::basis::Basis;
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::vector_noise::vector_p_value;
@@ -47,7 +47,7 @@ pub(crate) struct Asked {
     pub(crate) reach: Reach,
     /// How many candidates were looked at in the same data to find this one.
     pub(crate) searched: f64,
-    /// Above it, the classical test alone decides.
+    /// Above it, a test need not be asked further.
     pub(crate) level: f64,
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct Asked {
 /// cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky
 /// and Tipton (2018) do, which asks no more than independent groups; with as many directions as
 /// groups, or more, it is the agreement of the groups with each other.
-/// The first alone decides where it is above `level`: the others can only raise it.
+/// Where one is above `level` the rest are not asked: they could only raise it.
 pub(crate) fn significance(
     lin: &Linear<'_>,
     base: &Basis,
@@ -102,15 +102,20 @@ pub(crate) fn significance_beside(
     if full.dim() < base.dim() + added.dim() {
         return None;
     }
-    if test.dof >= MIN_DOF_FOR_CORRELATION {
-        for correlated in coloured_p_values(lin, &full, added.dim(), residual) {
-            test.p_value = test.p_value.max((correlated * asked.searched).min(1.0));
-        }
-    }
+    // The cheap ones first.
     if asked.reach == Reach::Many {
         let at_group_level = vector_p_value(lin, base, beside, &full)
             .unwrap_or_else(|| group_p_value(lin, &test, residual, &added, &full));
         test.p_value = test.p_value.max(at_group_level);
+    }
+    if test.dof >= MIN_DOF_FOR_CORRELATION {
+        let tested = Tested::new(lin, &full, added.dim(), residual);
+        let mut coloured = tested.p_values();
+        while test.p_value <= asked.level
+            && let Some(correlated) = coloured.next()
+        {
+            test.p_value = test.p_value.max((correlated * asked.searched).min(1.0));
+        }
     }
     Some(test)
 }
