@@ -274,6 +274,11 @@ impl Model for PathModel {
         DMatrix::from_fn(rows.len(), columns, |i, k| -rows[i][k])
     }
 
+    /// A run each: between runs the tool leaves the workpiece.
+    fn records(&self) -> Option<&[usize]> {
+        Some(&self.layout.observations)
+    }
+
     fn proposals(&self) -> Vec<Proposal> {
         let proposal =
             |text: &str, model: Self| Proposal { text: text.to_owned(), model: Box::new(model) };

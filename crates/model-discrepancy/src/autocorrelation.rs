@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::basis::Basis;
 use crate::colour::Whitening;
 use crate::linear::Linear;
-use crate::significance::{count, f_tail};
+use crate::significance::{MIN_CLUSTERS, count, f_tail};
 use crate::whiteness::groups_are_runs;
 
 /// Largest correlation taken seriously; above, noise and drift are the same thing.
@@ -44,14 +44,15 @@ impl Colours {
     /// Noise of long memory; white first, and empty where it is not tried.
     ///
     /// Where groups are runs of readings it is not: from the readings of a run it would tell how
-    /// far runs agree, which the scatter between runs tells better. Unless the model says that its
-    /// records run on through several groups: what wanders more slowly than a group lasts is in no
-    /// scatter between groups.
+    /// far runs agree, which the scatter between runs tells better. Unless there are too few runs
+    /// to tell, or the model says that its records run on through several groups: what wanders more
+    /// slowly than a group lasts is in no scatter between groups.
     fn memory(&self, lin: &Linear<'_>) -> &[Coloured] {
         self.memory.get_or_init(|| {
             let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
             let is_long = longest > MAX_LENGTH_FOR_MEMORY;
-            if is_long || (groups_are_runs(lin) && !lin.runs_on) {
+            let runs_tell = groups_are_runs(lin) && lin.clusters.len() >= MIN_CLUSTERS;
+            if is_long || (runs_tell && !lin.runs_on) {
                 return Vec::new();
             }
             grid(lin, MAX_MEMORY, |d| Whitening::memory(d, longest))

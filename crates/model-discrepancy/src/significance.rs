@@ -10,7 +10,7 @@ use crate::linear::{Linear, NEW_DIRECTION};
 use crate::vector_noise::vector_p_value;
 
 /// Fewest groups for which the scatter between groups is itself well enough known.
-const MIN_CLUSTERS: usize = 8;
+pub(crate) const MIN_CLUSTERS: usize = 8;
 
 /// Fewest degrees of freedom left for which a correlation between neighbours can be estimated.
 const MIN_DOF_FOR_CORRELATION: usize = 8;
@@ -164,10 +164,13 @@ fn group_p_value(
     if largest == 1 {
         return 0.0;
     }
-    // Too few groups to know their scatter: count each as few readings as may be independent.
+    // Too few groups to know their scatter well: count each as few readings as may be independent,
+    // and let the scatter only object.
     let per_group = largest.min(3);
     let dof = (clusters * per_group).saturating_sub(full.dim()).min(test.dof) / per_group;
-    f_tail(test.f_statistic, count(test.directions), count(dof.max(1)))
+    let of_few = f_tail(test.f_statistic, count(test.directions), count(dof.max(1)));
+    let has_scatter = clusters >= MIN_AGREEING;
+    if has_scatter { of_few.max(cluster_robust(lin, added, full)) } else { of_few }
 }
 
 /// Wald test of the amplitudes in the orthonormal basis `added` on their CR2 covariance.
