@@ -1,6 +1,6 @@
 //! Situations of `force-impedance`: a head polishing beside a reference.
 
-use super::cells::{Cell, Question, TIMES, direction, sign};
+use super::cells::{Cell, Question, direction, sign};
 use super::scene::{Scene, run_at};
 use crate::generators::Colour;
 use crate::generators::polish::{Flaw, Run};
@@ -62,7 +62,8 @@ pub(crate) fn runs() -> Vec<Cell> {
         run("reference late", Named("delay"), |seed| polished(seed, |a, _| Flaw::Delay(a))),
         run("axial cell follows the air", Named("temperature"), |seed| {
             let (d, base) = (direction(seed), Run { record_air: true, ..Run::new(seed) });
-            Scene::Run(run_at(&base, |a| Flaw::Warmth(a * sign(d)), WARM_CANDIDATES, TIMES))
+            let flaw = run_at(&base, |a| Flaw::Warmth(a * sign(d)), None, WARM_CANDIDATES);
+            Scene::Run(Run { flaw, ..base })
         }),
         run("axial cell drifts, and its gain", BothNamed(["force-drift", "leg-gain"]), |seed| {
             both(seed, [|a, d| Flaw::Drift(a * sign(d)), |a, _| Flaw::CellGain(3, a)])
@@ -113,8 +114,9 @@ fn run(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> C
 }
 
 fn polished(seed: u64, flaw: fn(f64, [f64; 3]) -> Flaw) -> Scene {
-    let d = direction(seed);
-    Scene::Run(run_at(&Run::new(seed), |a| flaw(a, d), RUN_CANDIDATES, TIMES))
+    let (d, base) = (direction(seed), Run::new(seed));
+    let flaw = run_at(&base, |a| flaw(a, d), None, RUN_CANDIDATES);
+    Scene::Run(Run { flaw, ..base })
 }
 
 /// A fault of the instrument of either sign. Five times what is detectable is 1 N rms: a mean of 960
@@ -126,9 +128,12 @@ fn stroked(seed: u64, fault: fn(f64) -> Repeats, size: f64) -> Scene {
     Scene::Strokes(Strokes { repeats, ..Strokes::new(seed) })
 }
 
-/// Two flaws at once, each as large as if it were alone.
+/// Two flaws at once, each as large as it must be beside the other: of opposite signs, a drift and
+/// the gain of a cell whose force hardly changes leave little of each other.
 fn both(seed: u64, flaws: [fn(f64, [f64; 3]) -> Flaw; 2]) -> Scene {
     let (d, base) = (direction(seed), Run::new(seed));
-    let [flaw, also] = flaws.map(|flaw| run_at(&base, |a| flaw(a, d), RUN_CANDIDATES, TIMES).flaw);
+    let [first, second] = flaws.map(|flaw| move |a: f64| flaw(a, d));
+    let flaw = run_at(&base, first, Some(&second), RUN_CANDIDATES);
+    let also = run_at(&base, second, Some(&first), RUN_CANDIDATES);
     Scene::Run(Run { flaw, also, ..base })
 }

@@ -1,5 +1,6 @@
 //! A simulated case of any kind, and how large its effect must be.
 
+use super::cells::TIMES;
 use super::detectable::{Design, smallest};
 use crate::generators::mirror::{self, Mirror};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
@@ -218,24 +219,27 @@ fn center_sigma_mm(session: &Session, clean: &Recorded, index: usize) -> f64 {
     (session.seat_mm.powi(2) + moment2 / load_n.powi(2) / n_samples).sqrt()
 }
 
-/// Scales the flaw, given at a small size, to `times` its minimal detectable size. The declared head
-/// has no free parameters.
+/// Scales the flaw, given at a small size, to `times` its minimal detectable size, beside another
+/// whose size is not known. The declared head has no free parameters.
 pub(crate) fn run_at(
     run: &Run,
     flaw: impl Fn(f64) -> polish::Flaw,
+    beside: Option<&dyn Fn(f64) -> polish::Flaw>,
     n_candidates: usize,
-    times: f64,
-) -> Run {
+) -> polish::Flaw {
     const SMALL: f64 = 1e-3;
     let silent = Run { noise_n: 0.0, length_noise_mm: 0.0, ..run.clone() };
     let before = polish::residuals_n(&silent, &polish::simulate(&silent));
-    let faulty = Run { flaw: flaw(SMALL), ..silent };
-    let after = polish::residuals_n(&faulty, &polish::simulate(&faulty));
     // The axial cell and the reference; the legs add little.
     let sigma_n = 2f64.sqrt() * run.noise_n;
-    let signal = after.iter().zip(&before).map(|(a, b)| (a - b) / sigma_n).collect();
-    let design = Design { signal, base: Vec::new(), n_amplitudes: 1, n_candidates };
-    Run { flaw: flaw(times * smallest(&design) * SMALL), ..run.clone() }
+    let signal = |flaw: polish::Flaw| -> Vec<f64> {
+        let faulty = Run { flaw, ..silent.clone() };
+        let after = polish::residuals_n(&faulty, &polish::simulate(&faulty));
+        after.iter().zip(&before).map(|(a, b)| (a - b) / sigma_n).collect()
+    };
+    let base = beside.map(|other| signal(other(SMALL))).into_iter().collect();
+    let design = Design { signal: signal(flaw(SMALL)), base, n_amplitudes: 1, n_candidates };
+    flaw(TIMES * smallest(&design) * SMALL)
 }
 
 fn rms(values: &[f64]) -> f64 {
