@@ -2,12 +2,15 @@
 
 use nalgebra::DMatrix;
 
+use crate::basis::Basis;
 use crate::candidate::Candidate;
 use crate::holdout::{compare, leave_out};
 use crate::judge::{Bench, Hearing, Judged};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::select::{CATALOGUE_SHARE, QUARTER, STAY};
-use crate::significance::{Asked, Reach, Significance, count, significance, significance_beside};
+use crate::significance::{
+    Asked, Reach, Significance, count, f_test, significance, significance_beside,
+};
 
 /// Most classes of effects of which all pairs are tried.
 const MAX_CLASSES: usize = 15;
@@ -39,18 +42,38 @@ pub(crate) fn find_pair(bench: &Bench<'_>, hearing: &Hearing) -> Option<[Judged;
 }
 
 /// Both effects tested together, and each beside the other.
+///
+/// At group level a pair is as significant as the better of the two beside the other, which counts
+/// twice: few groups know the scatter along one direction far better than along two.
 fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<([Judged; 2], f64)> {
     let lin = bench.lin;
     let searched = a.candidate.searched * b.candidate.searched;
-    let asked = Asked { reach: Reach::Many, searched, level };
     let both = side_by_side(&a.candidate.beside, &b.candidate.beside);
-    let joint = significance_beside(lin, &lin.basis, &bench.clean, &both, asked)?;
-    if joint.p_value > level || joint.directions < a.test.directions + b.test.directions {
+    let together = Basis::of(&both, NEW_DIRECTION.sqrt());
+    let plain = f_test(&bench.clean, lin.basis.dim(), &together)?;
+    let is_whole = plain.directions >= a.test.directions + b.test.directions;
+    if plain.p_value * searched > level || !is_whole {
         return None;
     }
-    let a_beside_b = beside(lin, &a.candidate, &b.candidate)?;
-    let b_beside_a = beside(lin, &b.candidate, &a.candidate)?;
+    let one_beside_other = |level: f64| {
+        let a_beside_b = beside(lin, &a.candidate, &b.candidate, level)?;
+        Some((a_beside_b, beside(lin, &b.candidate, &a.candidate, level)?))
+    };
+    let better = |of: &(Significance, Significance)| of.0.p_value.min(of.1.p_value);
+    // Where both are above half the level they need not be asked further.
+    if 2.0 * better(&one_beside_other(0.5 * level)?) > level {
+        return None;
+    }
+    let both_beside = one_beside_other(STAY)?;
+    let at_best = 2.0 * better(&both_beside);
+    let (a_beside_b, b_beside_a) = both_beside;
     if a_beside_b.p_value > STAY || b_beside_a.p_value > STAY {
+        return None;
+    }
+    let asked = Asked { reach: Reach::One, searched, level };
+    let mut joint = significance_beside(lin, &lin.basis, &bench.clean, &both, asked)?;
+    joint.p_value = joint.p_value.max(at_best);
+    if joint.p_value > level {
         return None;
     }
     let full = lin.basis.with(&both, NEW_DIRECTION);
@@ -77,7 +100,12 @@ fn side_by_side(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_columns(&columns)
 }
 
-fn beside(lin: &Linear<'_>, tested: &Candidate, other: &Candidate) -> Option<Significance> {
+fn beside(
+    lin: &Linear<'_>,
+    tested: &Candidate,
+    other: &Candidate,
+    level: f64,
+) -> Option<Significance> {
     let base = lin.basis.with(&other.tangent, NEW_DIRECTION);
-    significance(lin, &base, &tested.tangent, tested.reach, STAY)
+    significance(lin, &base, &tested.tangent, tested.reach, level)
 }
