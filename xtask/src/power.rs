@@ -61,7 +61,9 @@ impl Tally {
         match self.cell.question {
             Question::Named(_) => share >= 0.95 && self.ratio <= 1.1,
             Question::BothNamed(_) => share >= 0.9 && self.ratio <= 1.1,
-            Question::FalseAddition | Question::ConfidentWrongName => share <= 0.05,
+            Question::FalseAddition | Question::ConfidentWrongName | Question::OtherName(_) => {
+                share <= 0.05
+            }
         }
     }
 }

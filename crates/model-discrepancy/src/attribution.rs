@@ -2,7 +2,10 @@
 
 use crate::Origin;
 use crate::basis::Basis;
-use crate::candidate::{Candidate, Sight, Source, catalogue, inside, label, same_span, sight};
+use crate::candidate::{
+    Candidate, MIN_KEPT_RIVAL, Sight, Source, catalogue, inside, label, same_span, sight,
+    sight_of_least,
+};
 use crate::holdout::{compare, folds, leave_out};
 use crate::judge::{Setting, empirical_candidate, excluded, shape_again};
 use crate::linear::{Linear, NEW_DIRECTION};
@@ -76,9 +79,14 @@ pub(crate) fn attribute<'a>(
     let local = promising(&system, &estimate, &lin, DECIDED).into_iter();
     let sights = sights.chain(local.map(|e| (e, full_sight(&system, &estimate, &lin, e))));
     let sights = sights.filter(|(effect, _)| *what != What::Effect(*effect));
-    others.extend(sights.filter_map(|(_, sight)| match sight {
+    let hardly =
+        |e| sight_of_least(setting.model, e, &estimate, (&lin, &lin.basis), MIN_KEPT_RIVAL);
+    others.extend(sights.filter_map(|(effect, sight)| match sight {
         Sight::Seen(candidate) => Some(*candidate),
-        Sight::Unseen(_) => None,
+        Sight::Unseen(_) => match hardly(effect) {
+            Sight::Seen(candidate) => Some(*candidate),
+            Sight::Unseen(_) => None,
+        },
     }));
     others.extend(recorded_shapes(setting, &lin, &accepted));
     others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));

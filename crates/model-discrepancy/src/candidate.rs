@@ -14,6 +14,9 @@ use crate::{Effect, Model};
 /// one that the design was made for, and small errors of the design pass for it.
 pub(crate) const MIN_KEPT: f64 = 0.045;
 
+/// The same for an effect to be heard as a rival of another: it need not be likely, only possible.
+pub(crate) const MIN_KEPT_RIVAL: f64 = 1e-3;
+
 /// The same for an effect driven by a covariate: its mean may be absorbed, not its variation.
 const MIN_KEPT_DRIVEN: f64 = 1e-4;
 
@@ -96,10 +99,21 @@ pub(crate) fn sight(
     lin: &Linear<'_>,
     base: &Basis,
 ) -> Sight {
+    sight_of_least(model, e, at, (lin, base), min_kept(&model.effects()[e]))
+}
+
+/// [`sight`] where at least this share of each tangent must be left.
+pub(crate) fn sight_of_least(
+    model: &dyn Model,
+    e: usize,
+    at: &Estimate,
+    (lin, base): (&Linear<'_>, &Basis),
+    least: f64,
+) -> Sight {
     let effect = &model.effects()[e];
     let tangent = lin.tangent(&model.tangent(&at.state, e));
     let beside = base.reject_columns(&tangent);
-    let parameters = seen(&tangent, &beside, min_kept(effect));
+    let parameters = seen(&tangent, &beside, least);
     if parameters.is_empty() {
         return Sight::Unseen(absorbed(&tangent, &beside, base));
     }

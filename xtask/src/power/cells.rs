@@ -22,6 +22,8 @@ pub(crate) enum Question {
     /// How often an effect of the catalogue is added, with no covariate among its rivals, and the
     /// matter called explained.
     ConfidentWrongName,
+    /// The same of an effect that the design hardly sees: how often it is not in a class.
+    OtherName(&'static str),
 }
 
 /// One situation.

@@ -33,6 +33,7 @@ fn columns(tally: &Tally) -> [String; 5] {
         Question::Named(effect) => format!("{effect} named ≥ 95 %"),
         Question::BothNamed([first, second]) => format!("{first} and {second} named ≥ 90 %"),
         Question::ConfidentWrongName => "confident wrong names ≤ 5 %".to_owned(),
+        Question::OtherName(effect) => format!("confident names without {effect} ≤ 5 %"),
     };
     let (low, high) = interval(tally.hits, tally.trials);
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

@@ -64,7 +64,7 @@ pub(super) fn cells() -> Vec<Cell> {
 
 /// Two effects at once, and what no name fits.
 fn beyond_one_name() -> Vec<Cell> {
-    use Question::{BothNamed, ConfidentWrongName};
+    use Question::{BothNamed, ConfidentWrongName, OtherName};
     vec![
         cell(
             "one stand drifts, a beam is lost",
@@ -80,10 +80,10 @@ fn beyond_one_name() -> Vec<Cell> {
             let slip = sized(&base(seed), 3, |a, d| Defect::MountSlip(1, 11, d.map(|v| a * v)));
             both(&glass, &slip)
         }),
-        cell("wrong wavelength, 60 ppm", ConfidentWrongName, |seed| {
+        cell("wrong wavelength, 60 ppm", OtherName("range-scale"), |seed| {
             Scene::Tracer(Run { defect: Defect::RangeScale(60e-6), ..base(seed) })
         }),
-        cell("one station reads long, 20 ppm", ConfidentWrongName, |seed| {
+        cell("one station reads long, 20 ppm", OtherName("bad-station"), |seed| {
             Scene::Tracer(Run { defect: Defect::BadStation(4, 20e-6), ..base(seed) })
         }),
         cell("one bracket bends, 12 µm", ConfidentWrongName, |seed| {

@@ -62,6 +62,11 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
         Question::ConfidentWrongName => {
             verdict == "explained" && classes.iter().any(|class| names_catalogue_alone(class))
         }
+        Question::OtherName(truth) => {
+            let is_other = |class: &Vec<&str>| !class.contains(&truth);
+            let wrong = |class| is_other(class) && names_catalogue_alone(class);
+            verdict == "explained" && classes.iter().any(wrong)
+        }
     };
     let held_out = number_at(&answer.json, "after.held_out_rms");
     Ok(Trial {
