@@ -24,9 +24,19 @@ pub(crate) struct Reduced {
 /// Reciprocal condition of the scaled design below which six errors do not show yet.
 const SHOWN: f64 = 1e-6;
 
+/// Share of the best six rows' smallest singular value that the six of the angle before must have.
+const GOOD_STILL: f64 = 0.3;
+
 /// Reduces the rows of one angle, `by_block` their derivative by its errors; `visits` are the
 /// numbers of rows of each step, in order. `None` where the errors do not show.
-pub(crate) fn reduce(by_block: &DMatrix<f64>, visits: &[usize]) -> Option<Reduced> {
+///
+/// No row is tied to six of the first visit. They are those of `given_up`, where they determine the
+/// errors well: what is tied to the same source at every angle is one record.
+pub(crate) fn reduce(
+    by_block: &DMatrix<f64>,
+    visits: &[usize],
+    given_up: &[usize],
+) -> Option<Reduced> {
     let n = by_block.nrows();
     let mut scaled = by_block.clone();
     for mut column in scaled.column_iter_mut() {
@@ -41,7 +51,7 @@ pub(crate) fn reduce(by_block: &DMatrix<f64>, visits: &[usize]) -> Option<Reduce
         Some(*sum)
     });
     let first = ends.by_ref().find(|&end| shows(&scaled.rows(0, end).into_owned()))?;
-    let (mut rows, mut tied_to) = first_visit(&scaled.rows(0, first).into_owned(), n)?;
+    let (mut rows, mut tied_to) = first_visit(&scaled.rows(0, first).into_owned(), n, given_up)?;
     let mut start = first;
     for end in ends {
         rows.extend(later_visit(&scaled, start, end)?);
@@ -60,10 +70,20 @@ fn shows(design: &DMatrix<f64>) -> bool {
 }
 
 /// Orthonormal rows orthogonal to the design, as near to unit rows as can be.
-fn first_visit(design: &DMatrix<f64>, n: usize) -> Option<(Vec<DVector<f64>>, Vec<usize>)> {
+fn first_visit(
+    design: &DMatrix<f64>,
+    n: usize,
+    given_up: &[usize],
+) -> Option<(Vec<DVector<f64>>, Vec<usize>)> {
     let rows = design.nrows();
     let q = design.clone().qr().q();
-    let kept = without_pivots(&q);
+    let mut pivots = pivots(&q);
+    let determine = |some: &[usize]| q.select_rows(some).singular_values().min();
+    let are_as_many = given_up.len() == pivots.len() && given_up.iter().all(|&i| i < rows);
+    if are_as_many && determine(given_up) > GOOD_STILL * determine(&pivots) {
+        pivots = given_up.to_vec();
+    }
+    let kept: Vec<usize> = (0..rows).filter(|row| !pivots.contains(row)).collect();
     if kept.is_empty() {
         return Some((Vec::new(), kept));
     }
@@ -86,8 +106,8 @@ fn first_visit(design: &DMatrix<f64>, n: usize) -> Option<(Vec<DVector<f64>>, Ve
     Some(((0..kept.len()).map(wide).collect(), kept))
 }
 
-/// Rows but for six that determine the errors well: pivots of the orthonormal basis.
-fn without_pivots(q: &DMatrix<f64>) -> Vec<usize> {
+/// Six rows that determine the errors well: pivots of the orthonormal basis.
+fn pivots(q: &DMatrix<f64>) -> Vec<usize> {
     let mut left = q.clone();
     let mut pivots = Vec::with_capacity(q.ncols());
     for _ in 0..q.ncols() {
@@ -99,7 +119,7 @@ fn without_pivots(q: &DMatrix<f64>) -> Vec<usize> {
         left -= along * direction;
         pivots.push(pivot);
     }
-    (0..q.nrows()).filter(|row| !pivots.contains(row)).collect()
+    pivots
 }
 
 /// Whitened deviations of the rows `start..end` from what those before `start` predict.
@@ -147,7 +167,7 @@ mod tests {
             x.sin() + 0.3 * (x * x).cos()
         });
         for visits in [vec![24], vec![12, 12], vec![4, 8, 12], vec![1; 24]] {
-            let reduced = reduce(&design, &visits).unwrap();
+            let reduced = reduce(&design, &visits, &[]).unwrap();
             let t = &reduced.transformation;
             assert_eq!(t.nrows(), 18);
             assert!((t * &design).amax() < ROUND_OFF, "{visits:?}");
@@ -163,6 +183,6 @@ mod tests {
     #[test]
     fn collinear_designs_are_refused() {
         let design = DMatrix::from_fn(12, 6, |i, j| (i as f64 + 1.0) * (j as f64 + 1.0));
-        assert!(reduce(&design, &[12]).is_none());
+        assert!(reduce(&design, &[12], &[]).is_none());
     }
 }

@@ -40,6 +40,8 @@ impl Reduction {
         let network = joint.network;
         let mut angles = Vec::with_capacity(joint.ranges_of.len());
         let mut range_of_row = Vec::new();
+        // Locks without a row at the angle before.
+        let mut given_up: Vec<(usize, usize)> = Vec::new();
         for (k, ranges) in joint.ranges_of.iter().enumerate() {
             let visits: Vec<usize> =
                 network.angles[k].steps.iter().map(|&s| network.ranges_of_step[s].len()).collect();
@@ -47,11 +49,18 @@ impl Reduction {
             let reduced = if k == 0 {
                 None
             } else {
-                Some(reduce(&by_error, &visits).ok_or_else(|| undetermined(network, k))?)
+                let has_lock = |&i: &usize| given_up.contains(&lock(network, ranges[i]));
+                let same: Vec<usize> = (0..visits[0]).filter(has_lock).collect();
+                Some(reduce(&by_error, &visits, &same).ok_or_else(|| undetermined(network, k))?)
             };
             let rows = AngleRows { ranges: ranges.clone(), reduced, start: range_of_row.len() };
             match &rows.reduced {
-                Some(reduced) => range_of_row.extend(reduced.tied_to.iter().map(|&i| ranges[i])),
+                Some(reduced) => {
+                    range_of_row.extend(reduced.tied_to.iter().map(|&i| ranges[i]));
+                    let is_free = |i: &usize| !reduced.tied_to.contains(i);
+                    let free = (0..visits[0]).filter(is_free);
+                    given_up = free.map(|i| lock(network, ranges[i])).collect();
+                }
                 None => range_of_row.extend(ranges),
             }
             angles.push(rows);
@@ -120,6 +129,12 @@ impl Reduction {
         }
         (angle.start, out)
     }
+}
+
+/// Station and mount of a range.
+fn lock(network: &Network<'_>, range: usize) -> (usize, usize) {
+    let range = &network.survey.ranges[range];
+    (range.station, range.mount)
 }
 
 /// Errors that the readings at an angle leave free.

@@ -84,7 +84,7 @@ impl Rows {
                     blocks[i / 3][(i % 3, j)] / sigma_mm[i]
                 });
                 let counts: Vec<usize> = visits.iter().map(|v| 3 * v.len()).collect();
-                Some(reduce(&design, &counts)?)
+                Some(reduce(&design, &counts, &[])?)
             }
         };
         let tied: Vec<usize> =
