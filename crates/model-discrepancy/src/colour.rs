@@ -6,7 +6,8 @@ use crate::significance::count;
 
 /// Turns noise of one colour into white noise.
 pub(crate) enum Whitening {
-    /// Autoregression of first order, by the correlation of neighbours (Prais and Winsten 1954).
+    /// Autoregression of first order, by the correlation of neighbours (Prais and Winsten 1954): each
+    /// value less what the one before predicts, over the standard deviation of the prediction.
     Neighbours(f64),
     /// Fractionally integrated noise (Hosking 1981): a spectrum `f^(−2d)`, which an autoregression of
     /// first order takes for flat at low frequencies. Each value less what those before it predict, over the standard deviation of the prediction.
@@ -48,7 +49,10 @@ impl Whitening {
     /// Logarithm of the determinant of the noise's covariance.
     pub(crate) fn volume(&self, series: &[Vec<usize>]) -> f64 {
         match self {
-            Self::Neighbours(phi) => -count(series.len()) * (1.0 - phi * phi).ln(),
+            Self::Neighbours(phi) => {
+                let predicted: usize = series.iter().map(|one| one.len().saturating_sub(1)).sum();
+                count(predicted) * (1.0 - phi * phi).ln()
+            }
             Self::Memory { log_variances, .. } => {
                 series.iter().map(|one| log_variances[..one.len()].iter().sum::<f64>()).sum()
             }
@@ -61,13 +65,10 @@ impl Whitening {
         for one in series {
             match self {
                 Self::Neighbours(phi) => {
-                    let first = (1.0 - phi * phi).sqrt();
+                    let scale = (1.0 - phi * phi).sqrt().recip();
                     for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
                         for pair in one.windows(2) {
-                            to[pair[1]] -= phi * from[pair[0]];
-                        }
-                        if let Some(&row) = one.first() {
-                            to[row] *= first;
+                            to[pair[1]] = (from[pair[1]] - phi * from[pair[0]]) * scale;
                         }
                     }
                 }
