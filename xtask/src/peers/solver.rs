@@ -8,8 +8,8 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 
-use super::build_outside;
 use super::solver_scene::{self, Size};
+use super::{build_outside, growth};
 use crate::shell;
 
 const SIZES: [Size; 3] = [
@@ -17,8 +17,6 @@ const SIZES: [Size; 3] = [
     Size { name: "medium", stations: 8, reflectors: 4, steps: 361 },
     Size { name: "large", stations: 8, reflectors: 4, steps: 3601 },
 ];
-/// Steps of the problems that show how time grows; the last has a million ranges.
-const GROWTH: [usize; 5] = [361, 1000, 3601, 10_000, 31_250];
 /// Relative difference of the costs up to which solvers agree.
 const SAME_COST: f64 = 1e-9;
 /// CPU time that the system's accounting tells from nought.
@@ -27,7 +25,7 @@ const CPU_CLOCK_MS: f64 = 1.0;
 const PAGE: &str = "docs/benchmarks.md";
 
 /// A solver with its settings.
-struct Contender {
+pub(super) struct Contender {
     name: &'static str,
     threads: usize,
     /// Program and arguments; `FOLDER` and `RUNS` are filled in.
@@ -42,18 +40,18 @@ struct Contender {
 
 /// What a contender prints per run.
 #[derive(Clone, Copy, Debug, Deserialize)]
-struct Run {
-    ms: f64,
+pub(super) struct Run {
+    pub(super) ms: f64,
     cpu_ms: f64,
     cost: f64,
     evaluations: u32,
     jacobians: u32,
-    peak_kib: u64,
+    pub(super) peak_kib: u64,
 }
 
 /// The least of all runs of one contender on one problem.
-struct Outcome {
-    best: Run,
+pub(super) struct Outcome {
+    pub(super) best: Run,
     /// Root mean square error of a reflector's coordinate against the truth.
     error_mm: f64,
 }
@@ -116,7 +114,7 @@ pub(super) fn run(rounds: usize) -> Result<()> {
         let outcomes = compare(&able, &problem, size, rounds)?;
         write_table(&mut page, size, &able, &outcomes)?;
     }
-    write_growth(&mut page, &folder, &[&contenders[0], &contenders[1]], rounds)?;
+    growth::write(&mut page, &folder, &[&contenders[0], &contenders[1]], rounds)?;
     for reason in &absent {
         writeln!(page, "\nNot run: {reason}")?;
     }
@@ -203,7 +201,7 @@ fn install_scipy() -> Result<()> {
 }
 
 /// Runs all in turn, as many rounds as asked for, and checks that all find the same minimum.
-fn compare(
+pub(super) fn compare(
     contenders: &[&Contender],
     problem: &Path,
     size: Size,
@@ -308,32 +306,6 @@ fn write_table(
 /// A figure, or a dash where the CPU time that it comes from is below the system's clock.
 fn measured(value: f64, cpu_ms: f64) -> String {
     if cpu_ms < CPU_CLOCK_MS { "–".to_owned() } else { format!("{value:.1}") }
-}
-
-/// How time grows with the number of steps.
-fn write_growth(
-    page: &mut String,
-    folder: &Path,
-    contenders: &[&Contender],
-    rounds: usize,
-) -> Result<()> {
-    writeln!(page, "\n### Truing on ever longer runs, 8 stations, 4 reflectors\n")?;
-    writeln!(
-        page,
-        "| ranges | ns per range, 1 thread | 2 threads | peak MiB |\n|---|---|---|---|"
-    )?;
-    for (seed, steps) in (201..).zip(GROWTH) {
-        let size = Size { name: "growth", stations: 8, reflectors: 4, steps };
-        let problem = folder.join(size.name);
-        solver_scene::write(size, seed, &problem)?;
-        let outcomes = compare(contenders, &problem, size, rounds)?;
-        let ranges = 32 * steps;
-        #[expect(clippy::cast_precision_loss, reason = "a few million, and KiB")]
-        let (count, peak_mib) = (ranges as f64, outcomes[0].best.peak_kib as f64 / 1024.0);
-        let [one, two] = [0, 1].map(|i| 1e6 * outcomes[i].best.ms / count);
-        writeln!(page, "| {ranges} | {one:.0} | {two:.0} | {peak_mib:.1} |")?;
-    }
-    Ok(())
 }
 
 /// Replaces what stands between the page's marks.
