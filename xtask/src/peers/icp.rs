@@ -6,14 +6,14 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use super::icp_contest::{Contest, Contestant};
+use super::icp_contest::{Contest, Contestant, ONCE, USUAL};
 use super::{build_outside, icp_page, solver, text};
 use crate::shell;
 
 /// What is registered; see `xtask/peers/icp/problems.py`.
 const PROBLEMS: [&str; 3] = ["100k", "1m", "scan"];
 
-/// Peers whose registration of a million points takes minutes are asked for less.
+/// Peers whose registration of a million points takes minutes are asked for one.
 const SLOW: [&str; 2] = ["small_gicp-plane", "small_gicp-gicp"];
 
 /// Peers that Python packages bring.
@@ -35,12 +35,16 @@ pub(super) fn run() -> Result<()> {
             let threecrate = ours.with_file_name("threecrate_plane");
             contestants.push(Contestant::new("threecrate-plane", &threecrate, &[]));
             let script = sources.join("python_peers.py");
+            let mut slow = Vec::new();
             for peer in PYTHON_PEERS {
-                if problem != "1m" || !SLOW.contains(&peer) {
-                    contestants.push(Contestant::new(peer, &python, &[text(&script)?, peer]));
-                }
+                let is_slow = problem == "1m" && SLOW.contains(&peer);
+                let list = if is_slow { &mut slow } else { &mut contestants };
+                list.push(Contestant::new(peer, &python, &[text(&script)?, peer]));
             }
-            contest.hold(problem, &folder, threads, &contestants)?;
+            contest.hold(problem, &folder, threads, &contestants, USUAL)?;
+            if threads == 2 {
+                contest.hold(problem, &folder, threads, &slow, ONCE)?;
+            }
         }
     }
     let folder = work.join("basin");

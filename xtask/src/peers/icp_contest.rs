@@ -7,11 +7,20 @@ use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-/// Turns of each: A B A B A B, so that a machine that slows down slows down everybody.
-const ROUNDS: usize = 3;
+/// How often each runs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turns {
+    rounds: usize,
+    /// Runs within a turn.
+    runs: &'static str,
+}
 
-/// Runs within a turn; the first warms the caches up.
-const RUNS: &str = "2";
+/// A B A B A B, so that a machine that slows down slows down everybody; the first run of a turn warms
+/// the caches up.
+pub(super) const USUAL: Turns = Turns { rounds: 3, runs: "2" };
+
+/// A single run, for what takes minutes.
+pub(super) const ONCE: Turns = Turns { rounds: 1, runs: "1" };
 
 /// A program that registers: `PROGRAM [ARGUMENTS] FOLDER THREADS RUNS`, one JSON line a run.
 pub(super) struct Contestant {
@@ -104,12 +113,13 @@ impl Contest {
         folder: &Path,
         threads: usize,
         contestants: &[Contestant],
+        turns: Turns,
     ) -> Result<()> {
         let mut runs = vec![Vec::new(); contestants.len()];
-        for round in 1..=ROUNDS {
+        for round in 1..=turns.rounds {
             for (contestant, runs) in contestants.iter().zip(&mut runs) {
                 eprintln!("{problem}, {threads} threads, round {round}: {}", contestant.name);
-                runs.extend(contestant.answers::<Run>(folder, threads, &[RUNS])?);
+                runs.extend(contestant.answers::<Run>(folder, threads, &[turns.runs])?);
             }
         }
         for (contestant, runs) in contestants.iter().zip(runs) {

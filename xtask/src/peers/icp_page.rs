@@ -15,7 +15,8 @@ const HEAD: &str = "# Registration beside packaged peers
 Written by `cargo xtask bench --peers clouds`. The problems are those of `xtask/peers/icp/problems.py`:
 100k and 1m are a face of 200 × 200 mm with as many points in source and target and 2 µm of noise; scan
 has 20 µm of noise on both sides, the target without x > 25 mm and the source without x < −75 mm, so that
-half of the face is in both. Programs take turns (A B A B), each figure is the least of its runs.
+half of the face is in both. Programs take turns (A B A B), each figure is the least of its runs; of
+small_gicp on 1m there is one run, on two threads.
 A shared machine disturbs wall times; *CPU* is the processor time of all threads, which it disturbs
 less. Search tree and registration together; *tree* is the search tree apart, in wall time, where a program
 can build it apart. Ratios are to pose-icp on as many threads. Error: the largest of any source point
