@@ -12,8 +12,6 @@ use crate::shell;
 
 /// Steps of the problems; the last has a million ranges.
 const STEPS: [usize; 5] = [361, 1000, 3601, 10_000, 31_250];
-/// Ranges of a step.
-const RANGES_OF_STEP: usize = 32;
 /// Plot, and how the page names it.
 const PLOT: &str = "docs/benchmarks-growth.svg";
 const PLOT_LINK: &str = "benchmarks-growth.svg";
@@ -36,7 +34,7 @@ pub(super) fn write(
         let problem = folder.join(size.name);
         solver_scene::write(size, seed, &problem)?;
         let outcomes = compare(contenders, &problem, size, rounds)?;
-        let ranges = RANGES_OF_STEP * steps;
+        let ranges = size.stations * size.reflectors * steps;
         #[expect(clippy::cast_precision_loss, reason = "a few million, and KiB")]
         let (count, peak_mib) = (ranges as f64, outcomes[0].best.peak_kib as f64 / 1024.0);
         for (curve, outcome) in curves.iter_mut().zip(&outcomes) {

@@ -35,9 +35,9 @@ pub(crate) fn run(comparison: Comparison, rounds: usize) -> Result<()> {
     Ok(())
 }
 
-/// Builds a package that lies outside of the workspace, as peers do.
+/// Builds a package that lies outside of the workspace, as peers do, from its committed lock file.
 fn build_outside(manifest: &Path, target: &Path) -> Result<()> {
-    let arguments = ["build", "--release", "--manifest-path", text(manifest)?];
+    let arguments = ["build", "--release", "--locked", "--manifest-path", text(manifest)?];
     shell::cargo_with(&arguments, &[("CARGO_TARGET_DIR", text(target)?)])
 }
 
