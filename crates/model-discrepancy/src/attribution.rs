@@ -3,8 +3,7 @@
 use crate::Origin;
 use crate::basis::Basis;
 use crate::candidate::{
-    Candidate, MIN_KEPT_RIVAL, Sight, Source, catalogue, inside, label, same_span, sight,
-    sight_of_least,
+    Candidate, MIN_KEPT_RIVAL, Source, catalogue, inside, label, same_span, sight, sight_of_least,
 };
 use crate::holdout::{compare, folds, leave_out};
 use crate::judge::{Setting, empirical_candidate, excluded, shape_again};
@@ -65,10 +64,9 @@ pub(crate) fn attribute<'a>(
     let estimate = system.fit(&rows, &system.carry(&chosen.estimate)).ok()?;
     let lin = Linear::of(&system, &estimate, keep, setting.silent);
     let accepted = match what {
-        What::Effect(effect) => match sight(setting.model, *effect, &estimate, &lin, &lin.basis) {
-            Sight::Seen(candidate) => *candidate,
-            Sight::Unseen(_) => return None,
-        },
+        What::Effect(effect) => {
+            sight(setting.model, *effect, &estimate, &lin, &lin.basis).candidate()?
+        }
         What::Empirical(covariate, shape) => {
             shape_again(setting, &lin, &lin.basis, covariate, shape)?.0
         }
@@ -81,13 +79,10 @@ pub(crate) fn attribute<'a>(
     let sights = sights.filter(|(effect, _)| *what != What::Effect(*effect));
     let hardly =
         |e| sight_of_least(setting.model, e, &estimate, (&lin, &lin.basis), MIN_KEPT_RIVAL);
-    others.extend(sights.filter_map(|(effect, sight)| match sight {
-        Sight::Seen(candidate) => Some(*candidate),
-        Sight::Unseen(_) => match hardly(effect) {
-            Sight::Seen(candidate) => Some(*candidate),
-            Sight::Unseen(_) => None,
-        },
-    }));
+    others
+        .extend(sights.filter_map(|(effect, sight)| {
+            sight.candidate().or_else(|| hardly(effect).candidate())
+        }));
     others.extend(recorded_shapes(setting, &lin, &accepted));
     others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
     Some(Attribution { system, accepted, rivals: others })

@@ -79,6 +79,15 @@ pub(crate) enum Sight {
     Unseen(f64),
 }
 
+impl Sight {
+    pub(crate) fn candidate(self) -> Option<Candidate> {
+        match self {
+            Self::Seen(candidate) => Some(*candidate),
+            Self::Unseen(_) => None,
+        }
+    }
+}
+
 /// Every effect of the catalogue that is not yet in `system` and moves many observations.
 pub(crate) fn catalogue(
     system: &System<'_>,
