@@ -5,7 +5,8 @@ use model_discrepancy::{Model, State};
 use crate::estimates::Estimates;
 use crate::kinds::{Places, Prepared, Words};
 use crate::report::{
-    Arrow, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput, VectorMap, render,
+    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput,
+    VectorMap, render,
 };
 use crate::solved::Solved;
 use crate::text_table::number;
@@ -20,11 +21,9 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let prepared = case.measured.prepare()?;
     let residuals = declared_residuals(&*prepared.model, solved);
     let parameters = parameters(&solved.estimates, None);
-    let arrows = |places: &Places| arrows(&*prepared.model, &residuals, places);
-    let plots = |places: &Places| (arrows(places), Vec::new());
     let evidence = Evidence::Solved { residuals: &residuals };
     let own = solved.estimates.plots();
-    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &[], &solved.warnings))
+    Ok(page(case, &prepared, &parameters, evidence, own, &[], &solved.warnings))
 }
 
 /// The report of a closed loop: one self-contained HTML page.
@@ -36,24 +35,14 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     let (prepared, matched) = case.prepare()?;
     let declared = case.measured.fit()?;
     let parameters = parameters(&declared.estimates, Some(&closed.estimates));
-    let closure = &closed.closure;
-    let model = &*prepared.model;
-    let plots = |places: &Places| {
-        let after = if closure.steps.is_empty() {
-            Vec::new()
-        } else {
-            arrows(model, &closure.residuals_after, places)
-        };
-        (arrows(model, &closure.residuals_before, places), after)
-    };
-    let evidence = Evidence::Closed(closure);
+    let evidence = Evidence::Closed(&closed.closure);
     // The page shows the closure's own warnings by itself.
     let doubts = matched.map(|m| m.warnings).unwrap_or_default();
     let warnings: Vec<String> =
         case.warnings.iter().chain(&doubts).chain(&declared.warnings).cloned().collect();
     let own = closed.estimates.plots();
     let carried = closed.carried.as_ref().map(carried_words).unwrap_or_default();
-    Ok(page(case, &prepared, &parameters, evidence, (own, plots), &carried, &warnings))
+    Ok(page(case, &prepared, &parameters, evidence, own, &carried, &warnings))
 }
 
 /// What was taken over from another case, and what it is worth.
@@ -83,7 +72,7 @@ fn page(
     prepared: &Prepared<'_>,
     parameters: &[ParameterRow],
     evidence: Evidence<'_>,
-    (mut plots, arrows): (Vec<ExtraPlot>, impl Fn(&Places) -> (Vec<Arrow>, Vec<Arrow>)),
+    mut plots: Vec<ExtraPlot>,
     carried: &[String],
     warnings: &[String],
 ) -> String {
@@ -91,8 +80,7 @@ fn page(
         case.measured.words();
     declared.extend_from_slice(carried);
     let components: Vec<String> = components.iter().map(|c| (*c).to_owned()).collect();
-    let unit = &prepared.model.layout().unit;
-    plots.extend(places.iter().map(|places| vector_map(places, arrows(places), unit)));
+    plots.extend(places.map(|places| at_places(&*prepared.model, evidence, places)));
     plots.extend(case.measured.curves().into_iter().map(ExtraPlot::Curves));
     let provenance = &case.provenance;
     let published = provenance.published.as_ref().map(|text| Published {
@@ -139,7 +127,44 @@ fn parameters(declared: &Estimates, after: Option<&Estimates>) -> Vec<ParameterR
     declared.parameters().into_iter().map(row).collect()
 }
 
-fn vector_map(places: &Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: &str) -> ExtraPlot {
+/// The residual where it was measured: as colours where it is a deviation from a surface seen
+/// from above, otherwise as arrows.
+fn at_places(model: &dyn Model, evidence: Evidence<'_>, places: Places) -> ExtraPlot {
+    let (before, after) = match evidence {
+        Evidence::Solved { residuals } => (residuals, None),
+        Evidence::Closed(closure) => {
+            let after = (!closure.steps.is_empty()).then_some(&*closure.residuals_after);
+            (&*closure.residuals_before, after)
+        }
+    };
+    let is_scalar = model.layout().rows.iter().all(|row| row.component == 0);
+    if is_scalar && places.facets.is_empty() {
+        let of = |residuals| deviations(model, residuals, &places);
+        let (before, after) = (of(before), after.map(of).unwrap_or_default());
+        return deviation_map(places, (before, after), &model.layout().unit);
+    }
+    let of = |residuals| arrows(model, residuals, &places);
+    let (before, after) = (of(before), after.map(of).unwrap_or_default());
+    vector_map(places, (before, after), &model.layout().unit)
+}
+
+fn deviation_map(places: Places, (before, after): (Vec<f64>, Vec<f64>), unit: &str) -> ExtraPlot {
+    ExtraPlot::Deviations(DeviationMap {
+        title: "Deviations at their places".to_owned(),
+        caption: "Orange where the part is above its nominal surface, blue where it is below. \
+                  Colours that gather are structure; noise changes from one point to the next."
+            .to_owned(),
+        x_title: places.x_title.to_owned(),
+        y_title: places.y_title.to_owned(),
+        unit: unit.to_owned(),
+        at: places.at,
+        names: places.names,
+        before,
+        after,
+    })
+}
+
+fn vector_map(places: Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: &str) -> ExtraPlot {
     let caption = if places.facets.is_empty() {
         "Arrows that turn, grow or point together are structure; noise points anywhere."
     } else {
@@ -150,13 +175,24 @@ fn vector_map(places: &Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: 
     ExtraPlot::Vectors(VectorMap {
         title: "Residuals at their places".to_owned(),
         caption: caption.to_owned(),
-        facets: places.facets.clone(),
+        facets: places.facets,
         x_title: places.x_title.to_owned(),
         y_title: places.y_title.to_owned(),
         unit: unit.to_owned(),
         before,
         after,
     })
+}
+
+/// The residual of each observation.
+fn deviations(model: &dyn Model, residuals: &[f64], places: &Places) -> Vec<f64> {
+    let mut deviations = vec![f64::NAN; places.at.len()];
+    for (row, residual) in model.layout().rows.iter().zip(residuals) {
+        if let Some(deviation) = deviations.get_mut(row.observation) {
+            *deviation = *residual;
+        }
+    }
+    deviations
 }
 
 /// Residual vectors, first two components, where they were measured; a residual without

@@ -92,6 +92,8 @@ pub struct Published {
 pub enum ExtraPlot {
     /// Error vectors at their places, before and after on one scale.
     Vectors(VectorMap),
+    /// Deviations from a surface at their places, before and after on one scale.
+    Deviations(DeviationMap),
     /// Curves and points over one quantity, with 95 % bands where given.
     Curves(CurvePlot),
 }
@@ -135,6 +137,29 @@ pub struct Arrow {
     pub error: [f64; 2],
     /// Name of the point.
     pub name: String,
+}
+
+/// Deviations from a surface seen along an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviationMap {
+    /// Heading.
+    pub title: String,
+    /// One sentence on what to look for.
+    pub caption: String,
+    /// Title of the horizontal axis with its unit.
+    pub x_title: String,
+    /// Title of the vertical axis with its unit.
+    pub y_title: String,
+    /// Unit of the deviations.
+    pub unit: String,
+    /// Where each point is.
+    pub at: Vec<[f64; 2]>,
+    /// Name of each point.
+    pub names: Vec<String>,
+    /// Deviations with the declared model, one per point; NaN where there is none.
+    pub before: Vec<f64>,
+    /// Deviations with the accepted effects; empty where nothing was added.
+    pub after: Vec<f64>,
 }
 
 /// Curves over one quantity.

@@ -3,7 +3,7 @@
 use super::axis::{Scale, drawable};
 use super::input::Facet;
 use super::markup::{Markup, Path, Px};
-use super::svg::{colour, label, leaf_path, open_sign, rectangle};
+use super::svg::{colour, label, leaf_path, open_sign, rectangle, shaded_dot};
 
 /// Something drawn between the axes; what lies outside them is clipped to their edge or left out.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub(crate) enum Layer {
     Band { points: Vec<[f64; 3]>, colour: usize },
     /// One mark per point.
     Marks { points: Vec<[f64; 2]>, colour: usize, style: MarkStyle },
+    /// Dots of a colour that is the deeper the more there is to show, from 0 to 1.
+    Shaded { points: Vec<[f64; 2]>, colour: usize, depth: f64, size: f64 },
     /// Names that show when pointed at.
     Names { points: Vec<([f64; 2], String)> },
     /// Lines from place to place with a head at the end.
@@ -62,6 +64,9 @@ pub(crate) fn draw_layer(svg: &mut Markup, area: &Area, layer: &Layer) {
         }
         Layer::Band { points, colour: index } => band(svg, area, points, *index),
         Layer::Marks { points, colour: index, style } => marks(svg, area, points, *index, *style),
+        Layer::Shaded { points, colour, depth, size } => {
+            shaded_dot(svg, &dots(area, points), (*colour, *depth), *size);
+        }
         Layer::Names { points } => names(svg, area, points),
         Layer::Arrows { lines, colour: index } => arrows(svg, area, lines, *index),
         Layer::Facets { facets } => draw_facets(svg, area, facets),
@@ -162,6 +167,15 @@ fn marks(svg: &mut Markup, area: &Area, points: &[[f64; 2]], index: usize, style
     if style.hollow {
         leaf_path(svg, &format!("{}{size} hole", shape.class), &path);
     }
+}
+
+fn dots(area: &Area, points: &[[f64; 2]]) -> Path {
+    let mut path = Path::default();
+    for point in points.iter().filter(|p| visible(area, **p)) {
+        path.move_to(area.x.px(point[0]), area.y.px(point[1]));
+        path.constant("h0");
+    }
+    path
 }
 
 /// How marks of one colour look.

@@ -15,6 +15,8 @@ mod number;
 mod unit;
 
 mod axis;
+mod deviation_map;
+mod even_axes;
 mod heatmap;
 mod interval;
 mod layer;
@@ -43,8 +45,8 @@ pub(crate) use region::{Region, Stability};
 
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
-    Arrow, Curve, CurvePlot, Evidence, ExtraPlot, Facet, Fact, ParameterRow, Published,
-    ReportInput, VectorMap,
+    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, ParameterRow,
+    Published, ReportInput, VectorMap,
 };
 pub use page::render;
 pub use summary::{Rms, Summary};

@@ -78,6 +78,30 @@ pub(crate) fn label(svg: &mut Markup, class: &str, at: (f64, f64), text: &str) {
     svg.element("text", &[("class", &class), ("x", &Px(at.0)), ("y", &Px(at.1))], text);
 }
 
+/// Dots of a shade, `(colour, depth from 0 to 1)`, with a rim that shows also the palest.
+pub(crate) fn shaded_dot(svg: &mut Markup, path: &Path, look: (usize, f64), size: f64) {
+    if path.is_empty() {
+        return;
+    }
+    let dots = |svg: &mut Markup, class: &str, width: f64, opacity: f64| {
+        let opacity = format!("{opacity:.2}");
+        svg.leaf(
+            "path",
+            &[
+                ("class", &class),
+                ("d", path),
+                ("stroke-width", &Px(width)),
+                ("stroke-opacity", &opacity),
+            ],
+        );
+    };
+    dots(svg, "shaded rim", size, 1.0);
+    dots(svg, "shaded bare", size - 1.2, 1.0);
+    if look.1 > 0.0 {
+        dots(svg, &format!("shaded {}", colour(look.0)), size - 1.2, look.1);
+    }
+}
+
 pub(crate) fn leaf_path(svg: &mut Markup, class: &str, path: &Path) {
     if !path.is_empty() {
         svg.leaf("path", &[("class", &class), ("d", path)]);

@@ -1,6 +1,7 @@
 //! Error vectors at their places.
 
 use super::axis::{Range, drawable, round_step};
+use super::even_axes::even_axes;
 use super::input::{Arrow, VectorMap};
 use super::layer::Layer;
 use super::markup::Markup;
@@ -55,7 +56,9 @@ impl Exaggeration {
         let kept: Vec<&Arrow> = arrows.iter().filter(|a| is_drawable(a)).collect();
         let stride = thin::stride(kept.len(), MOST_ARROWS);
         let kept: Vec<&Arrow> = kept.into_iter().step_by(stride).collect();
-        let (x, y, height) = self.axes(width);
+        // Room for arrows that point outwards, and for the sample arrow above.
+        let margin = LONGEST_SHARE * self.field.0.span().max(self.field.1.span());
+        let (x, y, height) = even_axes(self.field, (margin, 0.6 * margin), width);
         let colour = which.1;
         let tip = |a: &&Arrow| {
             [a.at, [a.at[0] + self.factor * a.error[0], a.at[1] + self.factor * a.error[1]]]
@@ -89,24 +92,6 @@ impl Exaggeration {
             ),
         };
         panel.draw("plot")
-    }
-
-    /// Axes on which a millimetre is as long one way as the other, and the drawing's height.
-    fn axes(&self, width: f64) -> (Range, Range, f64) {
-        // Room for arrows that point outwards, and for the sample arrow above.
-        let margin = LONGEST_SHARE * self.field.0.span().max(self.field.1.span());
-        let widen = |r: Range, top: f64| Range { low: r.low - margin, high: r.high + margin + top };
-        let x = widen(self.field.0, 0.0);
-        let y = widen(self.field.1, 0.6 * margin);
-        // About what the frame takes from the drawing: tick labels, titles.
-        let (plot_width, frame) = (width - 60.0, 58.0);
-        let plot_height = (plot_width * y.span() / x.span()).clamp(0.4 * width, 1.1 * width);
-        let per_px = (x.span() / plot_width).max(y.span() / plot_height);
-        let centred = |r: Range, px: f64| {
-            let half = 0.5 * px * per_px;
-            Range { low: r.middle() - half, high: r.middle() + half }
-        };
-        (centred(x, plot_width), centred(y, plot_height), plot_height + frame)
     }
 
     fn sample_arrow(&self, (x, y): (Range, Range)) -> Vec<Layer> {

@@ -130,7 +130,7 @@ impl Measured for ProbeCase {
                 fact("standard uncertainty of a coordinate", sigma),
             ],
             places: Some(Places {
-                x_title: "x, mm (arrows: deviation, upwards where the part is too large)",
+                x_title: "x, mm",
                 y_title: "y, mm",
                 at: self.touches.balls.iter().map(|b| [b.center_mm.x, b.center_mm.y]).collect(),
                 names: self.touches.names.clone(),

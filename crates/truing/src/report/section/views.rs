@@ -2,7 +2,8 @@
 
 use super::{Context, for_both, paragraph};
 use crate::report::axis::Range;
-use crate::report::input::{Curve, CurvePlot, ExtraPlot, VectorMap};
+use crate::report::deviation_map::Colouring;
+use crate::report::input::{Curve, CurvePlot, DeviationMap, ExtraPlot, VectorMap};
 use crate::report::layer::{Layer, MarkStyle, mark_sign};
 use crate::report::markup::Markup;
 use crate::report::number::{count, counted};
@@ -14,11 +15,15 @@ use crate::report::vector_map::Exaggeration;
 const MOST_POINTS: usize = 1000;
 /// Room for vectors at two maps side by side.
 const MAP: f64 = 440.0;
+/// What the two maps show.
+const BEFORE: &str = "declared model";
+const AFTER: &str = "with the added effects";
 
 pub(crate) fn views(out: &mut Markup, context: &Context) {
     for plot in context.input.plots {
         match plot {
             ExtraPlot::Vectors(map) => vectors(out, map),
+            ExtraPlot::Deviations(map) => deviations(out, map),
             ExtraPlot::Curves(plot) => curves(out, plot),
         }
     }
@@ -34,15 +39,36 @@ fn vectors(out: &mut Markup, map: &VectorMap) {
         return;
     };
     out.open("div", &[("class", &"pair")]);
-    for (arrows, name, colour) in
-        [(&map.before, "declared model", 0), (&map.after, "with the added effects", 2)]
-    {
+    for (arrows, name, colour) in [(&map.before, BEFORE, 0), (&map.after, AFTER, 2)] {
         if arrows.is_empty() {
             continue;
         }
         out.open("figure", &[]);
         out.append(&exaggeration.draw(map, arrows, (name, colour), MAP));
         out.element("figcaption", &[], &vector_caption(name, arrows.len()));
+        out.close("figure");
+    }
+    out.close("div");
+}
+
+fn deviations(out: &mut Markup, map: &DeviationMap) {
+    out.element("h2", &[], &map.title);
+    if !map.caption.is_empty() {
+        paragraph(out, "", &map.caption);
+    }
+    let Some(colouring) = Colouring::of(map) else {
+        paragraph(out, "quiet", "There is no deviation to draw.");
+        return;
+    };
+    out.append(&colouring.key());
+    out.open("div", &[("class", &"pair")]);
+    for (values, name) in [(&map.before, BEFORE), (&map.after, AFTER)] {
+        if values.is_empty() {
+            continue;
+        }
+        out.open("figure", &[]);
+        out.append(&colouring.draw(map, values, name, MAP));
+        out.element("figcaption", &[], &format!("{name}: {}", counted(values.len(), "point")));
         out.close("figure");
     }
     out.close("div");

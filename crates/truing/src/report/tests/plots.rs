@@ -5,7 +5,7 @@ use roxmltree::{Document, Node};
 
 use super::sample::{Sample, four_displacements, photogrammetry};
 use super::{has_class, parse, section, text_of};
-use crate::report::render;
+use crate::report::{DeviationMap, ExtraPlot, render};
 
 /// Positions are written with one decimal, and so are the ticks they are read against.
 const ROUNDING_PX: f64 = 0.11;
@@ -161,6 +161,46 @@ fn the_heat_map_is_as_dark_as_the_candidates_are_alike() {
         // Rounded to two decimals.
         assert!((cells[i * n + j] - (0.05 + 0.95 * alike)).abs() <= 0.0051, "{i} {j}");
     }
+}
+
+#[test]
+fn deviations_have_the_shade_of_their_size_and_the_colour_of_their_sign() {
+    let before = vec![-4e-3, -1e-3, 0.0, 1e-3, 1e-3, 4e-3, f64::NAN];
+    let mut sample = four_displacements();
+    sample.plots = vec![ExtraPlot::Deviations(DeviationMap {
+        title: "Deviations".into(),
+        caption: String::new(),
+        x_title: "x, mm".into(),
+        y_title: "y, mm".into(),
+        unit: "mm".into(),
+        at: (0..7).map(|i| [f64::from(i), f64::from(i % 3)]).collect(),
+        names: (0..7).map(|i| format!("P{i}")).collect(),
+        after: before.iter().map(|v| 0.25 * v).collect(),
+        before,
+    })];
+    let page = render(&sample.closed());
+    let document = parse(&page);
+    let drawing = |name: &str| {
+        let is_it = |n: &Node| n.attribute("aria-label").is_some_and(|a| a.contains(name));
+        document.descendants().find(is_it).unwrap()
+    };
+    let dots = |svg: Node, class: &str, opacity: &str| -> usize {
+        let of_shade = |n: &Node| {
+            has_class(*n, "shaded")
+                && has_class(*n, class)
+                && n.attribute("stroke-opacity") == Some(opacity)
+        };
+        let paths = svg.children().filter(of_shade);
+        paths.map(|n| n.attribute("d").unwrap().matches('M').count()).sum()
+    };
+    // The scale ends at 4 µm, of which 1 µm is a quarter.
+    let before = drawing("Deviations, declared model");
+    let counts = [("c0", "1.00"), ("c0", "0.25"), ("c1", "0.25"), ("c1", "1.00"), ("bare", "1.00")];
+    assert_eq!(counts.map(|(class, opacity)| dots(before, class, opacity)), [1, 1, 2, 1, 6]);
+    let after = drawing("Deviations, with the added effects");
+    assert_eq!(counts.map(|(class, opacity)| dots(after, class, opacity)), [0, 1, 1, 0, 6]);
+    let key = drawing("Colours from");
+    assert!(text_of(key).contains("≥ 4 µm"), "{}", text_of(key));
 }
 
 #[test]
