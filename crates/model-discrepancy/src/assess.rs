@@ -62,7 +62,7 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let keep = all_fitted(model);
     let system = System::declared(model);
     let rows = rows_of(model.layout(), &keep);
-    let at = system.fit_anew(&rows, &system.start()).map_err(LoopError::declared)?;
+    let at = system.fit_first(&rows).map_err(LoopError::declared)?;
     let setting = Setting { model, covariates: &[], options, silent: &[], thorough: false };
     let lin = Linear::of(&system, &at, &keep, setting.silent);
     let bench = Bench::new(&setting, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);

@@ -126,7 +126,7 @@ impl<'a> Tested<'a> {
 /// A system's columns under one colour of the noise.
 struct Coloured {
     whitening: Whitening,
-    /// The whitened columns as rows.
+    /// The whitened columns.
     base: DMatrix<f64>,
     /// Cholesky factor of their information.
     factor: DMatrix<f64>,
@@ -144,9 +144,8 @@ struct Judged {
 
 impl Coloured {
     fn new(lin: &Linear<'_>, base: &DMatrix<f64>, whitening: Whitening) -> Option<Self> {
-        let white = whitening.apply(&lin.series, base);
-        let base = white.transpose();
-        let factor = (&base * white).cholesky()?.unpack();
+        let base = whitening.apply(&lin.series, base);
+        let factor = (base.transpose() * &base).cholesky()?.unpack();
         let information: f64 = factor.diagonal().iter().map(|v| 2.0 * v.ln()).sum();
         let volume = whitening.volume(&lin.series) + information;
         Some(Self { whitening, base, factor, volume })
@@ -155,10 +154,10 @@ impl Coloured {
     fn judge(&self, tested: &Tested<'_>) -> Option<Judged> {
         let Tested { lin, columns, along } = tested;
         let white = self.whitening.apply(&lin.series, columns);
-        let shared = self.factor.solve_lower_triangular(&(&self.base * &white))?;
+        let shared = self.factor.solve_lower_triangular(&self.base.tr_mul(&white))?;
         let products = white.transpose() * &white - shared.transpose() * &shared;
         let (n, m) = (columns.ncols() - 1, along.len());
-        let dof = count(lin.rows.len().saturating_sub(self.base.nrows() + n));
+        let dof = count(lin.rows.len().saturating_sub(self.base.ncols() + n));
         let factor = products.cholesky()?.unpack();
         let square = factor[(n, n)].powi(2);
         let volume: f64 = (0..n).map(|i| 2.0 * factor[(i, i)].ln()).sum();

@@ -1,11 +1,12 @@
 //! Orthonormal bases built column by column, and what they leave of other columns.
 
-use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, DVectorViewMut};
 
 /// Orthonormal columns spanning a subspace of ℝⁿ.
 ///
-/// Gram-Schmidt, repeated once: orthogonal to round-off («twice is enough», Giraud, Langou and
-/// Rozložník 2005). Single columns go vector by vector, many at a time as products of matrices.
+/// Gram-Schmidt, repeated where most of a column is taken away: orthogonal to round-off («twice is
+/// enough», Daniel, Gragg, Kaufman and Stewart 1976; Giraud, Langou and Rozložník 2005). A few
+/// columns go vector by vector, many at a time as products of matrices.
 #[derive(Clone, Debug)]
 pub(crate) struct Basis {
     rows: usize,
@@ -15,12 +16,12 @@ pub(crate) struct Basis {
 }
 
 /// Columns from which on a product of matrices is faster than vectors.
-const MANY: usize = 3;
+const MANY: usize = 6;
 
 /// Columns that are added to a basis at a time.
 const PANEL: usize = 16;
 
-/// Share of its length below which a column has lost digits to its own panel and is rejected anew.
+/// Share of its length below which a column has lost digits and is rejected anew.
 const CANCELLED: f64 = 0.1;
 
 impl Basis {
@@ -88,14 +89,24 @@ impl Basis {
 
     /// Component orthogonal to the columns from `first` on.
     fn reject_from(&self, first: usize, mut rest: DVector<f64>) -> DVector<f64> {
-        for _ in 0..2 {
-            for index in first..self.dim {
-                let q = self.column(index);
-                let along = q.dot(&rest);
-                rest.axpy(-along, &q, 1.0);
-            }
+        let whole = rest.norm();
+        self.sweep(first, rest.as_mut_slice());
+        if rest.norm() < CANCELLED * whole {
+            self.sweep(first, rest.as_mut_slice());
         }
         rest
+    }
+
+    /// Takes the columns from `first` on out of columns that lie one after the other in `rest`.
+    fn sweep(&self, first: usize, rest: &mut [f64]) {
+        for index in first..self.dim {
+            let q = self.column(index);
+            for one in rest.chunks_exact_mut(self.rows.max(1)) {
+                let mut one = DVectorViewMut::from_slice(one, self.rows);
+                let along = q.dot(&one);
+                one.axpy(-along, &q, 1.0);
+            }
+        }
     }
 
     /// [`Basis::reject`] of every column.
@@ -105,16 +116,15 @@ impl Basis {
             return rest;
         }
         if x.ncols() < MANY {
-            for mut column in rest.column_iter_mut() {
-                let left = self.reject(&column.clone_owned());
-                column.copy_from(&left);
-            }
-            return rest;
+            self.sweep(0, rest.as_mut_slice());
+        } else {
+            let along = self.view().transpose() * x;
+            rest.gemm(-1.0, &self.view(), &along, 1.0);
         }
-        let (q, transposed) = (self.view(), self.view().transpose());
-        for _ in 0..2 {
-            let along = &transposed * &rest;
-            rest.gemm(-1.0, &q, &along, 1.0);
+        for (mut left, whole) in rest.column_iter_mut().zip(x.column_iter()) {
+            if left.norm() < CANCELLED * whole.norm() {
+                self.sweep(0, left.as_mut_slice());
+            }
         }
         rest
     }

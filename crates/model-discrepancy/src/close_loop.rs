@@ -40,7 +40,7 @@ pub fn close_loop(
     let keep = all_fitted(model);
     let declared = System::declared(model);
     let rows = rows_of(model.layout(), &keep);
-    let base = declared.fit_anew(&rows, &declared.start()).map_err(LoopError::declared)?;
+    let base = declared.fit_first(&rows).map_err(LoopError::declared)?;
     let silent = silent_components(&declared, &base, &rows);
     let covariates = with_order(model, covariates);
     let setting =

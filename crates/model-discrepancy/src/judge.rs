@@ -2,22 +2,20 @@
 
 use std::cell::OnceCell;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
+use crate::glance::{Glance, Onlooker};
 use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::interruption::{breaks, interrupted, strongest as strongest_break};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::local::{LocalSight, full_sight, local_effects};
 use crate::select::CHOICE_FOLDS;
-use crate::shape::{Shape, correction, periods, shapes};
+use crate::shape::{MIN_SHAPE_KEPT, Shape, correction, periods, shapes};
 use crate::significance::{Asked, Reach, Significance, count, significance_beside};
 use crate::system::{Empirical, Estimate, System};
-use crate::{Covariate, Layout, Model, Options, Origin};
-
-/// Share of a shape's norm that must be left beside the model.
-const MIN_SHAPE_KEPT: f64 = 0.02;
+use crate::{Covariate, Model, Options, Origin};
 
 /// Standard errors by which groups must gain where others cannot be predicted any more.
 const CLEARLY: f64 = 2.0;
@@ -279,71 +277,50 @@ fn judge(
     Some(judged)
 }
 
-/// Scores every shape along every covariate.
+/// Scores the shapes along every covariate that may be significant.
 pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<Judged> {
-    let layout = bench.lin.layout;
+    let onlooker = Onlooker::new(bench.lin, &bench.clean);
     let families: Vec<_> =
-        setting.covariates.iter().map(|c| (c, strongest_shapes(bench, layout, c))).collect();
+        setting.covariates.iter().map(|c| (c, strongest_shapes(&onlooker, bench, c))).collect();
     // That a shape is the best of many is in the number of trials.
-    let trials = families.iter().flat_map(|(_, shapes)| shapes).map(|s| s.tried).sum();
-    let mut found = Vec::new();
-    for (covariate, shapes) in &families {
-        for shape in shapes {
+    let trials = families.iter().flat_map(|(_, found)| found).map(|(shape, _)| shape.tried).sum();
+    let mut judged = Vec::new();
+    for (covariate, found) in &families {
+        // The further tests could only raise it.
+        let may_be = found.iter().filter(|(_, glance)| glance.p_value * trials <= bench.alpha);
+        for (shape, _) in may_be {
             let candidate = empirical_candidate(bench.lin, &bench.lin.basis, covariate, shape);
-            found.extend(candidate.and_then(|(c, base)| {
+            judged.extend(candidate.and_then(|(c, base)| {
                 let residual = base.reject(&bench.clean);
                 judge(bench, (&base, &residual), c, 0, trials)
             }));
         }
     }
-    found
+    judged
 }
 
 /// The shapes along one covariate, of its periods and of its interruptions the one each that takes
 /// away most.
-fn strongest_shapes(bench: &Bench<'_>, layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
-    let mut found = shapes(layout, covariate);
-    let periods = periods(layout, covariate);
-    let with_power = powers(bench, covariate, &periods).into_iter().zip(periods);
-    found.extend(with_power.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, shape)| shape));
+fn strongest_shapes(
+    onlooker: &Onlooker<'_>,
+    bench: &Bench<'_>,
+    covariate: &Covariate,
+) -> Vec<(Shape, Glance)> {
+    let layout = bench.lin.layout;
+    let seen = |shapes: Vec<Shape>| {
+        let glances = onlooker.glances(&shapes);
+        shapes.into_iter().zip(glances)
+    };
+    let mut found: Vec<_> = seen(shapes(layout, covariate)).collect();
+    let strongest =
+        |a: &(Shape, Glance), b: &(Shape, Glance)| a.1.explained.total_cmp(&b.1.explained);
+    found.extend(seen(periods(layout, covariate)).max_by(strongest));
     let breaks = breaks(layout, covariate);
     let at = strongest_break(&breaks, |some| {
-        let shapes: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
-        powers(bench, covariate, &shapes)
+        let broken: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
+        onlooker.glances(&broken).into_iter().map(|glance| glance.explained).collect()
     });
-    found.extend(at.map(|at| interrupted(covariate, at, &breaks)));
-    found
-}
-
-/// Shapes whose columns are taken together: more would not stay in a processor's cache.
-const TOGETHER: usize = 16;
-
-/// What each of the shapes takes away beside the constants that go along.
-fn powers(bench: &Bench<'_>, covariate: &Covariate, all: &[Shape]) -> Vec<f64> {
-    let lin = bench.lin;
-    let mut found = Vec::with_capacity(all.len());
-    for some in all.chunks(TOGETHER) {
-        let corrections: Vec<Empirical> =
-            some.iter().map(|shape| correction(lin.layout, &covariate.name, shape)).collect();
-        let columns = corrections.iter().flat_map(|c| c.columns.column_iter());
-        let columns: Vec<_> = columns.map(|c| c.clone_owned()).collect();
-        let tangent = lin.tangent(&DMatrix::from_columns(&columns));
-        let beside = lin.basis.reject_columns(&tangent);
-        let mut start = 0;
-        for correction in &corrections {
-            let (end, first) = (start + correction.columns.ncols(), correction.constants);
-            let mut own = Basis::empty(tangent.nrows());
-            let mut push = |c: usize| {
-                own.push(&beside.column(c).into_owned(), tangent.column(c).norm(), MIN_SHAPE_KEPT)
-            };
-            let n_constants = (end - first..end).filter(|&c| push(c)).count();
-            (start..end - first).for_each(|c| {
-                push(c);
-            });
-            found.push(own.explained_from(n_constants, &bench.clean));
-            start = end;
-        }
-    }
+    found.extend(at.and_then(|at| seen(vec![interrupted(covariate, at, &breaks)]).next()));
     found
 }
 

@@ -98,6 +98,7 @@ mod constancy;
 mod detectable;
 mod error;
 mod estimate;
+mod glance;
 mod holdout;
 mod interruption;
 mod judge;

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::autocorrelation::Colours;
 use crate::basis::Basis;
+use crate::shape::reported_components;
 use crate::system::{Estimate, System, rows_of, whitened};
 use crate::{Layout, Role};
 
@@ -95,6 +96,19 @@ impl<'a> Linear<'a> {
             row.unscale_mut(*sigma);
         }
         out
+    }
+
+    /// What every reported component that follows `values`, one per observation, adds to the
+    /// whitened residual, component by component: what is predicted is taken off.
+    pub(crate) fn followed(&self, values: &[f64]) -> Vec<DVector<f64>> {
+        let mut columns = vec![DVector::zeros(self.rows.len()); reported_components(self.layout)];
+        for (i, (&row, sigma)) in self.rows.iter().zip(&self.sigma).enumerate() {
+            let row = self.layout.rows[row];
+            if row.reported {
+                columns[row.component][i] = -values[row.observation] / sigma;
+            }
+        }
+        columns
     }
 
     /// Residual with what the basis explains taken out (none is left after a converged fit).

@@ -197,7 +197,7 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Judged]) -> bool
     if cost(&system, &estimate, &rows) >= cost(&chosen.system, &chosen.estimate, &rows) {
         return false;
     }
-    let Ok(estimate) = system.fit_anew(&rows, &estimate) else { return false };
+    let Ok(estimate) = system.reweighed(&rows, estimate) else { return false };
     chosen.system = system;
     chosen.estimate = estimate;
     for judged in candidates {
@@ -268,7 +268,7 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
             Sight::Unseen(_) => false,
         };
         if !needed {
-            let Ok(estimate) = without.fit_anew(&rows, &estimate) else { continue };
+            let Ok(estimate) = without.reweighed(&rows, estimate) else { continue };
             chosen.system = without;
             chosen.estimate = estimate;
             chosen.added.retain(|a| a.what != What::Effect(effect));

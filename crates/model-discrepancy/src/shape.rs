@@ -27,6 +27,9 @@ const MAX_GAP: f64 = 0.25;
 /// An angle must cover this much, in degrees, before its harmonics are looked for.
 const MIN_ARC_DEG: f64 = 120.0;
 
+/// Share of a shape's norm that must be left beside the model.
+pub(crate) const MIN_SHAPE_KEPT: f64 = 0.02;
+
 /// Name of the function that goes along where the model has no constant.
 const CONSTANT: &str = "constant";
 
@@ -112,7 +115,17 @@ fn linear(covariate: &Covariate, fitted: &[f64], distinct: usize) -> Shape {
 }
 
 pub(crate) fn constant(covariate: &Covariate) -> (String, Vec<f64>) {
-    (CONSTANT.to_owned(), vec![1.0; covariate.values.len()])
+    (CONSTANT.to_owned(), constant_of(covariate.values.len()))
+}
+
+/// The constant that goes along, at so many observations.
+pub(crate) fn constant_of(observations: usize) -> Vec<f64> {
+    vec![1.0; observations]
+}
+
+/// Whether a function is the constant that goes along.
+pub(crate) fn is_constant(name: &str) -> bool {
+    name == CONSTANT
 }
 
 /// Legendre polynomials of degree 1 to 3 over the fitted range.
@@ -178,8 +191,7 @@ fn significant(x: f64) -> String {
 ///
 /// The last function is the constant that goes along where the model has none.
 pub(crate) fn correction(layout: &Layout, covariate: &str, shape: &Shape) -> Empirical {
-    let components =
-        layout.rows.iter().filter(|r| r.reported).map(|r| r.component + 1).max().unwrap_or(0);
+    let components = reported_components(layout);
     let mut columns = Vec::new();
     let mut coefficients = Vec::new();
     for (name, values) in &shape.functions {
@@ -200,7 +212,7 @@ pub(crate) fn correction(layout: &Layout, covariate: &str, shape: &Shape) -> Emp
             });
         }
     }
-    let constants = shape.functions.iter().filter(|(name, _)| name == CONSTANT).count();
+    let constants = shape.functions.iter().filter(|(name, _)| is_constant(name)).count();
     Empirical {
         covariate: covariate.to_owned(),
         shape: shape.name.clone(),
@@ -208,4 +220,9 @@ pub(crate) fn correction(layout: &Layout, covariate: &str, shape: &Shape) -> Emp
         constants: constants * components,
         columns: DMatrix::from_columns(&columns),
     }
+}
+
+/// Components of an observation of which any is reported.
+pub(crate) fn reported_components(layout: &Layout) -> usize {
+    layout.rows.iter().filter(|r| r.reported).map(|r| r.component + 1).max().unwrap_or(0)
 }

@@ -186,12 +186,12 @@ fn cluster_robust(lin: &Linear<'_>, added: &Basis, full: &Basis) -> f64 {
         let q_g = select(&q, cluster);
         let m_g = inverse_root_times(&q_g, &select(&g, cluster));
         let e_g = residual.select_rows(cluster);
-        let score = m_g.transpose() * e_g;
+        let score = m_g.tr_mul(&e_g);
         covariance += &score * score.transpose();
-        let k_g = q_g.transpose() * &m_g;
-        adjusted.push((m_g.transpose() * &m_g, k_g));
+        let k_g = q_g.tr_mul(&m_g);
+        adjusted.push((m_g.tr_mul(&m_g), k_g));
     }
-    let amplitude = g.transpose() * &lin.residual;
+    let amplitude = g.tr_mul(&lin.residual);
     let Some(cholesky) = covariance.cholesky() else { return 1.0 };
     let wald = amplitude.dot(&cholesky.solve(&amplitude));
     let eta = satterthwaite(&adjusted, m);
@@ -207,7 +207,7 @@ fn satterthwaite(adjusted: &[(DMatrix<f64>, DMatrix<f64>)], m: usize) -> f64 {
     let mut total = 0.0;
     for (g, (own, k_g)) in adjusted.iter().enumerate() {
         for (h, (_, k_h)) in adjusted.iter().enumerate() {
-            let mut product = -(k_g.transpose() * k_h);
+            let mut product = -k_g.tr_mul(k_h);
             if g == h {
                 product += own;
             }
@@ -237,10 +237,10 @@ fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
     let scaled =
         |factors: DVector<f64>, along: DMatrix<f64>| v * DMatrix::from_diagonal(&factors) * along;
     if is_wide {
-        return x + scaled(stretch, v.transpose() * x);
+        return x + scaled(stretch, v.tr_mul(x));
     }
     let factors = stretch.zip_map(&eigen.eigenvalues, |s, l| if s == 0.0 { 0.0 } else { s / l });
-    x + q * scaled(factors, v.transpose() * (q.transpose() * x))
+    x + q * scaled(factors, v.tr_mul(&q.tr_mul(x)))
 }
 
 fn select(matrix: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {

@@ -46,6 +46,10 @@ const MAX_REWEIGHTINGS: usize = 4;
 /// uncertainty from a thousand rows.
 const SETTLED: f64 = 5e-4;
 
+/// Damping of the first step of a fit that starts beside its end: Gauss-Newton's own step but for
+/// directions that are hardly determined.
+const NEAR: f64 = 1e-6;
+
 /// Parameters of a [`System`].
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
@@ -174,17 +178,36 @@ impl<'a> System<'a> {
         next
     }
 
-    /// Fits everything that is switched on to the rows of `keep`, weighed as at `start`.
+    /// Fits to the rows of `keep` from where the model says to start, be it far off, with the
+    /// scatter that all rows share.
+    pub(crate) fn fit_first(&self, keep: &[usize]) -> Result<Estimate, SolveError<Estimate>> {
+        let at = self.fit_with(keep, &self.start(), &least_squares::Options::default())?;
+        self.reweighed(keep, at)
+    }
+
+    /// Fits everything that is switched on to the rows of `keep`, weighed as at `start`, the fit of
+    /// almost the same system to almost the same rows.
     pub(crate) fn fit(
         &self,
         keep: &[usize],
         start: &Estimate,
     ) -> Result<Estimate, SolveError<Estimate>> {
+        let options =
+            least_squares::Options { initial_damping: NEAR, ..least_squares::Options::default() };
+        self.fit_with(keep, start, &options)
+    }
+
+    fn fit_with(
+        &self,
+        keep: &[usize],
+        start: &Estimate,
+        options: &least_squares::Options,
+    ) -> Result<Estimate, SolveError<Estimate>> {
         if self.dim() == 0 {
             return Ok(start.clone());
         }
         let kept = Kept { system: self, rows: keep };
-        Ok(solve(&kept, self.carry(start), &least_squares::Options::default())?.point)
+        Ok(solve(&kept, self.carry(start), options)?.point)
     }
 
     /// [`System::fit`] with the scatter that all rows share estimated anew.
@@ -193,7 +216,15 @@ impl<'a> System<'a> {
         keep: &[usize],
         start: &Estimate,
     ) -> Result<Estimate, SolveError<Estimate>> {
-        let mut at = self.fit(keep, start)?;
+        self.reweighed(keep, self.fit(keep, start)?)
+    }
+
+    /// The fit `at` with the scatter that all rows share estimated anew.
+    pub(crate) fn reweighed(
+        &self,
+        keep: &[usize],
+        mut at: Estimate,
+    ) -> Result<Estimate, SolveError<Estimate>> {
         if !self.model.common_scatter() {
             return Ok(at);
         }
