@@ -21,8 +21,9 @@ const STEPS: u32 = 20;
 /// Largest memory: at one half the noise is 1/f and no longer stationary.
 const MAX_MEMORY: f64 = 0.45;
 
-/// Longest series for which a long memory is tried: its cost grows with the square of the length.
-const MAX_LENGTH_FOR_MEMORY: usize = 512;
+/// Longest series for which more than neighbours is tried: the cost grows with the square of the
+/// length and faster.
+const MAX_LENGTH: usize = 512;
 
 /// Colours less likely than this, beside the likeliest, are left out.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -33,12 +34,13 @@ const NEGLIGIBLE: f64 = 1e-4;
 pub(crate) struct Colours {
     neighbours: OnceLock<Vec<Coloured>>,
     memory: OnceLock<Vec<Coloured>>,
+    position: OnceLock<Vec<Coloured>>,
 }
 
 impl Colours {
     /// Noise of which neighbours agree; white first.
     fn neighbours(&self, lin: &Linear<'_>) -> &[Coloured] {
-        self.neighbours.get_or_init(|| grid(lin, MAX_PHI, Whitening::Neighbours))
+        self.neighbours.get_or_init(|| grid(lin, MAX_PHI, |phi| Some(Whitening::Neighbours(phi))))
     }
 
     /// Noise of long memory; white first, and empty where it is not tried.
@@ -50,21 +52,36 @@ impl Colours {
     fn memory(&self, lin: &Linear<'_>) -> &[Coloured] {
         self.memory.get_or_init(|| {
             let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-            let is_long = longest > MAX_LENGTH_FOR_MEMORY;
+            let is_long = longest > MAX_LENGTH;
             let runs_tell = groups_are_runs(lin) && lin.clusters.len() >= MIN_CLUSTERS;
             if is_long || (runs_tell && !lin.runs_on) {
                 return Vec::new();
             }
-            grid(lin, MAX_MEMORY, |d| Whitening::memory(d, longest))
+            grid(lin, MAX_MEMORY, |d| Some(Whitening::memory(d, longest)))
+        })
+    }
+
+    /// Noise of the machine's position, of which neighbours agree; white first, and empty where
+    /// readings are not along a direction each.
+    fn position(&self, lin: &Linear<'_>) -> &[Coloured] {
+        self.position.get_or_init(|| {
+            let ([one], Some(all)) = (&lin.series[..], &lin.directions) else {
+                return Vec::new();
+            };
+            if one.len() > MAX_LENGTH {
+                return Vec::new();
+            }
+            let directions: Vec<_> = one.iter().map(|&i| all[i]).collect();
+            grid(lin, MAX_PHI, |phi| Whitening::read_along(phi, &directions))
         })
     }
 }
 
 /// Colours from white to the strongest.
-fn grid(lin: &Linear<'_>, strongest: f64, of: impl Fn(f64) -> Whitening) -> Vec<Coloured> {
+fn grid(lin: &Linear<'_>, strongest: f64, of: impl Fn(f64) -> Option<Whitening>) -> Vec<Coloured> {
     let base = lin.basis.matrix();
     (0..STEPS)
-        .map(|i| of(strongest * f64::from(i) / f64::from(STEPS - 1)))
+        .filter_map(|i| of(strongest * f64::from(i) / f64::from(STEPS - 1)))
         .filter_map(|whitening| Coloured::new(lin, &base, whitening))
         .collect()
 }
@@ -99,12 +116,14 @@ impl<'a> Tested<'a> {
     }
 
     /// p-values with coloured noise along the measured order, of which white is not the likeliest:
-    /// of which neighbours agree, and of long memory. Each is found when it is asked for.
+    /// of which neighbours agree, of long memory, and of the machine's position. Each is found when
+    /// it is asked for.
     pub(crate) fn p_values(&self) -> impl Iterator<Item = f64> {
         let (lin, colours) = (self.lin, &self.lin.colours);
         let neighbours = iter::once_with(|| self.p_value(colours.neighbours(lin)));
         let memory = iter::once_with(|| self.p_value(colours.memory(lin)));
-        neighbours.chain(memory).flatten()
+        let position = iter::once_with(|| self.p_value(colours.position(lin)));
+        neighbours.chain(memory).chain(position).flatten()
     }
 
     /// The colour is not known, and the variance of a slow effect depends on it: the mean over

@@ -1,6 +1,6 @@
 //! Noise whose successive values depend on each other, and what turns it white.
 
-use nalgebra::{DMatrix, DMatrixView};
+use nalgebra::{DMatrix, DMatrixView, Vector3};
 
 use crate::significance::count;
 
@@ -9,9 +9,8 @@ pub(crate) enum Whitening {
     /// Autoregression of first order, by the correlation of neighbours (Prais and Winsten 1954): each
     /// value less what the one before predicts, over the standard deviation of the prediction.
     Neighbours(f64),
-    /// Fractionally integrated noise (Hosking 1981): a spectrum `f^(−2d)`, which an autoregression of
-    /// first order takes for flat at low frequencies. Each value less what those before it predict, over the standard deviation of the prediction.
-    Memory {
+    /// Each value less what those before it predict, over the standard deviation of the prediction.
+    Predicted {
         /// Lower triangular; a shorter series takes the leading part.
         rows: DMatrix<f64>,
         /// Logarithm of the variance of each prediction.
@@ -20,8 +19,9 @@ pub(crate) enum Whitening {
 }
 
 impl Whitening {
-    /// Of memory `d`, for series up to the given length: Durbin and Levinson's recursion on the partial
-    /// correlations `d/(k − d)`.
+    /// Fractionally integrated noise of memory `d` (Hosking 1981), for series up to the given length:
+    /// a spectrum `f^(−2d)`, which an autoregression of first order takes for flat at low
+    /// frequencies. Durbin and Levinson's recursion on the partial correlations `d/(k − d)`.
     pub(crate) fn memory(d: f64, longest: usize) -> Self {
         let mut rows = DMatrix::zeros(longest, longest);
         let mut log_variances = Vec::with_capacity(longest);
@@ -43,7 +43,24 @@ impl Whitening {
             }
             log_variances.push(variance.ln());
         }
-        Self::Memory { rows, log_variances }
+        Self::Predicted { rows, log_variances }
+    }
+
+    /// Noise of a position, of which each coordinate is an autoregression with the correlation
+    /// `phi`, read along the given unit vectors one after the other: `K_ij = φ^|i−j| dᵢ·dⱼ`.
+    pub(crate) fn read_along(phi: f64, directions: &[Vector3<f64>]) -> Option<Self> {
+        let n = directions.len();
+        let covariance = DMatrix::from_fn(n, n, |i, j| {
+            if i == j {
+                return 1.0;
+            }
+            let apart = i32::try_from(i.abs_diff(j)).unwrap_or(i32::MAX);
+            phi.powi(apart) * directions[i].dot(&directions[j])
+        });
+        let root = covariance.cholesky()?.unpack();
+        let log_variances = root.diagonal().iter().map(|v| 2.0 * v.ln()).collect();
+        let rows = root.solve_lower_triangular(&DMatrix::identity(n, n))?;
+        Some(Self::Predicted { rows, log_variances })
     }
 
     /// Logarithm of the determinant of the noise's covariance.
@@ -53,7 +70,7 @@ impl Whitening {
                 let predicted: usize = series.iter().map(|one| one.len().saturating_sub(1)).sum();
                 count(predicted) * (1.0 - phi * phi).ln()
             }
-            Self::Memory { log_variances, .. } => {
+            Self::Predicted { log_variances, .. } => {
                 series.iter().map(|one| log_variances[..one.len()].iter().sum::<f64>()).sum()
             }
         }
@@ -72,7 +89,7 @@ impl Whitening {
                         }
                     }
                 }
-                Self::Memory { rows, .. } => {
+                Self::Predicted { rows, .. } => {
                     let rows: DMatrixView<'_, f64> = rows.view((0, 0), (one.len(), one.len()));
                     let white = rows * columns.select_rows(one);
                     for (&row, white) in one.iter().zip(white.row_iter()) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::autocorrelation::Colours;
 use crate::basis::Basis;
@@ -33,6 +33,8 @@ pub(crate) struct Linear<'a> {
     pub(crate) series: Vec<Vec<usize>>,
     /// Whether the model says that a record runs on from group to group.
     pub(crate) runs_on: bool,
+    /// Along what each of `rows` reads a displacement, where the model says so.
+    pub(crate) directions: Option<Vec<Vector3<f64>>>,
     /// The basis under each colour that the noise may have.
     pub(crate) colours: Colours,
 }
@@ -53,6 +55,10 @@ impl<'a> Linear<'a> {
         let (clusters, cluster_groups) = clusters(layout, &rows);
         let series = series(layout, &rows, system.model.records());
         let runs_on = system.model.records().is_some_and(|records| runs_on(layout, records));
+        let along = |all: &[Vector3<f64>]| {
+            rows.iter().map(|&row| all[layout.rows[row].observation]).collect()
+        };
+        let directions = system.model.directions().map(along);
         Self {
             layout,
             rows,
@@ -63,6 +69,7 @@ impl<'a> Linear<'a> {
             cluster_groups,
             series,
             runs_on,
+            directions,
             colours: Colours::default(),
         }
     }
@@ -85,6 +92,7 @@ impl<'a> Linear<'a> {
             clusters,
             series: vec![(0..n).collect()],
             runs_on: false,
+            directions: None,
             colours: Colours::default(),
         }
     }

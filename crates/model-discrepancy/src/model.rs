@@ -1,6 +1,6 @@
 //! What the loop needs to know of a domain: one trait, and the plain data it speaks of.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::Remaining;
 
@@ -65,6 +65,15 @@ pub trait Model: Sync {
     /// different groups. `None`: all are one series, and whether groups depend on each other is
     /// not said: the scatter between them is taken for what they disagree by.
     fn records(&self) -> Option<&[usize]> {
+        None
+    }
+
+    /// Unit vector along which each observation, a scalar, reads a displacement of the machine: the
+    /// normal of a touch.
+    ///
+    /// Where it is given, the noise may also be one of the machine's position that changes slowly:
+    /// two successive readings then agree as far as they look the same way.
+    fn directions(&self) -> Option<&[Vector3<f64>]> {
         None
     }
 

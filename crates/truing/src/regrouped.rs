@@ -4,7 +4,7 @@ use std::sync::Arc;
 use model_discrepancy::{
     Effect, Group, Layout, Model, Parameter, Proposal, Remaining, Role, State,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A model whose observations are grouped by a column of the user's.
 pub(crate) struct Regrouped<'m> {
@@ -76,6 +76,10 @@ impl Model for Regrouped<'_> {
 
     fn records(&self) -> Option<&[usize]> {
         self.inner.records()
+    }
+
+    fn directions(&self) -> Option<&[Vector3<f64>]> {
+        self.inner.directions()
     }
 
     fn doubts(&self) -> Vec<Remaining> {

@@ -43,6 +43,8 @@ pub struct ProbeModel {
     /// Balls' centres on the nominal part.
     centers_mm: Vec<Vector3<f64>>,
     approaches: Vec<Unit<Vector3<f64>>>,
+    /// Normal of every observation; zero for what was measured by other means.
+    normals: Vec<Vector3<f64>>,
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
     layout: Layout,
@@ -112,6 +114,8 @@ impl ProbeModel {
             .map(|Entry { effect, term }| (effect, term))
             .unzip();
         let layout = layout(&touches, &standards, setup.sigma_declared);
+        let mut normals: Vec<_> = feet.iter().map(|foot| foot.normal.into_inner()).collect();
+        normals.resize(layout.observations.len(), Vector3::zeros());
         Ok(Self {
             setup,
             touches,
@@ -120,6 +124,7 @@ impl ProbeModel {
             feet,
             centers_mm,
             approaches,
+            normals,
             compensation_mm,
             layout,
             effects,
@@ -334,6 +339,10 @@ impl Model for ProbeModel {
 
     fn base(&self) -> &[Parameter] {
         &[]
+    }
+
+    fn directions(&self) -> Option<&[Vector3<f64>]> {
+        Some(&self.normals)
     }
 
     fn effects(&self) -> &[Effect] {
