@@ -101,3 +101,46 @@ impl Whitening {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of sums over as many products as there are readings, of condition 100.
+    const ROUND_OFF: f64 = 1e-12;
+
+    #[test]
+    fn readings_of_a_wandering_position_come_out_white() {
+        const N: usize = 12;
+        const PHI: f64 = 0.8;
+        let wave = |i: usize, of: f64| (of * count(i)).sin();
+        let directions: Vec<Vector3<f64>> = (0..N)
+            .map(|i| Vector3::new(wave(i, 1.0), wave(i, 2.3), 1.0 + wave(i, 0.7)).normalize())
+            .collect();
+        // From the process itself: each coordinate is what is left of the first value and of every
+        // innovation since.
+        let share = |k: usize| if k == 0 { 1.0 } else { (1.0 - PHI * PHI).sqrt() };
+        let readings = DMatrix::from_fn(N, 3 * N, |i, column| {
+            let (k, axis) = (column / 3, column % 3);
+            let faded = (k..i).fold(share(k), |left, _| PHI * left);
+            if k <= i { faded * directions[i][axis] } else { 0.0 }
+        });
+        let whitening = Whitening::read_along(PHI, &directions).unwrap();
+        let white = whitening.apply(&[(0..N).collect()], &readings);
+        let covariance = &white * white.transpose();
+        assert!((covariance - DMatrix::identity(N, N)).amax() < ROUND_OFF);
+        let of_process = (&readings * readings.transpose()).determinant().ln();
+        assert!((whitening.volume(&[(0..N).collect()]) - of_process).abs() < ROUND_OFF);
+    }
+
+    #[test]
+    fn readings_that_all_look_one_way_are_an_autoregression() {
+        let series = [(0..9).collect::<Vec<usize>>()];
+        let columns = DMatrix::from_fn(9, 2, |i, j| count(3 * i + 5 * j).cos());
+        let along = Whitening::read_along(0.6, &[Vector3::z(); 9]).unwrap();
+        let neighbours = Whitening::Neighbours(0.6);
+        let difference = along.apply(&series, &columns) - neighbours.apply(&series, &columns);
+        assert!(difference.amax() < ROUND_OFF);
+        assert!((along.volume(&series) - neighbours.volume(&series)).abs() < ROUND_OFF);
+    }
+}

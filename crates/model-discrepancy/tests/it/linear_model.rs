@@ -17,6 +17,7 @@ pub(crate) struct LinearModel {
     pub(crate) catalogue: Vec<Effect>,
     pub(crate) tangents: Vec<DMatrix<f64>>,
     pub(crate) data: DVector<f64>,
+    pub(crate) directions: Option<Vec<Vector3<f64>>>,
     pub(crate) extended: Vec<(String, Box<LinearModel>)>,
 }
 
@@ -51,6 +52,10 @@ impl Model for LinearModel {
 
     fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
         -&self.tangents[effect]
+    }
+
+    fn directions(&self) -> Option<&[Vector3<f64>]> {
+        self.directions.as_deref()
     }
 
     fn proposals(&self) -> Vec<Proposal> {
@@ -189,6 +194,7 @@ pub(crate) fn body(points: &[Vector3<f64>], errors: &[Vector3<f64>]) -> LinearMo
         catalogue,
         tangents,
         data: rows_3d(errors.iter().copied()),
+        directions: None,
         extended: Vec::new(),
     }
 }
@@ -224,6 +230,7 @@ pub(crate) fn scalars(data: &[f64], effects: &[(&str, Vec<f64>)]) -> LinearModel
             .map(|(_, column)| DMatrix::from_column_slice(data.len(), 1, column))
             .collect(),
         data: DVector::from_column_slice(data),
+        directions: None,
         extended: Vec::new(),
     }
 }

@@ -7,5 +7,6 @@ mod degenerate;
 mod judged;
 mod linear_model;
 mod local;
+mod position_noise;
 mod power;
 mod scatter;
