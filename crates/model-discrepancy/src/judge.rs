@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 use crate::basis::Basis;
 use crate::candidate::{Candidate, Sight, Source, catalogue, classes, seen};
-use crate::glance::{Glance, Onlooker};
+use crate::glance::Onlooker;
 use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::interruption::{breaks, interrupted, strongest as strongest_break};
 use crate::linear::{Linear, NEW_DIRECTION};
@@ -281,13 +281,15 @@ fn judge(
 pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<Judged> {
     let onlooker = Onlooker::new(bench.lin, &bench.clean);
     let families: Vec<_> =
-        setting.covariates.iter().map(|c| (c, strongest_shapes(&onlooker, bench, c))).collect();
+        setting.covariates.iter().map(|c| (c, strongest_shapes(&onlooker, c))).collect();
     // That a shape is the best of many is in the number of trials.
     let trials = families.iter().flat_map(|(_, found)| found).map(|(shape, _)| shape.tried).sum();
     let mut judged = Vec::new();
     for (covariate, found) in &families {
         // The further tests could only raise it.
-        let may_be = found.iter().filter(|(_, glance)| glance.p_value * trials <= bench.alpha);
+        let may_be = found
+            .iter()
+            .filter(|(_, glance)| glance.is_some_and(|test| test.p_value * trials <= bench.alpha));
         for (shape, _) in may_be {
             let candidate = empirical_candidate(bench.lin, &bench.lin.basis, covariate, shape);
             judged.extend(candidate.and_then(|(c, base)| {
@@ -303,22 +305,21 @@ pub(crate) fn hear_covariates(setting: &Setting<'_>, bench: &Bench<'_>) -> Vec<J
 /// away most.
 fn strongest_shapes(
     onlooker: &Onlooker<'_>,
-    bench: &Bench<'_>,
     covariate: &Covariate,
-) -> Vec<(Shape, Glance)> {
-    let layout = bench.lin.layout;
+) -> Vec<(Shape, Option<Significance>)> {
+    let layout = onlooker.lin.layout;
+    let power = |glance: &Option<Significance>| glance.map_or(0.0, |test| test.explained);
     let seen = |shapes: Vec<Shape>| {
         let glances = onlooker.glances(&shapes);
         shapes.into_iter().zip(glances)
     };
     let mut found: Vec<_> = seen(shapes(layout, covariate)).collect();
-    let strongest =
-        |a: &(Shape, Glance), b: &(Shape, Glance)| a.1.explained.total_cmp(&b.1.explained);
-    found.extend(seen(periods(layout, covariate)).max_by(strongest));
+    let periods = seen(periods(layout, covariate));
+    found.extend(periods.max_by(|a, b| power(&a.1).total_cmp(&power(&b.1))));
     let breaks = breaks(layout, covariate);
     let at = strongest_break(&breaks, |some| {
         let broken: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
-        onlooker.glances(&broken).into_iter().map(|glance| glance.explained).collect()
+        onlooker.glances(&broken).iter().map(power).collect()
     });
     found.extend(at.and_then(|at| seen(vec![interrupted(covariate, at, &breaks)]).next()));
     found

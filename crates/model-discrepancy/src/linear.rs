@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::autocorrelation::Colours;
 use crate::basis::Basis;
-use crate::shape::reported_components;
+use crate::shape::{added, reported_components};
 use crate::system::{Estimate, System, rows_of, whitened};
 use crate::{Layout, Role};
 
@@ -107,16 +107,14 @@ impl<'a> Linear<'a> {
     }
 
     /// What every reported component that follows `values`, one per observation, adds to the
-    /// whitened residual, component by component: what is predicted is taken off.
+    /// whitened residual, component by component.
     pub(crate) fn followed(&self, values: &[f64]) -> Vec<DVector<f64>> {
-        let mut columns = vec![DVector::zeros(self.rows.len()); reported_components(self.layout)];
-        for (i, (&row, sigma)) in self.rows.iter().zip(&self.sigma).enumerate() {
-            let row = self.layout.rows[row];
-            if row.reported {
-                columns[row.component][i] = -values[row.observation] / sigma;
-            }
-        }
-        columns
+        let whitened = |component, i: usize| {
+            added(&self.layout.rows[self.rows[i]], component, values) / self.sigma[i]
+        };
+        (0..reported_components(self.layout))
+            .map(|component| DVector::from_fn(self.rows.len(), |i, _| whitened(component, i)))
+            .collect()
     }
 
     /// Residual with what the basis explains taken out (none is left after a converged fit).

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::significance::count;
 use crate::system::Empirical;
-use crate::{Covariate, Layout, Role};
+use crate::{Covariate, Layout, Role, Row};
 
 /// Reference temperature of ISO 1, in °C.
 const REFERENCE_C: f64 = 20.0;
@@ -115,12 +115,7 @@ fn linear(covariate: &Covariate, fitted: &[f64], distinct: usize) -> Shape {
 }
 
 pub(crate) fn constant(covariate: &Covariate) -> (String, Vec<f64>) {
-    (CONSTANT.to_owned(), constant_of(covariate.values.len()))
-}
-
-/// The constant that goes along, at so many observations.
-pub(crate) fn constant_of(observations: usize) -> Vec<f64> {
-    vec![1.0; observations]
+    (CONSTANT.to_owned(), vec![1.0; covariate.values.len()])
 }
 
 /// Whether a function is the constant that goes along.
@@ -196,14 +191,7 @@ pub(crate) fn correction(layout: &Layout, covariate: &str, shape: &Shape) -> Emp
     let mut coefficients = Vec::new();
     for (name, values) in &shape.functions {
         for component in 0..components {
-            let value = |row: &crate::Row| {
-                // What is predicted is taken off the residual.
-                if row.reported && row.component == component {
-                    -values[row.observation]
-                } else {
-                    0.0
-                }
-            };
+            let value = |row| added(row, component, values);
             columns.push(DVector::from_iterator(layout.rows.len(), layout.rows.iter().map(value)));
             coefficients.push(if components > 1 {
                 format!("{} {name}", ["x", "y", "z"].get(component).copied().unwrap_or("other"))
@@ -220,6 +208,12 @@ pub(crate) fn correction(layout: &Layout, covariate: &str, shape: &Shape) -> Emp
         constants: constants * components,
         columns: DMatrix::from_columns(&columns),
     }
+}
+
+/// What a component that follows `values` adds to the residual of a row: what is predicted is taken
+/// off.
+pub(crate) fn added(row: &Row, component: usize, values: &[f64]) -> f64 {
+    if row.reported && row.component == component { -values[row.observation] } else { 0.0 }
 }
 
 /// Components of an observation of which any is reported.
