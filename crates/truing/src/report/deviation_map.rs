@@ -1,12 +1,11 @@
 //! Deviations as colours at their places.
 
 use super::axis::{Range, drawable, round_step};
-use super::even_axes::even_axes;
+use super::even_axes::EvenAxes;
 use super::input::DeviationMap;
 use super::layer::Layer;
 use super::markup::{Markup, Path, text_width};
 use super::number::{counted, real, significant, trimmed};
-use super::panel::{Axis, Panel};
 use super::svg::{FONT, label, open_svg, shaded_dot};
 use super::unit::Shown;
 
@@ -15,8 +14,8 @@ const ABOVE: usize = 1;
 const BELOW: usize = 0;
 /// Shades of either colour; a deviation has that of the nearest.
 const SHADES: i32 = 4;
-/// Share of the deviations that the scale holds: a few far ones must not pale the others.
-const HELD: f64 = 0.98;
+/// One deviation in so many may lie beyond the scale: a few far ones must not pale the others.
+const ONE_BEYOND: usize = 50;
 /// Share of the field that is left free around it.
 const MARGIN: f64 = 0.06;
 /// Width of a dot where there are few, and where there are many, SVG units.
@@ -40,9 +39,8 @@ impl Colouring {
         let values = map.before.iter().chain(&map.after);
         let mut sizes: Vec<f64> = values.map(|v| v.abs()).filter(|v| drawable(*v)).collect();
         sizes.sort_by(f64::total_cmp);
-        let beyond = real(sizes.len()) * (1.0 - HELD);
-        let held = sizes.iter().rev().enumerate().find(|(i, _)| real(*i) >= beyond.floor())?;
-        let limit = if *held.1 > 0.0 { rounded_up(*held.1) } else { 1.0 };
+        let held = *sizes.iter().nth_back(sizes.len() / ONE_BEYOND)?;
+        let limit = if held > 0.0 { rounded_up(held) } else { 1.0 };
         let field = |k: usize| Range::of(map.at.iter().map(move |at| at[k]));
         let shown = Shown::for_size(&map.unit, limit);
         Some(Self { limit, field: (field(0)?, field(1)?), shown })
@@ -62,7 +60,7 @@ impl Colouring {
             .map(|((at, v), name)| (*at, *v, name.as_str()))
             .collect();
         let margin = MARGIN * self.field.0.span().max(self.field.1.span());
-        let (x, y, height) = even_axes(self.field, (margin, 0.0), width);
+        let axes = EvenAxes::around(self.field, (margin, 0.0), width);
         let size = (width * (COVERED / real(points.len().max(1))).sqrt()).clamp(DOT[1], DOT[0]);
         let mut layers: Vec<Layer> = (-SHADES..=SHADES)
             .map(|shade| {
@@ -75,28 +73,19 @@ impl Colouring {
         let names = named.map(|(at, v, name)| (*at, format!("{name}: {}", self.read(*v))));
         layers.push(Layer::Names { points: names.collect() });
         let largest = points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
-        let panel = Panel {
-            size: (width, height),
-            x: Axis::new(x, map.x_title.clone()),
-            y: Axis { baseline: false, ..Axis::new(y, map.y_title.clone()) },
-            layers,
-            alternative: format!(
-                "{}, {name}: {}, the largest deviation {}",
-                map.title,
-                counted(points.len(), "point"),
-                self.read(largest),
-            ),
-        };
-        panel.draw("plot")
+        let alternative = format!(
+            "{}, {name}: {}, the largest deviation {}",
+            map.title,
+            counted(points.len(), "point"),
+            self.read(largest),
+        );
+        axes.draw((&map.x_title, &map.y_title), layers, alternative)
     }
 
     /// The shades with what they stand for.
     pub(crate) fn key(&self) -> Markup {
         let (step, radius) = (18.0, 0.5 * DOT[0]);
-        let end_of_scale = |v: f64| {
-            let value = trimmed(v * self.shown.factor, 2);
-            [&value, &*self.shown.unit].join(" ").trim_end().to_owned()
-        };
+        let end_of_scale = |v: f64| self.with_unit(trimmed(v * self.shown.factor, 2));
         let low = format!("≤ {}", end_of_scale(-self.limit));
         let high = format!("≥ {}", end_of_scale(self.limit));
         let left = text_width(&low, FONT) + 8.0 + radius;
@@ -126,7 +115,10 @@ impl Colouring {
     }
 
     fn read(&self, deviation: f64) -> String {
-        let value = significant(deviation * self.shown.factor, 3);
+        self.with_unit(significant(deviation * self.shown.factor, 3))
+    }
+
+    fn with_unit(&self, value: String) -> String {
         if self.shown.unit.is_empty() { value } else { format!("{value} {}", self.shown.unit) }
     }
 }

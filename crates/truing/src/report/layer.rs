@@ -65,7 +65,8 @@ pub(crate) fn draw_layer(svg: &mut Markup, area: &Area, layer: &Layer) {
         Layer::Band { points, colour: index } => band(svg, area, points, *index),
         Layer::Marks { points, colour: index, style } => marks(svg, area, points, *index, *style),
         Layer::Shaded { points, colour, depth, size } => {
-            shaded_dot(svg, &dots(area, points), (*colour, *depth), *size);
+            let path = mark_path(area, points, "h0");
+            shaded_dot(svg, &path, (*colour, *depth), *size);
         }
         Layer::Names { points } => names(svg, area, points),
         Layer::Arrows { lines, colour: index } => arrows(svg, area, lines, *index),
@@ -150,13 +151,8 @@ fn band(svg: &mut Markup, area: &Area, points: &[[f64; 3]], index: usize) {
 /// One path for all marks of a kind: a zero-length segment with a round or square cap is a dot
 /// at a quarter of the bytes of a circle element.
 fn marks(svg: &mut Markup, area: &Area, points: &[[f64; 2]], index: usize, style: MarkStyle) {
-    let mut path = Path::default();
     let shape = SHAPES[index % SHAPES.len()];
-    for point in points.iter().filter(|p| visible(area, **p)) {
-        let (x, y) = (area.x.px(point[0]), area.y.px(point[1]));
-        path.move_to(x, y);
-        path.constant(shape.commands);
-    }
+    let path = mark_path(area, points, shape.commands);
     let size = if style.many { " many" } else { "" };
     let class = format!("{}{size} {}", shape.class, colour(index));
     if style.hollow && shape.class == "drawn" {
@@ -169,11 +165,12 @@ fn marks(svg: &mut Markup, area: &Area, points: &[[f64; 2]], index: usize, style
     }
 }
 
-fn dots(area: &Area, points: &[[f64; 2]]) -> Path {
+/// The same mark at every point.
+fn mark_path(area: &Area, points: &[[f64; 2]], commands: &'static str) -> Path {
     let mut path = Path::default();
     for point in points.iter().filter(|p| visible(area, **p)) {
         path.move_to(area.x.px(point[0]), area.y.px(point[1]));
-        path.constant("h0");
+        path.constant(commands);
     }
     path
 }

@@ -1,12 +1,11 @@
 //! Error vectors at their places.
 
 use super::axis::{Range, drawable, round_step};
-use super::even_axes::even_axes;
+use super::even_axes::EvenAxes;
 use super::input::{Arrow, VectorMap};
 use super::layer::Layer;
 use super::markup::Markup;
 use super::number::{counted, significant};
-use super::panel::{Axis, Panel};
 use super::thin;
 use super::unit::Shown;
 
@@ -58,7 +57,7 @@ impl Exaggeration {
         let kept: Vec<&Arrow> = kept.into_iter().step_by(stride).collect();
         // Room for arrows that point outwards, and for the sample arrow above.
         let margin = LONGEST_SHARE * self.field.0.span().max(self.field.1.span());
-        let (x, y, height) = even_axes(self.field, (margin, 0.6 * margin), width);
+        let axes = EvenAxes::around(self.field, (margin, 0.6 * margin), width);
         let colour = which.1;
         let tip = |a: &&Arrow| {
             [a.at, [a.at[0] + self.factor * a.error[0], a.at[1] + self.factor * a.error[1]]]
@@ -75,23 +74,17 @@ impl Exaggeration {
         }
         let names = kept.iter().map(|a| (a.at, self.describe(a))).collect();
         layers.push(Layer::Names { points: names });
-        layers.extend(self.sample_arrow((x, y)));
+        layers.extend(self.sample_arrow((axes.x, axes.y)));
         let longest = kept.iter().map(|a| a.error[0].hypot(a.error[1])).fold(0.0, f64::max);
-        let panel = Panel {
-            size: (width, height),
-            x: Axis::new(x, map.x_title.clone()),
-            y: Axis { baseline: false, ..Axis::new(y, map.y_title.clone()) },
-            layers,
-            alternative: format!(
-                "{}, {}: {}, the longest error {} {}",
-                map.title,
-                which.0,
-                counted(kept.len(), "vector"),
-                significant(longest * self.shown.factor, 3),
-                self.shown.unit
-            ),
-        };
-        panel.draw("plot")
+        let alternative = format!(
+            "{}, {}: {}, the longest error {} {}",
+            map.title,
+            which.0,
+            counted(kept.len(), "vector"),
+            significant(longest * self.shown.factor, 3),
+            self.shown.unit
+        );
+        axes.draw((&map.x_title, &map.y_title), layers, alternative)
     }
 
     fn sample_arrow(&self, (x, y): (Range, Range)) -> Vec<Layer> {

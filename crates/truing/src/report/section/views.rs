@@ -3,7 +3,7 @@
 use super::{Context, for_both, paragraph};
 use crate::report::axis::Range;
 use crate::report::deviation_map::Colouring;
-use crate::report::input::{Curve, CurvePlot, DeviationMap, ExtraPlot, VectorMap};
+use crate::report::input::{Arrow, Curve, CurvePlot, DeviationMap, ExtraPlot, VectorMap};
 use crate::report::layer::{Layer, MarkStyle, mark_sign};
 use crate::report::markup::Markup;
 use crate::report::number::{count, counted};
@@ -30,45 +30,46 @@ pub(crate) fn views(out: &mut Markup, context: &Context) {
 }
 
 fn vectors(out: &mut Markup, map: &VectorMap) {
-    out.element("h2", &[], &map.title);
-    if !map.caption.is_empty() {
-        paragraph(out, "", &map.caption);
-    }
+    heading(out, &map.title, &map.caption);
     let Some(exaggeration) = Exaggeration::of(map) else {
         paragraph(out, "quiet", "There is no vector to draw.");
         return;
     };
-    out.open("div", &[("class", &"pair")]);
-    for (arrows, name, colour) in [(&map.before, BEFORE, 0), (&map.after, AFTER, 2)] {
-        if arrows.is_empty() {
-            continue;
-        }
-        out.open("figure", &[]);
-        out.append(&exaggeration.draw(map, arrows, (name, colour), MAP));
-        out.element("figcaption", &[], &vector_caption(name, arrows.len()));
-        out.close("figure");
-    }
-    out.close("div");
+    let figure = |(arrows, name, colour): (&Vec<Arrow>, &str, usize)| {
+        let drawn = || exaggeration.draw(map, arrows, (name, colour), MAP);
+        (!arrows.is_empty()).then(|| (drawn(), vector_caption(name, arrows.len())))
+    };
+    side_by_side(out, [(&map.before, BEFORE, 0), (&map.after, AFTER, 2)].map(figure));
 }
 
 fn deviations(out: &mut Markup, map: &DeviationMap) {
-    out.element("h2", &[], &map.title);
-    if !map.caption.is_empty() {
-        paragraph(out, "", &map.caption);
-    }
+    heading(out, &map.title, &map.caption);
     let Some(colouring) = Colouring::of(map) else {
         paragraph(out, "quiet", "There is no deviation to draw.");
         return;
     };
     out.append(&colouring.key());
+    let figure = |(values, name): (&Vec<f64>, &str)| {
+        let caption = || format!("{name}: {}", counted(values.len(), "point"));
+        (!values.is_empty()).then(|| (colouring.draw(map, values, name, MAP), caption()))
+    };
+    side_by_side(out, [(&map.before, BEFORE), (&map.after, AFTER)].map(figure));
+}
+
+fn heading(out: &mut Markup, title: &str, caption: &str) {
+    out.element("h2", &[], title);
+    if !caption.is_empty() {
+        paragraph(out, "", caption);
+    }
+}
+
+/// Drawings with their captions, those that there are.
+fn side_by_side(out: &mut Markup, figures: [Option<(Markup, String)>; 2]) {
     out.open("div", &[("class", &"pair")]);
-    for (values, name) in [(&map.before, BEFORE), (&map.after, AFTER)] {
-        if values.is_empty() {
-            continue;
-        }
+    for (drawing, caption) in figures.into_iter().flatten() {
         out.open("figure", &[]);
-        out.append(&colouring.draw(map, values, name, MAP));
-        out.element("figcaption", &[], &format!("{name}: {}", counted(values.len(), "point")));
+        out.append(&drawing);
+        out.element("figcaption", &[], &caption);
         out.close("figure");
     }
     out.close("div");
@@ -84,10 +85,7 @@ fn vector_caption(name: &str, n: usize) -> String {
 }
 
 fn curves(out: &mut Markup, plot: &CurvePlot) {
-    out.element("h2", &[], &plot.title);
-    if !plot.caption.is_empty() {
-        paragraph(out, "", &plot.caption);
-    }
+    heading(out, &plot.title, &plot.caption);
     let Some((x, y)) = ranges(plot) else {
         paragraph(out, "quiet", "There is no curve to draw.");
         return;
