@@ -127,15 +127,18 @@ impl<'a> Tested<'a> {
     }
 
     /// The colour is not known, and the variance of a slow effect depends on it: the mean over
-    /// the colours, each as likely as the data make it. Restricted likelihood (Patterson and
+    /// the colours, each as likely as the data make it; before them, that the noise is white is as
+    /// likely as that it has any memory. Restricted likelihood (Patterson and
     /// Thompson 1971): unlike the plain lag-one correlation it is not pulled towards zero by what
     /// the fit has taken out.
     fn p_value(&self, colours: &[Coloured]) -> Option<f64> {
         let judged: Vec<Judged> = colours.iter().filter_map(|c| c.judge(self)).collect();
         let best = judged.iter().map(|c| c.deviance).fold(f64::INFINITY, f64::min);
         // White is the first.
-        judged.first().filter(|white| white.deviance > best)?;
-        let shares = judged.iter().map(|c| ((0.5 * (best - c.deviance)).exp(), c.p_value));
+        let (white, others) = judged.split_first().filter(|(white, _)| white.deviance > best)?;
+        let share = |c: &Judged| (0.5 * (best - c.deviance)).exp();
+        let of_white = (count(others.len()) * share(white), white.p_value);
+        let shares = others.iter().map(|c| (share(c), c.p_value)).chain([of_white]);
         let likely: Vec<_> = shares.filter(|(share, _)| *share > NEGLIGIBLE).collect();
         let sum: f64 = likely.iter().map(|(share, _)| share).sum();
         Some(likely.iter().map(|(share, p_value)| share * p_value).sum::<f64>() / sum)
