@@ -259,6 +259,7 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
     let effects: Vec<_> = chosen.system.active.iter().map(|a| a.effect).collect();
     for effect in effects {
         let without = chosen.system.without_effect(effect);
+        let without = regrown(setting, keep, &without, &chosen.estimate);
         let rows = rows_of(setting.model.layout(), keep);
         let Ok(estimate) = without.fit(&rows, &without.carry(&chosen.estimate)) else { continue };
         let lin = Linear::of(&without, &estimate, keep, setting.silent);
@@ -274,6 +275,30 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
             chosen.added.retain(|a| a.what != What::Effect(effect));
         }
     }
+}
+
+/// The system with every amplitude that its effects have beside each other: one that was added
+/// beside an effect which is there no more may have had to leave some to it.
+fn regrown<'a>(
+    setting: &Setting<'_>,
+    keep: &[bool],
+    system: &System<'a>,
+    at: &Estimate,
+) -> System<'a> {
+    let mut regrown = system.clone();
+    for active in &system.active {
+        let effect = active.effect;
+        if active.parameters.len() == system.model.effects()[effect].parameters.len() {
+            continue;
+        }
+        let others = regrown.without_effect(effect);
+        let at = others.carry(at);
+        let lin = Linear::of(&others, &at, keep, setting.silent);
+        if let Sight::Seen(whole) = sight(setting.model, effect, &at, &lin, &lin.basis) {
+            regrown = whole.added_to(&others);
+        }
+    }
+    regrown
 }
 
 /// The table of one pass for the report, best first.
