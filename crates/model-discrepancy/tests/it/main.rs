@@ -10,3 +10,4 @@ mod local;
 mod position_noise;
 mod power;
 mod scatter;
+mod superfluous;
