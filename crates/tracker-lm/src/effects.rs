@@ -3,12 +3,14 @@
 //! A column is `∂u/∂amplitude` of `u = |P − S| − (l + L)` with the shared parameters and the six
 //! errors fixed. An amplitude of the tracer's readings is positive where it reads too long.
 
+use std::collections::HashMap;
+
 use model_discrepancy::{Covariate, Effect, Parameter};
 use nalgebra::Vector3;
 
 use crate::changes::Offered;
 use crate::sights::Sight;
-use crate::{Approach, Step, Survey};
+use crate::{Approach, Range, Step, Survey};
 
 /// Reference temperature of length, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
@@ -55,8 +57,8 @@ pub(crate) enum Change {
 pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     let n_stations = scene.survey.stations.len();
     let mut entries =
-        vec![range_scale(scene), range_drift(scene, None), backlash(scene), incidence(scene)];
-    entries.extend((0..n_stations).map(|i| range_drift(scene, Some(i))));
+        vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
+    entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(temperatures(scene));
@@ -82,24 +84,28 @@ impl Scene<'_> {
         Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
     }
 
-    /// An effect of one amplitude on the readings, from the mean over each dead path on: the mean
-    /// is the dead path's, and says nothing of how much of the effect can be seen.
-    fn entry_of_readings(
+    /// An effect on the readings, from the mean over each dead path on: the mean is the dead path's,
+    /// and says nothing of how much of the effect can be seen.
+    fn entry_of_readings<const N: usize>(
         &self,
         id: &str,
         subject: Option<String>,
         description: String,
-        parameter: Parameter,
-        column: impl Fn(usize) -> f64,
+        parameters: [Parameter; N],
+        columns: impl Fn(usize) -> [f64; N],
     ) -> Entry {
         let n_paths = self.dead_path_of.iter().max().map_or(0, |last| last + 1);
-        let mut sums = vec![(0.0, 0.0); n_paths];
+        let mut sums = vec![([0.0; N], 0.0); n_paths];
         for (range, &path) in self.dead_path_of.iter().enumerate() {
-            sums[path] = (sums[path].0 + column(range), sums[path].1 + 1.0);
+            let (sum, n) = &mut sums[path];
+            *n += 1.0;
+            for (sum, value) in sum.iter_mut().zip(columns(range)) {
+                *sum += value;
+            }
         }
-        self.entry(id, subject, description, vec![parameter], |r| {
-            let (sum, n) = sums[self.dead_path_of[r]];
-            vec![column(r) - sum / n]
+        self.entry(id, subject, description, parameters.to_vec(), |r| {
+            let (sum, n) = &sums[self.dead_path_of[r]];
+            columns(r).iter().zip(sum).map(|(value, sum)| value - sum / n).collect()
         })
     }
 
@@ -107,9 +113,25 @@ impl Scene<'_> {
         self.survey.ranges[range].displacement_mm
     }
 
+    /// Time of every range since the first one of its lock.
+    fn since_lock_on(&self) -> Vec<f64> {
+        let mut locked = HashMap::new();
+        for (range, time) in self.survey.ranges.iter().zip(self.time) {
+            let first = locked.entry((range.station, range.mount)).or_insert(*time);
+            *first = first.min(*time);
+        }
+        let since = |(range, time): (&Range, &f64)| time - locked[&(range.station, range.mount)];
+        self.survey.ranges.iter().zip(self.time).map(since).collect()
+    }
+
     /// Unit and factor of something per unit of time.
     fn rate(&self) -> (&'static str, f64) {
         if self.timed { ("mm/h", 3600.0) } else { ("mm over the run", 1.0) }
+    }
+
+    /// Unit and factor of something per unit of time squared.
+    fn change_of_rate(&self) -> (&'static str, f64) {
+        if self.timed { ("mm/h²", 3600.0 * 3600.0) } else { ("mm over the run", 1.0) }
     }
 }
 
@@ -124,29 +146,37 @@ pub(crate) fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
 fn range_scale(scene: &Scene<'_>) -> Entry {
     let text = "the tracer reads displacements too long in proportion: its wavelength is off";
     let scale = parameter("scale", "ppm", 1e6);
-    scene.entry_of_readings("range-scale", None, text.to_owned(), scale, |r| {
-        scene.displacement_mm(r)
+    scene.entry_of_readings("range-scale", None, text.to_owned(), [scale], |r| {
+        [scene.displacement_mm(r)]
     })
 }
 
-/// Of all readings, as one tracer goes from station to station, or of one tracer alone.
-fn range_drift(scene: &Scene<'_>, station: Option<usize>) -> Entry {
-    let subject = station.map(|i| scene.survey.stations[i].name.clone());
-    let text = match &subject {
-        Some(name) => format!("the reading from station {name} alone drifts while it is locked on"),
-        None => "the reading drifts while the tracer stays locked on".to_owned(),
-    };
+/// Of all readings, as one tracer goes from station to station: it warms up and settles, so that the
+/// rate may change.
+fn range_drift(scene: &Scene<'_>) -> Entry {
+    let text = "the reading drifts while the tracer stays locked on";
     let (unit, factor) = scene.rate();
-    let mut locked = std::collections::HashMap::new();
-    for (range, time) in scene.survey.ranges.iter().zip(scene.time) {
-        let first = locked.entry((range.station, range.mount)).or_insert(*time);
-        *first = first.min(*time);
-    }
+    let (unit_of_change, factor_of_change) = scene.change_of_rate();
+    let parameters = [
+        parameter("rate at lock-on", unit, factor),
+        parameter("half the change of rate", unit_of_change, factor_of_change),
+    ];
+    let locked = scene.since_lock_on();
+    scene.entry_of_readings("range-drift", None, text.to_owned(), parameters, |r| {
+        [locked[r], locked[r].powi(2)]
+    })
+}
+
+/// Of one station's tracer, steadily: with a rate that changes it would imitate a station that moves
+/// along its beams.
+fn range_drift_alone(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let text = format!("the reading from station {name} alone drifts while it is locked on");
+    let (unit, factor) = scene.rate();
     let rate = parameter("rate", unit, factor);
-    scene.entry_of_readings("range-drift", subject, text, rate, |r| {
-        let range = &scene.survey.ranges[r];
-        let drifts = station.is_none_or(|i| range.station == i);
-        if drifts { scene.time[r] - locked[&(range.station, range.mount)] } else { 0.0 }
+    let locked = scene.since_lock_on();
+    scene.entry_of_readings("range-drift", Some(name.clone()), text, [rate], |r| {
+        [if scene.survey.ranges[r].station == station { locked[r] } else { 0.0 }]
     })
 }
 
@@ -178,8 +208,8 @@ fn incidence(scene: &Scene<'_>) -> Entry {
     let text = "the reflector lengthens a beam that meets it at an angle to its axis, which is \
                 taken to point away from the rotary axis";
     let glass = parameter("at grazing incidence", "µm", 1e3);
-    scene.entry_of_readings("incidence", None, text.to_owned(), glass, |r| {
-        1.0 - scene.sights[r].cosine.powi(2)
+    scene.entry_of_readings("incidence", None, text.to_owned(), [glass], |r| {
+        [1.0 - scene.sights[r].cosine.powi(2)]
     })
 }
 
@@ -199,9 +229,9 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
     let text = format!("readings from station {name} alone are too long in proportion");
     let scale = parameter("scale", "ppm", 1e6);
-    scene.entry_of_readings("bad-station", Some(name.clone()), text, scale, |r| {
+    scene.entry_of_readings("bad-station", Some(name.clone()), text, [scale], |r| {
         let is_own = scene.survey.ranges[r].station == station;
-        if is_own { scene.displacement_mm(r) } else { 0.0 }
+        [if is_own { scene.displacement_mm(r) } else { 0.0 }]
     })
 }
 
@@ -221,8 +251,8 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
             );
             let scale = parameter("scale", "ppm/K", 1e6);
             let subject = Some(column.name.clone());
-            let mut entry = scene.entry_of_readings("temperature", subject, text, scale, |r| {
-                scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)
+            let mut entry = scene.entry_of_readings("temperature", subject, text, [scale], |r| {
+                [scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)]
             });
             entry.effect.driver = Some(column.name.clone());
             entry
