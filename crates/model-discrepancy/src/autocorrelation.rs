@@ -3,11 +3,12 @@
 use std::iter;
 use std::sync::OnceLock;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::basis::Basis;
 use crate::colour::Whitening;
 use crate::linear::Linear;
+use crate::readings::Readings;
 use crate::significance::{MIN_CLUSTERS, count, f_tail};
 use crate::whiteness::groups_are_runs;
 
@@ -16,7 +17,7 @@ const MAX_PHI: f64 = 0.95;
 
 /// Values of a colour's parameter that are compared, zero included: finer than any data set can
 /// tell.
-const STEPS: u32 = 20;
+const STEPS: usize = 20;
 
 /// Largest memory: at one half the noise is 1/f and no longer stationary.
 const MAX_MEMORY: f64 = 0.45;
@@ -32,58 +33,114 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// beside it, and found when first asked for.
 #[derive(Default)]
 pub(crate) struct Colours {
-    neighbours: OnceLock<Vec<Coloured>>,
-    memory: OnceLock<Vec<Coloured>>,
-    position: OnceLock<Vec<Coloured>>,
+    readings: OnceLock<Option<Readings>>,
+    neighbours: OnceLock<Family>,
+    memory: OnceLock<Option<Family>>,
+    neighbouring_readings: OnceLock<Option<Family>>,
+    memory_of_readings: OnceLock<Option<Family>>,
+    position: OnceLock<Option<Family>>,
 }
 
 impl Colours {
-    /// Noise of which neighbours agree; white first.
-    fn neighbours(&self, lin: &Linear<'_>) -> &[Coloured] {
-        self.neighbours.get_or_init(|| grid(lin, MAX_PHI, |phi| Some(Whitening::Neighbours(phi))))
+    /// What the rows are combinations of, where they are.
+    fn readings(&self, lin: &Linear<'_>) -> Option<&Readings> {
+        self.readings.get_or_init(|| Readings::of(lin)).as_ref()
     }
 
-    /// Noise of long memory; white first, and empty where it is not tried.
+    /// Noise of which neighbours agree.
+    fn neighbours(&self, lin: &Linear<'_>) -> &Family {
+        self.neighbours.get_or_init(|| Family::of_rows(lin, Kind::Neighbours))
+    }
+
+    /// The same in the readings behind the rows.
+    fn neighbouring_readings(&self, lin: &Linear<'_>) -> Option<&Family> {
+        let of = || Some(Family::of_readings(lin, self.readings(lin)?, Kind::Neighbours));
+        self.neighbouring_readings.get_or_init(of).as_ref()
+    }
+
+    /// Noise of long memory; `None` where it is not tried.
     ///
     /// Where groups are runs of readings it is not: from the readings of a run it would tell how
     /// far runs agree, which the scatter between runs tells better. Unless there are too few runs
     /// to tell, or the model says that its records run on through several groups: what wanders more
     /// slowly than a group lasts is in no scatter between groups.
-    fn memory(&self, lin: &Linear<'_>) -> &[Coloured] {
-        self.memory.get_or_init(|| {
-            let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-            let is_long = longest > MAX_LENGTH;
+    fn memory(&self, lin: &Linear<'_>) -> Option<&Family> {
+        let of = || {
+            let is_long = longest(&lin.series) > MAX_LENGTH;
             let runs_tell = groups_are_runs(lin) && lin.clusters.len() >= MIN_CLUSTERS;
-            if is_long || (runs_tell && !lin.runs_on) {
-                return Vec::new();
-            }
-            grid(lin, MAX_MEMORY, |d| Some(Whitening::memory(d, longest)))
-        })
+            let is_tried = !is_long && (!runs_tell || lin.runs_on);
+            is_tried.then(|| Family::of_rows(lin, Kind::Memory))
+        };
+        self.memory.get_or_init(of).as_ref()
     }
 
-    /// Noise of the machine's position, of which neighbours agree; white first, and empty where
-    /// readings are not along a direction each.
-    fn position(&self, lin: &Linear<'_>) -> &[Coloured] {
-        self.position.get_or_init(|| {
-            let ([one], Some(all)) = (&lin.series[..], &lin.directions) else {
-                return Vec::new();
-            };
-            if one.len() > MAX_LENGTH {
-                return Vec::new();
-            }
-            let directions: Vec<_> = one.iter().map(|&i| all[i]).collect();
-            grid(lin, MAX_PHI, |phi| Whitening::read_along(phi, &directions))
-        })
+    /// The same in the readings behind the rows.
+    fn memory_of_readings(&self, lin: &Linear<'_>) -> Option<&Family> {
+        let of = || Some(Family::of_readings(lin, self.readings(lin)?, Kind::Memory));
+        self.memory_of_readings.get_or_init(of).as_ref()
+    }
+
+    /// Noise of the machine's position, of which neighbours agree; `None` where readings are not
+    /// along a direction each.
+    fn position(&self, lin: &Linear<'_>) -> Option<&Family> {
+        let of = || {
+            let ([one], Some(all)) = (&lin.series[..], &lin.directions) else { return None };
+            let directions = || one.iter().map(|&i| all[i]).collect();
+            let is_short = one.len() <= MAX_LENGTH;
+            is_short.then(|| Family::of_rows(lin, Kind::Position(directions())))
+        };
+        self.position.get_or_init(of).as_ref()
     }
 }
 
-/// Colours from white to the strongest.
-fn grid(lin: &Linear<'_>, strongest: f64, of: impl Fn(f64) -> Option<Whitening>) -> Vec<Coloured> {
-    let base = lin.basis.matrix();
-    (0..STEPS)
-        .filter_map(|i| of(strongest * f64::from(i) / f64::from(STEPS - 1)))
-        .filter_map(|whitening| Coloured::new(lin, &base, whitening))
-        .collect()
+/// Colours of one kind, from white to the strongest, each found when first asked for.
+struct Family {
+    kind: Kind,
+    base: DMatrix<f64>,
+    series: Vec<Vec<usize>>,
+    colours: [OnceLock<Option<Coloured>>; STEPS],
+}
+
+/// How successive values depend on each other.
+enum Kind {
+    Neighbours,
+    Memory,
+    /// Along which direction each value reads a position.
+    Position(Vec<Vector3<f64>>),
+}
+
+impl Family {
+    fn of_rows(lin: &Linear<'_>, kind: Kind) -> Self {
+        let (base, series) = (lin.basis.matrix(), lin.series.clone());
+        Self { kind, base, series, colours: Default::default() }
+    }
+
+    fn of_readings(lin: &Linear<'_>, readings: &Readings, kind: Kind) -> Self {
+        let (base, series) = (readings.lift_base(&lin.basis.matrix()), readings.series.clone());
+        Self { kind, base, series, colours: Default::default() }
+    }
+
+    /// The base under each colour, white first; without those under which it has no information.
+    fn colours(&self) -> impl Iterator<Item = &Coloured> {
+        let of = |step: usize| {
+            let whitening = self.whitening(count(step) / count(STEPS - 1))?;
+            Coloured::new(&self.series, &self.base, whitening)
+        };
+        let colours = self.colours.iter().enumerate();
+        colours.filter_map(move |(step, colour)| colour.get_or_init(|| of(step)).as_ref())
+    }
+
+    fn whitening(&self, share: f64) -> Option<Whitening> {
+        match &self.kind {
+            Kind::Neighbours => Some(Whitening::Neighbours(MAX_PHI * share)),
+            Kind::Memory => Some(Whitening::memory(MAX_MEMORY * share, longest(&self.series))),
+            Kind::Position(directions) => Whitening::read_along(MAX_PHI * share, directions),
+        }
+    }
+}
+
+fn longest(series: &[Vec<usize>]) -> usize {
+    series.iter().map(Vec::len).max().unwrap_or(0)
 }
 
 /// What is tested, beside everything it is tested beside.
@@ -115,15 +172,25 @@ impl<'a> Tested<'a> {
         Self { lin, columns, along }
     }
 
-    /// p-values with coloured noise along the measured order, of which white is not the likeliest:
-    /// of which neighbours agree, of long memory, and of the machine's position. Each is found when
-    /// it is asked for.
+    /// p-values with coloured noise along the measured order, where white is not the likeliest:
+    /// noise of which neighbours agree, of long memory, and of the machine's position. Each is found
+    /// when it is asked for.
     pub(crate) fn p_values(&self) -> impl Iterator<Item = f64> {
         let (lin, colours) = (self.lin, &self.lin.colours);
-        let neighbours = iter::once_with(|| self.p_value(colours.neighbours(lin)));
-        let memory = iter::once_with(|| self.p_value(colours.memory(lin)));
-        let position = iter::once_with(|| self.p_value(colours.position(lin)));
+        let of = |family| self.p_value(&self.columns, family);
+        let neighbours = iter::once_with(move || of(colours.neighbours(lin)));
+        let memory = iter::once_with(move || of(colours.memory(lin)?));
+        let position = iter::once_with(move || of(colours.position(lin)?));
         neighbours.chain(memory).chain(position).flatten()
+    }
+
+    /// The same with the noise in the readings behind the rows, where there are such.
+    pub(crate) fn p_values_of_readings(&self) -> impl Iterator<Item = f64> {
+        let (lin, colours) = (self.lin, &self.lin.colours);
+        let of = |family| self.p_value(&colours.readings(lin)?.lift(&self.columns), family);
+        let neighbours = iter::once_with(move || of(colours.neighbouring_readings(lin)?));
+        let memory = iter::once_with(move || of(colours.memory_of_readings(lin)?));
+        neighbours.chain(memory).flatten()
     }
 
     /// The colour is not known, and the variance of a slow effect depends on it: the mean over
@@ -131,13 +198,23 @@ impl<'a> Tested<'a> {
     /// likely as that it has any memory. Restricted likelihood (Patterson and
     /// Thompson 1971): unlike the plain lag-one correlation it is not pulled towards zero by what
     /// the fit has taken out.
-    fn p_value(&self, colours: &[Coloured]) -> Option<f64> {
-        let judged: Vec<Judged> = colours.iter().filter_map(|c| c.judge(self)).collect();
-        let best = judged.iter().map(|c| c.deviance).fold(f64::INFINITY, f64::min);
+    fn p_value(&self, columns: &DMatrix<f64>, family: &Family) -> Option<f64> {
+        let mut judged: Vec<Judged> = Vec::with_capacity(STEPS);
+        let mut best = f64::INFINITY;
+        let judge = |c: &Coloured| c.judge(&family.series, columns, &self.along);
+        for colour in family.colours().filter_map(judge) {
+            best = best.min(colour.deviance);
+            // Stronger ones are less likely still.
+            let is_negligible = colour.deviance - best > 2.0 * NEGLIGIBLE.recip().ln();
+            judged.push(colour);
+            if is_negligible {
+                break;
+            }
+        }
         // White is the first.
         let (white, others) = judged.split_first().filter(|(white, _)| white.deviance > best)?;
         let share = |c: &Judged| (0.5 * (best - c.deviance)).exp();
-        let of_white = (count(others.len()) * share(white), white.p_value);
+        let of_white = (count(STEPS - 1) * share(white), white.p_value);
         let shares = others.iter().map(|c| (share(c), c.p_value)).chain([of_white]);
         let likely: Vec<_> = shares.filter(|(share, _)| *share > NEGLIGIBLE).collect();
         let sum: f64 = likely.iter().map(|(share, _)| share).sum();
@@ -165,21 +242,25 @@ struct Judged {
 }
 
 impl Coloured {
-    fn new(lin: &Linear<'_>, base: &DMatrix<f64>, whitening: Whitening) -> Option<Self> {
-        let base = whitening.apply(&lin.series, base);
+    fn new(series: &[Vec<usize>], base: &DMatrix<f64>, whitening: Whitening) -> Option<Self> {
+        let base = whitening.apply(series, base);
         let factor = (base.transpose() * &base).cholesky()?.unpack();
         let information: f64 = factor.diagonal().iter().map(|v| 2.0 * v.ln()).sum();
-        let volume = whitening.volume(&lin.series) + information;
+        let volume = whitening.volume(series) + information;
         Some(Self { whitening, base, factor, volume })
     }
 
-    fn judge(&self, tested: &Tested<'_>) -> Option<Judged> {
-        let Tested { lin, columns, along } = tested;
-        let white = self.whitening.apply(&lin.series, columns);
+    fn judge(
+        &self,
+        series: &[Vec<usize>],
+        columns: &DMatrix<f64>,
+        along: &DVector<f64>,
+    ) -> Option<Judged> {
+        let white = self.whitening.apply(series, columns);
         let shared = self.factor.solve_lower_triangular(&self.base.tr_mul(&white))?;
         let products = white.transpose() * &white - shared.transpose() * &shared;
         let (n, m) = (columns.ncols() - 1, along.len());
-        let dof = count(lin.rows.len().saturating_sub(self.base.ncols() + n));
+        let dof = count(columns.nrows().saturating_sub(self.base.ncols() + n));
         let factor = products.cholesky()?.unpack();
         let square = factor[(n, n)].powi(2);
         let volume: f64 = (0..n).map(|i| 2.0 * factor[(i, i)].ln()).sum();

@@ -38,6 +38,8 @@ pub(crate) struct Judged {
     pub(crate) candidate: Candidate,
     pub(crate) class: usize,
     pub(crate) test: Significance,
+    /// What the test had to show.
+    pub(crate) asked: Asked,
     /// p-value times the number of things that were looked at.
     pub(crate) adjusted: f64,
     /// Error on groups left out; `None` where the candidate was out of the question already.
@@ -262,8 +264,16 @@ fn judge(
     let rss_after = test.variance * count(test.dof);
     let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
     let criterion = n * ratio.ln() + count(test.directions) * n.ln();
-    let mut judged =
-        Judged { candidate, class, test, adjusted, held_out: None, comparison: None, criterion };
+    let mut judged = Judged {
+        candidate,
+        class,
+        test,
+        asked,
+        adjusted,
+        held_out: None,
+        comparison: None,
+        criterion,
+    };
     if bench.thorough || adjusted <= bench.alpha {
         let mut skip = bench.skip.clone();
         if let Some(home) = judged.candidate.home {

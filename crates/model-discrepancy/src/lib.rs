@@ -107,6 +107,7 @@ mod local;
 mod model;
 mod options;
 mod pair;
+mod readings;
 mod replace;
 mod select;
 mod separation;
@@ -129,6 +130,7 @@ pub use closure::{
 pub use common_scatter::common_variance;
 pub use error::LoopError;
 pub use model::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Condensed, Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 pub use options::Options;

@@ -8,7 +8,7 @@ use crate::autocorrelation::Colours;
 use crate::basis::Basis;
 use crate::shape::{added, reported_components};
 use crate::system::{Estimate, System, rows_of, whitened};
-use crate::{Layout, Role};
+use crate::{Condensed, Layout, Role};
 
 /// Share of a column's norm below which it adds nothing to a basis: ten times the round-off of
 /// a chain of a thousand operations.
@@ -33,6 +33,10 @@ pub(crate) struct Linear<'a> {
     pub(crate) series: Vec<Vec<usize>>,
     /// Whether the model says that a record runs on from group to group.
     pub(crate) runs_on: bool,
+    /// Rows that are combinations of several readings.
+    pub(crate) condensed: &'a [Condensed],
+    /// The record of each observation, where the model says so.
+    pub(crate) records: Option<&'a [usize]>,
     /// Along what each of `rows` reads a displacement, where the model says so.
     pub(crate) directions: Option<Vec<Vector3<f64>>>,
     /// The basis under each colour that the noise may have.
@@ -69,6 +73,8 @@ impl<'a> Linear<'a> {
             cluster_groups,
             series,
             runs_on,
+            condensed: system.model.condensed(),
+            records: system.model.records(),
             directions,
             colours: Colours::default(),
         }
@@ -92,6 +98,8 @@ impl<'a> Linear<'a> {
             clusters,
             series: vec![(0..n).collect()],
             runs_on: false,
+            condensed: &[],
+            records: None,
             directions: None,
             colours: Colours::default(),
         }

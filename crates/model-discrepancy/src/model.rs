@@ -68,6 +68,15 @@ pub trait Model: Sync {
         None
     }
 
+    /// Rows that are what is left of several observations once unknowns of their own are taken out of
+    /// these.
+    ///
+    /// Noise with memory is then in the observations, record by record, and not in the rows. A row
+    /// that is in none of them is one observation.
+    fn condensed(&self) -> &[Condensed] {
+        &[]
+    }
+
     /// Unit vector along which each observation, a scalar, reads a displacement of the machine: the
     /// normal of a touch.
     ///
@@ -132,6 +141,20 @@ pub struct Row {
     pub sigma: f64,
     /// Whether the row counts in the reported residual; false for rows in another unit.
     pub reported: bool,
+}
+
+/// Successive rows that are combinations of a few observations.
+///
+/// The observations are alike (one sigma), and the combinations orthonormal: white noise of the
+/// observations is white noise of the rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condensed {
+    /// The first of the rows.
+    pub first_row: usize,
+    /// Indices into [`Layout::observations`].
+    pub observations: Vec<usize>,
+    /// `rows × observations`.
+    pub combination: DMatrix<f64>,
 }
 
 /// A unit that is fitted, or left out, as a whole.

@@ -9,7 +9,7 @@ use crate::judge::{Bench, Hearing, Judged};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::select::{CATALOGUE_SHARE, QUARTER, STAY};
 use crate::significance::{
-    Asked, Reach, Significance, count, f_test, significance, significance_beside,
+    Asked, Reach, Significance, count, f_test, holds_in_readings, significance, significance_beside,
 };
 
 /// Most classes of effects of which all pairs are tried.
@@ -73,7 +73,7 @@ fn judge_pair(bench: &Bench<'_>, a: &Judged, b: &Judged, level: f64) -> Option<(
     let asked = Asked { reach: Reach::One, searched, level };
     let mut joint = significance_beside(lin, &lin.basis, &bench.clean, &both, asked)?;
     joint.p_value = joint.p_value.max(at_best);
-    if joint.p_value > level {
+    if joint.p_value > level || !holds_in_readings(lin, &bench.clean, &both, &joint, asked) {
         return None;
     }
     let full = lin.basis.with(&both, NEW_DIRECTION);

@@ -8,7 +8,7 @@ use crate::judge::{Bench, Hearing, Judged, Setting, hear_catalogue, hear_covaria
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::pair::find_pair;
 use crate::replace::replace_superseded;
-use crate::significance::{Reach, count, significance};
+use crate::significance::{Reach, count, holds_in_readings, significance};
 use crate::system::{Estimate, System, rows_of};
 use crate::{Outcome, Pass, Score};
 
@@ -113,7 +113,13 @@ fn catalogue_passes<'a>(
             // The rest is a known misfit of a named effect; single points are not to blame.
             order.retain(|&i| hearing.judged[i].candidate.reach == Reach::Many);
         }
-        let added = order.iter().find(|&&i| add(chosen, keep, &[&hearing.judged[i]])).copied();
+        let holds = |j: &Judged| {
+            holds_in_readings(&lin, &bench.clean, &j.candidate.beside, &j.test, j.asked)
+        };
+        let added = order.iter().copied().find(|&i| {
+            let judged = &hearing.judged[i];
+            holds(judged) && add(chosen, keep, &[judged])
+        });
         let pair = if added.is_none() {
             find_pair(&bench, &hearing)
                 .filter(|pair| !one_shape_is_better(setting, &bench, pair))

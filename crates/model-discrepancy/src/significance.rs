@@ -15,6 +15,10 @@ pub(crate) const MIN_CLUSTERS: usize = 8;
 /// Fewest degrees of freedom left for which a correlation between neighbours can be estimated.
 const MIN_DOF_FOR_CORRELATION: usize = 8;
 
+/// Share of the level below which a p-value from the rows' own colour leaves no doubt that the
+/// colour of the readings behind them could confirm: it widens an uncertainty by a third at most.
+const CLEARLY: f64 = 1e-3;
+
 /// F test of one candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Significance {
@@ -110,14 +114,40 @@ pub(crate) fn significance_beside(
     }
     if test.dof >= MIN_DOF_FOR_CORRELATION {
         let tested = Tested::new(lin, &full, added.dim(), residual);
-        let mut coloured = tested.p_values();
-        while test.p_value <= asked.level
-            && let Some(correlated) = coloured.next()
-        {
-            test.p_value = test.p_value.max((correlated * asked.searched).min(1.0));
-        }
+        raise(&mut test.p_value, tested.p_values(), asked);
     }
     Some(test)
+}
+
+/// Whether what is significant by [`significance_beside`] stays so with the noise in the readings
+/// behind the rows.
+///
+/// To be asked of what is about to be added: it costs more than all other tests.
+pub(crate) fn holds_in_readings(
+    lin: &Linear<'_>,
+    residual: &DVector<f64>,
+    beside: &DMatrix<f64>,
+    test: &Significance,
+    asked: Asked,
+) -> bool {
+    if test.p_value <= CLEARLY * asked.level || test.dof < MIN_DOF_FOR_CORRELATION {
+        return true;
+    }
+    let added = Basis::of(beside, NEW_DIRECTION.sqrt());
+    let full = lin.basis.with(&added.matrix(), NEW_DIRECTION);
+    let tested = Tested::new(lin, &full, added.dim(), residual);
+    let mut p_value = test.p_value;
+    raise(&mut p_value, tested.p_values_of_readings(), asked);
+    p_value <= asked.level
+}
+
+/// The largest of p-values, until one is above the level asked for.
+fn raise(p_value: &mut f64, mut others: impl Iterator<Item = f64>, asked: Asked) {
+    while *p_value <= asked.level
+        && let Some(other) = others.next()
+    {
+        *p_value = p_value.max((other * asked.searched).min(1.0));
+    }
 }
 
 pub(crate) fn f_test(

@@ -2,7 +2,8 @@
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Condensed, Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector, Point3};
 
@@ -37,6 +38,7 @@ pub struct TrackerModel {
     layout: Layout,
     /// Lock of every observation.
     records: Vec<usize>,
+    condensed: Vec<Condensed>,
     base: Vec<Parameter>,
     effects: Vec<Effect>,
     /// Columns of every effect, range by range, mm.
@@ -150,6 +152,7 @@ impl TrackerModel {
             changes,
             layout,
             records,
+            condensed: reduction.condensed(),
             base,
             effects,
             columns,
@@ -325,6 +328,10 @@ impl Model for TrackerModel {
 
     fn records(&self) -> Option<&[usize]> {
         Some(&self.records)
+    }
+
+    fn condensed(&self) -> &[Condensed] {
+        &self.condensed
     }
 
     fn proposals(&self) -> Vec<Proposal> {

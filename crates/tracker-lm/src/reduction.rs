@@ -1,6 +1,7 @@
 //! All rows of a joint bundle at its solution, with the errors of every angle taken out.
 
 use least_squares::{BorderedPoint, BorderedProblem};
+use model_discrepancy::Condensed;
 use nalgebra::{DMatrix, DVector, Vector6};
 
 use crate::TrackerError;
@@ -70,6 +71,18 @@ impl Reduction {
 
     pub(crate) fn n_rows(&self) -> usize {
         self.range_of_row.len()
+    }
+
+    /// Of what ranges the rows of every angle with errors of its own are combinations.
+    pub(crate) fn condensed(&self) -> Vec<Condensed> {
+        let with_errors =
+            |angle: &AngleRows| angle.reduced.as_ref().map(|r| r.transformation.clone());
+        let of = |angle: &AngleRows| {
+            let observations = angle.ranges.clone();
+            let combination = with_errors(angle)?;
+            Some(Condensed { first_row: angle.start, observations, combination })
+        };
+        self.angles.iter().filter_map(of).collect()
     }
 
     /// Columns given for every range, as columns of the reduced rows.

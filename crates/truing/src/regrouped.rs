@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Effect, Group, Layout, Model, Parameter, Proposal, Remaining, Role, State,
+    Condensed, Effect, Group, Layout, Model, Parameter, Proposal, Remaining, Role, State,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -76,6 +76,10 @@ impl Model for Regrouped<'_> {
 
     fn records(&self) -> Option<&[usize]> {
         self.inner.records()
+    }
+
+    fn condensed(&self) -> &[Condensed] {
+        self.inner.condensed()
     }
 
     fn directions(&self) -> Option<&[Vector3<f64>]> {

@@ -23,9 +23,8 @@ fn an_effect_gets_back_what_a_superfluous_one_held() {
         (0..3).map(|_| (0..READINGS).map(|_| normal(&mut rng)).collect()).collect();
     let jump: Vec<f64> = (0..READINGS).map(|i| f64::from(u8::from(i >= JUMP.0))).collect();
     let wide = |i: usize| -> f64 { columns.iter().zip(AMPLITUDES).map(|(c, a)| a * c[i]).sum() };
-    let data: Vec<f64> = (0..READINGS)
-        .map(|i| wide(i) + JUMP.1 * jump[i] + NOISE * normal(&mut rng))
-        .collect();
+    let data: Vec<f64> =
+        (0..READINGS).map(|i| wide(i) + JUMP.1 * jump[i] + NOISE * normal(&mut rng)).collect();
     let mut model = scalars(&data, &[("narrow", columns[0].clone()), ("jump", jump)]);
     model.catalogue.push(effect("wide", None, 3));
     model.tangents.push(DMatrix::from_fn(READINGS, 3, |i, column| columns[column][i]));

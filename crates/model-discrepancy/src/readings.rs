@@ -1,0 +1,134 @@
+//! Readings behind rows that are combinations of them.
+//!
+//! Noise with memory runs through the readings of a record. Rows that are left of the readings of
+//! one angle, say, once its own unknowns are taken out, mix the records, and at every angle
+//! differently: their colours cannot be told row by row. So the rows are taken back to the
+//! readings, with what was taken out of these as parameters: there the restricted likelihood is the
+//! same, and the noise is plain.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use crate::Role;
+use crate::linear::Linear;
+
+/// Most readings for which this is worth its cost, which grows with their cube.
+const MAX_READINGS: usize = 600;
+
+/// An eigenvalue of a projector is zero or one.
+const HALF: f64 = 0.5;
+
+/// The readings of the rows of a [`Linear`].
+pub(crate) struct Readings {
+    units: Vec<Unit>,
+    n_readings: usize,
+    /// Of every reading's unknowns that the rows do not show any more, `readings × directions`.
+    taken_out: DMatrix<f64>,
+    /// Readings of each record, in measured order.
+    pub(crate) series: Vec<Vec<usize>>,
+}
+
+/// Rows that are combinations of the same readings.
+struct Unit {
+    /// Positions in [`Linear::rows`].
+    rows: Vec<usize>,
+    /// First of its readings, which follow each other.
+    start: usize,
+    /// `rows × readings`, orthonormal rows.
+    combination: DMatrix<f64>,
+}
+
+impl Readings {
+    /// `None` where every row is a reading, or where there are too many.
+    pub(crate) fn of(lin: &Linear<'_>) -> Option<Self> {
+        let n: usize = lin.condensed.iter().map(|c| c.observations.len()).sum();
+        if lin.condensed.is_empty() || n > MAX_READINGS {
+            return None;
+        }
+        let position: BTreeMap<usize, usize> =
+            lin.rows.iter().enumerate().map(|(i, &row)| (row, i)).collect();
+        let mut alone = position.clone();
+        let mut observations: Vec<usize> = Vec::new();
+        let mut units = Vec::new();
+        for of in lin.condensed {
+            let kept: Vec<usize> = (0..of.combination.nrows())
+                .filter(|i| position.contains_key(&(of.first_row + i)))
+                .collect();
+            if kept.is_empty() {
+                continue;
+            }
+            let all = of.combination.select_rows(&kept);
+            let used: Vec<usize> =
+                (0..all.ncols()).filter(|&c| all.column(c).iter().any(|&v| v != 0.0)).collect();
+            let rows: Vec<usize> =
+                kept.iter().filter_map(|i| alone.remove(&(of.first_row + i))).collect();
+            units.push(Unit {
+                rows,
+                start: observations.len(),
+                combination: all.select_columns(&used),
+            });
+            observations.extend(used.iter().map(|&c| of.observations[c]));
+        }
+        for &i in alone.values() {
+            let start = observations.len();
+            units.push(Unit { rows: vec![i], start, combination: DMatrix::identity(1, 1) });
+            observations.push(lin.layout.rows[lin.rows[i]].observation);
+        }
+        let n_readings = observations.len();
+        let taken_out = taken_out(&units, n_readings);
+        Some(Self { units, n_readings, taken_out, series: series(lin, &observations) })
+    }
+
+    /// Parameters' columns of the rows as those of the readings, with what was taken out of these.
+    pub(crate) fn lift_base(&self, base: &DMatrix<f64>) -> DMatrix<f64> {
+        let lifted = self.lift(base);
+        let columns: Vec<_> = lifted.column_iter().chain(self.taken_out.column_iter()).collect();
+        if columns.is_empty() { lifted } else { DMatrix::from_columns(&columns) }
+    }
+
+    /// Columns of the rows as columns of the readings.
+    pub(crate) fn lift(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(self.n_readings, columns.ncols());
+        for unit in &self.units {
+            let own = unit.combination.tr_mul(&columns.select_rows(&unit.rows));
+            out.rows_mut(unit.start, own.nrows()).copy_from(&own);
+        }
+        out
+    }
+}
+
+/// What the rows of each unit leave of its readings, orthonormal.
+fn taken_out(units: &[Unit], n_readings: usize) -> DMatrix<f64> {
+    let mut columns = Vec::new();
+    for unit in units {
+        let n = unit.combination.ncols();
+        let left = DMatrix::identity(n, n) - unit.combination.tr_mul(&unit.combination);
+        let eigen = left.symmetric_eigen();
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value > HALF {
+                let mut column = nalgebra::DVector::zeros(n_readings);
+                column.rows_mut(unit.start, n).copy_from(&vector);
+                columns.push(column);
+            }
+        }
+    }
+    if columns.is_empty() { DMatrix::zeros(n_readings, 0) } else { DMatrix::from_columns(&columns) }
+}
+
+/// Readings of each record in the order measured, of the groups that are fitted.
+fn series(lin: &Linear<'_>, observations: &[usize]) -> Vec<Vec<usize>> {
+    let mut series: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (reading, &observation) in observations.iter().enumerate() {
+        let group = lin.layout.observations[observation];
+        if lin.layout.groups[group].role == Role::Fit {
+            let record = lin.records.map_or(0, |records| records[observation]);
+            series.entry(record).or_default().push(reading);
+        }
+    }
+    let mut series: Vec<_> = series.into_values().collect();
+    for one in &mut series {
+        one.sort_by_key(|&reading| observations[reading]);
+    }
+    series
+}
