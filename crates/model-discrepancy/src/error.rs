@@ -44,6 +44,14 @@ pub enum LoopError {
         /// Index of the row.
         row: usize,
     },
+    /// What a model says beside its layout does not fit it.
+    #[error("the model's `{method}` does not fit its layout; it needs {needed}")]
+    InconsistentModel {
+        /// Method of [`Model`](crate::Model).
+        method: &'static str,
+        /// What it must give.
+        needed: &'static str,
+    },
     /// A standard uncertainty is not positive and finite.
     #[error("row {row} has a standard uncertainty of {sigma}; it must be positive and finite")]
     InvalidSigma {

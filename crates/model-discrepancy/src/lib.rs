@@ -85,13 +85,14 @@
 mod agreement;
 mod assess;
 mod attribution;
-mod autocorrelation;
 mod basis;
 mod candidate;
 mod check;
 mod close_loop;
 mod closure;
 mod colour;
+mod coloured_test;
+mod colours;
 mod common_scatter;
 mod confusable;
 mod constancy;

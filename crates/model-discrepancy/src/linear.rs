@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::autocorrelation::Colours;
 use crate::basis::Basis;
+use crate::colours::Colours;
 use crate::shape::{added, reported_components};
 use crate::system::{Estimate, System, rows_of, whitened};
 use crate::{Condensed, Layout, Role};

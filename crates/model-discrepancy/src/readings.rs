@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::Role;
 use crate::linear::Linear;
@@ -22,7 +22,7 @@ const HALF: f64 = 0.5;
 /// The readings of the rows of a [`Linear`].
 pub(crate) struct Readings {
     units: Vec<Unit>,
-    n_readings: usize,
+    total: usize,
     /// Of every reading's unknowns that the rows do not show any more, `readings × directions`.
     taken_out: DMatrix<f64>,
     /// Readings of each record, in measured order.
@@ -46,28 +46,22 @@ impl Readings {
         if lin.condensed.is_empty() || n > MAX_READINGS {
             return None;
         }
-        let position: BTreeMap<usize, usize> =
+        let mut alone: BTreeMap<usize, usize> =
             lin.rows.iter().enumerate().map(|(i, &row)| (row, i)).collect();
-        let mut alone = position.clone();
         let mut observations: Vec<usize> = Vec::new();
         let mut units = Vec::new();
         for of in lin.condensed {
-            let kept: Vec<usize> = (0..of.combination.nrows())
-                .filter(|i| position.contains_key(&(of.first_row + i)))
-                .collect();
+            let own = 0..of.combination.nrows();
+            let (kept, rows): (Vec<usize>, Vec<usize>) =
+                own.filter_map(|i| Some((i, alone.remove(&(of.first_row + i))?))).unzip();
             if kept.is_empty() {
                 continue;
             }
             let all = of.combination.select_rows(&kept);
             let used: Vec<usize> =
                 (0..all.ncols()).filter(|&c| all.column(c).iter().any(|&v| v != 0.0)).collect();
-            let rows: Vec<usize> =
-                kept.iter().filter_map(|i| alone.remove(&(of.first_row + i))).collect();
-            units.push(Unit {
-                rows,
-                start: observations.len(),
-                combination: all.select_columns(&used),
-            });
+            let combination = all.select_columns(&used);
+            units.push(Unit { rows, start: observations.len(), combination });
             observations.extend(used.iter().map(|&c| of.observations[c]));
         }
         for &i in alone.values() {
@@ -75,9 +69,9 @@ impl Readings {
             units.push(Unit { rows: vec![i], start, combination: DMatrix::identity(1, 1) });
             observations.push(lin.layout.rows[lin.rows[i]].observation);
         }
-        let n_readings = observations.len();
-        let taken_out = taken_out(&units, n_readings);
-        Some(Self { units, n_readings, taken_out, series: series(lin, &observations) })
+        let total = observations.len();
+        let taken_out = taken_out(&units, total);
+        Some(Self { units, total, taken_out, series: series(lin, &observations) })
     }
 
     /// Parameters' columns of the rows as those of the readings, with what was taken out of these.
@@ -89,7 +83,7 @@ impl Readings {
 
     /// Columns of the rows as columns of the readings.
     pub(crate) fn lift(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut out = DMatrix::zeros(self.n_readings, columns.ncols());
+        let mut out = DMatrix::zeros(self.total, columns.ncols());
         for unit in &self.units {
             let own = unit.combination.tr_mul(&columns.select_rows(&unit.rows));
             out.rows_mut(unit.start, own.nrows()).copy_from(&own);
@@ -99,7 +93,7 @@ impl Readings {
 }
 
 /// What the rows of each unit leave of its readings, orthonormal.
-fn taken_out(units: &[Unit], n_readings: usize) -> DMatrix<f64> {
+fn taken_out(units: &[Unit], total: usize) -> DMatrix<f64> {
     let mut columns = Vec::new();
     for unit in units {
         let n = unit.combination.ncols();
@@ -107,13 +101,13 @@ fn taken_out(units: &[Unit], n_readings: usize) -> DMatrix<f64> {
         let eigen = left.symmetric_eigen();
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value > HALF {
-                let mut column = nalgebra::DVector::zeros(n_readings);
+                let mut column = DVector::zeros(total);
                 column.rows_mut(unit.start, n).copy_from(&vector);
                 columns.push(column);
             }
         }
     }
-    if columns.is_empty() { DMatrix::zeros(n_readings, 0) } else { DMatrix::from_columns(&columns) }
+    if columns.is_empty() { DMatrix::zeros(total, 0) } else { DMatrix::from_columns(&columns) }
 }
 
 /// Readings of each record in the order measured, of the groups that are fitted.

@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::agreement::{MIN_AGREEING, agreement_p_value};
-use crate::autocorrelation::Tested;
 use crate::basis::Basis;
+use crate::coloured_test::Tested;
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::vector_noise::vector_p_value;
 

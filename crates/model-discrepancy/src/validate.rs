@@ -10,7 +10,7 @@ pub(crate) const ORDER: &str = "order";
 /// Fewest groups that can be left out in turn with something to compare.
 const MIN_GROUPS: usize = 3;
 
-/// Checks layout and covariates.
+/// Checks layout, what is said beside it, and covariates.
 pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<(), LoopError> {
     let layout = model.layout();
     for (row, r) in layout.rows.iter().enumerate() {
@@ -22,6 +22,7 @@ pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<()
             return Err(LoopError::InvalidSigma { row, sigma: r.sigma });
         }
     }
+    fits_layout(model)?;
     let expected = layout.observations.len();
     for c in covariates {
         if c.values.len() != expected || c.values.iter().any(|v| !v.is_finite()) {
@@ -29,6 +30,26 @@ pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<()
         }
     }
     enough_groups(model)
+}
+
+fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
+    let n = model.layout().observations.len();
+    let fits = |method, needed, fits: bool| {
+        if fits { Ok(()) } else { Err(LoopError::InconsistentModel { method, needed }) }
+    };
+    let one_each = "one value per observation";
+    fits("records", one_each, model.records().is_none_or(|r| r.len() == n))?;
+    fits("directions", one_each, model.directions().is_none_or(|d| d.len() == n))?;
+    let n_rows = model.layout().rows.len();
+    let mut free_from = 0;
+    let are_parts = model.condensed().iter().all(|c| {
+        let follows = c.first_row >= free_from;
+        free_from = c.first_row.saturating_add(c.combination.nrows());
+        let are_observations = c.observations.iter().all(|&o| o < n);
+        follows && are_observations && c.combination.ncols() == c.observations.len()
+    });
+    let parts = "rows one after the other, of observations that exist, one per column";
+    fits("condensed", parts, are_parts && free_from <= n_rows)
 }
 
 fn enough_groups(model: &dyn Model) -> Result<(), LoopError> {

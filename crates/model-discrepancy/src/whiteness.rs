@@ -1,8 +1,8 @@
 //! Structure that no covariate explains: neighbours, in order or in place, that agree.
 
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::autocorrelation::lag_one_z;
 use crate::judge::Setting;
 use crate::linear::Linear;
 use crate::significance::count;
@@ -42,6 +42,31 @@ pub(crate) fn structure(setting: &Setting<'_>, lin: &Linear<'_>) -> Vec<Remainin
     found
 }
 
+/// Significance of the lag-one correlation (normal approximation, one-sided for `φ > 0`).
+fn lag_one_z(lin: &Linear<'_>, q: &DMatrix<f64>, residual: &DVector<f64>) -> f64 {
+    let (raw, expected, pairs) = lag_one_terms(lin, q, residual);
+    (raw - expected) * pairs.sqrt()
+}
+
+fn lag_one_terms(lin: &Linear<'_>, q: &DMatrix<f64>, residual: &DVector<f64>) -> (f64, f64, f64) {
+    let (mut lagged, mut square, mut leaked, mut free, mut pairs) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for one in &lin.series {
+        for &i in one {
+            square += residual[i] * residual[i];
+            free += 1.0 - q.row(i).norm_squared();
+        }
+        for pair in one.windows(2) {
+            lagged += residual[pair[0]] * residual[pair[1]];
+            leaked -= q.row(pair[0]).dot(&q.row(pair[1]));
+            pairs += 1.0;
+        }
+    }
+    if square <= 0.0 || free <= 0.0 {
+        return (0.0, 0.0, pairs);
+    }
+    (lagged / square, leaked / free, pairs)
+}
+
 /// Whether groups hold several observations on the whole: runs of samples, not single ones.
 pub(crate) fn groups_are_runs(lin: &Linear<'_>) -> bool {
     let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
@@ -50,7 +75,7 @@ pub(crate) fn groups_are_runs(lin: &Linear<'_>) -> bool {
 
 /// Lag-one correlation of the groups' mean residuals, times the root of their number; `None` for
 /// few groups.
-fn group_z(lin: &Linear<'_>, residual: &nalgebra::DVector<f64>) -> Option<f64> {
+fn group_z(lin: &Linear<'_>, residual: &DVector<f64>) -> Option<f64> {
     let mean =
         |group: &Vec<usize>| group.iter().map(|&i| residual[i]).sum::<f64>() / count(group.len());
     let means: Vec<f64> = lin.clusters.iter().map(mean).collect();
@@ -69,14 +94,10 @@ fn upper_tail(z: f64) -> f64 {
 }
 
 /// Moran's I of regression residuals, standardised (Cliff and Ord 1981, ch. 8).
-fn neighbour_z(
-    setting: &Setting<'_>,
-    lin: &Linear<'_>,
-    residual: &nalgebra::DVector<f64>,
-) -> Option<f64> {
+fn neighbour_z(setting: &Setting<'_>, lin: &Linear<'_>, residual: &DVector<f64>) -> Option<f64> {
     let pairs = neighbour_pairs(setting, lin)?;
-    let times_w = |x: &nalgebra::DVector<f64>| {
-        let mut y = nalgebra::DVector::zeros(x.len());
+    let times_w = |x: &DVector<f64>| {
+        let mut y = DVector::zeros(x.len());
         for &(i, j) in &pairs {
             y[i] += 0.5 * x[j];
             y[j] += 0.5 * x[i];
@@ -86,7 +107,7 @@ fn neighbour_z(
     let q = lin.basis.matrix();
     let dof = count(residual.len().checked_sub(q.ncols()).filter(|&d| d > 2)?);
     let wq: Vec<_> = q.column_iter().map(|c| times_w(&c.into_owned())).collect();
-    let a = nalgebra::DMatrix::from_fn(q.ncols(), q.ncols(), |i, j| q.column(i).dot(&wq[j]));
+    let a = DMatrix::from_fn(q.ncols(), q.ncols(), |i, j| q.column(i).dot(&wq[j]));
     // W is symmetric with entries ½ per direction of a pair, so tr W² sums their squares.
     let mut weights = std::collections::BTreeMap::new();
     for &(i, j) in &pairs {
@@ -94,8 +115,8 @@ fn neighbour_z(
     }
     let trace_w2: f64 = weights.values().map(|w: &f64| 2.0 * w * w).sum();
     let trace_mw = -a.trace();
-    let trace_mwmw = trace_w2 - 2.0 * wq.iter().map(nalgebra::DVector::norm_squared).sum::<f64>()
-        + (&a * &a).trace();
+    let trace_mwmw =
+        trace_w2 - 2.0 * wq.iter().map(DVector::norm_squared).sum::<f64>() + (&a * &a).trace();
     let square = residual.norm_squared();
     let observed = residual.dot(&times_w(residual)) / square;
     let mean = trace_mw / dof;

@@ -91,7 +91,7 @@ impl Scene<'_> {
         id: &str,
         subject: Option<String>,
         description: String,
-        parameters: [Parameter; N],
+        parameters: &[Parameter; N],
         columns: impl Fn(usize) -> [f64; N],
     ) -> Entry {
         let n_paths = self.dead_path_of.iter().max().map_or(0, |last| last + 1);
@@ -146,7 +146,7 @@ pub(crate) fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
 fn range_scale(scene: &Scene<'_>) -> Entry {
     let text = "the tracer reads displacements too long in proportion: its wavelength is off";
     let scale = parameter("scale", "ppm", 1e6);
-    scene.entry_of_readings("range-scale", None, text.to_owned(), [scale], |r| {
+    scene.entry_of_readings("range-scale", None, text.to_owned(), &[scale], |r| {
         [scene.displacement_mm(r)]
     })
 }
@@ -162,7 +162,7 @@ fn range_drift(scene: &Scene<'_>) -> Entry {
         parameter("half the change of rate", unit_of_change, factor_of_change),
     ];
     let locked = scene.since_lock_on();
-    scene.entry_of_readings("range-drift", None, text.to_owned(), parameters, |r| {
+    scene.entry_of_readings("range-drift", None, text.to_owned(), &parameters, |r| {
         [locked[r], locked[r].powi(2)]
     })
 }
@@ -175,7 +175,7 @@ fn range_drift_alone(scene: &Scene<'_>, station: usize) -> Entry {
     let (unit, factor) = scene.rate();
     let rate = parameter("rate", unit, factor);
     let locked = scene.since_lock_on();
-    scene.entry_of_readings("range-drift", Some(name.clone()), text, [rate], |r| {
+    scene.entry_of_readings("range-drift", Some(name.clone()), text, &[rate], |r| {
         [if scene.survey.ranges[r].station == station { locked[r] } else { 0.0 }]
     })
 }
@@ -208,7 +208,7 @@ fn incidence(scene: &Scene<'_>) -> Entry {
     let text = "the reflector lengthens a beam that meets it at an angle to its axis, which is \
                 taken to point away from the rotary axis";
     let glass = parameter("at grazing incidence", "µm", 1e3);
-    scene.entry_of_readings("incidence", None, text.to_owned(), [glass], |r| {
+    scene.entry_of_readings("incidence", None, text.to_owned(), &[glass], |r| {
         [1.0 - scene.sights[r].cosine.powi(2)]
     })
 }
@@ -229,7 +229,7 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
     let text = format!("readings from station {name} alone are too long in proportion");
     let scale = parameter("scale", "ppm", 1e6);
-    scene.entry_of_readings("bad-station", Some(name.clone()), text, [scale], |r| {
+    scene.entry_of_readings("bad-station", Some(name.clone()), text, &[scale], |r| {
         let is_own = scene.survey.ranges[r].station == station;
         [if is_own { scene.displacement_mm(r) } else { 0.0 }]
     })
@@ -251,7 +251,7 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
             );
             let scale = parameter("scale", "ppm/K", 1e6);
             let subject = Some(column.name.clone());
-            let mut entry = scene.entry_of_readings("temperature", subject, text, [scale], |r| {
+            let mut entry = scene.entry_of_readings("temperature", subject, text, &[scale], |r| {
                 [scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)]
             });
             entry.effect.driver = Some(column.name.clone());

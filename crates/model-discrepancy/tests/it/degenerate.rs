@@ -1,7 +1,7 @@
 //! Input that cannot be judged: one clear error each.
 
-use model_discrepancy::{Covariate, LoopError, Options, Origin, assess, close_loop};
-use nalgebra::DMatrix;
+use model_discrepancy::{Condensed, Covariate, LoopError, Options, Origin, assess, close_loop};
+use nalgebra::{DMatrix, Vector3};
 
 use crate::linear_model::{parameter, scalars};
 
@@ -38,6 +38,28 @@ fn sigmas_and_layouts_are_checked() {
     model.layout.rows[2].sigma = 1.0;
     model.layout.rows[3].observation = 9;
     assert!(matches!(run(&model), LoopError::InconsistentLayout { row: 3 }));
+}
+
+#[test]
+fn what_is_said_beside_the_layout_is_checked() {
+    let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
+    model.directions = Some(vec![Vector3::z(); 3]);
+    assert!(matches!(run(&model), LoopError::InconsistentModel { method: "directions", .. }));
+    model.directions = None;
+    let condensed = |first_row, observations: &[usize], columns| Condensed {
+        first_row,
+        observations: observations.to_vec(),
+        combination: DMatrix::identity(2, columns),
+    };
+    for wrong in [
+        vec![condensed(3, &[0, 1], 2)],
+        vec![condensed(0, &[0, 4], 2)],
+        vec![condensed(0, &[0, 1], 3)],
+        vec![condensed(0, &[0, 1], 2), condensed(1, &[2, 3], 2)],
+    ] {
+        model.condensed = wrong;
+        assert!(matches!(run(&model), LoopError::InconsistentModel { method: "condensed", .. }));
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! A linear model with any base and any effects, and a plate of points to measure with it.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Condensed, Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -18,6 +19,7 @@ pub(crate) struct LinearModel {
     pub(crate) tangents: Vec<DMatrix<f64>>,
     pub(crate) data: DVector<f64>,
     pub(crate) directions: Option<Vec<Vector3<f64>>>,
+    pub(crate) condensed: Vec<Condensed>,
     pub(crate) extended: Vec<(String, Box<LinearModel>)>,
 }
 
@@ -56,6 +58,10 @@ impl Model for LinearModel {
 
     fn directions(&self) -> Option<&[Vector3<f64>]> {
         self.directions.as_deref()
+    }
+
+    fn condensed(&self) -> &[Condensed] {
+        &self.condensed
     }
 
     fn proposals(&self) -> Vec<Proposal> {
@@ -195,6 +201,7 @@ pub(crate) fn body(points: &[Vector3<f64>], errors: &[Vector3<f64>]) -> LinearMo
         tangents,
         data: rows_3d(errors.iter().copied()),
         directions: None,
+        condensed: Vec::new(),
         extended: Vec::new(),
     }
 }
@@ -231,6 +238,7 @@ pub(crate) fn scalars(data: &[f64], effects: &[(&str, Vec<f64>)]) -> LinearModel
             .collect(),
         data: DVector::from_column_slice(data),
         directions: None,
+        condensed: Vec::new(),
         extended: Vec::new(),
     }
 }
