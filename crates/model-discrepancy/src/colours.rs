@@ -71,7 +71,10 @@ impl Colours {
 
     /// The same in the readings behind the rows.
     pub(crate) fn memory_of_readings(&self, lin: &Linear<'_>) -> Option<&Family> {
-        let of = || Some(Family::of_readings(lin, self.readings(lin)?, Kind::Memory));
+        let of = || {
+            self.memory(lin)?;
+            Some(Family::of_readings(lin, self.readings(lin)?, Kind::Memory))
+        };
         self.memory_of_readings.get_or_init(of).as_ref()
     }
 

@@ -57,8 +57,13 @@ impl<'a> Linear<'a> {
         let jacobian = whitened(layout, at, &rows, &system.jacobian(at));
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         let (clusters, cluster_groups) = clusters(layout, &rows);
-        let series = series(layout, &rows, system.model.records());
-        let runs_on = system.model.records().is_some_and(|records| runs_on(layout, records));
+        let records = system.model.records();
+        let readings = rows.iter().map(|&row| {
+            let row = &layout.rows[row];
+            (row.observation, row.component)
+        });
+        let series = series(layout, records, readings);
+        let runs_on = records.is_some_and(|records| runs_on(layout, records));
         let along = |all: &[Vector3<f64>]| {
             rows.iter().map(|&row| all[layout.rows[row].observation]).collect()
         };
@@ -74,7 +79,7 @@ impl<'a> Linear<'a> {
             series,
             runs_on,
             condensed: system.model.condensed(),
-            records: system.model.records(),
+            records,
             directions,
             colours: Colours::default(),
         }
@@ -149,19 +154,23 @@ fn runs_on(layout: &Layout, records: &[usize]) -> bool {
     pairs.any(|(&record, &group)| *first.entry(record).or_insert(group) != group)
 }
 
-fn series(layout: &Layout, rows: &[usize], records: Option<&[usize]>) -> Vec<Vec<usize>> {
-    let mut series: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-    for (i, &row) in rows.iter().enumerate() {
-        let row = layout.rows[row];
-        let group = layout.observations[row.observation];
-        if layout.groups[group].role == Role::Fit {
-            let record = records.map_or(0, |records| records[row.observation]);
-            series.entry((record, row.component)).or_default().push(i);
+/// Positions of readings, given by observation and component, of each component of each record, in
+/// measured order; of the groups that are fitted.
+pub(crate) fn series(
+    layout: &Layout,
+    records: Option<&[usize]>,
+    readings: impl Iterator<Item = (usize, usize)>,
+) -> Vec<Vec<usize>> {
+    let mut series: BTreeMap<(usize, usize), Vec<(usize, usize)>> = BTreeMap::new();
+    for (i, (observation, component)) in readings.enumerate() {
+        if layout.groups[layout.observations[observation]].role == Role::Fit {
+            let record = records.map_or(0, |records| records[observation]);
+            series.entry((record, component)).or_default().push((observation, i));
         }
     }
-    let mut series: Vec<_> = series.into_values().collect();
-    for one in &mut series {
-        one.sort_by_key(|&i| layout.rows[rows[i]].observation);
-    }
-    series
+    let in_order = |mut one: Vec<(usize, usize)>| {
+        one.sort_unstable();
+        one.into_iter().map(|(_, i)| i).collect()
+    };
+    series.into_values().map(in_order).collect()
 }

@@ -10,8 +10,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::Role;
-use crate::linear::Linear;
+use crate::linear::{Linear, series};
 
 /// Most readings for which this is worth its cost, which grows with their cube.
 const MAX_READINGS: usize = 600;
@@ -71,7 +70,8 @@ impl Readings {
         }
         let total = observations.len();
         let taken_out = taken_out(&units, total);
-        Some(Self { units, total, taken_out, series: series(lin, &observations) })
+        let series = series(lin.layout, lin.records, observations.iter().map(|&o| (o, 0)));
+        Some(Self { units, total, taken_out, series })
     }
 
     /// Parameters' columns of the rows as those of the readings, with what was taken out of these.
@@ -108,21 +108,4 @@ fn taken_out(units: &[Unit], total: usize) -> DMatrix<f64> {
         }
     }
     if columns.is_empty() { DMatrix::zeros(total, 0) } else { DMatrix::from_columns(&columns) }
-}
-
-/// Readings of each record in the order measured, of the groups that are fitted.
-fn series(lin: &Linear<'_>, observations: &[usize]) -> Vec<Vec<usize>> {
-    let mut series: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (reading, &observation) in observations.iter().enumerate() {
-        let group = lin.layout.observations[observation];
-        if lin.layout.groups[group].role == Role::Fit {
-            let record = lin.records.map_or(0, |records| records[observation]);
-            series.entry(record).or_default().push(reading);
-        }
-    }
-    let mut series: Vec<_> = series.into_values().collect();
-    for one in &mut series {
-        one.sort_by_key(|&reading| observations[reading]);
-    }
-    series
 }

@@ -130,7 +130,8 @@ pub(crate) fn holds_in_readings(
     test: &Significance,
     asked: Asked,
 ) -> bool {
-    if test.p_value <= CLEARLY * asked.level || test.dof < MIN_DOF_FOR_CORRELATION {
+    let is_clear = test.p_value <= CLEARLY * asked.level;
+    if lin.condensed.is_empty() || is_clear || test.dof < MIN_DOF_FOR_CORRELATION {
         return true;
     }
     let added = Basis::of(beside, NEW_DIRECTION.sqrt());

@@ -75,11 +75,9 @@ impl Reduction {
 
     /// Of what ranges the rows of every angle with errors of its own are combinations.
     pub(crate) fn condensed(&self) -> Vec<Condensed> {
-        let with_errors =
-            |angle: &AngleRows| angle.reduced.as_ref().map(|r| r.transformation.clone());
         let of = |angle: &AngleRows| {
+            let combination = angle.reduced.as_ref()?.transformation.clone();
             let observations = angle.ranges.clone();
-            let combination = with_errors(angle)?;
             Some(Condensed { first_row: angle.start, observations, combination })
         };
         self.angles.iter().filter_map(of).collect()
