@@ -12,6 +12,7 @@ use crate::select::{Added, QUARTER, Selected, What, select};
 use crate::separation::{Further, Imitation, all_fitted, separate_by};
 use crate::summary::{Summaries, step_errors, summarise};
 use crate::system::{Estimate, System, rows_of};
+use crate::unforeseen::unforeseen;
 use crate::validate::{validate, with_order};
 use crate::verdict::verdict;
 use crate::whiteness::structure;
@@ -172,6 +173,7 @@ fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
     }
     found.extend(not_proportional(setting, chosen, lin));
     found.extend(structure(setting, lin));
+    found.extend(unforeseen(setting, chosen, lin));
     found.extend(setting.model.doubts());
     found
 }

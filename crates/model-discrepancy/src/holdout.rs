@@ -65,7 +65,12 @@ pub(crate) fn leave_out(
     held_out
 }
 
-fn predict(q: &DMatrix<f64>, residual: &DVector<f64>, rows: &[usize]) -> Option<DVector<f64>> {
+/// Errors of `rows` predicted without them; `None` where the rest does not predict them.
+pub(crate) fn predict(
+    q: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    rows: &[usize],
+) -> Option<DVector<f64>> {
     let q_f = q.select_rows(rows);
     let e_f = residual.select_rows(rows);
     let (n, k) = q_f.shape();

@@ -116,6 +116,7 @@ mod shape;
 mod significance;
 mod summary;
 mod system;
+mod unforeseen;
 mod validate;
 mod vector_noise;
 mod verdict;

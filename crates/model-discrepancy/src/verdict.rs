@@ -5,6 +5,7 @@ use crate::judge::Setting;
 use crate::linear::Linear;
 use crate::select::Selected;
 use crate::significance::count;
+use crate::unforeseen::check_distance;
 use crate::{Remaining, Role, Verdict};
 
 pub(crate) fn verdict(
@@ -16,14 +17,23 @@ pub(crate) fn verdict(
     if !remaining.is_empty() || many_bad_readings(setting, chosen) {
         return Verdict::StructureRemains;
     }
+    if setting.model.layout().sigma_declared && noisier_than_declared(setting, lin, chosen) {
+        return Verdict::NoiseLargerThanDeclared;
+    }
+    if chosen.added.is_empty() { Verdict::NothingMissing } else { Verdict::Explained }
+}
+
+/// Whether fitted and check groups scatter more than declared.
+fn noisier_than_declared(setting: &Setting<'_>, lin: &Linear<'_>, chosen: &Selected<'_>) -> bool {
     let dof = lin.rows.len().saturating_sub(chosen.system.dim());
     // Judged by what was declared, without any scatter that the loop has estimated.
     let declared = lin.rows.iter().zip(&lin.sigma).map(|(&row, s)| s / lin.layout.rows[row].sigma);
     let chi2: f64 = lin.residual.iter().zip(declared).map(|(r, ratio)| (r * ratio).powi(2)).sum();
-    if setting.model.layout().sigma_declared && dof > 0 && too_noisy(chi2, count(dof)) {
-        return Verdict::NoiseLargerThanDeclared;
-    }
-    if chosen.added.is_empty() { Verdict::NothingMissing } else { Verdict::Explained }
+    let (chi2, dof) = match check_distance(setting, chosen, lin, &|row| row.sigma) {
+        Some(check) => (chi2 + check.square, count(dof) + check.rows),
+        None => (chi2, count(dof)),
+    };
+    dof > 0.0 && too_noisy(chi2, dof)
 }
 
 /// More single bad readings than two, and than one group in twenty, are no accidents.

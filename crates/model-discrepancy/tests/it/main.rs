@@ -11,3 +11,4 @@ mod position_noise;
 mod power;
 mod scatter;
 mod superfluous;
+mod unforeseen;

@@ -1,0 +1,99 @@
+//! Groups set aside that lie farther from their prediction than the noise allows.
+
+use model_discrepancy::{Closure, Group, Options, Role, Row, Verdict, close_loop};
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{LinearModel, normal, parameter, scalars};
+
+const GROUPS: usize = 32;
+const TRIALS: u64 = 400;
+/// Of 400 at a level of 0.5 % there are two on average; more than eight happen once in 4000.
+const MOST: usize = 8;
+/// Where readings of a group depend on each other, its mean square has a longer tail than the χ² of
+/// the same mean and variance that the test takes: some 2 % instead of 0.5, and four standard
+/// deviations of a count of eight.
+const MOST_IN_RUNS: usize = 8 + 11;
+
+fn is_check(group: usize) -> bool {
+    group % 4 == 3
+}
+
+/// A level read `per_group` times in each group with AR(1) noise that starts anew in each; every
+/// fourth group is only judged.
+fn level(seed: u64, per_group: usize, phi: f64) -> LinearModel {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut data = Vec::new();
+    for _ in 0..GROUPS {
+        let mut state = normal(&mut rng);
+        for _ in 0..per_group {
+            data.push(state);
+            state = phi * state + (1.0 - phi * phi).sqrt() * normal(&mut rng);
+        }
+    }
+    let mut model = scalars(&data, &[]);
+    model.base = DMatrix::from_element(data.len(), 1, 1.0);
+    model.base_names = vec![parameter("level")];
+    let role = |g| if is_check(g) { Role::Check } else { Role::Fit };
+    model.layout.groups =
+        (0..GROUPS).map(|g| Group { name: format!("G{g}"), role: role(g) }).collect();
+    model.layout.observations = (0..data.len()).map(|i| i / per_group).collect();
+    model
+}
+
+fn closed(model: &LinearModel) -> Closure {
+    close_loop(model, &[], &Options::default()).expect("a level is determined")
+}
+
+fn is_unforeseen(closure: &Closure) -> bool {
+    closure.remaining.iter().any(|r| r.covariate == "check groups")
+}
+
+#[test]
+fn two_far_groups_among_those_set_aside_are_structure() {
+    let mut model = level(1, 1, 0.0);
+    assert_eq!(closed(&model).verdict, Verdict::NothingMissing);
+    // Seven and eight standard deviations.
+    model.data[11] += 7.0;
+    model.data[15] += 8.0;
+    let closure = closed(&model);
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+    let found = &closure.remaining[0];
+    assert_eq!(found.covariate, "check groups");
+    assert!(found.shape.ends_with("worst G15"), "{}", found.shape);
+}
+
+#[test]
+fn groups_like_the_fitted_ones_are_foreseen() {
+    for (per_group, phi, most) in [(1, 0.0, MOST), (3, 0.0, MOST), (25, 0.95, MOST_IN_RUNS)] {
+        let found = (0..TRIALS).filter(|&s| is_unforeseen(&closed(&level(s, per_group, phi))));
+        let found = found.count();
+        assert!(found <= most, "{per_group} readings a group, φ = {phi}: {found} of {TRIALS}");
+    }
+}
+
+/// Declared noise is judged on all groups: what either half would let pass, both do not.
+#[test]
+fn declared_noise_is_judged_on_groups_set_aside_too() {
+    let mut model = level(2, 1, 0.0);
+    let spread: f64 = model.data.iter().map(|v| v * v).sum();
+    model.layout.sigma_declared = true;
+    let sigma = (spread / 32.0).sqrt() / 1.35;
+    model.layout.rows.iter_mut().for_each(|row: &mut Row| row.sigma = sigma);
+    let with = closed(&model);
+    let without = with_fitted_alone(&model);
+    assert_eq!(without.verdict, Verdict::NothingMissing);
+    assert_eq!(with.verdict, Verdict::NoiseLargerThanDeclared);
+}
+
+fn with_fitted_alone(model: &LinearModel) -> Closure {
+    let mut alone = model.clone();
+    let kept: Vec<usize> = (0..GROUPS).filter(|&g| !is_check(g)).collect();
+    alone.data = model.data.select_rows(&kept);
+    alone.base = model.base.select_rows(&kept);
+    alone.layout.rows.truncate(kept.len());
+    alone.layout.observations.truncate(kept.len());
+    alone.layout.groups = kept.iter().map(|&g| model.layout.groups[g].clone()).collect();
+    closed(&alone)
+}
