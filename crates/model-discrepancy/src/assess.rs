@@ -118,7 +118,7 @@ impl Assessor<'_> {
                     detectable_rms: detectable_rms(self.lin, &test, candidate, self.alpha),
                     same_as: (0..seen.len()).filter(twin).map(|i| seen[i].label()).collect(),
                 };
-                Some(self.assessment(*e, candidate.absorbed, visible))
+                Some(self.assessment(*e, candidate.absorbed(&self.lin.basis), visible))
             }
         };
         sights.iter().filter_map(assess).collect()

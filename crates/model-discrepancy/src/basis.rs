@@ -115,18 +115,27 @@ impl Basis {
         if self.dim == 0 {
             return rest;
         }
-        if x.ncols() < MANY {
-            self.sweep(0, rest.as_mut_slice());
-        } else {
-            let along = self.view().transpose() * x;
-            rest.gemm(-1.0, &self.view(), &along, 1.0);
-        }
-        for (mut left, whole) in rest.column_iter_mut().zip(x.column_iter()) {
-            if left.norm() < CANCELLED * whole.norm() {
-                self.sweep(0, left.as_mut_slice());
+        self.take_out(&mut rest);
+        let lost = |&c: &usize| rest.column(c).norm() < CANCELLED * x.column(c).norm();
+        let cancelled: Vec<usize> = (0..x.ncols()).filter(lost).collect();
+        if !cancelled.is_empty() {
+            let mut again = rest.select_columns(&cancelled);
+            self.take_out(&mut again);
+            for (&c, left) in cancelled.iter().zip(again.column_iter()) {
+                rest.set_column(c, &left);
             }
         }
         rest
+    }
+
+    /// Takes the basis out of every column, once.
+    fn take_out(&self, columns: &mut DMatrix<f64>) {
+        if columns.ncols() < MANY {
+            self.sweep(0, columns.as_mut_slice());
+        } else {
+            let along = self.view().transpose() * &*columns;
+            columns.gemm(-1.0, &self.view(), &along, 1.0);
+        }
     }
 
     /// Squared norm of the projection of `x` on the basis.

@@ -43,8 +43,6 @@ pub(crate) struct Candidate {
     pub(crate) tangent: DMatrix<f64>,
     /// What the model that it is tested beside leaves of the tangent.
     pub(crate) beside: DMatrix<f64>,
-    /// Share of the tangent absorbed by the model, 0 to 1.
-    pub(crate) absorbed: f64,
     pub(crate) reach: Reach,
     /// How many like it were looked at to find it.
     pub(crate) searched: f64,
@@ -55,6 +53,11 @@ pub(crate) struct Candidate {
 impl Candidate {
     pub(crate) fn label(&self) -> String {
         label(&self.id, self.subject.as_deref())
+    }
+
+    /// Share of the tangent that `base` absorbs, 0 to 1.
+    pub(crate) fn absorbed(&self, base: &Basis) -> f64 {
+        absorbed(&self.tangent, &self.beside, base)
     }
 
     /// The system with this candidate switched on.
@@ -96,8 +99,24 @@ pub(crate) fn catalogue(
 ) -> Vec<(usize, Sight)> {
     let effects = system.model.effects();
     let local = |e: usize| system.model.local_tangent(&at.state, e).is_some();
-    let missing = (0..effects.len()).filter(|&e| !system.has_effect(e) && !local(e));
-    missing.map(|e| (e, sight(system.model, e, at, lin, &lin.basis))).collect()
+    let missing: Vec<usize> =
+        (0..effects.len()).filter(|&e| !system.has_effect(e) && !local(e)).collect();
+    let tangent = |&e: &usize| lin.tangent(&system.model.tangent(&at.state, e));
+    let tangents: Vec<DMatrix<f64>> = missing.iter().map(tangent).collect();
+    // All at once: a product of matrices.
+    let columns: Vec<_> = tangents.iter().flat_map(DMatrix::column_iter).collect();
+    if columns.is_empty() {
+        return Vec::new();
+    }
+    let beside = lin.basis.reject_columns(&DMatrix::from_columns(&columns));
+    let mut first = 0;
+    let sight = |(e, tangent): (usize, DMatrix<f64>)| {
+        let beside = beside.columns(first, tangent.ncols()).into_owned();
+        first += tangent.ncols();
+        let effect = &effects[e];
+        (e, seen_beside(lin, &lin.basis, (effect, e), (tangent, beside), min_kept(effect)))
+    };
+    missing.into_iter().zip(tangents).map(sight).collect()
 }
 
 /// What the design sees of effect `e` beside the span of `base`.
@@ -119,9 +138,20 @@ pub(crate) fn sight_of_least(
     (lin, base): (&Linear<'_>, &Basis),
     least: f64,
 ) -> Sight {
-    let effect = &model.effects()[e];
     let tangent = lin.tangent(&model.tangent(&at.state, e));
     let beside = base.reject_columns(&tangent);
+    seen_beside(lin, base, (&model.effects()[e], e), (tangent, beside), least)
+}
+
+/// What is seen of an effect, given by its number too, of whose tangent the span of `base` leaves
+/// `beside`.
+fn seen_beside(
+    lin: &Linear<'_>,
+    base: &Basis,
+    (effect, e): (&Effect, usize),
+    (tangent, beside): (DMatrix<f64>, DMatrix<f64>),
+    least: f64,
+) -> Sight {
     let parameters = seen(&tangent, &beside, least);
     if parameters.is_empty() {
         return Sight::Unseen(absorbed(&tangent, &beside, base));
@@ -133,7 +163,6 @@ pub(crate) fn sight_of_least(
         id: effect.id.clone(),
         subject: effect.subject.clone(),
         source: Source::Effect(Active { effect: e, parameters }),
-        absorbed: absorbed(&tangent, &beside, base),
         reach: if home.is_some() { Reach::One } else { Reach::Many },
         searched: count(effect.searched.max(1)),
         home,

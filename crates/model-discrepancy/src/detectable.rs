@@ -49,7 +49,7 @@ pub(crate) fn detectable_rms(
 ) -> f64 {
     let lambda = noncentrality(alpha / candidate.searched, test.directions, test.dof);
     let directions = Basis::of(&candidate.tangent, NEW_DIRECTION).matrix();
-    let seen = (1.0 - candidate.absorbed).max(f64::MIN_POSITIVE);
+    let seen = (1.0 - candidate.absorbed(&lin.basis)).max(f64::MIN_POSITIVE);
     // A unit direction leaves √seen beside the model, so the whole must be 1/√seen longer.
     let length = (lambda * test.variance / seen).sqrt();
     length * unwhitened_rms(lin, &directions)

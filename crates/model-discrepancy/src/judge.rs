@@ -373,7 +373,6 @@ pub(crate) fn empirical_candidate(
         source: Source::Empirical(empirical),
         tangent: tested,
         beside,
-        absorbed: 0.0,
         reach: Reach::Many,
         searched: 1.0,
         home: None,

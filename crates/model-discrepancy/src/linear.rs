@@ -21,6 +21,8 @@ pub(crate) struct Linear<'a> {
     pub(crate) rows: Vec<usize>,
     /// Standard uncertainty of each, common scatter included.
     pub(crate) sigma: Vec<f64>,
+    /// Components of an observation of which any is reported.
+    components: usize,
     /// Whitened residual of the fitted system.
     pub(crate) residual: DVector<f64>,
     /// Span of the system's whitened Jacobian.
@@ -72,6 +74,7 @@ impl<'a> Linear<'a> {
             layout,
             rows,
             sigma,
+            components: reported_components(layout),
             residual,
             basis,
             clusters,
@@ -97,6 +100,7 @@ impl<'a> Linear<'a> {
             layout,
             rows: (0..n).collect(),
             sigma: vec![1.0; n],
+            components: reported_components(layout),
             residual,
             basis,
             cluster_groups: (0..clusters.len()).collect(),
@@ -125,7 +129,7 @@ impl<'a> Linear<'a> {
         let whitened = |component, i: usize| {
             added(&self.layout.rows[self.rows[i]], component, values) / self.sigma[i]
         };
-        (0..reported_components(self.layout))
+        (0..self.components)
             .map(|component| DVector::from_fn(self.rows.len(), |i, _| whitened(component, i)))
             .collect()
     }

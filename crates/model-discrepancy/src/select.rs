@@ -37,6 +37,7 @@ pub(crate) struct Selected<'a> {
     pub(crate) system: System<'a>,
     pub(crate) estimate: Estimate,
     pub(crate) added: Vec<Added>,
+    /// For the report, where it is asked for.
     pub(crate) passes: Vec<Pass>,
     /// Effects that the declared model's design cannot see, with the share absorbed.
     pub(crate) unseen: Vec<(usize, f64)>,
@@ -104,7 +105,7 @@ fn catalogue_passes<'a>(
         let alpha = level(setting, chosen) * CATALOGUE_SHARE;
         let bench = Bench::new(setting, &chosen.system, &chosen.estimate, &lin, alpha);
         let hearing = hear_catalogue(&chosen.system, &chosen.estimate, &bench);
-        if chosen.passes.is_empty() {
+        if chosen.added.is_empty() {
             chosen.unseen.clone_from(&hearing.unseen);
         }
         let mut order = eligible(&hearing.judged, alpha);
@@ -127,7 +128,9 @@ fn catalogue_passes<'a>(
         } else {
             None
         };
-        chosen.passes.push(record(setting, &bench, &hearing, added, pair.as_ref()));
+        if setting.thorough {
+            chosen.passes.push(record(setting, &bench, &hearing, added, pair.as_ref()));
+        }
         if added.is_none() && pair.is_none() {
             return Some(lin);
         }
@@ -335,7 +338,7 @@ fn record(
             };
             Score {
                 label: j.candidate.label(),
-                absorbed: j.candidate.absorbed,
+                absorbed: j.candidate.absorbed(&bench.lin.basis),
                 f_statistic: j.test.f_statistic,
                 p_value: j.test.p_value,
                 held_out_rms: j.held_out.as_deref().map_or(f64::NAN, |h| rms(h).0),

@@ -138,12 +138,10 @@ fn smooth(covariate: &Covariate, fitted: &[f64]) -> Shape {
 }
 
 fn periodic(covariate: &Covariate, period: f64, tried: f64) -> Shape {
-    let wave = |f: fn(f64) -> f64| covariate.values.iter().map(|v| f(TAU * v / period)).collect();
-    let functions = vec![
-        ("cosine".to_owned(), wave(f64::cos)),
-        ("sine".to_owned(), wave(f64::sin)),
-        constant(covariate),
-    ];
+    let wave = |v: &f64| (TAU * v / period).sin_cos();
+    let (sine, cosine) = covariate.values.iter().map(wave).unzip();
+    let functions =
+        vec![("cosine".to_owned(), cosine), ("sine".to_owned(), sine), constant(covariate)];
     Shape { name: format!("periodic, period {}", significant(period)), functions, tried }
 }
 

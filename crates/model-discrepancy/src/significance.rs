@@ -156,13 +156,24 @@ pub(crate) fn f_test(
     base_dim: usize,
     added: &Basis,
 ) -> Option<Significance> {
-    let directions = added.dim();
-    let dof = residual.len().checked_sub(base_dim + directions)?;
+    let rows = residual.len();
+    f_test_of(added.explained(residual), added.dim(), residual.norm_squared(), rows, base_dim)
+}
+
+/// The F test of so many directions that explain a part of the square of a residual with so many
+/// rows, beside a base of that dimension; `None` where nothing is tested or nothing left.
+pub(crate) fn f_test_of(
+    explained: f64,
+    directions: usize,
+    square: f64,
+    rows: usize,
+    base_dim: usize,
+) -> Option<Significance> {
+    let dof = rows.checked_sub(base_dim + directions)?;
     if directions == 0 || dof == 0 {
         return None;
     }
-    let explained = added.explained(residual);
-    let left = (residual.norm_squared() - explained).max(0.0);
+    let left = (square - explained).max(0.0);
     let variance = left / count(dof);
     let f_statistic = explained / count(directions) / variance;
     let p_value = f_tail(f_statistic, count(directions), count(dof));
