@@ -1,5 +1,6 @@
 //! Is a candidate's tangent in the residual by more than chance? Judged at group level.
 
+use faer::{MatRef, Side};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -226,7 +227,7 @@ fn cluster_robust(lin: &Linear<'_>, added: &Basis, full: &Basis) -> f64 {
     let mut adjusted = Vec::with_capacity(lin.clusters.len());
     for cluster in &lin.clusters {
         let q_g = select(&q, cluster);
-        let m_g = inverse_root_times(&q_g, &select(&g, cluster));
+        let Some(m_g) = inverse_root_times(&q_g, &select(&g, cluster)) else { return 1.0 };
         let e_g = residual.select_rows(cluster);
         let score = m_g.tr_mul(&e_g);
         covariance += &score * score.transpose();
@@ -244,45 +245,63 @@ fn cluster_robust(lin: &Linear<'_>, added: &Basis, full: &Basis) -> f64 {
     f_tail(wald * dof / (eta * count(m)), count(m), dof)
 }
 
-/// Degrees of freedom of the Wishart law that matches the total variance of CR2.
+/// Clusters whose products with the others are found together.
+const TOGETHER: usize = 32;
+
+/// Degrees of freedom of the Wishart law that matches the total variance of CR2: of the products
+/// `P` of all pairs of clusters, `(tr P)² + tr P²`.
 fn satterthwaite(adjusted: &[(DMatrix<f64>, DMatrix<f64>)], m: usize) -> f64 {
+    let columns: Vec<_> = adjusted.iter().flat_map(|(_, k)| k.column_iter()).collect();
+    let all = DMatrix::from_columns(&columns);
     let mut total = 0.0;
-    for (g, (own, k_g)) in adjusted.iter().enumerate() {
-        for (h, (_, k_h)) in adjusted.iter().enumerate() {
-            let mut product = -k_g.tr_mul(k_h);
-            if g == h {
-                product += own;
-            }
-            for s in 0..m {
-                for t in 0..m {
-                    total += product[(s, s)] * product[(t, t)] + product[(s, t)] * product[(t, s)];
+    for start in (0..adjusted.len()).step_by(TOGETHER) {
+        let end = (start + TOGETHER).min(adjusted.len());
+        let some = all.columns(m * start, m * (end - start)).transpose();
+        let products = some * all.columns_range(m * start..);
+        for g in start..end {
+            for h in g..adjusted.len() {
+                let mut product = -products.view((m * (g - start), m * (h - start)), (m, m));
+                if g == h {
+                    product += &adjusted[g].0;
                 }
+                let term = product.trace().powi(2) + product.dot(&product.transpose());
+                // A pair and the same the other way round.
+                total += if g == h { term } else { 2.0 * term };
             }
         }
     }
     count(m * (m + 1)) / total
 }
 
-/// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the smaller of `Qᵀ·Q` and `Q·Qᵀ`.
+/// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the smaller of `Qᵀ·Q` and `Q·Qᵀ`; `None` where these
+/// are not found.
 ///
 /// A direction of leverage one has no residual and is left as it is.
-fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
+fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let is_wide = q.nrows() < q.ncols();
     let gram = if is_wide { q * q.transpose() } else { q.transpose() * q };
-    let eigen = gram.symmetric_eigen();
-    let stretch = eigen.eigenvalues.map(|leverage| {
+    let n = gram.nrows();
+    let eigen = MatRef::from_column_major_slice(gram.as_slice(), n, n)
+        .self_adjoint_eigen(Side::Lower)
+        .ok()?;
+    let v = DMatrix::from_fn(n, n, |i, j| eigen.U()[(i, j)]);
+    let leverages = DVector::from_fn(n, |i, _| eigen.S().column_vector()[i]);
+    let stretch = leverages.map(|leverage| {
         let left = 1.0 - leverage;
         let kept = leverage < NEW_DIRECTION || left < NEW_DIRECTION.sqrt();
         if kept { 0.0 } else { left.powf(-0.5) - 1.0 }
     });
-    let v = &eigen.eigenvectors;
-    let scaled =
-        |factors: DVector<f64>, along: DMatrix<f64>| v * DMatrix::from_diagonal(&factors) * along;
+    let scaled = |factors: DVector<f64>, mut along: DMatrix<f64>| {
+        for (mut row, factor) in along.row_iter_mut().zip(factors.iter()) {
+            row *= *factor;
+        }
+        &v * along
+    };
     if is_wide {
-        return x + scaled(stretch, v.tr_mul(x));
+        return Some(x + scaled(stretch, v.tr_mul(x)));
     }
-    let factors = stretch.zip_map(&eigen.eigenvalues, |s, l| if s == 0.0 { 0.0 } else { s / l });
-    x + q * scaled(factors, v.tr_mul(&q.tr_mul(x)))
+    let factors = stretch.zip_map(&leverages, |s, l| if s == 0.0 { 0.0 } else { s / l });
+    Some(x + q * scaled(factors, v.tr_mul(&q.tr_mul(x))))
 }
 
 fn select(matrix: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
