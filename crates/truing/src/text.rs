@@ -62,9 +62,9 @@ impl fmt::Display for Closed {
         for left in &self.remaining {
             writeln!(
                 f,
-                "left in the residual: {} along {} (p = {})",
-                left.shape,
+                "left in the residual, {}: {} (p = {})",
                 left.covariate,
+                left.shape,
                 p_value(left.p_value)
             )?;
         }
