@@ -8,7 +8,6 @@ use crate::judge::Setting;
 use crate::linear::Linear;
 use crate::select::Selected;
 use crate::significance::count;
-use crate::system::rows_of;
 use crate::{Remaining, Role, Row};
 
 /// Significance from which on check groups are predicted too badly.
@@ -94,10 +93,8 @@ pub(crate) fn check_distance(
     let is_check: Vec<bool> = layout.groups.iter().map(|g| g.role == Role::Check).collect();
     let group = |row: usize| layout.observations[layout.rows[row].observation];
     let silent = |row: usize| setting.silent.get(layout.rows[row].component) == Some(&true);
-    let rows: Vec<usize> = rows_of(layout, &is_check)
-        .into_iter()
-        .filter(|&r| is_check[group(r)] && !silent(r))
-        .collect();
+    let judged = |&row: &usize| is_check[group(row)] && !silent(row);
+    let rows: Vec<usize> = (0..layout.rows.len()).filter(judged).collect();
     if rows.is_empty() {
         return None;
     }
@@ -111,7 +108,7 @@ pub(crate) fn check_distance(
             jacobian[(rows[i], j)] / sigma(rows[i])
         })
     };
-    let square = squared_distance(&whitened(&lin.rows), &whitened(&rows), &error)?;
+    let square = squared_distance(whitened(&lin.rows), &whitened(&rows), &error)?;
     let mut of_group = vec![0.0; layout.groups.len()];
     for (&row, error) in rows.iter().zip(error.iter()) {
         of_group[group(row)] += error * error;
@@ -129,7 +126,7 @@ pub(crate) fn check_distance(
 /// `eᵀ(I + J(JₒᵀJₒ)⁻¹Jᵀ)⁻¹e` of the errors `e` of rows with Jacobian `J`, predicted from a fit with
 /// Jacobian `Jₒ`; `None` where that fit does not determine all of it.
 fn squared_distance(
-    fitted: &DMatrix<f64>,
+    fitted: DMatrix<f64>,
     predicted: &DMatrix<f64>,
     error: &DVector<f64>,
 ) -> Option<f64> {
@@ -140,7 +137,7 @@ fn squared_distance(
     if fitted.nrows() < p {
         return None;
     }
-    let r = fitted.clone().qr().r();
+    let r = fitted.qr().r();
     let spread = r.tr_solve_upper_triangular(&predicted.transpose())?;
     let along = &spread * error;
     let inner = DMatrix::identity(p, p) + &spread * spread.transpose();
@@ -163,7 +160,7 @@ mod tests {
         let inverse = (fitted.transpose() * &fitted).try_inverse().expect("a line through seven");
         let covariance = DMatrix::identity(3, 3) + &predicted * inverse * predicted.transpose();
         let exact = error.dot(&(covariance.try_inverse().expect("positive definite") * &error));
-        let square = squared_distance(&fitted, &predicted, &error).expect("determined");
+        let square = squared_distance(fitted, &predicted, &error).expect("determined");
         assert!((square - exact).abs() < ROUND_OFF, "{square} {exact}");
     }
 
@@ -171,6 +168,6 @@ mod tests {
     fn what_the_fit_does_not_determine_has_no_distance() {
         let fitted = DMatrix::from_fn(5, 2, |_, j| count(1 - j));
         let predicted = DMatrix::from_element(1, 2, 1.0);
-        assert_eq!(squared_distance(&fitted, &predicted, &DVector::zeros(1)), None);
+        assert_eq!(squared_distance(fitted, &predicted, &DVector::zeros(1)), None);
     }
 }
