@@ -17,6 +17,7 @@ mod power;
 mod program;
 mod realtime;
 mod repro;
+mod schema;
 mod shell;
 mod test;
 mod tidy;

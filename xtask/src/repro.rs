@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use crate::expectation::Provenance;
 use crate::program::{Answer, Truing};
+use crate::schema::Schemas;
 use crate::shell;
 
 /// A committed case and what `truing` made of it.
@@ -29,9 +30,10 @@ pub(crate) fn run() -> Result<()> {
     let truing = Truing::build()?;
     let reports = shell::root().join("target/repro");
     fs::create_dir_all(&reports).context("cannot make target/repro")?;
+    let schemas = Schemas::read()?;
     let mut outcomes = Vec::new();
     for folder in case_folders()? {
-        outcomes.push(outcome(&truing, &folder, &reports)?);
+        outcomes.push(outcome(&truing, &schemas, &folder, &reports)?);
     }
     table::print(&outcomes);
     index(&truing, &outcomes, &reports)?;
@@ -56,7 +58,7 @@ fn case_folders() -> Result<Vec<PathBuf>> {
     Ok(folders)
 }
 
-fn outcome(truing: &Truing, folder: &Path, reports: &Path) -> Result<Outcome> {
+fn outcome(truing: &Truing, schemas: &Schemas, folder: &Path, reports: &Path) -> Result<Outcome> {
     let parts: Vec<String> =
         folder.iter().skip(1).map(|part| part.to_string_lossy().into_owned()).collect();
     let in_root = shell::root().join(folder);
@@ -70,9 +72,15 @@ fn outcome(truing: &Truing, folder: &Path, reports: &Path) -> Result<Outcome> {
     let report = page.to_string_lossy().into_owned();
     let closed = truing.run(&["loop", &case, "--json", "--report", &report])?;
     let solved = truing.run(&["solve", &case, "--json"])?;
-    let mut mismatches = failures(&[("loop", &closed), ("solve", &solved)]);
+    let checked = truing.run(&["check", &case, "--json"])?;
+    let answers = [("loop", &closed), ("solve", &solved), ("check", &checked)];
+    let mut mismatches = failures(&answers);
     if mismatches.is_empty() {
         mismatches = judge::mismatches(&provenance.expect, &closed.json, &solved.json);
+        for (command, answer) in answers {
+            let wrong = schemas.mismatches(&answer.json)?;
+            mismatches.extend(wrong.into_iter().map(|w| format!("schema of {command}: {w}")));
+        }
     }
     Ok(Outcome { name: parts.join("/"), provenance, loop_json: closed.json, mismatches })
 }

@@ -60,12 +60,17 @@ pub fn linuxcnc_compensation(
     text
 }
 
-/// A table in the form of Heidenhain's free tables: `NR`, the angle, and `EXB … ECB`.
+/// First line of the table: nobody shall take it for what a control compensates by.
+const NO_COMPENSATION: &str =
+    "; Six errors of a rotary axis, to be read: no control takes this file for a compensation";
+
+/// A plain table in the layout of Heidenhain's free tables: `NR`, the angle, and `EXB … ECB`.
 ///
-/// Displacements are in mm, rotations in degrees.
+/// It is for people and for programs of their own. The controls keep compensations in formats that
+/// are not published, and none of them imports this. Displacements are in mm, rotations in degrees.
 #[must_use]
 pub fn heidenhain_table(letter: AxisLetter, errors: &[AxisError]) -> String {
-    let mut text = format!("BEGIN ERRORS_{}.TAB MM\n", letter.letter());
+    let mut text = format!("{NO_COMPENSATION}\nBEGIN ERRORS_{}.TAB MM\n", letter.letter());
     let _ = write!(text, "{:<5}{:>14}", "NR", letter.letter());
     for name in letter.error_names() {
         let _ = write!(text, "{name:>14}");

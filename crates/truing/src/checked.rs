@@ -1,7 +1,7 @@
 use model_discrepancy::{Assessment, LoopError, Role, Visibility, assess};
 use serde::Serialize;
 
-use crate::{Case, Error};
+use crate::{Case, Error, Header};
 
 /// Answer of `truing check`; serialises as its JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -10,6 +10,9 @@ pub struct Checked {
     pub kind: &'static str,
     /// Version of this crate.
     pub version: &'static str,
+    /// Form, program, inputs and provenance.
+    #[serde(flatten)]
+    pub header: Header,
     /// What there is.
     pub counts: Counts,
     /// Parameters of the declared model, which the data determine.
@@ -123,6 +126,7 @@ pub fn check(case: &Case) -> Result<Checked, Error> {
     let mut checked = Checked {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
+        header: Header::of("truing/check/1", case),
         counts: Counts::of(model),
         parameters: (fitted.estimates.parameters().into_iter())
             .map(|p| Determined { name: p.name, value: p.value, unit: p.unit, std: p.std })

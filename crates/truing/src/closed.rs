@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
 use crate::kinds::Prepared;
-use crate::{Case, Error};
+use crate::{Case, Error, Header};
 
 /// Answer of `truing loop`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -18,8 +18,12 @@ pub struct Closed {
     pub kind: &'static str,
     /// Version of this crate.
     pub version: &'static str,
-    /// How long it took.
-    pub timing: LoopTiming,
+    /// Form, program, inputs and provenance.
+    #[serde(flatten)]
+    pub header: Header,
+    /// How long it took; `None` leaves it out of the JSON.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing: Option<LoopTiming>,
     /// What was taken over from another case.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub carried: Option<Carried>,
@@ -181,7 +185,8 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     Ok(Closed {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
-        timing: LoopTiming { read_s: case.read_s, loop_s: started.elapsed().as_secs_f64() },
+        header: Header::of("truing/loop/1", case),
+        timing: Some(LoopTiming { read_s: case.read_s, loop_s: started.elapsed().as_secs_f64() }),
         carried,
         before,
         after: JudgedRms::of(&closure.after),

@@ -8,7 +8,7 @@ use pose_icp::{PoseError, ProgramError, RegisterError};
 use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
-use crate::{CarryProblem, Location, Problem, ShapeProblem};
+use crate::{CarryProblem, FileProblem, ImportProblem, Location, Problem, ShapeProblem};
 
 /// Why a command could not do what it was asked for.
 #[derive(Debug, thiserror::Error)]
@@ -154,13 +154,45 @@ pub enum Error {
         /// Kinds that there are.
         expected: Vec<&'static str>,
     },
-    /// A page that an index should gather cannot be read.
-    #[error("{}: cannot be read: {reason}", path.display())]
+    /// A file that was given cannot be read.
+    #[error("{}: {problem}", path.display())]
     NotRead {
-        /// The page.
+        /// The file.
         path: PathBuf,
         /// Why.
-        reason: std::io::ErrorKind,
+        problem: FileProblem,
+    },
+    /// A file to write that the run reads.
+    #[error(
+        "{} is an input of this run{}; write to another file",
+        path.display(),
+        also_called(path, input)
+    )]
+    OutputIsInput {
+        /// The output.
+        path: PathBuf,
+        /// The input by the name that it is read by.
+        input: PathBuf,
+    },
+    /// Two files to write that are one.
+    #[error("{} and {} are the same file; give each output a file of its own", other.display(), path.display())]
+    OutputTwice {
+        /// The second.
+        path: PathBuf,
+        /// The first.
+        other: PathBuf,
+    },
+    /// A program that was corrected before.
+    #[error(
+        "{}, line {line}: the program was corrected already, and would be moved twice; correct the \
+         original",
+        path.display()
+    )]
+    AlreadyCorrected {
+        /// The program.
+        path: PathBuf,
+        /// Line of the mark, from 1.
+        line: usize,
     },
     /// A file that an index should gather is not a page of this program.
     #[error("{}: {source}", path.display())]
@@ -169,6 +201,14 @@ pub enum Error {
         path: PathBuf,
         /// Why.
         source: crate::report::ReadPageError,
+    },
+    /// A foreign table does not become one of a case.
+    #[error("{}: {problem}", path.display())]
+    Import {
+        /// The table.
+        path: PathBuf,
+        /// Why.
+        problem: Box<ImportProblem>,
     },
     /// A file that an example case would overwrite.
     #[error("{} exists already; choose another folder", path.display())]
@@ -189,6 +229,10 @@ pub enum Error {
 impl Error {
     pub(crate) fn case(at: Location, problem: Problem) -> Self {
         Self::Case { at: Box::new(at), problem: Box::new(problem) }
+    }
+
+    pub(crate) fn not_read(path: &Path, problem: FileProblem) -> Self {
+        Self::NotRead { path: path.to_owned(), problem }
     }
 
     pub(crate) fn carry(path: &Path, problem: CarryProblem) -> Self {
@@ -260,6 +304,10 @@ impl Error {
             | Self::UnknownKind { .. }
             | Self::NothingToExport { .. }
             | Self::NotRead { .. }
+            | Self::Import { .. }
+            | Self::OutputIsInput { .. }
+            | Self::OutputTwice { .. }
+            | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
             | Self::Exists { .. }
             | Self::NotWritten { .. } => false,
@@ -271,6 +319,11 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         if self.is_undetermined() { 3 } else { 2 }
     }
+}
+
+/// The other name of a file, where it has one.
+fn also_called(path: &Path, input: &Path) -> String {
+    if path == input { String::new() } else { format!(", as {}", input.display()) }
 }
 
 /// What too few points leave free, which the count alone does not say.

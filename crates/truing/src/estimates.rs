@@ -40,7 +40,7 @@ pub enum Export {
     Csv,
     /// A compensation file of LinuxCNC, `COMP_FILE_TYPE = 0`.
     LinuxCnc,
-    /// A table in the form of Heidenhain's.
+    /// A plain table in the layout of Heidenhain's, which no control imports.
     Heidenhain,
 }
 

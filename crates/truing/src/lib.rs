@@ -9,6 +9,8 @@ mod closed;
 mod design;
 mod error;
 mod estimates;
+mod file;
+mod header;
 mod import;
 mod kinds;
 mod page;
@@ -32,7 +34,7 @@ pub use probe_comp;
 pub use tracker_lm;
 
 pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
-pub use case::{Case, Location, Problem, read_case};
+pub use case::{Case, Location, Problem, Provenance, ReadOptions, read_case, read_case_with};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep,
@@ -43,7 +45,12 @@ pub use design::{
 };
 pub use error::Error;
 pub use estimates::{Estimates, Export};
-pub use import::{ImportedTouches, ProbeLogSettings, import_probe_log, write_imported};
+pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
+pub use header::{Header, Program};
+pub use import::{
+    ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogSettings, TableImport,
+    import_probe_log, import_table, write_imported,
+};
 pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
     DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,
@@ -53,7 +60,7 @@ pub use kinds::{
     QualificationEstimate, StationEstimate, TouchEstimate, TouchResidual, TrackerLmEstimates,
     TransformStd, WrenchEstimate, kinds, write_example,
 };
-pub use page::{loop_report, solve_report};
+pub use page::{loop_report, read_page, solve_report};
 pub use program::{Corrected, correct};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;

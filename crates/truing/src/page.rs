@@ -1,12 +1,15 @@
 //! Reports: a case and its answer as the input of a page.
 
+use std::path::Path;
+
 use model_discrepancy::{Model, State};
 
 use crate::estimates::Estimates;
+use crate::file::read_text;
 use crate::kinds::{Places, Prepared, Words};
 use crate::report::{
-    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, ParameterRow, Published, ReportInput,
-    VectorMap, render,
+    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, ParameterRow, Published,
+    ReportInput, VectorMap, render,
 };
 use crate::solved::Solved;
 use crate::text_table::number;
@@ -67,6 +70,19 @@ fn declared_residuals(model: &dyn Model, solved: &Solved) -> Vec<f64> {
     solved.residual_rows(model)
 }
 
+/// Largest page read: one of a thousand times the points of the largest that is known.
+const MAX_PAGE_BYTES: u64 = 1 << 28;
+
+/// Reads a page that `--report` wrote, for an index of many.
+///
+/// # Errors
+///
+/// [`Error::NotRead`], [`Error::Page`].
+pub fn read_page(path: &Path) -> Result<IndexEntry, Error> {
+    let text = read_text(path, MAX_PAGE_BYTES).map_err(|problem| Error::not_read(path, problem))?;
+    IndexEntry::from_page(&text).map_err(|source| Error::Page { path: path.to_owned(), source })
+}
+
 fn page(
     case: &Case,
     prepared: &Prepared<'_>,
@@ -82,7 +98,7 @@ fn page(
     let components: Vec<String> = components.iter().map(|c| (*c).to_owned()).collect();
     plots.extend(places.map(|places| at_places(&*prepared.model, evidence, places)));
     plots.extend(case.measured.curves().into_iter().map(ExtraPlot::Curves));
-    let provenance = &case.provenance;
+    let provenance = case.provenance.clone().unwrap_or_default();
     let published = provenance.published.as_ref().map(|text| Published {
         text: text.clone(),
         source: provenance.source.clone().unwrap_or_default(),

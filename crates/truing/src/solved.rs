@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Observation};
 use crate::residual::Residual;
-use crate::{Case, Error};
+use crate::{Case, Error, Header};
 
 /// Answer of `truing solve`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -15,8 +15,12 @@ pub struct Solved {
     pub kind: &'static str,
     /// Version of this crate.
     pub version: &'static str,
-    /// How long it took.
-    pub timing: SolveTiming,
+    /// Form, program, inputs and provenance.
+    #[serde(flatten)]
+    pub header: Header,
+    /// How long it took; `None` leaves it out of the JSON.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing: Option<SolveTiming>,
     /// What was solved for.
     pub estimates: Estimates,
     /// Residual of the observations that were fitted.
@@ -56,7 +60,8 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
     Ok(Solved {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
-        timing: SolveTiming { read_s: case.read_s, solve_s: started.elapsed().as_secs_f64() },
+        header: Header::of("truing/solve/1", case),
+        timing: Some(SolveTiming { read_s: case.read_s, solve_s: started.elapsed().as_secs_f64() }),
         residual,
         check,
         estimates,

@@ -40,6 +40,8 @@ pub fn correct_points(correction: &Isometry3<f64>, points_mm: &[Point3<f64>]) ->
 const MOST_DECIMALS: usize = 9;
 /// Most chords of one arc.
 const MOST_CHORDS: f64 = 1e5;
+/// Largest corrected coordinate, in mm: a kilometre is beyond any machine.
+const MOST_MM: f64 = 1e6;
 /// Share of its radius by which an arc's end may miss: controllers allow some 0.1 %.
 const ARC_MISS: f64 = 2e-3;
 /// Ends of an arc closer than this share of its radius make a full circle.
@@ -111,7 +113,7 @@ impl Writer<'_> {
             vec![to]
         };
         for (k, point) in path.iter().enumerate() {
-            let words = self.words(point);
+            let words = self.words(point)?;
             if k == 0 {
                 rewrite(&pieces, motion.is_arc(), &words, out);
             } else {
@@ -136,9 +138,15 @@ impl Writer<'_> {
     }
 
     /// Words of the corrected point, absolute or as a step from what was written before.
-    fn words(&mut self, planned: &Vector3<f64>) -> String {
+    fn words(&mut self, planned: &Vector3<f64>) -> Result<String, Refused> {
         let unit = self.modal.mm_per_unit;
-        let corrected = (self.correction * Point3::from(planned * unit)).coords / unit;
+        let corrected_mm = (self.correction * Point3::from(planned * unit)).coords;
+        for (axis, &value) in ['X', 'Y', 'Z'].into_iter().zip(corrected_mm.iter()) {
+            if value.is_nan() || value.abs() > MOST_MM {
+                return Err(Refused::TooFar { axis, value, limit: MOST_MM });
+            }
+        }
+        let corrected = corrected_mm / unit;
         let from = match self.written {
             Some(written) if self.modal.is_incremental => written,
             _ => Vector3::zeros(),
@@ -154,7 +162,7 @@ impl Writer<'_> {
             let _ = write!(text, "{blank}{name}{step:.*}", self.options.decimals);
         }
         self.written = Some(reached);
-        text
+        Ok(text)
     }
 
     /// Points along an arc, its end last.
@@ -189,7 +197,10 @@ impl Writer<'_> {
         // A chord over the angle θ is r (1 − cos θ/2) from its arc.
         let sagitta = (self.options.chord_mm / self.modal.mm_per_unit / radius).min(1.0);
         let widest = 2.0 * (1.0 - sagitta).acos();
-        let count = (sweep / widest).ceil().clamp(1.0, MOST_CHORDS);
+        let count = (sweep / widest).ceil().max(1.0);
+        if count.is_nan() || count > MOST_CHORDS {
+            return Err(Refused::TooManyChords { limit: MOST_CHORDS });
+        }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e5")]
         let n = count as usize;
         let mut path = Vec::with_capacity(n);

@@ -58,6 +58,22 @@ pub enum Refused {
         /// Distance of the end from the centre.
         end: f64,
     },
+    /// A corrected coordinate that no machine has.
+    #[error("{axis} would go to {value:e} mm; lengths beyond {limit:e} mm are slips")]
+    TooFar {
+        /// Its letter.
+        axis: char,
+        /// Where it would go, in mm.
+        value: f64,
+        /// Largest length accepted, in mm.
+        limit: f64,
+    },
+    /// An arc that the chords allowed do not follow closely enough.
+    #[error("the arc takes more than {limit:e} chords; allow them a larger distance from it")]
+    TooManyChords {
+        /// Most chords of one arc.
+        limit: f64,
+    },
     /// An arc without a centre or radius.
     #[error("arc without a centre (I, J, K) or a radius R that spans its ends")]
     NoCenter,

@@ -42,9 +42,10 @@ fn linuxcnc_reads_ascending_triplets() {
 fn heidenhain_tables_have_a_frame() {
     let text = heidenhain_table(AxisLetter::C, &errors(2));
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[0], "BEGIN ERRORS_C.TAB MM");
-    assert!(lines[1].starts_with("NR") && lines[1].ends_with("ECC"));
-    let row: Vec<&str> = lines[3].split_whitespace().collect();
+    assert!(lines[0].starts_with("; ") && lines[0].contains("no control takes this file"));
+    assert_eq!(lines[1], "BEGIN ERRORS_C.TAB MM");
+    assert!(lines[2].starts_with("NR") && lines[2].ends_with("ECC"));
+    let row: Vec<&str> = lines[4].split_whitespace().collect();
     assert_eq!(row[..3], ["1", "+1.000000", "+0.001000"]);
     assert_eq!(lines.last(), Some(&"[END]"));
 }

@@ -1,15 +1,19 @@
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::problem::CarryProblem;
 use crate::Error;
+use crate::file::{InputFile, read_bytes};
+
+/// Largest answer read: one of a million touches has half of it.
+const MAX_ANSWER_BYTES: u64 = 1 << 29;
 
 /// Effects that the loop found on another case.
 #[derive(Clone, Debug)]
 pub struct Learnt {
     pub(crate) from: PathBuf,
+    pub(crate) input: InputFile,
     pub(crate) kind: String,
     pub(crate) steps: Vec<LearntStep>,
 }
@@ -53,7 +57,9 @@ pub(crate) struct LearntParameter {
 pub fn read_learnt(path: impl AsRef<Path>) -> Result<Learnt, Error> {
     let from = path.as_ref().to_owned();
     let fail = |problem: CarryProblem| Error::carry(&from, problem);
-    let text = fs::read(&from).map_err(|e| fail(CarryProblem::Unreadable { reason: e.kind() }))?;
+    let text = read_bytes(&from, MAX_ANSWER_BYTES)
+        .map_err(|problem| fail(CarryProblem::Unreadable { problem }))?;
+    let input = InputFile::given(&from, &text);
     let answer: Answer = serde_json::from_slice(&text).map_err(|source| {
         fail(if source.is_data() {
             CarryProblem::NotAnAnswer { source }
@@ -61,5 +67,5 @@ pub fn read_learnt(path: impl AsRef<Path>) -> Result<Learnt, Error> {
             CarryProblem::NotJson { source }
         })
     })?;
-    Ok(Learnt { kind: answer.kind, steps: answer.steps, from })
+    Ok(Learnt { kind: answer.kind, steps: answer.steps, from, input })
 }

@@ -1,3 +1,4 @@
+use crate::FileProblem;
 use crate::case::quote;
 
 /// Why effects cannot be carried from one case to another.
@@ -5,10 +6,10 @@ use crate::case::quote;
 #[non_exhaustive]
 pub enum CarryProblem {
     /// The system refuses to hand the file over.
-    #[error("cannot be read: {reason}")]
+    #[error("{problem}")]
     Unreadable {
-        /// What the system says.
-        reason: std::io::ErrorKind,
+        /// Why.
+        problem: FileProblem,
     },
     /// Not JSON.
     #[error("is not JSON: {source}; give what `truing loop OTHER --json` prints")]

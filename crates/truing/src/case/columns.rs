@@ -3,8 +3,9 @@ use std::collections::HashMap;
 use super::extras::Extras;
 use super::nearest::{distance, nearest};
 use super::number::{MAX_MAGNITUDE, MIN_POSITIVE};
+use super::quote::quote;
 use super::table::Table;
-use super::unit::{differs_in_unit, unit_of};
+use super::unit::{Conversion, conversion, differs_in_unit, unit_of};
 use super::{Location, Problem};
 use crate::Error;
 
@@ -14,21 +15,35 @@ pub(crate) struct Columns<'t> {
     table: &'t Table,
     known: &'static [&'static str],
     taken: Vec<bool>,
+    /// How the values of a column become those of the known one that it stands for.
+    conversions: Vec<Option<Conversion>>,
 }
 
 impl<'t> Columns<'t> {
     /// `known` are all the columns that the kind may ask for.
     pub(crate) fn new(table: &'t Table, known: &'static [&'static str]) -> Self {
-        Self { table, known, taken: vec![false; table.names().len()] }
+        let of = |found: &String| known.iter().find_map(|known| conversion(found, known));
+        let conversions = table.names().iter().map(of).collect();
+        Self { table, known, taken: vec![false; table.names().len()], conversions }
     }
 
     pub(crate) fn has(&self, name: &str) -> bool {
-        self.table.column(name).is_some()
+        self.find(name).is_some()
+    }
+
+    /// The column called `name`, or else one of the same quantity in a unit that is converted.
+    fn find(&self, name: &str) -> Option<usize> {
+        self.table.column(name).or_else(|| self.in_other_units(name).next())
+    }
+
+    fn in_other_units(&self, name: &str) -> impl Iterator<Item = usize> {
+        let names = self.table.names().iter().enumerate();
+        names.filter(move |(_, found)| conversion(found, name).is_some()).map(|(column, _)| column)
     }
 
     /// Where the column called `name` stands in the header.
     pub(crate) fn at(&self, name: &str) -> Location {
-        match self.table.column(name) {
+        match self.find(name) {
             Some(column) => self.table.at_column(column),
             None => self.table.at_header(),
         }
@@ -37,14 +52,14 @@ impl<'t> Columns<'t> {
     /// A column of finite numbers.
     pub(crate) fn numbers(&mut self, name: &'static str) -> Result<Vec<f64>, Error> {
         let column = self.take(name)?;
-        (0..self.table.n_rows()).map(|row| number(self.table, row, column)).collect()
+        (0..self.table.n_rows()).map(|row| self.number(row, column)).collect()
     }
 
     /// A column of standard uncertainties.
     pub(crate) fn positives(&mut self, name: &'static str) -> Result<Vec<f64>, Error> {
         let column = self.take(name)?;
         let positive = |row| {
-            let value = number(self.table, row, column)?;
+            let value = self.number(row, column)?;
             if value > MIN_POSITIVE {
                 return Ok(value);
             }
@@ -133,9 +148,24 @@ impl<'t> Columns<'t> {
     }
 
     fn take(&mut self, name: &'static str) -> Result<usize, Error> {
-        let column = self.table.column(name).ok_or_else(|| self.missing(name))?;
+        let column = self.find(name).ok_or_else(|| self.missing(name))?;
+        if let Some(other) = self.in_other_units(name).find(|other| *other != column) {
+            let names = self.table.names();
+            let (column, other) = (names[column].clone(), names[other].clone());
+            let at = self.table.at_column(self.table.column(&other).unwrap_or_default());
+            return Err(Error::case(at, Problem::ExclusiveColumns { column, other }));
+        }
+        if let Some(conversion) = self.conversions[column] {
+            let found = quote(&self.table.names()[column]);
+            self.table.note(format!("{found} read as `{name}`, {conversion}"));
+        }
         self.taken[column] = true;
         Ok(column)
+    }
+
+    /// A cell as a number in the unit of the known column.
+    fn number(&self, row: usize, column: usize) -> Result<f64, Error> {
+        number(self.table, row, column, self.conversions[column])
     }
 
     fn missing(&self, name: &'static str) -> Error {
@@ -152,10 +182,16 @@ impl<'t> Columns<'t> {
     }
 }
 
-fn number(table: &Table, row: usize, column: usize) -> Result<f64, Error> {
+fn number(
+    table: &Table,
+    row: usize,
+    column: usize,
+    conversion: Option<Conversion>,
+) -> Result<f64, Error> {
     let cell = table.cell(row, column);
     let expected = || format!("a number{}", in_unit(&table.names()[column]));
-    let problem = match cell.parse::<f64>() {
+    let converted = |value| conversion.map_or(value, |conversion| conversion.of(value));
+    let problem = match cell.parse::<f64>().map(converted) {
         Ok(value) if value.abs() < MAX_MAGNITUDE => return Ok(value),
         Ok(_) => Problem::OutOfRange {
             found: cell.to_owned(),

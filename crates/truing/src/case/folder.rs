@@ -1,30 +1,42 @@
 use std::fs;
-use std::io::{ErrorKind, Read};
-use std::path::{Path, PathBuf};
+use std::io::ErrorKind;
+use std::path::{Component, Path, PathBuf};
 
+use super::encoding::decode;
+use super::ledger::Ledger;
 use super::nearest::nearest;
+use super::read::ReadOptions;
 use super::table::Table;
 use super::{Location, Problem};
-use crate::Error;
-
-/// Largest file read: beyond it, the copies a solve makes would not fit into common memories.
-const MAX_BYTES: u64 = 2 << 30;
+use crate::file::{MAX_BYTES, read_bytes};
+use crate::{Error, FileProblem, InputFile};
 
 /// A case folder that exists.
 #[derive(Clone, Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
+    allow_outside: bool,
+    ledger: Ledger,
 }
 
 impl Folder {
-    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
+    pub(crate) fn open(path: &Path, options: ReadOptions) -> Result<Self, Error> {
         let at = Location::file(path);
         match fs::metadata(path) {
-            Ok(metadata) if metadata.is_dir() => Ok(Self { path: path.to_owned() }),
+            Ok(metadata) if metadata.is_dir() => Ok(Self {
+                path: path.to_owned(),
+                allow_outside: options.allow_outside,
+                ledger: Ledger::default(),
+            }),
             Ok(_) => Err(Error::case(at, Problem::NotAFolder)),
             Err(e) if e.kind() == ErrorKind::NotFound => Err(Error::case(at, Problem::NoFolder)),
             Err(e) => Err(Error::case(at, Problem::Unreadable { reason: e.kind() })),
         }
+    }
+
+    /// What was read and understood so far.
+    pub(crate) fn ledger(&self) -> &Ledger {
+        &self.ledger
     }
 
     pub(crate) fn location(&self, file: &str) -> Location {
@@ -34,7 +46,7 @@ impl Folder {
     /// The table in `file`, which must exist and have at least one row.
     pub(crate) fn table(&self, file: &'static str, columns: &[&str]) -> Result<Table, Error> {
         let text = self.text(file)?;
-        Table::read(self.location(file), &text, columns)
+        Table::read(self.location(file), &text, columns, &self.ledger)
     }
 
     /// Whether there is anything by the name `file`.
@@ -45,29 +57,50 @@ impl Folder {
     /// The text of `file` without its byte order mark.
     pub(crate) fn text(&self, file: &str) -> Result<String, Error> {
         let at = self.location(file);
-        let fail = |problem| Error::case(at.clone(), problem);
-        let metadata = fs::metadata(&at.file).map_err(|e| {
-            fail(match e.kind() {
-                ErrorKind::NotFound => Problem::MissingFile { nearest: self.nearest_file(file) },
-                reason => Problem::Unreadable { reason },
-            })
+        let decoded = decode(self.bytes(file)?)
+            .map_err(|e| Error::case(at.clone().line(e.line).column(e.column), e.problem))?;
+        if let Some(encoding) = decoded.encoding {
+            self.ledger.note(&at, encoding.to_owned());
+        }
+        Ok(decoded.text)
+    }
+
+    /// What `file` holds, as one of the inputs of the case.
+    pub(crate) fn bytes(&self, file: &str) -> Result<Vec<u8>, Error> {
+        let at = self.location(file);
+        let bytes = read_bytes(&at.file, MAX_BYTES).map_err(|problem| {
+            let problem = match problem {
+                FileProblem::Unreadable { reason: ErrorKind::NotFound } => {
+                    Problem::MissingFile { nearest: self.nearest_file(file) }
+                }
+                FileProblem::NotAFile { found } => Problem::NotAFile { found },
+                FileProblem::TooLarge { bytes, limit } => Problem::TooLargeFile { bytes, limit },
+                FileProblem::Unreadable { reason } => Problem::Unreadable { reason },
+                FileProblem::NotUtf8 { byte, .. } => Problem::NotUtf8 { byte },
+            };
+            Error::case(at.clone(), problem)
         })?;
-        // A pipe or a device could be read for ever.
-        if !metadata.is_file() {
-            return Err(fail(Problem::NotAFile));
+        self.ledger.read(InputFile::new(file, &at.file, &bytes));
+        Ok(bytes)
+    }
+
+    /// What a file that `case.toml` names at `at` holds: in the folder, wherever links lead, unless
+    /// files outside of it are allowed.
+    pub(crate) fn named(&self, file: &str, at: Location) -> Result<Vec<u8>, Error> {
+        let path = self.path.join(file);
+        let real = fs::canonicalize(&path);
+        let is_inside = match (&real, fs::canonicalize(&self.path)) {
+            (Ok(real), Ok(folder)) => real.starts_with(folder),
+            // What is not there is inside if its name says so.
+            _ => Path::new(file).components().all(|c| matches!(c, Component::Normal(_))),
+        };
+        if !(is_inside || self.allow_outside) {
+            return Err(Error::case(at, Problem::OutsideFolder { file: file.to_owned() }));
         }
-        if metadata.len() > MAX_BYTES {
-            return Err(fail(Problem::TooLargeFile { bytes: metadata.len(), limit: MAX_BYTES }));
-        }
-        let mut bytes = Vec::new();
-        fs::File::open(&at.file)
-            .and_then(|file| file.take(MAX_BYTES).read_to_end(&mut bytes))
-            .map_err(|e| fail(Problem::Unreadable { reason: e.kind() }))?;
-        let mut text = String::from_utf8(bytes).map_err(|e| not_utf8(&at, &e))?;
-        if text.starts_with('\u{feff}') {
-            text.drain(..'\u{feff}'.len_utf8());
-        }
-        Ok(text)
+        let bytes =
+            read_bytes(&path, MAX_BYTES).map_err(|problem| Error::not_read(&path, problem))?;
+        self.ledger.read(InputFile::new(file, &path, &bytes));
+        Ok(bytes)
     }
 
     /// Tables of the folder other than `read`, sorted by name.
@@ -91,14 +124,4 @@ impl Folder {
         let Ok(entries) = fs::read_dir(&self.path) else { return Vec::new() };
         entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect()
     }
-}
-
-fn not_utf8(at: &Location, error: &std::string::FromUtf8Error) -> Error {
-    let valid = error.utf8_error().valid_up_to();
-    let (before, rest) = error.as_bytes().split_at(valid);
-    let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-    let line = before.split(|b| *b == b'\n').count();
-    let column = 1 + String::from_utf8_lossy(&before[line_start..]).chars().count();
-    let byte = rest.first().copied().unwrap_or_default();
-    Error::case(at.clone().line(line).column(column), Problem::NotUtf8 { byte })
 }

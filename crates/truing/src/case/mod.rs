@@ -1,10 +1,13 @@
 //! Case folders: what is read, and what is said when it cannot be.
 
 mod columns;
+mod dialect;
 mod document;
+mod encoding;
 mod extras;
 mod folder;
 mod group;
+mod ledger;
 mod location;
 mod loop_settings;
 mod nearest;
@@ -17,15 +20,19 @@ mod table;
 mod unit;
 
 pub(crate) use columns::Columns;
+pub(crate) use dialect::{Writing, with_point, writing};
 pub(crate) use document::Document;
+pub(crate) use encoding::decode;
 pub(crate) use extras::{Extras, NumberColumn};
 pub(crate) use folder::Folder;
 pub(crate) use group::{group_name, group_names, no_column};
+pub(crate) use ledger::Ledger;
 pub use location::Location;
 pub(crate) use loop_settings::LoopSettings;
 pub(crate) use nearest::nearest;
 pub(crate) use number::{Finite, Positive};
 pub use problem::Problem;
-pub(crate) use quote::quote;
-pub use read::{Case, read_case};
+pub use provenance::Provenance;
+pub(crate) use quote::{list, quote};
+pub use read::{Case, ReadOptions, read_case, read_case_with};
 pub(crate) use table::Table;

@@ -24,8 +24,11 @@ pub enum Problem {
         reason: std::io::ErrorKind,
     },
     /// A folder, a device or a pipe in place of a file.
-    #[error("expected an ordinary file")]
-    NotAFile,
+    #[error("expected an ordinary file, found {found}")]
+    NotAFile {
+        /// What it is.
+        found: &'static str,
+    },
     /// Too large to be a table typed or recorded for this purpose.
     #[error("the file has {bytes} bytes; at most {limit} can be read; split the recording")]
     TooLargeFile {
@@ -39,6 +42,21 @@ pub enum Problem {
     NotUtf8 {
         /// The first byte that is not part of a character.
         byte: u8,
+    },
+    /// UTF-16 that breaks off.
+    #[error("the UTF-16 text breaks off here; save the file as UTF-8")]
+    NotUtf16,
+    /// Every other byte is zero, and no mark says in which order.
+    #[error("this is UTF-16 without a byte order mark; save the file as UTF-8")]
+    Utf16WithoutMark,
+    /// A file that `case.toml` names outside of the case folder.
+    #[error(
+        "{} is outside of the case folder; copy the file into it, or allow it by --allow-outside",
+        quote(file)
+    )]
+    OutsideFolder {
+        /// As it is named.
+        file: String,
     },
     /// The file holds nothing but comments and blank lines.
     #[error("the table is empty; expected a header row with the columns {}", list(columns))]
@@ -162,22 +180,70 @@ pub enum Problem {
         /// Largest number accepted.
         limit: usize,
     },
-    /// A header separated by semicolons or tabs.
-    #[error("the header has no comma but a {separator}; separate the cells by commas")]
-    WrongSeparator {
-        /// Its name.
-        separator: &'static str,
+    /// A header whose cells are separated in two ways.
+    #[error(
+        "the header has both a {first} and a {second} between its cells; write `sep=;` (or the \
+         separator that it is) as the first line, or put names with a {first} between quotes"
+    )]
+    MixedSeparators {
+        /// Name of one separator.
+        first: &'static str,
+        /// Name of the other.
+        second: &'static str,
+    },
+    /// Digits in groups of three.
+    #[error(
+        "found {}: digits in groups cannot be told from decimals; write the number without them",
+        quote(found)
+    )]
+    GroupedDigits {
+        /// The cell.
+        found: String,
+    },
+    /// Decimals with a point in one cell and with a comma in another.
+    #[error(
+        "found {}, with a point, where {} in line {line} has a comma; write all decimals alike",
+        quote(found),
+        quote(other)
+    )]
+    MixedDecimals {
+        /// The cell with a point.
+        found: String,
+        /// The cell with a comma.
+        other: String,
+        /// Its line.
+        line: usize,
+    },
+    /// A comma that may be that of decimals or that of thousands.
+    #[error(
+        "found {}, which may be {} or {}, and no other cell decides it; write decimals with a point",
+        quote(found),
+        found.replacen(',', ".", 1),
+        found.replacen(',', "", 1)
+    )]
+    CommaOrGroups {
+        /// The cell.
+        found: String,
     },
     /// The first row holds data.
     #[error("the first row holds numbers; expected the names of the columns")]
     NoHeader,
     /// A row with too many or too few cells.
-    #[error("expected {expected} cells as in the header, found {found}")]
+    #[error(
+        "expected {expected} cells as in the header, found {found}{}",
+        if found > expected && *separator == "comma" {
+            "; where decimals have a comma, separate the cells by semicolons"
+        } else {
+            ""
+        }
+    )]
     RaggedRow {
         /// Columns of the header.
         expected: usize,
         /// Cells of the row.
         found: usize,
+        /// Name of what separates the cells.
+        separator: &'static str,
     },
     /// A cell that runs over the end of a line.
     #[error("the cell spans several lines; close the quote opened in it")]

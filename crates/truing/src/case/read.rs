@@ -11,6 +11,7 @@ use super::provenance::Provenance;
 use super::{Location, Problem, quote};
 use crate::Error;
 use crate::carry::{CarryProblem, Learnt};
+use crate::file::{InputFile, digest};
 use crate::kinds::{KINDS, Kind, Measured};
 
 /// A case that was read and found usable in form.
@@ -22,7 +23,9 @@ pub struct Case {
     pub(crate) loop_settings: LoopSettings,
     /// Effects of another case that count as declared.
     pub(crate) learnt: Option<Learnt>,
-    pub(crate) provenance: Provenance,
+    pub(crate) provenance: Option<Provenance>,
+    pub(crate) inputs: Vec<InputFile>,
+    pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) read_s: f64,
 }
@@ -47,12 +50,35 @@ impl Case {
                 CarryProblem::OtherKind { found: learnt.kind.clone(), expected: self.kind };
             return Err(Error::carry(&learnt.from, problem));
         }
+        self.inputs.push(learnt.input.clone());
         self.learnt = Some(learnt);
         Ok(self)
     }
 
     pub(crate) fn loop_error(&self, source: LoopError) -> Error {
         Error::Loop { at: Box::new(Location::file(&self.path)), source }
+    }
+
+    /// Every file that was read for it, in the order read.
+    #[must_use]
+    pub fn inputs(&self) -> &[InputFile] {
+        &self.inputs
+    }
+
+    /// How tables were understood that are not written as the format says: one line a file.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// SHA-256 of the lines that `sha256sum` prints for the inputs, sorted by name.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        let mut lines: Vec<(&str, &str)> =
+            self.inputs.iter().map(|i| (i.file.as_str(), i.sha256.as_str())).collect();
+        lines.sort_unstable();
+        let text: String = lines.iter().map(|(file, sha)| format!("{sha}  {file}\n")).collect();
+        digest(text.as_bytes())
     }
 
     /// Notes from reading it: dropped covariates, doubtful columns, unused files.
@@ -68,8 +94,25 @@ impl Case {
 ///
 /// [`Error::Case`] with file, line and column of the first thing that is wrong.
 pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
+    read_case_with(path, ReadOptions::default())
+}
+
+/// What reading a case may do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Whether `case.toml` may name files outside of the folder; not by default, as a case may come
+    /// from anybody.
+    pub allow_outside: bool,
+}
+
+/// Reads a case folder with options.
+///
+/// # Errors
+///
+/// As [`read_case`].
+pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Case, Error> {
     let started = Instant::now();
-    let folder = Folder::open(path.as_ref())?;
+    let folder = Folder::open(path.as_ref(), options)?;
     let document = Document::read(&folder)?;
     let kind = kind_of(&document)?;
     let mut reading = (kind.read)(&folder, &document)?;
@@ -85,6 +128,8 @@ pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
         loop_settings: reading.loop_settings,
         learnt: None,
         provenance,
+        inputs: folder.ledger().inputs(),
+        notes: folder.ledger().notes(),
         warnings: reading.warnings,
         read_s: started.elapsed().as_secs_f64(),
     })

@@ -1,5 +1,7 @@
 use std::collections::HashMap;
 
+use super::dialect::{MixedSeparators, Separator, Writing, separator, with_point, writing};
+use super::ledger::Ledger;
 use super::{Location, Problem};
 use crate::Error;
 
@@ -16,69 +18,67 @@ pub(crate) struct Table {
     text: String,
     /// End of every cell in `text`, row by row.
     ends: Vec<usize>,
+    ledger: Ledger,
 }
 
 impl Table {
     /// Reads `text`; `columns` are the ones to name when the file is empty.
-    pub(crate) fn read(file: Location, text: &str, columns: &[&str]) -> Result<Self, Error> {
+    pub(crate) fn read(
+        file: Location,
+        text: &str,
+        columns: &[&str],
+        ledger: &Ledger,
+    ) -> Result<Self, Error> {
+        let separator = separator(text).map_err(|MixedSeparators { first, second }| {
+            Error::case(file.clone(), Problem::MixedSeparators { first, second })
+        })?;
+        let start = separator.declared.unwrap_or(0);
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
             .comment(Some(b'#'))
-            .from_reader(text.as_bytes());
+            .delimiter(u8::try_from(separator.character).unwrap_or(b','))
+            .from_reader(&text.as_bytes()[start..]);
         let mut lines = LineCounter { text: text.as_bytes(), offset: 0, line: 1 };
         let mut record = csv::StringRecord::new();
-        let mut table: Option<Self> = None;
+        let mut rows: Option<Rows> = None;
         while next_record(&mut reader, &mut record, &file)? {
-            let start = record.position().map_or(0, csv::Position::byte);
-            let line = lines.line_of_record(usize::try_from(start).unwrap_or(usize::MAX));
-            if record.len() == 1 && record[0].trim().is_empty() {
+            let at = record.position().map_or(0, csv::Position::byte);
+            let line = lines.line_of_record(start + usize::try_from(at).unwrap_or(usize::MAX));
+            if record.iter().all(|cell| cell.trim().is_empty()) {
+                if let Some(rows) = &mut rows {
+                    rows.empty_rows += usize::from(record.len() > 1);
+                }
                 continue;
             }
-            match &mut table {
-                None => table = Some(Self::with_header(file.clone(), &record, line)?),
-                Some(table) => table.push(&record, line)?,
+            match &mut rows {
+                None => rows = Some(Rows::below(file.clone(), &record, line, separator)?),
+                Some(rows) => rows.push(&record, line)?,
             }
         }
         let columns = columns.iter().map(|c| (*c).to_owned()).collect();
-        let table = table
-            .ok_or_else(|| Error::case(file.clone().line(1), Problem::EmptyTable { columns }))?;
-        if table.lines.is_empty() {
-            return Err(Error::case(file.line(table.header_line), Problem::NoRows));
+        let rows =
+            rows.ok_or_else(|| Error::case(file.clone().line(1), Problem::EmptyTable { columns }))?;
+        if rows.table.lines.is_empty() {
+            return Err(Error::case(file.line(rows.table.header_line), Problem::NoRows));
         }
-        Ok(table)
+        rows.finish(ledger)
     }
 
-    fn with_header(file: Location, record: &csv::StringRecord, line: usize) -> Result<Self, Error> {
-        let at = file.clone().line(line);
-        let names: Vec<String> = record.iter().map(|cell| cell.trim().to_owned()).collect();
-        check_header(&at, &names)?;
-        Ok(Self {
-            file,
-            names,
-            header_line: line,
-            lines: Vec::new(),
-            text: String::new(),
-            ends: Vec::new(),
-        })
-    }
-
-    fn push(&mut self, record: &csv::StringRecord, line: usize) -> Result<(), Error> {
-        let at = || self.file.clone().line(line);
-        if let Some(column) = record.iter().position(|cell| cell.contains(['\n', '\r'])) {
-            return Err(Error::case(at().column(column + 1), Problem::LineBreakInCell));
+    /// Puts a point for the comma of every number.
+    fn write_points(&mut self) {
+        let mut text = String::with_capacity(self.text.len());
+        let mut ends = Vec::with_capacity(self.ends.len());
+        for row in 0..self.n_rows() {
+            for column in 0..self.names.len() {
+                match self.cell(row, column) {
+                    cell if writing(cell) == Writing::Plain => text.push_str(cell),
+                    cell => text.push_str(&with_point(cell)),
+                }
+                ends.push(text.len());
+            }
         }
-        if record.len() != self.names.len() {
-            let (expected, found) = (self.names.len(), record.len());
-            let column = expected.min(found) + 1;
-            return Err(Error::case(at().column(column), Problem::RaggedRow { expected, found }));
-        }
-        for cell in record {
-            self.text.push_str(cell.trim());
-            self.ends.push(self.text.len());
-        }
-        self.lines.push(line);
-        Ok(())
+        (self.text, self.ends) = (text, ends);
     }
 
     pub(crate) fn n_rows(&self) -> usize {
@@ -103,6 +103,11 @@ impl Table {
         self.lines[row]
     }
 
+    /// Says what was understood of this table.
+    pub(crate) fn note(&self, note: String) {
+        self.ledger.note(&self.file, note);
+    }
+
     pub(crate) fn at_file(&self) -> Location {
         self.file.clone()
     }
@@ -124,6 +129,127 @@ impl Table {
     }
 }
 
+/// A table on the way in.
+struct Rows {
+    table: Table,
+    separator: Separator,
+    /// Cells of the header, those without a name at its end included.
+    width: usize,
+    /// Rows and columns in which nothing stands.
+    empty_rows: usize,
+    has_empty_columns: bool,
+}
+
+impl Rows {
+    fn below(
+        file: Location,
+        record: &csv::StringRecord,
+        line: usize,
+        separator: Separator,
+    ) -> Result<Self, Error> {
+        let at = file.clone().line(line);
+        let mut names: Vec<String> = record.iter().map(|cell| cell.trim().to_owned()).collect();
+        let named = names.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1);
+        names.truncate(named);
+        check_header(&at, &names)?;
+        let table = Table {
+            file,
+            names,
+            header_line: line,
+            lines: Vec::new(),
+            text: String::new(),
+            ends: Vec::new(),
+            ledger: Ledger::default(),
+        };
+        let (width, has_empty_columns) = (record.len(), record.len() > named);
+        Ok(Self { table, separator, width, empty_rows: 0, has_empty_columns })
+    }
+
+    fn push(&mut self, record: &csv::StringRecord, line: usize) -> Result<(), Error> {
+        let table = &mut self.table;
+        let named = table.names.len();
+        let at = || table.file.clone().line(line);
+        if let Some(column) = record.iter().position(|cell| cell.contains(['\n', '\r'])) {
+            return Err(Error::case(at().column(column + 1), Problem::LineBreakInCell));
+        }
+        let beyond = record.iter().skip(named).position(|cell| !cell.trim().is_empty());
+        if let Some(beyond) = beyond.filter(|beyond| named + beyond < self.width) {
+            return Err(Error::case(table.at_column(named + beyond), Problem::UnnamedColumn));
+        }
+        if record.len() < named || beyond.is_some() {
+            let (expected, found) = (named, record.len());
+            let column = expected.min(found) + 1;
+            let separator = self.separator.name;
+            let problem = Problem::RaggedRow { expected, found, separator };
+            return Err(Error::case(at().column(column), problem));
+        }
+        self.has_empty_columns |= record.len() > named;
+        for cell in record.iter().take(named) {
+            table.text.push_str(cell.trim());
+            table.ends.push(table.text.len());
+        }
+        table.lines.push(line);
+        Ok(())
+    }
+
+    fn finish(mut self, ledger: &Ledger) -> Result<Table, Error> {
+        self.table.ledger = ledger.clone();
+        let has_comma = self.separator.character != ',' && decimals_have_comma(&self.table)?;
+        if self.separator.declared.is_some() || self.separator.character != ',' {
+            let decimals = if has_comma { ", decimals with a comma" } else { "" };
+            self.table.note(format!("cells separated by {}s{decimals}", self.separator.name));
+        }
+        if has_comma {
+            self.table.write_points();
+        }
+        let rows = match self.empty_rows {
+            0 => None,
+            1 => Some("1 empty row".to_owned()),
+            n => Some(format!("{n} empty rows")),
+        };
+        let columns = self.has_empty_columns.then(|| "empty columns at the right".to_owned());
+        let left: Vec<String> = rows.into_iter().chain(columns).collect();
+        if !left.is_empty() {
+            self.table.note(format!("{} left aside", left.join(" and ")));
+        }
+        Ok(self.table)
+    }
+}
+
+/// Whether the numbers have a comma before their decimals; an error where that cannot be told.
+fn decimals_have_comma(table: &Table) -> Result<bool, Error> {
+    let (mut point, mut comma, mut either) = (None, None, None);
+    for row in 0..table.n_rows() {
+        for column in 0..table.names.len() {
+            let first = match writing(table.cell(row, column)) {
+                Writing::Plain => continue,
+                Writing::Groups => {
+                    let found = table.cell(row, column).to_owned();
+                    let problem = Problem::GroupedDigits { found };
+                    return Err(Error::case(table.at_cell(row, column), problem));
+                }
+                Writing::Point => &mut point,
+                Writing::Comma => &mut comma,
+                Writing::CommaOrGroups => &mut either,
+            };
+            *first = first.or(Some((row, column)));
+        }
+    }
+    let cell = |(row, column): (usize, usize)| table.cell(row, column).to_owned();
+    let Some(with_comma) = comma.or(either) else { return Ok(false) };
+    if let Some((row, column)) = point {
+        let (found, other) = (cell((row, column)), cell(with_comma));
+        let problem = Problem::MixedDecimals { found, other, line: table.line(with_comma.0) };
+        return Err(Error::case(table.at_cell(row, column), problem));
+    }
+    if comma.is_none() {
+        let (row, column) = with_comma;
+        let problem = Problem::CommaOrGroups { found: cell(with_comma) };
+        return Err(Error::case(table.at_cell(row, column), problem));
+    }
+    Ok(true)
+}
+
 fn next_record(
     reader: &mut csv::Reader<&[u8]>,
     record: &mut csv::StringRecord,
@@ -139,14 +265,7 @@ fn check_header(at: &Location, names: &[String]) -> Result<(), Error> {
         let problem = Problem::TooManyColumns { got: names.len(), limit: MAX_COLUMNS };
         return Err(Error::case(at.clone(), problem));
     }
-    if let [only] = names
-        && let Some(separator) = [(';', "semicolon"), ('\t', "tab")]
-            .into_iter()
-            .find_map(|(c, name)| only.contains(c).then_some(name))
-    {
-        return Err(Error::case(at.clone().column(1), Problem::WrongSeparator { separator }));
-    }
-    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+    if names.iter().all(|name| with_point(name).parse::<f64>().is_ok()) {
         return Err(Error::case(at.clone(), Problem::NoHeader));
     }
     let mut first_use = HashMap::new();
@@ -202,10 +321,10 @@ impl LineCounter<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Location, Table};
+    use super::{Ledger, Location, Table};
 
     fn read(text: &str) -> Table {
-        Table::read(Location::file("t.csv"), text, &["a"]).unwrap()
+        Table::read(Location::file("t.csv"), text, &["a"], &Ledger::default()).unwrap()
     }
 
     #[test]
@@ -216,6 +335,13 @@ mod tests {
         assert_eq!(table.at_header().line, Some(4));
         assert_eq!([0, 1, 2].map(|row| table.line(row)), [5, 8, 9]);
         assert_eq!([table.cell(1, 0), table.cell(2, 1)], ["3", "6"]);
+    }
+
+    #[test]
+    fn lines_are_counted_below_a_declared_separator() {
+        let table = read("sep=;\r\n# two\r\na;b\r\n\r\n1,5;2\r\n");
+        assert_eq!((table.at_header().line, table.line(0)), (Some(3), 5));
+        assert_eq!([table.cell(0, 0), table.cell(0, 1)], ["1.5", "2"]);
     }
 
     #[test]

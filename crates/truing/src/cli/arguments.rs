@@ -1,9 +1,10 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
-
 use nalgebra::Isometry3;
+use truing::{ColumnMap, Export};
 
+use super::number::{chord, decimals, not_negative, positive};
 use super::register::{Register, pose};
 
 /// Solves measured cases of precision machines, and finds what their declared model is missing.
@@ -21,8 +22,21 @@ pub(crate) struct Arguments {
         value_parser = clap::value_parser!(u16).range(1..)
     )]
     pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) settings: Settings,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// What holds for every command.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Settings {
+    /// Leave times out of JSON: two runs then print the same bytes
+    #[arg(long, global = true)]
+    pub(crate) no_timing: bool,
+    /// Read files that case.toml names outside of the case folder
+    #[arg(long, global = true)]
+    pub(crate) allow_outside: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -52,10 +66,10 @@ pub(crate) enum Command {
         #[arg(long, value_name = "POSE", value_parser = pose, allow_hyphen_values = true)]
         planned: Option<Isometry3<f64>>,
         /// Arcs become chords that stay this close to them
-        #[arg(long, value_name = "MM", default_value_t = 1e-3)]
+        #[arg(long, value_name = "MM", default_value_t = 1e-3, value_parser = chord)]
         chord: f64,
         /// Decimals of the coordinates written
-        #[arg(long, value_name = "N", default_value_t = 4)]
+        #[arg(long, value_name = "N", default_value_t = 4, value_parser = decimals)]
         decimals: usize,
         /// File to write; default: standard output
         #[arg(long, value_name = "FILE")]
@@ -92,6 +106,24 @@ pub(crate) enum Command {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Import {
+    /// A table of measurements from any program, as a table of a case
+    Table {
+        /// The table: cells separated by commas, semicolons or tabs, headings in the first row
+        file: PathBuf,
+        /// Kind of the case
+        #[arg(long)]
+        kind: String,
+        /// Table of that kind, such as ranges.csv; default: the usual one
+        #[arg(long, value_name = "NAME")]
+        table: Option<String>,
+        /// What becomes what, where the headings do not say it: "their column=our column[unit]"
+        #[arg(long, value_name = "MAP")]
+        map: Vec<ColumnMap>,
+        /// Folder to write the case to; a table is added to a case that is there; default: the
+        /// table on standard output
+        #[arg(long, value_name = "CASE")]
+        out: Option<PathBuf>,
+    },
     /// Touches out of a LinuxCNC probe log (PROBEOPEN), as a case of kind probe-comp
     ProbeLog {
         /// The log: nine numbers a line, X Y Z A B C U V W
@@ -111,11 +143,6 @@ pub(crate) enum Import {
     },
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
-    number.ok_or_else(|| "expected a positive number".to_owned())
-}
-
 #[derive(Debug, Subcommand)]
 pub(crate) enum Design {
     /// Stability, margins, steady error and response of a force loop by position impedance
@@ -125,28 +152,28 @@ pub(crate) enum Design {
 #[derive(Args, Debug)]
 pub(crate) struct ForceCard {
     /// Softest and stiffest contact, N/mm
-    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1..=2, default_value = "10,10000")]
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1..=2, default_value = "10,10000", value_parser = positive)]
     pub(crate) contact: Vec<f64>,
     /// Mass M, kg; with --damping, else the recommended ones are taken
-    #[arg(long, value_name = "KG", requires = "damping")]
+    #[arg(long, value_name = "KG", requires = "damping", value_parser = positive)]
     pub(crate) mass: Option<f64>,
     /// Damping D, N·s/mm
-    #[arg(long, value_name = "NS_PER_MM", requires = "mass")]
+    #[arg(long, value_name = "NS_PER_MM", requires = "mass", value_parser = positive)]
     pub(crate) damping: Option<f64>,
     /// Stiffness K, N/mm
-    #[arg(long, value_name = "N_PER_MM", requires = "mass", default_value_t = 0.0)]
+    #[arg(long, value_name = "N_PER_MM", requires = "mass", default_value_t = 0.0, value_parser = not_negative)]
     pub(crate) stiffness: f64,
     /// Sampling interval, s
-    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    #[arg(long, value_name = "S", default_value_t = 1e-3, value_parser = positive)]
     pub(crate) interval: f64,
     /// Time from a sample to the moment when its command begins to act, s
-    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    #[arg(long, value_name = "S", default_value_t = 1e-3, value_parser = not_negative)]
     pub(crate) delay: f64,
     /// Time constant with which the legs follow their command, s
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = not_negative)]
     pub(crate) lag: f64,
     /// Settling time wanted, s
-    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = positive)]
     pub(crate) settling: f64,
     /// Count the correction from the programmed path instead of from where the tool stands
     #[arg(long)]
@@ -182,10 +209,28 @@ pub(crate) struct Run {
     /// Also write a compensation file for LinuxCNC (`COMP_FILE_TYPE = 0`)
     #[arg(long, value_name = "FILE.comp")]
     pub(crate) compensation: Option<PathBuf>,
-    /// Also write the errors of a rotary axis as a table in the form of Heidenhain's
+    /// Also write the errors of a rotary axis as a plain table in the layout of Heidenhain's: to be
+    /// read, no control imports it as a compensation
     #[arg(long, value_name = "FILE.tab")]
     pub(crate) heidenhain: Option<PathBuf>,
     /// Also write a self-contained HTML report
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
+}
+
+impl Run {
+    /// Files of estimates that are asked for.
+    pub(crate) fn exports(&self) -> impl Iterator<Item = (&Path, Export)> {
+        let all = [
+            (&self.errors, Export::Csv),
+            (&self.compensation, Export::LinuxCnc),
+            (&self.heidenhain, Export::Heidenhain),
+        ];
+        all.into_iter().filter_map(|(path, format)| Some((path.as_deref()?, format)))
+    }
+
+    /// All files that are asked for.
+    pub(crate) fn outputs(&self) -> Vec<&Path> {
+        self.exports().map(|(path, _)| path).chain(self.report.as_deref()).collect()
+    }
 }

@@ -1,6 +1,7 @@
 //! Arguments in; text, JSON, reports and exit codes out.
 
 mod arguments;
+mod number;
 mod output;
 mod register;
 mod spinner;
@@ -14,21 +15,24 @@ use nalgebra::Isometry3;
 use pose_icp::ProgramOptions;
 use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
-use truing::report::{IndexEntry, render_index};
+use truing::report::render_index;
 use truing::{
-    Case, Error, Estimates, Export, ForceDesignInput, ProbeLogSettings, check, close_loop, correct,
-    design_force, force_report, import_probe_log, loop_report, read_case, read_learnt, solve,
-    solve_report, write_imported,
+    Case, Error, Estimates, ForceDesignInput, Header, InputFile, OutputFile, ProbeLogSettings,
+    ReadOptions, TableImport, check, close_loop, correct, design_force, force_report,
+    import_probe_log, import_table, loop_report, read_case_with, read_learnt, read_page,
+    refuse_overlap, solve, solve_report, write_files, write_imported,
 };
 
-use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Run};
+use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Run, Settings};
 use register::Register;
 use spinner::Spinner;
 
 /// Runs the command that the process was started with.
 pub(crate) fn run() -> ExitCode {
     let arguments = Arguments::parse();
-    let result = limit_threads(arguments.threads).and_then(|()| obey(arguments.command));
+    output::survive_size_limit();
+    let result =
+        limit_threads(arguments.threads).and_then(|()| obey(arguments.command, arguments.settings));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -38,21 +42,22 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-fn obey(command: Command) -> Result<(), Error> {
+fn obey(command: Command, settings: Settings) -> Result<(), Error> {
     match command {
-        Command::Solve(run) => answer(&run, "solving", Ok, solve, solve_report),
+        Command::Solve(run) => answer((&run, settings), "solving", Ok, solve, solve_report),
         Command::Loop(Closing { run, carry }) => {
             let carrying = |case: Case| match &carry {
                 Some(path) => case.carrying(read_learnt(path)?),
                 None => Ok(case),
             };
-            answer(&run, "closing the loop", carrying, close_loop, loop_report)
+            answer((&run, settings), "closing the loop", carrying, close_loop, loop_report)
         }
-        Command::Check { case, json } => checked(&case, json),
-        Command::Register(command) => registered(&command),
+        Command::Check { case, json } => checked(&case, json, settings),
+        Command::Register(command) => registered(&command, settings),
         Command::Correct { case, program, planned, chord, decimals, output } => {
             let options = ProgramOptions { chord_mm: chord, decimals };
             let planned = planned.unwrap_or_else(Isometry3::identity);
+            let case = read(&case, settings)?;
             correct_program(&case, &program, &planned, &options, output.as_deref())
         }
         Command::Index { output, pages } => index(&output, &pages),
@@ -64,6 +69,9 @@ fn obey(command: Command) -> Result<(), Error> {
                 unit_mm: if inch { MM_PER_INCH } else { 1.0 },
             };
             probe_log(&log, &settings, out.as_deref())
+        }
+        Command::Import { what: Import::Table { file, kind, table, map, out } } => {
+            foreign_table(&file, &TableImport { kind, table, map }, out.as_deref())
         }
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
     }
@@ -79,33 +87,70 @@ fn limit_threads(threads: Option<u16>) -> Result<(), Error> {
         .map_err(|_| Error::NoThreads)
 }
 
+fn read(case: &Path, settings: Settings) -> Result<Case, Error> {
+    read_case_with(case, ReadOptions { allow_outside: settings.allow_outside })
+}
+
 /// An answer that can be shown as text, as JSON, and as a page.
 trait Answer: Serialize + std::fmt::Display {
+    fn header(&self) -> &Header;
     fn warnings(&self) -> &[String];
+    /// Leaves out what differs from run to run.
+    fn forget_timing(&mut self);
 }
 
 impl Answer for truing::Solved {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    fn forget_timing(&mut self) {
+        self.timing = None;
     }
 }
 
 impl Answer for truing::Closed {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    fn forget_timing(&mut self) {
+        self.timing = None;
     }
 }
 
 impl Answer for truing::Registered {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    fn forget_timing(&mut self) {
+        self.timing = None;
     }
 }
 
 impl Answer for truing::Checked {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
+
+    fn forget_timing(&mut self) {}
 }
 
 /// An answer with estimates.
@@ -135,53 +180,59 @@ impl Estimated for truing::Closed {
 }
 
 fn answer<A: Estimated>(
-    run: &Run,
+    (run, settings): (&Run, Settings),
     doing: &'static str,
     declare: impl Fn(Case) -> Result<Case, Error>,
     compute: impl Fn(&Case) -> Result<A, Error>,
     report: impl Fn(&Case, &A) -> Result<String, Error>,
 ) -> Result<(), Error> {
     let spinner = Spinner::start(doing);
-    let case = declare(read_case(&run.case)?)?;
+    let case = declare(read(&run.case, settings)?)?;
+    refuse_overlap(&run.outputs(), &paths(case.inputs()))?;
     let answer = compute(&case)?;
-    for (path, format) in [
-        (&run.errors, Export::Csv),
-        (&run.compensation, Export::LinuxCnc),
-        (&run.heidenhain, Export::Heidenhain),
-    ] {
-        if let Some(path) = path {
-            let text = answer.estimates().export(format);
-            let kind = answer.kind();
-            output::write_file(path, &text.ok_or(Error::NothingToExport { kind })?)?;
-        }
+    let mut files = Vec::new();
+    for (path, format) in run.exports() {
+        let kind = answer.kind();
+        let content = answer.estimates().export(format).ok_or(Error::NothingToExport { kind })?;
+        files.push(OutputFile { path: path.to_owned(), content });
     }
     if let Some(path) = &run.report {
-        output::write_file(path, &report(&case, &answer)?)?;
+        files.push(OutputFile { path: path.clone(), content: report(&case, &answer)? });
     }
+    write_files(&files)?;
     drop(spinner);
-    print(&answer, run.json)
+    print(answer, run.json, settings)
 }
 
-fn checked(path: &Path, json: bool) -> Result<(), Error> {
+fn paths(inputs: &[InputFile]) -> Vec<&Path> {
+    inputs.iter().map(|input| input.path.as_path()).collect()
+}
+
+fn checked(path: &Path, json: bool, settings: Settings) -> Result<(), Error> {
     let spinner = Spinner::start("checking");
-    let answer = check(&read_case(path)?)?;
+    let answer = check(&read(path, settings)?)?;
     drop(spinner);
-    print(&answer, json)
+    print(answer, json, settings)
 }
 
-fn registered(command: &Register) -> Result<(), Error> {
+fn registered(command: &Register, settings: Settings) -> Result<(), Error> {
     let spinner = Spinner::start("registering");
     let answer = truing::register(&command.source, &command.target, &command.settings())?;
     drop(spinner);
-    print(&answer, command.json)?;
-    if answer.converged { Ok(()) } else { Err(Error::NotSettled { iterations: answer.iterations }) }
+    let (converged, iterations) = (answer.converged, answer.iterations);
+    print(answer, command.json, settings)?;
+    if converged { Ok(()) } else { Err(Error::NotSettled { iterations }) }
 }
 
-fn print(answer: &impl Answer, json: bool) -> Result<(), Error> {
-    if json {
-        return output::json(answer);
+fn print(mut answer: impl Answer, json: bool, settings: Settings) -> Result<(), Error> {
+    if settings.no_timing {
+        answer.forget_timing();
     }
-    output::text(answer)?;
+    if json {
+        return output::json(&answer);
+    }
+    output::text(&answer)?;
+    output::notes(&answer.header().notes);
     output::warnings(answer.warnings());
     Ok(())
 }
@@ -209,38 +260,42 @@ fn design(card: &ForceCard) -> Result<(), Error> {
     let answer =
         design_force(&input).map_err(|source| Error::Design { source: Box::new(source) })?;
     if let Some(path) = &card.report {
-        output::write_file(path, &force_report(&input, &answer))?;
+        let content = force_report(&input, &answer);
+        write_files(&[OutputFile { path: path.clone(), content }])?;
     }
     if card.json { output::json(&answer) } else { output::text(&answer) }
 }
 
 fn correct_program(
-    case: &Path,
+    case: &Case,
     program: &Path,
     planned: &Isometry3<f64>,
     options: &ProgramOptions,
     output: Option<&Path>,
 ) -> Result<(), Error> {
-    let corrected = correct(&read_case(case)?, program, planned, options)?;
+    let mut inputs = paths(case.inputs());
+    inputs.push(program);
+    refuse_overlap(&output.into_iter().collect::<Vec<_>>(), &inputs)?;
+    let corrected = correct(case, program, planned, options)?;
     match output {
-        Some(path) => output::write_file(path, &corrected.program)?,
+        Some(path) => {
+            let (path, content) = (path.to_owned(), corrected.program);
+            write_files(&[OutputFile { path, content }])?;
+        }
         None => output::text(&corrected.program)?,
     }
+    output::notes(case.notes());
     output::warnings(&corrected.warnings);
     Ok(())
 }
 
 fn index(path: &Path, pages: &[PathBuf]) -> Result<(), Error> {
-    let entries: Vec<_> = pages.iter().map(|page| entry(page)).collect::<Result<_, _>>()?;
+    refuse_overlap(&[path], &pages.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let entries: Vec<_> = pages.iter().map(|page| read_page(page)).collect::<Result<_, _>>()?;
     let introduction = "Error of each case's declared model, and of the model with what the loop \
                         added, on data that the fit never saw.";
-    output::write_file(path, &render_index("Truing: all cases", introduction, &entries))
-}
-
-fn entry(page: &Path) -> Result<IndexEntry, Error> {
-    let text = std::fs::read_to_string(page)
-        .map_err(|e| Error::NotRead { path: page.to_owned(), reason: e.kind() })?;
-    IndexEntry::from_page(&text).map_err(|source| Error::Page { path: page.to_owned(), source })
+    let content = render_index("Truing: all cases", introduction, &entries);
+    write_files(&[OutputFile { path: path.to_owned(), content }])
 }
 
 const MM_PER_INCH: f64 = 25.4;
@@ -251,13 +306,35 @@ fn probe_log(log: &Path, settings: &ProbeLogSettings, out: Option<&Path>) -> Res
         let table = imported.files.iter().find(|(name, _)| *name == "touches.csv");
         return output::text(&table.map_or("", |(_, text)| text));
     };
-    let files = write_imported(&imported, folder)?;
+    let files = write_imported(&imported.files, folder)?;
     let listed: Vec<String> = files.iter().map(|f| format!("  {}", f.display())).collect();
     let (n, listed, folder) = (imported.n_touches, listed.join("\n"), folder.display());
     output::text(&format_args!(
         "{n} touches, wrote\n{listed}\nnext: write the surface into {folder}/case.toml, then truing \
          solve {folder}\n"
     ))
+}
+
+fn foreign_table(file: &Path, import: &TableImport, out: Option<&Path>) -> Result<(), Error> {
+    let imported = import_table(file, import)?;
+    let Some(folder) = out else {
+        output::text(&imported.table.1)?;
+        output::notes(&imported.notes);
+        return Ok(());
+    };
+    let mut files = vec![imported.table];
+    if !folder.join(imported.case.0).exists() {
+        files.insert(0, imported.case);
+    }
+    let written = write_imported(&files, folder)?;
+    let listed: Vec<String> = written.iter().map(|f| format!("  {}", f.display())).collect();
+    let (n, listed, folder) = (imported.n_rows, listed.join("\n"), folder.display());
+    output::text(&format_args!(
+        "{n} rows, wrote\n{listed}\nnext: write what is known of the measurement into \
+         {folder}/case.toml, then truing check {folder}\n"
+    ))?;
+    output::notes(&imported.notes);
+    Ok(())
 }
 
 fn init(kind: &str, folder: Option<&Path>) -> Result<(), Error> {

@@ -1,9 +1,7 @@
-//! Everything that leaves the process.
+//! Everything that leaves the process, but for files.
 
 use std::fmt::Display;
-use std::fs;
 use std::io::{self, ErrorKind, Write};
-use std::path::Path;
 
 use serde::Serialize;
 use truing::Error;
@@ -19,6 +17,13 @@ pub(crate) fn text(text: &impl Display) -> Result<(), Error> {
     to_stdout(format_args!("{text}"))
 }
 
+/// How files were understood.
+pub(crate) fn notes(notes: &[String]) {
+    for note in notes {
+        to_stderr("note", note);
+    }
+}
+
 pub(crate) fn warnings(warnings: &[String]) {
     for warning in warnings {
         to_stderr("warning", warning);
@@ -29,9 +34,15 @@ pub(crate) fn error(error: &Error) {
     to_stderr("error", &error.to_string());
 }
 
-pub(crate) fn write_file(path: &Path, content: &str) -> Result<(), Error> {
-    fs::write(path, content)
-        .map_err(|e| Error::NotWritten { path: path.to_owned(), reason: e.kind() })
+/// Makes a limit on the size of files an error like any other, in place of the end of the process
+/// in the middle of a file.
+pub(crate) fn survive_size_limit() {
+    #[cfg(unix)]
+    {
+        let seen = std::sync::Arc::default();
+        // Where the system refuses, a limit ends the process as it would have before.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen);
+    }
 }
 
 fn to_stdout(text: std::fmt::Arguments<'_>) -> Result<(), Error> {

@@ -9,6 +9,8 @@ use nalgebra::{Isometry3, Translation3};
 use pose_icp::{Freedom, Holes, Objective, RegisterOptions};
 use truing::RegisterSettings;
 
+use super::number::{MAX_ANGLE_DEG, MAX_LENGTH_MM, positive, share, within};
+
 /// What the six numbers of a pose are, in order.
 const COMPONENTS: [&str; 6] = ["x", "y", "z", "alpha", "beta", "gamma"];
 
@@ -32,13 +34,13 @@ pub(crate) struct Register {
     #[arg(long, value_enum)]
     loss: Option<LossName>,
     /// Share of the matches to keep, those of the least residual
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     keep: f64,
     /// Points further than this from the target take no part
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = positive)]
     max_distance: Option<f64>,
     /// Ends when a pass moves no point further than this
-    #[arg(long, value_name = "MM", default_value_t = 1e-6)]
+    #[arg(long, value_name = "MM", default_value_t = 1e-6, value_parser = positive)]
     tolerance: f64,
     /// Passes at each level of detail, at most
     #[arg(long, value_name = "N", default_value_t = 100)]
@@ -98,13 +100,20 @@ impl Register {
 }
 
 pub(crate) fn pose(text: &str) -> Result<Isometry3<f64>, String> {
-    let expected = || format!("expected six numbers {}", COMPONENTS.join(","));
-    // Units may be written behind the numbers, as the help shows them.
-    let number = |cell: &str| {
-        let bare = cell.trim().trim_end_matches("mm").trim_end_matches("deg").trim();
-        bare.parse::<f64>().ok().filter(|v| v.is_finite())
+    let expected = || {
+        format!(
+            "expected six numbers {}, lengths within {MAX_LENGTH_MM:e} mm and angles within \
+             {MAX_ANGLE_DEG}°",
+            COMPONENTS.join(",")
+        )
     };
-    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    // Units may be written behind the numbers, as the help shows them.
+    let number = |(k, cell): (usize, &str)| {
+        let bare = cell.trim().trim_end_matches("mm").trim_end_matches("deg").trim();
+        let limit = if k < 3 { MAX_LENGTH_MM } else { MAX_ANGLE_DEG };
+        within(bare, &(-limit..=limit)).ok()
+    };
+    let numbers: Option<Vec<f64>> = text.split(',').enumerate().map(number).collect();
     let [x, y, z, alpha, beta, gamma] =
         <[f64; 6]>::try_from(numbers.ok_or_else(expected)?).map_err(|_| expected())?;
     let angles = EulerAngles {

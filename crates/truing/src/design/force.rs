@@ -6,6 +6,7 @@ use force_impedance::{
 };
 use serde::Serialize;
 
+use crate::Header;
 use crate::report::{Region, Stability, render_design};
 use crate::text_table::TextTable;
 
@@ -40,6 +41,9 @@ pub struct ForceDesignInput {
 /// The card; serialises as its JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ForceDesign {
+    /// Form, program, inputs and provenance.
+    #[serde(flatten)]
+    pub header: Header,
     /// `M`.
     pub mass_kg: f64,
     /// `D`.
@@ -105,6 +109,7 @@ pub fn design_force(input: &ForceDesignInput) -> Result<ForceDesign, ForceImpeda
         .map(|contact| point(p, &settings, contact))
         .collect::<Result<_, _>>()?;
     Ok(ForceDesign {
+        header: Header::without_case("truing/design-force/1", Vec::new()),
         mass_kg: p.mass_kg,
         damping_ns_per_mm: p.damping_ns_per_mm,
         stiffness_n_per_mm: p.stiffness_n_per_mm,

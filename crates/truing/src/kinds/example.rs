@@ -1,10 +1,9 @@
-use std::fs;
-use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::KINDS;
 use crate::Error;
 use crate::case::nearest;
+use crate::file::write_new;
 
 /// Cases of a kind whose data come in another form, by a name of their own.
 const FURTHER: &[(&str, &[(&str, &str)])] = &[(
@@ -37,23 +36,4 @@ pub fn write_example(kind: &str, folder: impl AsRef<Path>) -> Result<Vec<PathBuf
         }
     })?;
     write_new(folder, files)
-}
-
-/// Writes files into a folder, which is made if need be; where one of them exists, none is written.
-pub(crate) fn write_new(folder: &Path, named: &[(&str, &str)]) -> Result<Vec<PathBuf>, Error> {
-    let files: Vec<PathBuf> = named.iter().map(|(name, _)| folder.join(name)).collect();
-    if let Some(path) = files.iter().find(|path| path.symlink_metadata().is_ok()) {
-        return Err(Error::Exists { path: path.clone() });
-    }
-    let not_written = |path: &Path, e: &std::io::Error| match e.kind() {
-        ErrorKind::AlreadyExists => Error::Exists { path: path.to_owned() },
-        reason => Error::NotWritten { path: path.to_owned(), reason },
-    };
-    fs::create_dir_all(folder).map_err(|e| not_written(folder, &e))?;
-    for (path, (_, content)) in files.iter().zip(named) {
-        fs::File::create_new(path)
-            .and_then(|mut file| file.write_all(content.as_bytes()))
-            .map_err(|e| not_written(path, &e))?;
-    }
-    Ok(files)
 }

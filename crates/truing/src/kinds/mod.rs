@@ -20,7 +20,6 @@ use crate::estimates::Estimates;
 use crate::report::{CurvePlot, Facet, Fact};
 
 pub use example::write_example;
-pub(crate) use example::write_new;
 pub use force_impedance::{
     ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate, PathError, PathForceEstimates,
 };

@@ -11,7 +11,7 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem, quote};
-use crate::shape::{Shape, read_shape};
+use crate::shape::{Format, Shape};
 
 /// `[surface]`; which keys are needed depends on the shape.
 #[derive(Deserialize)]
@@ -216,10 +216,13 @@ impl SurfaceSettings {
         let file = self.file.as_deref().ok_or_else(|| {
             self.missing(document, "file", "the mesh, a .stl, .ply or .obj beside `case.toml`")
         })?;
+        let at = document.at(&self.shape.span());
         let path = folder.location(file).file;
-        let Shape::Mesh(mesh) = read_shape(&path)? else {
+        let fail = |problem| Error::Shape { path: path.clone(), problem };
+        let format = Format::of(&path).map_err(fail)?;
+        let bytes = folder.named(file, at.clone())?;
+        let Shape::Mesh(mesh) = format.parse(&bytes).map_err(fail)? else {
             let message = format!("[surface] file: {} holds points, not triangles", quote(file));
-            let at = document.at(&self.shape.span());
             return Err(Error::case(at, Problem::WrongValue { message }));
         };
         let words = format!("mesh of {} triangles", mesh.faces.len());

@@ -5,6 +5,7 @@ use nalgebra::Matrix6;
 use pose_icp::{PoseStart, Registration};
 use serde::Serialize;
 
+use crate::Header;
 use crate::kinds::{PoseEstimate, stds};
 
 /// Answer of `truing register`; serialises as its JSON.
@@ -12,6 +13,9 @@ use crate::kinds::{PoseEstimate, stds};
 pub struct Registered {
     /// Version of this crate.
     pub version: &'static str,
+    /// Form, program, inputs and provenance.
+    #[serde(flatten)]
+    pub header: Header,
     /// Where the source lies: `p_target = Rz(γ) Ry(β) Rx(α) p + d`.
     pub pose: PoseEstimate,
     /// The same as rows of a 4 × 4 matrix, target from source.
@@ -28,8 +32,9 @@ pub struct Registered {
     pub iterations: usize,
     /// Whether the passes ended by themselves.
     pub converged: bool,
-    /// How long it took.
-    pub timing: RegisterTiming,
+    /// How long it took; `None` leaves it out of the JSON.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing: Option<RegisterTiming>,
     /// Motions that the shape shows little of.
     pub weak_directions: Vec<String>,
     /// Singular values of the rows along the surface's normals, the largest first.

@@ -8,8 +8,8 @@ use pose_icp::{
 };
 
 use super::answer::{RegisterTiming, Registered, pose_of};
-use crate::Error;
-use crate::shape::{Shape, read_shape};
+use crate::shape::{Shape, read_given};
+use crate::{Error, Header, InputFile};
 
 /// Neighbours of a normal: two rings about a point.
 const NEIGHBOURS: usize = 12;
@@ -40,13 +40,14 @@ pub fn register(
     settings: &RegisterSettings,
 ) -> Result<Registered, Error> {
     let started = Instant::now();
-    let (from, onto) = (read_shape(source)?, read_shape(target)?);
+    let ((from, source_file), (onto, target_file)) = (read_given(source)?, read_given(target)?);
     let read_s = started.elapsed().as_secs_f64();
     let blame = |error: RegisterError| Error::Register {
         path: PathBuf::from(if blames_target(&error) { target } else { source }),
         source: Box::new(error),
     };
-    Job { settings, read_s }.run(&from, onto).map_err(blame)
+    let inputs = vec![source_file, target_file];
+    Job { settings, read_s, inputs }.run(&from, onto).map_err(blame)
 }
 
 fn blames_target(error: &RegisterError) -> bool {
@@ -69,10 +70,11 @@ fn blames_target(error: &RegisterError) -> bool {
 struct Job<'a> {
     settings: &'a RegisterSettings,
     read_s: f64,
+    inputs: Vec<InputFile>,
 }
 
 impl Job<'_> {
-    fn run(&self, from: &Shape, onto: Shape) -> Result<Registered, RegisterError> {
+    fn run(self, from: &Shape, onto: Shape) -> Result<Registered, RegisterError> {
         let started = Instant::now();
         let mut warnings = Vec::new();
         let is_symmetric = self.settings.options.objective == Objective::Symmetric;
@@ -101,13 +103,13 @@ impl Job<'_> {
         };
         let timing = RegisterTiming { read_s: self.read_s, build_s, align_s };
         match found {
-            Ok(found) => Ok(answer(&found, &source, true, timing, warnings)),
+            Ok(found) => Ok(answer(&found, &source, true, timing, (self.inputs, warnings))),
             Err(error @ RegisterError::NotConverged { .. }) => {
                 warnings.push(error.to_string());
                 let RegisterError::NotConverged { best } = error else {
                     unreachable!("matched above")
                 };
-                Ok(answer(&best, &source, false, timing, warnings))
+                Ok(answer(&best, &source, false, timing, (self.inputs, warnings)))
             }
             Err(error) => Err(error),
         }
@@ -134,11 +136,12 @@ fn answer(
     source: &PointCloud,
     converged: bool,
     timing: RegisterTiming,
-    warnings: Vec<String>,
+    (inputs, warnings): (Vec<InputFile>, Vec<String>),
 ) -> Registered {
     let shape = found.observability.as_ref();
     Registered {
         version: env!("CARGO_PKG_VERSION"),
+        header: Header::without_case("truing/register/1", inputs),
         pose: pose_of(found),
         matrix: rows(&found.target_from_source),
         rms_mm: found.rms_mm,
@@ -147,7 +150,7 @@ fn answer(
         used: found.used,
         iterations: found.iterations,
         converged,
-        timing,
+        timing: Some(timing),
         weak_directions: shape
             .map_or_else(Vec::new, |shape| shape.weak.iter().map(ToString::to_string).collect()),
         singular_values: shape.map_or_else(Vec::new, |shape| shape.singular_values.clone()),

@@ -6,11 +6,12 @@ mod problem;
 mod stl;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use pose_icp::{PointCloud, TriangleMesh};
 
-use crate::Error;
+use crate::file::{MAX_BYTES, read_bytes};
+use crate::{Error, InputFile};
 
 pub use problem::ShapeProblem;
 
@@ -32,22 +33,48 @@ pub enum Shape {
 ///
 /// [`Error::NotRead`]; [`Error::Shape`] with the line, where there are lines.
 pub fn read_shape(path: &Path) -> Result<Shape, Error> {
-    let bytes = std::fs::read(path)
-        .map_err(|e| Error::NotRead { path: path.to_owned(), reason: e.kind() })?;
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    parse(extension.as_deref().unwrap_or(""), &bytes)
-        .map_err(|problem| Error::Shape { path: PathBuf::from(path), problem })
+    read_given(path).map(|(shape, _)| shape)
 }
 
-fn parse(extension: &str, bytes: &[u8]) -> Result<Shape, ShapeProblem> {
-    if bytes.is_empty() {
-        return Err(ShapeProblem::ZeroBytes);
+/// A shape, and the file that it was read from.
+pub(crate) fn read_given(path: &Path) -> Result<(Shape, InputFile), Error> {
+    let fail = |problem| Error::Shape { path: path.to_owned(), problem };
+    let format = Format::of(path).map_err(fail)?;
+    let bytes = read_bytes(path, MAX_BYTES).map_err(|problem| Error::not_read(path, problem))?;
+    Ok((format.parse(&bytes).map_err(fail)?, InputFile::given(path, &bytes)))
+}
+
+/// What a file holds, by the ending of its name, which is looked at before the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Ply,
+    Stl,
+    Obj,
+    Table,
+}
+
+impl Format {
+    pub(crate) fn of(path: &Path) -> Result<Self, ShapeProblem> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let extension = extension.unwrap_or_default();
+        match extension.as_str() {
+            "ply" => Ok(Self::Ply),
+            "stl" => Ok(Self::Stl),
+            "obj" => Ok(Self::Obj),
+            "xyz" | "txt" | "csv" | "asc" | "pts" => Ok(Self::Table),
+            _ => Err(ShapeProblem::UnknownFormat { extension }),
+        }
     }
-    match extension {
-        "ply" => ply::parse(bytes),
-        "stl" => stl::parse(bytes).map(Shape::Mesh),
-        "obj" => obj::parse(bytes).map(Shape::Mesh),
-        "xyz" | "txt" | "csv" | "asc" | "pts" => table::parse(bytes).map(Shape::Cloud),
-        _ => Err(ShapeProblem::UnknownFormat { extension: extension.to_owned() }),
+
+    pub(crate) fn parse(self, bytes: &[u8]) -> Result<Shape, ShapeProblem> {
+        if bytes.is_empty() {
+            return Err(ShapeProblem::ZeroBytes);
+        }
+        match self {
+            Self::Ply => ply::parse(bytes),
+            Self::Stl => stl::parse(bytes).map(Shape::Mesh),
+            Self::Obj => obj::parse(bytes).map(Shape::Mesh),
+            Self::Table => table::parse(bytes).map(Shape::Cloud),
+        }
     }
 }

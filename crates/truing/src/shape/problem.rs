@@ -43,6 +43,22 @@ pub enum ShapeProblem {
         /// What is there.
         found: String,
     },
+    /// A number that can be read in two ways.
+    TwoWays {
+        /// Line, from 1.
+        line: usize,
+        /// Cell, from 1.
+        column: usize,
+        /// What is there.
+        found: String,
+    },
+    /// A heading with another unit than mm.
+    OtherUnit {
+        /// Line, from 1.
+        line: usize,
+        /// The heading.
+        found: String,
+    },
     /// A line with the wrong number of cells.
     Cells {
         /// Line, from 1.
@@ -100,6 +116,17 @@ impl fmt::Display for ShapeProblem {
             Self::NotANumber { line, column, found } => write!(
                 f,
                 "line {line}, column {column}: expected a finite number, found {}",
+                quote(found)
+            ),
+            Self::TwoWays { line, column, found } => write!(
+                f,
+                "line {line}, column {column}: the point or comma in {} can be read in two ways; \
+                 write all decimals with a point",
+                quote(found)
+            ),
+            Self::OtherUnit { line, found } => write!(
+                f,
+                "line {line}: the heading {} says another unit; give coordinates in mm",
                 quote(found)
             ),
             Self::Cells { line, expected, found } => {

@@ -135,6 +135,51 @@ fn only_a_pose_corrects_a_program() {
     assert_eq!(ended.code, 2);
     assert!(ended.one_message().contains("frame-fit"), "{}", ended.stderr);
     let case = Case::example("pose-icp");
-    let ended = corrected(&case, "G0 X0 Y0 Z0\n", &["--decimals", "40"]);
-    assert_eq!(ended.code, 2, "{}", ended.stdout);
+    for more in [
+        ["--decimals", "40"],
+        ["--decimals", "-1"],
+        ["--chord", "0"],
+        ["--chord", "nan"],
+        ["--chord", "1e9"],
+        ["--planned", "1e308,0,0,0,0,0"],
+        ["--planned", "0,0,inf,0,0,0"],
+        ["--planned", "0,0,0,0,1e9,0"],
+    ] {
+        let ended = corrected(&case, "G0 X0 Y0 Z0\n", &more);
+        assert_eq!((ended.code, ended.stdout.as_str()), (2, ""), "{more:?}");
+    }
+}
+
+/// A kilometre is beyond any machine, however the program comes by it.
+#[test]
+fn absurd_coordinates_are_not_written() {
+    let case = Case::example("pose-icp");
+    for far in ["X1000001", "X-99999999999999999999999", "X40000"] {
+        let program = format!("G90 G20 G0 X0 Y0 Z0\nG1 {far} F10\n");
+        let ended = corrected(&case, &program, &[]);
+        assert_eq!((ended.code, ended.stdout.as_str()), (2, ""), "{far}");
+        let message = ended.one_message();
+        assert!(message.contains("line 2: X would go to"), "{message}");
+    }
+}
+
+#[test]
+fn a_corrected_program_says_so_and_is_not_corrected_again() {
+    let case = Case::example("pose-icp");
+    let ended = corrected(&case, "%\nO0012 (PART)\nG90 G0 X0 Y0 Z0\n%\n", &[]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let lines: Vec<&str> = ended.stdout.lines().collect();
+    assert_eq!(lines[..2], ["%", "O0012 (PART)"]);
+    let mark = format!("(TRUING {} CORRECTED FOR CASE ", env!("CARGO_PKG_VERSION"));
+    assert!(lines[2].starts_with(&mark), "{}", lines[2]);
+    assert_eq!(lines[2].len(), mark.len() + 64 + 1, "SHA-256 in hexadecimal digits");
+    let again = corrected(&case, &ended.stdout, &[]);
+    assert_eq!((again.code, again.stdout.as_str()), (2, ""));
+    let message = again.one_message();
+    assert!(message.contains("part.ngc, line 3: the program was corrected already"), "{message}");
+
+    // Another case leaves another mark.
+    case.replace("points.csv", "\n", "\n# measured again\n");
+    let other = corrected(&case, "G90 G0 X0 Y0 Z0\n", &[]);
+    assert_ne!(other.stdout.lines().next(), Some(lines[2]));
 }

@@ -57,7 +57,7 @@ fn columns_and_words() {
         "{}",
         message(&case, 2)
     );
-    let case = edited("wrench.csv", "mx_nmm", "mx_nm");
+    let case = edited("wrench.csv", "mx_nmm", "mx_ncm");
     assert!(message(&case, 2).ends_with("give it in N·mm and name it `mx_nmm`"));
     let case = edited("presses.csv", ",frame,", ",frames,");
     assert!(

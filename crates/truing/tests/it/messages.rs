@@ -84,8 +84,9 @@ fn rows_of_another_length() {
         "pairs.csv, line 3, column 5: expected 5 cells as in the header, found 4"
     );
     assert_eq!(
-        pairs("b,100,0,110,0.01", "b,100,0,110,0.01,"),
-        "pairs.csv, line 3, column 6: expected 5 cells as in the header, found 6"
+        pairs("b,100,0,110,0.01", "b,100,0,110,0,01"),
+        "pairs.csv, line 3, column 6: expected 5 cells as in the header, found 6; where decimals \
+         have a comma, separate the cells by semicolons"
     );
     assert_eq!(
         pairs("b,100,0", "\"b,100,0"),
@@ -118,11 +119,11 @@ fn headers() {
         "ragged before anything else"
     );
     let case = planar();
-    case.write("pairs.csv", PAIRS.replace(',', ";"));
+    case.write("pairs.csv", PAIRS.replacen(',', ";", 1));
     assert_eq!(
         without_folder(&case, &case.message("solve", 2)),
-        "pairs.csv, line 1, column 1: the header has no comma but a semicolon; separate the \
-         cells by commas"
+        "pairs.csv: the header has both a comma and a semicolon between its cells; write `sep=;` \
+         (or the separator that it is) as the first line, or put names with a comma between quotes"
     );
     case.write("pairs.csv", PAIRS.split_once('\n').unwrap().1.replace(['a', 'b', 'c', 'd'], "1"));
     assert_eq!(
@@ -134,8 +135,8 @@ fn headers() {
 #[test]
 fn units_other_than_those_expected() {
     assert_eq!(
-        pairs("from_x_mm", "from_x_um"),
-        "pairs.csv, line 1, column 2: column `from_x_um` is not in the unit expected: give it in \
+        pairs("from_x_mm", "from_x_cm"),
+        "pairs.csv, line 1, column 2: column `from_x_cm` is not in the unit expected: give it in \
          mm and name it `from_x_mm`"
     );
     assert_eq!(
@@ -144,10 +145,10 @@ fn units_other_than_those_expected() {
          and name it `from_x_mm`"
     );
     let case = planar();
-    case.write("pairs.csv", add_column(PAIRS, "sigma_um", "10"));
+    case.write("pairs.csv", add_column(PAIRS, "sigma_cm", "10"));
     assert_eq!(
         without_folder(&case, &case.message("solve", 2)),
-        "pairs.csv, line 1, column 6: column `sigma_um` is not in the unit expected: give it in \
+        "pairs.csv, line 1, column 6: column `sigma_cm` is not in the unit expected: give it in \
          mm and name it `sigma_mm`"
     );
     assert_eq!(
@@ -284,7 +285,7 @@ fn files_that_are_missing_or_no_files() {
     fs::create_dir(case.file("pairs.csv")).unwrap();
     assert_eq!(
         without_folder(&case, &case.message("solve", 2)),
-        "pairs.csv: expected an ordinary file"
+        "pairs.csv: expected an ordinary file, found a folder"
     );
     fs::remove_file(case.file("case.toml")).unwrap();
     assert_eq!(without_folder(&case, &case.message("solve", 2)), "case.toml: the file is missing");

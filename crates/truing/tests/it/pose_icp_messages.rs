@@ -73,7 +73,7 @@ fn touches() {
     // A touch is counted as the table has it, check points included.
     says(line, "P7,-470538300", "line 12: touch 7: coordinate -470538300 mm is not a finite");
     says(line, "P7,-390.5383", "line 12: touch 7 lies outside the aperture: it meets the surface");
-    says("z_mm", "z_um", "column `z_um` is not in the unit expected: give it in mm");
+    says("z_mm", "z_cm", "column `z_cm` is not in the unit expected: give it in mm");
 }
 
 #[test]

@@ -28,7 +28,10 @@ fn solved(toml: impl AsRef<[u8]>, pairs: impl AsRef<[u8]>) -> Value {
     case.write("case.toml", toml);
     case.write("pairs.csv", pairs);
     let mut answer = case.json("solve");
-    answer.as_object_mut().unwrap().remove("timing");
+    // How long it took, and the bytes that were read, differ.
+    for key in ["timing", "inputs"] {
+        answer.as_object_mut().unwrap().remove(key).unwrap();
+    }
     answer
 }
 

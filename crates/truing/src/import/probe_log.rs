@@ -1,10 +1,9 @@
-//! Measurements that other programs wrote, as case folders.
-
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::Error;
 use crate::case::{Location, Problem, quote};
+use crate::file::{MAX_BYTES, read_text};
 
 /// Numbers of a line of a LinuxCNC probe log: X Y Z A B C U V W.
 const PER_LINE: usize = 9;
@@ -43,8 +42,7 @@ pub fn import_probe_log(
     path: &Path,
     settings: &ProbeLogSettings,
 ) -> Result<ImportedTouches, Error> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Error::NotRead { path: path.to_owned(), reason: e.kind() })?;
+    let text = read_text(path, MAX_BYTES).map_err(|problem| Error::not_read(path, problem))?;
     let mut touches = String::from("touch,x_mm,y_mm,z_mm");
     touches.push_str(if settings.feed_mm_per_min.is_some() { ",feed_mm_per_min\n" } else { "\n" });
     let mut n_touches = 0;
@@ -67,18 +65,6 @@ pub fn import_probe_log(
     }
     let case = case_toml(settings);
     Ok(ImportedTouches { n_touches, files: vec![("case.toml", case), ("touches.csv", touches)] })
-}
-
-/// Writes the files of an imported case into `folder`, which is made if need be; nothing is
-/// overwritten.
-///
-/// # Errors
-///
-/// [`Error::Exists`], [`Error::NotWritten`].
-pub fn write_imported(imported: &ImportedTouches, folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let files: Vec<(&str, &str)> =
-        imported.files.iter().map(|(name, text)| (*name, text.as_str())).collect();
-    crate::kinds::write_new(folder, &files)
 }
 
 /// X, Y and Z of a record.

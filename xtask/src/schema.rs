@@ -1,0 +1,299 @@
+//! Answers checked against the published JSON Schemas.
+//!
+//! Of draft 2020-12 this knows the keywords that `docs/schema` uses, and refuses any other, so that
+//! nothing in a schema goes unchecked. A whole validator draws in thirty crates.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Map, Value};
+
+use crate::shell;
+
+/// Keywords that say nothing of an instance.
+const WORDS: [&str; 6] = ["$schema", "$id", "$defs", "title", "description", "then"];
+
+/// The schemas of `docs/schema` by the name of their file.
+pub(crate) struct Schemas {
+    documents: BTreeMap<String, Value>,
+}
+
+impl Schemas {
+    /// Reads all of them.
+    pub(crate) fn read() -> Result<Self> {
+        let folder = shell::root().join("docs/schema");
+        let mut documents = BTreeMap::new();
+        for entry in fs::read_dir(&folder).context("cannot read docs/schema")? {
+            let path = entry?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let text = fs::read_to_string(&path).with_context(|| name.clone())?;
+            documents.insert(name.clone(), serde_json::from_str(&text).context(name)?);
+        }
+        Ok(Self { documents })
+    }
+
+    /// What is wrong with an answer of the form that its own key `schema` names; empty if nothing.
+    pub(crate) fn mismatches(&self, answer: &Value) -> Result<Vec<String>> {
+        let form = answer["schema"].as_str().unwrap_or_default();
+        let name = form.strip_prefix("truing/").and_then(|f| f.split('/').next());
+        let file = format!("{}.json", name.unwrap_or_default());
+        let Some(schema) = self.documents.get(&file) else {
+            return Ok(vec![format!("its schema `{form}` is not in docs/schema")]);
+        };
+        let mut found = Vec::new();
+        self.check(schema, (&file, "answer"), answer, &mut found)?;
+        Ok(found)
+    }
+
+    fn check(
+        &self,
+        schema: &Value,
+        at: (&str, &str),
+        instance: &Value,
+        found: &mut Vec<String>,
+    ) -> Result<()> {
+        let (file, path) = at;
+        let keywords =
+            schema.as_object().with_context(|| format!("{file}: a schema is no object"))?;
+        for (keyword, value) in keywords {
+            if WORDS.contains(&keyword.as_str()) {
+                continue;
+            }
+            if let Some(wrong) = of_itself(keyword, value, instance)? {
+                found.extend(wrong.map(|wrong| format!("{path} {wrong}")));
+            } else if !self.check_parts((keyword, value), keywords, at, instance, found)? {
+                bail!("{file}: the keyword `{keyword}` is not checked by xtask");
+            }
+        }
+        Ok(())
+    }
+
+    /// Keywords that hold schemas; whether `keyword` is one.
+    fn check_parts(
+        &self,
+        (keyword, value): (&str, &Value),
+        keywords: &Map<String, Value>,
+        at: (&str, &str),
+        instance: &Value,
+        found: &mut Vec<String>,
+    ) -> Result<bool> {
+        let (file, path) = at;
+        match keyword {
+            "$ref" => {
+                let (file, target) = self.resolve(file, value)?;
+                self.check(target, (file, path), instance, found)?;
+            }
+            "properties" => {
+                for (key, property) in object(value)? {
+                    if let Some(inner) = instance.get(key) {
+                        self.check(property, (file, &format!("{path}.{key}")), inner, found)?;
+                    }
+                }
+            }
+            "additionalProperties" => {
+                let known = keywords.get("properties").and_then(Value::as_object);
+                for (key, inner) in instance.as_object().into_iter().flatten() {
+                    if known.is_none_or(|known| !known.contains_key(key)) {
+                        self.check(value, (file, &format!("{path}.{key}")), inner, found)?;
+                    }
+                }
+            }
+            "items" => {
+                for (n, inner) in instance.as_array().into_iter().flatten().enumerate() {
+                    self.check(value, (file, &format!("{path}[{n}]")), inner, found)?;
+                }
+            }
+            "allOf" => {
+                for part in list(value)? {
+                    self.check(part, at, instance, found)?;
+                }
+            }
+            "anyOf" => {
+                let mut tried = Vec::new();
+                for part in list(value)? {
+                    let mut wrong = Vec::new();
+                    self.check(part, at, instance, &mut wrong)?;
+                    tried.push(wrong);
+                }
+                // What the closest of them lacks; nothing where one is met.
+                found.extend(tried.into_iter().min_by_key(Vec::len).unwrap_or_default());
+            }
+            "if" => {
+                let mut unmet = Vec::new();
+                self.check(value, at, instance, &mut unmet)?;
+                if let (true, Some(then)) = (unmet.is_empty(), keywords.get("then")) {
+                    self.check(then, at, instance, found)?;
+                }
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The schema that `answer.json#/$defs/name` or `#/$defs/name` names, and its file.
+    fn resolve<'s>(&'s self, file: &'s str, reference: &Value) -> Result<(&'s str, &'s Value)> {
+        let reference = reference.as_str().context("a $ref is a text")?;
+        let (other, pointer) = reference.split_once('#').unwrap_or((reference, ""));
+        let name = if other.is_empty() { file } else { other };
+        let (name, document) = self
+            .documents
+            .get_key_value(name)
+            .with_context(|| format!("{file}: there is no {name}"))?;
+        let target = document.pointer(pointer);
+        Ok((name, target.with_context(|| format!("{file}: {reference} leads nowhere"))?))
+    }
+}
+
+/// What a keyword without schemas finds wrong, one line each; `None` where it is not such a keyword.
+fn of_itself(
+    keyword: &str,
+    value: &Value,
+    instance: &Value,
+) -> Result<Option<impl Iterator<Item = String>>> {
+    let limit = value.as_u64();
+    let one = |is_wrong: bool, wrong: String| if is_wrong { vec![wrong] } else { Vec::new() };
+    let wrong = match keyword {
+        "type" => one(!is_of_type(value, instance), format!("is no {value}")),
+        "const" => one(value != instance, format!("is not {value}")),
+        "enum" => one(!list(value)?.contains(instance), format!("is none of {value}")),
+        "minimum" => {
+            let is_below = instance.is_number() && instance.as_f64() < value.as_f64();
+            one(is_below, format!("is below {value}"))
+        }
+        "minItems" => one(
+            count(instance).is_some_and(|n| Some(n) < limit),
+            format!("has fewer items than {value}"),
+        ),
+        "maxItems" => one(
+            count(instance).is_some_and(|n| Some(n) > limit),
+            format!("has more items than {value}"),
+        ),
+        "minLength" => one(
+            length(instance).is_some_and(|n| Some(n) < limit),
+            format!("is shorter than {value}"),
+        ),
+        "maxLength" => one(
+            length(instance).is_some_and(|n| Some(n) > limit),
+            format!("is longer than {value}"),
+        ),
+        "required" => {
+            let keys = list(value)?.iter().filter_map(Value::as_str);
+            let is_missing = |key: &&str| instance.is_object() && instance.get(*key).is_none();
+            keys.filter(is_missing).map(|key| format!("lacks `{key}`")).collect()
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(wrong.into_iter()))
+}
+
+fn is_of_type(types: &Value, instance: &Value) -> bool {
+    let is = |name: &str| match name {
+        "object" => instance.is_object(),
+        "array" => instance.is_array(),
+        "string" => instance.is_string(),
+        "number" => instance.is_number(),
+        "integer" => instance.is_u64() || instance.is_i64(),
+        "boolean" => instance.is_boolean(),
+        "null" => instance.is_null(),
+        _ => false,
+    };
+    match types {
+        Value::String(name) => is(name),
+        Value::Array(names) => names.iter().filter_map(Value::as_str).any(is),
+        _ => false,
+    }
+}
+
+fn list(value: &Value) -> Result<&Vec<Value>> {
+    value.as_array().with_context(|| format!("expected a list, found {value}"))
+}
+
+fn object(value: &Value) -> Result<&Map<String, Value>> {
+    value.as_object().with_context(|| format!("expected an object, found {value}"))
+}
+
+fn count(instance: &Value) -> Option<u64> {
+    u64::try_from(instance.as_array()?.len()).ok()
+}
+
+fn length(instance: &Value) -> Option<u64> {
+    u64::try_from(instance.as_str()?.chars().count()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn wrong(schema: &Value, answer: &Value) -> Vec<String> {
+        let part = json!({ "$defs": { "n": { "type": "number", "minimum": 0 } } });
+        let documents = [("t.json".to_owned(), schema.clone()), ("part.json".to_owned(), part)];
+        Schemas { documents: documents.into() }.mismatches(answer).unwrap()
+    }
+
+    #[test]
+    fn what_an_answer_lacks_is_named_with_its_place() {
+        let schema = json!({
+            "type": "object", "required": ["a", "b"],
+            "properties": {
+                "a": { "type": "array", "maxItems": 2, "items": { "$ref": "part.json#/$defs/n" } },
+                "b": { "anyOf": [{ "type": "null" }, { "type": "object", "required": ["c"] }] },
+                "k": { "enum": ["x", "y"] }
+            },
+            "allOf": [{ "if": { "properties": { "k": { "const": "x" } } }, "then": { "required": ["z"] } }]
+        });
+        let of = |mut answer: Value| {
+            answer["schema"] = json!("truing/t/1");
+            wrong(&schema, &answer)
+        };
+        assert_eq!(of(json!({ "a": [1, 2.5], "b": null, "k": "y", "more": 1 })), [""; 0]);
+        assert_eq!(of(json!({ "a": [1, -1], "b": null, "k": "y" })), ["answer.a[1] is below 0"]);
+        assert_eq!(
+            of(json!({ "a": ["1"], "b": null, "k": "y" })),
+            ["answer.a[0] is no \"number\""]
+        );
+        assert_eq!(of(json!({ "a": [], "b": {}, "k": "y" })), ["answer.b lacks `c`"]);
+        assert_eq!(of(json!({ "a": [], "b": null, "k": "x" })), ["answer lacks `z`"]);
+        assert_eq!(of(json!({ "a": [], "b": null, "k": "q" })).len(), 1);
+        assert_eq!(of(json!({ "a": [1, 2, 3], "k": "y" })).len(), 2);
+    }
+
+    #[test]
+    fn forms_and_keywords_that_are_not_known_are_not_passed_over() {
+        assert_eq!(wrong(&json!({}), &json!({ "schema": "truing/u/1" })).len(), 1);
+        let documents = [("t.json".to_owned(), json!({ "pattern": "^a" }))].into();
+        let answer = json!({ "schema": "truing/t/1" });
+        assert!(Schemas { documents }.mismatches(&answer).is_err());
+    }
+
+    #[test]
+    fn the_published_schemas_are_of_known_keywords_and_references() {
+        let schemas = Schemas::read().unwrap();
+        for (file, document) in &schemas.documents {
+            walk(&schemas, file, document);
+        }
+        assert!(schemas.documents.len() >= 6);
+    }
+
+    /// Checks every schema within a schema against an instance that meets none of it.
+    fn walk(schemas: &Schemas, file: &str, schema: &Value) {
+        schemas.check(schema, (file, ""), &Value::Null, &mut Vec::new()).unwrap();
+        for key in ["properties", "$defs"] {
+            for inner in schema[key].as_object().into_iter().flatten() {
+                walk(schemas, file, inner.1);
+            }
+        }
+        for key in ["allOf", "anyOf"] {
+            for inner in schema[key].as_array().into_iter().flatten() {
+                walk(schemas, file, inner);
+            }
+        }
+        for key in ["items", "then"] {
+            if let Some(inner) = schema.get(key) {
+                walk(schemas, file, inner);
+            }
+        }
+    }
+}
