@@ -15,10 +15,11 @@ pub(crate) struct Decoded {
 }
 
 /// What keeps bytes from being text, with line and column from 1.
+#[derive(Debug)]
 pub(crate) struct Undecoded {
     pub(crate) line: usize,
     pub(crate) column: usize,
-    pub(crate) problem: Problem,
+    pub(crate) problem: Box<Problem>,
 }
 
 /// The text without its byte order mark.
@@ -30,7 +31,7 @@ pub(crate) fn decode(bytes: Vec<u8>) -> Result<Decoded, Undecoded> {
         return utf_16(rest, u16::from_be_bytes, "UTF-16 BE");
     }
     if matches!(bytes[..], [0, other, ..] | [other, 0, ..] if other != 0) {
-        let problem = Problem::Utf16WithoutMark;
+        let problem = Box::new(Problem::Utf16WithoutMark);
         return Err(Undecoded { line: 1, column: 1, problem });
     }
     let mut text = String::from_utf8(bytes).map_err(|e| not_utf_8(&e))?;
@@ -49,7 +50,7 @@ fn utf_16(
     let mut text = String::with_capacity(pairs.len());
     let broken = |text: &str| {
         let (line, column) = end_of(text);
-        Undecoded { line, column, problem: Problem::NotUtf16 }
+        Undecoded { line, column, problem: Box::new(Problem::NotUtf16) }
     };
     for unit in char::decode_utf16(pairs.iter().map(|pair| unit(*pair))) {
         text.push(unit.map_err(|_| broken(&text))?);
@@ -64,7 +65,7 @@ fn not_utf_8(error: &std::string::FromUtf8Error) -> Undecoded {
     let (before, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
     let (line, column) = end_of(&String::from_utf8_lossy(before));
     let byte = rest.first().copied().unwrap_or_default();
-    Undecoded { line, column, problem: Problem::NotUtf8 { byte } }
+    Undecoded { line, column, problem: Box::new(Problem::NotUtf8 { byte }) }
 }
 
 /// Line and column, from 1, of the character after `text`.
@@ -83,7 +84,7 @@ mod tests {
         let little = b"\xff\xfea\x00\xb5\x00\x35\xd8\xfc\xde".to_vec();
         let big = b"\xfe\xff\x00a\x00\xb5\xd8\x35\xde\xfc".to_vec();
         for (bytes, name) in [(little, "UTF-16 LE"), (big, "UTF-16 BE")] {
-            let decoded = decode(bytes).map_err(|e| e.problem).unwrap();
+            let decoded = decode(bytes).unwrap();
             assert_eq!((decoded.text.as_str(), decoded.encoding), ("aµ𝛼", Some(name)));
         }
     }

@@ -58,7 +58,7 @@ impl Folder {
     pub(crate) fn text(&self, file: &str) -> Result<String, Error> {
         let at = self.location(file);
         let decoded = decode(self.bytes(file)?)
-            .map_err(|e| Error::case(at.clone().line(e.line).column(e.column), e.problem))?;
+            .map_err(|e| Error::case(at.clone().line(e.line).column(e.column), *e.problem))?;
         if let Some(encoding) = decoded.encoding {
             self.ledger.note(&at, encoding.to_owned());
         }

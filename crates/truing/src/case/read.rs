@@ -77,7 +77,8 @@ impl Case {
         let mut lines: Vec<(&str, &str)> =
             self.inputs.iter().map(|i| (i.file.as_str(), i.sha256.as_str())).collect();
         lines.sort_unstable();
-        let text: String = lines.iter().map(|(file, sha)| format!("{sha}  {file}\n")).collect();
+        let text =
+            lines.iter().fold(String::new(), |text, (file, sha)| text + sha + "  " + file + "\n");
         digest(text.as_bytes())
     }
 

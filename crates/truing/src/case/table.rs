@@ -47,7 +47,7 @@ impl Table {
             let line = lines.line_of_record(start + usize::try_from(at).unwrap_or(usize::MAX));
             if record.iter().all(|cell| cell.trim().is_empty()) {
                 if let Some(rows) = &mut rows {
-                    rows.empty_rows += usize::from(record.len() > 1);
+                    rows.n_empty += usize::from(record.len() > 1);
                 }
                 continue;
             }
@@ -135,8 +135,8 @@ struct Rows {
     separator: Separator,
     /// Cells of the header, those without a name at its end included.
     width: usize,
-    /// Rows and columns in which nothing stands.
-    empty_rows: usize,
+    /// Rows in which nothing stands.
+    n_empty: usize,
     has_empty_columns: bool,
 }
 
@@ -162,7 +162,7 @@ impl Rows {
             ledger: Ledger::default(),
         };
         let (width, has_empty_columns) = (record.len(), record.len() > named);
-        Ok(Self { table, separator, width, empty_rows: 0, has_empty_columns })
+        Ok(Self { table, separator, width, n_empty: 0, has_empty_columns })
     }
 
     fn push(&mut self, record: &csv::StringRecord, line: usize) -> Result<(), Error> {
@@ -202,7 +202,7 @@ impl Rows {
         if has_comma {
             self.table.write_points();
         }
-        let rows = match self.empty_rows {
+        let rows = match self.n_empty {
             0 => None,
             1 => Some("1 empty row".to_owned()),
             n => Some(format!("{n} empty rows")),

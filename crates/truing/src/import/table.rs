@@ -180,7 +180,7 @@ pub fn import_table(path: &Path, import: &TableImport) -> Result<ImportedTable, 
     let input = InputFile::given(path, &bytes);
     let (at, ledger) = (Location::file(path), Ledger::default());
     let decoded = decode(bytes)
-        .map_err(|e| Error::case(at.clone().line(e.line).column(e.column), e.problem))?;
+        .map_err(|e| Error::case(at.clone().line(e.line).column(e.column), *e.problem))?;
     if let Some(encoding) = decoded.encoding {
         ledger.note(&at, encoding.to_owned());
     }

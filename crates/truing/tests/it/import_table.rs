@@ -74,10 +74,10 @@ fn every_table_of_the_examples_is_a_target() {
         let example = Case::example(kind);
         for file in std::fs::read_dir(example.path()).unwrap() {
             let path = file.unwrap().path();
-            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-            if !name.ends_with(".csv") {
+            if path.extension().is_none_or(|e| e != "csv") {
                 continue;
             }
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
             let file = path.to_str().unwrap();
             let ended = truing(&["import", "table", file, "--kind", kind, "--table", &name]);
             assert_eq!((ended.code, ended.stderr.as_str()), (0, ""), "{kind} {name}");
