@@ -116,8 +116,8 @@ impl Schemas {
                     self.check(part, at, instance, &mut wrong)?;
                     tried.push(wrong);
                 }
-                // What the closest of them lacks; nothing where one is met.
-                found.extend(tried.into_iter().min_by_key(Vec::len).unwrap_or_default());
+                // What the closest of them lacks, the last of several; nothing where one is met.
+                found.extend(tried.into_iter().rev().min_by_key(Vec::len).unwrap_or_default());
             }
             "if" => {
                 let mut unmet = Vec::new();
