@@ -10,6 +10,8 @@ mod ci;
 mod expectation;
 mod fixtures;
 mod generators;
+#[cfg(test)]
+mod handback;
 mod loop_speed;
 mod measured;
 mod peers;

@@ -35,6 +35,16 @@ impl Truing {
         Ok(Self { binary: Path::new(target).join("release").join(name) })
     }
 
+    /// Builds it as the tests of the workspace are built, so that nothing is built twice.
+    #[cfg(test)]
+    pub(crate) fn build_for_tests() -> Result<Self> {
+        shell::cargo(&["build", "--workspace", "--all-features", "--bin", "truing"])?;
+        let metadata = shell::metadata(false)?;
+        let target = metadata["target_directory"].as_str().context("no target directory")?;
+        let name = format!("truing{}", std::env::consts::EXE_SUFFIX);
+        Ok(Self { binary: Path::new(target).join("debug").join(name) })
+    }
+
     /// Runs one command.
     pub(crate) fn run<S: AsRef<std::ffi::OsStr>>(&self, arguments: &[S]) -> Result<Answer> {
         let output = Command::new(&self.binary)

@@ -78,7 +78,10 @@ pub(crate) fn catalogue<const D: usize>(
 /// Where the transform has a translation this is a matter of conditioning only, and the centroid
 /// is best. Without one the frames share their origin, and that is the fixed point, unless it is
 /// too far away to matter.
-fn fixed_point<const D: usize>(transform: Transform, spread: &Spread<D>) -> SVector<f64, D> {
+pub(crate) fn fixed_point<const D: usize>(
+    transform: Transform,
+    spread: &Spread<D>,
+) -> SVector<f64, D> {
     let centroid_mm = spread.centroid_mm.coords;
     let far = centroid_mm.norm() > FAR * spread.rms_mm.norm();
     if transform.has_translation() || far { centroid_mm } else { SVector::zeros() }

@@ -66,6 +66,7 @@ mod statistics;
 mod term;
 mod transform;
 mod uncertainty;
+mod with_effects;
 
 pub use error::{FrameFitError, FreeMotion, InvalidPair};
 pub use fit::{FrameFit, fit_frame};
@@ -80,6 +81,7 @@ pub use shape::{Shape, shape_of};
 pub use snooping::{Reliability, Snooping, SnoopingOptions, Suspect, reliability, snoop};
 pub use transform::{Handedness, Transform};
 pub use uncertainty::FrameParameter;
+pub use with_effects::{MapWithEffects, NearestSimilarity};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -30,12 +30,14 @@ pub struct FrameModel<const D: usize> {
     reference: FrameMap<D>,
     /// Images of the source points under `reference`.
     images_mm: Vec<SVector<f64, D>>,
-    motions: Vec<Motion>,
-    pivot_mm: SVector<f64, D>,
+    pub(crate) motions: Vec<Motion>,
+    pub(crate) pivot_mm: SVector<f64, D>,
+    /// Point of the source frame that rotations, scales and shears leave where it is.
+    pub(crate) fixed_mm: SVector<f64, D>,
     layout: Layout,
     base: Vec<Parameter>,
-    effects: Vec<Effect>,
-    terms: Vec<Term<D>>,
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) terms: Vec<Term<D>>,
 }
 
 impl<const D: usize> FrameModel<D> {
@@ -91,6 +93,7 @@ impl<const D: usize> FrameModel<D> {
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
         Self {
             pivot_mm: reference.apply(&spread.centroid_mm).coords,
+            fixed_mm: effects::fixed_point(transform, &spread),
             images_mm: points.iter().map(|p| reference.apply(&p.pair.source_mm).coords).collect(),
             base: motions.iter().map(|m| base_parameter(*m)).collect(),
             layout: layout(&points, options.noise),
@@ -132,12 +135,16 @@ impl<const D: usize> FrameModel<D> {
     }
 
     /// Effects that act at `place` and are switched on.
-    fn active<'a>(&'a self, at: &'a State, place: Place) -> Vec<(&'a Term<D>, &'a DVector<f64>)> {
+    pub(crate) fn active<'a>(
+        &'a self,
+        at: &'a State,
+        place: Place,
+    ) -> Vec<(&'a Term<D>, &'a DVector<f64>)> {
         let here = self.terms.iter().zip(&at.amplitudes).filter(|(term, _)| term.place() == place);
         here.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0)).collect()
     }
 
-    fn moved_at(&self, base: &DVector<f64>) -> Moved<D> {
+    pub(crate) fn moved_at(&self, base: &DVector<f64>) -> Moved<D> {
         motion::finite(self.transform, &self.motions, base)
     }
 
@@ -152,7 +159,7 @@ impl<const D: usize> FrameModel<D> {
     }
 
     /// Rotation of the target frame by the effect of that name, less identity, and its pivot.
-    fn target_rotation(&self, at: &State) -> (SMatrix<f64, D, D>, SVector<f64, D>) {
+    pub(crate) fn target_rotation(&self, at: &State) -> (SMatrix<f64, D, D>, SVector<f64, D>) {
         let rotation = self.terms.iter().zip(&at.amplitudes).find_map(|(term, amplitude)| {
             let Term::Rotation { pivot_mm } = term else { return None };
             let pivot_mm = self.reference.apply(&Point::from(*pivot_mm)).coords;

@@ -68,6 +68,8 @@ pub(crate) struct BodyMotion<const D: usize> {
     pub(crate) body: Vec<Option<usize>>,
     /// Centroid of each body that moves.
     pub(crate) pivots_mm: Vec<SVector<f64, D>>,
+    /// Name of the body that the frame goes with.
+    pub(crate) still: String,
 }
 
 /// Where an effect acts.
@@ -97,6 +99,66 @@ impl<const D: usize> Term<D> {
             Self::BodyMotion(motion) => motion.body[observation].is_some(),
             _ => true,
         }
+    }
+
+    /// [`Term::columns`] at a point that was not measured, of what is affine in the point: at 20 °C
+    /// of an expansion. `None` where the effect is no such map, or a rotation.
+    pub(crate) fn affine(&self, point_mm: &SVector<f64, D>) -> Option<DMatrix<f64>> {
+        match self {
+            Self::Shift
+            | Self::Reflection { .. }
+            | Self::Scale { .. }
+            | Self::AnisotropicScale { .. }
+            | Self::Shear { .. } => Some(self.columns(0, point_mm)),
+            Self::Expansion { constant_mm, .. } => Some(column(&-constant_mm)),
+            _ => None,
+        }
+    }
+
+    /// Whether the effect bends the source frame by the place of a point, and is not affine.
+    pub(crate) fn distorts(&self) -> bool {
+        matches!(
+            self,
+            Self::LensDistortion { .. }
+                | Self::Perspective { .. }
+                | Self::PolynomialDistortion { .. }
+        )
+    }
+
+    /// What a map without the effect leaves out, or when it holds; `None` where it leaves nothing.
+    pub(crate) fn condition(&self, subject: &str, driver: Option<&str>) -> Option<String> {
+        let left_out = |what: &str| {
+            format!("the matrix is that without the {what}, which is in the corrections")
+        };
+        Some(match self {
+            Self::Shift
+            | Self::Rotation { .. }
+            | Self::Reflection { .. }
+            | Self::Scale { .. }
+            | Self::AnisotropicScale { .. }
+            | Self::Shear { .. } => return None,
+            Self::BadPoint { .. } => format!(
+                "the matrix is that of the other points; the correction of {subject} is its own error"
+            ),
+            Self::Drift { .. } => {
+                "the matrix holds at the first reading; the drift from then on is \
+                                   in the corrections"
+                    .to_owned()
+            }
+            Self::Sag { .. } => left_out("sag"),
+            Self::LensDistortion { .. } => left_out("lens distortion"),
+            Self::Perspective { .. } => left_out("perspective"),
+            Self::PolynomialDistortion { .. } => left_out("polynomial distortion"),
+            Self::BodyMotion(motion) => format!(
+                "the matrix holds for {}; the motion of the other sub-assemblies is in the \
+                 corrections",
+                motion.still
+            ),
+            Self::Expansion { .. } => format!(
+                "the matrix holds at {} = 20 °C; the expansion beyond is in the corrections",
+                driver.unwrap_or("a temperature")
+            ),
+        })
     }
 
     /// `D × parameters`: what a unit of each amplitude adds to a point.

@@ -64,6 +64,8 @@ pub fn close_loop(
         residuals_before: declared.residuals(&base).iter().copied().collect(),
         residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
         covariance: covariance(&chosen.system, &chosen.estimate, &keep),
+        columns: chosen.system.columns(),
+        empirical: chosen.system.corrections(&chosen.estimate),
         state: chosen.estimate.state,
         before: summaries.before,
         after: summaries.after,

@@ -1,6 +1,6 @@
 //! What the loop found.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::State;
 
@@ -32,12 +32,58 @@ pub struct Closure {
     ///
     /// Scaled by the variance factor where sigma was not declared, or was declared too small.
     pub covariance: DMatrix<f64>,
+    /// What each row and column of `covariance` is about.
+    pub columns: Vec<Column>,
+    /// Empirical corrections of the final model, in the order added.
+    pub empirical: Vec<EmpiricalCorrection>,
     /// Residual per row of the declared model, in report units, all groups.
     pub residuals_before: Vec<f64>,
     /// Residual per row of the final model, in report units, all groups.
     pub residuals_after: Vec<f64>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
+}
+
+/// One row and column of [`Closure::covariance`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// Entry of [`State::base`].
+    Base(usize),
+    /// A free amplitude: entry `parameter` of [`State::amplitudes`] of `effect`.
+    Amplitude {
+        /// Index into the catalogue.
+        effect: usize,
+        /// Index into its amplitudes.
+        parameter: usize,
+    },
+    /// A coefficient of an entry of [`Closure::empirical`].
+    Empirical {
+        /// Index into [`Closure::empirical`].
+        correction: usize,
+        /// Index into its coefficients.
+        coefficient: usize,
+    },
+}
+
+/// A correction along a covariate that knows no cause, as fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmpiricalCorrection {
+    /// Column it follows.
+    pub covariate: String,
+    /// Its shape in words.
+    pub shape: String,
+    /// Coefficients of the final model.
+    pub coefficients: DVector<f64>,
+    /// What one unit of each coefficient adds to every row of the residual, in report units.
+    pub columns: DMatrix<f64>,
+}
+
+impl EmpiricalCorrection {
+    /// What it adds to every row of the residual, in report units.
+    #[must_use]
+    pub fn added(&self) -> DVector<f64> {
+        &self.columns * &self.coefficients
+    }
 }
 
 /// Error of one model on the data that made it and on data it never saw.

@@ -126,8 +126,8 @@ pub use assess::{Assessment, Visibility, assess};
 pub use check::check_tangents;
 pub use close_loop::close_loop;
 pub use closure::{
-    Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass, Remaining,
-    Score, Step, Verdict,
+    Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable, Outcome,
+    ParameterEstimate, Pass, Remaining, Score, Step, Verdict,
 };
 pub use common_scatter::common_variance;
 pub use error::LoopError;

@@ -4,7 +4,7 @@ use least_squares::{Problem, SolveError, solve};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common_scatter::common_variance;
-use crate::{Layout, Model, Role, Row, State};
+use crate::{Column, EmpiricalCorrection, Layout, Model, Role, Row, State};
 
 /// A correction that is linear in its coefficients and knows no physics.
 #[derive(Clone, Debug)]
@@ -244,6 +244,35 @@ impl<'a> System<'a> {
         let residual = self.residuals(at).select_rows(keep);
         let jacobian = self.jacobian(at).select_rows(keep);
         common_variance(&rows, &residual, &jacobian)
+    }
+
+    /// What the columns of [`System::jacobian`] are about.
+    pub(crate) fn columns(&self) -> Vec<Column> {
+        let base = (0..self.model.base().len()).map(Column::Base);
+        let amplitude = |a: &Active| {
+            let effect = a.effect;
+            let free = a.parameters.clone().into_iter();
+            free.map(move |parameter| Column::Amplitude { effect, parameter })
+        };
+        let coefficient = |(correction, e): (usize, &Empirical)| {
+            let all = 0..e.columns.ncols();
+            all.map(move |coefficient| Column::Empirical { correction, coefficient })
+        };
+        let amplitudes = self.active.iter().flat_map(amplitude);
+        base.chain(amplitudes)
+            .chain(self.empirical.iter().enumerate().flat_map(coefficient))
+            .collect()
+    }
+
+    /// The empirical corrections as fitted.
+    pub(crate) fn corrections(&self, at: &Estimate) -> Vec<EmpiricalCorrection> {
+        let correction = |(e, c): (&Empirical, &DVector<f64>)| EmpiricalCorrection {
+            covariate: e.covariate.clone(),
+            shape: e.shape.clone(),
+            coefficients: c.clone(),
+            columns: e.columns.clone(),
+        };
+        self.empirical.iter().zip(&at.coefficients).map(correction).collect()
     }
 
     /// Names of the columns of [`System::jacobian`].

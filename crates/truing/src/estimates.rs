@@ -75,6 +75,15 @@ impl Estimates {
         }
     }
 
+    /// When what is handed back holds, and what of the accepted effects it leaves to corrections.
+    #[must_use]
+    pub fn conditions(&self) -> &[String] {
+        match self {
+            Self::FrameFit(estimates) => &estimates.conditions,
+            _ => &[],
+        }
+    }
+
     /// Pictures that only this kind has.
     pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
         match self {

@@ -57,8 +57,8 @@ pub use kinds::{
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
     LineMiss, LobeEstimate, MeasuredNormalEstimate, MountEstimate, PathError, PathForceEstimates,
     PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, ProbeCompEstimates,
-    QualificationEstimate, StationEstimate, TouchEstimate, TouchResidual, TrackerLmEstimates,
-    TransformStd, WrenchEstimate, kinds, write_example,
+    QualificationEstimate, ScaleEstimate, StationEstimate, TouchEstimate, TouchResidual,
+    TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, read_page, solve_report};
 pub use program::{Corrected, correct};

@@ -41,8 +41,12 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     let evidence = Evidence::Closed(&closed.closure);
     // The page shows the closure's own warnings by itself.
     let doubts = matched.map(|m| m.warnings).unwrap_or_default();
-    let warnings: Vec<String> =
-        case.warnings.iter().chain(&doubts).chain(&declared.warnings).cloned().collect();
+    let warnings: Vec<String> = (case.warnings.iter())
+        .chain(&doubts)
+        .chain(&declared.warnings)
+        .chain(closed.estimates.conditions())
+        .cloned()
+        .collect();
     let own = closed.estimates.plots();
     let carried = closed.carried.as_ref().map(carried_words).unwrap_or_default();
     Ok(page(case, &prepared, &parameters, evidence, own, &carried, &warnings))

@@ -35,7 +35,9 @@ fn residual_row(name: &str, residual: &Residual) -> Vec<Cell> {
 }
 
 fn tables(f: &mut fmt::Formatter<'_>, estimates: &Estimates) -> fmt::Result {
-    estimates.tables().iter().try_for_each(|table| writeln!(f, "{table}"))
+    estimates.tables().iter().try_for_each(|table| writeln!(f, "{table}"))?;
+    estimates.conditions().iter().try_for_each(|condition| writeln!(f, "note: {condition}"))?;
+    if estimates.conditions().is_empty() { Ok(()) } else { writeln!(f) }
 }
 
 impl fmt::Display for Closed {

@@ -30,6 +30,7 @@ pub(super) fn sub_assembly<const D: usize>(points: &[MeasuredPoint<D>]) -> Optio
     let motion = BodyMotion {
         body: points.iter().map(|p| p.body.as_deref().and_then(index)).collect(),
         pivots_mm: named.iter().map(|(name, _)| centroid(points, name)).collect(),
+        still: still.to_owned(),
     };
     let mut parameters = Vec::new();
     for (name, _) in &named {

@@ -10,7 +10,7 @@ use crate::Error;
 use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, group_names};
 use crate::kinds::{Kind, Measured, Reading};
 
-pub use estimates::{FrameFitEstimates, PointResidual, TransformStd};
+pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
 use measured::{FrameCase, Sigma, Use};
 
 pub(crate) const KIND: Kind = Kind {

@@ -12,7 +12,7 @@ mod tracker_lm;
 use std::fmt;
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, Model};
+use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
 
 use crate::Error;
 use crate::case::{Document, Folder, LoopSettings};
@@ -23,7 +23,7 @@ pub use example::write_example;
 pub use force_impedance::{
     ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate, PathError, PathForceEstimates,
 };
-pub use frame_fit::{FrameFitEstimates, PointResidual, TransformStd};
+pub use frame_fit::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
 pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
     GravityEstimates, LineMiss, WrenchEstimate,
@@ -113,6 +113,18 @@ pub(crate) struct Observation {
     pub(crate) residual: Vec<f64>,
     /// Whether it took part in the fit.
     pub(crate) fitted: bool,
+}
+
+/// Sentences that say where the empirical corrections of a closure are.
+pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
+    let sentence = |e: &EmpiricalCorrection| {
+        format!(
+            "the correction along {} ({}) knows no cause; it is in the corrections of the readings \
+             alone",
+            e.covariate, e.shape
+        )
+    };
+    closure.empirical.iter().map(sentence).collect()
 }
 
 /// Estimates of a kind with the accepted effects in the model.

@@ -1,10 +1,14 @@
-use frame_fit::{FrameFit, FrameMap, Transform, shape_of};
+use frame_fit::{FrameMap, NearestSimilarity, shape_of};
 use geometry::{EulerAngles, EulerReading};
-use nalgebra::{DMatrix, Matrix3, Point, Rotation3, UnitQuaternion};
+use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use crate::estimates::Estimated;
 use crate::text_table::{Cell, TextTable};
+
+/// Share of the other variances below which that of scale or rotation is round-off: neither is
+/// estimated.
+const NOT_ESTIMATED: f64 = 1e-18;
 
 /// What a `frame-fit` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,8 +27,26 @@ pub struct FrameFitEstimates {
     pub handedness: String,
     /// Standard uncertainties; `None` where the noise is unknown and nothing is redundant.
     pub std: Option<TransformStd>,
+    /// Covariance of the entries of the first rows of `matrix`, row by row, their last in mm.
+    pub matrix_covariance: Option<Vec<Vec<f64>>>,
+    /// Point of the first frame to which scales, shears and rotations refer: the centroid of the
+    /// fitted points, or the origin where the frames share it.
+    pub reference_mm: Vec<f64>,
+    /// When the matrix holds, and what of the accepted effects it leaves to the corrections.
+    pub conditions: Vec<String>,
+    /// Scale of the similarity nearest to matrix and distortion together, where there is one.
+    pub nearest_similarity: Option<ScaleEstimate>,
     /// Residual of every point, in the order of the table.
     pub points: Vec<PointResidual>,
+}
+
+/// A scale with its standard uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ScaleEstimate {
+    /// The scale.
+    pub scale: f64,
+    /// Its standard uncertainty.
+    pub std_scale: f64,
 }
 
 /// Standard uncertainties of a transform.
@@ -36,9 +58,11 @@ pub struct TransformStd {
     pub angles_deg: Option<Vec<f64>>,
     /// Of the scale, where there is one to estimate.
     pub scale: Option<f64>,
+    /// Of `matrix`, row by row; the last row is exact.
+    pub matrix: Vec<Vec<f64>>,
 }
 
-/// Residual `to − T(from)` of one point.
+/// Residual `to − (matrix · from + correction)` of one point.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PointResidual {
     /// Name of the point.
@@ -52,16 +76,34 @@ pub struct PointResidual {
     pub dy_mm: f64,
     /// Along z; `None` in a planar case.
     pub dz_mm: Option<f64>,
+    /// What the accepted effects add to this reading beyond the matrix, along x.
+    pub correction_x_mm: f64,
+    /// Along y.
+    pub correction_y_mm: f64,
+    /// Along z; `None` in a planar case.
+    pub correction_z_mm: Option<f64>,
+}
+
+/// A map as handed back, with what belongs to it.
+pub(super) struct HandedBack<const D: usize> {
+    pub(super) map: FrameMap<D>,
+    /// Of the entries of `[L | t]`, row by row; `None` where the noise is not known.
+    pub(super) covariance: Option<DMatrix<f64>>,
+    pub(super) reference_mm: Vec<f64>,
+    pub(super) conditions: Vec<String>,
+    pub(super) nearest_similarity: Option<NearestSimilarity>,
 }
 
 impl FrameFitEstimates {
-    pub(crate) fn of<const D: usize>(
-        map: &FrameMap<D>,
-        std: Option<TransformStd>,
+    pub(super) fn of<const D: usize>(
+        handed_back: HandedBack<D>,
         points: Vec<PointResidual>,
     ) -> Self {
-        let shape = shape_of(map);
-        let angles = angles(map).map(|a| {
+        let HandedBack { map, covariance, reference_mm, conditions, nearest_similarity } =
+            handed_back;
+        let covariance = covariance.filter(|c| c.amax() > 0.0);
+        let shape = shape_of(&map);
+        let angles = angles(&map).map(|a| {
             let a = a.angles();
             let all = [a.alpha_rad, a.beta_rad, a.gamma_rad].map(f64::to_degrees);
             if D == 2 { vec![all[2]] } else { all.to_vec() }
@@ -72,7 +114,13 @@ impl FrameFitEstimates {
             angles_deg: angles,
             scale: shape.mean_scale,
             handedness: shape.handedness.to_string(),
-            std,
+            std: covariance.as_ref().map(|c| TransformStd::of(&map, c)),
+            matrix_covariance: covariance
+                .map(|c| c.row_iter().map(|row| row.iter().copied().collect()).collect()),
+            reference_mm,
+            conditions,
+            nearest_similarity: nearest_similarity
+                .map(|n| ScaleEstimate { scale: n.scale, std_scale: n.std_scale }),
             points,
         }
     }
@@ -94,19 +142,46 @@ impl FrameFitEstimates {
             all.push(Estimated::new(names[i], "°", *value, std));
         }
         all.push(Estimated::new("scale", "", self.scale, std.and_then(|s| s.scale)));
+        if let Some(n) = self.nearest_similarity {
+            let name = "scale of the nearest similarity";
+            all.push(Estimated::new(name, "", n.scale, Some(n.std_scale)));
+        }
         all
     }
 
     pub(crate) fn table(&self) -> TextTable {
         let planar = self.translation_mm.len() == 2;
-        let columns = ["point", "use", "dx mm", "dy mm", "dz mm"];
-        let columns = if planar { &columns[..4] } else { &columns[..] };
-        let mut table = TextTable::new("residual to − T(from)", columns);
+        let corrected = !self.conditions.is_empty();
+        let columns: &[&'static str] = match (planar, corrected) {
+            (true, false) => &["point", "use", "dx mm", "dy mm"],
+            (true, true) => {
+                &["point", "use", "dx mm", "dy mm", "correction x mm", "correction y mm"]
+            }
+            (false, false) => &["point", "use", "dx mm", "dy mm", "dz mm"],
+            (false, true) => &[
+                "point",
+                "use",
+                "dx mm",
+                "dy mm",
+                "dz mm",
+                "correction x mm",
+                "correction y mm",
+                "correction z mm",
+            ],
+        };
+        let title = if corrected {
+            "residual to − (matrix · from + correction)"
+        } else {
+            "residual to − T(from)"
+        };
+        let mut table = TextTable::new(title, columns);
         for p in &self.points {
             let mut row: Vec<Cell> = vec![p.point.clone().into(), p.usage.into()];
             row.extend([Cell::from(p.dx_mm), p.dy_mm.into()]);
-            if !planar {
-                row.push(p.dz_mm.into());
+            row.extend(p.dz_mm.map(Cell::from));
+            if corrected {
+                row.extend([Cell::from(p.correction_x_mm), p.correction_y_mm.into()]);
+                row.extend(p.correction_z_mm.map(Cell::from));
             }
             table.push(row);
         }
@@ -115,51 +190,108 @@ impl FrameFitEstimates {
 }
 
 impl TransformStd {
-    /// Uncertainties from the covariance of a perturbation on the left.
-    ///
-    /// The translation is the image of the source frame's origin, and moves as that point does.
-    pub(crate) fn of<const D: usize>(fit: &FrameFit<D>) -> Option<Self> {
-        if fit.transform == Transform::None {
-            return None;
+    /// Uncertainties from the covariance of the entries of `[L | t]`.
+    fn of<const D: usize>(map: &FrameMap<D>, covariance: &DMatrix<f64>) -> Self {
+        let std: Vec<f64> = covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+        let mut matrix: Vec<Vec<f64>> = std.chunks(D + 1).map(<[f64]>::to_vec).collect();
+        matrix.push(vec![0.0; D + 1]);
+        Self {
+            translation_mm: matrix[..D].iter().map(|row| row[D]).collect(),
+            angles_deg: angles_std(map, covariance),
+            scale: scale_std(map, covariance),
+            matrix,
         }
-        let stds = fit.standard_uncertainties()?;
-        let a_priori = fit.covariance.diagonal().map(f64::sqrt);
-        // One factor scales the whole covariance; read it where it is not 0 / 0.
-        let factor = (0..stds.len()).find(|&i| a_priori[i] > 0.0).map(|i| stds[i] / a_priori[i])?;
-        let origin = Point::from(fit.target_from_source.translation_mm);
-        let covariance = fit.covariance_about(&origin) * factor * factor;
-        let named = |name: &str| fit.parameters().iter().position(|p| p.name == name);
-        let std_of = |name: &str| named(name).map(|i| covariance[(i, i)].sqrt());
-        Some(Self {
-            translation_mm: ["tx", "ty", "tz"].into_iter().filter_map(std_of).collect(),
-            angles_deg: angles_std(fit, &covariance),
-            scale: std_of("scale"),
-        })
     }
 }
 
-fn angles_std<const D: usize>(fit: &FrameFit<D>, covariance: &DMatrix<f64>) -> Option<Vec<f64>> {
-    let parameters = fit.parameters();
-    let index = |name: &str| parameters.iter().position(|p| p.name == name);
-    if D == 2 {
-        let rz = index("rz")?;
-        return Some(vec![covariance[(rz, rz)].sqrt().to_degrees()]);
+/// The linear part of a change of the entries of `[L | t]`.
+fn linear_of<const D: usize>(entries: &[f64]) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|row, column| entries[row * (D + 1) + column])
+}
+
+/// Derivative of functions of the linear part by the entries, one row per function.
+fn by_entries<const D: usize>(
+    functions: usize,
+    of_linear: impl Fn(&SMatrix<f64, D, D>) -> Vec<f64>,
+) -> DMatrix<f64> {
+    let n = D * (D + 1);
+    let mut jacobian = DMatrix::zeros(functions, n);
+    for entry in 0..n {
+        let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == entry))).collect();
+        for (row, value) in of_linear(&linear_of::<D>(&unit)).into_iter().enumerate() {
+            jacobian[(row, entry)] = value;
+        }
     }
-    let rotations = [index("rx")?, index("ry")?, index("rz")?];
-    let rotation = Matrix3::from_fn(|i, j| covariance[(rotations[i], rotations[j])]);
-    let EulerReading::Unique(angles) = angles(&fit.target_from_source)? else { return None };
+    jacobian
+}
+
+/// Of the geometric mean of the principal scales; `None` where no change of it is estimated.
+fn scale_std<const D: usize>(map: &FrameMap<D>, covariance: &DMatrix<f64>) -> Option<f64> {
+    let inverse = dynamic(&map.linear).try_inverse()?;
+    #[expect(clippy::cast_precision_loss, reason = "two or three")]
+    let dimension = D as f64;
+    let scale = shape_of(map).mean_scale;
+    // d ln det L = tr(L⁻¹ dL).
+    let jacobian =
+        by_entries::<D>(1, |d| vec![scale * (&inverse * dynamic(d)).trace() / dimension]);
+    let variance = (&jacobian * covariance * jacobian.transpose())[(0, 0)];
+    (variance > NOT_ESTIMATED * linear_variance::<D>(covariance)).then(|| variance.sqrt())
+}
+
+/// Largest variance of an entry of the linear part.
+fn linear_variance<const D: usize>(covariance: &DMatrix<f64>) -> f64 {
+    let linear = (0..D * (D + 1)).filter(|k| k % (D + 1) < D);
+    linear.map(|k| covariance[(k, k)]).fold(0.0, f64::max)
+}
+
+/// Of the angles of the nearest rotation `R`, `L = R U`.
+///
+/// From `dL = [ω]× L + R dU`: the skew part of `Rᵀ dL` is that of `[Rᵀω]× U`, whose vector is
+/// `(tr U − U) Rᵀω / 2`.
+fn angles_std<const D: usize>(map: &FrameMap<D>, covariance: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let EulerReading::Unique(angles) = angles(map)? else { return None };
+    let rotation = shape_of(map).rotation;
+    let stretch = embedded(&(rotation.transpose() * map.linear), 1.0);
+    let rotation = embedded(&rotation, 1.0);
+    let solved = (Matrix3::identity() * stretch.trace() - stretch).try_inverse()?;
+    let jacobian = by_entries::<D>(3, |d| {
+        let skew = rotation.transpose() * embedded(d, 0.0);
+        let vector = Vector3::new(
+            skew[(2, 1)] - skew[(1, 2)],
+            skew[(0, 2)] - skew[(2, 0)],
+            skew[(1, 0)] - skew[(0, 1)],
+        );
+        (rotation * solved * vector).iter().copied().collect()
+    });
+    let turned = &jacobian * covariance * jacobian.transpose();
+    let turned: Matrix3<f64> = turned.fixed_view::<3, 3>(0, 0).into_owned();
+    if turned.diagonal().amax()
+        <= NOT_ESTIMATED * linear_variance::<D>(covariance).max(f64::MIN_POSITIVE)
+    {
+        return None;
+    }
     let inverse = angles.left_jacobian().try_inverse()?;
-    let of_angles = inverse * rotation * inverse.transpose();
-    Some(of_angles.diagonal().iter().map(|v| v.sqrt().to_degrees()).collect())
+    let of_angles = inverse * turned * inverse.transpose();
+    let all = of_angles.diagonal().map(|v| v.max(0.0).sqrt().to_degrees());
+    Some(if D == 2 { vec![all[2]] } else { all.iter().copied().collect() })
+}
+
+fn dynamic<const D: usize>(matrix: &SMatrix<f64, D, D>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(D, D, matrix.as_slice())
+}
+
+/// A planar matrix in space, with `rest` on the diagonal beyond.
+fn embedded<const D: usize>(matrix: &SMatrix<f64, D, D>, rest: f64) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| match (row < D, column < D) {
+        (true, true) => matrix[(row, column)],
+        _ if row == column => rest,
+        _ => 0.0,
+    })
 }
 
 fn angles<const D: usize>(map: &FrameMap<D>) -> Option<EulerReading> {
     let rotation = shape_of(map).rotation;
-    let embedded = Matrix3::from_fn(|row, column| match (row < D, column < D) {
-        (true, true) => rotation[(row, column)],
-        _ if row == column => 1.0,
-        _ => 0.0,
-    });
+    let embedded = embedded(&rotation, 1.0);
     // A reflection has no angles.
     (embedded.determinant() > 0.0).then(|| {
         let rotation = Rotation3::from_matrix_unchecked(embedded);

@@ -1,17 +1,17 @@
 use std::sync::Arc;
 
 use frame_fit::{
-    FrameFit, FrameFitError, FrameMap, FrameModel, Handedness, MeasuredPoint, Noise, Options,
+    FrameFit, FrameFitError, FrameModel, Handedness, MapWithEffects, MeasuredPoint, Noise, Options,
     PointPair, Transform, Uncertainty, fit_frame,
 };
-use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
+use model_discrepancy::{Closure, Covariate, Origin, Role};
 use nalgebra::{Point, SVector};
 
-use super::estimates::{FrameFitEstimates, PointResidual, TransformStd};
+use super::estimates::{FrameFitEstimates, HandedBack, PointResidual};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions};
 use crate::report::Fact;
 
 /// A `frame-fit` case as read.
@@ -166,15 +166,17 @@ impl FrameCase {
                 fitted: *usage == Use::Fit,
             })
             .collect();
-        let std = TransformStd::of(&fit);
-        let points = self.points(|row, axis| residuals[row][axis]);
+        let points = self.points(|row, axis| residuals[row][axis], |_, _| 0.0);
         let declared = fit.noise == Noise::Declared;
+        let handed_back = HandedBack {
+            map: fit.target_from_source,
+            covariance: fit.map_covariance(),
+            reference_mm: self.centroid_mm::<D>().iter().copied().collect(),
+            conditions: Vec::new(),
+            nearest_similarity: None,
+        };
         Ok(Fitted {
-            estimates: Estimates::FrameFit(FrameFitEstimates::of(
-                &fit.target_from_source,
-                std,
-                points,
-            )),
+            estimates: Estimates::FrameFit(FrameFitEstimates::of(handed_back, points)),
             observations,
             unit: "mm",
             degrees_of_freedom: fit.degrees_of_freedom,
@@ -198,13 +200,31 @@ impl FrameCase {
         })
     }
 
-    fn points(&self, residual: impl Fn(usize, usize) -> f64) -> Vec<PointResidual> {
+    /// Centroid of the fitted points in the first frame.
+    fn centroid_mm<const D: usize>(&self) -> SVector<f64, D> {
+        let rows = self.rows_to_fit();
+        let sum = rows.iter().fold(SVector::zeros(), |sum, row| {
+            sum + SVector::<f64, D>::from_column_slice(&self.from_mm[*row])
+        });
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let count = rows.len().max(1) as f64;
+        sum / count
+    }
+
+    fn points(
+        &self,
+        residual: impl Fn(usize, usize) -> f64,
+        correction: impl Fn(usize, usize) -> f64,
+    ) -> Vec<PointResidual> {
         let point = |row: usize| PointResidual {
             point: self.names[row].clone(),
             usage: self.uses[row].name(),
             dx_mm: residual(row, 0),
             dy_mm: residual(row, 1),
             dz_mm: (self.dimension == 3).then(|| residual(row, 2)),
+            correction_x_mm: correction(row, 0),
+            correction_y_mm: correction(row, 1),
+            correction_z_mm: (self.dimension == 3).then(|| correction(row, 2)),
         };
         (0..self.names.len()).map(point).collect()
     }
@@ -235,43 +255,37 @@ impl FrameCase {
         let model = Arc::new(model);
         let of = Arc::clone(&model);
         let estimates = Box::new(move |closure: &Closure| {
-            let map = of.map_at(&closure.state.base);
-            let layout = of.layout();
-            let mut residuals = vec![[0.0; D]; self.names.len()];
-            for (row, value) in layout.rows.iter().zip(&closure.residuals_after) {
-                residuals[row.observation][row.component] = *value;
-            }
-            let points = self.points(|row, axis| residuals[row][axis]);
-            let std = self.std_with_effects(&map, closure);
-            Estimates::FrameFit(FrameFitEstimates::of(&map, std, points))
+            let of = of.with_effects(&closure.state, &closure.columns, &closure.covariance);
+            self.with_effects(of, closure)
         });
         Ok(Prepared { model, covariates, estimates })
     }
 
-    /// Uncertainties of the transform with the accepted effects in the model.
-    ///
-    /// The loop's chart is a motion about the image of the fitted points' centroid, in the order
-    /// of the fit's own parameters; its covariance is scaled already.
-    fn std_with_effects<const D: usize>(
-        &self,
-        map: &FrameMap<D>,
-        closure: &Closure,
-    ) -> Option<TransformStd> {
-        let mut fit = self.fit_frame::<D>().ok()?;
-        let rows = self.rows_to_fit();
-        let sum = rows.iter().fold(SVector::zeros(), |sum, row| {
-            sum + SVector::<f64, D>::from_column_slice(&self.from_mm[*row])
-        });
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let centroid_mm = Point::from(sum / rows.len() as f64);
-        let n = fit.covariance.nrows();
-        if closure.covariance.nrows() < n {
-            return None;
+    /// The map with the accepted effects, and for every point what it leaves to a correction.
+    fn with_effects<const D: usize>(&self, of: MapWithEffects<D>, closure: &Closure) -> Estimates {
+        let mut residuals = vec![SVector::<f64, D>::zeros(); self.names.len()];
+        for (row, residual) in residuals.iter_mut().enumerate() {
+            residual.copy_from_slice(&closure.residuals_after[D * row..D * (row + 1)]);
         }
-        fit.pivot_mm = fit.target_from_source.apply(&centroid_mm);
-        fit.covariance = closure.covariance.view((0, 0), (n, n)).into_owned();
-        fit.target_from_source = *map;
-        fit.noise = Noise::Declared;
-        TransformStd::of(&fit)
+        let corrected = !of.conditions.is_empty() || !closure.empirical.is_empty();
+        let correction = |row: usize, axis: usize| {
+            if !corrected {
+                return 0.0;
+            }
+            let pair = self.pair::<D>(row);
+            let image_mm = of.map.apply(&pair.source_mm);
+            pair.target_mm[axis] - residuals[row][axis] - image_mm[axis]
+        };
+        let points = self.points(|row, axis| residuals[row][axis], correction);
+        let mut conditions = of.conditions;
+        conditions.extend(empirical_conditions(closure));
+        let handed_back = HandedBack {
+            map: of.map,
+            covariance: Some(of.covariance),
+            reference_mm: of.reference_mm.iter().copied().collect(),
+            conditions,
+            nearest_similarity: of.nearest_similarity,
+        };
+        Estimates::FrameFit(FrameFitEstimates::of(handed_back, points))
     }
 }

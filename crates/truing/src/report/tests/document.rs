@@ -92,6 +92,8 @@ fn empty_closure() -> Closure {
         confusable_ids: vec![],
         state: State { base: DVector::zeros(0), amplitudes: vec![] },
         covariance: DMatrix::zeros(0, 0),
+        columns: vec![],
+        empirical: vec![],
         residuals_before: vec![],
         residuals_after: vec![],
         warnings: vec![],

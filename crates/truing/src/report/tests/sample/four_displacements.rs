@@ -77,6 +77,8 @@ pub(crate) fn four_displacements() -> Sample {
         confusable_ids: strings(&["moment-gain", "force-gain", "frame-scale", "datum-offset"]),
         state: no_state(),
         covariance: DMatrix::zeros(0, 0),
+        columns: vec![],
+        empirical: vec![],
         residuals_before: before,
         residuals_after: after,
         warnings: strings(&["four points: the interval of the error after is itself uncertain"]),

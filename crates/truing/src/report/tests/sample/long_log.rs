@@ -123,6 +123,8 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
         confusable_ids: candidates(),
         state: no_state(),
         covariance: DMatrix::zeros(0, 0),
+        columns: vec![],
+        empirical: vec![],
         residuals_before: before,
         residuals_after: after,
         warnings: strings(&["press 12: 31 of 500 samples below the force gate were left out"]),

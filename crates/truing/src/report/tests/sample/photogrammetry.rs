@@ -167,6 +167,8 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
         ]),
         state: no_state(),
         covariance: DMatrix::zeros(0, 0),
+        columns: vec![],
+        empirical: vec![],
         residuals_before: before,
         residuals_after: after,
         warnings: vec![],

@@ -1,0 +1,48 @@
+//! `truing loop`, and what it found.
+
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+use super::folder::Folder;
+use crate::program::Truing;
+
+static TRUING: OnceLock<Truing> = OnceLock::new();
+
+/// Closes the loop on a folder; its answer.
+pub(super) fn close(folder: &Folder) -> Value {
+    let truing = TRUING.get_or_init(|| Truing::build_for_tests().expect("truing builds"));
+    let arguments = ["loop".as_ref(), folder.path.as_os_str(), "--json".as_ref()];
+    let answer = truing.run(&arguments).expect("truing starts");
+    assert_eq!(answer.code, Some(0), "{}: {}", folder.name(), answer.message);
+    answer.json
+}
+
+/// Effects that were accepted, as `id` or `id [subject]`.
+pub(super) fn accepted(json: &Value) -> Vec<String> {
+    let steps = json["steps"].as_array().expect("steps");
+    let label = |step: &Value| {
+        let id = step["effect"].as_str().expect("an id").to_owned();
+        step["subject"].as_str().map_or_else(|| id.clone(), |subject| format!("{id} [{subject}]"))
+    };
+    steps.iter().map(label).collect()
+}
+
+/// The accepted effect of that id and subject.
+pub(super) fn step<'a>(json: &'a Value, id: &str, subject: Option<&str>) -> Option<&'a Value> {
+    let steps = json["steps"].as_array().expect("steps");
+    steps.iter().find(|s| s["effect"] == id && s["subject"].as_str() == subject)
+}
+
+/// Amplitude of that name in the unit printed; zero where it was not estimated.
+pub(super) fn amplitude(step: &Value, name: &str) -> f64 {
+    let parameters = step["parameters"].as_array().expect("parameters");
+    let found = parameters.iter().find(|p| p["name"] == name);
+    found.map_or(0.0, |p| p["value"].as_f64().expect("a number"))
+}
+
+/// Numbers of a list.
+pub(super) fn numbers(list: &Value) -> Vec<f64> {
+    let items = list.as_array().expect("a list");
+    items.iter().map(|v| v.as_f64().expect("a number")).collect()
+}
