@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{loop_speed, peers, power, shell};
+use crate::{coverage, loop_speed, peers, power, shell};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
@@ -27,6 +27,8 @@ enum What {
     Loop,
     /// False additions, right names and held-out error of the loop over many simulated cases.
     Power(power::Arguments),
+    /// How often 95 % intervals of what is handed back hold the truth, over many simulated cases.
+    Coverage(coverage::Arguments),
 }
 
 /// Name of the bench of least-squares that measures accuracy, not time.
@@ -40,6 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }
         Some(What::Loop) => loop_speed::run(),
         Some(What::Power(arguments)) => power::run(arguments),
+        Some(What::Coverage(arguments)) => coverage::run(arguments),
         None => match arguments.peers {
             Some(comparison) => peers::run(comparison, arguments.rounds),
             None => criterion(&["--quick", "--noplot"]),

@@ -7,8 +7,10 @@
 //! which every effect of the catalogues is accepted at least once.
 
 mod folder;
+mod force_impedance;
 mod frame_fit;
 mod frame_scenes;
+mod ft_center;
 mod loops;
 
 use serde_json::Value;
@@ -55,7 +57,10 @@ impl Left {
 /// Root mean square length.
 fn rms(residuals: &[Vec<f64>]) -> f64 {
     let squares: f64 = residuals.iter().flatten().map(|r| r * r).sum();
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let n = residuals.len() as f64;
-    (squares / n).sqrt()
+    (squares / as_f64(residuals.len())).sqrt()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
 }

@@ -7,6 +7,7 @@
 
 mod bench;
 mod ci;
+mod coverage;
 mod expectation;
 mod fixtures;
 mod generators;

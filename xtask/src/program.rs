@@ -35,14 +35,21 @@ impl Truing {
         Ok(Self { binary: Path::new(target).join("release").join(name) })
     }
 
-    /// Builds it as the tests of the workspace are built, so that nothing is built twice.
+    /// The one that was built with the tests of the workspace, beside which it lies.
+    ///
+    /// `cargo test -p xtask` alone does not build it: `cargo build -p truing` does.
     #[cfg(test)]
-    pub(crate) fn build_for_tests() -> Result<Self> {
-        shell::cargo(&["build", "--workspace", "--all-features", "--bin", "truing"])?;
-        let metadata = shell::metadata(false)?;
-        let target = metadata["target_directory"].as_str().context("no target directory")?;
-        let name = format!("truing{}", std::env::consts::EXE_SUFFIX);
-        Ok(Self { binary: Path::new(target).join("debug").join(name) })
+    pub(crate) fn beside_the_tests() -> Result<Self> {
+        let test = std::env::current_exe()?;
+        let profile = test.ancestors().nth(2).context("tests lie in target/PROFILE/deps")?;
+        let binary = profile.join(format!("truing{}", std::env::consts::EXE_SUFFIX));
+        anyhow::ensure!(binary.exists(), "no {}: run `cargo build -p truing`", binary.display());
+        Ok(Self { binary })
+    }
+
+    /// One that is built.
+    pub(crate) fn at(binary: PathBuf) -> Self {
+        Self { binary }
     }
 
     /// Runs one command.

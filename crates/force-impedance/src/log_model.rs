@@ -141,6 +141,44 @@ impl LogModel {
         ]
     }
 
+    /// What the effects in `at` add to the normal force from the legs, mean over each block, N.
+    ///
+    /// A delay is of the reference, and adds nothing to it.
+    #[must_use]
+    pub fn force_corrections_n(&self, at: &State) -> Vec<f64> {
+        let of_force: Vec<(usize, f64)> = (at.amplitudes.iter().enumerate())
+            .map(|(effect, amplitude)| (effect, amplitude[0]))
+            .filter(|&(e, a)| a != 0.0 && self.catalogue[e] != LogEffect::Delay)
+            .collect();
+        let of_block =
+            |i: usize| of_force.iter().map(|&(e, a)| self.force_effect(e, a, i).0).sum::<f64>();
+        (0..self.blocks.len()).map(of_block).collect()
+    }
+
+    /// Mean over each block of the normal force from the legs, N.
+    #[must_use]
+    pub fn forces_n(&self) -> Vec<f64> {
+        self.blocks.iter().map(|b| b.normal_n).collect()
+    }
+
+    /// When the corrected force holds, and what the reference adds: one sentence per such effect.
+    #[must_use]
+    pub fn conditions(&self, at: &State) -> Vec<String> {
+        let all = self.catalogue.iter().zip(&self.effects).zip(&at.amplitudes);
+        all.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0))
+            .map(|((kind, effect), _)| match kind {
+                LogEffect::Delay => "the delay is of the reference: it is in the residual of the \
+                                     blocks, and not in the corrected force"
+                    .to_owned(),
+                _ => format!(
+                    "what {} adds to the force is in the corrections of the blocks, and taken off \
+                     the contact force",
+                    effect.id
+                ),
+            })
+            .collect()
+    }
+
     /// Adds blocks of a measurement that could be made, as a design.
     pub(crate) fn add_blocks(&mut self, more: Vec<Block>) {
         let sigma = self.layout.rows.iter().map(|r| r.sigma).sum::<f64>()
@@ -185,6 +223,12 @@ impl LogModel {
             let slope = kind.consistency_tangent(block);
             return (slope * amplitude, slope);
         }
+        self.force_effect(effect, amplitude, i)
+    }
+
+    /// What an effect of an amplitude adds to the mean of normal force − reference in a block.
+    fn force_effect(&self, effect: usize, amplitude: f64, i: usize) -> (f64, f64) {
+        let (kind, block) = (self.catalogue[effect], &self.blocks[i]);
         match kind {
             LogEffect::Delay => self.delayed(i, amplitude),
             LogEffect::FrictionLeftOut => rubbed(block, amplitude),

@@ -110,11 +110,20 @@ impl PathModel {
     /// mm, and error, N.
     #[must_use]
     pub fn profile(&self) -> Vec<[f64; 2]> {
+        let errors_n: Vec<f64> = self.cells.iter().map(|c| c.residual_n).collect();
+        self.profile_of(&errors_n)
+    }
+
+    /// The same of other forces, one per observation of the layout, N.
+    #[must_use]
+    pub fn profile_of(&self, forces_n: &[f64]) -> Vec<[f64; 2]> {
         let width_mm =
             (self.stretch.to_mm - self.stretch.from_mm) / crate::count(self.stretch.cells);
         let of_place = |place: usize| {
-            let seen: Vec<f64> =
-                (self.cells.iter().filter(|c| c.place == place)).map(|c| c.residual_n).collect();
+            let seen: Vec<f64> = (self.cells.iter().zip(forces_n))
+                .filter(|(c, _)| c.place == place)
+                .map(|(_, force_n)| *force_n)
+                .collect();
             let middle_mm = self.stretch.from_mm + (crate::count(place) + 0.5) * width_mm;
             (!seen.is_empty())
                 .then(|| [middle_mm, seen.iter().sum::<f64>() / crate::count(seen.len())])

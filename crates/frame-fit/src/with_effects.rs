@@ -48,12 +48,21 @@ impl<const D: usize> FrameModel<D> {
         covariance: &DMatrix<f64>,
     ) -> MapWithEffects<D> {
         let entries = self.entry_jacobian(at, columns);
+        let nearest_similarity = self.nearest_similarity(at, columns, covariance);
+        let mut conditions = self.conditions(at);
+        if nearest_similarity.is_some() {
+            conditions.push(
+                "the scale of the matrix is the coefficient beside the distortion; that of the \
+                 similarity nearest to both together is given apart"
+                    .to_owned(),
+            );
+        }
         MapWithEffects {
             map: self.affine_map(at),
             covariance: &entries * covariance * entries.transpose(),
             reference_mm: Point::from(self.fixed_mm),
-            conditions: self.conditions(at),
-            nearest_similarity: self.nearest_similarity(at, columns, covariance),
+            conditions,
+            nearest_similarity,
         }
     }
 

@@ -82,6 +82,24 @@ impl GravityEffect {
         }
     }
 
+    /// When bias, weight and centre of gravity hold, and what they leave out.
+    pub(crate) fn condition(self, described: &Effect) -> String {
+        let corrections = "is in the corrections of the poses";
+        match self {
+            Self::ForceDrift | Self::MomentDrift => {
+                format!("the bias is that of the first pose; its drift {corrections}")
+            }
+            Self::Temperature(_) => {
+                let column = described.driver.as_deref().unwrap_or("a temperature");
+                format!("the bias holds at {column} = 20 °C; its change beyond {corrections}")
+            }
+            _ => format!(
+                "weight and centre of gravity are the true ones; what {} makes of them {corrections}",
+                described.id
+            ),
+        }
+    }
+
     pub(crate) fn described(self) -> Effect {
         let (id, subject, description, parameters) = self.entry();
         Effect {

@@ -125,6 +125,16 @@ impl GravityModel {
         }
     }
 
+    /// When bias, weight and centre of gravity hold, and what they leave out: one sentence per
+    /// effect of `at`.
+    #[must_use]
+    pub fn conditions(&self, at: &State) -> Vec<String> {
+        let all = self.effects.iter().zip(&self.described).zip(&at.amplitudes);
+        all.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0))
+            .map(|((effect, described), _)| effect.condition(described))
+            .collect()
+    }
+
     fn errors(&self, at: &State) -> GravityErrors {
         let columns = self.effects.len() - GRAVITY_EFFECTS.len();
         let zero_per_k = vec![Vector6::zeros(); columns];

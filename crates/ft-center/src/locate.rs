@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
 use crate::press_noise::center_covariances;
 use crate::{
-    Contact, FramePoint, FtCenterError, Handedness, Noise, PressRole, SensorFrame, SolvedPress,
-    Table, fit_sensor_frame,
+    CommandedFrame, Contact, FramePoint, FtCenterError, Handedness, Noise, PressRole, SensorFrame,
+    SolvedPress, Table, fit_sensor_frame,
 };
 
 /// Rounds of weighing and fitting; the seat moves by less than a thousandth in the last.
@@ -29,6 +29,10 @@ pub struct Located {
     /// The sensor in the machine, from the presses of role [`PressRole::Frame`]; its covariance
     /// is scaled by its `variance_factor`.
     pub frame: SensorFrame,
+    /// The same as a map of what the machine says, with the scale and the datum that were found.
+    pub commanded: CommandedFrame,
+    /// What the map leaves out, and when it holds as it is; one sentence each.
+    pub conditions: Vec<String>,
     /// One per press, in input order.
     pub centers: Vec<Center>,
     /// Degrees of freedom of all covariances: intervals are Student's.
@@ -51,8 +55,10 @@ pub struct Center {
     pub sensor_mm: Point2<f64>,
     /// The same point, machine frame.
     pub machine_mm: Point2<f64>,
-    /// Found − commanded position, machine frame: what to compensate for a press of role
-    /// [`PressRole::Locate`], the residual for the others.
+    /// What accepted effects move the head by, machine frame; zero in the declared model.
+    pub correction_mm: Vector2<f64>,
+    /// Found − commanded position − `correction_mm`, machine frame: the residual of a press whose
+    /// position is known. To compensate in a press of role [`PressRole::Locate`]: both together.
     pub offset_mm: Vector2<f64>,
     /// Covariance of `offset_mm`: orbit and frame together; for a press that the frame was
     /// fitted to, that of the residual.
@@ -101,7 +107,8 @@ pub fn locate(
         .collect();
     frame.covariance *= frame.variance_factor;
     let degrees_of_freedom = crate::count(frame.degrees_of_freedom);
-    Ok(Located { frame, centers, degrees_of_freedom, seat_mm })
+    let commanded = CommandedFrame::declared(&frame);
+    Ok(Located { frame, commanded, conditions: Vec::new(), centers, degrees_of_freedom, seat_mm })
 }
 
 /// The frame, and how well the head seats, each weighed by the other.
@@ -158,6 +165,7 @@ fn center(press: &SolvedPress, covariance: &Matrix2<f64>, frame: &SensorFrame) -
         role: press.role,
         sensor_mm: press.orbit.center_mm,
         machine_mm,
+        correction_mm: Vector2::zeros(),
         offset_mm: machine_mm - press.machine_mm,
         covariance_mm2: back.linear * sum * back.linear.transpose() * frame.variance_factor,
     }

@@ -75,6 +75,10 @@ impl Unpacked {
     pub(crate) fn center_mm(&self) -> Vector2<f64> {
         self.center_mm
     }
+
+    pub(crate) fn machine(&self) -> &MachineErrors {
+        &self.machine
+    }
 }
 
 impl Design {
@@ -109,19 +113,30 @@ impl Design {
         state: &State,
     ) -> Vector2<f64> {
         let arm = point.machine_mm - self.pivot_mm;
+        let expected = arm + self.moved_by_machine(point, at, state);
+        self.machine_arm(self.corrected(point, at).center_mm, at) - expected
+    }
+
+    /// Where the effects of the machine put the head − where the machine says that it is.
+    pub(crate) fn moved_by_machine(
+        &self,
+        point: &PressPoint,
+        at: &Unpacked,
+        state: &State,
+    ) -> Vector2<f64> {
         let m = &at.machine;
         let growth = m.growth_mm_per_k.iter().zip(&point.warmth_k);
-        let mut expected = arm * (1.0 + m.scale)
+        let mut moved = (point.machine_mm - self.pivot_mm) * m.scale
             + m.datum_mm
             + m.load_shift_mm_per_n * load_n(point)
             + growth.map(|(k, warmth)| k * *warmth).sum::<Vector2<f64>>();
         if let Some(observation) = point.observation {
             let is = |e: &PressEffect| *e == PressEffect::BadPress(observation);
             if let Some(effect) = self.catalogue.effects.iter().position(is) {
-                expected += state.amplitudes[effect].fixed_rows::<2>(0);
+                moved += state.amplitudes[effect].fixed_rows::<2>(0);
             }
         }
-        self.machine_arm(self.corrected(point, at).center_mm, at) - expected
+        moved
     }
 
     /// Derivative of [`Design::residual`] by `[angle, image of the pivot]`.

@@ -107,6 +107,28 @@ impl PressEffect {
         }
     }
 
+    /// What the frame leaves out, or when it holds; `None` for what is in it and in the centres.
+    pub(crate) fn condition(self, described: &Effect) -> Option<String> {
+        let in_corrections = "is in the corrections of the presses";
+        match self {
+            Self::LoadShift => {
+                Some(format!("the frame holds without load; the shift by load {in_corrections}"))
+            }
+            Self::Temperature(_) => {
+                let column = described.driver.as_deref().unwrap_or("a temperature");
+                Some(format!("the frame holds at {column} = 20 °C; the growth {in_corrections}"))
+            }
+            Self::BadPress(_) => {
+                let press = described.subject.as_deref().unwrap_or_default();
+                Some(format!(
+                    "the frame is that of the other presses; the correction of {press} is its own \
+                     error"
+                ))
+            }
+            _ => None,
+        }
+    }
+
     fn description(self) -> Effect {
         let (id, subject, text, parameters) = self.entry();
         Effect {

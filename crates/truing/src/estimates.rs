@@ -80,6 +80,11 @@ impl Estimates {
     pub fn conditions(&self) -> &[String] {
         match self {
             Self::FrameFit(estimates) => &estimates.conditions,
+            Self::FtCenter(estimates) => &estimates.conditions,
+            Self::Displacements(estimates) => &estimates.conditions,
+            Self::Gravity(estimates) => &estimates.conditions,
+            Self::ForceImpedance(estimates) => &estimates.conditions,
+            Self::PathForce(estimates) => &estimates.conditions,
             _ => &[],
         }
     }

@@ -53,12 +53,13 @@ pub use import::{
 };
 pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
-    DisplacementEstimates, DisplacementResidual, ForceImpedanceEstimates, FrameEstimate,
-    FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
-    LineMiss, LobeEstimate, MeasuredNormalEstimate, MountEstimate, PathError, PathForceEstimates,
-    PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, ProbeCompEstimates,
-    QualificationEstimate, ScaleEstimate, StationEstimate, TouchEstimate, TouchResidual,
-    TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
+    DisplacementEstimates, DisplacementResidual, ForceBlock, ForceImpedanceEstimates,
+    FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck,
+    ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate, MountEstimate,
+    PathCell, PathError, PathForceEstimates, PlannedContactEstimate, PointResidual, PoseEstimate,
+    PoseIcpEstimates, ProbeCompEstimates, QualificationEstimate, ScaleEstimate, StationEstimate,
+    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
+    write_example,
 };
 pub use page::{loop_report, read_page, solve_report};
 pub use program::{Corrected, correct};

@@ -115,6 +115,8 @@ pub(crate) struct Surveyed {
     pub from_mm: Vec<[f64; 3]>,
     /// Whether each point is set aside for judging.
     pub is_check: Vec<bool>,
+    /// Rows of the map from the machine's frame to the tracker's, without the defect.
+    pub second_from_first: [[f64; 4]; 3],
     /// What the defect did to each point, in the machine's frame, mm.
     pub displacement_mm: Vec<[f64; 3]>,
     /// Root mean square over check points of the length of the noise alone, mm.
@@ -163,6 +165,7 @@ pub(crate) fn simulate(survey: &Survey) -> Surveyed {
         pairs_csv: pairs_csv(survey, &from_mm, &to_mm, &is_check, &covariates),
         from_mm,
         is_check,
+        second_from_first: pose.rows(),
         displacement_mm,
         check_noise_mm: (check_noise / as_f64(survey.n_check.max(1))).sqrt(),
     }
@@ -230,6 +233,21 @@ impl Pose {
             return Self { axis, angle_rad: 0.0, translation_mm: [0.0; 3], mirrored };
         }
         Self { axis, angle_rad, translation_mm, mirrored }
+    }
+
+    /// Rows of the map; the translation last.
+    fn rows(&self) -> [[f64; 4]; 3] {
+        let origin = self.map([0.0; 3]);
+        let turned = |k: usize| {
+            let unit = std::array::from_fn(|i| f64::from(u8::from(i == k)));
+            rotate(
+                self.axis,
+                self.angle_rad,
+                if self.mirrored && k == 1 { [0.0, -1.0, 0.0] } else { unit },
+            )
+        };
+        let columns: [[f64; 3]; 3] = std::array::from_fn(turned);
+        std::array::from_fn(|i| [columns[0][i], columns[1][i], columns[2][i], origin[i]])
     }
 
     fn map(&self, p: [f64; 3]) -> [f64; 3] {

@@ -178,8 +178,9 @@ fn field(
             field.source[k] += u[k] * along;
         }
     }
-    let reach =
-        (fitted.iter().map(|q| distance2(q, centroid)).sum::<f64>() / as_f64(fitted.len())).sqrt();
+    let reach = (fitted.iter().map(|q| distance2(q, centroid)).sum::<f64>()
+        / super::as_f64(fitted.len()))
+    .sqrt();
     for degree in [3, 5] {
         let subject = format!("degree {degree}");
         if let Some(bent) = step(json, "polynomial-distortion", Some(&subject)) {
@@ -214,7 +215,7 @@ fn elapsed(table: &Table, row: usize) -> f64 {
         let time_s = table.numbers("time_s");
         (time_s[row] - time_s[0]) / 3600.0
     } else {
-        as_f64(row) / as_f64(table.rows() - 1)
+        super::as_f64(row) / super::as_f64(table.rows() - 1)
     }
 }
 
@@ -309,14 +310,9 @@ fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 fn mean(points: &[&Vec<f64>]) -> Vec<f64> {
     let n = points[0].len();
-    (0..n).map(|k| points.iter().map(|p| p[k]).sum::<f64>() / as_f64(points.len())).collect()
+    (0..n).map(|k| points.iter().map(|p| p[k]).sum::<f64>() / super::as_f64(points.len())).collect()
 }
 
 fn distance2(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn as_f64(count: usize) -> f64 {
-    count as f64
 }

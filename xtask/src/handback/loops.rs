@@ -11,7 +11,7 @@ static TRUING: OnceLock<Truing> = OnceLock::new();
 
 /// Closes the loop on a folder; its answer.
 pub(super) fn close(folder: &Folder) -> Value {
-    let truing = TRUING.get_or_init(|| Truing::build_for_tests().expect("truing builds"));
+    let truing = TRUING.get_or_init(|| Truing::beside_the_tests().expect("truing is built"));
     let arguments = ["loop".as_ref(), folder.path.as_os_str(), "--json".as_ref()];
     let answer = truing.run(&arguments).expect("truing starts");
     assert_eq!(answer.code, Some(0), "{}: {}", folder.name(), answer.message);

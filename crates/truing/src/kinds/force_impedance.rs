@@ -17,8 +17,8 @@ use crate::case::{
 use crate::kinds::{Kind, Reading};
 use measured::LogCase;
 
-pub use along_path::{PathError, PathForceEstimates};
-pub use estimates::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
+pub use along_path::{PathCell, PathError, PathForceEstimates};
+pub use estimates::{ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate};
 
 pub(crate) const KIND: Kind = Kind {
     name: "force-impedance",

@@ -14,7 +14,7 @@ use crate::kinds::{Kind, Reading};
 
 pub use displacements::{DisplacementEstimates, DisplacementResidual};
 pub use gravity::{GravityEstimates, LineMiss, WrenchEstimate};
-pub use presses::{CenterEstimate, FrameEstimate, FtCenterEstimates};
+pub use presses::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
 
 pub(crate) const KIND: Kind = Kind {
     name: "ft-center",

@@ -21,12 +21,13 @@ use crate::report::{CurvePlot, Facet, Fact};
 
 pub use example::write_example;
 pub use force_impedance::{
-    ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate, PathError, PathForceEstimates,
+    ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate, PathCell,
+    PathError, PathForceEstimates,
 };
 pub use frame_fit::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
 pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
-    GravityEstimates, LineMiss, WrenchEstimate,
+    GravityEstimates, LineMiss, MeanWrench, WrenchEstimate,
 };
 pub use tracker_lm::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,

@@ -10,7 +10,7 @@ use super::{ContactForceEstimate, PATH, Settings};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::{Estimated, Estimates};
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::{Curve, CurvePlot, Fact};
 use crate::text_table::TextTable;
@@ -30,6 +30,25 @@ pub struct PathForceEstimates {
     pub runs: usize,
     /// Mean error of all runs along the path.
     pub path: Vec<PathError>,
+    /// Where the accepted effects are.
+    pub conditions: Vec<String>,
+    /// After the loop: every run in every cell of the path; else empty.
+    pub cells: Vec<PathCell>,
+}
+
+/// One run in one cell of the path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PathCell {
+    /// Name of the run.
+    pub run: String,
+    /// Mean place of its readings.
+    pub path_mm: f64,
+    /// Force read − force asked for, mean over its readings.
+    pub error_n: f64,
+    /// What the accepted effects add to the force.
+    pub correction_n: f64,
+    /// `error − correction`.
+    pub residual_n: f64,
 }
 
 /// Mean error at one place of the path.
@@ -37,8 +56,10 @@ pub struct PathForceEstimates {
 pub struct PathError {
     /// Middle of the place.
     pub path_mm: f64,
-    /// Force read − force asked for, mean over the runs.
+    /// Force read − force asked for − correction, mean over the runs.
     pub error_n: f64,
+    /// What the accepted effects add to the force here, mean over the runs.
+    pub correction_n: f64,
 }
 
 impl PathForceEstimates {
@@ -57,9 +78,12 @@ impl PathForceEstimates {
     }
 
     pub(crate) fn table(&self) -> TextTable {
-        let mut table = TextTable::new("mean error along the path", &["path mm", "error N"]);
+        let columns = ["path mm", "error N", "correction N"];
+        let shown = if self.cells.is_empty() { 2 } else { 3 };
+        let mut table = TextTable::new("mean error along the path", &columns[..shown]);
         for at in &self.path {
-            table.push(vec![at.path_mm.into(), at.error_n.into()]);
+            let row = [at.path_mm, at.error_n, at.correction_n].map(Into::into);
+            table.push(row.into_iter().take(shown).collect());
         }
         table
     }
@@ -150,7 +174,12 @@ impl PathCase {
     }
 
     /// Estimates with a correction taken off the readings of each cell.
-    fn estimates(&self, model: &PathModel, correction_n: Option<&[f64]>) -> Estimates {
+    fn estimates(
+        &self,
+        model: &PathModel,
+        correction_n: Option<&[f64]>,
+        conditions: Vec<String>,
+    ) -> Estimates {
         let mut errors = Vec::new();
         let mut forces = Vec::new();
         for (cell, members) in model.samples().enumerate() {
@@ -168,14 +197,39 @@ impl PathCase {
             min_n: forces.iter().copied().fold(f64::INFINITY, f64::min),
             max_n: forces.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         };
-        let at = |[path_mm, error_n]: [f64; 2]| PathError { path_mm, error_n };
+        let none = vec![0.0; model.samples().count()];
+        let corrections_n = correction_n.unwrap_or(&none);
+        let at = |([path_mm, error_n], [_, correction_n]): ([f64; 2], [f64; 2])| PathError {
+            path_mm,
+            error_n: error_n - correction_n,
+            correction_n,
+        };
+        let profile = model.profile().into_iter().zip(model.profile_of(corrections_n));
         Estimates::PathForce(PathForceEstimates {
             contact_force,
             samples: errors.len(),
             samples_left_out: self.samples.len() - errors.len(),
             runs: self.options.runs.len(),
-            path: model.profile().into_iter().map(at).collect(),
+            path: profile.map(at).collect(),
+            conditions,
+            cells: correction_n.map_or_else(Vec::new, |c| self.cells(model, c)),
         })
+    }
+
+    fn cells(&self, model: &PathModel, corrections_n: &[f64]) -> Vec<PathCell> {
+        let of = |value: fn(&PathSample) -> f64| {
+            model.averaged(&self.samples.iter().map(value).collect::<Vec<_>>())
+        };
+        let (path_mm, error_n) = (of(|s| s.path_mm), of(|s| s.force_n - s.reference_n));
+        (model.samples().enumerate())
+            .map(|(cell, of)| PathCell {
+                run: self.options.runs[self.samples[of[0]].run].clone(),
+                path_mm: path_mm[cell],
+                error_n: error_n[cell],
+                correction_n: corrections_n[cell],
+                residual_n: error_n[cell] - corrections_n[cell],
+            })
+            .collect()
     }
 }
 
@@ -204,7 +258,7 @@ impl Measured for PathCase {
             chi2_per_dof: layout.sigma_declared.then(|| chi2 / count(observations.len())),
             observations,
             unit: "N",
-            estimates: self.estimates(&model, None),
+            estimates: self.estimates(&model, None, Vec::new()),
             warnings: warnings.collect(),
         })
     }
@@ -226,7 +280,7 @@ impl Measured for PathCase {
         let estimates = Box::new(move |closure: &Closure| {
             let both = closure.residuals_before.iter().zip(&closure.residuals_after);
             let correction_n: Vec<f64> = both.map(|(before, after)| before - after).collect();
-            self.estimates(&concrete, Some(&correction_n))
+            self.estimates(&concrete, Some(&correction_n), empirical_conditions(closure))
         });
         Ok(Prepared { model, covariates, estimates })
     }

@@ -20,9 +20,29 @@ pub struct ForceImpedanceEstimates {
     pub consistency_rms_mm: f64,
     /// The declared impedance at the log's sampling interval; `None` where none is declared.
     pub impedance: Option<ImpedanceEstimate>,
+    /// Where the accepted effects are.
+    pub conditions: Vec<String>,
+    /// After the loop: means over the blocks of samples that it works on; else empty.
+    pub blocks: Vec<ForceBlock>,
 }
 
-/// Contact force from the legs, along the normal.
+/// Mean over one block of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ForceBlock {
+    /// Number of its first sample in the log, from 0.
+    pub first_sample: usize,
+    /// How many samples it averages.
+    pub samples: usize,
+    /// Normal force as read from the legs.
+    pub force_n: f64,
+    /// What the accepted effects add to it.
+    pub correction_n: f64,
+    /// Legs − reference with the accepted effects taken off, those of the reference too; mm, and of
+    /// the lengths, where there is no reference.
+    pub residual: f64,
+}
+
+/// Contact force from the legs, along the normal, with the accepted effects taken off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ContactForceEstimate {
     /// Root mean square of legs − reference; `None` without a reference.

@@ -6,11 +6,13 @@ use force_impedance::{
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 
-use super::estimates::{ContactForceEstimate, ForceImpedanceEstimates, ImpedanceEstimate};
+use super::estimates::{
+    ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate,
+};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::{Curve, CurvePlot, Fact};
 
@@ -52,13 +54,23 @@ impl LogCase {
         Error::ForceImpedance { at: Box::new(at), source: Box::new(source) }
     }
 
-    fn estimates(&self, solved: &[LoggedForce], residuals_n: Option<&[f64]>) -> Estimates {
+    /// Estimates with `corrections_n`, one per sample, taken off the force.
+    fn estimates(
+        &self,
+        solved: &[LoggedForce],
+        residuals_n: Option<&[f64]>,
+        corrections_n: &[f64],
+        (conditions, blocks): (Vec<String>, Vec<ForceBlock>),
+    ) -> Estimates {
         let n = count(solved.len());
         let rms =
             |values: &mut dyn Iterator<Item = f64>| (values.map(|v| v * v).sum::<f64>() / n).sqrt();
-        let normal = || solved.iter().map(|s| s.normal_n);
-        let ratios: Vec<f64> = (solved.iter().filter(|s| s.normal_n > 0.0))
-            .map(|s| s.tangential_n / s.normal_n)
+        let normal = || {
+            let off = corrections_n.iter().copied().chain(std::iter::repeat(0.0));
+            solved.iter().zip(off).map(|(s, off_n)| s.normal_n - off_n)
+        };
+        let ratios: Vec<f64> = (solved.iter().zip(normal()).filter(|(_, n)| *n > 0.0))
+            .map(|(s, normal_n)| s.tangential_n / normal_n)
             .collect();
         let contact_force = ContactForceEstimate {
             rms_error_n: residuals_n.map(|r| rms(&mut r.iter().copied())),
@@ -76,6 +88,8 @@ impl LogCase {
             consistency_mean_mm: solved.iter().map(|s| s.consistency_mm).sum::<f64>() / n,
             consistency_rms_mm: rms(&mut solved.iter().map(|s| s.consistency_mm)),
             impedance: self.impedance.map(|p| impedance(&p, self.interval_s())),
+            conditions,
+            blocks,
         })
     }
 
@@ -142,7 +156,7 @@ impl Measured for LogCase {
             Some(forces.iter().zip(&solved).map(whitened).sum::<f64>() / count(forces.len()))
         });
         Ok(Fitted {
-            estimates: self.estimates(&solved, forces.as_deref()),
+            estimates: self.estimates(&solved, forces.as_deref(), &[], (Vec::new(), Vec::new())),
             observations,
             unit: if forces.is_some() { "N" } else { "mm" },
             degrees_of_freedom: solved.len(),
@@ -175,8 +189,16 @@ impl Measured for LogCase {
             model = Arc::new(Regrouped::new(model, &names));
         }
         let estimates = Box::new(move |closure: &Closure| {
-            let corrected = corrected(&concrete, closure);
-            self.estimates(concrete.solved(), corrected.as_deref())
+            let residuals_n = corrected(&concrete, closure);
+            let mut conditions = concrete.conditions(&closure.state);
+            conditions.extend(empirical_conditions(closure));
+            let blocks = blocks(&concrete, closure);
+            let corrections_n: Vec<f64> = (blocks.iter())
+                .flat_map(|b| std::iter::repeat_n(b.correction_n, b.samples))
+                .collect();
+            let solved = concrete.solved();
+            let residuals_n = residuals_n.as_deref();
+            self.estimates(solved, residuals_n, &corrections_n, (conditions, blocks))
         });
         Ok(Prepared { model, covariates, estimates })
     }
@@ -271,6 +293,29 @@ fn corrected(model: &LogModel, closure: &Closure) -> Option<Vec<f64>> {
         residuals[samples].iter_mut().for_each(|r| *r += after - before);
     }
     Some(residuals)
+}
+
+/// What the loop leaves of every block; an empirical correction is one of the force.
+fn blocks(model: &LogModel, closure: &Closure) -> Vec<ForceBlock> {
+    let mut corrections_n = model.force_corrections_n(&closure.state);
+    if model.layout().unit == "N" {
+        for empirical in &closure.empirical {
+            // A correction is what is predicted, and lowers the residual.
+            for (correction, added) in corrections_n.iter_mut().zip(empirical.added().iter()) {
+                *correction -= added;
+            }
+        }
+    }
+    let forces_n = model.forces_n();
+    (model.samples().enumerate())
+        .map(|(i, samples)| ForceBlock {
+            first_sample: samples.start,
+            samples: samples.len(),
+            force_n: forces_n[i],
+            correction_n: corrections_n[i],
+            residual: closure.residuals_after[i],
+        })
+        .collect()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

@@ -6,9 +6,9 @@ use serde::Serialize;
 use crate::estimates::Estimated;
 use crate::text_table::{Cell, TextTable};
 
-/// Share of the other variances below which that of scale or rotation is round-off: neither is
-/// estimated.
-const NOT_ESTIMATED: f64 = 1e-18;
+/// Share of the other variances below which that of scale or rotation is round-off of the quadratic
+/// form, some units in the last place: neither is estimated.
+const NOT_ESTIMATED: f64 = 1e-12;
 
 /// What a `frame-fit` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -8,7 +8,7 @@ use super::{CenterEstimate, DISPLACEMENTS, FrameEstimate, Settings, error, unuse
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::text_table::TextTable;
@@ -22,6 +22,8 @@ pub struct DisplacementEstimates {
     pub frame: Option<FrameEstimate>,
     /// Always empty.
     pub centers: Vec<CenterEstimate>,
+    /// Where the accepted effects are.
+    pub conditions: Vec<String>,
     /// One per row.
     pub points: Vec<DisplacementResidual>,
 }
@@ -35,17 +37,22 @@ pub struct DisplacementResidual {
     pub commanded_mm: f64,
     /// How far the sensor found it to have moved.
     pub solved_mm: f64,
-    /// `solved − commanded`, with the accepted effects taken off.
+    /// What the accepted effects add to `solved_mm`.
+    pub correction_mm: f64,
+    /// `solved − correction`: the displacement with the accepted effects taken off.
+    pub corrected_mm: f64,
+    /// `corrected − commanded`.
     pub residual_mm: f64,
 }
 
 impl DisplacementEstimates {
     pub(crate) fn table(&self) -> TextTable {
-        let columns = ["point", "commanded mm", "solved mm", "residual mm"];
+        let columns = ["point", "commanded mm", "solved mm", "corrected mm", "residual mm"];
         let mut table = TextTable::new("displacements", &columns);
         for p in &self.points {
             let name = p.point.clone().into();
-            let numbers = [p.commanded_mm, p.solved_mm, p.residual_mm].map(Into::into);
+            let numbers =
+                [p.commanded_mm, p.solved_mm, p.corrected_mm, p.residual_mm].map(Into::into);
             table.push([name].into_iter().chain(numbers).collect());
         }
         table
@@ -118,16 +125,23 @@ pub(super) fn read(
 }
 
 impl DisplacementCase {
-    fn estimates(&self, residual: impl Fn(usize) -> f64) -> Estimates {
+    fn estimates(&self, residual: impl Fn(usize) -> f64, conditions: Vec<String>) -> Estimates {
         let points = (self.rows.iter().enumerate())
             .map(|(i, row)| DisplacementResidual {
                 point: row.point.clone(),
                 commanded_mm: row.commanded_mm,
                 solved_mm: row.solved_mm,
+                correction_mm: row.solved_mm - row.commanded_mm - residual(i),
+                corrected_mm: row.commanded_mm + residual(i),
                 residual_mm: residual(i),
             })
             .collect();
-        Estimates::Displacements(DisplacementEstimates { frame: None, centers: Vec::new(), points })
+        Estimates::Displacements(DisplacementEstimates {
+            frame: None,
+            centers: Vec::new(),
+            conditions,
+            points,
+        })
     }
 }
 
@@ -143,7 +157,7 @@ impl Measured for DisplacementCase {
         let observations =
             (residuals.iter()).map(|r| Observation { residual: vec![*r], fitted: true }).collect();
         Ok(Fitted {
-            estimates: self.estimates(|i| residuals[i]),
+            estimates: self.estimates(|i| residuals[i], Vec::new()),
             observations,
             unit: "mm",
             degrees_of_freedom: residuals.len(),
@@ -161,8 +175,9 @@ impl Measured for DisplacementCase {
         if let Some(groups) = &self.groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
-        let estimates =
-            Box::new(move |closure: &Closure| self.estimates(|i| closure.residuals_after[i]));
+        let estimates = Box::new(move |closure: &Closure| {
+            self.estimates(|i| closure.residuals_after[i], empirical_conditions(closure))
+        });
         Ok(Prepared { model, covariates, estimates })
     }
 

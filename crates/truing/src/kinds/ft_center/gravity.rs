@@ -5,7 +5,7 @@ use ft_center::{
 };
 use geometry::Wrench;
 use model_discrepancy::{Closure, Covariate, Model};
-use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
 use serde::Serialize;
 
 use super::displacements::recorded;
@@ -16,7 +16,7 @@ use crate::case::{
     Columns, Document, Finite, Folder, Location, NumberColumn, Problem, Table, group_names,
 };
 use crate::estimates::{Estimated, Estimates};
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::text_table::TextTable;
@@ -46,6 +46,8 @@ pub struct GravityEstimates {
     pub std_center_of_gravity_mm: [f64; 3],
     /// Root mean square of `line_miss_mm` over the poses.
     pub line_miss_rms_mm: f64,
+    /// When bias, weight and centre of gravity hold, and what they leave to the corrections.
+    pub conditions: Vec<String>,
     /// One per pose.
     pub poses: Vec<LineMiss>,
 }
@@ -75,10 +77,23 @@ pub struct LineMiss {
     pub pose: String,
     /// Distance of the weight's line of action from the centre of gravity.
     pub line_miss_mm: f64,
+    /// What accepted effects add to the wrench of the weight: the force.
+    pub correction_n: [f64; 3],
+    /// And the moment.
+    pub correction_nmm: [f64; 3],
+    /// Force read − (bias + weight + correction).
+    pub residual_n: [f64; 3],
+    /// Moment read − (bias + weight + correction).
+    pub residual_nmm: [f64; 3],
 }
 
 impl GravityEstimates {
-    fn of(calibration: &GravityCalibration, poses: &[StaticPose]) -> Self {
+    fn of(
+        calibration: &GravityCalibration,
+        poses: &[StaticPose],
+        gravity: &Unit<Vector3<f64>>,
+        conditions: Vec<String>,
+    ) -> Self {
         let bias = calibration.bias.to_vector();
         let std = calibration.covariance.diagonal().map(f64::sqrt);
         let center = calibration.center_of_gravity_mm;
@@ -107,8 +122,21 @@ impl GravityEstimates {
             center_of_gravity_mm: [center.x, center.y, center.z],
             std_center_of_gravity_mm: [std[7], std[8], std[9]],
             line_miss_rms_mm: mean_square.sqrt(),
-            poses: (poses.iter().zip(misses))
-                .map(|(p, miss)| LineMiss { pose: p.name.clone(), line_miss_mm: *miss })
+            conditions,
+            poses: (poses.iter().zip(misses).zip(&calibration.residuals))
+                .map(|((pose, miss), residual)| {
+                    let down = pose.base_from_sensor.inverse() * gravity.into_inner();
+                    let weight = Wrench::of_force(down * calibration.weight_n, &center);
+                    let correction = pose.wrench - calibration.bias - weight - *residual;
+                    LineMiss {
+                        pose: pose.name.clone(),
+                        line_miss_mm: *miss,
+                        correction_n: correction.force_n.into(),
+                        correction_nmm: correction.torque_nmm.into(),
+                        residual_n: residual.force_n.into(),
+                        residual_nmm: residual.torque_nmm.into(),
+                    }
+                })
                 .collect(),
         }
     }
@@ -249,7 +277,12 @@ impl Measured for GravityCase {
             unit: "N",
             degrees_of_freedom: calibration.degrees_of_freedom,
             chi2_per_dof: self.options.noise.and_then(|noise| chi2_per_dof(&calibration, noise)),
-            estimates: Estimates::Gravity(GravityEstimates::of(&calibration, &self.poses)),
+            estimates: Estimates::Gravity(GravityEstimates::of(
+                &calibration,
+                &self.poses,
+                &self.options.gravity,
+                Vec::new(),
+            )),
             warnings: Vec::new(),
         })
     }
@@ -267,7 +300,15 @@ impl Measured for GravityCase {
         }
         let estimates = Box::new(move |closure: &Closure| {
             let calibration = concrete.calibration(&closure.state, &closure.covariance);
-            Estimates::Gravity(GravityEstimates::of(&calibration, &self.poses))
+            let mut conditions = concrete.conditions(&closure.state);
+            conditions.extend(empirical_conditions(closure));
+            let gravity = &self.options.gravity;
+            Estimates::Gravity(GravityEstimates::of(
+                &with_empirical(calibration, closure),
+                &self.poses,
+                gravity,
+                conditions,
+            ))
         });
         Ok(Prepared { model, covariates, estimates })
     }
@@ -290,6 +331,15 @@ impl Measured for GravityCase {
             places: None,
         }
     }
+}
+
+/// The residuals with the empirical corrections taken off too.
+fn with_empirical(mut calibration: GravityCalibration, closure: &Closure) -> GravityCalibration {
+    for (pose, residual) in calibration.residuals.iter_mut().enumerate() {
+        let after = &closure.residuals_after[6 * pose..6 * (pose + 1)];
+        *residual = Wrench::from_vector(&Vector6::from_column_slice(after));
+    }
+    calibration
 }
 
 fn chi2_per_dof(calibration: &GravityCalibration, noise: Noise) -> Option<f64> {

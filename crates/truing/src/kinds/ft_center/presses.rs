@@ -19,7 +19,7 @@ use crate::case::{
 };
 use crate::kinds::Reading;
 
-pub use estimates::{CenterEstimate, FrameEstimate, FtCenterEstimates};
+pub use estimates::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
 use measured::PressCase;
 
 const KNOWN: &[&str] = &["press", "machine_x_mm", "machine_y_mm", "use"];

@@ -1,7 +1,4 @@
-use ft_center::{
-    Center, Handedness, HandednessSource, Located, PressRole, SensorFrame, SolvedPress,
-};
-use nalgebra::{Matrix2x3, Vector2};
+use ft_center::{Center, Handedness, HandednessSource, Located, PressRole, SolvedPress};
 use serde::Serialize;
 
 use crate::estimates::Estimated;
@@ -12,11 +9,13 @@ use crate::text_table::TextTable;
 pub struct FtCenterEstimates {
     /// The sensor in the machine.
     pub frame: FrameEstimate,
+    /// What frame and centres leave to the corrections of the presses.
+    pub conditions: Vec<String>,
     /// One per press.
     pub centers: Vec<CenterEstimate>,
 }
 
-/// `sensor = Rot(angle) · Mirror · machine + t`, planar.
+/// `sensor = scale · Rot(angle) · Mirror · machine + t`, planar, machine as it says that it is.
 ///
 /// Mirror is diag(1, −1) where the z axes oppose each other, else the identity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,6 +32,12 @@ pub struct FrameEstimate {
     pub std_tx_mm: f64,
     /// Standard uncertainty of `ty_mm`.
     pub std_ty_mm: f64,
+    /// How far the machine moves over how far it says; 1 unless the loop found otherwise.
+    pub scale: f64,
+    /// Standard uncertainty of `scale`; 0 where it is not estimated.
+    pub std_scale: f64,
+    /// Point of the machine to which a scale error refers.
+    pub reference_mm: [f64; 2],
     /// `same` or `opposed`: whether the sensor's z points the way the machine's does.
     pub handedness: &'static str,
     /// `measured`, `given` or `assumed`.
@@ -59,10 +64,17 @@ pub struct CenterEstimate {
     pub std_x_mm: f64,
     /// Standard uncertainty of `offset_y_mm`.
     pub std_y_mm: f64,
-    /// Found − commanded position, machine frame.
+    /// Found − commanded position − correction, machine frame.
     pub offset_x_mm: f64,
     /// Its y component.
     pub offset_y_mm: f64,
+    /// What the accepted effects of the machine move the head by.
+    pub correction_x_mm: f64,
+    /// Its y component.
+    pub correction_y_mm: f64,
+    /// Wrench that stands for the whole press, as read: force, and moment that puts it at the
+    /// centre of the orbit.
+    pub mean_wrench: MeanWrench,
     /// Spin of the head, where it rises above the noise.
     pub spin_hz: Option<f64>,
     /// Radius of the orbit, where there is one.
@@ -75,21 +87,38 @@ pub struct CenterEstimate {
     pub gated_samples: usize,
 }
 
+/// A wrench on the sensor, moments about its reference point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "force and moment components in the sensor's axes, as named")]
+pub struct MeanWrench {
+    pub fx_n: f64,
+    pub fy_n: f64,
+    pub fz_n: f64,
+    pub mx_nmm: f64,
+    pub my_nmm: f64,
+    pub mz_nmm: f64,
+}
+
 impl FtCenterEstimates {
     pub(crate) fn of(located: &Located, presses: &[SolvedPress]) -> Self {
         let centers = (located.centers.iter().zip(presses))
             .map(|(center, press)| CenterEstimate::of(center, press))
             .collect();
-        Self { frame: FrameEstimate::of(&located.frame), centers }
+        let conditions = located.conditions.clone();
+        Self { frame: FrameEstimate::of(located), conditions, centers }
     }
 
     pub(crate) fn parameters(&self) -> Vec<Estimated> {
         let f = &self.frame;
-        vec![
+        let mut all = vec![
             Estimated::new("frame angle", "°", f.angle_deg, Some(f.std_angle_deg)),
             Estimated::new("frame tx", "mm", f.tx_mm, Some(f.std_tx_mm)),
             Estimated::new("frame ty", "mm", f.ty_mm, Some(f.std_ty_mm)),
-        ]
+        ];
+        if f.std_scale > 0.0 {
+            all.push(Estimated::new("frame scale", "", f.scale, Some(f.std_scale)));
+        }
+        all
     }
 
     pub(crate) fn table(&self) -> TextTable {
@@ -104,8 +133,18 @@ impl FtCenterEstimates {
             "offset y mm",
             "std x mm",
             "std y mm",
+            "correction x mm",
+            "correction y mm",
         ];
-        let mut table = TextTable::new("centres (offset = found − commanded)", &columns);
+        let corrected =
+            self.centers.iter().any(|c| c.correction_x_mm != 0.0 || c.correction_y_mm != 0.0);
+        let shown = if corrected { columns.len() } else { columns.len() - 2 };
+        let title = if corrected {
+            "centres (offset = found − commanded − correction)"
+        } else {
+            "centres (offset = found − commanded)"
+        };
+        let mut table = TextTable::new(title, &columns[..shown]);
         for c in &self.centers {
             let numbers = [
                 c.x_mm,
@@ -116,24 +155,30 @@ impl FtCenterEstimates {
                 c.offset_y_mm,
                 c.std_x_mm,
                 c.std_y_mm,
+                c.correction_x_mm,
+                c.correction_y_mm,
             ];
             let names = [c.press.clone().into(), c.usage.into()];
-            table.push(names.into_iter().chain(numbers.map(Into::into)).collect());
+            let cells = names.into_iter().chain(numbers.map(Into::into));
+            table.push(cells.take(shown).collect());
         }
         table
     }
 }
 
 impl FrameEstimate {
-    fn of(frame: &SensorFrame) -> Self {
-        let std = translation_std(frame);
+    fn of(located: &Located) -> Self {
+        let (frame, commanded) = (&located.frame, &located.commanded);
         Self {
             angle_deg: frame.angle_rad.to_degrees(),
-            tx_mm: frame.translation_mm.x,
-            ty_mm: frame.translation_mm.y,
+            tx_mm: commanded.translation_mm.x,
+            ty_mm: commanded.translation_mm.y,
             std_angle_deg: frame.covariance[(0, 0)].sqrt().to_degrees(),
-            std_tx_mm: std.x,
-            std_ty_mm: std.y,
+            std_tx_mm: commanded.std_translation_mm.x,
+            std_ty_mm: commanded.std_translation_mm.y,
+            scale: commanded.scale,
+            std_scale: commanded.std_scale,
+            reference_mm: [frame.pivot_mm.x, frame.pivot_mm.y],
             handedness: match frame.handedness {
                 Handedness::Same => "same",
                 Handedness::Opposed => "opposed",
@@ -145,15 +190,6 @@ impl FrameEstimate {
             },
         }
     }
-}
-
-/// The covariance is about the pivot's image; the translation is the image of the origin.
-fn translation_std(frame: &SensorFrame) -> Vector2<f64> {
-    let linear = frame.sensor_from_machine().linear;
-    let arm = -(linear * frame.pivot_mm.coords);
-    // A small angle moves the end of an arm by its perpendicular.
-    let jacobian = Matrix2x3::new(-arm.y, 1.0, 0.0, arm.x, 0.0, 1.0);
-    (jacobian * frame.covariance * jacobian.transpose()).diagonal().map(f64::sqrt)
 }
 
 impl CenterEstimate {
@@ -174,11 +210,26 @@ impl CenterEstimate {
             std_y_mm: center.covariance_mm2[(1, 1)].sqrt(),
             offset_x_mm: center.offset_mm.x,
             offset_y_mm: center.offset_mm.y,
+            correction_x_mm: center.correction_mm.x,
+            correction_y_mm: center.correction_mm.y,
+            mean_wrench: mean_wrench(press),
             spin_hz: orbit.wobble.map(|w| w.spin_hz),
             wobble_radius_mm: orbit.wobble.map(|w| w.radius_mm),
             free_moment_nmm: orbit.free_moment_nmm,
             contact_samples: orbit.contact_samples,
             gated_samples: orbit.gated_samples,
         }
+    }
+}
+
+fn mean_wrench(press: &SolvedPress) -> MeanWrench {
+    let (force, moment) = (press.orbit.mean_wrench.force_n, press.orbit.mean_wrench.torque_nmm);
+    MeanWrench {
+        fx_n: force.x,
+        fy_n: force.y,
+        fz_n: force.z,
+        mx_nmm: moment.x,
+        my_nmm: moment.y,
+        mz_nmm: moment.z,
     }
 }

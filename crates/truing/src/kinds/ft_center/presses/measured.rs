@@ -11,7 +11,7 @@ use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::kinds::ft_center::error;
-use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 
@@ -118,7 +118,8 @@ impl Measured for PressCase {
             model = Arc::new(Regrouped::new(model, groups));
         }
         let estimates = Box::new(move |closure: &Closure| {
-            let located = concrete.located(&closure.state, &closure.covariance);
+            let mut located = concrete.located(closure);
+            located.conditions.extend(empirical_conditions(closure));
             Estimates::FtCenter(FtCenterEstimates::of(&located, presses))
         });
         Ok(Prepared { model, covariates, estimates })

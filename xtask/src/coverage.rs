@@ -1,0 +1,135 @@
+//! `cargo xtask bench coverage`: how often 95 % intervals of what is handed back hold the truth.
+
+mod situations;
+mod table;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use crate::program::{Truing, class_of, number_at};
+use crate::shell;
+use situations::{Situation, situations};
+
+/// How much to run.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Loops per situation.
+    #[arg(long, default_value_t = 300)]
+    loops: usize,
+    /// Only situations whose crate or name contains this; documents only crates run in full.
+    #[arg(long)]
+    only: Option<String>,
+    /// A built program, in place of building one.
+    #[arg(long)]
+    program: Option<PathBuf>,
+}
+
+/// Standard uncertainties on either side that hold 95 % of a normal distribution.
+const COVERAGE_FACTOR: f64 = 1.96;
+
+/// Distance between the first seeds of situations, far from those of `bench power`.
+const SEEDS_APART: usize = 10_000;
+/// The first of all.
+const FIRST_SEED: usize = 900_000_000;
+
+/// A number whose truth the simulator knows.
+#[derive(Clone, Debug)]
+pub(crate) struct Truth {
+    /// What it is called in the table; several of one name are counted together.
+    pub(crate) name: &'static str,
+    /// Where the answer has it.
+    pub(crate) value: String,
+    /// Where the answer has its standard uncertainty.
+    pub(crate) std: String,
+    /// What it should be.
+    pub(crate) truth: f64,
+}
+
+/// What the loops of one situation gave.
+pub(crate) struct Tally {
+    pub(crate) situation: Situation,
+    /// Loops in which the right effect, and nothing else, was accepted.
+    pub(crate) named: usize,
+    pub(crate) loops: usize,
+    /// Of every quantity: intervals that hold the truth, and intervals.
+    pub(crate) held: BTreeMap<&'static str, (usize, usize)>,
+}
+
+/// Runs the situations, prints the table and rewrites its block in `docs/validation.md`.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let truing = match &arguments.program {
+        Some(binary) => Truing::at(binary.clone()),
+        None => Truing::build()?,
+    };
+    let folder = shell::root().join("target/coverage");
+    let mut tallies = Vec::new();
+    let wanted = |s: &Situation| {
+        let name = format!("{} {}", s.krate, s.name);
+        arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))
+    };
+    for (index, situation) in situations().into_iter().enumerate() {
+        if !wanted(&situation) {
+            continue;
+        }
+        let first = FIRST_SEED + index * SEEDS_APART;
+        let tally = tally(&truing, situation, first..first + arguments.loops, &folder)?;
+        table::print_lines(&tally);
+        tallies.push(tally);
+    }
+    tallies.retain(|t| situations().iter().all(|s| s.krate != t.situation.krate || wanted(s)));
+    table::write_blocks(&tallies)
+}
+
+fn tally(
+    truing: &Truing,
+    situation: Situation,
+    seeds: std::ops::Range<usize>,
+    folder: &Path,
+) -> Result<Tally> {
+    let mut tally = Tally { situation, named: 0, loops: seeds.len(), held: BTreeMap::new() };
+    for seed in seeds {
+        let (files, truths) = (tally.situation.make)(u64::try_from(seed)?);
+        let json = answer(truing, &files, &folder.join(tally.situation.krate))?;
+        if !is_named(&json, tally.situation.effect) {
+            continue;
+        }
+        tally.named += 1;
+        for truth in truths {
+            let number = |path: &str| number_at(&json, path).with_context(|| path.to_owned());
+            let (value, std) = (number(&truth.value)?, number(&truth.std)?);
+            let (held, all) = tally.held.entry(truth.name).or_default();
+            *held += usize::from((value - truth.truth).abs() <= COVERAGE_FACTOR * std);
+            *all += 1;
+        }
+    }
+    Ok(tally)
+}
+
+/// The answer to one simulated case; null where there is none.
+fn answer(truing: &Truing, files: &[(&'static str, String)], case: &Path) -> Result<Value> {
+    if case.exists() {
+        fs::remove_dir_all(case).with_context(|| format!("cannot empty {}", case.display()))?;
+    }
+    fs::create_dir_all(case).with_context(|| format!("cannot make {}", case.display()))?;
+    for (name, text) in files {
+        fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
+    }
+    let arguments =
+        ["loop".as_ref(), case.as_os_str(), "--json".as_ref(), "--threads".as_ref(), "1".as_ref()];
+    Ok(truing.run(&arguments)?.json)
+}
+
+/// Whether the effect, or nothing, is all that was accepted.
+fn is_named(json: &Value, effect: Option<&str>) -> bool {
+    let Some(steps) = json["steps"].as_array() else { return false };
+    match effect {
+        None => steps.is_empty(),
+        Some(effect) => {
+            steps.len() == 1 && class_of(&steps[0]).last().is_some_and(|name| *name == effect)
+        }
+    }
+}
