@@ -46,7 +46,7 @@ pub(crate) struct Truth {
     /// Where the answer has its standard uncertainty.
     pub(crate) std: String,
     /// What it should be.
-    pub(crate) truth: f64,
+    pub(crate) known: f64,
 }
 
 /// What the loops of one situation gave.
@@ -102,7 +102,7 @@ fn tally(
             let number = |path: &str| number_at(&json, path).with_context(|| path.to_owned());
             let (value, std) = (number(&truth.value)?, number(&truth.std)?);
             let (held, all) = tally.held.entry(truth.name).or_default();
-            *held += usize::from((value - truth.truth).abs() <= COVERAGE_FACTOR * std);
+            *held += usize::from((value - truth.known).abs() <= COVERAGE_FACTOR * std);
             *all += 1;
         }
     }

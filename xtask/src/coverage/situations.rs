@@ -21,7 +21,6 @@ pub(crate) struct Situation {
 }
 
 /// All situations; effects are so large that the loop misses hardly one.
-#[expect(clippy::too_many_lines, reason = "a table: one entry per situation")]
 pub(crate) fn situations() -> Vec<Situation> {
     let frame = |name, effect, make| Situation { krate: "frame-fit", name, effect, make };
     let press = |name, effect, make| Situation { krate: "ft-center", name, effect, make };
@@ -76,8 +75,8 @@ pub(crate) fn situations() -> Vec<Situation> {
     ]
 }
 
-fn truth(name: &'static str, value: String, std: String, truth: f64) -> Truth {
-    Truth { name, value, std, truth }
+fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {
+    Truth { name, value, std, known }
 }
 
 fn of_survey(scene: &Survey) -> Simulated {

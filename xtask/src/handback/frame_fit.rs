@@ -155,9 +155,8 @@ fn field(
         let subject = several.then_some(column.as_str());
         if let Some(growth) = step(json, "temperature", subject) {
             let per_k = amplitude(growth, "expansion") * 1e-6;
-            for k in 0..n {
-                field.source[k] += per_k * (table.numbers(&column)[row] - 20.0) * p[k];
-            }
+            let growth = per_k * (table.numbers(&column)[row] - 20.0);
+            field.source.iter_mut().zip(p).for_each(|(source, p)| *source += growth * p);
         }
     }
     if let Some(lens) = step(json, "lens-distortion", None) {
@@ -174,9 +173,7 @@ fn field(
     }
     if let Some(tilt) = step(json, "perspective", None) {
         let along = (amplitude(tilt, "x") * u[0] + amplitude(tilt, "y") * u[1]) * 1e-3;
-        for k in 0..n {
-            field.source[k] += u[k] * along;
-        }
+        field.source.iter_mut().zip(&u).for_each(|(source, u)| *source += u * along);
     }
     let reach = (fitted.iter().map(|q| distance2(q, centroid)).sum::<f64>()
         / super::as_f64(fitted.len()))
@@ -299,8 +296,7 @@ fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let lead = rows[pivot][pivot];
         rows[pivot].iter_mut().for_each(|v| *v /= lead);
         let pivoted = rows[pivot].clone();
-        for (i, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != pivot) {
-            debug_assert_ne!(i, pivot, "filtered");
+        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != pivot) {
             let factor = row[pivot];
             row.iter_mut().zip(&pivoted).for_each(|(v, p)| *v -= factor * p);
         }

@@ -216,9 +216,9 @@ fn pairs(scene: &Scene) -> String {
     let axes = if scene.planar { &["x", "y"][..] } else { &["x", "y", "z"][..] };
     let mut text = "point".to_owned();
     for side in ["from", "to"] {
-        axes.iter().for_each(|axis| {
+        for axis in axes {
             let _ = write!(text, ",{side}_{axis}_mm");
-        });
+        }
     }
     let _ = writeln!(text, ",use{}", scene.columns);
     let mut uniform = |half: f64| rng.random_range(-half..half);

@@ -6,6 +6,7 @@ mod closing;
 mod consistency;
 mod degenerate;
 mod golden;
+mod handed_back;
 mod hostile;
 mod laws;
 mod model;
