@@ -69,12 +69,22 @@ fn of_file(path: &Path, _: &fs::Metadata) -> Option<Identity> {
     fs::canonicalize(path).ok().map(Identity::Path)
 }
 
-/// Where symbolic links lead, whether or not anything is there.
+/// Where symbolic links lead, whether or not anything is there; what a process holds open is not
+/// followed, as its link is no path.
 pub(super) fn follow(path: &Path) -> PathBuf {
     let mut at = path.to_owned();
     for _ in 0..MAX_LINKS {
         let Ok(link) = fs::read_link(&at) else { return at };
+        if is_held_open(&at) {
+            return at;
+        }
         at = at.parent().unwrap_or(Path::new("")).join(link);
     }
     path.to_owned()
+}
+
+/// Whether a path is that of something a process holds open, such as `/dev/stdout` or `/dev/fd/3`.
+pub(super) fn is_held_open(path: &Path) -> bool {
+    let folder = path.parent().and_then(|folder| fs::canonicalize(folder).ok());
+    folder.is_some_and(|folder| folder.starts_with("/proc"))
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
-use super::identity::follow;
+use super::identity::{follow, is_held_open};
 use crate::Error;
 
 /// A file to write.
@@ -100,7 +100,9 @@ fn stage(file: &OutputFile) -> io::Result<Staged<'_>> {
     let content = &file.content;
     let old = match fs::metadata(&target) {
         Ok(old) if old.is_dir() => return Err(ErrorKind::IsADirectory.into()),
-        Ok(old) if !old.is_file() => return Ok(Staged::Stream { target, content }),
+        Ok(old) if !old.is_file() || is_held_open(&target) => {
+            return Ok(Staged::Stream { target, content });
+        }
         Ok(old) => {
             // A file that may not be written to may not be replaced either.
             OpenOptions::new().write(true).open(&target)?;

@@ -132,6 +132,12 @@ mod on_unix {
         let case = Case::example("frame-fit");
         assert_eq!(solve_with_report(&case, Path::new("/dev/null")).code, 0);
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        let piped = Command::new(BINARY)
+            .args(words(&["solve"], &[case.path()]))
+            .args(["--report", "/dev/stdout"])
+            .output()
+            .unwrap();
+        assert!(String::from_utf8(piped.stdout).unwrap().contains("<html"), "{:?}", piped.status);
         let full = solve_with_report(&case, Path::new("/dev/full"));
         assert_eq!(full.code, 2, "{}", full.stderr);
     }
