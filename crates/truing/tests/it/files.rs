@@ -137,7 +137,11 @@ mod on_unix {
             .args(["--report", "/dev/stdout"])
             .output()
             .unwrap();
-        assert!(String::from_utf8(piped.stdout).unwrap().contains("<html"), "{:?}", piped.status);
+        assert!(
+            String::from_utf8(piped.stdout).unwrap().contains("<!DOCTYPE html>"),
+            "{:?}",
+            piped.status
+        );
         let full = solve_with_report(&case, Path::new("/dev/full"));
         assert_eq!(full.code, 2, "{}", full.stderr);
     }
