@@ -1,6 +1,6 @@
 //! What the declared head may leave out.
 
-use model_discrepancy::{Effect, Parameter};
+use model_discrepancy::{Effect, Parameter, Scope};
 
 use crate::log_blocks::Block;
 
@@ -68,14 +68,9 @@ impl LogEffect {
             Self::Temperature(column) => Some(warm[column].clone()),
             _ => None,
         };
-        Effect {
-            id: id.to_owned(),
-            subject,
-            description: text.to_owned(),
-            driver,
-            searched: 1,
-            parameters: vec![parameter],
-        }
+        // A log without a reference shows lengths alone, and a head that stands still little.
+        let scope = Scope::SomeDesigns;
+        Effect { subject, driver, scope, ..Effect::new(id, text, vec![parameter]) }
     }
 
     fn entry(self, warm: &[String]) -> (&'static str, Option<String>, &'static str, Parameter) {

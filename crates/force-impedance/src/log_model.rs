@@ -1,7 +1,7 @@
 //! A log as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Group, Layout, Model, Origin, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -24,16 +24,13 @@ const MIN_SAMPLES: usize = 12;
 /// is estimated, for that of samples a millisecond apart is not independent.
 #[derive(Clone, Debug)]
 pub struct LogModel {
-    pub(crate) layout: Layout,
-    pub(crate) effects: Vec<Effect>,
+    pub(crate) declared: Declared,
     pub(crate) catalogue: Vec<LogEffect>,
     pub(crate) blocks: Vec<Block>,
     /// One per segment, in order; empty without a reference.
     pub(crate) records: Vec<Record>,
     /// Record of each block.
     pub(crate) record_of: Vec<usize>,
-    /// Zero for each block: cells and reference read on from segment to segment.
-    pub(crate) one_log: Vec<usize>,
     pub(crate) has_reference: bool,
     solved: Vec<LoggedForce>,
 }
@@ -85,11 +82,14 @@ impl LogModel {
         let blocks = blocks(head, samples, &solved, options.formula, &warmth_k);
         let (records, record_of) = records(samples, &solved, &blocks);
         let mut model = Self {
-            layout: Layout::default(),
-            effects: catalogue.iter().map(|e| e.description(&names)).collect(),
+            declared: Declared {
+                effects: catalogue.iter().map(|e| e.description(&names)).collect(),
+                // Cells and reference read on from segment to segment.
+                records: Some(vec![0; blocks.len()]),
+                ..Declared::default()
+            },
             catalogue,
             has_reference: samples[0].reference_n.is_some(),
-            one_log: vec![0; blocks.len()],
             blocks,
             records,
             record_of,
@@ -164,7 +164,7 @@ impl LogModel {
     /// When the corrected force holds, and what the reference adds: one sentence per such effect.
     #[must_use]
     pub fn conditions(&self, at: &State) -> Vec<String> {
-        let all = self.catalogue.iter().zip(&self.effects).zip(&at.amplitudes);
+        let all = self.catalogue.iter().zip(&self.declared.effects).zip(&at.amplitudes);
         all.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0))
             .map(|((kind, effect), _)| match kind {
                 LogEffect::Delay => "the delay is of the reference: it is in the residual of the \
@@ -181,16 +181,24 @@ impl LogModel {
 
     /// Adds blocks of a measurement that could be made, as a design.
     pub(crate) fn add_blocks(&mut self, more: Vec<Block>) {
-        let sigma = self.layout.rows.iter().map(|r| r.sigma).sum::<f64>()
-            / crate::count(self.layout.rows.len());
+        let sigma = self.declared.layout.rows.iter().map(|r| r.sigma).sum::<f64>()
+            / crate::count(self.declared.layout.rows.len());
         for (i, block) in more.into_iter().enumerate() {
             // As many groups as the log has.
-            let group = self.layout.groups.len();
-            self.layout.groups.push(Group { name: format!("proposed {}", i + 1), role: Role::Fit });
-            let observation = self.layout.observations.len();
-            self.layout.observations.push(group);
-            self.layout.rows.push(Row { observation, component: 0, sigma, reported: true });
-            self.one_log.push(0);
+            let group = self.declared.layout.groups.len();
+            self.declared
+                .layout
+                .groups
+                .push(Group { name: format!("proposed {}", i + 1), role: Role::Fit });
+            let observation = self.declared.layout.observations.len();
+            self.declared.layout.observations.push(group);
+            self.declared.layout.rows.push(Row {
+                observation,
+                component: 0,
+                sigma,
+                reported: true,
+            });
+            self.declared.records.get_or_insert_default().push(0);
             self.blocks.push(block);
         }
     }
@@ -207,7 +215,7 @@ impl LogModel {
             let share = crate::count(block.samples.len()).sqrt();
             Row { observation, component: 0, sigma: sigma(block) / share, reported: true }
         });
-        self.layout = Layout {
+        self.declared.layout = Layout {
             rows: rows.collect(),
             observations: of_block,
             groups: names.into_iter().map(|name| Group { name, role: Role::Fit }).collect(),
@@ -283,20 +291,8 @@ fn records(
 }
 
 impl Model for LogModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &[]
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(0)
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
@@ -319,10 +315,6 @@ impl Model for LogModel {
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let amplitude = at.amplitudes[effect][0];
         DMatrix::from_fn(self.blocks.len(), 1, |i, _| -self.effect(effect, amplitude, i).1)
-    }
-
-    fn records(&self) -> Option<&[usize]> {
-        Some(&self.one_log)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -63,6 +63,6 @@ fn extended(model: &LogModel, change: impl Fn(&mut Block, usize)) -> LogModel {
 fn with_reference(model: &LogModel) -> LogModel {
     let mut with = model.clone();
     with.has_reference = true;
-    "N".clone_into(&mut with.layout.unit);
+    "N".clone_into(&mut with.declared.layout.unit);
     with
 }

@@ -1,7 +1,8 @@
 //! Runs along one path as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    Scope, State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -22,8 +23,7 @@ const COARSE_KNOTS: usize = 24;
 /// asked for, in percent. They say where, not why.
 #[derive(Clone, Debug)]
 pub struct PathModel {
-    layout: Layout,
-    effects: Vec<Effect>,
+    declared: Declared,
     catalogue: Vec<PathEffect>,
     cells: Vec<Cell>,
     stretch: Stretch,
@@ -72,7 +72,12 @@ impl PathModel {
         }
         let effects = catalogue.iter().map(|e| description(*e, &stretch)).collect();
         let layout = layout(&cells, options);
-        Ok(Self { layout, effects, catalogue, cells, stretch })
+        let declared = Declared {
+            // A run each: between runs the tool leaves the workpiece.
+            records: Some(layout.observations.clone()),
+            ..Declared::new(layout, Vec::new(), effects)
+        };
+        Ok(Self { declared, catalogue, cells, stretch })
     }
 
     /// Readings that each observation of the layout averages.
@@ -152,14 +157,15 @@ impl PathModel {
     /// The runs, and one more with every force asked for changed.
     fn with_run(&self, reference_n: impl Fn(f64) -> f64) -> Self {
         let mut more = self.clone();
-        let sigma = self.layout.rows.iter().map(|r| r.sigma).sum::<f64>()
-            / crate::count(self.layout.rows.len());
-        let group = more.layout.groups.len();
-        more.layout.groups.push(Group { name: "proposed".to_owned(), role: Role::Fit });
+        let sigma = self.declared.layout.rows.iter().map(|r| r.sigma).sum::<f64>()
+            / crate::count(self.declared.layout.rows.len());
+        let layout = &mut more.declared.layout;
+        let group = layout.groups.len();
+        layout.groups.push(Group { name: "proposed".to_owned(), role: Role::Fit });
         for cell in self.cells.iter().filter(|c| c.run == self.cells[0].run) {
-            let observation = more.layout.observations.len();
-            more.layout.observations.push(group);
-            more.layout.rows.push(Row { observation, component: 0, sigma, reported: true });
+            let observation = layout.observations.len();
+            layout.observations.push(group);
+            layout.rows.push(Row { observation, component: 0, sigma, reported: true });
             more.cells.push(Cell {
                 run: group,
                 reference_n: reference_n(cell.reference_n),
@@ -167,6 +173,7 @@ impl PathModel {
                 ..cell.clone()
             });
         }
+        more.declared.records = Some(more.declared.layout.observations.clone());
         more
     }
 }
@@ -237,25 +244,17 @@ fn description(effect: PathEffect, stretch: &Stretch) -> Effect {
             knots(n, "%", 100.0),
         ),
     };
-    let (id, description) = (id.to_owned(), text.to_owned());
-    Effect { id, subject, description, driver: None, searched: 1, parameters }
+    // Where no force was asked for, a share of it is nothing; a knot may lie where no run was.
+    let scope = match effect {
+        PathEffect::Zero | PathEffect::Drift => Scope::Everywhere,
+        _ => Scope::SomeDesigns,
+    };
+    Effect { subject, scope, ..Effect::new(id, text, parameters) }
 }
 
 impl Model for PathModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &[]
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(0)
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
@@ -279,13 +278,8 @@ impl Model for PathModel {
     fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
         let rows: Vec<Vec<f64>> =
             self.cells.iter().map(|cell| self.slopes(self.catalogue[effect], cell)).collect();
-        let columns = self.effects[effect].parameters.len();
+        let columns = self.declared.effects[effect].parameters.len();
         DMatrix::from_fn(rows.len(), columns, |i, k| -rows[i][k])
-    }
-
-    /// A run each: between runs the tool leaves the workpiece.
-    fn records(&self) -> Option<&[usize]> {
-        Some(&self.layout.observations)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

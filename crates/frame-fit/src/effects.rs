@@ -9,7 +9,7 @@
 mod bodies;
 mod optics;
 
-use model_discrepancy::{Covariate, Effect, Parameter, Role};
+use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
 use nalgebra::SVector;
 
 use crate::MeasuredPoint;
@@ -93,15 +93,17 @@ fn entry<const D: usize>(
     parameters: Vec<Parameter>,
     term: Term<D>,
 ) -> Entry<D> {
-    let effect = Effect {
-        id: id.to_owned(),
-        subject: None,
-        description: description.to_owned(),
-        driver: None,
-        searched: 1,
-        parameters,
-    };
+    let effect = Effect::new(id, description, parameters).within(scope(&term));
     Entry { effect, term }
+}
+
+/// What a term moves: planes, lines and a column that stands still show nothing of some.
+fn scope<const D: usize>(term: &Term<D>) -> Scope {
+    match term {
+        Term::BadPoint { observation } => Scope::Observation(*observation),
+        Term::Shift | Term::Reflection { .. } | Term::Scale { .. } => Scope::Everywhere,
+        _ => Scope::SomeDesigns,
+    }
 }
 
 fn parameter(name: impl Into<String>, unit: &str, report_factor: f64) -> Parameter {

@@ -1,7 +1,7 @@
 //! The declared model, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
@@ -34,9 +34,7 @@ pub struct FrameModel<const D: usize> {
     pub(crate) pivot_mm: SVector<f64, D>,
     /// Point of the source frame that rotations, scales and shears leave where it is.
     pub(crate) fixed_mm: SVector<f64, D>,
-    layout: Layout,
-    base: Vec<Parameter>,
-    pub(crate) effects: Vec<Effect>,
+    pub(crate) declared: Declared,
     pub(crate) terms: Vec<Term<D>>,
 }
 
@@ -91,12 +89,12 @@ impl<const D: usize> FrameModel<D> {
         let motions = motion::motions(transform, D);
         let (effects, terms) =
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
+        let base = motions.iter().map(|m| base_parameter(*m)).collect();
+        let declared = Declared::new(layout(&points, options.noise), base, effects);
         Self {
             pivot_mm: reference.apply(&spread.centroid_mm).coords,
             fixed_mm: effects::fixed_point(transform, &spread),
             images_mm: points.iter().map(|p| reference.apply(&p.pair.source_mm).coords).collect(),
-            base: motions.iter().map(|m| base_parameter(*m)).collect(),
-            layout: layout(&points, options.noise),
             transform,
             options,
             mirrored,
@@ -105,7 +103,7 @@ impl<const D: usize> FrameModel<D> {
             spread,
             reference,
             motions,
-            effects,
+            declared,
             terms,
         }
     }
@@ -227,20 +225,8 @@ fn layout<const D: usize>(points: &[MeasuredPoint<D>], noise: Noise) -> Layout {
 }
 
 impl<const D: usize> Model for FrameModel<D> {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(self.motions.len())
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     /// Everything is a displacement from the images under `reference`, so that residuals of
@@ -275,6 +261,10 @@ impl<const D: usize> Model for FrameModel<D> {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let term = &self.terms[effect];
+        if matches!(term, Term::BadPoint { .. }) {
+            // Adds to the target, last of all.
+            return -DMatrix::identity(D, D);
+        }
         let amplitude = &at.amplitudes[effect];
         let moved = self.moved_at(&at.base);
         let (rotation, rotation_pivot_mm) = self.target_rotation(at);
@@ -296,14 +286,6 @@ impl<const D: usize> Model for FrameModel<D> {
             let source_mm = self.points[i].pair.source_mm.coords;
             term.touches(i).then(|| &carried * term.columns(i, &source_mm))
         })
-    }
-
-    /// A bad point adds to the target, last of all.
-    fn local_tangent(&self, _at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
-        match self.terms[effect] {
-            Term::BadPoint { observation } => Some((observation, -DMatrix::identity(D, D))),
-            _ => None,
-        }
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -154,7 +154,7 @@ impl<const D: usize> FrameModel<D> {
 
     fn conditions(&self, at: &State) -> Vec<String> {
         let active = |amplitude: &DVector<f64>| amplitude.iter().any(|a| *a != 0.0);
-        let all = self.terms.iter().zip(&self.effects).zip(&at.amplitudes);
+        let all = self.terms.iter().zip(&self.declared.effects).zip(&at.amplitudes);
         all.filter(|(_, amplitude)| active(amplitude))
             .filter_map(|((term, effect), _)| {
                 let subject = effect.subject.as_deref().unwrap_or_default();

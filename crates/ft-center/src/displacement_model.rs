@@ -1,7 +1,7 @@
 //! Tables of commanded and solved displacements as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Proposal, Role, Row, Scope, State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -37,8 +37,7 @@ pub struct Displacement {
 /// the table, so biases are in terms of the load there was, and every gain looks alike.
 #[derive(Clone, Debug)]
 pub struct DisplacementModel {
-    layout: Layout,
-    effects: Vec<Effect>,
+    declared: Declared,
     rows: Vec<Observed>,
 }
 
@@ -60,7 +59,7 @@ enum Observed {
     Weight,
 }
 
-/// The catalogue, in the order of [`Model::effects`].
+/// The catalogue, in the order of [`Declared::effects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     DatumOffset,
@@ -104,7 +103,8 @@ impl DisplacementModel {
             ..Layout::default()
         };
         let effects = KINDS.iter().map(|kind| kind.effect()).collect();
-        let mut model = Self { layout, effects, rows: Vec::new() };
+        let declared = Declared::new(layout, Vec::new(), effects);
+        let mut model = Self { declared, rows: Vec::new() };
         for r in rows {
             let observed = Observed::Moved {
                 commanded_mm: r.commanded_mm,
@@ -135,9 +135,9 @@ impl DisplacementModel {
         let observation = self.rows.len();
         let reported = matches!(observed, Observed::Moved { .. });
         self.rows.push(observed);
-        self.layout.rows.push(Row { observation, component: 0, sigma, reported });
-        self.layout.observations.push(observation);
-        self.layout.groups.push(Group { name: name.to_owned(), role });
+        self.declared.layout.rows.push(Row { observation, component: 0, sigma, reported });
+        self.declared.layout.observations.push(observation);
+        self.declared.layout.groups.push(Group { name: name.to_owned(), role });
     }
 
     /// The same moves again under other conditions.
@@ -148,7 +148,7 @@ impl DisplacementModel {
                 // Levers of either sign, so that they are no constant offset.
                 let lever_mm = if i % 2 == 0 { lever_mm } else { -lever_mm };
                 let again = Observed::Moved { commanded_mm, solved_mm, load_ratio, lever_mm };
-                extended.push("proposed", again, self.layout.rows[i].sigma, Role::Fit);
+                extended.push("proposed", again, self.declared.layout.rows[i].sigma, Role::Fit);
             }
         }
         extended
@@ -169,20 +169,8 @@ impl DisplacementModel {
 }
 
 impl Model for DisplacementModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &[]
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(0)
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
@@ -321,13 +309,12 @@ impl Kind {
                 parameter("bias over load", "%", 100.0),
             ),
         };
-        Effect {
-            id: id.to_owned(),
-            subject: subject.map(str::to_owned),
-            description: description.to_owned(),
-            driver: None,
-            searched: 1,
-            parameters: vec![parameter],
-        }
+        // Nothing was moved: only constants show.
+        let scope = match self {
+            Self::DatumOffset | Self::MomentBias => Scope::Everywhere,
+            _ => Scope::SomeDesigns,
+        };
+        let subject = subject.map(str::to_owned);
+        Effect { subject, scope, ..Effect::new(id, description, vec![parameter]) }
     }
 }

@@ -1,7 +1,7 @@
 //! What the calibration of a free-hanging tool may leave out.
 
 use geometry::so3;
-use model_discrepancy::{Effect, Parameter};
+use model_discrepancy::{Effect, Parameter, Scope};
 use nalgebra::{DMatrix, DVector, Matrix3, Unit, UnitQuaternion, Vector3, Vector6};
 
 use crate::parameter::parameter;
@@ -102,14 +102,13 @@ impl GravityEffect {
 
     pub(crate) fn described(self) -> Effect {
         let (id, subject, description, parameters) = self.entry();
-        Effect {
-            id: id.to_owned(),
-            subject: subject.map(str::to_owned),
-            description: description.to_owned(),
-            driver: None,
-            searched: 1,
-            parameters,
-        }
+        // A sensor that is turned about one line only never sees some of its axes loaded.
+        let scope = match self {
+            Self::ForceDrift | Self::MomentDrift => Scope::Everywhere,
+            _ => Scope::SomeDesigns,
+        };
+        let subject = subject.map(str::to_owned);
+        Effect { subject, scope, ..Effect::new(id, description, parameters) }
     }
 
     fn entry(self) -> (&'static str, Option<&'static str>, &'static str, Vec<Parameter>) {

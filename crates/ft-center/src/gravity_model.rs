@@ -2,7 +2,8 @@
 
 use geometry::Wrench;
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
 
@@ -22,13 +23,11 @@ const FLOOR: f64 = 1e-9;
 /// and moments are weighed by what the declared model leaves of each.
 #[derive(Clone, Debug)]
 pub struct GravityModel {
-    layout: Layout,
-    base: Vec<Parameter>,
+    declared: Declared,
     effects: Vec<GravityEffect>,
-    described: Vec<Effect>,
     poses: Vec<StaticPose>,
     gravity: Unit<Vector3<f64>>,
-    declared: GravityCalibration,
+    calibrated: GravityCalibration,
     /// One per pose, one value per temperature column, from 20 °C.
     warmth_k: Vec<Vec<f64>>,
 }
@@ -48,7 +47,7 @@ impl GravityModel {
         options: &GravityOptions,
         covariates: &[Covariate],
     ) -> Result<Self, FtCenterError> {
-        let declared = calibrate_gravity(poses, options)?;
+        let calibrated = calibrate_gravity(poses, options)?;
         if let Some(wrong) = covariates.iter().find(|c| c.values.len() != poses.len()) {
             let (got, needed) = (wrong.values.len(), poses.len());
             return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
@@ -65,14 +64,15 @@ impl GravityModel {
         }
         let of_pose = |i: usize| warm.iter().map(|c| c.values[i] - REFERENCE_C).collect();
         Ok(Self {
-            layout: layout(poses, options, &declared),
-            base: base(),
+            declared: Declared {
+                start: start(&calibrated),
+                ..Declared::new(layout(poses, options, &calibrated), base(), described)
+            },
             effects,
-            described,
             warmth_k: (0..poses.len()).map(of_pose).collect(),
             poses: poses.to_vec(),
             gravity: options.gravity,
-            declared,
+            calibrated,
         })
     }
 
@@ -120,7 +120,7 @@ impl GravityModel {
             covariance: block,
             line_miss_mm: ideal.map(|w| line_miss(w, &arm)).collect(),
             residuals,
-            noise: self.declared.noise,
+            noise: self.calibrated.noise,
             degrees_of_freedom: (6 * self.poses.len()).saturating_sub(10 + active),
         }
     }
@@ -129,7 +129,7 @@ impl GravityModel {
     /// effect of `at`.
     #[must_use]
     pub fn conditions(&self, at: &State) -> Vec<String> {
-        let all = self.effects.iter().zip(&self.described).zip(&at.amplitudes);
+        let all = self.effects.iter().zip(&self.declared.effects).zip(&at.amplitudes);
         all.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0))
             .map(|((effect, described), _)| effect.condition(described))
             .collect()
@@ -164,29 +164,14 @@ impl GravityModel {
 }
 
 impl Model for GravityModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.described
-    }
-
-    fn start(&self) -> DVector<f64> {
-        let d = &self.declared;
-        let bias = d.bias.to_vector();
-        let arm = d.center_of_gravity_mm.coords;
-        DVector::from_iterator(10, bias.iter().chain([&d.weight_n]).chain(arm.iter()).copied())
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
         let errors = self.errors(at);
         let zero: Vector6<f64> = at.base.fixed_rows::<6>(0).into_owned();
-        let mut rows = DVector::zeros(self.layout.rows.len());
+        let mut rows = DVector::zeros(self.declared.layout.rows.len());
         for (i, pose) in self.poses.iter().enumerate() {
             let predicted = self.predicted(i, at, &errors).wrench() + zero;
             rows.fixed_rows_mut::<6>(6 * i).copy_from(&(pose.wrench.to_vector() - predicted));
@@ -196,7 +181,7 @@ impl Model for GravityModel {
 
     fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
         let errors = self.errors(at);
-        let mut jacobian = DMatrix::zeros(self.layout.rows.len(), 10);
+        let mut jacobian = DMatrix::zeros(self.declared.layout.rows.len(), 10);
         for i in 0..self.poses.len() {
             let predicted = self.predicted(i, at, &errors);
             let mut block = jacobian.fixed_view_mut::<6, 10>(6 * i, 0);
@@ -211,8 +196,8 @@ impl Model for GravityModel {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let errors = self.errors(at);
-        let parameters = self.described[effect].parameters.len();
-        let mut tangent = DMatrix::zeros(self.layout.rows.len(), parameters);
+        let parameters = self.declared.effects[effect].parameters.len();
+        let mut tangent = DMatrix::zeros(self.declared.layout.rows.len(), parameters);
         for i in 0..self.poses.len() {
             let predicted = self.predicted(i, at, &errors);
             let block = -predicted.derivative(self.effects[effect], &self.gravity);
@@ -220,6 +205,17 @@ impl Model for GravityModel {
         }
         tangent
     }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        Vec::new()
+    }
+}
+
+fn start(calibrated: &GravityCalibration) -> DVector<f64> {
+    let bias = calibrated.bias.to_vector();
+    let arm = calibrated.center_of_gravity_mm.coords;
+    let weight_n = [calibrated.weight_n];
+    DVector::from_iterator(10, bias.iter().chain(&weight_n).chain(arm.iter()).copied())
 }
 
 fn base() -> Vec<Parameter> {

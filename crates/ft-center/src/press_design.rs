@@ -216,8 +216,8 @@ impl Design {
         standard: Standard,
         at: &Unpacked,
         effect: usize,
+        parameters: usize,
     ) -> DMatrix<f64> {
-        let parameters = self.catalogue.described[effect].parameters.len();
         let effect = self.catalogue.effects[effect];
         let mut tangent = DMatrix::zeros(standard.rows(), parameters);
         match standard {

@@ -1,6 +1,6 @@
 //! What the declared frame of the presses may leave out.
 
-use model_discrepancy::{Effect, Parameter, State};
+use model_discrepancy::{Effect, Parameter, Scope, State};
 use nalgebra::{DVector, Vector2};
 
 use crate::parameter::parameter;
@@ -131,13 +131,16 @@ impl PressEffect {
 
     fn description(self) -> Effect {
         let (id, subject, text, parameters) = self.entry();
-        Effect {
-            id: id.to_owned(),
-            subject: (!subject.is_empty()).then(|| subject.to_owned()),
-            description: text.to_owned(),
-            driver: None,
-            searched: 1,
-            parameters,
+        let subject = (!subject.is_empty()).then(|| subject.to_owned());
+        Effect { subject, scope: self.scope(), ..Effect::new(id, text, parameters) }
+    }
+
+    /// Where no force acts sideways, where temperature stands at 20 °C, some show nothing.
+    fn scope(self) -> Scope {
+        match self {
+            Self::MomentBias | Self::FzBias | Self::FzGain | Self::MomentGain => Scope::Everywhere,
+            Self::FrameScale | Self::DatumOffset | Self::LoadShift => Scope::Everywhere,
+            _ => Scope::SomeDesigns,
         }
     }
 
@@ -262,18 +265,19 @@ impl PressEffect {
     }
 }
 
-/// The catalogue: effects for code and for people, in the same order.
+/// The catalogue, in the order of the model's effects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Catalogue {
     pub(crate) effects: Vec<PressEffect>,
-    pub(crate) described: Vec<Effect>,
 }
 
 impl Catalogue {
     /// All effects, with one per temperature column, and one per fitted press, given by
     /// observation and name.
-    pub(crate) fn new(temperatures: &[String], presses: &[(usize, String)]) -> Self {
-        let mut catalogue = Self::default();
+    ///
+    /// Besides, the same for people.
+    pub(crate) fn new(temperatures: &[String], presses: &[(usize, String)]) -> (Self, Vec<Effect>) {
+        let mut all = Vec::new();
         for effect in [
             PressEffect::FzBias,
             PressEffect::MomentBias,
@@ -292,25 +296,21 @@ impl Catalogue {
             PressEffect::LoadShift,
             PressEffect::DatumOffset,
         ] {
-            catalogue.push(effect, effect.description());
+            all.push((effect, effect.description()));
         }
         for (column, name) in temperatures.iter().enumerate() {
             let effect = PressEffect::Temperature(column);
             let subject = (temperatures.len() > 1).then(|| name.clone());
             let driver = Some(name.clone());
-            catalogue.push(effect, Effect { subject, driver, ..effect.description() });
+            all.push((effect, Effect { subject, driver, ..effect.description() }));
         }
         for (observation, name) in presses {
             let effect = PressEffect::BadPress(*observation);
             let subject = Some(name.clone());
-            catalogue.push(effect, Effect { subject, ..effect.description() });
+            all.push((effect, Effect { subject, ..effect.description() }));
         }
-        catalogue
-    }
-
-    fn push(&mut self, effect: PressEffect, described: Effect) {
-        self.effects.push(effect);
-        self.described.push(described);
+        let (effects, described) = all.into_iter().unzip();
+        (Self { effects }, described)
     }
 
     /// Errors of sensor and machine at the amplitudes of `at`.

@@ -59,7 +59,7 @@ impl PressModel {
     }
 
     fn conditions(&self, at: &State) -> Vec<String> {
-        let all = self.design.catalogue.effects.iter().zip(&self.design.catalogue.described);
+        let all = self.design.catalogue.effects.iter().zip(&self.declared.effects);
         all.zip(&at.amplitudes)
             .filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0))
             .filter_map(|((effect, described), _)| effect.condition(described))
@@ -72,7 +72,7 @@ impl PressModel {
             .filter(|(_, press)| self.presses[**press].role == PressRole::Frame)
             .flat_map(|(i, _)| [2 * i, 2 * i + 1])
             .collect();
-        let rows: Vec<Row> = fitted.iter().map(|&row| self.layout.rows[row]).collect();
+        let rows: Vec<Row> = fitted.iter().map(|&row| self.declared.layout.rows[row]).collect();
         let unpacked = self.design.unpack(&closure.state);
         let mut jacobian = DMatrix::zeros(residuals.len(), closure.columns.len());
         for (observation, point) in self.points.iter().enumerate() {
@@ -96,7 +96,7 @@ impl PressModel {
         for (i, &press) in self.observed().iter().enumerate() {
             if self.presses[press].role == PressRole::Frame {
                 let miss: Vector2<f64> = residuals.fixed_rows::<2>(2 * i).into_owned();
-                let sigma = |k: usize| self.layout.rows[2 * i + k].sigma.hypot(seat_mm);
+                let sigma = |k: usize| self.declared.layout.rows[2 * i + k].sigma.hypot(seat_mm);
                 chi2 += (miss.x / sigma(0)).powi(2) + (miss.y / sigma(1)).powi(2);
                 residuals_mm.push(turned * miss);
             }

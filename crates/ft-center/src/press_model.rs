@@ -1,8 +1,7 @@
 //! The presses as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Remaining, Role, Row,
-    State,
+    Covariate, Declared, Group, Layout, Model, Origin, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -28,8 +27,7 @@ use crate::{
 /// a press, which only the noise of `Fz` makes, is left out.
 #[derive(Clone, Debug)]
 pub struct PressModel {
-    pub(crate) layout: Layout,
-    pub(crate) base: Vec<Parameter>,
+    pub(crate) declared: Declared,
     pub(crate) design: Design,
     /// One per observation of the layout that is a press.
     pub(crate) points: Vec<PressPoint>,
@@ -95,7 +93,9 @@ impl PressModel {
         };
         let groups =
             observed.iter().map(|&i| Group { name: presses[i].name.clone(), role: role(i) });
-        let mut model = Self {
+        let (catalogue, effects) = Catalogue::new(&columns, &fitted);
+        let pivot = frame.sensor_from_machine().apply(&frame.pivot_mm);
+        let declared = Declared {
             layout: Layout {
                 groups: groups.collect(),
                 unit: "mm".to_owned(),
@@ -107,11 +107,20 @@ impl PressModel {
                 parameter("frame translation x", "mm", 1.0),
                 parameter("frame translation y", "mm", 1.0),
             ],
+            start: DVector::from_column_slice(&[frame.angle_rad, pivot.x, pivot.y]),
+            effects,
+            findings: lost_spin(presses).into_iter().collect(),
+            // A head seats anew on every press, which no record shows.
+            common_scatter: true,
+            ..Declared::default()
+        };
+        let mut model = Self {
+            declared,
             design: Design {
                 z0_mm: contact.z0_mm,
                 handedness: frame.handedness,
                 pivot_mm: frame.pivot_mm,
-                catalogue: Catalogue::new(&columns, &fitted),
+                catalogue,
             },
             points: observed.iter().map(|&i| all_points[i].clone()).collect(),
             standards: Vec::new(),
@@ -148,14 +157,14 @@ impl PressModel {
     /// Adds a press as data to be fitted, as a design: its residual is of no meaning.
     pub(crate) fn add_point(&mut self, point: PressPoint) {
         let name = format!("proposed {}", self.points.len() + 1);
-        self.layout.groups.insert(self.points.len(), Group { name, role: Role::Fit });
+        self.declared.layout.groups.insert(self.points.len(), Group { name, role: Role::Fit });
         self.points.push(PressPoint { observation: None, ..point });
         self.lay_out();
     }
 
     /// Adds knowledge from outside, always fitted and never reported.
     pub(crate) fn add_standard(&mut self, standard: Standard) {
-        self.layout.groups.push(Group { name: "standard".to_owned(), role: Role::Prior });
+        self.declared.layout.groups.push(Group { name: "standard".to_owned(), role: Role::Prior });
         self.standards.push(standard);
         self.lay_out();
     }
@@ -177,32 +186,19 @@ impl PressModel {
                 rows.push(Row { observation, component, sigma, reported: false });
             }
         }
-        self.layout.rows = rows;
-        self.layout.observations = (0..self.points.len() + self.standards.len()).collect();
+        self.declared.layout.rows = rows;
+        self.declared.layout.observations = (0..self.points.len() + self.standards.len()).collect();
     }
 }
 
 impl Model for PressModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.design.catalogue.described
-    }
-
-    fn start(&self) -> DVector<f64> {
-        let pivot = self.frame.sensor_from_machine().apply(&self.frame.pivot_mm);
-        DVector::from_column_slice(&[self.frame.angle_rad, pivot.x, pivot.y])
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
         let unpacked = self.design.unpack(at);
-        let mut rows = Vec::with_capacity(self.layout.rows.len());
+        let mut rows = Vec::with_capacity(self.declared.layout.rows.len());
         for point in &self.points {
             rows.extend(self.design.residual(point, &unpacked, at).iter());
         }
@@ -214,7 +210,7 @@ impl Model for PressModel {
 
     fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
         let unpacked = self.design.unpack(at);
-        let mut jacobian = DMatrix::zeros(self.layout.rows.len(), 3);
+        let mut jacobian = DMatrix::zeros(self.declared.layout.rows.len(), 3);
         for (i, point) in self.points.iter().enumerate() {
             let block = self.design.base_jacobian(point, &unpacked);
             jacobian.fixed_view_mut::<2, 3>(2 * i, 0).copy_from(&block);
@@ -230,28 +226,19 @@ impl Model for PressModel {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let unpacked = self.design.unpack(at);
-        let parameters = self.effects()[effect].parameters.len();
-        let mut tangent = DMatrix::zeros(self.layout.rows.len(), parameters);
+        let parameters = self.declared.effects[effect].parameters.len();
+        let mut tangent = DMatrix::zeros(self.declared.layout.rows.len(), parameters);
         for (i, point) in self.points.iter().enumerate() {
             let block = self.design.tangent(point, &unpacked, effect);
             tangent.rows_mut(2 * i, 2).copy_from(&block);
         }
         let mut row = 2 * self.points.len();
         for standard in &self.standards {
-            let block = self.design.standard_tangent(*standard, &unpacked, effect);
+            let block = self.design.standard_tangent(*standard, &unpacked, effect, parameters);
             tangent.rows_mut(row, block.nrows()).copy_from(&block);
             row += block.nrows();
         }
         tangent
-    }
-
-    /// A head seats anew on every press, which no record shows.
-    fn doubts(&self) -> Vec<Remaining> {
-        lost_spin(&self.presses).into_iter().collect()
-    }
-
-    fn common_scatter(&self) -> bool {
-        true
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -35,7 +35,7 @@ const DATUM_MM: f64 = 0.2;
 
 /// The cheapest first.
 pub(crate) fn proposals(model: &PressModel) -> Vec<Proposal> {
-    let fitted: Vec<_> = (model.points.iter().zip(&model.layout().groups))
+    let fitted: Vec<_> = (model.points.iter().zip(&model.declared().layout.groups))
         .filter(|(_, group)| group.role == Role::Fit)
         .map(|(point, _)| point)
         .collect();

@@ -61,7 +61,7 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     validate(model, &[])?;
     let keep = all_fitted(model);
     let system = System::declared(model);
-    let rows = rows_of(model.layout(), &keep);
+    let rows = rows_of(&model.declared().layout, &keep);
     let at = system.fit_first(&rows).map_err(LoopError::declared)?;
     let setting = Setting { model, covariates: &[], options, silent: &[], thorough: false };
     let lin = Linear::of(&system, &at, &keep, setting.silent);
@@ -157,7 +157,7 @@ impl Assessor<'_> {
         parameters: &[usize],
         sizes: &[f64],
     ) -> Vec<(String, f64, String)> {
-        let all = &self.system.model.effects()[e].parameters;
+        let all = &self.system.model.declared().effects[e].parameters;
         let one = |(&p, size): (&usize, &f64)| {
             (all[p].name.clone(), size * all[p].report_factor.abs(), all[p].unit.clone())
         };
@@ -173,7 +173,7 @@ impl Assessor<'_> {
     }
 
     fn assessment(&self, e: usize, absorbed: f64, sight: Visibility) -> Assessment {
-        let effect = &self.system.model.effects()[e];
+        let effect = &self.system.model.declared().effects[e];
         Assessment {
             effect: effect.id.clone(),
             subject: effect.subject.clone(),

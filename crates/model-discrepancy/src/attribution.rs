@@ -60,7 +60,7 @@ pub(crate) fn attribute<'a>(
             system.empirical.retain(|e| e.covariate != *covariate || e.shape != *shape);
         }
     }
-    let rows = rows_of(setting.model.layout(), keep);
+    let rows = rows_of(&setting.model.declared().layout, keep);
     let estimate = system.fit(&rows, &system.carry(&chosen.estimate)).ok()?;
     let lin = Linear::of(&system, &estimate, keep, setting.silent);
     let accepted = match what {
@@ -97,7 +97,7 @@ fn recorded_shapes(
     accepted: &Candidate,
 ) -> Vec<Candidate> {
     let driver = match &accepted.source {
-        Source::Effect(active) => setting.model.effects()[active.effect].driver.clone(),
+        Source::Effect(active) => setting.model.declared().effects[active.effect].driver.clone(),
         Source::Empirical(e) => Some(e.covariate.clone()),
     };
     let accepted_span = span(&lin.basis, accepted);

@@ -4,9 +4,10 @@ use nalgebra::DMatrix;
 
 use crate::basis::{Basis, smallest_cosine};
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::model::whole_tangent;
 use crate::significance::{Reach, count};
 use crate::system::{Active, Empirical, Estimate, System};
-use crate::{Effect, Model};
+use crate::{Effect, Model, Scope};
 
 /// Share of a tangent's norm that must be left beside the model for the effect to be tested.
 ///
@@ -97,11 +98,11 @@ pub(crate) fn catalogue(
     at: &Estimate,
     lin: &Linear<'_>,
 ) -> Vec<(usize, Sight)> {
-    let effects = system.model.effects();
-    let local = |e: usize| system.model.local_tangent(&at.state, e).is_some();
+    let effects = &system.model.declared().effects;
+    let local = |e: usize| matches!(effects[e].scope, Scope::Observation(_));
     let missing: Vec<usize> =
         (0..effects.len()).filter(|&e| !system.has_effect(e) && !local(e)).collect();
-    let tangent = |&e: &usize| lin.tangent(&system.model.tangent(&at.state, e));
+    let tangent = |&e: &usize| lin.tangent(&whole_tangent(system.model, &at.state, e));
     let tangents: Vec<DMatrix<f64>> = missing.iter().map(tangent).collect();
     // All at once: a product of matrices.
     let columns: Vec<_> = tangents.iter().flat_map(DMatrix::column_iter).collect();
@@ -127,7 +128,7 @@ pub(crate) fn sight(
     lin: &Linear<'_>,
     base: &Basis,
 ) -> Sight {
-    sight_of_least(model, e, at, (lin, base), min_kept(&model.effects()[e]))
+    sight_of_least(model, e, at, (lin, base), min_kept(&model.declared().effects[e]))
 }
 
 /// [`sight`] where at least this share of each tangent must be left.
@@ -138,9 +139,9 @@ pub(crate) fn sight_of_least(
     (lin, base): (&Linear<'_>, &Basis),
     least: f64,
 ) -> Sight {
-    let tangent = lin.tangent(&model.tangent(&at.state, e));
+    let tangent = lin.tangent(&whole_tangent(model, &at.state, e));
     let beside = base.reject_columns(&tangent);
-    seen_beside(lin, base, (&model.effects()[e], e), (tangent, beside), least)
+    seen_beside(lin, base, (&model.declared().effects[e], e), (tangent, beside), least)
 }
 
 /// What is seen of an effect, given by its number too, of whose tangent the span of `base` leaves

@@ -13,7 +13,7 @@ use crate::separation::{Further, Imitation, all_fitted, separate_by};
 use crate::summary::{Summaries, step_errors, summarise};
 use crate::system::{Estimate, System, rows_of};
 use crate::unforeseen::unforeseen;
-use crate::validate::{validate, with_order};
+use crate::validate::{no_empty_column, validate, with_order};
 use crate::verdict::verdict;
 use crate::whiteness::structure;
 use crate::{
@@ -40,8 +40,9 @@ pub fn close_loop(
     validate(model, covariates)?;
     let keep = all_fitted(model);
     let declared = System::declared(model);
-    let rows = rows_of(model.layout(), &keep);
+    let rows = rows_of(&model.declared().layout, &keep);
     let base = declared.fit_first(&rows).map_err(LoopError::declared)?;
+    no_empty_column(model, &base.state)?;
     let silent = silent_components(&declared, &base, &rows);
     let covariates = with_order(model, covariates);
     let setting =
@@ -80,7 +81,7 @@ pub fn close_loop(
 
 /// Components whose residual is zero in every fitted row: copied, not measured.
 fn silent_components(system: &System<'_>, at: &Estimate, rows: &[usize]) -> Vec<bool> {
-    let layout = system.model.layout();
+    let layout = &system.model.declared().layout;
     let all = system.residuals(at);
     let components = layout.rows.iter().map(|r| r.component + 1).max().unwrap_or(0);
     let mut largest = vec![0.0_f64; components];
@@ -127,7 +128,7 @@ fn steps(
 fn describe(setting: &Setting<'_>, what: &What) -> (String, Option<String>, String) {
     match what {
         What::Effect(e) => {
-            let effect = &setting.model.effects()[*e];
+            let effect = &setting.model.declared().effects[*e];
             (effect.id.clone(), effect.subject.clone(), effect.description.clone())
         }
         What::Empirical(covariate, shape) => (
@@ -176,7 +177,7 @@ fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
     found.extend(not_proportional(setting, chosen, lin));
     found.extend(structure(setting, lin));
     found.extend(unforeseen(setting, chosen, lin));
-    found.extend(setting.model.doubts());
+    found.extend(setting.model.declared().findings.clone());
     found
 }
 
@@ -192,7 +193,7 @@ fn not_observable(
     let imitation = Imitation::new(declared, base, &lin);
     let mut found: Vec<NotObservable> = Vec::new();
     for &(e, _) in &chosen.unseen {
-        let effect = &setting.model.effects()[e];
+        let effect = &setting.model.declared().effects[e];
         let name = crate::candidate::label(&effect.id, effect.subject.as_deref());
         if found.iter().any(|n| n.effect == name) {
             continue;
@@ -229,7 +230,8 @@ fn warnings(setting: &Setting<'_>, chosen: &Selected<'_>, silent: &[bool]) -> Ve
             "{name} agrees to round-off in every observation: taken as not measured, and left out of every test"
         ));
     }
-    let groups = setting.model.layout().groups.iter().filter(|g| g.role == Role::Fit).count();
+    let groups =
+        setting.model.declared().layout.groups.iter().filter(|g| g.role == Role::Fit).count();
     if groups < 8 && !chosen.added.is_empty() {
         warnings.push(format!(
             "what was added rests on {groups} groups; measure more before relying on it"

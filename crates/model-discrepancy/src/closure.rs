@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::State;
+use crate::{Remaining, State};
 
 /// Result of closing the loop on one data set.
 #[derive(Clone, Debug)]
@@ -207,17 +207,6 @@ pub enum Verdict {
     StructureRemains,
     /// No structure, but more noise than declared.
     NoiseLargerThanDeclared,
-}
-
-/// Structure left in the residual.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Remaining {
-    /// Column along which it shows.
-    pub covariate: String,
-    /// Its shape: `linear`, `smooth`, `periodic`, `two-valued`, `lagged`, `autocorrelated`, …
-    pub shape: String,
-    /// Significance, before correction.
-    pub p_value: f64,
 }
 
 /// An effect the design cannot see.

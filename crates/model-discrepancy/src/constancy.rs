@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::judge::Setting;
 use crate::linear::Linear;
+use crate::model::whole_tangent;
 use crate::select::Selected;
 use crate::significance::{Reach, count, significance};
 use crate::system::Active;
@@ -57,11 +58,11 @@ fn trace<'a>(
     lin: &Linear<'_>,
     active: &Active,
 ) -> Option<(&'a str, DVector<f64>)> {
-    let tangent = lin.tangent(&model.tangent(&chosen.estimate.state, active.effect));
+    let tangent = lin.tangent(&whole_tangent(model, &chosen.estimate.state, active.effect));
     let trace = tangent * &chosen.estimate.state.amplitudes[active.effect];
     let largest = trace.amax();
     let many = largest > 0.0 && !touches_one(lin, &trace);
-    many.then(|| (model.effects()[active.effect].id.as_str(), trace / largest))
+    many.then(|| (model.declared().effects[active.effect].id.as_str(), trace / largest))
 }
 
 /// Values of a covariate on the rows of `lin`, from their mean, the largest distance being one.

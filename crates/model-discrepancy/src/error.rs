@@ -45,12 +45,22 @@ pub enum LoopError {
         row: usize,
     },
     /// What a model says beside its layout does not fit it.
-    #[error("the model's `{method}` does not fit its layout; it needs {needed}")]
+    #[error("the model's `{field}` does not fit its layout; it needs {needed}")]
     InconsistentModel {
-        /// Method of [`Model`](crate::Model).
-        method: &'static str,
+        /// Field of [`Declared`](crate::Declared).
+        field: &'static str,
         /// What it must give.
         needed: &'static str,
+    },
+    /// An effect that is to be seen in every design moves nothing.
+    #[error(
+        "the effect `{effect}` moves no residual by its parameter `{parameter}`; give its tangent, or say with `Scope::SomeDesigns` that some designs do not show it"
+    )]
+    EmptyColumn {
+        /// Id of the effect.
+        effect: String,
+        /// Name of the parameter.
+        parameter: String,
     },
     /// A standard uncertainty is not positive and finite.
     #[error("row {row} has a standard uncertainty of {sigma}; it must be positive and finite")]

@@ -21,8 +21,8 @@ pub(crate) fn covariance(system: &System<'_>, at: &Estimate, keep: &[bool]) -> D
     if p == 0 {
         return DMatrix::zeros(0, 0);
     }
-    let rows = rows_of(system.model.layout(), keep);
-    let mut jacobian = whitened(system.model.layout(), at, &rows, &system.jacobian(at));
+    let rows = rows_of(&system.model.declared().layout, keep);
+    let mut jacobian = whitened(&system.model.declared().layout, at, &rows, &system.jacobian(at));
     let scale: Vec<_> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     for (mut column, scale) in jacobian.column_iter_mut().zip(&scale) {
         column.unscale_mut(*scale);
@@ -42,7 +42,7 @@ pub(crate) fn covariance(system: &System<'_>, at: &Estimate, keep: &[bool]) -> D
 }
 
 fn covariance_factor(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
-    let layout = system.model.layout();
+    let layout = &system.model.declared().layout;
     let Some(dof) = rows.len().checked_sub(system.dim()).filter(|&d| d > 0) else { return 1.0 };
     let all = system.residuals(at);
     let chi2: f64 = rows.iter().map(|&r| (all[r] / at.sigma(&layout.rows[r])).powi(2)).sum();
@@ -63,10 +63,10 @@ pub(crate) fn parameter_estimates(
 ) -> Vec<ParameterEstimate> {
     let covariance = covariance(&chosen.system, &chosen.estimate, keep);
     let std = |i: usize| covariance[(i, i)].max(0.0).sqrt();
-    let mut column = setting.model.base().len();
+    let mut column = setting.model.declared().base.len();
     for active in &chosen.system.active {
         if *what == What::Effect(active.effect) {
-            let effect = &setting.model.effects()[active.effect];
+            let effect = &setting.model.declared().effects[active.effect];
             let amplitudes = &chosen.estimate.state.amplitudes[active.effect];
             let one = |(i, &p): (usize, &usize)| {
                 let parameter = &effect.parameters[p];
@@ -85,7 +85,7 @@ pub(crate) fn parameter_estimates(
         chosen.system.empirical.iter().zip(&chosen.estimate.coefficients)
     {
         if *what == What::Empirical(empirical.covariate.clone(), empirical.shape.clone()) {
-            let unit = &setting.model.layout().unit;
+            let unit = &setting.model.declared().layout.unit;
             let one = |(i, name): (usize, &String)| ParameterEstimate {
                 name: name.clone(),
                 value: coefficients[i],

@@ -11,6 +11,7 @@ use crate::holdout::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::interruption::{breaks, interrupted, strongest as strongest_break};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::local::{LocalSight, full_sight, local_effects};
+use crate::model::whole_tangent;
 use crate::select::CHOICE_FOLDS;
 use crate::shape::{MIN_SHAPE_KEPT, Shape, correction, periods, shapes};
 use crate::significance::{Asked, Reach, Significance, count, significance_beside};
@@ -133,9 +134,9 @@ pub(crate) fn excluded(
     lin: &Linear<'_>,
 ) -> Vec<bool> {
     let mut excluded = vec![false; lin.clusters.len()];
-    let effects = setting.model.effects();
+    let effects = &setting.model.declared().effects;
     for active in system.active.iter().filter(|a| effects[a.effect].subject.is_some()) {
-        let tangent = lin.tangent(&setting.model.tangent(&at.state, active.effect));
+        let tangent = lin.tangent(&whole_tangent(setting.model, &at.state, active.effect));
         let touched: Vec<_> = (0..lin.clusters.len())
             .filter(|&c| lin.clusters[c].iter().any(|&i| tangent.row(i).iter().any(|&v| v != 0.0)))
             .collect();
@@ -161,7 +162,11 @@ pub(crate) fn hear_catalogue(system: &System<'_>, at: &Estimate, bench: &Bench<'
     for (effect, sight) in local_effects(system, at, lin) {
         match sight {
             LocalSight::Seen(local) => {
-                locals.push(&system.model.effects()[effect].id, effect, local.test.p_value);
+                locals.push(
+                    &system.model.declared().effects[effect].id,
+                    effect,
+                    local.test.p_value,
+                );
             }
             LocalSight::Unseen(absorbed) => unseen.push((effect, absorbed)),
         }

@@ -48,7 +48,7 @@ pub(crate) struct Linear<'a> {
 impl<'a> Linear<'a> {
     /// Linearises `system` at `at`, on the groups of `keep`, without the `silent` components.
     pub(crate) fn of(system: &System<'a>, at: &Estimate, keep: &[bool], silent: &[bool]) -> Self {
-        let layout = system.model.layout();
+        let layout = &system.model.declared().layout;
         let rows: Vec<_> = rows_of(layout, keep)
             .into_iter()
             .filter(|&row| !silent.get(layout.rows[row].component).copied().unwrap_or(false))
@@ -59,7 +59,8 @@ impl<'a> Linear<'a> {
         let jacobian = whitened(layout, at, &rows, &system.jacobian(at));
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         let (clusters, cluster_groups) = clusters(layout, &rows);
-        let records = system.model.records();
+        let declared = system.model.declared();
+        let records = declared.records.as_deref();
         let readings = rows.iter().map(|&row| {
             let row = &layout.rows[row];
             (row.observation, row.component)
@@ -69,7 +70,7 @@ impl<'a> Linear<'a> {
         let along = |all: &[Vector3<f64>]| {
             rows.iter().map(|&row| all[layout.rows[row].observation]).collect()
         };
-        let directions = system.model.directions().map(along);
+        let directions = declared.directions.as_deref().map(along);
         Self {
             layout,
             rows,
@@ -81,7 +82,7 @@ impl<'a> Linear<'a> {
             cluster_groups,
             series,
             runs_on,
-            condensed: system.model.condensed(),
+            condensed: &declared.condensed,
             records,
             directions,
             colours: Colours::default(),

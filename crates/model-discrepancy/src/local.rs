@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::Scope;
 use crate::candidate::{MIN_KEPT, Sight, sight};
 use crate::linear::{Linear, NEW_DIRECTION};
 use crate::significance::{Significance, count, f_tail};
@@ -114,11 +115,12 @@ pub(crate) fn local_effects(
     lin: &Linear<'_>,
 ) -> Vec<(usize, LocalSight)> {
     let readings = Readings::of(lin);
-    let effects = system.model.effects();
+    let effects = &system.model.declared().effects;
     let missing = (0..effects.len()).filter(|&e| !system.has_effect(e));
     missing
         .filter_map(|e| {
-            let (observation, values) = system.model.local_tangent(&at.state, e)?;
+            let Scope::Observation(observation) = effects[e].scope else { return None };
+            let values = system.model.tangent(&at.state, e);
             Some((e, readings.test(observation, &values)?))
         })
         .collect()

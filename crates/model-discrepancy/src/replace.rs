@@ -45,7 +45,7 @@ fn without<'a>(
     let mut next = chosen.clone();
     next.system = next.system.without_effect(effect);
     next.system.empirical.pop();
-    let rows = rows_of(setting.model.layout(), keep);
+    let rows = rows_of(&setting.model.declared().layout, keep);
     next.estimate = next.system.fit(&rows, &next.system.carry(&chosen.estimate)).ok()?;
     let lin = Linear::of(&next.system, &next.estimate, keep, setting.silent);
 

@@ -200,7 +200,7 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Judged]) -> bool
     for judged in candidates {
         system = judged.candidate.added_to(&system);
     }
-    let rows = rows_of(system.model.layout(), keep);
+    let rows = rows_of(&system.model.declared().layout, keep);
     let start = system.carry(&chosen.estimate);
     let Ok(estimate) = system.fit(&rows, &start) else { return false };
     if cost(&system, &estimate, &rows) >= cost(&chosen.system, &chosen.estimate, &rows) {
@@ -225,7 +225,7 @@ fn what(candidate: &Candidate) -> What {
 
 /// Sum of squared whitened residuals over `rows`.
 fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
-    let layout = system.model.layout();
+    let layout = &system.model.declared().layout;
     let all = system.residuals(at);
     rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
 }
@@ -269,7 +269,7 @@ fn drop_superfluous(setting: &Setting<'_>, keep: &[bool], chosen: &mut Selected<
     for effect in effects {
         let without = chosen.system.without_effect(effect);
         let without = regrown(setting, keep, &without, &chosen.estimate);
-        let rows = rows_of(setting.model.layout(), keep);
+        let rows = rows_of(&setting.model.declared().layout, keep);
         let Ok(estimate) = without.fit(&rows, &without.carry(&chosen.estimate)) else { continue };
         let lin = Linear::of(&without, &estimate, keep, setting.silent);
         let needed = match sight(setting.model, effect, &estimate, &lin, &lin.basis) {
@@ -297,7 +297,7 @@ fn regrown<'a>(
     let mut regrown = system.clone();
     for active in &system.active {
         let effect = active.effect;
-        if active.parameters.len() == system.model.effects()[effect].parameters.len() {
+        if active.parameters.len() == system.model.declared().effects[effect].parameters.len() {
             continue;
         }
         let others = regrown.without_effect(effect);
@@ -353,7 +353,7 @@ fn record(
         })
         .collect();
     scores.extend(hearing.unseen.iter().map(|&(e, absorbed)| {
-        let effect = &setting.model.effects()[e];
+        let effect = &setting.model.declared().effects[e];
         Score {
             label: label(&effect.id, effect.subject.as_deref()),
             absorbed,

@@ -8,6 +8,7 @@ use crate::attribution::Attribution;
 use crate::basis::Basis;
 use crate::candidate::{Source, min_kept, seen};
 use crate::linear::{Linear, NEW_DIRECTION};
+use crate::model::whole_tangent;
 use crate::system::{Active, Estimate, System, whitened};
 use crate::validate::ORDER;
 use crate::{Model, Proposal, Role};
@@ -78,12 +79,12 @@ fn distance(
 ) -> Option<f64> {
     let twin = |effect: usize| twin(model, extended, effect);
     let system = others.iter().filter_map(|&o| twin(o)).fold(System::declared(extended), |s, e| {
-        let parameters = (0..extended.effects()[e].parameters.len()).collect();
+        let parameters = (0..extended.declared().effects[e].parameters.len()).collect();
         s.with_effect(Active { effect: e, parameters })
     });
     let at = system.start();
     let lin = Linear::of(&system, &at, &all_fitted(extended), silent);
-    let effect = |e: usize| lin.tangent(&extended.tangent(&at.state, e));
+    let effect = |e: usize| lin.tangent(&whole_tangent(extended, &at.state, e));
     let trace = effect(twin(accepted)?) * amplitude;
     rivals
         .iter()
@@ -93,7 +94,7 @@ fn distance(
 }
 
 pub(crate) fn all_fitted(model: &dyn Model) -> Vec<bool> {
-    model.layout().groups.iter().map(|g| g.role == Role::Fit).collect()
+    model.declared().layout.groups.iter().map(|g| g.role == Role::Fit).collect()
 }
 
 /// Further measurements that the user could make, worked out only when somebody asks.
@@ -136,8 +137,12 @@ impl<'a> Further<'a> {
 
 /// The same effect in an extended model.
 fn twin(model: &dyn Model, extended: &dyn Model, effect: usize) -> Option<usize> {
-    let wanted = &model.effects()[effect];
-    extended.effects().iter().position(|e| e.id == wanted.id && e.subject == wanted.subject)
+    let wanted = &model.declared().effects[effect];
+    extended
+        .declared()
+        .effects
+        .iter()
+        .position(|e| e.id == wanted.id && e.subject == wanted.subject)
 }
 
 /// What a declared model leaves of effects.
@@ -158,12 +163,12 @@ impl Design {
     }
 
     fn sees(&self, model: &dyn Model, effect: usize) -> bool {
-        let mut tangent = model.tangent(&self.at.state, effect).select_rows(&self.rows);
+        let mut tangent = whole_tangent(model, &self.at.state, effect).select_rows(&self.rows);
         for (mut row, sigma) in tangent.row_iter_mut().zip(&self.sigma) {
             row.unscale_mut(*sigma);
         }
         let beside = self.basis.reject_columns(&tangent);
-        !seen(&tangent, &beside, min_kept(&model.effects()[effect])).is_empty()
+        !seen(&tangent, &beside, min_kept(&model.declared().effects[effect])).is_empty()
     }
 }
 
@@ -187,7 +192,7 @@ impl<'a> Imitation<'a> {
     pub(crate) fn aliased_with(&self, effect: usize) -> Vec<String> {
         const NAMED: f64 = 1.0 / 3.0;
         let Self { system, at, lin, .. } = self;
-        let tangent = lin.tangent(&system.model.tangent(&at.state, effect));
+        let tangent = lin.tangent(&whole_tangent(system.model, &at.state, effect));
         if system.dim() == 0 || tangent.norm() == 0.0 {
             return Vec::new();
         }

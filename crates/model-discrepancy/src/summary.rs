@@ -51,7 +51,7 @@ pub(crate) fn summarise(
         .map(|&g| {
             format!(
                 "{} is named a bad reading: errors on unseen groups leave it out",
-                setting.model.layout().groups[g].name
+                setting.model.declared().layout.groups[g].name
             )
         })
         .collect();
@@ -67,7 +67,7 @@ pub(crate) fn summarise(
             held_out_rms,
             held_out_std,
             hold_out,
-            unit: setting.model.layout().unit.clone(),
+            unit: setting.model.declared().layout.unit.clone(),
             chi2_per_dof: chi2_per_dof(system, at, keep),
         }
     };
@@ -89,7 +89,7 @@ fn unseen_errors(
     attributions: &[Option<Attribution<'_>>],
     skip_groups: &[usize],
 ) -> Unseen {
-    let groups = &setting.model.layout().groups;
+    let groups = &setting.model.declared().layout.groups;
     let declared = System::declared(setting.model);
     let checks: Vec<_> = (0..groups.len()).filter(|&g| groups[g].role == Role::Check).collect();
     let fitted: Vec<_> = (0..groups.len()).filter(|&g| keep[g]).collect();
@@ -174,7 +174,7 @@ fn repeat_without(
     for &g in left_out {
         rest[g] = false;
     }
-    let rows = rows_of(setting.model.layout(), &rest);
+    let rows = rows_of(&setting.model.declared().layout, &rest);
     let without = declared.fit_anew(&rows, base).ok()?;
     let again = select(&quick, &rest, &without);
     Some(Repetition {
@@ -204,7 +204,7 @@ fn reported_errors(
     at: &Estimate,
     groups: &[usize],
 ) -> Vec<Option<GroupError>> {
-    let layout = system.model.layout();
+    let layout = &system.model.declared().layout;
     let all = system.residuals(at);
     let mut errors = vec![GroupError::default(); groups.len()];
     let mut last = None;
@@ -228,7 +228,7 @@ fn train_rms(system: &System<'_>, at: &Estimate, keep: &[bool]) -> f64 {
 
 /// χ² over degrees of freedom, where sigma was declared.
 pub(crate) fn chi2_per_dof(system: &System<'_>, at: &Estimate, keep: &[bool]) -> Option<f64> {
-    let layout = system.model.layout();
+    let layout = &system.model.declared().layout;
     let rows = rows_of(layout, keep);
     let dof = rows.len().checked_sub(system.dim()).filter(|&d| d > 0)?;
     let all = system.residuals(at);
@@ -243,7 +243,7 @@ pub(crate) fn step_errors(
     chosen: &Selected<'_>,
 ) -> Vec<StepErrors> {
     let mut system = System::declared(setting.model);
-    let rows = rows_of(setting.model.layout(), keep);
+    let rows = rows_of(&setting.model.declared().layout, keep);
     let mut errors = Vec::new();
     for added in &chosen.added {
         system = match &added.what {

@@ -4,6 +4,7 @@ use least_squares::{Problem, SolveError, solve};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common_scatter::common_variance;
+use crate::model::whole_tangent;
 use crate::{Column, EmpiricalCorrection, Layout, Model, Role, Row, State};
 
 /// A correction that is linear in its coefficients and knows no physics.
@@ -99,9 +100,9 @@ impl<'a> System<'a> {
     }
 
     pub(crate) fn start(&self) -> Estimate {
-        let base = self.model.start();
+        let base = self.model.declared().start.clone();
         self.carry(&Estimate {
-            state: State::declared(base, self.model.effects()),
+            state: State::declared(base, &self.model.declared().effects),
             coefficients: Vec::new(),
             common_variance: 0.0,
         })
@@ -130,7 +131,7 @@ impl<'a> System<'a> {
     }
 
     pub(crate) fn dim(&self) -> usize {
-        self.model.base().len()
+        self.model.declared().base.len()
             + self.active.iter().map(|a| a.parameters.len()).sum::<usize>()
             + self.empirical.iter().map(|e| e.columns.ncols()).sum::<usize>()
     }
@@ -146,7 +147,7 @@ impl<'a> System<'a> {
 
     /// Jacobian of [`System::residuals`]: base, active effects, empirical corrections.
     pub(crate) fn jacobian(&self, at: &Estimate) -> DMatrix<f64> {
-        let mut jacobian = DMatrix::zeros(self.model.layout().rows.len(), self.dim());
+        let mut jacobian = DMatrix::zeros(self.model.declared().layout.rows.len(), self.dim());
         let mut column = 0;
         let mut put = |block: &DMatrix<f64>| {
             jacobian.columns_mut(column, block.ncols()).copy_from(block);
@@ -154,7 +155,7 @@ impl<'a> System<'a> {
         };
         put(&self.model.base_jacobian(&at.state));
         for a in &self.active {
-            put(&self.model.tangent(&at.state, a.effect).select_columns(&a.parameters));
+            put(&whole_tangent(self.model, &at.state, a.effect).select_columns(&a.parameters));
         }
         for e in &self.empirical {
             put(&e.columns);
@@ -225,7 +226,7 @@ impl<'a> System<'a> {
         keep: &[usize],
         mut at: Estimate,
     ) -> Result<Estimate, SolveError<Estimate>> {
-        if !self.model.common_scatter() {
+        if !self.model.declared().common_scatter {
             return Ok(at);
         }
         for _ in 0..MAX_REWEIGHTINGS {
@@ -240,7 +241,7 @@ impl<'a> System<'a> {
     }
 
     fn common_variance(&self, keep: &[usize], at: &Estimate) -> f64 {
-        let rows: Vec<_> = keep.iter().map(|&row| self.model.layout().rows[row]).collect();
+        let rows: Vec<_> = keep.iter().map(|&row| self.model.declared().layout.rows[row]).collect();
         let residual = self.residuals(at).select_rows(keep);
         let jacobian = self.jacobian(at).select_rows(keep);
         common_variance(&rows, &residual, &jacobian)
@@ -248,7 +249,7 @@ impl<'a> System<'a> {
 
     /// What the columns of [`System::jacobian`] are about.
     pub(crate) fn columns(&self) -> Vec<Column> {
-        let base = (0..self.model.base().len()).map(Column::Base);
+        let base = (0..self.model.declared().base.len()).map(Column::Base);
         let amplitude = |a: &Active| {
             let effect = a.effect;
             let free = a.parameters.clone().into_iter();
@@ -277,8 +278,8 @@ impl<'a> System<'a> {
 
     /// Names of the columns of [`System::jacobian`].
     pub(crate) fn parameter_names(&self) -> Vec<String> {
-        let effects = self.model.effects();
-        let base = self.model.base().iter().map(|p| p.name.clone());
+        let effects = &self.model.declared().effects;
+        let base = self.model.declared().base.iter().map(|p| p.name.clone());
         let active = self
             .active
             .iter()
@@ -307,7 +308,7 @@ impl Problem for Kept<'_, '_> {
     }
 
     fn residuals(&self, at: &Estimate, out: &mut DVector<f64>) {
-        let layout = self.system.model.layout();
+        let layout = &self.system.model.declared().layout;
         let all = self.system.residuals(at);
         for (out, &row) in out.iter_mut().zip(self.rows) {
             *out = all[row] / at.sigma(&layout.rows[row]);
@@ -315,7 +316,7 @@ impl Problem for Kept<'_, '_> {
     }
 
     fn jacobian(&self, at: &Estimate, out: &mut DMatrix<f64>) {
-        let layout = self.system.model.layout();
+        let layout = &self.system.model.declared().layout;
         out.copy_from(&whitened(layout, at, self.rows, &self.system.jacobian(at)));
     }
 

@@ -2,7 +2,7 @@
 
 use crate::error::LoopError;
 use crate::significance::count;
-use crate::{Covariate, Model, Origin, Role};
+use crate::{Covariate, Declared, Effect, Model, Origin, Role, Scope, State};
 
 /// Name of the covariate that every data set has: the order in which it was measured.
 pub(crate) const ORDER: &str = "order";
@@ -12,7 +12,7 @@ const MIN_GROUPS: usize = 3;
 
 /// Checks layout, what is said beside it, and covariates.
 pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<(), LoopError> {
-    let layout = model.layout();
+    let layout = &model.declared().layout;
     for (row, r) in layout.rows.iter().enumerate() {
         let group = layout.observations.get(r.observation);
         if group.is_none_or(|&g| g >= layout.groups.len()) {
@@ -33,16 +33,24 @@ pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<()
 }
 
 fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
-    let n = model.layout().observations.len();
-    let fits = |method, needed, fits: bool| {
-        if fits { Ok(()) } else { Err(LoopError::InconsistentModel { method, needed }) }
+    let Declared { layout, base, start, effects, records, condensed, directions, .. } =
+        model.declared();
+    let n = layout.observations.len();
+    let fits = |field, needed, fits: bool| {
+        if fits { Ok(()) } else { Err(LoopError::InconsistentModel { field, needed }) }
     };
+    fits("start", "one value per base parameter", start.len() == base.len())?;
+    let is_one = |e: &Effect| match e.scope {
+        Scope::Observation(o) => o < n,
+        Scope::Everywhere | Scope::SomeDesigns => true,
+    };
+    fits("effects", "observations that exist as their scope", effects.iter().all(is_one))?;
     let one_each = "one value per observation";
-    fits("records", one_each, model.records().is_none_or(|r| r.len() == n))?;
-    fits("directions", one_each, model.directions().is_none_or(|d| d.len() == n))?;
-    let n_rows = model.layout().rows.len();
+    fits("records", one_each, records.as_ref().is_none_or(|r| r.len() == n))?;
+    fits("directions", one_each, directions.as_ref().is_none_or(|d| d.len() == n))?;
+    let n_rows = layout.rows.len();
     let mut free_from = 0;
-    let are_parts = model.condensed().iter().all(|c| {
+    let are_parts = condensed.iter().all(|c| {
         let follows = c.first_row >= free_from;
         free_from = c.first_row.saturating_add(c.combination.nrows());
         let are_observations = c.observations.iter().all(|&o| o < n);
@@ -52,13 +60,28 @@ fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
     fits("condensed", parts, are_parts && free_from <= n_rows)
 }
 
+/// Checks that every effect moves something, but for those that need not in every design.
+pub(crate) fn no_empty_column(model: &dyn Model, at: &State) -> Result<(), LoopError> {
+    for (e, effect) in model.declared().effects.iter().enumerate() {
+        if effect.scope == Scope::SomeDesigns {
+            continue;
+        }
+        let tangent = model.tangent(at, e);
+        if let Some(i) = tangent.column_iter().position(|column| column.amax() == 0.0) {
+            let (effect, parameter) = (effect.id.clone(), effect.parameters[i].name.clone());
+            return Err(LoopError::EmptyColumn { effect, parameter });
+        }
+    }
+    Ok(())
+}
+
 fn enough_groups(model: &dyn Model) -> Result<(), LoopError> {
-    let layout = model.layout();
+    let layout = &model.declared().layout;
     let groups = layout.groups.iter().filter(|g| g.role == Role::Fit).count();
     let fitted =
         |r: &&crate::Row| layout.groups[layout.observations[r.observation]].role != Role::Check;
     let rows = layout.rows.iter().filter(fitted).count();
-    let parameters = model.base().len();
+    let parameters = model.declared().base.len();
     if groups < MIN_GROUPS || rows <= parameters {
         let per_group = rows.checked_div(groups.max(1)).unwrap_or(1).max(1);
         let needed = MIN_GROUPS.max(parameters / per_group + 1);
@@ -71,7 +94,7 @@ fn enough_groups(model: &dyn Model) -> Result<(), LoopError> {
 pub(crate) fn with_order(model: &dyn Model, covariates: &[Covariate]) -> Vec<Covariate> {
     let varies = |c: &&Covariate| c.values.iter().any(|v| v.total_cmp(&c.values[0]).is_ne());
     let mut all: Vec<_> = covariates.iter().filter(varies).cloned().collect();
-    let n = model.layout().observations.len();
+    let n = model.declared().layout.observations.len();
     all.push(Covariate {
         name: ORDER.to_owned(),
         values: (0..n).map(count).collect(),

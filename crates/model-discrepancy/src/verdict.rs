@@ -17,7 +17,8 @@ pub(crate) fn verdict(
     if !remaining.is_empty() || many_bad_readings(setting, chosen) {
         return Verdict::StructureRemains;
     }
-    if setting.model.layout().sigma_declared && noisier_than_declared(setting, lin, chosen) {
+    if setting.model.declared().layout.sigma_declared && noisier_than_declared(setting, lin, chosen)
+    {
         return Verdict::NoiseLargerThanDeclared;
     }
     if chosen.added.is_empty() { Verdict::NothingMissing } else { Verdict::Explained }
@@ -38,8 +39,9 @@ fn noisier_than_declared(setting: &Setting<'_>, lin: &Linear<'_>, chosen: &Selec
 
 /// More single bad readings than two, and than one group in twenty, are no accidents.
 fn many_bad_readings(setting: &Setting<'_>, chosen: &Selected<'_>) -> bool {
-    let effects = setting.model.effects();
+    let effects = &setting.model.declared().effects;
     let bad = chosen.system.active.iter().filter(|a| effects[a.effect].subject.is_some()).count();
-    let groups = setting.model.layout().groups.iter().filter(|g| g.role == Role::Fit).count();
+    let groups =
+        setting.model.declared().layout.groups.iter().filter(|g| g.role == Role::Fit).count();
     bad > 2.max(groups / 20)
 }

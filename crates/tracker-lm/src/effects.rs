@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use model_discrepancy::{Covariate, Effect, Parameter};
+use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 use nalgebra::Vector3;
 
 use crate::changes::Offered;
@@ -79,8 +79,9 @@ impl Scene<'_> {
         parameters: Vec<Parameter>,
         column: impl Fn(usize) -> Vec<f64>,
     ) -> Entry {
-        let id = id.to_owned();
-        let effect = Effect { id, subject, description, driver: None, searched: 1, parameters };
+        // Angles met from one side, and stations that see little, show nothing of some.
+        let scope = Scope::SomeDesigns;
+        let effect = Effect { subject, scope, ..Effect::new(id, &description, parameters) };
         Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
     }
 

@@ -2,7 +2,7 @@
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Condensed, Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Proposal, Role, Row,
     State,
 };
 use nalgebra::{DMatrix, DVector, Point3};
@@ -35,17 +35,9 @@ pub struct TrackerModel {
     pub(crate) solved: Solved,
     pub(crate) sights: Vec<Sight>,
     pub(crate) changes: Vec<Offered>,
-    layout: Layout,
-    /// Lock of every observation.
-    records: Vec<usize>,
-    condensed: Vec<Condensed>,
-    base: Vec<Parameter>,
-    effects: Vec<Effect>,
+    linear: LinearModel,
     /// Columns of every effect, range by range, mm.
     pub(crate) columns: Vec<Vec<Vec<f64>>>,
-    residual: DVector<f64>,
-    jacobian: DMatrix<f64>,
-    tangents: Vec<DMatrix<f64>>,
 }
 
 /// What was recorded beside the ranges, one value each.
@@ -143,23 +135,14 @@ impl TrackerModel {
         let base = base(&joint);
         let records = locks(&survey, layout.observations.len());
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
-        Ok(Self {
-            survey,
-            options,
-            recorded,
-            solved,
-            sights,
-            changes,
-            layout,
-            records,
+        let declared = Declared {
+            records: Some(records),
             condensed: reduction.condensed(),
-            base,
-            effects,
-            columns,
-            residual,
-            jacobian,
-            tangents,
-        })
+            ..Declared::new(layout, base, effects)
+        };
+        let extended = Vec::new();
+        let linear = LinearModel { declared, residual, base: jacobian, tangents, extended };
+        Ok(Self { survey, options, recorded, solved, sights, changes, linear, columns })
     }
 
     /// The declared model's calibration.
@@ -186,7 +169,7 @@ impl TrackerModel {
     #[must_use]
     pub fn padded(&self, covariate: &Covariate) -> Covariate {
         let mut padded = covariate.clone();
-        if self.layout.observations.len() > covariate.values.len() {
+        if self.declared().layout.observations.len() > covariate.values.len() {
             padded.values.push(covariate.values.first().copied().unwrap_or(0.0));
         }
         padded
@@ -292,46 +275,20 @@ pub(crate) fn count(n: usize) -> f64 {
 }
 
 impl Model for TrackerModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(self.base.len())
+    fn declared(&self) -> &Declared {
+        &self.linear.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
-        let mut residual = &self.residual + &self.jacobian * &at.base;
-        for (tangent, amplitudes) in self.tangents.iter().zip(&at.amplitudes) {
-            if amplitudes.iter().any(|a| *a != 0.0) {
-                residual.gemv(1.0, tangent, amplitudes, 1.0);
-            }
-        }
-        residual
+        self.linear.residuals(at)
     }
 
-    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        self.jacobian.clone()
+    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
+        self.linear.base_jacobian(at)
     }
 
-    fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
-        self.tangents[effect].clone()
-    }
-
-    fn records(&self) -> Option<&[usize]> {
-        Some(&self.records)
-    }
-
-    fn condensed(&self) -> &[Condensed] {
-        &self.condensed
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        self.linear.tangent(at, effect)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

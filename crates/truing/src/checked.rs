@@ -132,7 +132,7 @@ pub fn check(case: &Case) -> Result<Checked, Error> {
             .map(|p| Determined { name: p.name, value: p.value, unit: p.unit, std: p.std })
             .collect(),
         covariates: prepared.covariates.iter().map(|c| c.name.clone()).collect(),
-        noise_declared: model.layout().sigma_declared,
+        noise_declared: model.declared().layout.sigma_declared,
         observable: Vec::new(),
         not_observable: Vec::new(),
         warnings,
@@ -176,12 +176,12 @@ impl Checked {
 
 impl Counts {
     fn of(model: &dyn model_discrepancy::Model) -> Self {
-        let layout = model.layout();
+        let layout = &model.declared().layout;
         let groups = |role: Role| layout.groups.iter().filter(|g| g.role == role).count();
         let role =
             |row: &model_discrepancy::Row| layout.groups[layout.observations[row.observation]].role;
         let equations = layout.rows.iter().filter(|row| role(row) != Role::Check).count();
-        let parameters = model.base().len();
+        let parameters = model.declared().base.len();
         Self {
             observations: layout.observations.len(),
             fit_groups: groups(Role::Fit),

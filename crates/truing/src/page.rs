@@ -67,8 +67,8 @@ fn carried_words(carried: &Carried) -> Vec<String> {
 
 /// Residuals of the declared model; one without parameters is its own fit, whatever it averages.
 fn declared_residuals(model: &dyn Model, solved: &Solved) -> Vec<f64> {
-    if model.base().is_empty() {
-        let declared = State::declared(model.start(), model.effects());
+    if model.declared().base.is_empty() {
+        let declared = State::start(model);
         return model.residuals(&declared).iter().copied().collect();
     }
     solved.residual_rows(model)
@@ -120,7 +120,7 @@ fn page(
         measured: &measured,
         declared: &declared,
         parameters,
-        layout: prepared.model.layout(),
+        layout: &prepared.model.declared().layout,
         components: &components,
         residual,
         group_noun: &group_noun,
@@ -157,15 +157,15 @@ fn at_places(model: &dyn Model, evidence: Evidence<'_>, places: Places) -> Extra
             (&*closure.residuals_before, after)
         }
     };
-    let is_scalar = model.layout().rows.iter().all(|row| row.component == 0);
+    let is_scalar = model.declared().layout.rows.iter().all(|row| row.component == 0);
     if is_scalar && places.facets.is_empty() {
         let of = |residuals| deviations(model, residuals, &places);
         let (before, after) = (of(before), after.map(of).unwrap_or_default());
-        return deviation_map(places, (before, after), &model.layout().unit);
+        return deviation_map(places, (before, after), &model.declared().layout.unit);
     }
     let of = |residuals| arrows(model, residuals, &places);
     let (before, after) = (of(before), after.map(of).unwrap_or_default());
-    vector_map(places, (before, after), &model.layout().unit)
+    vector_map(places, (before, after), &model.declared().layout.unit)
 }
 
 fn deviation_map(places: Places, (before, after): (Vec<f64>, Vec<f64>), unit: &str) -> ExtraPlot {
@@ -207,7 +207,7 @@ fn vector_map(places: Places, (before, after): (Vec<Arrow>, Vec<Arrow>), unit: &
 /// The residual of each observation.
 fn deviations(model: &dyn Model, residuals: &[f64], places: &Places) -> Vec<f64> {
     let mut deviations = vec![f64::NAN; places.at.len()];
-    for (row, residual) in model.layout().rows.iter().zip(residuals) {
+    for (row, residual) in model.declared().layout.rows.iter().zip(residuals) {
         if let Some(deviation) = deviations.get_mut(row.observation) {
             *deviation = *residual;
         }
@@ -221,8 +221,8 @@ fn arrows(model: &dyn Model, residuals: &[f64], places: &Places) -> Vec<Arrow> {
     let arrow =
         |(at, name): (&[f64; 2], &String)| Arrow { at: *at, error: [0.0; 2], name: name.clone() };
     let mut arrows: Vec<Arrow> = places.at.iter().zip(&places.names).map(arrow).collect();
-    let upwards = usize::from(model.layout().rows.iter().all(|row| row.component == 0));
-    for (row, residual) in model.layout().rows.iter().zip(residuals) {
+    let upwards = usize::from(model.declared().layout.rows.iter().all(|row| row.component == 0));
+    for (row, residual) in model.declared().layout.rows.iter().zip(residuals) {
         if let Some(arrow) = arrows.get_mut(row.observation)
             && let Some(component) = arrow.error.get_mut(row.component + upwards)
         {

@@ -77,6 +77,6 @@ impl Solved {
             let observation = self.observations.get(row.observation);
             observation.and_then(|o| o.residual.get(row.component)).copied().unwrap_or(0.0)
         };
-        model.layout().rows.iter().map(residual).collect()
+        model.declared().layout.rows.iter().map(residual).collect()
     }
 }

@@ -48,10 +48,10 @@ fn tangents_agree_with_differences_and_with_the_rig() {
         let options = LogOptions { formula, ..LogOptions::default() };
         let model =
             LogModel::new(&head(), &samples, &options, std::slice::from_ref(&warm)).unwrap();
-        let mut at = State::declared(model.start(), model.effects());
+        let mut at = State::start(&model);
         let worst = check_tangents(&model, &at);
         assert!(worst < DIFFERENCE_TOL, "{formula:?}: {worst:e}");
-        for (effect, amplitude) in model.effects().iter().zip(&mut at.amplitudes) {
+        for (effect, amplitude) in model.declared().effects.iter().zip(&mut at.amplitudes) {
             amplitude[0] = 0.3 / effect.parameters[0].report_factor;
         }
         let worst = check_tangents(&model, &at);
@@ -80,10 +80,10 @@ fn every_effect_takes_away_what_its_fault_makes() {
     for (id, size, faults) in cases {
         let run = Run { noise_n: 0.0, n_samples: 1000, faults, ..Run::default() };
         let model = LogModel::new(&head(), &record(&run), &LogOptions::default(), &[]).unwrap();
-        let declared = State::declared(model.start(), model.effects());
+        let declared = State::start(&model);
         let before = model.residuals(&declared).norm();
-        let after = (0..model.effects().len())
-            .filter(|e| model.effects()[*e].id == id)
+        let after = (0..model.declared().effects.len())
+            .filter(|e| model.declared().effects[*e].id == id)
             .map(|e| {
                 let mut at = declared.clone();
                 at.amplitudes[e][0] = size;
@@ -151,7 +151,7 @@ fn without_a_reference_forces_cannot_be_judged() {
     let run = Run { with_reference: false, faults, ..Run::default() };
     let samples = record(&run);
     let model = LogModel::new(&head(), &samples, &LogOptions::default(), &[]).unwrap();
-    assert_eq!(model.layout().unit, "mm");
+    assert_eq!(model.declared().layout.unit, "mm");
     let covariates = model.covariates(&samples);
     let closure = close_loop(&model, &covariates, &Options::default()).unwrap();
     for id in ["head-weight", "spline-friction", "force-drift", "delay", "leg-gain [force, axial]"]

@@ -42,7 +42,7 @@ fn closed(samples: &[PathSample]) -> Closure {
 #[test]
 fn tangents_agree_with_differences() {
     let model = PathModel::new(&runs(1, |_, _| 0.0), &PathOptions::default()).unwrap();
-    let mut at = State::declared(model.start(), model.effects());
+    let mut at = State::start(&model);
     assert!(check_tangents(&model, &at) < DIFFERENCE_TOL);
     for amplitude in &mut at.amplitudes {
         amplitude.fill(0.01);

@@ -96,9 +96,9 @@ fn survive<const D: usize>(
     let covariates =
         [Covariate { name: "air_c".to_owned(), values: times.to_vec(), origin: Origin::Recorded }];
     if let Ok(model) = FrameModel::new(points.collect(), &covariates, options) {
-        let state = State::declared(model.start(), model.effects());
+        let state = State::start(&model);
         prop_assert!(model.residuals(&state).iter().all(|v| v.is_finite()));
-        for effect in 0..model.effects().len() {
+        for effect in 0..model.declared().effects.len() {
             prop_assert!(model.tangent(&state, effect).iter().all(|v| v.is_finite()));
         }
         prop_assert!(model.proposals().iter().all(|p| !p.text.is_empty()));

@@ -40,12 +40,12 @@ fn model<const D: usize>(rng: &mut ChaCha8Rng, options: &Options) -> FrameModel<
 
 /// Base parameters and amplitudes of the size that a shift of `size_mm` over 200 mm has.
 fn anywhere<const D: usize>(rng: &mut ChaCha8Rng, model: &FrameModel<D>, size_mm: f64) -> State {
-    let mut state = State::declared(model.start(), model.effects());
-    for (value, parameter) in state.base.iter_mut().zip(model.base()) {
+    let mut state = State::start(&model);
+    for (value, parameter) in state.base.iter_mut().zip(&model.declared().base) {
         let lever_mm = if parameter.unit == "mm" { 1.0 } else { 200.0 };
         *value = size_mm / lever_mm * rng.random_range(-1.0..1.0);
     }
-    for (amplitudes, effect) in state.amplitudes.iter_mut().zip(model.effects()) {
+    for (amplitudes, effect) in state.amplitudes.iter_mut().zip(&model.declared().effects) {
         for (value, parameter) in amplitudes.iter_mut().zip(&effect.parameters) {
             let per_mm = match parameter.unit.as_str() {
                 "mm" => 1.0 / parameter.report_factor,
@@ -91,7 +91,7 @@ fn the_start_is_the_fit() {
     let mut rng = ChaCha8Rng::seed_from_u64(63);
     for transform in Transform::ALL {
         let model = model::<3>(&mut rng, &Options::of(transform));
-        let state = State::declared(model.start(), model.effects());
+        let state = State::start(&model);
         let residuals = model.residuals(&state);
         // The start minimises: every column of the Jacobian is orthogonal to the residual.
         let jacobian = model.base_jacobian(&state);
@@ -107,7 +107,7 @@ fn the_start_is_the_fit() {
 fn effects_do_what_their_names_say() {
     let mut rng = ChaCha8Rng::seed_from_u64(64);
     let model = model::<3>(&mut rng, &Options::of(Transform::None));
-    let still = State::declared(model.start(), model.effects());
+    let still = State::start(&model);
     let before = model.residuals(&still);
     let sources: Vec<Vector3<f64>> = coordinates(&model);
     let centroid = sources.iter().sum::<Vector3<f64>>() / 8.0;
@@ -115,15 +115,16 @@ fn effects_do_what_their_names_say() {
     let moved = |id: &str, subject: Option<&str>, reported: &[f64]| -> Vec<Vector3<f64>> {
         let mut state = still.clone();
         let effect = model
-            .effects()
+            .declared()
+            .effects
             .iter()
             .position(|e| e.id == id && e.subject.as_deref() == subject)
             .unwrap_or_else(|| panic!("no effect {id}"));
         for (k, value) in reported.iter().enumerate() {
             state.amplitudes[effect][k] =
-                value / model.effects()[effect].parameters[k].report_factor;
+                value / model.declared().effects[effect].parameters[k].report_factor;
         }
-        assert_eq!(reported.len(), model.effects()[effect].parameters.len());
+        assert_eq!(reported.len(), model.declared().effects[effect].parameters.len());
         // A prediction further along leaves a residual shorter by as much.
         let change = &before - model.residuals(&state);
         (0..8).map(|i| Vector3::new(change[3 * i], change[3 * i + 1], change[3 * i + 2])).collect()
@@ -188,7 +189,7 @@ fn the_catalogue_leaves_out_what_the_transform_has() {
     let mut rng = ChaCha8Rng::seed_from_u64(65);
     let mut ids = |transform| {
         let model = model::<3>(&mut rng, &Options::of(transform));
-        let ids = model.effects().iter().filter(|e| e.id != "bad-point");
+        let ids = model.declared().effects.iter().filter(|e| e.id != "bad-point");
         ids.map(|e| e.id.clone()).collect::<Vec<_>>()
     };
     let common = ["drift", "sag", "temperature", "temperature"];
@@ -205,7 +206,7 @@ fn the_catalogue_leaves_out_what_the_transform_has() {
 fn effects_name_their_drivers_and_subjects() {
     let mut rng = ChaCha8Rng::seed_from_u64(66);
     let model = model::<2>(&mut rng, &Options::default());
-    let of = |id: &str| model.effects().iter().filter(|e| e.id == id).collect::<Vec<_>>();
+    let of = |id: &str| model.declared().effects.iter().filter(|e| e.id == id).collect::<Vec<_>>();
     assert_eq!(of("drift")[0].driver.as_deref(), Some("time_s"));
     let driven: Vec<_> = of("temperature").iter().map(|e| e.driver.as_deref()).collect();
     assert_eq!(driven, [Some("air_c"), Some("part_c")]);
@@ -233,13 +234,14 @@ fn groups_and_roles_are_the_users() {
     ];
     let options = Options { noise: Noise::Estimated, ..Options::default() };
     let model = FrameModel::new(points, &[], &options).unwrap();
-    let layout = model.layout();
+    let layout = &model.declared().layout;
     assert_eq!(layout.observations, [0, 0, 1, 2]);
     let groups: Vec<_> = layout.groups.iter().map(|g| (g.name.as_str(), g.role)).collect();
     assert_eq!(groups, [("morning", Role::Fit), ("noon", Role::Check), ("evening", Role::Fit)]);
     assert_eq!((layout.rows.len(), layout.rows[5].component), (8, 1));
     assert!(!layout.sigma_declared && layout.unit == "mm");
-    let subjects: Vec<_> = model.effects().iter().filter_map(|e| e.subject.as_deref()).collect();
+    let subjects: Vec<_> =
+        model.declared().effects.iter().filter_map(|e| e.subject.as_deref()).collect();
     // A checked point is never fitted and cannot be found bad; a name that returns is numbered.
     assert_eq!(subjects, ["A", "B", "A (2)"]);
 }
@@ -261,7 +263,7 @@ fn checked_points_do_not_move_the_start() {
         pairs.iter().enumerate().map(|(k, p)| MeasuredPoint::new(k.to_string(), *p)).collect();
     measured[5].role = Role::Check;
     let model = FrameModel::new(measured, &[], &Options::default()).unwrap();
-    let map = model.map_at(&model.start());
+    let map = model.map_at(&model.declared().start);
     assert!(scene::map_distance_mm(&map, &expected, 200.0) < 1e-10);
 }
 
@@ -281,8 +283,8 @@ fn a_covariate_of_the_wrong_length_is_an_error() {
 
 /// Share of an effect's tangent that the base parameters do not absorb.
 fn kept(model: &dyn Model, id: &str, parameter: usize) -> f64 {
-    let state = State::declared(model.start(), model.effects());
-    let effect = model.effects().iter().position(|e| e.id == id).unwrap();
+    let state = State::start(&model);
+    let effect = model.declared().effects.iter().position(|e| e.id == id).unwrap();
     let tangent: DVector<f64> = model.tangent(&state, effect).column(parameter).into_owned();
     if tangent.norm() == 0.0 {
         return 0.0;
@@ -343,9 +345,9 @@ fn proposals_show_what_the_design_hides() {
 
 /// Share of the first parameter of one effect that base and another effect do not absorb.
 fn beside(model: &dyn Model, id: &str, other: &str) -> f64 {
-    let state = State::declared(model.start(), model.effects());
+    let state = State::start(&model);
     let tangent = |id: &str| {
-        let effect = model.effects().iter().position(|e| e.id == id).unwrap();
+        let effect = model.declared().effects.iter().position(|e| e.id == id).unwrap();
         model.tangent(&state, effect)
     };
     let trace = tangent(id).column(0).into_owned();
@@ -377,8 +379,8 @@ fn far_points_deform_about_their_centroid() {
             })
             .to_vec();
         let model = FrameModel::new(points, &[], &Options::of(Transform::None)).unwrap();
-        let state = State::declared(model.start(), model.effects());
-        let scale = model.effects().iter().position(|e| e.id == "scale").unwrap();
+        let state = State::start(&model);
+        let scale = model.declared().effects.iter().position(|e| e.id == "scale").unwrap();
         let centre = model.tangent(&state, scale).column(0).sum() / 8.0;
         let expected = if about_centroid { 0.0 } else { -(offset_mm + 50.0) };
         assert!((centre - expected).abs() < 1e-9, "at {offset_mm}: {centre}");

@@ -28,8 +28,8 @@ fn rms(residuals: impl Iterator<Item = f64>) -> f64 {
 
 /// Offset and gain by the model's own tangents, fitted to the rows in `keep`.
 fn offset_and_gain(model: &DisplacementModel, gain: &str, keep: &[usize]) -> (State, DVector<f64>) {
-    let at = State::declared(model.start(), model.effects());
-    let find = |id: &str| model.effects().iter().position(|e| e.id == id).unwrap();
+    let at = State::start(model);
+    let find = |id: &str| model.declared().effects.iter().position(|e| e.id == id).unwrap();
     let (offset, gain) = (find("datum-offset"), find(gain));
     let r = model.residuals(&at);
     let rows = r.len();
@@ -48,7 +48,7 @@ fn offset_and_gain(model: &DisplacementModel, gain: &str, keep: &[usize]) -> (St
 #[test]
 fn the_published_errors_come_back() {
     let model = DisplacementModel::new(&table(), None).unwrap();
-    let r = model.residuals(&State::declared(model.start(), model.effects()));
+    let r = model.residuals(&State::start(&model));
     assert!((rms(r.iter().copied()) - 0.280).abs() < QUOTED_MM);
     assert!((r.amax() - 0.500).abs() < QUOTED_MM);
 }
@@ -59,7 +59,7 @@ fn offset_and_scale_explain_them() {
     let (state, r) = offset_and_gain(&model, "moment-gain", &[0, 1, 2, 3]);
     assert!((rms(r.iter().copied()) - 0.027).abs() < QUOTED_MM);
     assert!((state.amplitudes[0][0] + 0.215).abs() < QUOTED_MM);
-    let gain = model.effects().iter().position(|e| e.id == "moment-gain").unwrap();
+    let gain = model.declared().effects.iter().position(|e| e.id == "moment-gain").unwrap();
     assert!((state.amplitudes[gain][0] - 0.073).abs() < QUOTED_MM);
     let left_out = (0..4).map(|out| {
         let keep: Vec<_> = (0..4).filter(|&i| i != out).collect();
@@ -69,10 +69,10 @@ fn offset_and_scale_explain_them() {
 }
 
 fn cosine(model: &dyn Model, a: usize, b: usize) -> f64 {
-    let at = State::declared(model.start(), model.effects());
+    let at = State::start(model);
     let white = |effect: usize| {
         let t = model.tangent(&at, effect);
-        let sigma = model.layout().rows.iter().map(|r| r.sigma);
+        let sigma = model.declared().layout.rows.iter().map(|r| r.sigma);
         DVector::from_iterator(t.nrows(), t.iter().zip(sigma).map(|(t, s)| t / s)).normalize()
     };
     white(a).dot(&white(b)).abs()
@@ -83,7 +83,7 @@ fn the_gains_are_one_class_until_a_standard_splits_them() {
     let model = DisplacementModel::new(&table(), None).unwrap();
     let find = |id: &str, subject: Option<&str>| {
         let is = |e: &model_discrepancy::Effect| e.id == id && e.subject.as_deref() == subject;
-        model.effects().iter().position(is).unwrap()
+        model.declared().effects.iter().position(is).unwrap()
     };
     let gains = [
         find("moment-gain", None),

@@ -174,5 +174,5 @@ fn the_loop_names_unequal_gains() {
     let closure = close_loop(&model, &model.covariates(), &Options::default()).unwrap();
     let named: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
     assert_eq!(named, ["force-gain"]);
-    assert_eq!(model.layout().unit, "N");
+    assert_eq!(model.declared().layout.unit, "N");
 }

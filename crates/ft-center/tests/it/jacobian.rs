@@ -17,8 +17,8 @@ const DIFFERENCE_TOL: f64 = 1e-6;
 
 /// A state with every effect switched on a little, `share` of `scale` in report units.
 fn everything_on(model: &dyn Model, rng: &mut ChaCha8Rng) -> State {
-    let mut at = State::declared(model.start(), model.effects());
-    for (effect, amplitude) in model.effects().iter().zip(&mut at.amplitudes) {
+    let mut at = State::start(model);
+    for (effect, amplitude) in model.declared().effects.iter().zip(&mut at.amplitudes) {
         *amplitude = DVector::from_iterator(
             amplitude.len(),
             effect.parameters.iter().map(|p| {
@@ -37,7 +37,7 @@ fn everything_on(model: &dyn Model, rng: &mut ChaCha8Rng) -> State {
 
 fn assert_tangents(model: &dyn Model) {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
-    let declared = State::declared(model.start(), model.effects());
+    let declared = State::start(model);
     let worst = check_tangents(model, &declared);
     assert!(worst < DIFFERENCE_TOL, "declared model: {worst:e}");
     for _ in 0..5 {

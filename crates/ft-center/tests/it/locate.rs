@@ -85,7 +85,7 @@ fn declared_noise_takes_the_place_of_the_scatter() {
         let options = LocateOptions { noise, ..LocateOptions::default() };
         let model = PressModel::new(&solved, &CONTACT, &options, &[]).unwrap();
         // Both axes: the sum does not know how the frame is turned.
-        model.layout().rows[0].sigma.hypot(model.layout().rows[1].sigma)
+        model.declared().layout.rows[0].sigma.hypot(model.declared().layout.rows[1].sigma)
     };
     let declared =
         Noise { force_n: Colour::WHITE.white_force_n, moment_nmm: Colour::WHITE.white_moment_nmm };

@@ -133,7 +133,11 @@ fn a_load_cell_that_is_not_linear_is_no_gain() {
 fn records_without_the_spin_of_the_others_leave_a_doubt() {
     let mut presses = solved(&grid(&[60.0], 0.0, &Colour::WHITE, 77, |_, _| {}));
     let doubts = |presses: &[SolvedPress]| {
-        PressModel::new(presses, &CONTACT, &LocateOptions::default(), &[]).unwrap().doubts()
+        PressModel::new(presses, &CONTACT, &LocateOptions::default(), &[])
+            .unwrap()
+            .declared()
+            .findings
+            .clone()
     };
     assert!(presses.iter().all(|p| p.orbit.wobble.is_some()));
     assert!(doubts(&presses).is_empty());

@@ -1,9 +1,9 @@
 //! Effects that the data cannot tell apart, and the measurement that would.
 
-use model_discrepancy::{Options, Verdict, close_loop};
+use model_discrepancy::{LinearModel, Options, Verdict, close_loop};
 use nalgebra::DMatrix;
 
-use crate::linear_model::{LinearModel, parameter, scalars};
+use crate::linear_model::{scalars, set_base};
 
 /// Document [A], Table 4: moved and solved, mm.
 const MOVED_MM: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
@@ -45,9 +45,9 @@ fn twins_come_back_as_one_class_with_the_measurement_that_splits_them() {
             ("force-gain", vec![-1.0, -2.0, -5.0, -10.0, -1.0, -2.0]),
         ],
     );
-    extended.layout.sigma_declared = false;
-    model.extended.push(("repeat the same moves".to_owned(), Box::new(table_4())));
-    model.extended.push(("press at a second load".to_owned(), Box::new(extended)));
+    extended.declared.layout.sigma_declared = false;
+    model.extended.push(("repeat the same moves".to_owned(), table_4()));
+    model.extended.push(("press at a second load".to_owned(), extended));
     let closure = close_loop(&model, &[], &Options::default()).unwrap();
     let gain = closure.steps.iter().find(|s| s.effect == "moment-gain").unwrap();
     assert_eq!(gain.indistinguishable_from, ["force-gain"]);
@@ -62,8 +62,7 @@ fn what_the_model_absorbs_is_not_observable_and_says_what_hides_it() {
     let data: Vec<_> = (0..n).map(|i| 0.01 * f64::from((i * 7) % 5)).collect();
     let ramp: Vec<_> = (0..n).map(f64::from).collect();
     let mut model = scalars(&data, &[("offset", vec![2.0; 12]), ("ramp", ramp)]);
-    model.base = DMatrix::from_element(12, 1, 1.0);
-    model.base_names = vec![parameter("level")];
+    set_base(&mut model, &["level"], DMatrix::from_element(12, 1, 1.0));
     let closure = close_loop(&model, &[], &Options::default()).unwrap();
     assert_eq!(closure.not_observable.len(), 1);
     assert_eq!(closure.not_observable[0].effect, "offset");

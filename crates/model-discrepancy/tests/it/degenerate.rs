@@ -1,11 +1,14 @@
 //! Input that cannot be judged: one clear error each.
 
-use model_discrepancy::{Condensed, Covariate, LoopError, Options, Origin, assess, close_loop};
+use model_discrepancy::{
+    Condensed, Covariate, LoopError, Options, Origin, Scope, State, assess, check_tangents,
+    close_loop,
+};
 use nalgebra::{DMatrix, Vector3};
 
-use crate::linear_model::{parameter, scalars};
+use crate::linear_model::{scalars, set_base};
 
-fn run(model: &crate::linear_model::LinearModel) -> LoopError {
+fn run(model: &model_discrepancy::LinearModel) -> LoopError {
     close_loop(model, &[], &Options::default()).expect_err("the data cannot be judged")
 }
 
@@ -18,11 +21,14 @@ fn too_few_groups() {
 #[test]
 fn a_free_direction_is_named() {
     let mut model = scalars(&[1.0, 2.0, 3.0, 4.0, 5.0], &[]);
-    model.base = DMatrix::from_columns(&[
-        nalgebra::DVector::from_element(5, 1.0),
-        nalgebra::DVector::from_element(5, 2.0),
-    ]);
-    model.base_names = vec![parameter("zero"), parameter("datum")];
+    set_base(
+        &mut model,
+        &["zero", "datum"],
+        DMatrix::from_columns(&[
+            nalgebra::DVector::from_element(5, 1.0),
+            nalgebra::DVector::from_element(5, 2.0),
+        ]),
+    );
     let error = run(&model);
     assert!(matches!(error, LoopError::Unobservable { .. }), "{error}");
     let text = error.to_string();
@@ -33,19 +39,19 @@ fn a_free_direction_is_named() {
 #[test]
 fn sigmas_and_layouts_are_checked() {
     let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
-    model.layout.rows[2].sigma = 0.0;
+    model.declared.layout.rows[2].sigma = 0.0;
     assert!(matches!(run(&model), LoopError::InvalidSigma { row: 2, .. }));
-    model.layout.rows[2].sigma = 1.0;
-    model.layout.rows[3].observation = 9;
+    model.declared.layout.rows[2].sigma = 1.0;
+    model.declared.layout.rows[3].observation = 9;
     assert!(matches!(run(&model), LoopError::InconsistentLayout { row: 3 }));
 }
 
 #[test]
 fn what_is_said_beside_the_layout_is_checked() {
     let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
-    model.directions = Some(vec![Vector3::z(); 3]);
-    assert!(matches!(run(&model), LoopError::InconsistentModel { method: "directions", .. }));
-    model.directions = None;
+    model.declared.directions = Some(vec![Vector3::z(); 3]);
+    assert!(matches!(run(&model), LoopError::InconsistentModel { field: "directions", .. }));
+    model.declared.directions = None;
     let condensed = |first_row, observations: &[usize], columns| Condensed {
         first_row,
         observations: observations.to_vec(),
@@ -57,9 +63,21 @@ fn what_is_said_beside_the_layout_is_checked() {
         vec![condensed(0, &[0, 1], 3)],
         vec![condensed(0, &[0, 1], 2), condensed(1, &[2, 3], 2)],
     ] {
-        model.condensed = wrong;
-        assert!(matches!(run(&model), LoopError::InconsistentModel { method: "condensed", .. }));
+        model.declared.condensed = wrong;
+        assert!(matches!(run(&model), LoopError::InconsistentModel { field: "condensed", .. }));
     }
+}
+
+#[test]
+fn an_effect_that_moves_nothing_is_an_error_unless_it_says_so() {
+    let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[("forgotten", vec![0.0; 4])]);
+    let error = run(&model);
+    assert!(matches!(&error, LoopError::EmptyColumn { effect, .. } if effect == "forgotten"));
+    assert!(check_tangents(&model, &State::start(&model)).is_infinite());
+    model.declared.effects[0].scope = Scope::SomeDesigns;
+    let closure = close_loop(&model, &[], &Options::default()).unwrap();
+    assert_eq!(closure.not_observable[0].effect, "forgotten");
+    assert!(check_tangents(&model, &State::start(&model)) < 1e-9);
 }
 
 #[test]
@@ -75,8 +93,7 @@ fn covariates_are_checked() {
 #[test]
 fn nan_in_the_data_is_an_error() {
     let mut model = scalars(&[1.0, 2.0, 3.0, f64::NAN, 5.0], &[]);
-    model.base = DMatrix::from_element(5, 1, 1.0);
-    model.base_names = vec![parameter("level")];
+    set_base(&mut model, &["level"], DMatrix::from_element(5, 1, 1.0));
     assert!(matches!(run(&model), LoopError::NotFinite));
 }
 

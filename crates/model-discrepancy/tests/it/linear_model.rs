@@ -1,76 +1,24 @@
 //! A linear model with any base and any effects, and a plate of points to measure with it.
 
 use model_discrepancy::{
-    Condensed, Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
-    State,
+    Covariate, Declared, Effect, Group, Layout, LinearModel, Origin, Parameter, Role, Row,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// `residual = data − base·θ − Σ effectₑ·aₑ`.
-#[derive(Clone)]
-pub(crate) struct LinearModel {
-    pub(crate) layout: Layout,
-    pub(crate) base_names: Vec<Parameter>,
-    pub(crate) base: DMatrix<f64>,
-    pub(crate) catalogue: Vec<Effect>,
-    pub(crate) tangents: Vec<DMatrix<f64>>,
-    pub(crate) data: DVector<f64>,
-    pub(crate) directions: Option<Vec<Vector3<f64>>>,
-    pub(crate) condensed: Vec<Condensed>,
-    pub(crate) extended: Vec<(String, Box<LinearModel>)>,
+/// Gives a model its base parameters: what one unit of each adds to the data.
+pub(crate) fn set_base(model: &mut LinearModel, names: &[&str], columns: DMatrix<f64>) {
+    model.declared.base = names.iter().map(|name| parameter(name)).collect();
+    model.declared.start = DVector::zeros(names.len());
+    model.base = -columns;
 }
 
-impl Model for LinearModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base_names
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.catalogue
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(self.base.ncols())
-    }
-
-    fn residuals(&self, at: &State) -> DVector<f64> {
-        let mut r = &self.data - &self.base * &at.base;
-        for (tangent, amplitude) in self.tangents.iter().zip(&at.amplitudes) {
-            r -= tangent * amplitude;
-        }
-        r
-    }
-
-    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        -&self.base
-    }
-
-    fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
-        -&self.tangents[effect]
-    }
-
-    fn directions(&self) -> Option<&[Vector3<f64>]> {
-        self.directions.as_deref()
-    }
-
-    fn condensed(&self) -> &[Condensed] {
-        &self.condensed
-    }
-
-    fn proposals(&self) -> Vec<Proposal> {
-        let proposal = |(text, model): &(String, Box<LinearModel>)| Proposal {
-            text: text.clone(),
-            model: model.clone(),
-        };
-        self.extended.iter().map(proposal).collect()
-    }
+/// Adds an effect: what one unit of each amplitude adds to the data.
+pub(crate) fn push(model: &mut LinearModel, effect: Effect, columns: DMatrix<f64>) {
+    model.declared.effects.push(effect);
+    model.tangents.push(-columns);
 }
 
 /// Points of a measured body, in mm.
@@ -153,18 +101,12 @@ pub(crate) const CATALOGUE: [(&str, &[Field]); 5] = [
 ];
 
 pub(crate) fn parameter(name: &str) -> Parameter {
-    Parameter { name: name.to_owned(), unit: "1".to_owned(), report_factor: 1.0 }
+    Parameter::new(name, "1", 1.0)
 }
 
-pub(crate) fn effect(id: &str, subject: Option<String>, n: usize) -> Effect {
-    Effect {
-        id: id.to_owned(),
-        subject,
-        description: format!("the effect {id}"),
-        driver: None,
-        searched: 1,
-        parameters: (0..n).map(|i| parameter(&format!("a{i}"))).collect(),
-    }
+pub(crate) fn effect(id: &str, n: usize) -> Effect {
+    let parameters = (0..n).map(|i| parameter(&format!("a{i}"))).collect();
+    Effect::new(id, &format!("the effect {id}"), parameters)
 }
 
 /// A rigid frame fit of `points` with the usual catalogue and a bad-point candidate per point.
@@ -179,31 +121,25 @@ pub(crate) fn body(points: &[Vector3<f64>], errors: &[Vector3<f64>]) -> LinearMo
         unit: "mm".to_owned(),
         sigma_declared: false,
     };
+    let mut model = LinearModel {
+        declared: Declared::new(layout, Vec::new(), Vec::new()),
+        residual: rows_3d(errors.iter().copied()),
+        base: DMatrix::zeros(3 * n, 0),
+        tangents: Vec::new(),
+        extended: Vec::new(),
+    };
     let base: Vec<_> = RIGID.iter().map(|(_, field)| column(points, *field)).collect();
-    let mut catalogue = Vec::new();
-    let mut tangents = Vec::new();
+    set_base(&mut model, &RIGID.map(|(name, _)| name), DMatrix::from_columns(&base));
     for (id, fields) in CATALOGUE {
-        catalogue.push(effect(id, None, fields.len()));
         let columns: Vec<_> = fields.iter().map(|f| column(points, *f)).collect();
-        tangents.push(DMatrix::from_columns(&columns));
+        push(&mut model, effect(id, fields.len()), DMatrix::from_columns(&columns));
     }
     for i in 0..n {
-        catalogue.push(effect("bad-point", Some(format!("P{i}")), 3));
         let mut tangent = DMatrix::zeros(3 * n, 3);
         tangent.view_mut((3 * i, 0), (3, 3)).fill_with_identity();
-        tangents.push(tangent);
+        push(&mut model, effect("bad-point", 3).about(&format!("P{i}")), tangent);
     }
-    LinearModel {
-        layout,
-        base_names: RIGID.iter().map(|(name, _)| parameter(name)).collect(),
-        base: DMatrix::from_columns(&base),
-        catalogue,
-        tangents,
-        data: rows_3d(errors.iter().copied()),
-        directions: None,
-        condensed: Vec::new(),
-        extended: Vec::new(),
-    }
+    model
 }
 
 pub(crate) fn coordinates(points: &[Vector3<f64>]) -> Vec<Covariate> {
@@ -219,28 +155,18 @@ pub(crate) fn coordinates(points: &[Vector3<f64>]) -> Vec<Covariate> {
 
 /// A model of scalars: one group each, no base parameters, effects by column.
 pub(crate) fn scalars(data: &[f64], effects: &[(&str, Vec<f64>)]) -> LinearModel {
-    let row = |i| Row { observation: i, component: 0, sigma: 1.0, reported: true };
-    let group = |i: usize| Group { name: format!("{i}"), role: Role::Fit };
-    LinearModel {
-        layout: Layout {
-            rows: (0..data.len()).map(row).collect(),
-            observations: (0..data.len()).collect(),
-            groups: (0..data.len()).map(group).collect(),
-            unit: "mm".to_owned(),
-            sigma_declared: false,
-        },
-        base_names: Vec::new(),
+    let names = (0..data.len()).map(|i| i.to_string());
+    let mut model = LinearModel {
+        declared: Declared::new(Layout::scalars(names, "mm", None), Vec::new(), Vec::new()),
+        residual: DVector::from_column_slice(data),
         base: DMatrix::zeros(data.len(), 0),
-        catalogue: effects.iter().map(|(id, _)| effect(id, None, 1)).collect(),
-        tangents: effects
-            .iter()
-            .map(|(_, column)| DMatrix::from_column_slice(data.len(), 1, column))
-            .collect(),
-        data: DVector::from_column_slice(data),
-        directions: None,
-        condensed: Vec::new(),
+        tangents: Vec::new(),
         extended: Vec::new(),
+    };
+    for (id, column) in effects {
+        push(&mut model, effect(id, 1), DMatrix::from_column_slice(data.len(), 1, column));
     }
+    model
 }
 
 /// One normal deviate.

@@ -1,11 +1,11 @@
 //! Touches by a machine whose position wanders.
 
-use model_discrepancy::{Options, close_loop};
+use model_discrepancy::{LinearModel, Options, close_loop};
 use nalgebra::{DMatrix, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{LinearModel, effect, normal, scalars};
+use crate::linear_model::{effect, normal, push, scalars};
 
 const TOUCHES: usize = 48;
 const TRIALS: u64 = 100;
@@ -27,9 +27,12 @@ fn wandering(seed: u64) -> LinearModel {
         .collect();
     let mut model = scalars(&data, &[]);
     let time = |i: usize| i as f64 / TOUCHES as f64 - 0.5;
-    model.catalogue.push(effect("drift", None, 3));
-    model.tangents.push(DMatrix::from_fn(TOUCHES, 3, |i, axis| time(i) * normals[i][axis]));
-    model.directions = Some(normals);
+    push(
+        &mut model,
+        effect("drift", 3),
+        DMatrix::from_fn(TOUCHES, 3, |i, axis| time(i) * normals[i][axis]),
+    );
+    model.declared.directions = Some(normals);
     model
 }
 
@@ -48,6 +51,10 @@ fn a_wandering_position_is_no_drift() {
     let with = additions(wandering);
     assert!(with <= 11, "{with}");
     // The touches look all ways, so the residual itself seems white.
-    let without = additions(|seed| LinearModel { directions: None, ..wandering(seed) });
+    let without = additions(|seed| {
+        let mut model = wandering(seed);
+        model.declared.directions = None;
+        model
+    });
     assert!(without > 20, "{without}");
 }

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{effect, normal, scalars};
+use crate::linear_model::{effect, normal, push, scalars};
 
 const READINGS: usize = 60;
 /// Standard deviation of a reading.
@@ -26,8 +26,11 @@ fn an_effect_gets_back_what_a_superfluous_one_held() {
     let data: Vec<f64> =
         (0..READINGS).map(|i| wide(i) + JUMP.1 * jump[i] + NOISE * normal(&mut rng)).collect();
     let mut model = scalars(&data, &[("narrow", columns[0].clone()), ("jump", jump)]);
-    model.catalogue.push(effect("wide", None, 3));
-    model.tangents.push(DMatrix::from_fn(READINGS, 3, |i, column| columns[column][i]));
+    push(
+        &mut model,
+        effect("wide", 3),
+        DMatrix::from_fn(READINGS, 3, |i, column| columns[column][i]),
+    );
 
     let options = Options { nested: false, ..Options::default() };
     let closure = close_loop(&model, &[], &options).unwrap();

@@ -1,11 +1,11 @@
 //! Groups set aside that lie farther from their prediction than the noise allows.
 
-use model_discrepancy::{Closure, Group, Options, Role, Row, Verdict, close_loop};
+use model_discrepancy::{Closure, Group, LinearModel, Options, Role, Row, Verdict, close_loop};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{LinearModel, normal, parameter, scalars};
+use crate::linear_model::{normal, scalars, set_base};
 
 const GROUPS: usize = 32;
 const TRIALS: u64 = 400;
@@ -33,12 +33,11 @@ fn level(seed: u64, per_group: usize, phi: f64) -> LinearModel {
         }
     }
     let mut model = scalars(&data, &[]);
-    model.base = DMatrix::from_element(data.len(), 1, 1.0);
-    model.base_names = vec![parameter("level")];
+    set_base(&mut model, &["level"], DMatrix::from_element(data.len(), 1, 1.0));
     let role = |g| if is_check(g) { Role::Check } else { Role::Fit };
-    model.layout.groups =
+    model.declared.layout.groups =
         (0..GROUPS).map(|g| Group { name: format!("G{g}"), role: role(g) }).collect();
-    model.layout.observations = (0..data.len()).map(|i| i / per_group).collect();
+    model.declared.layout.observations = (0..data.len()).map(|i| i / per_group).collect();
     model
 }
 
@@ -55,8 +54,8 @@ fn two_far_groups_among_those_set_aside_are_structure() {
     let mut model = level(1, 1, 0.0);
     assert_eq!(closed(&model).verdict, Verdict::NothingMissing);
     // Seven and eight standard deviations.
-    model.data[11] += 7.0;
-    model.data[15] += 8.0;
+    model.residual[11] += 7.0;
+    model.residual[15] += 8.0;
     let closure = closed(&model);
     assert_eq!(closure.verdict, Verdict::StructureRemains);
     let found = &closure.remaining[0];
@@ -77,10 +76,10 @@ fn groups_like_the_fitted_ones_are_foreseen() {
 #[test]
 fn declared_noise_is_judged_on_groups_set_aside_too() {
     let mut model = level(2, 1, 0.0);
-    let spread: f64 = model.data.iter().map(|v| v * v).sum();
-    model.layout.sigma_declared = true;
+    let spread: f64 = model.residual.iter().map(|v| v * v).sum();
+    model.declared.layout.sigma_declared = true;
     let sigma = (spread / 32.0).sqrt() / 1.35;
-    model.layout.rows.iter_mut().for_each(|row: &mut Row| row.sigma = sigma);
+    model.declared.layout.rows.iter_mut().for_each(|row: &mut Row| row.sigma = sigma);
     let with = closed(&model);
     let without = with_fitted_alone(&model);
     assert_eq!(without.verdict, Verdict::NothingMissing);
@@ -90,10 +89,11 @@ fn declared_noise_is_judged_on_groups_set_aside_too() {
 fn with_fitted_alone(model: &LinearModel) -> Closure {
     let mut alone = model.clone();
     let kept: Vec<usize> = (0..GROUPS).filter(|&g| !is_check(g)).collect();
-    alone.data = model.data.select_rows(&kept);
+    alone.residual = model.residual.select_rows(&kept);
     alone.base = model.base.select_rows(&kept);
-    alone.layout.rows.truncate(kept.len());
-    alone.layout.observations.truncate(kept.len());
-    alone.layout.groups = kept.iter().map(|&g| model.layout.groups[g].clone()).collect();
+    alone.declared.layout.rows.truncate(kept.len());
+    alone.declared.layout.observations.truncate(kept.len());
+    alone.declared.layout.groups =
+        kept.iter().map(|&g| model.declared.layout.groups[g].clone()).collect();
     closed(&alone)
 }

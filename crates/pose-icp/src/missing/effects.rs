@@ -3,7 +3,7 @@
 //! A positive amplitude is a ball that is larger, a surface that is higher, a reading that is
 //! longer than declared.
 
-use model_discrepancy::{Covariate, Effect, Parameter, Role};
+use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
 use nalgebra::Vector3;
 
 use super::form::Form;
@@ -107,15 +107,17 @@ fn at_radius(text: &str, setting: &Setting<'_>) -> String {
 }
 
 fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) -> Entry {
-    let effect = Effect {
-        id: id.to_owned(),
-        subject: None,
-        description: description.to_owned(),
-        driver: None,
-        searched: 1,
-        parameters,
-    };
+    let effect = Effect::new(id, description, parameters).within(scope(&term));
     Entry { effect, term }
+}
+
+/// What a term moves; touches in one plane, on one diameter or at 20 °C show nothing of some.
+fn scope(term: &Term) -> Scope {
+    match term {
+        Term::BadPoint { observation } => Scope::Observation(*observation),
+        Term::Tip | Term::Form(Form::VertexRadius | Form::Conic | Form::Focus) => Scope::Everywhere,
+        _ => Scope::SomeDesigns,
+    }
 }
 
 fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {

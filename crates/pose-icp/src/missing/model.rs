@@ -1,6 +1,7 @@
 use geometry::Foot;
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3};
 
@@ -29,9 +30,7 @@ pub struct PoseModel {
     pub(crate) contacts: Vec<Foot>,
     pub(crate) free: Vec<usize>,
     pub(crate) standards: Vec<Standard>,
-    layout: Layout,
-    base: Vec<Parameter>,
-    effects: Vec<Effect>,
+    declared: Declared,
     terms: Vec<Term>,
 }
 
@@ -100,10 +99,11 @@ impl PoseModel {
         let entries = effects::catalogue(&setting);
         let (effects, terms) =
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
-        let base = (0..setups.len())
+        let base: Vec<Parameter> = (0..setups.len())
             .flat_map(|_| free.iter().map(|&i| base_parameter(PoseParameter::ALL[i])))
             .collect();
         let layout = layout(&touches, &setups, &standards, options.noise);
+        let declared = Declared::new(layout, base, effects);
         let options = options.clone();
         Ok(Self {
             part,
@@ -115,9 +115,7 @@ impl PoseModel {
             contacts,
             free,
             standards,
-            layout,
-            base,
-            effects,
+            declared,
             terms,
         })
     }
@@ -140,7 +138,7 @@ impl PoseModel {
         // Prior knowledge has no place: the mean, which no shape turns on.
         for covariate in &mut all {
             let mean = covariate.values.iter().sum::<f64>() / ratio(covariate.values.len().max(1));
-            covariate.values.resize(self.layout.observations.len(), mean);
+            covariate.values.resize(self.declared.layout.observations.len(), mean);
         }
         all
     }
@@ -182,7 +180,7 @@ impl PoseModel {
             let column = effect.parameters.iter().position(|p| p.name == standard.parameter)?;
             (effect.id == standard.effect).then_some((e, column))
         };
-        self.effects.iter().enumerate().find_map(of_effect)
+        self.declared.effects.iter().enumerate().find_map(of_effect)
     }
 
     fn contact(&self, index: usize) -> Contact<'_> {
@@ -226,7 +224,7 @@ impl PoseModel {
     /// `∂ residual / ∂ [m α β γ]` of every row but the standards; NaN where there is no foot.
     fn pose_rows(&self, at: &State) -> Vec<(usize, [f64; 6])> {
         let charts = self.charts(at);
-        let mut rows = Vec::with_capacity(self.layout.rows.len());
+        let mut rows = Vec::with_capacity(self.declared.layout.rows.len());
         for (index, &setup) in self.setup_of.iter().enumerate() {
             let chart = &charts[setup];
             let (center_mm, _) = self.corrected(index, at);
@@ -340,26 +338,14 @@ fn push(layout: &mut Layout, group: usize, sigma: f64, reported: bool) {
 }
 
 impl Model for PoseModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(self.base.len())
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
         let charts = self.charts(at);
         let target_mm = self.options.tip.signed_radius_mm();
-        let mut residuals = Vec::with_capacity(self.layout.rows.len());
+        let mut residuals = Vec::with_capacity(self.declared.layout.rows.len());
         for (index, &setup) in self.setup_of.iter().enumerate() {
             let (center_mm, added_mm) = self.corrected(index, at);
             let distance_mm = self
@@ -380,7 +366,8 @@ impl Model for PoseModel {
     }
 
     fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
-        let mut jacobian = DMatrix::zeros(self.layout.rows.len(), self.base.len());
+        let mut jacobian =
+            DMatrix::zeros(self.declared.layout.rows.len(), self.declared.base.len());
         for (i, (setup, row)) in self.pose_rows(at).into_iter().enumerate() {
             for (k, &parameter) in self.free.iter().enumerate() {
                 jacobian[(i, self.setups[setup].first + k)] = row[parameter];
@@ -391,7 +378,11 @@ impl Model for PoseModel {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let term = &self.terms[effect];
-        let (rows, columns) = (self.layout.rows.len(), self.effects[effect].parameters.len());
+        if matches!(term, Term::BadPoint { .. }) {
+            return DMatrix::from_element(1, 1, -1.0);
+        }
+        let (rows, columns) =
+            (self.declared.layout.rows.len(), self.declared.effects[effect].parameters.len());
         if let Term::Pose(parameters) = term {
             let pose_rows = self.pose_rows(at);
             return DMatrix::from_fn(rows, columns, |i, k| {
@@ -427,15 +418,6 @@ impl Model for PoseModel {
             }
         }
         tangent
-    }
-
-    fn local_tangent(&self, _at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
-        match self.terms[effect] {
-            Term::BadPoint { observation } => {
-                Some((observation, DMatrix::from_element(1, 1, -1.0)))
-            }
-            _ => None,
-        }
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -3,7 +3,7 @@
 //! A positive amplitude is a ball or a part that is larger, a reading that is longer or that is
 //! further along the approach than declared.
 
-use model_discrepancy::{Covariate, Effect, Parameter, Role};
+use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
 use nalgebra::Vector3;
 
 use super::columns::{CELSIUS, REFERENCE_C, TIME, as_f64, feed};
@@ -76,15 +76,20 @@ impl Entry {
 }
 
 fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) -> Entry {
-    let effect = Effect {
-        id: id.to_owned(),
-        subject: None,
-        description: description.to_owned(),
-        driver: None,
-        searched: 1,
-        parameters,
-    };
+    let effect = Effect::new(id, description, parameters).within(scope(&term));
     Entry { effect, term }
+}
+
+/// What a term moves; approaches along the stylus, a feed that was not recorded and temperatures
+/// that stand at 20 °C show nothing of some.
+fn scope(term: &Term) -> Scope {
+    match term {
+        Term::BadPoint { observation } => Scope::Observation(*observation),
+        Term::Ball | Term::Shift { .. } | Term::Turn { .. } | Term::Form { .. } => {
+            Scope::Everywhere
+        }
+        _ => Scope::SomeDesigns,
+    }
 }
 
 fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {

@@ -1,5 +1,5 @@
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector, Point3, Unit, Vector3};
 
@@ -43,12 +43,9 @@ pub struct ProbeModel {
     /// Balls' centres on the nominal part.
     centers_mm: Vec<Vector3<f64>>,
     approaches: Vec<Unit<Vector3<f64>>>,
-    /// Normal of every observation; zero for what was measured by other means.
-    normals: Vec<Vector3<f64>>,
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
-    layout: Layout,
-    effects: Vec<Effect>,
+    declared: Declared,
     terms: Vec<Term>,
 }
 
@@ -115,7 +112,10 @@ impl ProbeModel {
             .unzip();
         let layout = layout(&touches, &standards, setup.sigma_declared);
         let mut normals: Vec<_> = feet.iter().map(|foot| foot.normal.into_inner()).collect();
+        // What was measured by other means looks nowhere.
         normals.resize(layout.observations.len(), Vector3::zeros());
+        let declared =
+            Declared { directions: Some(normals), ..Declared::new(layout, Vec::new(), effects) };
         Ok(Self {
             setup,
             touches,
@@ -124,10 +124,8 @@ impl ProbeModel {
             feet,
             centers_mm,
             approaches,
-            normals,
             compensation_mm,
-            layout,
-            effects,
+            declared,
             terms,
         })
     }
@@ -151,7 +149,7 @@ impl ProbeModel {
         // Prior knowledge has no place: the mean, which no shape turns on.
         for covariate in &mut all {
             let mean = covariate.values.iter().sum::<f64>() / as_f64(covariate.values.len().max(1));
-            covariate.values.resize(self.layout.observations.len(), mean);
+            covariate.values.resize(self.declared.layout.observations.len(), mean);
         }
         all
     }
@@ -231,7 +229,7 @@ impl ProbeModel {
                 && standard.subject.is_none_or(|s| effect.subject.as_deref() == Some(s));
             same.then_some((e, column))
         };
-        self.effects.iter().enumerate().find_map(of_effect)
+        self.declared.effects.iter().enumerate().find_map(of_effect)
     }
 
     /// `∂ residual / ∂ amplitude` of one touch.
@@ -239,7 +237,7 @@ impl ProbeModel {
         let zero = self.azimuth_zero(index);
         let situation = self.situation(index, &zero);
         let term = &self.terms[effect];
-        let mut values = vec![0.0; self.effects[effect].parameters.len()];
+        let mut values = vec![0.0; self.declared.effects[effect].parameters.len()];
         let readings = term.readings(&situation);
         if !readings.is_empty() {
             let (center, _) = self.corrected(index, at, |_| true);
@@ -333,24 +331,8 @@ fn push(layout: &mut Layout, group: usize, sigma: f64, reported: bool) {
 }
 
 impl Model for ProbeModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &[]
-    }
-
-    fn directions(&self) -> Option<&[Vector3<f64>]> {
-        Some(&self.normals)
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(0)
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
@@ -363,20 +345,19 @@ impl Model for ProbeModel {
         };
         let touches = (0..self.touches.len()).map(of_touch);
         let all = touches.chain(self.standards.iter().map(of_standard));
-        DVector::from_iterator(self.layout.rows.len(), all)
+        DVector::from_iterator(self.declared.layout.rows.len(), all)
     }
 
     fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        DMatrix::zeros(self.layout.rows.len(), 0)
+        DMatrix::zeros(self.declared.layout.rows.len(), 0)
     }
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        let rows = self.layout.rows.len();
-        let mut tangent = DMatrix::zeros(rows, self.effects[effect].parameters.len());
-        if let Term::BadPoint { observation } = self.terms[effect] {
-            tangent[(observation, 0)] = -1.0;
-            return tangent;
+        if matches!(self.terms[effect], Term::BadPoint { .. }) {
+            return DMatrix::from_element(1, 1, -1.0);
         }
+        let rows = self.declared.layout.rows.len();
+        let mut tangent = DMatrix::zeros(rows, self.declared.effects[effect].parameters.len());
         for index in 0..self.touches.len() {
             for (k, value) in self.row(at, effect, index).into_iter().enumerate() {
                 tangent[(index, k)] = value;
@@ -388,15 +369,6 @@ impl Model for ProbeModel {
             }
         }
         tangent
-    }
-
-    fn local_tangent(&self, _: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
-        match self.terms[effect] {
-            Term::BadPoint { observation } => {
-                Some((observation, DMatrix::from_element(1, 1, -1.0)))
-            }
-            _ => None,
-        }
     }
 
     fn proposals(&self) -> Vec<Proposal> {

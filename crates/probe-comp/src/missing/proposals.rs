@@ -165,7 +165,7 @@ fn forms(model: &ProbeModel) -> Vec<Standard> {
     let families = super::form::Form::OVER.iter().chain(&super::form::Form::AROUND);
     let is_known = |form: &&super::form::Form| {
         use model_discrepancy::Model;
-        let effects = model.effects().iter();
+        let effects = model.declared().effects.iter();
         effects.into_iter().any(|e| e.id == "form" && e.subject.as_deref() == Some(form.name()))
     };
     families

@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use model_discrepancy::{Covariate, Effect, Parameter};
+use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 use nalgebra::Vector3;
 
 use super::TargetSurvey;
@@ -62,8 +62,9 @@ impl Scene<'_> {
         let columns = (0..parameters.len())
             .map(|p| (0..n).flat_map(|target| <[f64; 3]>::from(column(target, p))).collect())
             .collect();
-        let id = id.to_owned();
-        let effect = Effect { id, subject, description, driver: None, searched: 1, parameters };
+        // What is held out may take all of it.
+        let scope = Scope::SomeDesigns;
+        let effect = Effect { subject, scope, ..Effect::new(id, &description, parameters) };
         Entry { effect, columns }
     }
 }

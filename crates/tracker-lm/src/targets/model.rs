@@ -1,7 +1,8 @@
 //! The declared model of a survey of points, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Role, Row, State,
+    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -49,14 +50,9 @@ pub struct TargetModel {
     survey: TargetSurvey,
     options: TargetOptions,
     calibration: TargetCalibration,
-    layout: Layout,
-    base: Vec<Parameter>,
-    effects: Vec<Effect>,
+    linear: LinearModel,
     /// By effect and amplitude: three components per reading, mm.
     columns: Vec<Vec<Vec<f64>>>,
-    residual: DVector<f64>,
-    jacobian: DMatrix<f64>,
-    tangents: Vec<DMatrix<f64>>,
 }
 
 impl TargetModel {
@@ -114,18 +110,10 @@ impl TargetModel {
         drop(by_base);
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let options = *options;
-        Ok(Self {
-            survey,
-            options,
-            calibration,
-            layout,
-            base,
-            effects,
-            columns,
-            residual,
-            jacobian,
-            tangents,
-        })
+        let declared = Declared::new(layout, base, effects);
+        let extended = Vec::new();
+        let linear = LinearModel { declared, residual, base: jacobian, tangents, extended };
+        Ok(Self { survey, options, calibration, linear, columns })
     }
 
     /// The declared model's calibration.
@@ -295,37 +283,23 @@ fn layout(survey: &TargetSurvey, rows: &Rows, hold_out: HoldOut, declared: bool)
 }
 
 impl Model for TargetModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(self.base.len())
+    fn declared(&self) -> &Declared {
+        &self.linear.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
-        let mut residual = &self.residual + &self.jacobian * &at.base;
-        for (tangent, amplitudes) in self.tangents.iter().zip(&at.amplitudes) {
-            if amplitudes.iter().any(|a| *a != 0.0) {
-                residual.gemv(1.0, tangent, amplitudes, 1.0);
-            }
-        }
-        residual
+        self.linear.residuals(at)
     }
 
-    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        self.jacobian.clone()
+    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
+        self.linear.base_jacobian(at)
     }
 
-    fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
-        self.tangents[effect].clone()
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        self.linear.tangent(at, effect)
+    }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        Vec::new()
     }
 }

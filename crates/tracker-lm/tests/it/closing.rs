@@ -28,7 +28,7 @@ fn closed_with(survey: Survey, options: &Options) -> (TrackerModel, Closure) {
 fn tangents_are_derivatives() {
     let plan = Plan { angles: 7, both_ways: true, missing: 0.05, ..Plan::default() };
     let model = TrackerModel::new(simulate(&plan, 4).survey, None, Vec::new(), &options()).unwrap();
-    let at = State::declared(model.start(), model.effects());
+    let at = State::start(&model);
     // Rows are linear: central differences show rounding alone.
     assert!(check_tangents(&model, &at) < 1e-6);
 }
@@ -111,7 +111,7 @@ fn backlash_is_found_and_its_half_is_not_left_in_the_errors() {
     assert_eq!(closure.steps[0].effect, "backlash", "{:?}", closure.steps);
     let turn = closure.steps[0].parameters.iter().find(|p| p.name == "EBB").unwrap();
     assert!((turn.value - 20.0).abs() < 4.0 * turn.std, "{turn:?}");
-    let effect = model.effects().iter().position(|e| e.id == "backlash").unwrap();
+    let effect = model.declared().effects.iter().position(|e| e.id == "backlash").unwrap();
     let active: Vec<_> = (0..6).map(|p| (effect, p)).collect();
     let found = model.calibration_with(&closure.state, &active, &closure.covariance).unwrap();
     for (found, truth) in found.axis_errors.iter().zip(&scene.errors).skip(1) {

@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use model_discrepancy::{Effect, Model, State};
+use model_discrepancy::{Effect, Model, Scope, State};
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -44,7 +44,7 @@ pub(crate) struct Matched {
 /// Finds the effects of `learnt` among those of `model`.
 pub(crate) fn matched(learnt: &Learnt, model: &dyn Model) -> Result<Matched, Error> {
     let fail = |problem| Error::carry(&learnt.from, problem);
-    let mut amplitudes = State::declared(model.start(), model.effects()).amplitudes;
+    let mut amplitudes = State::start(model).amplitudes;
     let (mut effects, mut left, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
     for step in &learnt.steps {
@@ -55,7 +55,7 @@ pub(crate) fn matched(learnt: &Learnt, model: &dyn Model) -> Result<Matched, Err
                 continue;
             }
         };
-        let effect = &model.effects()[index];
+        let effect = &model.declared().effects[index];
         if !seen.insert(index) {
             return Err(fail(CarryProblem::Twice { effect: step.effect.clone() }));
         }
@@ -101,7 +101,7 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
         let effect = quote(&step.effect);
         return Ok(Place::Left(format!("{effect}, which belongs to the course of that session")));
     }
-    let catalogue = model.effects();
+    let catalogue = &model.declared().effects;
     let of_id = || catalogue.iter().enumerate().filter(|(_, e)| e.id == step.effect);
     if of_id().next().is_none() {
         let known: BTreeSet<String> = catalogue.iter().map(|e| format!("`{}`", e.id)).collect();
@@ -121,12 +121,11 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
 }
 
 fn is_of_one_observation(model: &dyn Model, effect: usize) -> bool {
-    let at = State::declared(model.start(), model.effects());
-    if model.local_tangent(&at, effect).is_some() {
+    if matches!(model.declared().effects[effect].scope, Scope::Observation(_)) {
         return true;
     }
-    let tangent = model.tangent(&at, effect);
-    let rows = model.layout().rows.iter().zip(tangent.row_iter());
+    let tangent = model.tangent(&State::start(model), effect);
+    let rows = model.declared().layout.rows.iter().zip(tangent.row_iter());
     let moved: BTreeSet<usize> =
         rows.filter(|(_, row)| row.amax() > 0.0).map(|(row, _)| row.observation).collect();
     moved.len() == 1

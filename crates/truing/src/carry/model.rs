@@ -1,8 +1,6 @@
 use std::sync::Arc;
 
-use model_discrepancy::{
-    Closure, Covariate, Effect, Layout, Model, Parameter, Proposal, Remaining, State,
-};
+use model_discrepancy::{Closure, Covariate, Declared, Model, Proposal, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::kinds::Prepared;
@@ -33,54 +31,90 @@ fn with(at: &State, carried: &[DVector<f64>]) -> State {
     State { base: at.base.clone(), amplitudes }
 }
 
-impl Carrying<'_> {
-    fn at(&self, at: &State) -> State {
-        with(at, &self.carried)
-    }
-}
-
 impl Model for Carrying<'_> {
-    fn layout(&self) -> &Layout {
-        self.inner.layout()
-    }
-
-    fn base(&self) -> &[Parameter] {
-        self.inner.base()
-    }
-
-    fn effects(&self) -> &[Effect] {
-        self.inner.effects()
-    }
-
-    fn start(&self) -> DVector<f64> {
-        self.inner.start()
+    fn declared(&self) -> &Declared {
+        self.inner.declared()
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
-        self.inner.residuals(&self.at(at))
+        self.inner.residuals(&with(at, &self.carried))
     }
 
     fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
-        self.inner.base_jacobian(&self.at(at))
+        self.inner.base_jacobian(&with(at, &self.carried))
     }
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        self.inner.tangent(&self.at(at), effect)
-    }
-
-    fn local_tangent(&self, at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
-        self.inner.local_tangent(&self.at(at), effect)
-    }
-
-    fn doubts(&self) -> Vec<Remaining> {
-        self.inner.doubts()
-    }
-
-    fn common_scatter(&self) -> bool {
-        self.inner.common_scatter()
+        self.inner.tangent(&with(at, &self.carried), effect)
     }
 
     fn proposals(&self) -> Vec<Proposal> {
         self.inner.proposals()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_discrepancy::{Options, close_loop};
+
+    use super::*;
+
+    /// Everything that the loop answers.
+    fn answer(prepared: &Prepared<'_>) -> String {
+        // The choice repeated without each group sees the model by the same few functions.
+        let options = Options { nested: false, ..Options::default() };
+        let closure = close_loop(&*prepared.model, &prepared.covariates, &options).unwrap();
+        format!("{closure:#?}\n{:#?}", (prepared.estimates)(&closure))
+    }
+
+    /// Every case of a kind with all its effects carried at size zero, beside the case as it is.
+    fn carrying_zero_changes_nothing(kind: &str) {
+        let cases = format!("{}/../../fixtures/{kind}", env!("CARGO_MANIFEST_DIR"));
+        let mut n = 0;
+        for case in std::fs::read_dir(cases).unwrap() {
+            let path = case.unwrap().path();
+            if !path.join("case.toml").exists() {
+                continue;
+            }
+            let case = crate::read_case(&path).unwrap();
+            let plain = case.prepare().unwrap().0;
+            let zeros = State::start(&*plain.model).amplitudes;
+            let carried = carrying(case.prepare().unwrap().0, zeros);
+            let (plain, carried) = (answer(&plain), answer(&carried));
+            let differs = plain.lines().zip(carried.lines()).find(|(a, b)| a != b);
+            assert!(plain == carried, "{}: {differs:?}", path.display());
+            n += 1;
+        }
+        assert!(n > 5, "{n} cases of {kind}");
+    }
+
+    #[test]
+    fn zero_carried_changes_no_frame() {
+        carrying_zero_changes_nothing("frame-fit");
+    }
+
+    #[test]
+    fn zero_carried_changes_no_press() {
+        carrying_zero_changes_nothing("ft-center");
+    }
+
+    #[test]
+    fn zero_carried_changes_no_axis() {
+        carrying_zero_changes_nothing("tracker-lm");
+    }
+
+    #[test]
+    fn zero_carried_changes_no_pose() {
+        carrying_zero_changes_nothing("pose-icp");
+    }
+
+    #[test]
+    fn zero_carried_changes_no_probe() {
+        carrying_zero_changes_nothing("probe-comp");
+    }
+
+    #[test]
+    fn zero_carried_changes_no_head() {
+        carrying_zero_changes_nothing("force-impedance");
     }
 }

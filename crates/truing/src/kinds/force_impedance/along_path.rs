@@ -236,11 +236,11 @@ impl PathCase {
 impl Measured for PathCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let model = self.model()?;
-        let state = model_discrepancy::State::declared(model.start(), model.effects());
+        let state = model_discrepancy::State::start(&model);
         let residuals = model.residuals(&state);
         let observations: Vec<Observation> =
             (residuals.iter()).map(|r| Observation { residual: vec![*r], fitted: true }).collect();
-        let layout = model.layout();
+        let layout = &model.declared().layout;
         let whitened = |(r, row): (&f64, &model_discrepancy::Row)| (r / row.sigma).powi(2);
         let chi2: f64 = residuals.iter().zip(&layout.rows).map(whitened).sum();
         let left_out = self.samples.len() - model.samples().map(<[usize]>::len).sum::<usize>();

@@ -298,7 +298,7 @@ fn corrected(model: &LogModel, closure: &Closure) -> Option<Vec<f64>> {
 /// What the loop leaves of every block; an empirical correction is one of the force.
 fn blocks(model: &LogModel, closure: &Closure) -> Vec<ForceBlock> {
     let mut corrections_n = model.force_corrections_n(&closure.state);
-    if model.layout().unit == "N" {
+    if model.declared().layout.unit == "N" {
         for empirical in &closure.empirical {
             // A correction is what is predicted, and lowers the residual.
             for (correction, added) in corrections_n.iter_mut().zip(empirical.added().iter()) {

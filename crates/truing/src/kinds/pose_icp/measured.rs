@@ -210,7 +210,7 @@ impl PoseCase {
     /// Estimates with the accepted effects in the model.
     fn closed(&self, model: &PoseModel, closure: &Closure, declared: &PoseFit) -> Estimates {
         let pose = model.pose_at(&closure.state);
-        let n = model.base().len();
+        let n = model.declared().base.len();
         let stds = (closure.covariance.nrows() >= n).then(|| {
             let base = closure.covariance.view((0, 0), (n, n)).into_owned();
             stds(&model.pose_covariance(&closure.state, &base))

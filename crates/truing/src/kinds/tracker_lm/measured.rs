@@ -196,11 +196,14 @@ pub(super) fn recorded(time_s: Option<&Vec<f64>>, columns: &[NumberColumn]) -> V
 pub(super) fn active(model: &dyn Model, closure: &Closure) -> Vec<(usize, usize)> {
     let mut active = Vec::new();
     for step in &closure.steps {
-        let effect =
-            model.effects().iter().position(|e| e.id == step.effect && e.subject == step.subject);
+        let effect = model
+            .declared()
+            .effects
+            .iter()
+            .position(|e| e.id == step.effect && e.subject == step.subject);
         let Some(effect) = effect else { continue };
         for parameter in &step.parameters {
-            let known = model.effects()[effect].parameters.iter();
+            let known = model.declared().effects[effect].parameters.iter();
             active.extend(
                 known
                     .enumerate()
@@ -214,7 +217,7 @@ pub(super) fn active(model: &dyn Model, closure: &Closure) -> Vec<(usize, usize)
 
 /// Difference of the six errors between the two ways, where backlash was accepted.
 pub(super) fn reversal(model: &dyn Model, closure: &Closure) -> Option<[f64; 6]> {
-    let effect = model.effects().iter().position(|e| e.id == "backlash")?;
+    let effect = model.declared().effects.iter().position(|e| e.id == "backlash")?;
     let amplitudes = &closure.state.amplitudes[effect];
     let accepted = closure.steps.iter().any(|s| s.effect == "backlash");
     accepted.then(|| std::array::from_fn(|i| amplitudes[i]))
