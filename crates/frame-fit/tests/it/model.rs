@@ -40,7 +40,7 @@ fn model<const D: usize>(rng: &mut ChaCha8Rng, options: &Options) -> FrameModel<
 
 /// Base parameters and amplitudes of the size that a shift of `size_mm` over 200 mm has.
 fn anywhere<const D: usize>(rng: &mut ChaCha8Rng, model: &FrameModel<D>, size_mm: f64) -> State {
-    let mut state = State::start(&model);
+    let mut state = State::start(model);
     for (value, parameter) in state.base.iter_mut().zip(&model.declared().base) {
         let lever_mm = if parameter.unit == "mm" { 1.0 } else { 200.0 };
         *value = size_mm / lever_mm * rng.random_range(-1.0..1.0);
@@ -283,7 +283,7 @@ fn a_covariate_of_the_wrong_length_is_an_error() {
 
 /// Share of an effect's tangent that the base parameters do not absorb.
 fn kept(model: &dyn Model, id: &str, parameter: usize) -> f64 {
-    let state = State::start(&model);
+    let state = State::start(model);
     let effect = model.declared().effects.iter().position(|e| e.id == id).unwrap();
     let tangent: DVector<f64> = model.tangent(&state, effect).column(parameter).into_owned();
     if tangent.norm() == 0.0 {
@@ -345,7 +345,7 @@ fn proposals_show_what_the_design_hides() {
 
 /// Share of the first parameter of one effect that base and another effect do not absorb.
 fn beside(model: &dyn Model, id: &str, other: &str) -> f64 {
-    let state = State::start(&model);
+    let state = State::start(model);
     let tangent = |id: &str| {
         let effect = model.declared().effects.iter().position(|e| e.id == id).unwrap();
         model.tangent(&state, effect)

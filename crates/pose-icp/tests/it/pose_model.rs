@@ -59,7 +59,7 @@ fn derivatives_agree_with_differences_for_every_effect_and_clamping() {
         models.extend(model.proposals().into_iter().map(|p| p.model));
         assert!(models.len() > 8, "{}", models.len());
         for model in models {
-            let mut at = State::start(&model);
+            let mut at = State::start(&*model);
             at.base = DVector::from_fn(at.base.len(), |_, _| rng.random_range(-1e-3..1e-3));
             let worst = check_tangents(&*model, &at);
             assert!(worst < DIFFERENCE_TOL, "{worst:e}");

@@ -68,7 +68,7 @@ fn derivatives_agree_with_differences_for_every_effect_and_proposal() {
         models.extend(model.proposals().into_iter().map(|p| p.model));
         assert!(models.len() > 8, "{}", models.len());
         for model in models {
-            let mut at = State::start(&model);
+            let mut at = State::start(&*model);
             let worst = check_tangents(&*model, &at);
             assert!(worst < DIFFERENCE_TOL, "{worst:e}");
             for amplitude in at.amplitudes.iter_mut().flat_map(|a| a.iter_mut()) {
