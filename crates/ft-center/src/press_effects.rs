@@ -138,8 +138,13 @@ impl PressEffect {
     /// Where no force acts sideways, where temperature stands at 20 °C, some show nothing.
     fn scope(self) -> Scope {
         match self {
-            Self::MomentBias | Self::FzBias | Self::FzGain | Self::MomentGain => Scope::Everywhere,
-            Self::FrameScale | Self::DatumOffset | Self::LoadShift => Scope::Everywhere,
+            Self::MomentBias
+            | Self::FzBias
+            | Self::FzGain
+            | Self::MomentGain
+            | Self::FrameScale
+            | Self::DatumOffset
+            | Self::LoadShift => Scope::Everywhere,
             _ => Scope::SomeDesigns,
         }
     }

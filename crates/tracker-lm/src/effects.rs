@@ -81,7 +81,7 @@ impl Scene<'_> {
     ) -> Entry {
         // Angles met from one side, and stations that see little, show nothing of some.
         let scope = Scope::SomeDesigns;
-        let effect = Effect { subject, scope, ..Effect::new(id, &description, parameters) };
+        let effect = Effect { subject, scope, description, ..Effect::new(id, "", parameters) };
         Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
     }
 

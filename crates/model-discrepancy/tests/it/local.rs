@@ -18,7 +18,7 @@ fn localised(mut model: LinearModel) -> LinearModel {
         let Some(point) = effect.subject.as_ref().and_then(|s| s.strip_prefix('P')) else {
             continue;
         };
-        let observation: usize = point.parse().unwrap();
+        let observation: usize = point.parse().expect("a number");
         effect.scope = Scope::Observation(observation);
         *tangent = tangent.rows(3 * observation, 3).into_owned();
     }

@@ -64,7 +64,7 @@ impl Scene<'_> {
             .collect();
         // What is held out may take all of it.
         let scope = Scope::SomeDesigns;
-        let effect = Effect { subject, scope, ..Effect::new(id, &description, parameters) };
+        let effect = Effect { subject, scope, description, ..Effect::new(id, "", parameters) };
         Entry { effect, columns }
     }
 }
