@@ -117,8 +117,9 @@ fn differences_close_the_loop_as_well() {
     let at = State::start(&model);
     for effect in 0..model.declared.effects.len() {
         let (a, b) = (model.tangent(&at, effect), by_difference.tangent(&at, effect));
-        // A difference over residuals of 1e2 mm keeps ten digits.
-        assert!((a - b).amax() < 1e-6);
+        // Round-off of a residual near one, over a step that moves it by 6e-6, a few times over.
+        let longest = a.amax();
+        assert!((a - b).amax() < 1e-9 * longest);
     }
     let options = Options::default();
     let [a, b] =
