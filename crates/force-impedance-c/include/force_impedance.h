@@ -44,8 +44,8 @@ typedef enum FiStatus {
   FI_STATUS_CONTROLLING = 0,
   // The tool touches nothing and approaches at no more than the approach rate.
   FI_STATUS_NO_CONTACT = 1,
-  // The input is good again; output still held, or moved away from the workpiece while the
-  // force is above what is asked for.
+  // The input is good again; output still held, or, after `hold_cycles`, moved away from the
+  // workpiece while the force is above what is asked for.
   FI_STATUS_RECOVERING = 2,
   // Output held: the tip stops, and stays; `fault` says why.
   FI_STATUS_HELD = 3,
@@ -298,7 +298,7 @@ enum FiError fi_head_limits_wide(const struct FiHeadGeometry *geometry,
                                  struct FiHeadLimits *limits);
 
 // Checks dimensions and limits (null: wide ones) and fills the storage, which holds no head after
-// a failure.
+// a refusal; a bad pointer changes nothing.
 //
 // # Safety
 //
@@ -378,7 +378,7 @@ enum FiError fi_settings_default(struct FiSettings *settings);
 // Checks everything once and fills the storage; the head is copied into it.
 //
 // Output is held until `recovery_cycles` good cycles have been seen. Storage that held a controller
-// holds none after a failure: it has to be initialised again.
+// holds none after a refusal: it has to be initialised again. A bad pointer changes nothing.
 //
 // # Safety
 //

@@ -44,7 +44,7 @@ unsafe fn controller_in<'a>(controller: *mut FiController) -> Result<&'a mut Con
 /// Checks everything once and fills the storage; the head is copied into it.
 ///
 /// Output is held until `recovery_cycles` good cycles have been seen. Storage that held a controller
-/// holds none after a failure: it has to be initialised again.
+/// holds none after a refusal: it has to be initialised again. A bad pointer changes nothing.
 ///
 /// # Safety
 ///
@@ -58,11 +58,14 @@ pub unsafe extern "C" fn fi_controller_init(
 ) -> FiError {
     let init = || {
         // SAFETY: the caller's promise.
-        let inputs = unsafe { (head_in(head), read(impedance), read(settings)) };
+        let (head, impedance, settings) =
+            unsafe { (head_in(head), read(impedance)?, read(settings)?) };
         // SAFETY: the caller's promise; inputs are copies.
         let slot = unsafe { storage(controller) }?;
-        slot.mark = 0;
-        let (head, impedance, settings) = (inputs.0?, inputs.1?, inputs.2?);
+        if head != Err(FiError::BadPointer) {
+            slot.mark = 0;
+        }
+        let head = head?;
         let settings = ControllerSettings::try_from(&settings)?;
         let made = Controller::new(head, (&impedance).into(), settings)?;
         Slot::put(&mut slot.words, made);

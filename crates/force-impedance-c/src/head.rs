@@ -150,7 +150,7 @@ pub unsafe extern "C" fn fi_head_limits_wide(
 }
 
 /// Checks dimensions and limits (null: wide ones) and fills the storage, which holds no head after
-/// a failure.
+/// a refusal; a bad pointer changes nothing.
 ///
 /// # Safety
 ///
@@ -163,11 +163,11 @@ pub unsafe extern "C" fn fi_head_init(
 ) -> FiError {
     let init = || {
         // SAFETY: the caller's promise; inputs are copied here.
-        let made = unsafe { head_of(geometry, limits) };
+        let made = unsafe { head_of(geometry, limits) }?;
         // SAFETY: the caller's promise.
         let slot = unsafe { storage(head) }?;
         slot.mark = 0;
-        let made = made??;
+        let made = made?;
         Slot::put(&mut slot.words, made);
         slot.mark = MARK;
         Ok(())
