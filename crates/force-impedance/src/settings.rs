@@ -221,13 +221,13 @@ impl ControllerSettings {
     fn check_motion(&self) -> Result<(), ForceImpedanceError> {
         let [inward_mm, outward_mm] = self.travel_mm;
         require(
-            inward_mm <= 0.0 && inward_mm >= -MAX_LENGTH_MM,
+            (-MAX_LENGTH_MM..=0.0).contains(&inward_mm),
             "travel_mm[0]",
             inward_mm,
             "finite and not positive, -1e5 at least",
         )?;
         require(
-            outward_mm >= 0.0 && outward_mm <= MAX_LENGTH_MM,
+            (0.0..=MAX_LENGTH_MM).contains(&outward_mm),
             "travel_mm[1]",
             outward_mm,
             "finite and not negative, 1e5 at most",

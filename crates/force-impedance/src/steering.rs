@@ -7,6 +7,11 @@ use crate::scalar::{across, norm, sqrt};
 use crate::workspace::Workspace;
 use crate::{ControllerSettings, Head, HeadPose, Limits};
 
+/// Share of the travel by which a motion along its very end, the normal turning, may seem to end
+/// beyond; the step itself ends within.
+const TRAVEL_SLACK: f64 = 1e-5;
+/// Excesses that differ by less are the same: round-off of lengths, amply.
+const SAME_MM: f64 = 1e-9;
 /// Shares of a step that are tried where the workspace ends.
 const SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
@@ -123,12 +128,11 @@ impl Steering {
         limits: &mut Limits,
     ) -> Vector3<f64> {
         let roomy = self.workspace.is_roomy(pose) && self.workspace.is_roomy(seen);
-        if roomy {
-            if let Some(change) =
+        if roomy
+            && let Some(change) =
                 exact_mm.and_then(|step| self.exact(head, pose, motion, wanted, step))
-            {
-                return change;
-            }
+        {
+            return change;
         }
         self.within(head, pose, seen, roomy, motion, wanted, exact_mm, limits)
     }
@@ -154,8 +158,7 @@ impl Steering {
         let slow = step_mm.dot(step_mm) <= longest_mm * longest_mm
             && down_mm <= wanted.inward_mm
             && led_down_mm <= wanted.inward_mm;
-        // A step to the very end of the travel ends there by round-off.
-        let slack_mm = f64::EPSILON * (outward_mm - inward_mm);
+        let slack_mm = TRAVEL_SLACK * (outward_mm - inward_mm);
         let ends = end_mm >= inward_mm - slack_mm && end_mm <= outward_mm + slack_mm;
         (slow && ends && motion.allows(&self.motion, &change, longest_mm)).then_some(change)
     }
@@ -217,7 +220,10 @@ impl Steering {
         let tip_mm = pose.tip_mm.coords;
         let seen_off_mm = seen.tip_mm - pose.tip_mm;
         let end_mm = tip_mm + motion.end(&self.motion, stop);
-        let most = |tip_mm: &Vector3<f64>| self.workspace.excess_mm(head, tip_mm).max(0.0);
+        let most = |tip_mm: &Vector3<f64>| {
+            let excess_mm = self.workspace.excess_mm(head, tip_mm);
+            if excess_mm > 0.0 { excess_mm + SAME_MM } else { 0.0 }
+        };
         Ends {
             head,
             workspace: &self.workspace,

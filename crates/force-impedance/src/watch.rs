@@ -189,56 +189,62 @@ impl Watch {
         commanded: &HeadPose,
         lengths_mm: &[f64; 4],
     ) -> bool {
-        let from = if self.lost_cycles == 0 { self.pose } else { *commanded };
-        match search(head, max_mm, from, lengths_mm) {
-            Search::Found(pose) => {
-                self.pose = pose;
-                self.lost_cycles = 0;
-                true
-            }
-            Search::Going(_) | Search::Nowhere => self.search_on(head, max_mm, lengths_mm),
+        if self.lost_cycles > 0 {
+            return self.find_again(head, max_mm, commanded, lengths_mm);
         }
+        search(head, max_mm, &mut self.pose, lengths_mm) == Search::Found
+            || self.search_on(head, max_mm, lengths_mm)
+    }
+
+    #[cold]
+    fn find_again(
+        &mut self,
+        head: &Head,
+        max_mm: f64,
+        commanded: &HeadPose,
+        lengths_mm: &[f64; 4],
+    ) -> bool {
+        let mut pose = *commanded;
+        if search(head, max_mm, &mut pose, lengths_mm) == Search::Found {
+            self.pose = pose;
+            self.lost_cycles = 0;
+            return true;
+        }
+        self.search_on(head, max_mm, lengths_mm)
     }
 
     #[cold]
     fn search_on(&mut self, head: &Head, max_mm: f64, lengths_mm: &[f64; 4]) -> bool {
         let straight = straight_at(head, lengths_mm[3]);
-        let from =
-            if self.lost_cycles.is_multiple_of(SEARCH_CYCLES) { straight } else { self.pose };
-        self.lost_cycles = self.lost_cycles.saturating_add(1);
-        match search(head, max_mm, from, lengths_mm) {
-            Search::Found(pose) => {
-                self.pose = pose;
-                self.lost_cycles = 0;
-                true
-            }
-            Search::Going(pose) => {
-                self.pose = pose;
-                false
-            }
-            Search::Nowhere => {
-                self.pose = straight;
-                false
-            }
+        if self.lost_cycles.is_multiple_of(SEARCH_CYCLES) {
+            self.pose = straight;
         }
+        self.lost_cycles = self.lost_cycles.saturating_add(1);
+        let found = search(head, max_mm, &mut self.pose, lengths_mm);
+        match found {
+            Search::Found => self.lost_cycles = 0,
+            Search::Going => {}
+            Search::Nowhere => self.pose = straight,
+        }
+        found == Search::Found
     }
 }
 
+#[derive(PartialEq)]
 enum Search {
-    Found(HeadPose),
+    Found,
     /// Not there, but on a way.
-    Going(HeadPose),
+    Going,
     Nowhere,
 }
 
 /// Some steps towards the lengths; a head outside its limits is found as well.
 #[inline]
-fn search(head: &Head, max_mm: f64, from: HeadPose, lengths_mm: &[f64; 4]) -> Search {
-    let mut pose = from;
+fn search(head: &Head, max_mm: f64, pose: &mut HeadPose, lengths_mm: &[f64; 4]) -> Search {
     for _ in 0..MAX_STEPS {
-        let tip_mm = head.forward_step(&pose, lengths_mm);
+        let tip_mm = head.forward_step(pose, lengths_mm);
         let step_mm = norm(&(tip_mm - pose.tip_mm));
-        pose = HeadPose::of(head, &tip_mm.coords);
+        *pose = HeadPose::of(head, &tip_mm.coords);
         // Negated, so that NaN is nowhere.
         let stands = -pose.axis.y >= LYING_COSINE && pose.lengths_mm[3] > 0.0;
         if !stands {
@@ -251,9 +257,9 @@ fn search(head: &Head, max_mm: f64, from: HeadPose, lengths_mm: &[f64; 4]) -> Se
     let ([a, b, c, d], [e, f, g, h]) = (pose.lengths_mm, lengths_mm);
     let agrees = |found_mm: f64, read_mm: &f64| (found_mm - read_mm).abs() <= max_mm;
     if agrees(a, e) && agrees(b, f) && agrees(c, g) && agrees(d, h) {
-        Search::Found(pose)
+        Search::Found
     } else {
-        Search::Going(pose)
+        Search::Going
     }
 }
 

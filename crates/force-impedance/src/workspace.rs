@@ -43,11 +43,9 @@ impl Workspace {
             axial_mm: [limits.axial_mm[0] + by_mm, limits.axial_mm[1] - by_mm],
             tilt_cosine: head.tilt_cosine + by_mm / least_reach_mm,
         };
-        Self {
-            kept: within(dip_mm),
-            roomy: within(dip_mm + gradient * farthest_mm),
-            least_reach_mm,
-        }
+        // The cone of the tilt is convex: nothing dips out of it.
+        let kept = Bounds { tilt_cosine: head.tilt_cosine, ..within(dip_mm) };
+        Self { kept, roomy: within(dip_mm + gradient * farthest_mm), least_reach_mm }
     }
 
     /// Whether no motion of one cycle can bring the head's end point near to a limit.

@@ -261,13 +261,13 @@ fn every_code_has_its_text_and_geometry_its_codes() {
 fn a_failed_initialisation_leaves_no_controller() {
     let (head, good) = (head(), settings());
     let bad = FiSettings { max_cell_n: 1e300, ..good };
-    let heavy = FiImpedance { mass_kg: -1.0, ..IMPEDANCE };
+    let (light, heavy) = (IMPEDANCE, FiImpedance { mass_kg: -1.0, ..IMPEDANCE });
     // SAFETY: plain numbers.
     let mut command: FiCommand = unsafe { zeroed() };
     // SAFETY: plain numbers; the pointers are to live locals.
     unsafe {
         for (impedance, settings, code) in [
-            (&raw const IMPEDANCE, &raw const bad, FiError::InvalidSetting),
+            (&raw const light, &raw const bad, FiError::InvalidSetting),
             (&raw const heavy, &raw const good, FiError::InvalidSetting),
         ] {
             let mut c = controller();
@@ -277,7 +277,7 @@ fn a_failed_initialisation_leaves_no_controller() {
         }
         let mut head = head;
         let short = FiHeadGeometry { head_radius_mm: -40.0, ..GEOMETRY };
-        assert_eq!(fi_head_init(&raw mut head, &short, null()), FiError::InvalidSetting);
+        assert_eq!(fi_head_init(&raw mut head, &raw const short, null()), FiError::InvalidSetting);
         let mut pose: FiPose = zeroed();
         assert_eq!(fi_head_start(&raw const head, &raw mut pose), FiError::NotInitialised);
     }
