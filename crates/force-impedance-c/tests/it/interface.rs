@@ -229,7 +229,11 @@ fn what_is_refused_is_said_with_its_number() {
     unsafe {
         let said = fi_controller_init(&raw mut c, &raw const head, &IMPEDANCE, &raw const nameless);
         assert_eq!(said, FiError::InvalidSetting);
-        assert_eq!(fi_controller_set_mode(&raw mut c, FiMode::Absolute as u32), FiError::None);
+        // The refusal left nothing there.
+        let mode = FiMode::Absolute as u32;
+        assert_eq!(fi_controller_set_mode(&raw mut c, mode), FiError::NotInitialised);
+        let mut c = controller();
+        assert_eq!(fi_controller_set_mode(&raw mut c, mode), FiError::None);
     }
 }
 
