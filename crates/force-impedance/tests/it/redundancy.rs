@@ -127,7 +127,6 @@ fn exchanged_cells_do_not_lead_into_the_workpiece() {
                 named = named.or(stuck_cells(status));
                 most_n = most_n.max(pressing.force_n());
             }
-            println!("{tilt_rad} {i} {j}: {most_n} {named:?}");
             assert!(most_n < 4.0 * ASKED_N, "{tilt_rad} {i} {j}: {most_n} {named:?}");
         }
     }

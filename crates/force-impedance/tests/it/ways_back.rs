@@ -130,7 +130,7 @@ impl Bench {
         let cells_n = seen.cells_n.as_mut().unwrap();
         match wrong {
             Wrong::Nothing => {}
-            Wrong::LengthsBiased(mm) => lengths_mm.iter_mut().for_each(|l| *l += mm),
+            Wrong::LengthsBiased(mm) => *lengths_mm = lengths_mm.map(|l| l + mm),
             Wrong::NoLengths => seen.lengths_mm = None,
             Wrong::LengthsNotFinite => lengths_mm[1] = f64::NAN,
             Wrong::LengthsDisagree => lengths_mm[2] += 2.0,
