@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// Where a case comes from, and what solving it must give.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Provenance {
     /// One line for tables.
@@ -24,6 +24,21 @@ pub(crate) struct Provenance {
     /// What the source itself prints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub published: Option<String>,
+    /// What measured data are asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub question: Option<String>,
+    /// What a calculation of another hand made of the same data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub independent: Option<String>,
+    /// What stays open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open: Option<String>,
+    /// What was converted and left out on the way from the published files.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub converted: Vec<String>,
+    /// Another case, `<crate>/<case>`, whose effects count as declared in this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub carry: Option<String>,
     /// What must come out.
     pub expect: Expectation,
     /// SHA-256 of every other file of the folder.

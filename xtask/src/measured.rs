@@ -1,9 +1,11 @@
 //! `cargo xtask measured`: public measured data sets through `truing`, beside an
 //! independent calculation.
 //!
-//! One file per set turns its data, as they were published, into case folders. The data are not
-//! part of the project: a set that is not in the folder given is named with its source.
+//! One file per set turns its data, as they were published, into case folders. Cases of sets whose
+//! licence allows it are committed under `fixtures/`; [`shipped`] writes them. A set that is not in
+//! the folder given is named with its source.
 
+mod ball;
 mod bearing;
 mod elevation;
 mod fiducials;
@@ -13,9 +15,13 @@ mod mirrors;
 mod photogrammetry;
 mod readings;
 mod sea_floor;
+mod shipped;
 mod spots;
 mod stability;
 mod summary;
+mod wheel;
+
+pub(crate) use shipped::folders;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -35,6 +41,9 @@ pub(crate) struct Arguments {
     /// Only sets whose name contains this.
     #[arg(long)]
     only: Option<String>,
+    /// Writes the committed cases anew from the published files, and closes no loop.
+    #[arg(long)]
+    write_fixtures: bool,
 }
 
 /// A published data set.
@@ -42,6 +51,8 @@ pub(crate) struct Set {
     pub(crate) name: &'static str,
     /// Where it was published, with its version.
     pub(crate) source: &'static str,
+    /// Terms under which it was published, and where their text is kept.
+    pub(crate) licence: &'static str,
     /// Folder or file under the data folder.
     pub(crate) place: &'static str,
     /// Errors that an independent calculation reached on data its fit had not seen.
@@ -79,6 +90,8 @@ const SETS: &[Set] = &[
     elevation::BY_TARGET,
     elevation::BY_STOP,
     spots::SET,
+    wheel::SET,
+    ball::SET,
     gravity::BY_POSE,
     gravity::BY_BLOCK,
     jku::SET,
@@ -86,6 +99,9 @@ const SETS: &[Set] = &[
 
 /// Converts every set that is there, closes the loop on it and writes `target/measured`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.write_fixtures {
+        return shipped::write(&arguments.data);
+    }
     let wanted = |set: &&Set| arguments.only.as_ref().is_none_or(|only| set.name.contains(only));
     let truing = Truing::build()?;
     let folder = shell::root().join("target/measured");

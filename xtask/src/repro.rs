@@ -3,6 +3,7 @@
 mod judge;
 mod table;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use crate::expectation::Provenance;
+use crate::measured;
 use crate::program::{Answer, Truing};
 use crate::schema::Schemas;
 use crate::shell;
@@ -35,8 +37,8 @@ pub(crate) fn run() -> Result<()> {
     for folder in case_folders()? {
         outcomes.push(outcome(&truing, &schemas, &folder, &reports)?);
     }
-    table::print(&outcomes);
     index(&truing, &outcomes, &reports)?;
+    table::print(&outcomes);
     let wrong = outcomes.iter().filter(|o| !o.mismatches.is_empty()).count();
     if wrong > 0 {
         bail!("{wrong} of {} cases are not as recorded beside them", outcomes.len());
@@ -44,12 +46,17 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
-/// Folders `fixtures/<crate>/<case>` that `truing` can read, sorted.
+/// Folders `fixtures/<crate>/<case>` that `truing` can read: measured data in the order in which
+/// they are shown, then the others, sorted.
 fn case_folders() -> Result<Vec<PathBuf>> {
-    let mut folders = Vec::new();
+    let mut folders: Vec<PathBuf> =
+        measured::folders().map(|folder| Path::new("fixtures").join(folder)).collect();
     for file in shell::source_files()? {
         if file.starts_with("fixtures/") && file.ends_with("/case.toml") {
-            folders.push(PathBuf::from(file.trim_end_matches("/case.toml")));
+            let folder = PathBuf::from(file.trim_end_matches("/case.toml"));
+            if !folders.contains(&folder) {
+                folders.push(folder);
+            }
         }
     }
     if folders.is_empty() {
@@ -70,7 +77,14 @@ fn outcome(truing: &Truing, schemas: &Schemas, folder: &Path, reports: &Path) ->
     let page = reports.join(format!("{}.html", parts.join("-")));
     let case = in_root.to_string_lossy().into_owned();
     let report = page.to_string_lossy().into_owned();
-    let closed = truing.run(&["loop", &case, "--json", "--report", &report])?;
+    let mut arguments = vec!["loop", &*case, "--json", "--report", &*report];
+    let learnt = provenance.carry.as_ref().map(|earlier| answer_file(reports, earlier));
+    if let Some(file) = &learnt {
+        arguments.extend(["--carry", file]);
+    }
+    let closed = truing.run(&arguments)?;
+    let name = parts.join("/");
+    fs::write(answer_file(reports, &name), closed.json.to_string()).context("no answer kept")?;
     let solved = truing.run(&["solve", &case, "--json"])?;
     let checked = truing.run(&["check", &case, "--json"])?;
     let answers = [("loop", &closed), ("solve", &solved), ("check", &checked)];
@@ -82,7 +96,7 @@ fn outcome(truing: &Truing, schemas: &Schemas, folder: &Path, reports: &Path) ->
             mismatches.extend(wrong.into_iter().map(|w| format!("schema of {command}: {w}")));
         }
     }
-    Ok(Outcome { name: parts.join("/"), provenance, loop_json: closed.json, mismatches })
+    Ok(Outcome { name, provenance, loop_json: closed.json, mismatches })
 }
 
 fn failures(answers: &[(&str, &Answer)]) -> Vec<String> {
@@ -96,20 +110,30 @@ fn failures(answers: &[(&str, &Answer)]) -> Vec<String> {
         .collect()
 }
 
+/// Where the answer of a case is kept, for those that carry its effects.
+fn answer_file(reports: &Path, name: &str) -> String {
+    reports.join(format!("{}.json", name.replace('/', "-"))).to_string_lossy().into_owned()
+}
+
 /// One page over all cases.
 fn index(truing: &Truing, outcomes: &[Outcome], reports: &Path) -> Result<()> {
     let index = reports.join("report.html").to_string_lossy().into_owned();
+    let findings = reports.join("findings.json");
     let mut arguments = vec!["index".to_owned(), "--output".to_owned(), index];
+    arguments.extend(["--findings".to_owned(), findings.to_string_lossy().into_owned()]);
+    let mut by_page: BTreeMap<String, &[String]> = BTreeMap::new();
     for outcome in outcomes {
-        let page = reports.join(format!("{}.html", outcome.name.replace('/', "-")));
+        let name = format!("{}.html", outcome.name.replace('/', "-"));
+        let page = reports.join(&name);
         if page.is_file() {
             arguments.push(page.to_string_lossy().into_owned());
+            by_page.insert(name, &outcome.mismatches);
         }
     }
+    fs::write(&findings, serde_json::to_string(&by_page)?).context("cannot write the findings")?;
     let answer = truing.run(&arguments)?;
     if answer.code != Some(0) {
         bail!("no index of the reports: {}", answer.message);
     }
-    println!("report: target/repro/report.html");
     Ok(())
 }

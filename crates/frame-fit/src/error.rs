@@ -104,6 +104,42 @@ pub enum FrameFitError {
         /// The scale given.
         scale: f64,
     },
+    /// A pose has a coordinate that is not finite or too large, or no rotation.
+    #[error("pose {index}: position and rotation must be finite numbers")]
+    InvalidPose {
+        /// Position in the input slice.
+        index: usize,
+    },
+    /// A distance is not positive, or not between two places that poses touch.
+    #[error(
+        "distance {index}: it must be positive, with a positive uncertainty, between two \
+         different places that poses touch"
+    )]
+    InvalidDistance {
+        /// Position in the input slice.
+        index: usize,
+    },
+    /// Fewer poses than tip and places have to know.
+    #[error("tip and places need at least {needed} poses, got {got}")]
+    TooFewPoses {
+        /// Fewest poses with any redundancy.
+        needed: usize,
+        /// Poses given.
+        got: usize,
+    },
+    /// At every place the flange was turned about one direction only.
+    #[error(
+        "the tip along ({:.3}, {:.3}, {:.3}) of the flange is free: at every place the flange turned \
+         about that direction only (spread across it {spread_rad:.1e} rad); hold the tip at a place \
+         in poses that tilt the tool to several sides",
+        direction[0], direction[1], direction[2]
+    )]
+    TipFree {
+        /// Unit vector in the flange's frame.
+        direction: [f64; 3],
+        /// Spread of the rotations across it.
+        spread_rad: f64,
+    },
     /// A covariate does not have one finite value per point.
     #[error("covariate {covariate} needs one finite value for each of {needed} points")]
     InvalidCovariate {
@@ -118,7 +154,7 @@ pub enum FrameFitError {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidPair {
-    /// A coordinate is NaN, infinite, or larger than any machine.
+    /// A coordinate is NaN, infinite, or further away than the Moon.
     #[error("coordinate {value} mm is not a finite number below {limit:.0e} mm")]
     Coordinate {
         /// The coordinate.

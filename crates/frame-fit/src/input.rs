@@ -3,12 +3,13 @@
 use crate::decompose::dynamic;
 use crate::{FrameFitError, InvalidPair, PointPair, Transform, Uncertainty};
 
-/// The orbit of the Earth's satellites is nearer; beyond it a double resolves less than 0.1 µm.
-const LARGEST_COORDINATE_MM: f64 = 1e9;
+/// What a case file may hold. Coordinates about the centre of the Earth are below, the ground at
+/// 6e9 mm and satellites at 4e10 mm; a double resolves 1 nm in the former and 0.1 µm at the limit.
+pub(crate) const LARGEST_COORDINATE_MM: f64 = 1e12;
 /// A hundred thousandth of an atom.
 const SMALLEST_SIGMA_MM: f64 = 1e-12;
 /// Larger than the largest coordinate it could be about.
-const LARGEST_SIGMA_MM: f64 = 1e9;
+const LARGEST_SIGMA_MM: f64 = 1e12;
 /// Asymmetry of a covariance that rounding in a file may cause, relative to its largest entry.
 const ASYMMETRY_TOL: f64 = 1e-6;
 

@@ -210,6 +210,14 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// A list of findings for an index that is not one.
+    #[error("{}: {source}; it should hold a list of texts by the name of each page", path.display())]
+    Findings {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
     /// A file that an example case would overwrite.
     #[error("{} exists already; choose another folder", path.display())]
     Exists {
@@ -309,6 +317,7 @@ impl Error {
             | Self::OutputTwice { .. }
             | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
+            | Self::Findings { .. }
             | Self::Exists { .. }
             | Self::NotWritten { .. } => false,
         }

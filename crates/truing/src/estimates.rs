@@ -2,7 +2,8 @@ use serde::Serialize;
 
 use crate::kinds::{
     DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
-    GravityEstimates, PathForceEstimates, PoseIcpEstimates, ProbeCompEstimates, TrackerLmEstimates,
+    GravityEstimates, PathForceEstimates, PoseIcpEstimates, ProbeCompEstimates, TipEstimates,
+    TrackerLmEstimates,
 };
 use crate::report::ExtraPlot;
 use crate::text_table::TextTable;
@@ -14,6 +15,8 @@ use crate::text_table::TextTable;
 pub enum Estimates {
     /// `frame-fit`.
     FrameFit(FrameFitEstimates),
+    /// `frame-fit` from poses of a flange.
+    Tip(TipEstimates),
     /// `ft-center` from presses.
     FtCenter(FtCenterEstimates),
     /// `ft-center` from a table of displacements.
@@ -64,6 +67,7 @@ impl Estimates {
     pub(crate) fn parameters(&self) -> Vec<Estimated> {
         match self {
             Self::FrameFit(estimates) => estimates.parameters(),
+            Self::Tip(estimates) => estimates.parameters(),
             Self::FtCenter(estimates) => estimates.parameters(),
             Self::Displacements(_) => Vec::new(),
             Self::ProbeComp(estimates) => estimates.parameters(),
@@ -125,6 +129,7 @@ impl Estimates {
         }
         tables.push(match self {
             Self::FrameFit(estimates) => estimates.table(),
+            Self::Tip(estimates) => estimates.table(),
             Self::FtCenter(estimates) => estimates.table(),
             Self::Displacements(estimates) => estimates.table(),
             Self::Gravity(estimates) => estimates.table(),

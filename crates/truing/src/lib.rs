@@ -53,15 +53,15 @@ pub use import::{
 };
 pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
-    DisplacementEstimates, DisplacementResidual, ForceBlock, ForceImpedanceEstimates,
-    FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck,
-    ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate, MountEstimate,
-    PathCell, PathError, PathForceEstimates, PlannedContactEstimate, PointResidual, PoseEstimate,
-    PoseIcpEstimates, ProbeCompEstimates, QualificationEstimate, ScaleEstimate, StationEstimate,
-    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
-    write_example,
+    DisplacementEstimates, DisplacementResidual, DistanceResidual, ForceBlock,
+    ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
+    HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate,
+    MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate, PlannedContactEstimate,
+    PointResidual, PoseEstimate, PoseIcpEstimates, PoseResidual, ProbeCompEstimates,
+    QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates, TouchEstimate,
+    TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
-pub use page::{loop_report, read_page, solve_report};
+pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use program::{Corrected, correct};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;

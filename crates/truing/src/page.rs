@@ -1,5 +1,6 @@
 //! Reports: a case and its answer as the input of a page.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use model_discrepancy::{Model, State};
@@ -84,7 +85,19 @@ const MAX_PAGE_BYTES: u64 = 1 << 28;
 /// [`Error::NotRead`], [`Error::Page`].
 pub fn read_page(path: &Path) -> Result<IndexEntry, Error> {
     let text = read_text(path, MAX_PAGE_BYTES).map_err(|problem| Error::not_read(path, problem))?;
-    IndexEntry::from_page(&text).map_err(|source| Error::Page { path: path.to_owned(), source })
+    let link = path.to_string_lossy();
+    IndexEntry::from_page(&text, link)
+        .map_err(|source| Error::Page { path: path.to_owned(), source })
+}
+
+/// Reads what is not as recorded: a list of findings by the name of each page that was judged.
+///
+/// # Errors
+///
+/// [`Error::NotRead`], [`Error::Findings`].
+pub fn read_findings(path: &Path) -> Result<BTreeMap<String, Vec<String>>, Error> {
+    let text = read_text(path, MAX_PAGE_BYTES).map_err(|problem| Error::not_read(path, problem))?;
+    serde_json::from_str(&text).map_err(|source| Error::Findings { path: path.to_owned(), source })
 }
 
 fn page(
@@ -128,6 +141,8 @@ fn page(
         covariates: &prepared.covariates,
         plots: &plots,
         published: published.as_ref(),
+        story: provenance.story().as_ref(),
+        simulated: provenance.is_simulated(),
         warnings,
     })
 }

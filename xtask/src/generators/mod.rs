@@ -83,9 +83,8 @@ fn generated(folder: &str, seed: u64, tables: Vec<(&'static str, String)>, story
         units: units.to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),
         truth: story.truth,
-        published: None,
         expect: story.expect,
-        files: BTreeMap::new(),
+        ..Provenance::default()
     };
     complete(folder, tables, provenance)
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 
-use super::photogrammetry::LAT;
+use super::photogrammetry::{LAT, LAT_LICENCE};
 use super::readings::{Shot, shots};
 use super::{Case, Set};
 
@@ -25,6 +25,7 @@ const ITERATIONS: usize = 50;
 pub(super) const SET: Set = Set {
     name: "lat-bearing",
     source: LAT,
+    licence: LAT_LICENCE,
     place: "so_lat_tracker/bearing_continuous",
     reference: "0.0796 mm circle, 0.0245 with its 2nd and 3rd harmonic",
     left_out: "run",

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 
-use super::photogrammetry::LAT;
+use super::photogrammetry::{LAT, LAT_LICENCE};
 use super::readings::{Shot, files, shots};
 use super::{Case, Set};
 
@@ -23,6 +23,7 @@ const REFERENCE: &str =
 pub(super) const BY_TARGET: Set = Set {
     name: "lat-elevation",
     source: LAT,
+    licence: LAT_LICENCE,
     place: PLACE,
     reference: REFERENCE,
     left_out: "target",
@@ -32,6 +33,7 @@ pub(super) const BY_TARGET: Set = Set {
 pub(super) const BY_STOP: Set = Set {
     name: "lat-elevation-stops",
     source: LAT,
+    licence: LAT_LICENCE,
     place: PLACE,
     reference: REFERENCE,
     left_out: "stop of the axis",

@@ -14,6 +14,7 @@ const BLOCK: usize = 5;
 pub(super) const BY_POSE: Set = Set {
     name: "ati-gravity",
     source: SOURCE,
+    licence: "none stated",
     place: PLACE,
     reference: REFERENCE,
     left_out: "pose",
@@ -23,6 +24,7 @@ pub(super) const BY_POSE: Set = Set {
 pub(super) const BY_BLOCK: Set = Set {
     name: "ati-gravity-blocks",
     source: SOURCE,
+    licence: "none stated",
     place: PLACE,
     reference: REFERENCE,
     left_out: "block of five poses",

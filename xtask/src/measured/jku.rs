@@ -21,6 +21,7 @@ pub(super) const SET: Set = Set {
     source: "github.com/JKU-Linz-Institute-of-Robotics/ur10e_force_control_comparison, commit \
              3b9b1b2d7b79, Test_scenarios/*/2_Measurements-UR10e_ACF/TcpUR_FzATI, vertices of the \
              vector plots, GPL-3.0",
+    licence: "GPL-3.0",
     place: "jku_force_1250hz",
     reference: "ramp: 5.83 → 3.45 N at 0.10 m/s, 4.20 → 2.62 N at 0.25 m/s",
     left_out: "run",

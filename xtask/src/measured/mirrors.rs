@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 
 use super::fiducials::Fiducials;
-use super::photogrammetry::LAT;
+use super::photogrammetry::{LAT, LAT_LICENCE};
 use super::readings::shots;
 use super::{Case, Set};
 
@@ -26,6 +26,7 @@ const SURFACES: &str = "geometry/mirror_polynomials.txt";
 pub(super) const SET: Set = Set {
     name: "lat-mirrors",
     source: LAT,
+    licence: LAT_LICENCE,
     place: "so_lat_tracker",
     reference: "0.0928 mm, 0.0393 with focus and astigmatism learnt on another session",
     left_out: "session; panel for the pose",

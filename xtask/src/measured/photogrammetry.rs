@@ -13,6 +13,9 @@ use super::{Case, Set};
 pub(super) const LAT: &str =
     "github.com/simonsobs/LAT_Alignment, commit 46a92d776fbd, BSD-2-Clause";
 
+pub(super) const LAT_LICENCE: &str =
+    "BSD-2-Clause, the Simons Observatory; fixtures/licences/lat-alignment.txt";
+
 const INCH_MM: f64 = 25.4;
 /// A telescope is some ten metres wide: a bundle below this extent is not in millimetres.
 const SMALLEST_EXTENT_MM: f64 = 1500.0;
@@ -22,6 +25,7 @@ const MIN_COMMON: usize = 20;
 pub(super) const SET: Set = Set {
     name: "lat-photogrammetry",
     source: LAT,
+    licence: LAT_LICENCE,
     place: "so_lat_tracker/photogrammetry",
     reference: "2.19 mm rigid, 0.37 with a scale of −429 ppm",
     left_out: "target",

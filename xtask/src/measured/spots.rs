@@ -14,6 +14,7 @@ const MIDDLE_PIXEL: f64 = 3000.0;
 pub(super) const SET: Set = Set {
     name: "desi-spots",
     source: "github.com/desihub/desimeter, commit 3ef70cff20d1, py/desimeter/test/data/test-spots.csv, BSD-3-Clause",
+    licence: "BSD-3-Clause, the DESI collaboration; fixtures/licences/desimeter.rst",
     place: "desi_fvc_fiducials/test-spots.csv",
     reference: "3284 µm affine, 326 radial, 39.8 cubic, 27.1 in the end",
     left_out: "fiducial body of four pinholes",

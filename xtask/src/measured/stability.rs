@@ -7,7 +7,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 
-use super::photogrammetry::LAT;
+use super::photogrammetry::{LAT, LAT_LICENCE};
 use super::readings::{files, shots};
 use super::{Case, Set};
 
@@ -19,6 +19,7 @@ const FIRST_CYCLES: u8 = 5;
 pub(super) const SET: Set = Set {
     name: "lat-stability",
     source: LAT,
+    licence: LAT_LICENCE,
     place: "so_lat_tracker/stability_20250609",
     reference: "0.98 mm static, 0.76 one rigid motion, 0.164 one per sub-assembly, 0.095 with scale",
     left_out: "target",

@@ -18,6 +18,7 @@ mod scene;
 #[cfg(feature = "serde")]
 mod serialised;
 mod snooping;
+mod tip;
 
 use proptest::test_runner::{Config, RngSeed};
 

@@ -4,6 +4,7 @@ use serde::de::Deserializer;
 use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
+use crate::report::Story;
 
 /// Name of the file; a case need not have it.
 const PROVENANCE_FILE: &str = "provenance.toml";
@@ -36,6 +37,18 @@ pub struct Provenance {
     /// Temperatures during the measurement, °C, by place.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub temperatures: BTreeMap<String, f64>,
+    /// What the data are asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub question: Option<String>,
+    /// What a calculation of another hand made of the same data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub independent: Option<String>,
+    /// What stays open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open: Option<String>,
+    /// Seed of a simulation.
+    #[serde(skip_serializing)]
+    seed: Option<toml::Value>,
 }
 
 /// A date of TOML's own, or a text.
@@ -53,6 +66,18 @@ fn date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D:
 }
 
 impl Provenance {
+    /// What is asked, and known from elsewhere, where anything is.
+    pub(crate) fn story(&self) -> Option<Story> {
+        let Self { question, independent, open, .. } = self.clone();
+        let story = Story { question, independent, open };
+        (story != Story::default()).then_some(story)
+    }
+
+    /// A seed is written beside simulated data alone.
+    pub(crate) fn is_simulated(&self) -> bool {
+        self.seed.is_some()
+    }
+
     /// What the folder says; a file that cannot be read is no reason not to solve.
     pub(crate) fn read(folder: &Folder, warnings: &mut Vec<String>) -> Option<Self> {
         if !folder.has(PROVENANCE_FILE) {

@@ -75,11 +75,14 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Gather pages written by `--report` in one, with a table of all of them
+    /// Link pages written by `--report` from one page, with a table of all of them
     Index {
         /// Page to write
         #[arg(long, value_name = "FILE.html")]
         output: PathBuf,
+        /// What is not as recorded, as JSON: the list of findings by the name of each page judged
+        #[arg(long, value_name = "FILE.json")]
+        findings: Option<PathBuf>,
         /// Pages of single cases, in the order to show them
         #[arg(value_name = "PAGE.html", required = true)]
         pages: Vec<PathBuf>,

@@ -19,8 +19,8 @@ use truing::report::render_index;
 use truing::{
     Case, Error, Estimates, ForceDesignInput, Header, InputFile, OutputFile, ProbeLogSettings,
     ReadOptions, TableImport, check, close_loop, correct, design_force, force_report,
-    import_probe_log, import_table, loop_report, read_case_with, read_learnt, read_page,
-    refuse_overlap, solve, solve_report, write_files, write_imported,
+    import_probe_log, import_table, loop_report, read_case_with, read_findings, read_learnt,
+    read_page, refuse_overlap, solve, solve_report, write_files, write_imported,
 };
 
 use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Run, Settings};
@@ -60,7 +60,7 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             let case = read(&case, settings)?;
             correct_program(&case, &program, &planned, &options, output.as_deref())
         }
-        Command::Index { output, pages } => index(&output, &pages),
+        Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
         Command::Import { what: Import::ProbeLog { log, feed, tip_radius, inch, out } } => {
             let settings = ProbeLogSettings {
@@ -289,13 +289,30 @@ fn correct_program(
     Ok(())
 }
 
-fn index(path: &Path, pages: &[PathBuf]) -> Result<(), Error> {
+fn index(path: &Path, findings: Option<&Path>, pages: &[PathBuf]) -> Result<(), Error> {
     refuse_overlap(&[path], &pages.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-    let entries: Vec<_> = pages.iter().map(|page| read_page(page)).collect::<Result<_, _>>()?;
+    let findings = findings.map(read_findings).transpose()?.unwrap_or_default();
+    let entry = |page: &PathBuf| {
+        let mut entry = read_page(page)?;
+        let name = page.file_name().unwrap_or_default().to_string_lossy();
+        entry.link = link(path, page);
+        entry.findings = findings.get(&*name).cloned();
+        Ok(entry)
+    };
+    let entries: Vec<_> = pages.iter().map(entry).collect::<Result<_, Error>>()?;
     let introduction = "Error of each case's declared model, and of the model with what the loop \
                         added, on data that the fit never saw.";
     let content = render_index("Truing: all cases", introduction, &entries);
     write_files(&[OutputFile { path: path.to_owned(), content }])
+}
+
+/// Address of a page from the index: its name where both lie in one folder, else its full path.
+fn link(index: &Path, page: &Path) -> String {
+    let name = page.file_name().filter(|_| page.parent() == index.parent());
+    let target = name.map_or_else(|| std::path::absolute(page), |name| Ok(name.into()));
+    let target = target.unwrap_or_else(|_| page.to_owned()).to_string_lossy().replace('\\', "/");
+    // What an address gives a meaning of its own.
+    target.replace('%', "%25").replace('#', "%23").replace('?', "%3F").replace(' ', "%20")
 }
 
 const MM_PER_INCH: f64 = 25.4;

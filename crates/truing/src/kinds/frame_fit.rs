@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod poses;
 
 use frame_fit::{Handedness, Transform};
 use serde::Deserialize;
@@ -11,7 +12,10 @@ use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, gr
 use crate::kinds::{Kind, Measured, Reading};
 
 pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
+pub use poses::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
+
 use measured::{FrameCase, Sigma, Use};
+use poses::POSES;
 
 pub(crate) const KIND: Kind = Kind {
     name: "frame-fit",
@@ -45,7 +49,7 @@ struct Settings {
     closure: LoopSettings,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 struct ModelSettings {
     #[serde(default)]
@@ -60,7 +64,7 @@ struct NoiseSettings {
     point_mm: Option<Positive>,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 enum TransformName {
     None,
@@ -71,7 +75,7 @@ enum TransformName {
     Affine,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 enum HandednessName {
     #[default]
@@ -81,9 +85,16 @@ enum HandednessName {
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
+    if folder.has(POSES) {
+        if folder.has(PAIRS) {
+            let problem = Problem::ExclusiveTables { other: PAIRS.to_owned() };
+            return Err(Error::case(folder.location(POSES), problem));
+        }
+        return poses::read(folder, document, settings);
+    }
     let table = folder.table(PAIRS, &["point", FROM[0], FROM[1], TO[0], TO[1]])?;
     let mut columns = Columns::new(&table, KNOWN);
-    let names = columns.ids("point")?.into_iter().map(str::to_owned).collect();
+    let names = columns.texts("point")?.into_iter().map(str::to_owned).collect();
     let dimension = if columns.has(FROM[2]) || columns.has(TO[2]) { 3 } else { 2 };
     let from_mm = coordinates(&mut columns, &FROM[..dimension])?;
     let to_mm = coordinates(&mut columns, &TO[..dimension])?;

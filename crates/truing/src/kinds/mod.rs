@@ -4,6 +4,7 @@ mod example;
 mod force_impedance;
 mod frame_fit;
 mod ft_center;
+mod orientation;
 mod pose_icp;
 mod probe_comp;
 mod surface;
@@ -24,7 +25,10 @@ pub use force_impedance::{
     ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate, PathCell,
     PathError, PathForceEstimates,
 };
-pub use frame_fit::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
+pub use frame_fit::{
+    DistanceResidual, FrameFitEstimates, PlaceEstimate, PointResidual, PoseResidual, ScaleEstimate,
+    TipEstimates, TransformStd,
+};
 pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
     GravityEstimates, LineMiss, MeanWrench, WrenchEstimate,

@@ -1,19 +1,23 @@
-//! Many cases on one page, behind a table of error before → after.
+//! Many cases on one page: measured data first, simulated cases folded by kind, each line a link.
 
-use super::input::Published;
+use std::collections::BTreeMap;
+
 use super::markup::Markup;
 use super::number::{NONE, significant, with_expanded};
-use super::page::{CASE_MARKS, SUMMARY_MARKS, document};
+use super::page::{CASE_MARKS, INDEX, SUMMARY_MARKS, document};
 use super::section::{Cell, Kind, change, table};
 use super::summary::{Rms, Summary};
 use super::unit::Shown;
 
-/// One case of an index: its line in the table, and its page's content.
+/// One case of an index: its line in a table.
 #[derive(Clone, Debug)]
 pub struct IndexEntry {
     /// The line.
     pub summary: Summary,
-    content: String,
+    /// Address of the case's own page, relative to the index.
+    pub link: String,
+    /// What is not as recorded beside the case; `None` where nothing was compared.
+    pub findings: Option<Vec<String>>,
 }
 
 /// Why a file cannot be part of an index.
@@ -29,18 +33,17 @@ pub enum ReadPageError {
 }
 
 impl IndexEntry {
-    /// Reads back a page that [`render`](super::render) wrote.
-    ///
-    /// The content is repeated as it stands: give it pages of your own making only.
+    /// Reads the summary out of a page that [`render`](super::render) wrote and that the index
+    /// will find at `link`.
     ///
     /// # Errors
     ///
     /// [`ReadPageError`] where the text is not such a page.
-    pub fn from_page(page: &str) -> Result<Self, ReadPageError> {
-        let content = between(page, CASE_MARKS).ok_or(ReadPageError::NotAReport)?;
+    pub fn from_page(page: &str, link: impl Into<String>) -> Result<Self, ReadPageError> {
+        between(page, CASE_MARKS).ok_or(ReadPageError::NotAReport)?;
         let json = between(page, SUMMARY_MARKS).ok_or(ReadPageError::NotAReport)?;
         let summary = serde_json::from_str(json).map_err(ReadPageError::Summary)?;
-        Ok(Self { summary, content: content.to_string() })
+        Ok(Self { summary, link: link.into(), findings: None })
     }
 }
 
@@ -49,7 +52,11 @@ fn between<'a>(text: &'a str, (start, end): (&str, &str)) -> Option<&'a str> {
     rest.split_once(end).map(|(inside, _)| inside)
 }
 
-/// Renders one page over many cases: a table, then each case's page folded up below it.
+/// Renders one page over many cases.
+///
+/// Cases whose provenance asks a question come first, a row each; then other cases that were not
+/// simulated; then simulated ones, folded by kind. Where findings are given, the page closes with
+/// the count of cases that are as recorded.
 #[must_use]
 pub fn render_index(title: &str, introduction: &str, entries: &[IndexEntry]) -> String {
     let mut body = Markup::new();
@@ -58,72 +65,176 @@ pub fn render_index(title: &str, introduction: &str, entries: &[IndexEntry]) -> 
     if !introduction.is_empty() {
         body.element("p", &[("class", &"lede")], introduction);
     }
+    count(&mut body, entries);
     body.close("header");
     if entries.is_empty() {
         body.element("p", &[("class", &"quiet")], "No case.");
-    } else {
-        overview(&mut body, entries);
     }
-    for (i, entry) in entries.iter().enumerate() {
-        folded(&mut body, i, entry);
+    let asked: Vec<&IndexEntry> = entries.iter().filter(|e| e.summary.story.is_some()).collect();
+    if !asked.is_empty() {
+        body.element("h2", &[], "Measured data");
+        stories(&mut body, &asked);
     }
-    document(title, "index", &body)
+    let of = |simulated: bool| {
+        move |e: &&IndexEntry| e.summary.story.is_none() && e.summary.simulated == simulated
+    };
+    let others: Vec<&IndexEntry> = entries.iter().filter(of(false)).collect();
+    if !others.is_empty() {
+        let title = if asked.is_empty() { "Cases" } else { "Other cases" };
+        body.element("h2", &[], title);
+        overview(&mut body, &others);
+    }
+    let mut kinds: BTreeMap<&str, Vec<&IndexEntry>> = BTreeMap::new();
+    for entry in entries.iter().filter(of(true)) {
+        kinds.entry(&entry.summary.kind).or_default().push(entry);
+    }
+    if !kinds.is_empty() {
+        body.element("h2", &[], "Simulated cases, by kind");
+    }
+    for (kind, entries) in kinds {
+        folded(&mut body, kind, &entries);
+    }
+    count(&mut body, entries);
+    document(title, INDEX, &body)
 }
 
-fn overview(out: &mut Markup, entries: &[IndexEntry]) {
+/// «89 of 89 cases as recorded», where that was asked.
+fn count(out: &mut Markup, entries: &[IndexEntry]) {
+    let judged: Vec<_> = entries.iter().filter_map(|e| e.findings.as_ref()).collect();
+    if judged.is_empty() {
+        return;
+    }
+    let as_recorded = judged.iter().filter(|findings| findings.is_empty()).count();
+    let class = if as_recorded == judged.len() { "verdict good" } else { "verdict open" };
+    out.open("p", &[("class", &"count")]);
+    let text = format!("{as_recorded} of {} as recorded", judged.len());
+    out.element("span", &[("class", &class)], &text);
+    out.close("p");
+}
+
+/// One row a set: picture, question, error, what else is known of it.
+fn stories(out: &mut Markup, entries: &[&IndexEntry]) {
     table(
         out,
-        "Error before → after on data the fit never saw, ± expanded uncertainty (k\u{a0}=\u{a0}2)",
+        "Error on data the fit never saw, ± expanded uncertainty (k\u{a0}=\u{a0}2)",
+        &[
+            ("data", Kind::Name),
+            ("question", Kind::Words),
+            ("error before → after", Kind::Words),
+            ("independent calculation", Kind::Words),
+            ("named", Kind::Words),
+            ("verdict", Kind::Words),
+            ("what stays open", Kind::Words),
+        ],
+        entries.iter().map(|entry| story(entry)),
+    );
+}
+
+fn story(entry: &IndexEntry) -> Vec<Cell> {
+    let summary = &entry.summary;
+    let story = summary.story.clone().unwrap_or_default();
+    let text = |value: Option<String>| Cell::new(value.unwrap_or_else(|| NONE.to_owned()));
+    vec![
+        Cell::linked(&summary.title, entry.link.clone()),
+        text(story.question),
+        Cell::bars(before_after(summary), shrinking(summary)),
+        text(story.independent),
+        Cell::new(added(summary)),
+        Cell::new(verdict(entry)),
+        text(story.open),
+    ]
+}
+
+/// The verdict, and what is not as recorded.
+fn verdict(entry: &IndexEntry) -> String {
+    let verdict = entry.summary.verdict.clone().unwrap_or_else(|| NONE.to_owned());
+    match entry.findings.as_deref() {
+        None | Some([]) => verdict,
+        Some(findings) => format!("{verdict}. NOT AS RECORDED: {}", findings.join("; ")),
+    }
+}
+
+fn before_after(summary: &Summary) -> String {
+    let shown = Shown::for_size(&summary.unit, smallest(summary));
+    let of = |rms| error(&shown, rms).0;
+    let after = summary.after.as_ref();
+    format!("{} → {} {}", of(Some(&summary.before)), of(after), shown.unit)
+}
+
+/// The smaller of both errors: the unit must suit it.
+fn smallest(summary: &Summary) -> f64 {
+    let after = summary.after.as_ref().and_then(best);
+    let before = best(&summary.before).unwrap_or(0.0);
+    before.min(after.unwrap_or(f64::INFINITY))
+}
+
+/// What share of the error is left.
+fn shrinking(summary: &Summary) -> f64 {
+    let after = summary.after.as_ref().and_then(best);
+    after.zip(best(&summary.before)).map_or(f64::NAN, |(after, before)| after / before)
+}
+
+fn overview(out: &mut Markup, entries: &[&IndexEntry]) {
+    table(
+        out,
+        "Error on data the fit never saw, ± expanded uncertainty (k\u{a0}=\u{a0}2)",
         &[
             ("case", Kind::Name),
             ("before", Kind::Number),
             ("after", Kind::Number),
             ("unit", Kind::Unit),
             ("change", Kind::Number),
-            ("published", Kind::Words),
-            ("verdict", Kind::Words),
             ("added", Kind::Words),
-            ("unseen", Kind::Words),
-            ("kind", Kind::Unit),
+            ("verdict", Kind::Words),
             ("source", Kind::Words),
         ],
-        entries.iter().enumerate().map(|(i, entry)| line(i, &entry.summary)),
+        entries.iter().map(|entry| line(entry)),
     );
 }
 
-fn line(index: usize, summary: &Summary) -> Vec<Cell> {
+fn line(entry: &IndexEntry) -> Vec<Cell> {
+    let summary = &entry.summary;
     let typical = best(&summary.before).unwrap_or(0.0);
     let shown = Shown::for_size(&summary.unit, typical);
     let after = summary.after.as_ref();
-    let text = |value: &Option<String>| Cell::new(value.as_deref().unwrap_or(NONE));
     let changed = match (summary.before.held_out, after.and_then(|a| a.held_out)) {
         (Some(before), Some(after)) if !summary.added.is_empty() => {
             Cell::number(change(before, after), after / before - 1.0)
         }
         _ => Cell::new(NONE),
     };
+    let number = |rms| match error(&shown, rms) {
+        (text, Some(sort)) => Cell::number(text, sort),
+        (text, None) => Cell::new(text),
+    };
     vec![
-        Cell::linked(&summary.title, format!("#case-{}", index + 1)),
-        error(&shown, Some(&summary.before)),
-        error(&shown, after),
+        Cell::linked(&summary.title, entry.link.clone()),
+        number(Some(&summary.before)),
+        number(after),
         Cell::new(&shown.unit),
         changed,
-        Cell::new(summary.published.as_ref().map_or(NONE.to_string(), published)),
-        text(&summary.verdict),
         Cell::new(added(summary)),
-        text(&summary.hold_out),
-        Cell::new(&summary.kind),
-        text(&summary.source),
+        Cell::new(verdict(entry)),
+        Cell::new(source(summary)),
     ]
+}
+
+fn source(summary: &Summary) -> String {
+    let source = summary.source.as_deref().unwrap_or(NONE);
+    match &summary.published {
+        Some(published) => format!("{source}, which prints {}", published.text),
+        None => source.to_owned(),
+    }
 }
 
 fn best(rms: &Rms) -> Option<f64> {
     rms.held_out.or(rms.train)
 }
 
-fn error(shown: &Shown, rms: Option<&Rms>) -> Cell {
+/// An error as written, and as sorted by.
+fn error(shown: &Shown, rms: Option<&Rms>) -> (String, Option<f64>) {
     let Some((rms, value)) = rms.and_then(|r| Some((r, best(r)?))) else {
-        return Cell::new(NONE);
+        return (NONE.to_owned(), None);
     };
     let (sort, value) = (value, value * shown.factor);
     let text = match (rms.held_out, rms.held_out_std) {
@@ -134,11 +245,7 @@ fn error(shown: &Shown, rms: Option<&Rms>) -> Cell {
         (Some(_), None) => significant(value, 3),
         (None, _) => format!("{} (fitted)", significant(value, 3)),
     };
-    Cell::number(text, sort)
-}
-
-fn published(published: &Published) -> String {
-    format!("{} ({})", published.text, published.source)
+    (text, Some(sort))
 }
 
 fn added(summary: &Summary) -> String {
@@ -150,14 +257,23 @@ fn added(summary: &Summary) -> String {
     }
 }
 
-fn folded(out: &mut Markup, index: usize, entry: &IndexEntry) {
-    out.open("details", &[("class", &"folded")]);
+/// A table that opens on demand, and by itself where a case in it is not as recorded.
+fn folded(out: &mut Markup, kind: &str, entries: &[&IndexEntry]) {
+    let judged: Vec<_> = entries.iter().filter_map(|e| e.findings.as_ref()).collect();
+    let as_recorded = judged.iter().filter(|findings| findings.is_empty()).count();
+    if as_recorded == judged.len() {
+        out.open("details", &[("class", &"folded")]);
+    } else {
+        out.open("details", &[("class", &"folded"), ("open", &"open")]);
+    }
     out.open("summary", &[]);
-    out.name(&entry.summary.title);
+    out.name(kind);
+    let counted = match judged.len() {
+        0 => format!(": {} cases", entries.len()),
+        all => format!(": {} cases, {as_recorded} of {all} as recorded", entries.len()),
+    };
+    out.text(&counted);
     out.close("summary");
-    // Inside, so that following the link from the table opens it.
-    out.open("div", &[("id", &format!("case-{}", index + 1))]);
-    out.own_output(&entry.content);
-    out.close("div");
+    overview(out, entries);
     out.close("details");
 }

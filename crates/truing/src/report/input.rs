@@ -36,6 +36,10 @@ pub struct ReportInput<'a> {
     pub plots: &'a [ExtraPlot],
     /// Figure printed in the source, to compare with.
     pub published: Option<&'a Published>,
+    /// What is asked of the data, and known of them from elsewhere.
+    pub story: Option<&'a Story>,
+    /// Whether the data come from a simulation.
+    pub simulated: bool,
     /// Notes the user should read, beside those of the closure.
     pub warnings: &'a [String],
 }
@@ -74,6 +78,17 @@ pub struct ParameterRow {
     pub std: Option<f64>,
     /// Estimate and standard uncertainty with the accepted effects in the model.
     pub after: Option<(f64, f64)>,
+}
+
+/// What the owner of measured data asks of them, and knows from elsewhere.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Story {
+    /// What the data are asked.
+    pub question: Option<String>,
+    /// What a calculation of another hand made of the same data.
+    pub independent: Option<String>,
+    /// What stays open.
+    pub open: Option<String>,
 }
 
 /// A figure printed in the source of the data.

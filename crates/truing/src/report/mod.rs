@@ -1,8 +1,8 @@
 //! Renders what was measured, found and left as one self-contained HTML page.
 //!
 //! [`render`] is a pure function from plain data to a page: inline SVG, inline CSS, no network,
-//! complete without JavaScript. [`IndexEntry::from_page`] reads a page back and
-//! [`render_index`] puts many of them on one page behind a table of error before → after.
+//! complete without JavaScript. [`IndexEntry::from_page`] reads a page's summary back
+//! and [`render_index`] links many of them from one page, with their error before → after.
 //!
 //! Residuals and errors are in the unit of [`model_discrepancy::Layout::unit`] and are shown in
 //! one unit chosen for the page (µm where mm would need too many zeros). Every «±» on a page is
@@ -46,7 +46,7 @@ pub(crate) use region::{Region, Stability};
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
     Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, ParameterRow,
-    Published, ReportInput, VectorMap,
+    Published, ReportInput, Story, VectorMap,
 };
 pub use page::render;
 pub use summary::{Rms, Summary};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::input::ReportInput;
+use super::input::{ReportInput, Story};
 use super::markup::{Markup, is_forbidden, turns_direction};
 use super::section::{
     Context, added, apart, declared, error_path, headline, lede, left, measured, observable,
@@ -12,6 +12,7 @@ use super::summary::Summary;
 
 const STYLE: &str = include_str!("style.css");
 const SORT: &str = include_str!("sort.js");
+const FILTER: &str = include_str!("filter.js");
 
 /// What a page may load: nothing but what it holds.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
@@ -78,7 +79,28 @@ fn header(out: &mut Markup, context: &Context) {
     out.name(context.input.title);
     out.close("h1");
     lede(out, context);
+    if let Some(story) = context.input.story {
+        told(out, story);
+    }
     out.close("header");
+}
+
+/// What the owner of the data asks, and knows from elsewhere.
+fn told(out: &mut Markup, story: &Story) {
+    let lines = [
+        ("Question", &story.question),
+        ("Independent calculation", &story.independent),
+        ("What stays open", &story.open),
+    ];
+    for (name, text) in lines {
+        if let Some(text) = text {
+            out.open("p", &[]);
+            out.element("strong", &[], name);
+            out.text(": ");
+            out.named_prose(text);
+            out.close("p");
+        }
+    }
 }
 
 /// JSON that can stand inside a script element of a well-formed document: what markup gives a
@@ -96,6 +118,9 @@ fn summary_json(summary: &Summary) -> String {
     }
     safe
 }
+
+/// Class of a page over many cases.
+pub(crate) const INDEX: &str = "index";
 
 /// Wraps a body into a document with its style.
 pub(crate) fn document(title: &str, class: &str, body: &Markup) -> String {
@@ -124,6 +149,9 @@ pub(crate) fn document(title: &str, class: &str, body: &Markup) -> String {
     page.close("footer");
     page.open("script", &[]);
     page.constant(SORT);
+    if class == INDEX {
+        page.constant(FILTER);
+    }
     page.close("script");
     page.close("body");
     page.close("html");

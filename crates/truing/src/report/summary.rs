@@ -3,7 +3,7 @@
 use model_discrepancy::HoldOut;
 use serde::{Deserialize, Serialize};
 
-use super::input::Published;
+use super::input::{Published, Story};
 use super::reading::rms;
 use super::section::{Context, verdict_words};
 
@@ -30,6 +30,12 @@ pub struct Summary {
     pub verdict: Option<String>,
     /// Figure printed in the source.
     pub published: Option<Published>,
+    /// What is asked of the data, and known of them from elsewhere.
+    #[serde(default)]
+    pub story: Option<Story>,
+    /// Whether the data come from a simulation.
+    #[serde(default)]
+    pub simulated: bool,
 }
 
 /// Root mean square error; `None` where there is no number.
@@ -78,6 +84,8 @@ impl Summary {
             added: added.collect(),
             verdict: closure.map(|c| verdict_words(c.verdict).to_string()),
             published: input.published.cloned(),
+            story: input.story.cloned(),
+            simulated: input.simulated,
         }
     }
 }

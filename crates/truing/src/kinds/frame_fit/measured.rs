@@ -1,3 +1,4 @@
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use frame_fit::{
@@ -22,6 +23,7 @@ pub(crate) struct FrameCase {
     pub(crate) lines: Vec<usize>,
     /// 2 or 3.
     pub(crate) dimension: usize,
+    /// Name of the place of each row; equal names are repeats of one place.
     pub(crate) names: Vec<String>,
     pub(crate) from_mm: Vec<Vec<f64>>,
     pub(crate) to_mm: Vec<Vec<f64>>,
@@ -230,8 +232,9 @@ impl FrameCase {
     }
 
     fn prepare_in<const D: usize>(&self) -> Result<Prepared<'_>, Error> {
+        let labels = numbered(&self.names);
         let point = |row: usize| MeasuredPoint {
-            name: self.names[row].clone(),
+            name: labels[row].clone(),
             group: self.groups.as_ref().map_or_else(|| self.names[row].clone(), |g| g[row].clone()),
             role: match self.uses[row] {
                 Use::Fit => Role::Fit,
@@ -288,4 +291,16 @@ impl FrameCase {
         };
         Estimates::FrameFit(FrameFitEstimates::of(handed_back, points))
     }
+}
+
+/// Names of single rows: those of a place that recurs are numbered, `P1 #2` for its second.
+fn numbered(names: &[String]) -> Vec<String> {
+    let mut seen: HashMap<&str, usize> = HashMap::new();
+    let mut labels = Vec::with_capacity(names.len());
+    for name in names {
+        let count = seen.entry(name).or_default();
+        *count += 1;
+        labels.push(if *count == 1 { name.clone() } else { format!("{name} #{count}") });
+    }
+    labels
 }

@@ -5,7 +5,7 @@ use ft_center::{
 };
 use geometry::Wrench;
 use model_discrepancy::{Closure, Covariate, Model};
-use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Unit, Vector3, Vector6};
 use serde::Serialize;
 
 use super::displacements::recorded;
@@ -13,9 +13,10 @@ use super::wrench::wrenches;
 use super::{CenterEstimate, FrameEstimate, GRAVITY, ModelSettings, Settings, error, unused};
 use crate::Error;
 use crate::case::{
-    Columns, Document, Finite, Folder, Location, NumberColumn, Problem, Table, group_names,
+    Columns, Document, Finite, Folder, Location, NumberColumn, Problem, group_names,
 };
 use crate::estimates::{Estimated, Estimates};
+use crate::kinds::orientation::{LENGTH_TOL, orientations};
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
@@ -23,9 +24,6 @@ use crate::text_table::TextTable;
 
 const KNOWN: &[&str] =
     &["pose", "qw", "qx", "qy", "qz", "fx_n", "fy_n", "fz_n", "mx_nmm", "my_nmm", "mz_nmm"];
-
-/// Quaternions printed with four digits are this close to unit length; others are slips.
-const LENGTH_TOL: f64 = 1e-3;
 
 /// What static poses are solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -233,23 +231,6 @@ pub(super) fn read(
         warnings,
         tables: &[GRAVITY],
     })
-}
-
-fn orientations(
-    table: &Table,
-    columns: &mut Columns<'_>,
-) -> Result<Vec<UnitQuaternion<f64>>, Error> {
-    let (w, x) = (columns.numbers("qw")?, columns.numbers("qx")?);
-    let (y, z) = (columns.numbers("qy")?, columns.numbers("qz")?);
-    let orientation = |row: usize| {
-        let quaternion = Quaternion::new(w[row], x[row], y[row], z[row]);
-        let length = quaternion.norm();
-        if (length - 1.0).abs() > LENGTH_TOL {
-            return Err(Error::case(table.at_row(row), Problem::NotAUnitQuaternion { length }));
-        }
-        Ok(UnitQuaternion::from_quaternion(quaternion))
-    };
-    (0..w.len()).map(orientation).collect()
 }
 
 fn direction(document: &Document, settings: &ModelSettings) -> Result<Unit<Vector3<f64>>, Error> {

@@ -1,6 +1,6 @@
 //! Tables.
 
-use crate::report::markup::Markup;
+use crate::report::markup::{Markup, Px};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,22 +20,29 @@ pub(crate) enum Kind {
 pub(crate) struct Cell {
     text: String,
     sort: Option<f64>,
-    /// Address within the page.
+    /// Address of what the text names.
     link: Option<String>,
+    /// Share of a first bar that a second one has; drawn below the text.
+    share: Option<f64>,
 }
 
 impl Cell {
     pub(crate) fn new(text: impl Into<String>) -> Self {
-        Self { text: text.into(), sort: None, link: None }
+        Self { text: text.into(), sort: None, link: None, share: None }
     }
 
     /// A number as written, and as sorted by.
     pub(crate) fn number(text: impl Into<String>, sort: f64) -> Self {
-        Self { text: text.into(), sort: sort.is_finite().then_some(sort), link: None }
+        Self { sort: sort.is_finite().then_some(sort), ..Self::new(text) }
     }
 
     pub(crate) fn linked(text: impl Into<String>, link: String) -> Self {
-        Self { text: text.into(), sort: None, link: Some(link) }
+        Self { link: Some(link), ..Self::new(text) }
+    }
+
+    /// Text above two bars, the second `share` times as long as the first; sorted by the share.
+    pub(crate) fn bars(text: impl Into<String>, share: f64) -> Self {
+        Self { share: share.is_finite().then_some(share), ..Self::number(text, share) }
     }
 }
 
@@ -103,7 +110,36 @@ fn write_cell(out: &mut Markup, cell: &Cell, kind: Kind, heads: bool) {
         None if kind == Kind::Name => out.named_prose(&cell.text),
         None => out.prose(&cell.text),
     }
+    if let Some(share) = cell.share {
+        bars(out, share);
+    }
     out.close(tag);
+}
+
+/// Length of the longer bar and height of each, in SVG units.
+const BAR: (f64, f64) = (120.0, 6.0);
+
+/// Two bars, one below the other; whoever cannot see them reads the numbers above.
+fn bars(out: &mut Markup, share: f64) {
+    let (longest, height) = BAR;
+    let longer = share.max(1.0);
+    let view = format!("0 0 {longest} {}", Px(2.5 * height));
+    out.open("svg", &[("class", &"bars"), ("viewBox", &view), ("aria-hidden", &"true")]);
+    for (row, (length, class)) in [(1.0, "was"), (share, "is")].into_iter().enumerate() {
+        let y = if row == 0 { 0.0 } else { 1.5 * height };
+        out.leaf(
+            "rect",
+            &[
+                ("class", &class),
+                ("x", &Px(0.0)),
+                ("y", &Px(y)),
+                // A bar that is not seen would look like one that was forgotten.
+                ("width", &Px((longest * length / longer).max(1.0))),
+                ("height", &Px(height)),
+            ],
+        );
+    }
+    out.close("svg");
 }
 
 fn class(kind: Kind) -> &'static str {

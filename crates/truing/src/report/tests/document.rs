@@ -120,6 +120,8 @@ fn a_case_without_anything_still_makes_a_page() {
             covariates: &[],
             plots: &[],
             published: None,
+            story: None,
+            simulated: false,
             warnings: &[],
         });
         let document = parse(&page);

@@ -64,6 +64,8 @@ impl Sample {
             covariates: &self.covariates,
             plots: &self.plots,
             published: self.published.as_ref(),
+            story: None,
+            simulated: false,
             warnings: &self.warnings,
         }
     }
