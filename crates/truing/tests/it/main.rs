@@ -30,6 +30,7 @@ mod probe_qualification;
 mod readers;
 mod reading;
 mod register;
+mod suspects;
 mod tables;
 mod tracker_lm;
 mod tracker_targets;
