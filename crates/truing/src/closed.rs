@@ -178,9 +178,11 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     closed.steps = [steps, closed.steps].concat();
     closed.before = before_it(case, &closed.before);
     closed.verdict = INPUT_WRONG;
-    let doubts =
-        [vec![doubt(corrected.is_some())], suspects.iter().map(Suspect::warning).collect()];
-    closed.warnings = [doubts.concat(), closed.warnings].concat();
+    let mut warnings = vec![doubt(corrected.is_some())];
+    warnings.extend(suspects.iter().map(Suspect::warning));
+    // What was said of the case as it stands may say it in other words.
+    warnings.extend(declared.warnings.iter().filter(|w| !closed.warnings.contains(w)).cloned());
+    closed.warnings = [warnings, closed.warnings].concat();
     closed.corrected = corrected.map(Arc::new);
     closed.suspects = suspects;
     Ok(closed)
