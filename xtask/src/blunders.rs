@@ -91,7 +91,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             if !tally.is_good() {
                 tally.answers.sort();
                 tally.answers.dedup();
-                tally.answers.iter().for_each(|answer| println!("        {answer}"));
+                for answer in &tally.answers {
+                    println!("        {answer}");
+                }
                 missed.push(format!("{kind}: {}", mistake.what));
             }
         }

@@ -109,7 +109,7 @@ fn written(value: f64) -> Cow<'static, str> {
 #[cfg(test)]
 mod tests {
     use super::{Change, Table};
-    use crate::case::Location;
+    use crate::case::{Ledger, Location};
 
     fn cells(table: &Table) -> Vec<Vec<&str>> {
         let columns = 0..table.names().len();
@@ -119,7 +119,7 @@ mod tests {
 
     fn table() -> Table {
         let text = "id,x,y\na,1,10\nb,2,20\nc,3,30\n";
-        Table::read(Location::file("t.csv"), text, &[]).unwrap()
+        Table::read(Location::file("t.csv"), text, &[], &Ledger::default()).unwrap()
     }
 
     fn names(of: &[&str]) -> Vec<String> {

@@ -91,6 +91,8 @@ impl Case {
             loop_settings: reading.loop_settings,
             learnt: self.learnt.clone(),
             provenance: self.provenance.clone(),
+            inputs: self.inputs.clone(),
+            notes: self.notes.clone(),
             warnings: self.warnings.clone(),
             read_s: self.read_s,
         })

@@ -126,6 +126,7 @@ impl Table {
             lines: rows.iter().map(|&row| self.lines[row]).collect(),
             text,
             ends,
+            ledger: self.ledger.clone(),
         }
     }
 

@@ -45,7 +45,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
 
 /// Directions given as normals of the part instead of approaches, or inward for outward.
 fn outward(table: Option<&Table>) -> Vec<Hypothesis> {
-    let turned = signs(TOUCHES, table, &APPROACH).into_iter().last();
+    let turned = signs(TOUCHES, table, &APPROACH).pop();
     let named = |found: Hypothesis| Hypothesis {
         effect: "input:normal",
         description: format!(

@@ -107,7 +107,7 @@ fn direction(files: &Files) -> Option<Vector3<f64>> {
 pub(super) fn range_yardstick(case: &TrackerCase, fitted: &Fitted) -> Yardstick {
     let survey = &case.survey;
     let stations = survey.stations.iter().map(|s| s.nominal_mm).collect();
-    let mounts = survey.mounts.iter().map(|m| m.nominal_mm).collect();
+    let mounts: Vec<_> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
     let read: Vec<[f64; 1]> = survey.ranges.iter().map(|r| [r.displacement_mm]).collect();
     let spread = spread_of(read.iter().map(<[f64; 1]>::as_slice));
     yardstick(spread, Some(stations), &mounts, fitted)
@@ -124,15 +124,15 @@ pub(super) fn target_yardstick(case: &TargetCase, fitted: &Fitted) -> Yardstick 
 fn yardstick(
     spread: f64,
     stations: Option<Vec<Point3<f64>>>,
-    mounts: &Vec<Point3<f64>>,
+    mounts: &[Point3<f64>],
     fitted: &Fitted,
 ) -> Yardstick {
     let Estimates::TrackerLm(found) = &fitted.estimates else { return Yardstick::NONE };
     let place = |x, y, z| Point3::new(x, y, z);
-    let found_mounts = found.mounts.iter().map(|m| place(m.x_mm, m.y_mm, m.z_mm)).collect();
+    let found_mounts: Vec<_> = found.mounts.iter().map(|m| place(m.x_mm, m.y_mm, m.z_mm)).collect();
     let of_mounts = beyond(moved(mounts, &found_mounts), USUAL_PLACE);
     let of_stations = stations.map_or(0.0, |stations| {
-        let found = found.stations.iter().map(|s| place(s.x_mm, s.y_mm, s.z_mm)).collect();
+        let found: Vec<_> = found.stations.iter().map(|s| place(s.x_mm, s.y_mm, s.z_mm)).collect();
         beyond(moved(&stations, &found), USUAL_PLACE)
     });
     let of_axis = beyond(turned(found, mounts), USUAL_ERROR);
@@ -145,8 +145,8 @@ fn beyond(share: f64, usual: f64) -> f64 {
 }
 
 /// Distance between two sets of places, over their spread.
-fn moved(nominal: &Vec<Point3<f64>>, found: &Vec<Point3<f64>>) -> f64 {
-    let spread = |points: &Vec<Point3<f64>>| spread_of(points.iter().map(|p| p.coords.as_slice()));
+fn moved(nominal: &[Point3<f64>], found: &[Point3<f64>]) -> f64 {
+    let spread = |points: &[Point3<f64>]| spread_of(points.iter().map(|p| p.coords.as_slice()));
     let square: f64 = nominal.iter().zip(found).map(|(a, b)| (a - b).norm_squared()).sum();
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let n = nominal.len().max(1) as f64;
