@@ -123,7 +123,7 @@ fn pile(values: &[f64]) -> Option<(f64, bool)> {
     if range <= 0.0 {
         return None;
     }
-    let at = |value: f64| move |v: &&f64| v.total_cmp(&&value).is_eq();
+    let at = |value: f64| move |v: &&f64| v.total_cmp(&value).is_eq();
     let at_max = sorted.iter().take_while(at(max)).count();
     let inner = sorted.iter().filter(|v| **v < max && **v > min);
     if at_max >= FEWEST && max != 0.0 && at_max >= TIES * most_frequent(inner) {
