@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{coverage, loop_speed, peers, power, shell};
+use crate::{blunders, coverage, loop_speed, peers, power, shell};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
@@ -29,6 +29,8 @@ enum What {
     Power(power::Arguments),
     /// How often 95 % intervals of what is handed back hold the truth, over many simulated cases.
     Coverage(coverage::Arguments),
+    /// Mistakes in the input that are named, and sound input that is accused.
+    Blunders(blunders::Arguments),
 }
 
 /// Name of the bench of least-squares that measures accuracy, not time.
@@ -43,6 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Loop) => loop_speed::run(),
         Some(What::Power(arguments)) => power::run(arguments),
         Some(What::Coverage(arguments)) => coverage::run(arguments),
+        Some(What::Blunders(arguments)) => blunders::run(arguments),
         None => match arguments.peers {
             Some(comparison) => peers::run(comparison, arguments.rounds),
             None => criterion(&["--quick", "--noplot"]),

@@ -6,6 +6,7 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "tasks speak to people")]
 
 mod bench;
+mod blunders;
 mod ci;
 mod coverage;
 mod expectation;

@@ -5,7 +5,7 @@ mod detectable;
 mod mirror_cells;
 mod probe_cells;
 mod run_cells;
-mod scene;
+pub(crate) mod scene;
 mod table;
 mod target_cells;
 mod target_design;

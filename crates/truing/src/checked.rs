@@ -1,7 +1,8 @@
 use model_discrepancy::{Assessment, LoopError, Role, Visibility, assess};
 use serde::Serialize;
 
-use crate::{Case, Error, Header};
+use crate::suspect::examine;
+use crate::{Case, Error, Header, Suspect};
 
 /// Answer of `truing check`; serialises as its JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,6 +22,8 @@ pub struct Checked {
     pub covariates: Vec<String>,
     /// Whether the noise was declared.
     pub noise_declared: bool,
+    /// Mistakes in the input that the data bear out.
+    pub suspects: Vec<Suspect>,
     /// Effects that would be found, and how large they must be.
     pub observable: Vec<ObservableEffect>,
     /// Effects that would not.
@@ -111,7 +114,8 @@ pub struct HiddenEffect {
 /// As [`solve`](crate::solve): a declared model that the data leave free is an error that names
 /// the free direction. Too few groups for the loop are a warning here.
 pub fn check(case: &Case) -> Result<Checked, Error> {
-    let fitted = case.measured.fit()?;
+    let fitted = case.fit()?;
+    let suspects = examine(case, &fitted)?.suspects;
     let prepared = case.measured.prepare()?;
     let model = &*prepared.model;
     let mut warnings: Vec<String> = case.warnings.iter().cloned().chain(fitted.warnings).collect();
@@ -133,6 +137,7 @@ pub fn check(case: &Case) -> Result<Checked, Error> {
             .collect(),
         covariates: prepared.covariates.iter().map(|c| c.name.clone()).collect(),
         noise_declared: model.declared().layout.sigma_declared,
+        suspects,
         observable: Vec::new(),
         not_observable: Vec::new(),
         warnings,

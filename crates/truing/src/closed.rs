@@ -1,3 +1,4 @@
+use std::sync::Arc;
 use std::time::Instant;
 
 use model_discrepancy::{
@@ -8,7 +9,8 @@ use serde::Serialize;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
-use crate::kinds::Prepared;
+use crate::kinds::{Fitted, Prepared};
+use crate::suspect::{Examined, Suspect, examine, named_cause};
 use crate::{Case, Error, Header};
 
 /// Answer of `truing loop`; serialises as its JSON.
@@ -33,8 +35,8 @@ pub struct Closed {
     pub after: JudgedRms,
     /// Accepted effects, in the order accepted.
     pub steps: Vec<LoopStep>,
-    /// The conclusion: `nothing-missing`, `explained`, `structure-remains` or
-    /// `noise-larger-than-declared`.
+    /// The conclusion: `nothing-missing`, `explained`, `structure-remains`,
+    /// `noise-larger-than-declared` or `input-wrong`.
     pub verdict: &'static str,
     /// Structure left in the residual.
     pub remaining: Vec<LoopRemaining>,
@@ -44,9 +46,15 @@ pub struct Closed {
     pub estimates: Estimates,
     /// Notes the user should read.
     pub warnings: Vec<String>,
+    /// Mistakes in the input; the first steps are about them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub suspects: Vec<Suspect>,
     /// Everything the engine found, for Rust.
     #[serde(skip)]
     pub closure: Closure,
+    /// The case with its input corrected, where that was wrong.
+    #[serde(skip)]
+    pub(crate) corrected: Option<Arc<Case>>,
 }
 
 /// Effects that were learnt on another case and count as declared.
@@ -155,7 +163,66 @@ pub struct LoopNotObservable {
 /// As [`solve`](crate::solve), and [`Error::Loop`].
 pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let started = Instant::now();
-    let declared = case.measured.fit()?;
+    let declared = case.fit()?;
+    let Examined { suspects, corrected } = examine(case, &declared)?;
+    if suspects.is_empty() {
+        return close(case, &declared, started);
+    }
+    let mended = corrected.as_ref().unwrap_or(case);
+    let closed = mended.measured.fit().and_then(|fitted| close(mended, &fitted, started));
+    let mut closed = closed.map_err(|source| {
+        let suspect = suspects[0].clone();
+        Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
+    })?;
+    let steps = suspects.iter().map(|s| LoopStep::of_mistake(s, &closed.before)).collect();
+    closed.steps = [steps, closed.steps].concat();
+    closed.before = before_it(case, &closed.before);
+    closed.verdict = INPUT_WRONG;
+    let mut warnings = vec![doubt(corrected.is_some())];
+    warnings.extend(suspects.iter().map(Suspect::warning));
+    // What was said of the case as it stands may say it in other words.
+    warnings.extend(declared.warnings.iter().filter(|w| !closed.warnings.contains(w)).cloned());
+    closed.warnings = [warnings, closed.warnings].concat();
+    closed.corrected = corrected.map(Arc::new);
+    closed.suspects = suspects;
+    Ok(closed)
+}
+
+/// The verdict where the input itself is wrong.
+const INPUT_WRONG: &str = "input-wrong";
+
+fn doubt(is_corrected: bool) -> String {
+    if is_corrected {
+        "the input is wrong: «after», further steps, estimates and every file written are of the \
+         data as corrected in the first steps; the files of the case are as they were, correct \
+         them before anything is used"
+            .to_owned()
+    } else {
+        "the input is wrong, and the data do not tell what they should have been: estimates and \
+         every file written are of the data as they stand; use none of them"
+            .to_owned()
+    }
+}
+
+/// Error of the case as it stands; nothing where that cannot be judged.
+fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
+    let options = Options { max_steps: 0, ..case.loop_settings.options() };
+    let closed = case.measured.prepare().ok().and_then(|prepared| {
+        model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, &options).ok()
+    });
+    closed.map_or_else(
+        || JudgedRms {
+            train_rms: f64::NAN,
+            held_out_rms: f64::NAN,
+            held_out_std: f64::NAN,
+            chi2_per_dof: None,
+            ..like.clone()
+        },
+        |closed| JudgedRms::of(&closed.before),
+    )
+}
+
+fn close(case: &Case, declared: &Fitted, started: Instant) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
     let options = case.loop_settings.options();
     let close = |prepared: &Prepared<'_>, options: &Options| {
@@ -196,11 +263,18 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
         estimates,
         warnings,
+        suspects: Vec::new(),
         closure,
+        corrected: None,
     })
 }
 
 impl Case {
+    /// Fits the declared model; an error names the mistake in the input that would explain it.
+    pub(crate) fn fit(&self) -> Result<Fitted, Error> {
+        self.measured.fit().map_err(|source| named_cause(&self.files, source))
+    }
+
     /// What the loop needs, with the effects that were carried to this case in it.
     pub(crate) fn prepare(&self) -> Result<(Prepared<'_>, Option<Matched>), Error> {
         let prepared = self.measured.prepare()?;
@@ -237,6 +311,22 @@ impl JudgedRms {
 }
 
 impl LoopStep {
+    /// A mistake in the input; `after` is the error of the declared model without it.
+    fn of_mistake(suspect: &Suspect, after: &JudgedRms) -> Self {
+        Self {
+            effect: suspect.effect.clone(),
+            subject: Some(suspect.subject.clone()),
+            description: suspect.description.clone(),
+            parameters: Vec::new(),
+            p_value: suspect.p_value,
+            held_out_rms: after.held_out_rms,
+            train_rms: after.train_rms,
+            indistinguishable_from: suspect.indistinguishable_from.clone(),
+            separate_by: None,
+            stability: None,
+        }
+    }
+
     fn of(step: &Step) -> Self {
         Self {
             effect: step.effect.clone(),

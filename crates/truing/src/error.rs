@@ -8,7 +8,7 @@ use pose_icp::{PoseError, ProgramError, RegisterError};
 use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
-use crate::{CarryProblem, FileProblem, ImportProblem, Location, Problem, ShapeProblem};
+use crate::{CarryProblem, FileProblem, ImportProblem, Location, Problem, ShapeProblem, Suspect};
 
 /// Why a command could not do what it was asked for.
 #[derive(Debug, thiserror::Error)]
@@ -126,6 +126,14 @@ pub enum Error {
     /// The system gives no threads.
     #[error("cannot start the threads asked for; ask for fewer by --threads")]
     NoThreads,
+    /// A case that cannot be solved because its input is wrong.
+    #[error("{source}; the input looks wrong: {}", suspect.description)]
+    Input {
+        /// Why it cannot be solved.
+        source: Box<Error>,
+        /// What is wrong, and what to change.
+        suspect: Box<Suspect>,
+    },
     /// A case without a pose to correct a program by.
     #[error("a case of kind {kind} has no pose to correct a program by; give one of kind pose-icp")]
     NoPose {
@@ -302,6 +310,7 @@ impl Error {
                 RegisterError::Undetermined { .. } | RegisterError::TooFewPoints { .. }
             ),
             Self::NotSettled { .. } => true,
+            Self::Input { source, .. } => source.is_undetermined(),
             Self::Case { .. }
             | Self::Carry { .. }
             | Self::Design { .. }
@@ -320,6 +329,15 @@ impl Error {
             | Self::Findings { .. }
             | Self::Exists { .. }
             | Self::NotWritten { .. } => false,
+        }
+    }
+
+    /// Whether a search for the answer came to no end.
+    pub(crate) fn is_unsettled(&self) -> bool {
+        match self {
+            Self::PoseIcp { source, .. } => matches!(**source, PoseError::NotConverged { .. }),
+            Self::TrackerLm { source, .. } => matches!(**source, TrackerError::NotConverged { .. }),
+            _ => false,
         }
     }
 

@@ -20,6 +20,7 @@ mod regrouped;
 mod residual;
 mod shape;
 mod solved;
+mod suspect;
 mod text;
 mod text_table;
 
@@ -67,6 +68,7 @@ pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve};
+pub use suspect::Suspect;
 
 /// The examples of the repository's first page, so that they are compiled and run.
 #[cfg(doctest)]

@@ -9,12 +9,12 @@ use crate::estimates::Estimates;
 use crate::file::read_text;
 use crate::kinds::{Places, Prepared, Words};
 use crate::report::{
-    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, ParameterRow, Published,
+    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
     ReportInput, VectorMap, render,
 };
 use crate::solved::Solved;
 use crate::text_table::number;
-use crate::{Carried, Case, Closed, Error};
+use crate::{Carried, Case, Closed, Error, Suspect};
 
 /// The report of a solved case: one self-contained HTML page.
 ///
@@ -27,7 +27,11 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let parameters = parameters(&solved.estimates, None);
     let evidence = Evidence::Solved { residuals: &residuals };
     let own = solved.estimates.plots();
-    Ok(page(case, &prepared, &parameters, evidence, own, &[], &solved.warnings))
+    Ok(page(case, &prepared, (&parameters, evidence, own), &[], &[], &solved.warnings))
+}
+
+fn mistake(suspect: &Suspect) -> Mistake {
+    Mistake { subject: suspect.subject.clone(), description: suspect.description.clone() }
 }
 
 /// The report of a closed loop: one self-contained HTML page.
@@ -36,6 +40,7 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
 ///
 /// As [`solve`](crate::solve).
 pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
+    let case = closed.corrected.as_deref().unwrap_or(case);
     let (prepared, matched) = case.prepare()?;
     let declared = case.measured.fit()?;
     let parameters = parameters(&declared.estimates, Some(&closed.estimates));
@@ -50,7 +55,8 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
         .collect();
     let own = closed.estimates.plots();
     let carried = closed.carried.as_ref().map(carried_words).unwrap_or_default();
-    Ok(page(case, &prepared, &parameters, evidence, own, &carried, &warnings))
+    let mistakes: Vec<Mistake> = closed.suspects.iter().map(mistake).collect();
+    Ok(page(case, &prepared, (&parameters, evidence, own), &mistakes, &carried, &warnings))
 }
 
 /// What was taken over from another case, and what it is worth.
@@ -103,9 +109,8 @@ pub fn read_findings(path: &Path) -> Result<BTreeMap<String, Vec<String>>, Error
 fn page(
     case: &Case,
     prepared: &Prepared<'_>,
-    parameters: &[ParameterRow],
-    evidence: Evidence<'_>,
-    mut plots: Vec<ExtraPlot>,
+    (parameters, evidence, mut plots): (&[ParameterRow], Evidence<'_>, Vec<ExtraPlot>),
+    mistakes: &[Mistake],
     carried: &[String],
     warnings: &[String],
 ) -> String {
@@ -129,6 +134,7 @@ fn page(
         title: &title,
         kind: case.kind,
         source: provenance.source.as_deref(),
+        mistakes,
         description: &[],
         measured: &measured,
         declared: &declared,

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Observation};
 use crate::residual::Residual;
+use crate::suspect::{Suspect, examine};
 use crate::{Case, Error, Header};
 
 /// Answer of `truing solve`; serialises as its JSON.
@@ -49,8 +50,10 @@ pub struct SolveTiming {
 /// [`Error`] of the kind; [`Error::is_undetermined`] where the data leave something free.
 pub fn solve(case: &Case) -> Result<Solved, Error> {
     let started = Instant::now();
+    let fitted = case.fit()?;
+    let suspects = examine(case, &fitted)?.suspects;
     let Fitted { estimates, observations, unit, degrees_of_freedom, chi2_per_dof, warnings } =
-        case.measured.fit()?;
+        fitted;
     let components = case.measured.words().components.len().max(1);
     let of = |fitted: bool| {
         Residual::of(observations.iter().filter(|o| o.fitted == fitted), components, unit)
@@ -66,7 +69,10 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         check,
         estimates,
         observations,
-        warnings: case.warnings.iter().cloned().chain(warnings).collect(),
+        warnings: (suspects.iter().map(Suspect::warning))
+            .chain(case.warnings.iter().cloned())
+            .chain(warnings)
+            .collect(),
     })
 }
 

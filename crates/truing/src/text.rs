@@ -118,7 +118,8 @@ fn error_row(name: &str, error: &JudgedRms) -> Vec<Cell> {
 
 fn write_step(f: &mut fmt::Formatter<'_>, n: usize, step: &LoopStep) -> fmt::Result {
     let name = labelled(&step.effect, step.subject.as_deref());
-    writeln!(f, "added {n}: {name} — {}", step.description)?;
+    let what = if step.effect.starts_with("input:") { "wrong input" } else { "added" };
+    writeln!(f, "{what} {n}: {name} — {}", step.description)?;
     for p in &step.parameters {
         let (value, std) = (number(Some(p.value)), number(Some(p.std)));
         writeln!(f, "  {} = {value} {} (std {std})", p.name, p.unit)?;
@@ -183,6 +184,13 @@ impl fmt::Display for Checked {
             c.equations, c.parameters, c.dof
         )?;
         writeln!(f, "noise: {}", if self.noise_declared { "declared" } else { "estimated" })?;
+        for suspect in &self.suspects {
+            writeln!(
+                f,
+                "\nsuspect: {} [{}] — {}",
+                suspect.effect, suspect.subject, suspect.description
+            )?;
+        }
         if !self.covariates.is_empty() {
             writeln!(f, "searched for structure along: {}", self.covariates.join(", "))?;
         }

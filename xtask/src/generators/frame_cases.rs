@@ -135,7 +135,7 @@ fn reflection_undeclared() -> Case {
     let truth = "The second frame is a camera's with y downwards, and the case does not say so. The \
                  mirror must be told, and named.";
     let expect = Expectation {
-        effects: vec![words(&["reflection"])],
+        effects: vec![words(&["input:sign"])],
         nothing_else: true,
         says: words(&["mirrored"]),
         ..Expectation::default()

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
+use super::edit::Edit;
 use super::folder::Folder;
 use super::nearest::nearest;
 use super::unit::{differs_in_unit, unit_of};
@@ -30,6 +31,28 @@ impl Document {
     pub(crate) fn read(folder: &Folder) -> Result<Self, Error> {
         let text = folder.text(CASE_FILE)?;
         Ok(Self { file: folder.location(CASE_FILE), text })
+    }
+
+    /// The document as it would be with the settings among `edits`.
+    pub(crate) fn with(&self, edits: &[Edit]) -> Self {
+        let mut document = self.clone();
+        for edit in edits.iter().filter(|edit| edit.file == CASE_FILE) {
+            if let Some(text) = edit.change.of_settings(&document.text) {
+                document.text = text;
+            }
+        }
+        document
+    }
+
+    /// The value of a setting, by the path of its keys.
+    pub(crate) fn value(&self, path: &[&str]) -> Option<toml::Value> {
+        let document: toml::Table = self.text.parse().ok()?;
+        let (last, sections) = path.split_last()?;
+        let mut section = &document;
+        for key in sections {
+            section = section.get(*key)?.as_table()?;
+        }
+        section.get(*last).cloned()
     }
 
     pub(crate) fn kind(&self) -> Result<Spanned<String>, Error> {

@@ -1,7 +1,10 @@
+use std::collections::HashMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use super::edit::Edit;
 use super::encoding::decode;
 use super::ledger::Ledger;
 use super::nearest::nearest;
@@ -17,6 +20,10 @@ pub(crate) struct Folder {
     path: PathBuf,
     allow_outside: bool,
     ledger: Ledger,
+    /// Tables as they stand in the files, shared by every copy.
+    read: Arc<Mutex<HashMap<&'static str, Table>>>,
+    /// Changes that are made to what is read.
+    edits: Vec<Edit>,
 }
 
 impl Folder {
@@ -27,6 +34,8 @@ impl Folder {
                 path: path.to_owned(),
                 allow_outside: options.allow_outside,
                 ledger: Ledger::default(),
+                read: Arc::default(),
+                edits: Vec::new(),
             }),
             Ok(_) => Err(Error::case(at, Problem::NotAFolder)),
             Err(e) if e.kind() == ErrorKind::NotFound => Err(Error::case(at, Problem::NoFolder)),
@@ -45,8 +54,26 @@ impl Folder {
 
     /// The table in `file`, which must exist and have at least one row.
     pub(crate) fn table(&self, file: &'static str, columns: &[&str]) -> Result<Table, Error> {
-        let text = self.text(file)?;
-        Table::read(self.location(file), &text, columns, &self.ledger)
+        let mut table = self.unedited(file, columns)?;
+        for edit in self.edits.iter().filter(|edit| edit.file == file) {
+            table = edit.change.of_table(&table);
+        }
+        Ok(table)
+    }
+
+    fn unedited(&self, file: &'static str, columns: &[&str]) -> Result<Table, Error> {
+        let lock = || self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(table) = lock().get(file) {
+            return Ok(table.clone());
+        }
+        let table = Table::read(self.location(file), &self.text(file)?, columns, &self.ledger)?;
+        lock().insert(file, table.clone());
+        Ok(table)
+    }
+
+    /// The folder as it would be with these changes on top of those it has.
+    pub(crate) fn with(&self, edits: &[Edit]) -> Self {
+        Self { edits: [&self.edits, edits].concat(), ..self.clone() }
     }
 
     /// Whether there is anything by the name `file`.

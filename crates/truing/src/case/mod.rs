@@ -3,6 +3,7 @@
 mod columns;
 mod dialect;
 mod document;
+mod edit;
 mod encoding;
 mod extras;
 mod folder;
@@ -21,7 +22,8 @@ mod unit;
 
 pub(crate) use columns::Columns;
 pub(crate) use dialect::{Writing, with_point, writing};
-pub(crate) use document::Document;
+pub(crate) use document::{CASE_FILE, Document};
+pub(crate) use edit::{Change, Edit};
 pub(crate) use encoding::decode;
 pub(crate) use extras::{Extras, NumberColumn};
 pub(crate) use folder::Folder;
@@ -34,5 +36,6 @@ pub(crate) use number::{Finite, Positive};
 pub use problem::Problem;
 pub use provenance::Provenance;
 pub(crate) use quote::{list, quote};
+pub(crate) use read::Files;
 pub use read::{Case, ReadOptions, read_case, read_case_with};
 pub(crate) use table::Table;

@@ -8,17 +8,20 @@ use super::folder::Folder;
 use super::loop_settings::LoopSettings;
 use super::nearest::nearest;
 use super::provenance::Provenance;
-use super::{Location, Problem, quote};
+use super::{Edit, Location, Problem, quote};
 use crate::Error;
 use crate::carry::{CarryProblem, Learnt};
 use crate::file::{InputFile, digest};
-use crate::kinds::{KINDS, Kind, Measured};
+use crate::kinds::{KINDS, Kind, Measured, Reading};
+use crate::suspect::named_cause;
 
 /// A case that was read and found usable in form.
 #[derive(Debug)]
 pub struct Case {
     pub(crate) path: PathBuf,
     pub(crate) kind: &'static str,
+    /// What it was read from.
+    pub(crate) files: Files,
     pub(crate) measured: Box<dyn Measured>,
     pub(crate) loop_settings: LoopSettings,
     /// Effects of another case that count as declared.
@@ -28,6 +31,27 @@ pub struct Case {
     pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) read_s: f64,
+}
+
+/// The files of a case, to be read as they stand or with changes.
+#[derive(Clone, Debug)]
+pub(crate) struct Files {
+    pub(crate) folder: Folder,
+    pub(crate) document: Document,
+    pub(crate) kind: &'static Kind,
+}
+
+impl Files {
+    /// The files as they would be with these changes.
+    pub(crate) fn with(&self, edits: &[Edit]) -> Self {
+        let (folder, document) = (self.folder.with(edits), self.document.with(edits));
+        Self { folder, document, kind: self.kind }
+    }
+
+    /// Reads them as their kind does.
+    pub(crate) fn read(&self) -> Result<Reading, Error> {
+        (self.kind.read)(&self.folder, &self.document)
+    }
 }
 
 impl Case {
@@ -53,6 +77,25 @@ impl Case {
         self.inputs.push(learnt.input.clone());
         self.learnt = Some(learnt);
         Ok(self)
+    }
+
+    /// The case as it would be read with these changes to its files.
+    pub(crate) fn with(&self, edits: &[Edit]) -> Result<Self, Error> {
+        let files = self.files.with(edits);
+        let reading = files.read()?;
+        Ok(Self {
+            path: self.path.clone(),
+            kind: self.kind,
+            files,
+            measured: reading.measured,
+            loop_settings: reading.loop_settings,
+            learnt: self.learnt.clone(),
+            provenance: self.provenance.clone(),
+            inputs: self.inputs.clone(),
+            notes: self.notes.clone(),
+            warnings: self.warnings.clone(),
+            read_s: self.read_s,
+        })
     }
 
     pub(crate) fn loop_error(&self, source: LoopError) -> Error {
@@ -116,7 +159,8 @@ pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Ca
     let folder = Folder::open(path.as_ref(), options)?;
     let document = Document::read(&folder)?;
     let kind = kind_of(&document)?;
-    let mut reading = (kind.read)(&folder, &document)?;
+    let files = Files { folder: folder.clone(), document, kind };
+    let mut reading = files.read().map_err(|source| named_cause(&files, source))?;
     for table in folder.tables_besides(reading.tables) {
         let table = quote(&table);
         reading.warnings.push(format!("{table} is not read by a case of kind {}", kind.name));
@@ -125,6 +169,7 @@ pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Ca
     Ok(Case {
         path: path.as_ref().to_owned(),
         kind: kind.name,
+        files,
         measured: reading.measured,
         loop_settings: reading.loop_settings,
         learnt: None,

@@ -1,3 +1,4 @@
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::dialect::{MixedSeparators, Separator, Writing, separator, with_point, writing};
@@ -97,6 +98,36 @@ impl Table {
         let index = row * self.names.len() + column;
         let start = if index == 0 { 0 } else { self.ends[index - 1] };
         &self.text[start..self.ends[index]]
+    }
+
+    /// The numbers of a column; `None` where there is no such column, or a cell is not a number.
+    pub(crate) fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        let column = self.column(name)?;
+        (0..self.n_rows()).map(|row| self.cell(row, column).parse().ok()).collect()
+    }
+
+    /// The rows listed, in that order, with the cells that `cell` gives.
+    pub(crate) fn rewritten(
+        &self,
+        rows: &[usize],
+        cell: impl for<'c> Fn(&'c Self, usize, usize) -> Cow<'c, str>,
+    ) -> Self {
+        let (mut text, mut ends) = (String::with_capacity(self.text.len()), Vec::new());
+        for &row in rows {
+            for column in 0..self.names.len() {
+                text.push_str(&cell(self, row, column));
+                ends.push(text.len());
+            }
+        }
+        Self {
+            file: self.file.clone(),
+            names: self.names.clone(),
+            header_line: self.header_line,
+            lines: rows.iter().map(|&row| self.lines[row]).collect(),
+            text,
+            ends,
+            ledger: self.ledger.clone(),
+        }
     }
 
     pub(crate) fn line(&self, row: usize) -> usize {

@@ -3,6 +3,7 @@
 mod along_path;
 mod estimates;
 mod measured;
+mod suspects;
 
 use force_impedance::{
     ForceFormula, Head, HeadGeometry, HeadLimits, ImpedanceParameters, LogOptions, LogSample,
@@ -24,6 +25,7 @@ pub(crate) const KIND: Kind = Kind {
     name: "force-impedance",
     summary: "contact force of a polishing head on four legs",
     read,
+    mistakes: suspects::mistakes,
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),
         ("log.csv", include_str!("../../templates/force-impedance/log.csv")),

@@ -3,6 +3,7 @@
 mod estimates;
 mod measured;
 mod poses;
+mod suspects;
 
 use frame_fit::{Handedness, Transform};
 use serde::Deserialize;
@@ -21,6 +22,7 @@ pub(crate) const KIND: Kind = Kind {
     name: "frame-fit",
     summary: "transform between two frames from points known in both",
     read,
+    mistakes: suspects::mistakes,
     example: &[
         ("case.toml", include_str!("../../templates/frame-fit/case.toml")),
         ("pairs.csv", include_str!("../../templates/frame-fit/pairs.csv")),

@@ -3,6 +3,7 @@
 mod displacements;
 mod gravity;
 mod presses;
+mod suspects;
 mod wrench;
 
 use ft_center::{FtCenterError, Handedness, Noise};
@@ -20,6 +21,7 @@ pub(crate) const KIND: Kind = Kind {
     name: "ft-center",
     summary: "centre of a polishing head by a six-axis force/torque sensor",
     read,
+    mistakes: suspects::mistakes,
     example: &[
         ("case.toml", include_str!("../../templates/ft-center/case.toml")),
         ("presses.csv", include_str!("../../templates/ft-center/presses.csv")),

@@ -16,9 +16,10 @@ use std::sync::Arc;
 use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
 
 use crate::Error;
-use crate::case::{Document, Folder, LoopSettings};
+use crate::case::{Document, Files, Folder, LoopSettings};
 use crate::estimates::Estimates;
 use crate::report::{CurvePlot, Facet, Fact};
+use crate::suspect::{Hypothesis, Yardstick};
 
 pub use example::write_example;
 pub use force_impedance::{
@@ -45,6 +46,7 @@ pub use probe_comp::{
 };
 
 /// One kind of case.
+#[derive(Debug)]
 pub(crate) struct Kind {
     /// Name, as in `case.toml`.
     pub(crate) name: &'static str,
@@ -52,6 +54,9 @@ pub(crate) struct Kind {
     pub(crate) summary: &'static str,
     /// Reads the tables and settings of such a case.
     pub(crate) read: fn(&Folder, &Document) -> Result<Reading, Error>,
+    /// What may be wrong with the input of such a case, the likeliest first; the fit of the case
+    /// as it stands, where it has one.
+    pub(crate) mistakes: fn(&Files, Option<&Fitted>) -> Vec<Hypothesis>,
     /// Files of a small case that solves as it is: name and content.
     pub(crate) example: &'static [(&'static str, &'static str)],
 }
@@ -90,6 +95,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 
     /// The case in words.
     fn words(&self) -> Words;
+
+    /// What a misfit of the declared model is measured by.
+    fn yardstick(&self, _fitted: &Fitted) -> Yardstick {
+        Yardstick::NONE
+    }
 
     /// Curves that the report of this kind shows.
     fn curves(&self) -> Vec<CurvePlot> {

@@ -4,6 +4,7 @@ mod estimates;
 mod measured;
 mod picture;
 mod surface;
+mod suspects;
 mod tables;
 
 use geometry::EulerAngles;
@@ -29,6 +30,7 @@ pub(crate) const KIND: Kind = Kind {
     name: "pose-icp",
     summary: "pose of a workpiece from touches of its surface",
     read,
+    mistakes: suspects::mistakes,
     example: &[
         ("case.toml", include_str!("../../templates/pose-icp/case.toml")),
         ("points.csv", include_str!("../../templates/pose-icp/points.csv")),

@@ -4,6 +4,7 @@ mod estimates;
 mod measured;
 mod qualification;
 mod surface;
+mod suspects;
 mod tables;
 
 use nalgebra::{Unit, Vector3};
@@ -29,6 +30,7 @@ pub(crate) const KIND: Kind = Kind {
     name: "probe-comp",
     summary: "contacts and deviations from the ball centres of a touch probe",
     read,
+    mistakes: suspects::mistakes,
     example: &[
         ("case.toml", include_str!("../../templates/probe-comp/case.toml")),
         ("touches.csv", include_str!("../../templates/probe-comp/touches.csv")),

@@ -1,6 +1,7 @@
 //! `[surface]`: the part as drawn, for every kind that touches one.
 
 mod grid;
+mod mistakes;
 mod nurbs;
 
 use geometry::{AsphereShape, GeometryError, HeightGrid, Nurbs, Plane, Polynomial, Sphere};
@@ -90,6 +91,8 @@ pub(crate) enum DrawnShape {
     },
     Plane(Plane),
 }
+
+pub(crate) use mistakes::mistakes_of_drawing;
 
 /// Table of the heights of a grid.
 pub(crate) use grid::HEIGHTS;

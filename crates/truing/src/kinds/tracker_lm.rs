@@ -3,6 +3,7 @@
 mod estimates;
 mod measured;
 mod ranges;
+mod suspects;
 mod tables;
 mod target_case;
 mod targets;
@@ -25,6 +26,7 @@ pub(crate) const KIND: Kind = Kind {
     name: "tracker-lm",
     summary: "six errors of a rotary axis by multilateration with a laser tracer",
     read,
+    mistakes: suspects::mistakes,
     example: &[
         ("case.toml", include_str!("../../templates/tracker-lm/case.toml")),
         ("stations.csv", include_str!("../../templates/tracker-lm/stations.csv")),

@@ -12,6 +12,8 @@ pub struct ReportInput<'a> {
     pub kind: &'a str,
     /// Where the data come from: document and table, instrument, or generator and seed.
     pub source: Option<&'a str>,
+    /// What is wrong with the input; everything else on the page is of the input as corrected.
+    pub mistakes: &'a [Mistake],
     /// What was measured and why, one paragraph per line.
     pub description: &'a [String],
     /// Facts about the measurement worth a table; counts of the layout are added by the page.
@@ -54,6 +56,15 @@ pub enum Evidence<'a> {
     },
     /// A closed loop.
     Closed(&'a Closure),
+}
+
+/// A mistake in the input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mistake {
+    /// File and column.
+    pub subject: String,
+    /// What to change.
+    pub description: String,
 }
 
 /// One line of a table of facts.

@@ -45,7 +45,7 @@ pub(crate) use region::{Region, Stability};
 
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
-    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, ParameterRow,
+    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,
     Published, ReportInput, Story, VectorMap,
 };
 pub use page::render;

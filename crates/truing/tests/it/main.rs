@@ -31,6 +31,7 @@ mod readers;
 mod reading;
 mod register;
 mod repeats;
+mod suspects;
 mod tables;
 mod tracker_lm;
 mod tracker_targets;

@@ -13,6 +13,7 @@ use crate::estimates::{Estimated, Estimates};
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::{Curve, CurvePlot, Fact};
+use crate::suspect::Yardstick;
 use crate::text_table::TextTable;
 
 const KNOWN: &[&str] = &["run", "time_s", "path_mm", "force_n", "reference_n"];
@@ -90,11 +91,11 @@ impl PathForceEstimates {
 }
 
 #[derive(Clone, Debug)]
-struct PathCase {
+pub(super) struct PathCase {
     file: Location,
     /// Line of each reading.
     lines: Vec<usize>,
-    samples: Vec<PathSample>,
+    pub(super) samples: Vec<PathSample>,
     options: PathOptions,
     covariates: Vec<NumberColumn>,
     groups: Option<Vec<String>>,
@@ -283,6 +284,10 @@ impl Measured for PathCase {
             self.estimates(&concrete, Some(&correction_n), empirical_conditions(closure))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::path_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

@@ -15,6 +15,7 @@ use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::{Curve, CurvePlot, Fact};
+use crate::suspect::Yardstick;
 
 /// A mean disagreement of the lengths is told when it is this many times its scatter.
 const CLEAR_DISAGREEMENT: f64 = 3.0;
@@ -201,6 +202,10 @@ impl Measured for LogCase {
             self.estimates(solved, residuals_n, &corrections_n, (conditions, blocks))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::log_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

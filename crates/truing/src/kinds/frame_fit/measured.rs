@@ -9,11 +9,13 @@ use model_discrepancy::{Closure, Covariate, Origin, Role};
 use nalgebra::{Point, SVector};
 
 use super::estimates::{FrameFitEstimates, HandedBack, PointResidual};
+use super::suspects;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions};
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 
 /// A `frame-fit` case as read.
 #[derive(Clone, Debug)]
@@ -74,6 +76,10 @@ impl Measured for FrameCase {
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         if self.dimension == 2 { self.prepare_in::<2>() } else { self.prepare_in::<3>() }
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        suspects::yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

@@ -11,6 +11,7 @@ use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 use crate::text_table::TextTable;
 
 const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm"];
@@ -60,9 +61,9 @@ impl DisplacementEstimates {
 }
 
 #[derive(Clone, Debug)]
-struct DisplacementCase {
+pub(super) struct DisplacementCase {
     file: Location,
-    rows: Vec<Displacement>,
+    pub(super) rows: Vec<Displacement>,
     sigma_mm: Option<f64>,
     covariates: Vec<NumberColumn>,
     groups: Option<Vec<String>>,
@@ -179,6 +180,10 @@ impl Measured for DisplacementCase {
             self.estimates(|i| closure.residuals_after[i], empirical_conditions(closure))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::displacement_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

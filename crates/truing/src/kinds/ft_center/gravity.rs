@@ -20,6 +20,7 @@ use crate::kinds::orientation::{LENGTH_TOL, orientations};
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 use crate::text_table::TextTable;
 
 const KNOWN: &[&str] =
@@ -177,9 +178,9 @@ impl GravityEstimates {
 }
 
 #[derive(Clone, Debug)]
-struct GravityCase {
+pub(super) struct GravityCase {
     file: Location,
-    poses: Vec<StaticPose>,
+    pub(super) poses: Vec<StaticPose>,
     options: GravityOptions,
     covariates: Vec<NumberColumn>,
     groups: Option<Vec<String>>,
@@ -292,6 +293,10 @@ impl Measured for GravityCase {
             ))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::gravity_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

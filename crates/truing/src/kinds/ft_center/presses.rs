@@ -20,7 +20,7 @@ use crate::case::{
 use crate::kinds::Reading;
 
 pub use estimates::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
-use measured::PressCase;
+pub(super) use measured::PressCase;
 
 const KNOWN: &[&str] = &["press", "machine_x_mm", "machine_y_mm", "use"];
 const KNOWN_WRENCH: &[&str] =

@@ -14,6 +14,7 @@ use crate::Error;
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 
 /// A `probe-comp` case as read.
 #[derive(Debug)]
@@ -89,6 +90,10 @@ impl Measured for ProbeCase {
         let of = Arc::clone(&model);
         let estimates = Box::new(move |closure: &Closure| closed(&of, closure, &declared));
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

@@ -14,6 +14,7 @@ use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case as read.
 #[derive(Clone, Debug)]
@@ -125,6 +126,10 @@ impl Measured for TrackerCase {
             Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, reversal))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::range_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

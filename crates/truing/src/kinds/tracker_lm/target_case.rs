@@ -15,6 +15,7 @@ use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case of points, as read.
 #[derive(Clone, Debug)]
@@ -138,6 +139,10 @@ impl Measured for TargetCase {
             Estimates::TrackerLm(TrackerLmEstimates::of_targets(&self.survey, found, reversal))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::target_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

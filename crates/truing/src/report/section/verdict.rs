@@ -2,8 +2,8 @@
 
 use model_discrepancy::{Closure, Verdict};
 
-use super::Context;
 use super::headline::hold_out_short;
+use super::{Context, sentence};
 use crate::report::markup::Markup;
 use crate::report::number::{percent, significant};
 use crate::report::reading::rms;
@@ -20,12 +20,31 @@ pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
 
 /// The page's opening: what was found, in one or two sentences.
 pub(crate) fn lede(out: &mut Markup, context: &Context) {
+    mistakes(out, context);
     out.open("p", &[("class", &"lede")]);
     match context.closure {
         Some(closure) => closed(out, context, closure),
         None => solved(out, context),
     }
     out.close("p");
+}
+
+/// What is wrong with the input, before anything else is said.
+fn mistakes(out: &mut Markup, context: &Context) {
+    for mistake in context.input.mistakes {
+        out.open("p", &[("class", &"lede")]);
+        out.element("span", &[("class", &"verdict open")], "input wrong");
+        out.text(" ");
+        out.name(&mistake.subject);
+        out.text(": ");
+        out.prose(&sentence(&mistake.description));
+        out.close("p");
+    }
+    if !context.input.mistakes.is_empty() {
+        let note = "Whatever follows is of the data as they would be with that corrected, where \
+                    it can be; the files are as they were.";
+        out.element("p", &[("class", &"quiet")], note);
+    }
 }
 
 fn closed(out: &mut Markup, context: &Context, closure: &Closure) {

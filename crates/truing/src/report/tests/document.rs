@@ -108,6 +108,7 @@ fn a_case_without_anything_still_makes_a_page() {
             title: "",
             kind: "",
             source: None,
+            mistakes: &[],
             description: &[],
             measured: &[],
             declared: &[],

@@ -14,15 +14,16 @@ use crate::kinds::ft_center::error;
 use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 
 /// A case of presses as read.
 #[derive(Clone, Debug)]
-pub(super) struct PressCase {
+pub(in crate::kinds::ft_center) struct PressCase {
     pub(super) presses_file: Location,
     pub(super) wrench_file: Location,
     /// Lines of the samples, per press.
     pub(super) lines: Vec<Vec<usize>>,
-    pub(super) presses: Vec<Press>,
+    pub(in crate::kinds::ft_center) presses: Vec<Press>,
     pub(super) contact: Contact,
     pub(super) orbit: OrbitOptions,
     pub(super) options: LocateOptions,
@@ -123,6 +124,10 @@ impl Measured for PressCase {
             Estimates::FtCenter(FtCenterEstimates::of(&located, presses))
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        crate::kinds::ft_center::suspects::press_yardstick(self, fitted)
     }
 
     fn words(&self) -> Words {

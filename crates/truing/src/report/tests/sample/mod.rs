@@ -52,6 +52,7 @@ impl Sample {
             title: &self.title,
             kind: self.kind,
             source: self.source.as_deref(),
+            mistakes: &[],
             description: &self.description,
             measured: &self.measured,
             declared: &self.declared,

@@ -1,0 +1,163 @@
+use std::borrow::Cow;
+
+use super::table::Table;
+
+/// A change to one file of a case, tried before anyone makes it.
+#[derive(Clone, Debug)]
+pub(crate) struct Edit {
+    pub(crate) file: &'static str,
+    pub(crate) change: Change,
+}
+
+/// What is changed.
+#[derive(Clone, Debug)]
+pub(crate) enum Change {
+    /// Numbers of some columns, times a factor.
+    Scale { columns: Vec<String>, factor: f64 },
+    /// `columns[i]` gets the cells of `sources[i]`.
+    Permute { columns: Vec<String>, sources: Vec<String> },
+    /// Row `i` of some columns gets the cells of row `order[i]`.
+    Rows { columns: Vec<String>, order: Vec<usize> },
+    /// Only these rows stay.
+    Keep { rows: Vec<usize> },
+    /// One name stands for another and the other way round.
+    Swap { column: String, names: [String; 2] },
+    /// A column of new numbers.
+    Replace { column: String, values: Vec<f64> },
+    /// A setting of `case.toml`, by the path of its keys.
+    Setting { path: Vec<&'static str>, value: toml::Value },
+}
+
+impl Change {
+    /// The table with the change; columns that it does not have stay as they are.
+    pub(crate) fn of_table(&self, table: &Table) -> Table {
+        let all: Vec<usize> = (0..table.n_rows()).collect();
+        let index = |name: &String| table.column(name);
+        match self {
+            Self::Scale { columns, factor } => {
+                let columns: Vec<_> = columns.iter().filter_map(index).collect();
+                table.rewritten(&all, |table, row, column| {
+                    let cell = table.cell(row, column);
+                    match cell.parse::<f64>() {
+                        Ok(value) if columns.contains(&column) => written(value * factor),
+                        _ => cell.into(),
+                    }
+                })
+            }
+            Self::Permute { columns, sources } => {
+                let both = columns.iter().zip(sources);
+                let moves: Vec<_> =
+                    both.filter_map(|(c, s)| Some((index(c)?, index(s)?))).collect();
+                table.rewritten(&all, |table, row, column| {
+                    let moved = moves.iter().find(|(to, _)| *to == column);
+                    table.cell(row, moved.map_or(column, |(_, from)| *from)).into()
+                })
+            }
+            Self::Rows { columns, order } => {
+                let columns: Vec<_> = columns.iter().filter_map(index).collect();
+                table.rewritten(&all, |table, row, column| {
+                    let from = if columns.contains(&column) { order[row] } else { row };
+                    table.cell(from, column).into()
+                })
+            }
+            Self::Keep { rows } => {
+                table.rewritten(rows, |table, row, column| table.cell(row, column).into())
+            }
+            Self::Swap { column, names: [one, other] } => {
+                let of = table.column(column);
+                table.rewritten(&all, |table, row, column| match table.cell(row, column) {
+                    cell if of != Some(column) => cell.into(),
+                    cell if cell == one => Cow::Owned(other.clone()),
+                    cell if cell == other => Cow::Owned(one.clone()),
+                    cell => cell.into(),
+                })
+            }
+            Self::Replace { column, values } => {
+                let of = table.column(column);
+                table.rewritten(&all, |table, row, column| {
+                    if of == Some(column) {
+                        written(values[row])
+                    } else {
+                        table.cell(row, column).into()
+                    }
+                })
+            }
+            Self::Setting { .. } => table.clone(),
+        }
+    }
+
+    /// The text of `case.toml` with the change; `None` where it is about a table.
+    pub(crate) fn of_settings(&self, text: &str) -> Option<String> {
+        let Self::Setting { path, value } = self else { return None };
+        let mut document: toml::Table = text.parse().ok()?;
+        let (last, sections) = path.split_last()?;
+        let mut section = &mut document;
+        for key in sections {
+            let new = || toml::Value::Table(toml::Table::new());
+            section = section.entry(*key).or_insert_with(new).as_table_mut()?;
+        }
+        section.insert((*last).to_owned(), value.clone());
+        toml::to_string(&document).ok()
+    }
+}
+
+/// The shortest text that reads as the same number.
+fn written(value: f64) -> Cow<'static, str> {
+    Cow::Owned(format!("{value:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Change, Table};
+    use crate::case::{Ledger, Location};
+
+    fn cells(table: &Table) -> Vec<Vec<&str>> {
+        let columns = 0..table.names().len();
+        let row = |row| columns.clone().map(|column| table.cell(row, column)).collect();
+        (0..table.n_rows()).map(row).collect()
+    }
+
+    fn table() -> Table {
+        let text = "id,x,y\na,1,10\nb,2,20\nc,3,30\n";
+        Table::read(Location::file("t.csv"), text, &[], &Ledger::default()).unwrap()
+    }
+
+    fn names(of: &[&str]) -> Vec<String> {
+        of.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    #[test]
+    fn a_scale_touches_numbers_of_its_columns_alone() {
+        let scaled = Change::Scale { columns: names(&["id", "x"]), factor: 0.5 }.of_table(&table());
+        assert_eq!(cells(&scaled), [["a", "0.5", "10"], ["b", "1.0", "20"], ["c", "1.5", "30"]]);
+    }
+
+    #[test]
+    fn columns_rows_and_names_change_places() {
+        let [columns, sources] = [names(&["x", "y"]), names(&["y", "x"])];
+        let permuted = Change::Permute { columns, sources }.of_table(&table());
+        assert_eq!(cells(&permuted)[0], ["a", "10", "1"]);
+        let order = vec![1, 2, 0];
+        let rows = Change::Rows { columns: names(&["x"]), order }.of_table(&table());
+        assert_eq!(cells(&rows), [["a", "2", "10"], ["b", "3", "20"], ["c", "1", "30"]]);
+        let [one, other] = ["a", "c"].map(str::to_owned);
+        let swap = Change::Swap { column: "id".to_owned(), names: [one, other] }.of_table(&table());
+        assert_eq!(cells(&swap).concat().join(" "), "c 1 10 b 2 20 a 3 30");
+    }
+
+    #[test]
+    fn rows_that_go_take_their_lines_with_them() {
+        let kept = Change::Keep { rows: vec![0, 2] }.of_table(&table());
+        assert_eq!(cells(&kept), [["a", "1", "10"], ["c", "3", "30"]]);
+        assert_eq!([kept.line(0), kept.line(1)], [2, 4]);
+    }
+
+    #[test]
+    fn a_setting_is_replaced_or_added() {
+        let value = toml::Value::Float(2.0);
+        let change = Change::Setting { path: vec!["probe", "tip"], value };
+        let changed = change.of_settings("kind = \"k\"\n[probe]\ntip = 4.0\n").unwrap();
+        assert!(changed.contains("tip = 2.0") && !changed.contains("4.0"), "{changed}");
+        assert!(change.of_settings("kind = \"k\"\n").unwrap().contains("[probe]"));
+    }
+}

@@ -1,0 +1,127 @@
+//! What may be wrong with a log, or with runs along a path.
+
+use super::along_path::PathCase;
+use super::measured::LogCase;
+use super::{CELLS, KNOWN, LENGTHS, LOG, PATH};
+use crate::case::{Files, Table};
+use crate::kinds::Fitted;
+use crate::suspect::{
+    Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanges, lengths,
+    rows_left_out, rows_shifted, scaled_setting, signs, stretches, units,
+};
+
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+const REFERENCE: &str = "reference_n";
+/// Error of the force over the force itself that no physics of a sound head makes.
+const GROSS: f64 = 0.4;
+/// The same beyond which legs and reference have nothing to do with each other.
+const UNMATCHED: f64 = 0.6;
+/// Disagreement of the four lengths over their mean that no zero error makes.
+const GROSS_LENGTH: f64 = 0.01;
+/// One kilogram weighs that much.
+const N_PER_KG: f64 = 9.806_65;
+
+pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    if files.folder.has(PATH) { path(files) } else { log(files, fitted) }
+}
+
+fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let Ok(table) = files.folder.table(LOG, KNOWN) else { return Vec::new() };
+    let table = Some(&table);
+    let mut all = Vec::new();
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(LOG, rows)];
+    all.extend(channels(LOG, table, &CELLS, without));
+    all.extend(units(LOG, table, &CELLS, Dimension::Force));
+    all.extend(units(LOG, table, &[REFERENCE], Dimension::Force));
+    all.extend(units(LOG, table, &LENGTHS, Dimension::Length));
+    for family in [&CELLS[..], &LENGTHS, &NORMAL] {
+        all.extend(exchanges(LOG, table, family));
+    }
+    for family in [[CELLS[0], CELLS[1], CELLS[2]], [LENGTHS[0], LENGTHS[1], LENGTHS[2]], NORMAL] {
+        all.extend(cycles(LOG, table, family));
+    }
+    all.extend(signs(LOG, table, &NORMAL));
+    all.extend(signs(LOG, table, &CELLS));
+    all.extend(signs(LOG, table, &[REFERENCE]));
+    if let Some(fitted) = fitted {
+        all.extend(reference_clock(table, fitted));
+    }
+    for column in [REFERENCE].iter().chain(&CELLS).chain(&LENGTHS) {
+        all.extend(rows_shifted(LOG, table, &[*column], Some("segment")));
+    }
+    all.extend(of_head(files));
+    all
+}
+
+fn of_head(files: &Files) -> Vec<Hypothesis> {
+    let document = &files.document;
+    let keys = ["tip_to_plane_mm", "plane_to_joint_mm", "head_radius_mm", "bracket_radius_mm"];
+    let mut all: Vec<Hypothesis> =
+        keys.iter().flat_map(|key| lengths(document, &["head", key])).collect();
+    let weight = [("in another unit, kg instead of N", N_PER_KG), ("of the opposite sign", -1.0)];
+    all.extend(weight.iter().filter_map(|(what, factor)| {
+        scaled_setting(document, &["head", "weight_n"], "input:unit", what, *factor)
+    }));
+    all
+}
+
+/// The reference on another clock, where its residual is known.
+fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
+    let Some((table, (time_s, read))) =
+        table.and_then(|t| Some((t, t.numbers("time_s").zip(t.numbers(REFERENCE))?)))
+    else {
+        return Vec::new();
+    };
+    let residuals = fitted.observations.iter().map(|o| o.residual[0]);
+    let expected: Vec<f64> = residuals.zip(&read).map(|(r, read)| r + read).collect();
+    let stretch = stretches(table, "segment");
+    clocks(&Record {
+        file: LOG,
+        column: REFERENCE,
+        time_s: &time_s,
+        read: &read,
+        expected: &expected,
+        stretch: &stretch,
+    })
+}
+
+fn path(files: &Files) -> Vec<Hypothesis> {
+    let columns = ["run", "time_s", "path_mm", "force_n", REFERENCE];
+    let Ok(table) = files.folder.table(PATH, &columns) else { return Vec::new() };
+    let table = Some(&table);
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(PATH, rows)];
+    let mut all = channels(PATH, table, &["force_n"], without);
+    for column in ["force_n", REFERENCE] {
+        all.extend(units(PATH, table, &[column], Dimension::Force));
+    }
+    all.extend(signs(PATH, table, &["force_n"]));
+    all.extend(signs(PATH, table, &[REFERENCE]));
+    all.extend(exchanges(PATH, table, &["path_mm", "force_n", REFERENCE]));
+    all.extend(rows_shifted(PATH, table, &[REFERENCE], Some("run")));
+    all
+}
+
+fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let n = values.clone().count().max(1) as f64;
+    (values.map(|v| v * v).sum::<f64>() / n).sqrt()
+}
+
+pub(super) fn log_yardstick(case: &LogCase, _: &Fitted) -> Yardstick {
+    let reference: Option<Vec<f64>> = case.samples.iter().map(|s| s.reference_n).collect();
+    let Some(reference) = reference else {
+        let lengths = case.samples.iter().flat_map(|s| s.lengths_mm);
+        let (spread, gross) = (rms(lengths), GROSS_LENGTH);
+        return Yardstick { spread, taken_up: 0.0, gross, unmatched: f64::INFINITY };
+    };
+    // A reference that is too large by its unit makes the force look small beside it.
+    let cells = rms(case.samples.iter().map(|s| s.cells_n[3]));
+    let spread = rms(reference.into_iter()).max(cells);
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+}
+
+pub(super) fn path_yardstick(case: &PathCase, _: &Fitted) -> Yardstick {
+    let reference = rms(case.samples.iter().map(|s| s.reference_n));
+    let spread = reference.max(rms(case.samples.iter().map(|s| s.force_n)));
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+}

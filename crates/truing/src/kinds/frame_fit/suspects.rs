@@ -1,0 +1,131 @@
+//! What may be wrong with the two tables of points.
+
+use frame_fit::Transform;
+
+use super::measured::FrameCase;
+use super::{FROM, PAIRS, TO};
+use crate::case::{Files, Table};
+use crate::estimates::Estimates;
+use crate::kinds::Fitted;
+use crate::suspect::{
+    Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, other_setting,
+    rows_shifted, signs, spread_of, units,
+};
+
+/// The two sides of the table.
+const TO_AND_FROM: [[&str; 3]; 2] = [TO, FROM];
+/// Misfit over the spread of the points that no machine has: 20 mm in a metre.
+const GROSS: f64 = 0.02;
+/// Misfit over spread of tables that have nothing to do with each other.
+const UNMATCHED: f64 = 0.1;
+/// A scale farther from 1 than this is no thermal or metrological one, which are below 1e-3.
+const USUAL_SCALE: f64 = 3e-3;
+/// Rows looked at for exchanged labels: the two with the largest residuals, and as many more as
+/// the fit may have put before them.
+const FARTHEST: usize = 6;
+/// Spread of one side over that of the other below which its points are all one.
+const COINCIDENT: f64 = 0.2;
+/// Correlation of the distances between points of the two sides, below which they are unrelated.
+const UNRELATED: f64 = 0.7;
+
+pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let table = files.folder.table(PAIRS, &["point", FROM[0], FROM[1], TO[0], TO[1]]).ok();
+    let Some(table) = table.as_ref() else { return Vec::new() };
+    let mut all: Vec<Hypothesis> = coincident(table).into_iter().collect();
+    for side in TO_AND_FROM {
+        all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
+    }
+    all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
+    for side in TO_AND_FROM {
+        all.extend(exchanges(PAIRS, Some(table), &side));
+        all.extend(cycles(PAIRS, Some(table), side));
+    }
+    all.push(handedness(files));
+    all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
+    if let Some(fitted) = fitted {
+        all.extend(exchanged_rows(PAIRS, Some(table), &TO, &farthest(fitted, FARTHEST)));
+        for column in TO.iter().chain(&FROM) {
+            all.extend(rows_shifted(PAIRS, Some(table), &[*column], None));
+        }
+    }
+    all
+}
+
+/// The frames mirrored against what is declared.
+fn handedness(files: &Files) -> Hypothesis {
+    let path = ["model", "handedness"];
+    let declared = files.document.value(&path);
+    let is_improper = declared.is_some_and(|value| value.as_str() == Some("improper"));
+    let other = if is_improper { "proper" } else { "improper" };
+    let what = format!("wrong, the frames are mirrored otherwise: \"{other}\"");
+    other_setting(&path, "input:handedness", &what, toml::Value::String(other.to_owned()))
+}
+
+/// One side of the table is one and the same point over and over.
+fn coincident(table: &Table) -> Option<Hypothesis> {
+    let side = |names: [&str; 3]| -> Option<Vec<Vec<f64>>> {
+        let axes: Vec<Vec<f64>> = names.iter().filter_map(|name| table.numbers(name)).collect();
+        let point = |row| axes.iter().map(|axis| axis[row]).collect();
+        (axes.len() > 1).then(|| (0..table.n_rows()).map(point).collect())
+    };
+    let (from, to) = (side(FROM)?, side(TO)?);
+    let spread = |points: &[Vec<f64>]| spread_of(points.iter().map(Vec::as_slice));
+    let (columns, ratio) = if spread(&to) < spread(&from) {
+        (TO, spread(&to) / spread(&from))
+    } else {
+        (FROM, spread(&from) / spread(&to))
+    };
+    if ratio > COINCIDENT || correlation(&distances(&from), &distances(&to)) > UNRELATED {
+        return None;
+    }
+    let columns = &columns[..from[0].len().min(3)];
+    let description = format!(
+        "the points of {PAIRS} in {} are all the same point (coincident): their spread is {ratio:.1e} \
+         of that of the others, and unrelated to it; give the places that belong to the points",
+        columns.join(", ")
+    );
+    let found =
+        Hypothesis::of("input:coincident-points", (PAIRS, columns), description, Vec::new());
+    Some(found.shown())
+}
+
+/// Between every point and the next four.
+fn distances(points: &[Vec<f64>]) -> Vec<f64> {
+    let n = points.len();
+    let pairs = (0..n).flat_map(|i| (1..=4).map(move |k| (i, (i + k) % n)));
+    let square = |(i, j): (usize, usize)| {
+        points[i].iter().zip(&points[j]).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    pairs.map(square).collect()
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let product: f64 = a.iter().zip(b).map(|(x, y)| (x - ma) * (y - mb)).sum();
+    let square = |v: &[f64], m: f64| v.iter().map(|x| (x - m).powi(2)).sum::<f64>();
+    product / (square(a, ma) * square(b, mb)).sqrt().max(f64::MIN_POSITIVE)
+}
+
+pub(super) fn yardstick(case: &FrameCase, fitted: &Fitted) -> Yardstick {
+    let spread = |points: &[Vec<f64>]| spread_of(points.iter().map(Vec::as_slice));
+    let spread = spread(&case.from_mm).max(spread(&case.to_mm));
+    // Frames that are claimed to be one may be shifted and turned against each other.
+    let is_claimed = matches!(case.transform, Transform::None | Transform::Translation);
+    Yardstick {
+        spread,
+        taken_up: if is_distorted(case, fitted) { spread } else { 0.0 },
+        gross: GROSS,
+        unmatched: if is_claimed { f64::INFINITY } else { UNMATCHED },
+    }
+}
+
+/// Whether a fitted map stretches by more than any machine does.
+fn is_distorted(case: &FrameCase, fitted: &Fitted) -> bool {
+    let Estimates::FrameFit(found) = &fitted.estimates else { return false };
+    let d = case.dimension;
+    let linear = nalgebra::DMatrix::from_fn(d, d, |i, j| found.matrix[i][j]);
+    let stretches = linear.singular_values();
+    stretches.iter().any(|s| (s - 1.0).abs() > USUAL_SCALE)
+}

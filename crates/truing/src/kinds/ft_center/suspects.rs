@@ -1,0 +1,208 @@
+//! What may be wrong with presses, displacements or static poses.
+
+use ft_center::PressRole;
+
+use super::displacements::DisplacementCase;
+use super::gravity::GravityCase;
+use super::presses::PressCase;
+use super::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
+use crate::case::{Change, Edit, Files, Table};
+use crate::estimates::Estimates;
+use crate::kinds::Fitted;
+use crate::suspect::{
+    Dimension, Hypothesis, Yardstick, channels, cycles, exchanged_rows, exchanges, farthest,
+    lengths, other_setting, rows_left_out, rows_shifted, scaled_setting, signs, spread_of, units,
+};
+
+const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
+const MOMENTS: [&str; 3] = ["mx_nmm", "my_nmm", "mz_nmm"];
+const MACHINE: [&str; 2] = ["machine_x_mm", "machine_y_mm"];
+const TRAVEL: [&str; 2] = ["solved_mm", "commanded_mm"];
+const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
+/// Misfit over the spread of the positions that no head makes: 3 mm of 30 mm.
+const GROSS: f64 = 0.1;
+/// The same beyond which wrenches and positions have nothing to do with each other.
+const UNMATCHED: f64 = 0.4;
+/// Misfit of a displacement over its size that no machine makes.
+const GROSS_TRAVEL: f64 = 0.02;
+/// Misfit of a wrench over what gravity changes in it that no sensor makes.
+const GROSS_WRENCH: f64 = 0.1;
+/// Rows looked at for exchanged labels.
+const FARTHEST: usize = 6;
+
+pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    if files.folder.has(DISPLACEMENTS) {
+        displacements(files, fitted)
+    } else if files.folder.has(GRAVITY) {
+        gravity(files, fitted)
+    } else {
+        presses(files, fitted)
+    }
+}
+
+fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let folder = &files.folder;
+    let (Ok(wrench), Ok(known)) = (folder.table(WRENCH, &FORCES), folder.table(PRESSES, &MACHINE))
+    else {
+        return Vec::new();
+    };
+    let without = |wrench: &Table, rows: &[bool]| presses_left_out(wrench, &known, rows);
+    let mut all = channels(WRENCH, Some(&wrench), &[&FORCES[..], &MOMENTS].concat(), without);
+    let (wrench, known) = (Some(&wrench), Some(&known));
+    all.extend(units(WRENCH, wrench, &FORCES, Dimension::Force));
+    all.extend(units(WRENCH, wrench, &MOMENTS, Dimension::Moment));
+    all.extend(units(PRESSES, known, &MACHINE, Dimension::Length));
+    all.extend(of_wrench(WRENCH, wrench));
+    all.extend(lengths(&files.document, &["contact", "z0_mm"]));
+    let other_side = "of the opposite sign, on the wrong side of the sensor's reference point";
+    let z0 = ["contact", "z0_mm"];
+    all.extend(scaled_setting(&files.document, &z0, "input:side", other_side, -1.0));
+    all.extend(exchanges(PRESSES, known, &MACHINE));
+    all.extend(signs(PRESSES, known, &MACHINE));
+    all.extend(rows_shifted(PRESSES, known, &MACHINE, None));
+    if let (Some(fitted), Some(table)) = (fitted, known) {
+        let is_known = |row: &usize| {
+            table.column("use").is_some_and(|column| table.cell(*row, column) != "locate")
+        };
+        let rows: Vec<usize> = (0..table.n_rows()).filter(is_known).collect();
+        let far: Vec<usize> =
+            farthest(fitted, FARTHEST).into_iter().filter_map(|o| rows.get(o).copied()).collect();
+        all.extend(exchanged_rows(PRESSES, known, &MACHINE, &far));
+        for column in MACHINE {
+            all.extend(rows_shifted(PRESSES, known, &[column], None));
+        }
+    }
+    all
+}
+
+/// What may be wrong with the six columns of a wrench.
+fn of_wrench(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
+    let mut all = Vec::new();
+    for family in [MOMENTS, FORCES] {
+        all.extend(exchanges(file, table, &family));
+        all.extend(cycles(file, table, family));
+        all.extend(signs(file, table, &family));
+    }
+    all
+}
+
+/// Every press of which a sample is marked goes, with all of its samples.
+fn presses_left_out(wrench: &Table, known: &Table, rows: &[bool]) -> Vec<Edit> {
+    let (Some(of), Some(name)) = (wrench.column("press"), known.column("press")) else {
+        return Vec::new();
+    };
+    let clipped: std::collections::BTreeSet<&str> =
+        (0..wrench.n_rows()).filter(|&row| rows[row]).map(|row| wrench.cell(row, of)).collect();
+    let marked = |table: &Table, column: usize| -> Vec<bool> {
+        (0..table.n_rows()).map(|row| clipped.contains(table.cell(row, column))).collect()
+    };
+    vec![rows_left_out(WRENCH, &marked(wrench, of)), rows_left_out(PRESSES, &marked(known, name))]
+}
+
+fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let Ok(table) = files.folder.table(DISPLACEMENTS, &TRAVEL) else { return Vec::new() };
+    let table = Some(&table);
+    let mut all = Vec::new();
+    for column in TRAVEL {
+        all.extend(units(DISPLACEMENTS, table, &[column], Dimension::Length));
+    }
+    all.extend(signs(DISPLACEMENTS, table, &TRAVEL[..1]));
+    all.extend(rows_shifted(DISPLACEMENTS, table, &TRAVEL[..1], None));
+    if let Some(fitted) = fitted {
+        let far = farthest(fitted, FARTHEST);
+        all.extend(exchanged_rows(DISPLACEMENTS, table, &TRAVEL[..1], &far));
+    }
+    all
+}
+
+fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let Ok(table) = files.folder.table(GRAVITY, &QUATERNION) else { return Vec::new() };
+    let wrench = [FORCES, MOMENTS].concat();
+    let table = Some(&table);
+    let mut all = Vec::new();
+    all.extend(units(GRAVITY, table, &FORCES, Dimension::Force));
+    all.extend(units(GRAVITY, table, &MOMENTS, Dimension::Moment));
+    all.extend(of_wrench(GRAVITY, table));
+    all.extend(orientations());
+    all.extend(signs(GRAVITY, table, &QUATERNION[1..]));
+    all.extend(exchanges(GRAVITY, table, &QUATERNION));
+    all.extend(gravity_up(files));
+    all.extend(rows_shifted(GRAVITY, table, &wrench, None));
+    if let Some(fitted) = fitted {
+        all.extend(exchanged_rows(GRAVITY, table, &wrench, &farthest(fitted, FARTHEST)));
+    }
+    all
+}
+
+/// The scalar part of the quaternion written last instead of first, or read so.
+fn orientations() -> Vec<Hypothesis> {
+    let one = |(by, what): (usize, &str)| {
+        let columns = QUATERNION.map(str::to_owned).to_vec();
+        let sources = (0..4).map(|i| QUATERNION[(i + by) % 4].to_owned()).collect();
+        let description = format!(
+            "the columns of the quaternion in {GRAVITY} are exchanged (permuted): the scalar part \
+             stands {what}"
+        );
+        let edits = vec![Edit { file: GRAVITY, change: Change::Permute { columns, sources } }];
+        Hypothesis::of("input:exchanged", (GRAVITY, &QUATERNION), description, edits)
+    };
+    [(3, "last"), (1, "first in the wrong place")].map(one).to_vec()
+}
+
+fn gravity_up(files: &Files) -> Option<Hypothesis> {
+    let path = ["model", "gravity"];
+    let turned = match files.document.value(&path) {
+        None => vec![0.0, 0.0, 1.0],
+        Some(value) => value
+            .as_array()?
+            .iter()
+            .map(|v| v.as_float().or_else(|| v.as_integer().map(int)).map(|v| -v))
+            .collect::<Option<Vec<f64>>>()?,
+    };
+    let value = toml::Value::Array(turned.into_iter().map(toml::Value::Float).collect());
+    let what = "reversed (opposite direction): it points down in the base";
+    Some(other_setting(&path, "input:direction", what, value))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
+fn int(value: i64) -> f64 {
+    value as f64
+}
+
+pub(super) fn press_yardstick(case: &PressCase, _: &Fitted) -> Yardstick {
+    let places: Vec<[f64; 2]> = (case.presses.iter())
+        .filter(|p| p.role != PressRole::Locate)
+        .map(|p| [p.machine_mm.x, p.machine_mm.y])
+        .collect();
+    let spread = spread_of(places.iter().map(<[f64; 2]>::as_slice));
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+}
+
+pub(super) fn displacement_yardstick(case: &DisplacementCase, _: &Fitted) -> Yardstick {
+    let side = |value: fn(&ft_center::Displacement) -> f64| {
+        let points: Vec<[f64; 1]> = case.rows.iter().map(|row| [value(row)]).collect();
+        spread_of(points.iter().map(<[f64; 1]>::as_slice))
+    };
+    let spread = side(|row| row.commanded_mm).max(side(|row| row.solved_mm));
+    Yardstick { spread, taken_up: 0.0, gross: GROSS_TRAVEL, unmatched: UNMATCHED }
+}
+
+pub(super) fn gravity_yardstick(case: &GravityCase, fitted: &Fitted) -> Yardstick {
+    let part = |moments: bool| -> Vec<[f64; 3]> {
+        let of = |p: &ft_center::StaticPose| {
+            if moments { p.wrench.torque_nmm } else { p.wrench.force_n }
+        };
+        case.poses.iter().map(|p| of(p).into()).collect()
+    };
+    let spread = |points: Vec<[f64; 3]>| spread_of(points.iter().map(<[f64; 3]>::as_slice));
+    let (forces, moments) = (spread(part(false)), spread(part(true)));
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let n = fitted.observations.len().max(1) as f64;
+    let square =
+        |o: &crate::kinds::Observation| o.residual.iter().skip(3).map(|r| r * r).sum::<f64>();
+    let missed = (fitted.observations.iter().map(square).sum::<f64>() / n).sqrt();
+    let is_upside_down =
+        matches!(&fitted.estimates, Estimates::Gravity(found) if found.weight_n < 0.0);
+    let taken_up = forces * (missed / moments).hypot(if is_upside_down { 1.0 } else { 0.0 });
+    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched: UNMATCHED }
+}

@@ -1,0 +1,97 @@
+//! What may be wrong with the touches of a probe, its ball or the drawing of the part.
+
+use super::measured::ProbeCase;
+use super::{MICRO, TOUCHES};
+use crate::case::{Files, Table};
+use crate::kinds::Fitted;
+use crate::kinds::surface::mistakes_of_drawing;
+use crate::suspect::{
+    Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, lengths,
+    other_setting, rows_shifted, signs, spread_of, units,
+};
+
+const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
+/// Deviation over the spread of the touches that no part has: 0.3 mm in 100 mm.
+const GROSS: f64 = 0.003;
+/// The same beyond which part and touches have nothing to do with each other.
+const UNMATCHED: f64 = 0.05;
+/// Rows looked at for exchanged labels.
+const FARTHEST: usize = 6;
+
+pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let columns = ["touch", XYZ[0], XYZ[1], XYZ[2]];
+    let table = files.folder.table(TOUCHES, &columns).ok();
+    let table = table.as_ref();
+    let mut all = sides(files);
+    all.extend(lengths(&files.document, &["probe", "tip_radius_mm"]));
+    all.extend(mistakes_of_drawing(files));
+    all.extend(of_points(TOUCHES, table));
+    if files.folder.has(MICRO) {
+        let around = files.folder.table(MICRO, &columns).ok();
+        all.extend(units(MICRO, around.as_ref(), &XYZ, Dimension::Length));
+    }
+    all.extend(outward(table));
+    all.extend(exchanges(TOUCHES, table, &APPROACH));
+    all.extend(signs(TOUCHES, table, &APPROACH));
+    for column in XYZ {
+        all.extend(rows_shifted(TOUCHES, table, &[column], None));
+    }
+    if let Some(fitted) = fitted {
+        all.extend(exchanged_rows(TOUCHES, table, &XYZ[2..], &farthest(fitted, FARTHEST)));
+    }
+    all
+}
+
+/// Directions given as normals of the part instead of approaches, or inward for outward.
+fn outward(table: Option<&Table>) -> Vec<Hypothesis> {
+    let turned = signs(TOUCHES, table, &APPROACH).pop();
+    let named = |found: Hypothesis| Hypothesis {
+        effect: "input:normal",
+        description: format!(
+            "{}; they are normals of the other side, inward instead of outward or outward instead \
+             of the approach",
+            found.description
+        ),
+        ..found
+    };
+    turned
+        .filter(|_| table.is_some_and(|t| t.column(APPROACH[0]).is_some()))
+        .map(named)
+        .into_iter()
+        .collect()
+}
+
+fn of_points(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
+    let mut all = units(file, table, &XYZ, Dimension::Length);
+    all.extend(signs(file, table, &XYZ));
+    all.extend(exchanges(file, table, &XYZ));
+    all.extend(cycles(file, table, XYZ));
+    all
+}
+
+/// The ball on the other side of the surface.
+fn sides(files: &Files) -> Vec<Hypothesis> {
+    let of_sphere = files.document.value(&["surface", "shape"]);
+    let is_sphere = of_sphere.is_some_and(|shape| shape.as_str() == Some("sphere"));
+    let (path, names) = if is_sphere {
+        (["surface", "side"], ["outside", "inside"])
+    } else {
+        (["probe", "side"], ["+z", "-z"])
+    };
+    let given = files.document.value(&path);
+    let is_second = given.is_some_and(|side| side.as_str() == Some(names[1]));
+    // Where nothing is given, either side may be the one that was taken.
+    let others = if is_second { &names[..1] } else { &names[1..] };
+    let one = |other: &&str| {
+        let what = format!("wrong, the ball was on the other side of the surface: \"{other}\"");
+        other_setting(&path, "input:side", &what, toml::Value::String((*other).to_owned()))
+    };
+    others.iter().map(one).collect()
+}
+
+pub(super) fn yardstick(case: &ProbeCase, _: &Fitted) -> Yardstick {
+    let balls = &case.touches.balls;
+    let spread = spread_of(balls.iter().map(|b| b.center_mm.coords.as_slice()));
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+}

@@ -1,0 +1,168 @@
+//! What may be wrong with a survey of a rotary axis.
+
+use nalgebra::{Point3, Vector3};
+
+use super::estimates::TrackerLmEstimates;
+use super::measured::TrackerCase;
+use super::tables::PLACE;
+use super::target_case::TargetCase;
+use super::{MOUNTS, RANGES, STATIONS, TARGETS};
+use crate::case::{Files, Table};
+use crate::estimates::Estimates;
+use crate::kinds::Fitted;
+use crate::suspect::{
+    Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, rows_shifted, signs,
+    spread_of, swapped_names, units,
+};
+
+/// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
+const GROSS: f64 = 0.03;
+/// The same beyond which the tables have nothing to do with each other.
+const UNMATCHED: f64 = 0.3;
+/// Errors of an axis, over the distance of its reflectors, that no survey meets: 20 mrad.
+const USUAL_ERROR: f64 = 0.02;
+/// Nominal places are off by this share of their distances, at most: they come from a tape.
+const USUAL_PLACE: f64 = 0.05;
+/// Names of which every pair is tried.
+const MOST_NAMES: usize = 8;
+
+pub(super) fn mistakes(files: &Files, _: Option<&Fitted>) -> Vec<Hypothesis> {
+    let folder = &files.folder;
+    let file = if folder.has(TARGETS) { TARGETS } else { RANGES };
+    let read = folder.table(file, &["station", "mount", "step", "angle_deg"]).ok();
+    let stations = folder.table(STATIONS, &["station", PLACE[0], PLACE[1], PLACE[2]]).ok();
+    let mounts = folder.table(MOUNTS, &["mount", PLACE[0], PLACE[1], PLACE[2]]).ok();
+    let (read, stations, mounts) = (read.as_ref(), stations.as_ref(), mounts.as_ref());
+    let mut all = directions(files);
+    all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
+    all.extend(signs(file, read, &["angle_deg"]));
+    if file == TARGETS {
+        all.extend(of_places(TARGETS, read));
+        all.extend(rows_shifted(file, read, &PLACE, Some("mount")));
+    } else {
+        let column = ["displacement_mm"];
+        all.extend(units(file, read, &column, Dimension::Length));
+        all.extend(signs(file, read, &column));
+        all.extend(rows_shifted(file, read, &column, Some("mount")));
+    }
+    all.extend(of_places(STATIONS, stations));
+    all.extend(of_places(MOUNTS, mounts));
+    for column in ["station", "mount"] {
+        all.extend(swapped_names(file, read, column, MOST_NAMES));
+    }
+    all
+}
+
+fn of_places(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
+    let mut all = units(file, table, &PLACE, Dimension::Length);
+    all.extend(exchanges(file, table, &PLACE));
+    all.extend(cycles(file, table, PLACE));
+    all.extend(signs(file, table, &PLACE));
+    all
+}
+
+/// The axis the other way round, or along another axis of the machine.
+fn directions(files: &Files) -> Vec<Hypothesis> {
+    let path = ["axis", "direction"];
+    let Some(declared) = direction(files) else { return Vec::new() };
+    let setting = |effect: &'static str, what: &str, to: Vector3<f64>| {
+        let value = to.iter().map(|v| toml::Value::Float(*v)).collect();
+        let what = format!("{what}: it should be [{}, {}, {}]", to.x, to.y, to.z);
+        other_setting(&path, effect, &what, toml::Value::Array(value))
+    };
+    let mut all = vec![setting(
+        "input:direction",
+        "reversed (of the opposite sign), and with it the sense of every angle",
+        -declared,
+    )];
+    for along in [Vector3::x(), Vector3::y(), Vector3::z()] {
+        for to in [along, -along] {
+            if to.dot(&declared).abs() < 0.5 * declared.norm() {
+                let what = "along another axis than the one that turned (wrong axis letter)";
+                all.push(setting("input:direction", what, to));
+            }
+        }
+    }
+    all
+}
+
+fn direction(files: &Files) -> Option<Vector3<f64>> {
+    let document = &files.document;
+    if let Some(given) = document.value(&["axis", "direction"]) {
+        #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
+        let number = |v: &toml::Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
+        let given: Option<Vec<f64>> = given.as_array()?.iter().map(number).collect();
+        return match given?[..] {
+            [x, y, z] => Some(Vector3::new(x, y, z)),
+            _ => None,
+        };
+    }
+    Some(match document.value(&["axis", "letter"])?.as_str()? {
+        "A" => Vector3::x(),
+        "B" => Vector3::y(),
+        _ => Vector3::z(),
+    })
+}
+
+pub(super) fn range_yardstick(case: &TrackerCase, fitted: &Fitted) -> Yardstick {
+    let survey = &case.survey;
+    let stations = survey.stations.iter().map(|s| s.nominal_mm).collect();
+    let mounts: Vec<_> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
+    let read: Vec<[f64; 1]> = survey.ranges.iter().map(|r| [r.displacement_mm]).collect();
+    let spread = spread_of(read.iter().map(<[f64; 1]>::as_slice));
+    yardstick(spread, Some(stations), &mounts, fitted)
+}
+
+pub(super) fn target_yardstick(case: &TargetCase, fitted: &Fitted) -> Yardstick {
+    let survey = &case.survey;
+    let mounts: Vec<Point3<f64>> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
+    let spread = spread_of(mounts.iter().map(|p| p.coords.as_slice()));
+    yardstick(spread, None, &mounts, fitted)
+}
+
+/// Counts what the errors of the axis and the places take up beyond what is usual.
+fn yardstick(
+    spread: f64,
+    stations: Option<Vec<Point3<f64>>>,
+    mounts: &[Point3<f64>],
+    fitted: &Fitted,
+) -> Yardstick {
+    let Estimates::TrackerLm(found) = &fitted.estimates else { return Yardstick::NONE };
+    let place = |x, y, z| Point3::new(x, y, z);
+    let found_mounts: Vec<_> = found.mounts.iter().map(|m| place(m.x_mm, m.y_mm, m.z_mm)).collect();
+    let of_mounts = beyond(moved(mounts, &found_mounts), USUAL_PLACE);
+    let of_stations = stations.map_or(0.0, |stations| {
+        let found: Vec<_> = found.stations.iter().map(|s| place(s.x_mm, s.y_mm, s.z_mm)).collect();
+        beyond(moved(&stations, &found), USUAL_PLACE)
+    });
+    let of_axis = beyond(turned(found, mounts), USUAL_ERROR);
+    let taken_up = spread * of_axis.hypot(of_stations).hypot(of_mounts);
+    Yardstick { spread, taken_up, gross: GROSS, unmatched: UNMATCHED }
+}
+
+fn beyond(share: f64, usual: f64) -> f64 {
+    if share > usual { share } else { 0.0 }
+}
+
+/// Distance between two sets of places, over their spread.
+fn moved(nominal: &[Point3<f64>], found: &[Point3<f64>]) -> f64 {
+    let spread = |points: &[Point3<f64>]| spread_of(points.iter().map(|p| p.coords.as_slice()));
+    let square: f64 = nominal.iter().zip(found).map(|(a, b)| (a - b).norm_squared()).sum();
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let n = nominal.len().max(1) as f64;
+    (square / n).sqrt() / spread(nominal).max(spread(found))
+}
+
+/// What the six errors of the axis move the reflectors by, over their distance from it.
+fn turned(found: &TrackerLmEstimates, mounts: &[Point3<f64>]) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let mean = |sum: f64, n: usize| sum / n.max(1) as f64;
+    let radius_mm =
+        mean(mounts.iter().map(|m| m.coords.norm_squared()).sum::<f64>(), mounts.len()).sqrt();
+    let square = found.axis_errors.iter().map(|e| {
+        let shift = e.e_x_mm.powi(2) + e.e_y_mm.powi(2) + e.e_z_mm.powi(2);
+        let turn = e.e_a_rad.powi(2) + e.e_b_rad.powi(2) + e.e_c_rad.powi(2);
+        shift / radius_mm.powi(2) + turn
+    });
+    mean(square.sum::<f64>(), found.axis_errors.len()).sqrt()
+}

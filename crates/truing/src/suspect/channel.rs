@@ -1,0 +1,217 @@
+//! Channels that clip at the end of their range, or stand still.
+
+use super::hypothesis::{Hypothesis, listed};
+use crate::case::{Change, Edit, Table};
+
+/// Fewest readings at one end that are no accident.
+const FEWEST: usize = 10;
+/// A reading at the end of the range is this many times more frequent than any other value.
+const TIES: usize = 5;
+/// Readings in the last window before the end of a range over those in either window before it:
+/// 2.4 at the turning points of a sine, more only where something holds the readings there.
+const PILE: usize = 4;
+/// Widths of that window, as shares of the range.
+const WINDOWS: [f64; 4] = [0.005, 0.01, 0.02, 0.04];
+/// Equal readings in a row of a channel that stands still, beside one in twenty of the record.
+const STILL: usize = 20;
+/// Share of equal neighbours elsewhere, below which a channel is alive.
+const ALIVE: f64 = 0.05;
+
+/// Channels of a table that clip, or stand still; `without` makes the change that leaves out rows.
+pub(crate) fn channels(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let read: Vec<(&str, Vec<f64>)> =
+        columns.iter().filter_map(|name| Some((*name, table.numbers(name)?))).collect();
+    let mut all = Vec::new();
+    let mut together = vec![false; table.n_rows()];
+    let mut clipped: Vec<&str> = Vec::new();
+    let mut is_certain = true;
+    for (name, values) in &read {
+        let Some(clip) = clipping(values) else { continue };
+        together.iter_mut().zip(&clip.rows).for_each(|(all, one)| *all |= one);
+        clipped.push(name);
+        is_certain &= clip.is_exact;
+        all.push(saturation(
+            file,
+            &[*name],
+            &clip.words,
+            clip.is_exact,
+            without(table, &clip.rows),
+        ));
+    }
+    if clipped.len() > 1 {
+        let edits = without(table, &together);
+        all.insert(0, saturation(file, &clipped, "their limits", is_certain, edits));
+    }
+    let moving = read.iter().filter(|(_, values)| longest_run(values).1 < ALIVE).count();
+    for (name, values) in &read {
+        let (run, elsewhere) = longest_run(values);
+        let is_constant = run.len() == values.len() && moving > 0 && values[0] != 0.0;
+        let is_long = run.len() >= STILL.max(values.len() / 20) && elsewhere < ALIVE;
+        if !(is_constant || is_long) {
+            continue;
+        }
+        let description = format!(
+            "the channel {} of {file} is stuck: it reads {} in {} rows one after the other, from \
+             line {}, while others go on; repair the channel, or leave these rows out",
+            listed(&[*name]),
+            values[run.start],
+            run.len(),
+            table.line(run.start)
+        );
+        let rows: Vec<bool> = (0..values.len()).map(|row| run.contains(&row)).collect();
+        let edits = if is_constant { Vec::new() } else { without(table, &rows) };
+        all.push(Hypothesis::of("input:stuck", (file, &[*name]), description, edits).shown());
+    }
+    all
+}
+
+fn saturation(
+    file: &str,
+    columns: &[&str],
+    limits: &str,
+    is_certain: bool,
+    edits: Vec<Edit>,
+) -> Hypothesis {
+    let description = format!(
+        "{} of {file} saturates: the readings clip at {limits}; repeat the measurement with a wider \
+         range, or leave out what was clipped",
+        listed(columns)
+    );
+    let found = Hypothesis::of("input:saturation", (file, columns), description, edits);
+    if is_certain { found.shown() } else { found }
+}
+
+/// Only the rows that are not marked.
+pub(crate) fn rows_left_out(file: &'static str, marked: &[bool]) -> Edit {
+    let rows = (0..marked.len()).filter(|&row| !marked[row]).collect();
+    Edit { file, change: Change::Keep { rows } }
+}
+
+struct Clipping {
+    rows: Vec<bool>,
+    words: String,
+    /// Whether the readings at the end are all the same.
+    is_exact: bool,
+}
+
+/// Readings piled up at either end of their range.
+fn clipping(values: &[f64]) -> Option<Clipping> {
+    let mut rows = vec![false; values.len()];
+    let (mut limits, mut is_exact) = (Vec::new(), true);
+    for sign in [1.0, -1.0] {
+        let turned: Vec<f64> = values.iter().map(|v| sign * v).collect();
+        let Some((floor, exact)) = pile(&turned) else { continue };
+        rows.iter_mut().zip(&turned).for_each(|(row, v)| *row |= *v >= floor);
+        limits.push(format!("{}", (sign * floor * 1e4).round() / 1e4));
+        is_exact &= exact;
+    }
+    (!limits.is_empty()).then(|| Clipping { rows, words: limits.join(" and "), is_exact })
+}
+
+/// Value from which on the largest readings are piled up, and whether they are all equal.
+fn pile(values: &[f64]) -> Option<(f64, bool)> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    let (max, min) = (*sorted.first()?, *sorted.last()?);
+    let range = max - min;
+    if range <= 0.0 {
+        return None;
+    }
+    let at = |value: f64| move |v: &&f64| v.total_cmp(&value).is_eq();
+    let at_max = sorted.iter().take_while(at(max)).count();
+    let inner = sorted.iter().filter(|v| **v < max && **v > min);
+    if at_max >= FEWEST && max != 0.0 && at_max >= TIES * most_frequent(inner) {
+        return Some((max, true));
+    }
+    let within = |from: f64, to: f64| {
+        sorted.iter().filter(|v| (max - **v) >= from && (max - **v) < to).count()
+    };
+    let window = WINDOWS.iter().map(|share| share * range).find(|w| {
+        let last = within(0.0, *w);
+        let before = within(*w, 2.0 * w).max(within(2.0 * w, 3.0 * w)).max(1);
+        last >= FEWEST && last >= PILE * before
+    })?;
+    // Noise on top of the limit reaches as far below it as above.
+    Some((max - 2.0 * window, false))
+}
+
+/// How often the most frequent of sorted values comes.
+fn most_frequent<'v>(sorted: impl Iterator<Item = &'v f64>) -> usize {
+    let (mut most, mut run, mut last) = (0, 0, f64::NAN);
+    for value in sorted {
+        run = if value.total_cmp(&last).is_eq() { run + 1 } else { 1 };
+        last = *value;
+        most = most.max(run);
+    }
+    most.max(1)
+}
+
+/// The longest run of equal readings, and the share of equal neighbours elsewhere.
+fn longest_run(values: &[f64]) -> (std::ops::Range<usize>, f64) {
+    let (mut longest, mut start, mut equal) = (0..values.len().min(1), 0, 0);
+    for row in 1..values.len() {
+        if values[row].total_cmp(&values[row - 1]).is_eq() {
+            equal += 1;
+        } else {
+            start = row;
+        }
+        if row + 1 - start > longest.len() {
+            longest = start..row + 1;
+        }
+    }
+    let elsewhere = values.len().saturating_sub(longest.len());
+    let equal = equal - longest.len().saturating_sub(1);
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let share = equal as f64 / elsewhere.max(1) as f64;
+    (longest, share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{clipping, longest_run, pile};
+
+    /// A sine with a little deterministic noise.
+    fn sine(n: usize) -> Vec<f64> {
+        #[expect(clippy::cast_precision_loss, reason = "small counts")]
+        let at = |i: usize| {
+            let t = i as f64;
+            (t * 0.37).sin() + 0.01 * (t * t * 0.71).sin()
+        };
+        (0..n).map(at).collect()
+    }
+
+    #[test]
+    fn turning_points_of_a_sine_are_no_limit() {
+        assert!(clipping(&sine(2000)).is_none());
+    }
+
+    #[test]
+    fn equal_extremes_are_a_limit_and_zeros_are_none() {
+        let clipped: Vec<f64> = sine(500).into_iter().map(|v| v.min(0.8)).collect();
+        assert_eq!(pile(&clipped), Some((0.8, true)));
+        let rectified: Vec<f64> = sine(500).into_iter().map(|v| -v.max(0.0)).collect();
+        assert!(pile(&rectified).is_none_or(|(_, exact)| !exact));
+    }
+
+    #[test]
+    fn a_limit_with_noise_on_top_is_one_still() {
+        let noise = sine(500);
+        let clipped = sine(500).into_iter().map(|v| v.min(0.5));
+        let noisy: Vec<f64> = clipped.zip(&noise).map(|(v, n)| v + 0.002 * n).collect();
+        let found = clipping(&noisy).expect("a third of the readings are at the limit");
+        assert!(!found.is_exact && found.rows.iter().filter(|row| **row).count() > 100);
+    }
+
+    #[test]
+    fn a_run_is_found_with_what_is_elsewhere() {
+        let (run, elsewhere) = longest_run(&[1.0, 2.0, 2.0, 2.0, 3.0, 4.0]);
+        assert_eq!(run, 1..4);
+        assert!(elsewhere.abs() < 1e-12);
+    }
+}

@@ -1,0 +1,59 @@
+use crate::case::Edit;
+
+/// One thing that may be wrong with the input, and the change that mends it.
+#[derive(Clone, Debug)]
+pub(crate) struct Hypothesis {
+    /// Id, `input:…`.
+    pub(crate) effect: &'static str,
+    /// File and column.
+    pub(crate) subject: String,
+    /// What to change.
+    pub(crate) description: String,
+    /// The change; empty where the data show the mistake but not what they should have been.
+    pub(crate) edits: Vec<Edit>,
+    /// What speaks for it.
+    pub(crate) proof: Proof,
+}
+
+/// What speaks for a mistake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Proof {
+    /// Nothing yet: the fit with the change decides.
+    Fit,
+    /// The data themselves, where the fit is bad.
+    Data,
+}
+
+impl Hypothesis {
+    /// `effect` of columns of a file, to be decided by the fit.
+    pub(crate) fn of(
+        effect: &'static str,
+        (file, columns): (&str, &[&str]),
+        description: String,
+        edits: Vec<Edit>,
+    ) -> Self {
+        let subject = format!("{file}: {}", columns.join(", "));
+        Self { effect, subject, description, edits, proof: Proof::Fit }
+    }
+
+    /// The same, as shown by the data.
+    pub(crate) fn shown(self) -> Self {
+        Self { proof: Proof::Data, ..self }
+    }
+
+    /// Id with subject.
+    pub(crate) fn label(&self) -> String {
+        format!("{} [{}]", self.effect, self.subject)
+    }
+}
+
+/// Owned names.
+pub(super) fn owned(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+/// Names as code, with commas.
+pub(super) fn listed(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}

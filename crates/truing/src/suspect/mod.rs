@@ -1,0 +1,28 @@
+//! Mistakes in the input: looked for before any physics.
+//!
+//! A kind lists what may be wrong with its own input as exact changes to what was read: a column
+//! in another unit, two columns exchanged, rows one further down. Each is refitted in full. One
+//! that takes a misfit as large as the thing measured down to the noise is named; it has no free
+//! parameter, so what no exact change mends is left to the physics.
+
+mod channel;
+mod clock;
+mod examine;
+mod hypothesis;
+mod order;
+mod search;
+mod setting;
+mod sign;
+mod unit;
+mod yardstick;
+
+pub(crate) use channel::{channels, rows_left_out};
+pub(crate) use clock::{Record, clocks, stretches};
+pub use examine::Suspect;
+pub(crate) use examine::{Examined, examine, named_cause};
+pub(crate) use hypothesis::Hypothesis;
+pub(crate) use order::{cycles, exchanged_rows, exchanges, farthest, rows_shifted, swapped_names};
+pub(crate) use setting::{lengths, other_setting, scaled_setting};
+pub(crate) use sign::signs;
+pub(crate) use unit::{Dimension, units};
+pub(crate) use yardstick::{Yardstick, spread_of};

@@ -1,0 +1,200 @@
+use super::hypothesis::{Hypothesis, listed, owned};
+use crate::case::{Change, Edit, Table};
+use crate::kinds::Fitted;
+
+/// Two columns of a table exchanged, every pair of those given.
+pub(crate) fn exchanges(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    let there = present(table, columns);
+    let mut all = Vec::new();
+    for (i, one) in there.iter().enumerate() {
+        for other in &there[i + 1..] {
+            let pair = [*one, *other];
+            let description = format!(
+                "the columns {} of {file} are exchanged (swapped): exchange their headings",
+                listed(&pair)
+            );
+            let change = Change::Permute { columns: owned(&pair), sources: owned(&[*other, *one]) };
+            let edits = vec![Edit { file, change }];
+            all.push(Hypothesis::of("input:exchanged", (file, &pair), description, edits));
+        }
+    }
+    all
+}
+
+/// Three columns of a table permuted in a circle, either way round.
+pub(crate) fn cycles(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: [&str; 3],
+) -> Vec<Hypothesis> {
+    if present(table, &columns).len() < 3 {
+        return Vec::new();
+    }
+    let one = |by: usize| {
+        let sources: Vec<&str> = (0..3).map(|i| columns[(i + by) % 3]).collect();
+        let description = format!(
+            "the columns {} of {file} are exchanged (permuted) in a circle: their headings should \
+             be {}",
+            listed(&columns),
+            listed(&(0..3).map(|i| columns[(i + 3 - by) % 3]).collect::<Vec<_>>())
+        );
+        let change = Change::Permute { columns: owned(&columns), sources: owned(&sources) };
+        Hypothesis::of(
+            "input:exchanged",
+            (file, &columns),
+            description,
+            vec![Edit { file, change }],
+        )
+    };
+    [1, 2].map(one).to_vec()
+}
+
+/// Some columns of a table one row further down or up than the others; the row that has lost its
+/// partner goes, or takes the one that fell off at the other end.
+pub(crate) fn rows_shifted(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    within: Option<&str>,
+) -> Vec<Hypothesis> {
+    let there = present(table, columns);
+    let Some(table) = table.filter(|t| !there.is_empty() && t.n_rows() > 2) else {
+        return Vec::new();
+    };
+    let blocks = blocks(table, within);
+    let mut all = Vec::new();
+    for down in [true, false] {
+        for cyclic in [true, false] {
+            let mut order: Vec<usize> = (0..table.n_rows()).collect();
+            let mut orphans = Vec::new();
+            for block in &blocks {
+                for (i, &row) in block.iter().enumerate() {
+                    let n = block.len();
+                    order[row] = block[if down { (i + 1) % n } else { (i + n - 1) % n }];
+                }
+                orphans.extend(if down { block.last() } else { block.first() });
+            }
+            let description = format!(
+                "the rows of {} of {file} are shifted one row {}{} against the other columns: \
+                 shift them back",
+                listed(&there),
+                if down { "down" } else { "up" },
+                if within.is_some() { " within each block" } else { "" }
+            );
+            let change = Change::Rows { columns: owned(&there), order };
+            let mut edits = vec![Edit { file, change }];
+            if !cyclic {
+                let rows = (0..table.n_rows()).filter(|row| !orphans.contains(row)).collect();
+                edits.push(Edit { file, change: Change::Keep { rows } });
+            }
+            all.push(Hypothesis::of("input:row-shift", (file, &there), description, edits));
+        }
+    }
+    let reversed: Vec<usize> = (0..table.n_rows()).rev().collect();
+    let change = Change::Rows { columns: owned(&there), order: reversed };
+    let description = format!(
+        "the rows of {} of {file} are in reverse order against the other columns: turn them round",
+        listed(&there)
+    );
+    let edits = vec![Edit { file, change }];
+    all.push(Hypothesis::of("input:row-shift", (file, &there), description, edits));
+    all
+}
+
+/// Rows that follow each other with one name in the column; all of them where there is none.
+fn blocks(table: &Table, within: Option<&str>) -> Vec<Vec<usize>> {
+    let Some(column) = within.and_then(|name| table.column(name)) else {
+        return vec![(0..table.n_rows()).collect()];
+    };
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    for row in 0..table.n_rows() {
+        let is_next = row > 0 && table.cell(row, column) == table.cell(row - 1, column);
+        match blocks.last_mut().filter(|_| is_next) {
+            Some(block) => block.push(row),
+            None => blocks.push(vec![row]),
+        }
+    }
+    blocks
+}
+
+/// Two names in a column exchanged, every pair; none where there are more than `most` names.
+pub(crate) fn swapped_names(
+    file: &'static str,
+    table: Option<&Table>,
+    column: &str,
+    most: usize,
+) -> Vec<Hypothesis> {
+    let Some((table, index)) = table.and_then(|t| Some((t, t.column(column)?))) else {
+        return Vec::new();
+    };
+    let mut names: Vec<&str> = Vec::new();
+    for row in 0..table.n_rows() {
+        let name = table.cell(row, index);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+        if names.len() > most {
+            return Vec::new();
+        }
+    }
+    let mut all = Vec::new();
+    for (i, one) in names.iter().enumerate() {
+        for other in &names[i + 1..] {
+            let description = format!(
+                "the labels `{one}` and `{other}` in `{column}` of {file} are exchanged (swapped): \
+                 exchange them"
+            );
+            let [a, b] = [*one, *other].map(str::to_owned);
+            let change = Change::Swap { column: column.to_owned(), names: [a, b] };
+            let edits = vec![Edit { file, change }];
+            all.push(Hypothesis::of("input:labels", (file, &[column]), description, edits));
+        }
+    }
+    all
+}
+
+/// The cells of some columns exchanged between two of the rows given.
+pub(crate) fn exchanged_rows(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    rows: &[usize],
+) -> Vec<Hypothesis> {
+    let there = present(table, columns);
+    let Some(table) = table.filter(|_| !there.is_empty()) else { return Vec::new() };
+    let mut all = Vec::new();
+    for (i, &one) in rows.iter().enumerate() {
+        for &other in &rows[i + 1..] {
+            let mut order: Vec<usize> = (0..table.n_rows()).collect();
+            order.swap(one, other);
+            let (one, other) = (table.line(one.min(other)), table.line(one.max(other)));
+            let description = format!(
+                "the values of {} in lines {one} and {other} of {file} are exchanged (swapped \
+                 labels): exchange them",
+                listed(&there)
+            );
+            let change = Change::Rows { columns: owned(&there), order };
+            let edits = vec![Edit { file, change }];
+            all.push(Hypothesis::of("input:labels", (file, &there), description, edits));
+        }
+    }
+    all
+}
+
+fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
+    let has = |column: &&str| table.is_some_and(|t| t.column(column).is_some());
+    columns.iter().copied().filter(has).collect()
+}
+
+/// Observations with the largest residuals, the largest first.
+pub(crate) fn farthest(fitted: &Fitted, most: usize) -> Vec<usize> {
+    let square = |row: usize| fitted.observations[row].residual.iter().map(|r| r * r).sum::<f64>();
+    let mut rows: Vec<usize> = (0..fitted.observations.len()).collect();
+    rows.sort_by(|&a, &b| square(b).total_cmp(&square(a)));
+    rows.truncate(most);
+    rows
+}

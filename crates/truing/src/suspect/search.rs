@@ -1,0 +1,166 @@
+//! Every hypothesis of a kind refitted, and the one that the data bear out.
+
+use rayon::prelude::*;
+
+use super::hypothesis::{Hypothesis, Proof};
+use super::yardstick::Yardstick;
+use crate::case::Files;
+use crate::kinds::{Fitted, Measured};
+use crate::residual::Residual;
+
+/// Refits at most: the longest list of a kind is half as long.
+const MOST_TRIALS: usize = 1000;
+/// A gross mistake that is mended takes this factor off the misfit; half of it would still leave
+/// room for a second mistake to be half mended.
+const GROSS_GAIN: f64 = 5.0;
+/// A misfit that any physics may cause must fall by this factor, and to the noise.
+const SUBTLE_GAIN: f64 = 1.3;
+/// The same where the noise is not known.
+const BLIND_GAIN: f64 = 3.0;
+/// χ² per degree of freedom that still is the declared noise, with physics of its size beside it.
+const NOISE: f64 = 2.5;
+/// Below this a fit is better than the declared noise allows: the data were shrunk.
+const TOO_GOOD: f64 = 0.2;
+/// Logarithm of the likelihood ratio that a subtle mistake must reach: odds of 1 to 10¹³, for
+/// lists of hundreds of hypotheses over thousands of cases.
+const EVIDENCE: f64 = 30.0;
+/// Components of a residual in one unit: what follows them, as moments do forces, is in another.
+const COMPONENTS: usize = 3;
+/// Misfits as close as this are the same.
+const TIE: f64 = 1.25;
+
+/// How far a case is from what it should be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Misfit {
+    /// Residual, with what free parameters took up.
+    pub(super) rms: f64,
+    /// Share of what was measured.
+    pub(super) share: f64,
+    /// Share beyond which no physics of usual size explains it.
+    gross: f64,
+    pub(super) chi2_per_dof: Option<f64>,
+    pub(super) dof: usize,
+    pub(super) unit: &'static str,
+}
+
+impl Misfit {
+    pub(super) fn of(measured: &dyn Measured, fitted: &Fitted) -> (Self, Yardstick) {
+        let yardstick = measured.yardstick(fitted);
+        let rms = Residual::of(fitted.observations.iter(), COMPONENTS, fitted.unit).rms;
+        let rms = rms.unwrap_or(f64::NAN).hypot(yardstick.taken_up);
+        let misfit = Self {
+            rms,
+            share: rms / yardstick.spread,
+            gross: yardstick.gross,
+            chi2_per_dof: fitted.chi2_per_dof,
+            dof: fitted.degrees_of_freedom,
+            unit: fitted.unit,
+        };
+        (misfit, yardstick)
+    }
+
+    fn is_noise(&self) -> bool {
+        self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
+    }
+}
+
+/// A hypothesis with the misfit that it leaves, where it can be fitted.
+type Tried = (Hypothesis, Option<Misfit>);
+
+/// What is known of the case as it stands.
+pub(super) struct Plain<'c> {
+    pub(super) misfit: Misfit,
+    pub(super) yardstick: Yardstick,
+    pub(super) fitted: &'c Fitted,
+}
+
+/// A mistake that the data bear out.
+pub(super) struct Found {
+    pub(super) named: Hypothesis,
+    pub(super) after: Option<Misfit>,
+    /// Other mistakes that would explain the data as well.
+    pub(super) rivals: Vec<Hypothesis>,
+    /// Whether physics may still explain as much.
+    pub(super) is_subtle: bool,
+}
+
+impl Plain<'_> {
+    /// Whether there is any misfit to explain.
+    pub(super) fn is_suspicious(&self) -> bool {
+        let Misfit { share, chi2_per_dof, dof, .. } = self.misfit;
+        // Six standard deviations of χ² per degree of freedom, beside a tenth of model.
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let noise = 1.1 + 6.0 * (2.0 / dof.max(1) as f64).sqrt();
+        share > QUIET * self.yardstick.gross && chi2_per_dof.is_none_or(|chi2| chi2 > noise)
+            || share > self.yardstick.gross
+    }
+}
+
+/// The mistake that explains the misfit, if one does.
+pub(super) fn search(files: &Files, plain: Option<&Plain<'_>>) -> Option<Found> {
+    let mut list = (files.kind.mistakes)(files, plain.map(|p| p.fitted));
+    list.truncate(MOST_TRIALS);
+    let tried: Vec<Option<Misfit>> = list.par_iter().map(|h| trial(files, h)).collect();
+    let mut all: Vec<Tried> = list.into_iter().zip(tried).collect();
+    let Some(plain) = plain else {
+        let sound =
+            |m: &Misfit| m.is_noise() || m.chi2_per_dof.is_none() && m.share < SOUND * m.gross;
+        all.retain(|(h, m)| h.proof == Proof::Data || m.as_ref().is_some_and(sound));
+        return best(all, false);
+    };
+    let is_gross = plain.misfit.share >= plain.yardstick.gross;
+    let gain = |m: &Misfit| plain.misfit.share / m.share;
+    let pick = |keep: &dyn Fn(&Hypothesis, &Misfit) -> bool| -> Vec<Tried> {
+        all.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m))).cloned().collect()
+    };
+    if is_gross && let Some(found) = best(pick(&|_, m| gain(m) >= GROSS_GAIN), false) {
+        return Some(found);
+    }
+    let shown = pick(&|h, m| h.proof == Proof::Data && gain(m) >= SUBTLE_GAIN);
+    if let Some(found) = best(shown, false) {
+        return Some(found);
+    }
+    if let Some((shown, _)) = all.iter().find(|(h, _)| h.proof == Proof::Data) {
+        let named = Hypothesis { edits: Vec::new(), ..shown.clone() };
+        return Some(Found { named, after: None, rivals: Vec::new(), is_subtle: false });
+    }
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let evidence = |m: &Misfit| m.dof as f64 * gain(m).ln();
+    let subtle = |_: &Hypothesis, m: &Misfit| {
+        let least = if m.chi2_per_dof.is_some() { SUBTLE_GAIN } else { BLIND_GAIN };
+        let to_noise = m.chi2_per_dof.is_none() || m.is_noise();
+        to_noise && gain(m) >= least && evidence(m) >= EVIDENCE
+    };
+    best(pick(&subtle), true)
+}
+
+/// Share of a gross misfit below which a case without declared noise is taken for sound.
+const SOUND: f64 = 0.1;
+/// The same below which it is not looked at.
+const QUIET: f64 = 0.01;
+
+/// The fit of the case with the change; `None` where it cannot be had.
+fn trial(files: &Files, hypothesis: &Hypothesis) -> Option<Misfit> {
+    if hypothesis.edits.is_empty() {
+        return None;
+    }
+    let reading = files.with(&hypothesis.edits).read().ok()?;
+    let fitted = reading.measured.fit().ok()?;
+    let (misfit, _) = Misfit::of(&*reading.measured, &fitted);
+    misfit.share.is_finite().then_some(misfit)
+}
+
+/// The first of those that fit best; what fits the declared noise goes before what does not.
+fn best(mut all: Vec<Tried>, is_subtle: bool) -> Option<Found> {
+    let share = |m: &Option<Misfit>| m.map_or(f64::INFINITY, |m| m.share);
+    let is_noise = |m: &Option<Misfit>| m.is_some_and(|m| m.is_noise());
+    if all.iter().any(|(_, m)| is_noise(m)) {
+        all.retain(|(_, m)| is_noise(m));
+    }
+    let least = all.iter().map(|(_, m)| share(m)).fold(f64::INFINITY, f64::min);
+    all.retain(|(_, m)| share(m) <= TIE * least);
+    let mut all = all.into_iter();
+    let (named, after) = all.next()?;
+    let rivals = all.map(|(rival, _)| rival).collect();
+    Some(Found { named, after, rivals, is_subtle })
+}

@@ -1,0 +1,107 @@
+use super::hypothesis::{Hypothesis, listed, owned};
+use crate::case::{Change, Edit, Table};
+
+/// What a column measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Dimension {
+    Length,
+    Force,
+    Moment,
+    Angle,
+}
+
+/// Exact: the international inch and pound of 1959, and standard gravity.
+const MM_PER_INCH: f64 = 25.4;
+const N_PER_LBF: f64 = 4.448_221_615_260_5;
+const N_PER_KGF: f64 = 9.806_65;
+const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
+
+impl Dimension {
+    /// The unit that files speak.
+    fn own(self) -> &'static str {
+        match self {
+            Self::Length => "mm",
+            Self::Force => "N",
+            Self::Moment => "N·mm",
+            Self::Angle => "degrees",
+        }
+    }
+
+    /// Units that people write instead, and what they are in the file's own.
+    fn others(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Length => &[
+                ("inches", MM_PER_INCH),
+                ("metres", 1e3),
+                ("µm", 1e-3),
+                ("thousandths of an inch (mil)", MM_PER_INCH / 1e3),
+                ("cm", 10.0),
+                ("mm divided by the inch twice over", 1.0 / MM_PER_INCH),
+            ],
+            Self::Force => &[
+                ("lbf (pounds)", N_PER_LBF),
+                ("kgf", N_PER_KGF),
+                ("kN", 1e3),
+                ("mN", 1e-3),
+                ("N taken for pounds (lbf) and converted", 1.0 / N_PER_LBF),
+                ("N taken for kgf and converted", 1.0 / N_PER_KGF),
+            ],
+            Self::Moment => &[
+                ("N·m", 1e3),
+                ("N·in (inch)", MM_PER_INCH),
+                ("lbf·in (inch pounds, in·lb)", N_PER_LBF * MM_PER_INCH),
+                ("lbf·ft (foot pounds)", N_PER_LBF * MM_PER_INCH * 12.0),
+                ("N·cm", 10.0),
+                ("kgf·mm", N_PER_KGF),
+                ("mN·mm", 1e-3),
+                ("lbf·mm", N_PER_LBF),
+            ],
+            Self::Angle => &[
+                ("radians", DEG_PER_RAD),
+                ("gon", 0.9),
+                ("arc minutes", 1.0 / 60.0),
+                ("arc seconds", 1.0 / 3600.0),
+                ("turns", 360.0),
+                ("degrees taken for radians and converted", 1.0 / DEG_PER_RAD),
+            ],
+        }
+    }
+}
+
+/// Columns of a table in another unit: each alone, and all of them.
+pub(crate) fn units(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    dimension: Dimension,
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let there: Vec<&str> = columns.iter().copied().filter(|c| table.column(c).is_some()).collect();
+    let mut sets: Vec<Vec<&str>> = Vec::new();
+    if there.len() > 1 {
+        sets.push(there.clone());
+    }
+    sets.extend(there.iter().map(|column| vec![*column]));
+    let of_set = |set: &Vec<&str>| -> Vec<Hypothesis> {
+        let one = |&(unit, factor): &(&str, f64)| {
+            let (is, own) = (if set.len() == 1 { "is" } else { "are" }, dimension.own());
+            let description = format!(
+                "{} of {file} {is} in another unit than its name says, {unit} instead of {own}: \
+                 multiply by {}",
+                listed(set),
+                shown(factor)
+            );
+            let change = Change::Scale { columns: owned(set), factor };
+            Hypothesis::of("input:unit", (file, set), description, vec![Edit { file, change }])
+        };
+        dimension.others().iter().map(one).collect()
+    };
+    sets.iter().flat_map(of_set).collect()
+}
+
+/// A factor with as many digits as it takes.
+fn shown(factor: f64) -> String {
+    let short = format!("{factor:.6}");
+    let short = short.trim_end_matches('0').trim_end_matches('.');
+    if factor < 0.01 { format!("{factor:.6e}") } else { short.to_owned() }
+}

@@ -1,0 +1,35 @@
+/// What a misfit of a case is measured by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Yardstick {
+    /// How far apart the things measured are, in the unit of the residual.
+    pub(crate) spread: f64,
+    /// What free parameters took up that are near zero on any sound machine, as a residual.
+    pub(crate) taken_up: f64,
+    /// Misfit over spread beyond which no physics of usual size explains it.
+    pub(crate) gross: f64,
+    /// Misfit over spread beyond which the tables do not belong together, whatever is wrong.
+    pub(crate) unmatched: f64,
+}
+
+impl Yardstick {
+    /// Nothing is too much.
+    pub(crate) const NONE: Self = Self {
+        spread: f64::INFINITY,
+        taken_up: 0.0,
+        gross: f64::INFINITY,
+        unmatched: f64::INFINITY,
+    };
+}
+
+/// Root mean square distance of points from their centroid.
+pub(crate) fn spread_of<'p>(points: impl Iterator<Item = &'p [f64]> + Clone) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let n = points.clone().count() as f64;
+    let mut mean = Vec::new();
+    for point in points.clone() {
+        mean.resize(point.len(), 0.0);
+        mean.iter_mut().zip(point).for_each(|(m, v)| *m += v / n);
+    }
+    let square = |point: &[f64]| point.iter().zip(&mean).map(|(v, m)| (v - m).powi(2)).sum::<f64>();
+    (points.map(square).sum::<f64>() / n).sqrt()
+}

@@ -1,0 +1,172 @@
+//! Mistakes made in the text of a case, as people make them.
+
+use std::collections::BTreeMap;
+
+/// Files of a case by name.
+pub(crate) type Files = BTreeMap<&'static str, String>;
+
+/// A table as cells; the files of the simulators have no comments.
+struct Cells {
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Cells {
+    fn read(text: &str) -> Self {
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+        let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+        let header = lines.next().map(cells).unwrap_or_default();
+        Self { header, rows: lines.map(cells).collect() }
+    }
+
+    fn write(&self) -> String {
+        let lines = std::iter::once(&self.header).chain(&self.rows).map(|row| row.join(","));
+        lines.collect::<Vec<_>>().join("\n") + "\n"
+    }
+
+    /// Indices of the columns; `None` where one is not there.
+    fn columns(&self, names: &[&str]) -> Option<Vec<usize>> {
+        names.iter().map(|name| self.header.iter().position(|h| h == name)).collect()
+    }
+}
+
+/// Changes one table; says whether it could.
+fn change(
+    files: &mut Files,
+    (file, columns): (&str, &[&str]),
+    of: impl FnOnce(&mut Cells, &[usize]),
+) -> bool {
+    let Some(text) = files.get_mut(file) else { return false };
+    let mut cells = Cells::read(text);
+    let Some(indices) = cells.columns(columns) else { return false };
+    of(&mut cells, &indices);
+    *text = cells.write();
+    true
+}
+
+/// Numbers of some columns times a factor.
+pub(crate) fn scaled(files: &mut Files, at: (&str, &[&str]), factor: f64) -> bool {
+    change(files, at, |cells, columns| {
+        for row in &mut cells.rows {
+            for &column in columns {
+                if let Ok(value) = row[column].parse::<f64>() {
+                    row[column] = format!("{}", value * factor);
+                }
+            }
+        }
+    })
+}
+
+/// Each column under the name of the next, the last under that of the first.
+pub(crate) fn exchanged(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        for row in &mut cells.rows {
+            let old: Vec<String> = columns.iter().map(|&column| row[column].clone()).collect();
+            for (i, &column) in columns.iter().enumerate() {
+                row[column].clone_from(&old[(i + 1) % old.len()]);
+            }
+        }
+    })
+}
+
+/// Columns one row further down; the last row comes first.
+pub(crate) fn shifted(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        let old: Vec<Vec<String>> = cells.rows.clone();
+        let n = old.len();
+        for (i, row) in cells.rows.iter_mut().enumerate() {
+            for &column in columns {
+                row[column].clone_from(&old[(i + n - 1) % n][column]);
+            }
+        }
+    })
+}
+
+/// Cells of some columns exchanged between two rows.
+pub(crate) fn rows_exchanged(files: &mut Files, at: (&str, &[&str]), seed: u64) -> bool {
+    change(files, at, |cells, columns| {
+        let (one, other) = two(cells.rows.len(), seed);
+        for &column in columns {
+            let cell = cells.rows[one][column].clone();
+            cells.rows[one][column] = cells.rows[other][column].clone();
+            cells.rows[other][column] = cell;
+        }
+    })
+}
+
+/// Two names of a column exchanged.
+pub(crate) fn names_exchanged(files: &mut Files, (file, column): (&str, &str), seed: u64) -> bool {
+    change(files, (file, &[column]), |cells, columns| {
+        let mut names: Vec<String> = cells.rows.iter().map(|r| r[columns[0]].clone()).collect();
+        names.sort();
+        names.dedup();
+        let (one, other) = two(names.len(), seed);
+        for row in &mut cells.rows {
+            let cell = &mut row[columns[0]];
+            if *cell == names[one] {
+                cell.clone_from(&names[other]);
+            } else if *cell == names[other] {
+                cell.clone_from(&names[one]);
+            }
+        }
+    })
+}
+
+/// Two different indices below `n`.
+fn two(n: usize, seed: u64) -> (usize, usize) {
+    let seed = usize::try_from(seed % 1_000_003).unwrap_or_default();
+    let one = seed * 7 % n;
+    (one, (one + 1 + seed * 3 % (n - 1)) % n)
+}
+
+/// A channel that reads no more than the share of its readings says.
+pub(crate) fn clipped(files: &mut Files, at: (&str, &[&str]), share: f64) -> bool {
+    change(files, at, |cells, columns| {
+        for &column in columns {
+            let number = |row: &Vec<String>| row[column].parse::<f64>().unwrap_or(f64::NAN);
+            let mut values: Vec<f64> = cells.rows.iter().map(number).collect();
+            values.sort_by(f64::total_cmp);
+            #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+            let limit = values[(values.len() as f64 * share) as usize];
+            for row in &mut cells.rows {
+                let clipped = number(row).min(limit);
+                row[column] = format!("{clipped}");
+            }
+        }
+    })
+}
+
+/// A channel that stands still from a share of the rows on.
+pub(crate) fn stuck(files: &mut Files, at: (&str, &[&str]), share: f64) -> bool {
+    change(files, at, |cells, columns| {
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+        let from = (cells.rows.len() as f64 * share) as usize;
+        let held: Vec<String> = columns.iter().map(|&c| cells.rows[from][c].clone()).collect();
+        for row in &mut cells.rows[from..] {
+            for (&column, held) in columns.iter().zip(&held) {
+                row[column].clone_from(held);
+            }
+        }
+    })
+}
+
+/// A number of `case.toml` times a factor.
+pub(crate) fn setting_scaled(files: &mut Files, key: &str, factor: f64) -> bool {
+    let Some(text) = files.get_mut("case.toml") else { return false };
+    let mut found = false;
+    let line = |line: &str| {
+        let number = line.split_once('=').filter(|(name, _)| name.trim() == key);
+        match number.and_then(|(_, value)| value.trim().parse::<f64>().ok()) {
+            Some(value) => {
+                found = true;
+                format!("{key} = {:?}", value * factor)
+            }
+            None => line.to_owned(),
+        }
+    };
+    let lines: Vec<String> = text.lines().map(line).collect();
+    *text = lines.join("\n") + "\n";
+    found
+}
