@@ -93,6 +93,11 @@ impl GravityEffect {
                 let column = described.driver.as_deref().unwrap_or("a temperature");
                 format!("the bias holds at {column} = 20 °C; its change beyond {corrections}")
             }
+            Self::ForceGain | Self::MomentGain => format!(
+                "weight and centre of gravity are as the axes read them that have no gain among the \
+                 parameters of {}; what the others read more {corrections}",
+                described.id
+            ),
             _ => format!(
                 "weight and centre of gravity are the true ones; what {} makes of them {corrections}",
                 described.id
