@@ -8,17 +8,20 @@ use super::Finding;
 use crate::shell;
 
 /// What may lie in the root.
-const ROOT: [&str; 16] = [
+const ROOT: [&str; 19] = [
     ".cargo",
     ".ci",
     ".gitattributes",
     ".gitignore",
     "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
     "Cargo.lock",
     "Cargo.toml",
     "LICENSE-APACHE",
     "LICENSE-MIT",
     "README.md",
+    "SECURITY.md",
     "clippy.toml",
     "crates",
     "docs",
