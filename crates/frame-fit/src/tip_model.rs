@@ -1,7 +1,8 @@
 //! Tip of a tool from poses, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Effect, Group, Layout, Model, Origin, Parameter, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    Scope, State,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -18,9 +19,7 @@ pub struct TipModel {
     design: Design,
     fit: TipFit,
     start: DVector<f64>,
-    layout: Layout,
-    base: Vec<Parameter>,
-    effects: Vec<Effect>,
+    declared: Declared,
     terms: Vec<Term>,
     /// From −½ at the first pose to ½ at the last.
     progress: Vec<f64>,
@@ -71,14 +70,13 @@ impl TipModel {
         }
         let time = covariates.iter().find(|c| c.name == TIME).map(|c| c.values.as_slice());
         let (effects, terms) = catalogue(&design, labels).into_iter().unzip();
+        let layout = layout(&design, groups, fit.sigma_mm, sigma_mm.is_some());
         Ok(Self {
-            layout: layout(&design, groups, fit.sigma_mm, sigma_mm.is_some()),
-            base: base(&fit),
+            declared: Declared::new(layout, base(&fit), effects),
             progress: progress(poses.len(), time),
             design,
             fit,
             start,
-            effects,
             terms,
         })
     }
@@ -142,7 +140,7 @@ impl TipModel {
         columns: usize,
         of_pose: impl Fn(usize) -> Option<DMatrix<f64>>,
     ) -> DMatrix<f64> {
-        let mut stacked = DMatrix::zeros(self.layout.rows.len(), columns);
+        let mut stacked = DMatrix::zeros(self.declared.layout.rows.len(), columns);
         for pose in 0..self.design.at.len() {
             if let Some(block) = of_pose(pose) {
                 stacked.rows_mut(3 * pose, 3).copy_from(&block);
@@ -215,8 +213,19 @@ fn catalogue(design: &Design, labels: &[String]) -> Vec<(Effect, Term)> {
             description: text.to_owned(),
             driver: None,
             searched: 1,
+            scope: Scope::Everywhere,
             parameters,
         };
+    // A tool that hangs or stands in every pose does not bend across its axis.
+    let sag = Effect {
+        scope: Scope::SomeDesigns,
+        ..effect(
+            "tool-sag",
+            None,
+            "the tool bends across its axis under its weight",
+            vec![parameter("sag of a level tool", "µm")],
+        )
+    };
     let mut all = vec![
         (
             effect(
@@ -227,15 +236,7 @@ fn catalogue(design: &Design, labels: &[String]) -> Vec<(Effect, Term)> {
             ),
             Term::Drift,
         ),
-        (
-            effect(
-                "tool-sag",
-                None,
-                "the tool bends across its axis under its weight",
-                vec![parameter("sag of a level tool", "µm")],
-            ),
-            Term::Sag,
-        ),
+        (sag, Term::Sag),
     ];
     let n = design.at.len();
     let is_new = |i: &usize| design.at[*i] != design.at[i - 1];
@@ -246,33 +247,22 @@ fn catalogue(design: &Design, labels: &[String]) -> Vec<(Effect, Term)> {
     }
     for (pose, label) in labels.iter().enumerate() {
         let text = "one pose misses its place, unlike the others";
-        all.push((effect("bad-pose", Some(label), text, axes("mm")), Term::BadPose(pose)));
+        let one = effect("bad-pose", Some(label), text, axes("mm"));
+        all.push((Effect { scope: Scope::Observation(pose), ..one }, Term::BadPose(pose)));
     }
     all
 }
 
 impl Model for TipModel {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-
-    fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    fn start(&self) -> DVector<f64> {
-        DVector::zeros(self.base.len())
+    fn declared(&self) -> &Declared {
+        &self.declared
     }
 
     fn residuals(&self, at: &State) -> DVector<f64> {
         let x = &self.start + &at.base;
         let poses = self.design.misses(&x);
         let distances = self.design.distance_errors_mm(&x);
-        let mut residuals = DVector::zeros(self.layout.rows.len());
+        let mut residuals = DVector::zeros(self.declared.layout.rows.len());
         residuals.rows_mut(0, poses.len()).copy_from(&poses);
         for (row, error) in distances.into_iter().enumerate() {
             residuals[poses.len() + row] = error;
@@ -310,14 +300,14 @@ impl Model for TipModel {
 
     fn tangent(&self, _at: &State, effect: usize) -> DMatrix<f64> {
         let term = self.terms[effect];
-        let columns = self.effects[effect].parameters.len();
+        if let Term::BadPose(_) = term {
+            return -DMatrix::identity(3, 3);
+        }
+        let columns = self.declared.effects[effect].parameters.len();
         self.stacked(columns, |pose| self.columns(term, pose).map(|c| -c))
     }
 
-    fn local_tangent(&self, _at: &State, effect: usize) -> Option<(usize, DMatrix<f64>)> {
-        match self.terms[effect] {
-            Term::BadPose(pose) => Some((pose, -DMatrix::identity(3, 3))),
-            _ => None,
-        }
+    fn proposals(&self) -> Vec<Proposal> {
+        Vec::new()
     }
 }

@@ -1,7 +1,7 @@
 //! The tip of a tool from poses of the flange.
 
 use frame_fit::{FrameFitError, KnownDistance, TipModel, TipPose, fit_tip};
-use model_discrepancy::{Model, State, Verdict, check_tangents, close_loop};
+use model_discrepancy::{State, Verdict, check_tangents, close_loop};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -117,7 +117,7 @@ fn tangents_agree_with_differences() {
     let labels = labels(&poses);
     let model = TipModel::new(&poses, &labels, &labels, &distances, None, &[]).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(6);
-    let mut state = State::declared(model.start(), model.effects());
+    let mut state = State::start(&model);
     state.base.iter_mut().for_each(|v| *v = rng.random_range(-0.1..0.1));
     for amplitude in &mut state.amplitudes {
         amplitude.iter_mut().for_each(|v| *v = rng.random_range(-1e-3..1e-3));

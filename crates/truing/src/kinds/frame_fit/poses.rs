@@ -331,7 +331,7 @@ impl Measured for PoseCase {
         )
         .map_err(|e| self.error(e))?;
         let mut covariates = concrete.coordinates();
-        covariates.extend(self.recorded(concrete.layout().observations.len()));
+        covariates.extend(self.recorded(concrete.declared().layout.observations.len()));
         let model = Arc::new(concrete);
         let of = Arc::clone(&model);
         let estimates = Box::new(move |closure: &Closure| {
