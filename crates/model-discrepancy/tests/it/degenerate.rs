@@ -94,7 +94,7 @@ fn covariates_are_checked() {
 fn nan_in_the_data_is_an_error() {
     let mut model = scalars(&[1.0, 2.0, 3.0, f64::NAN, 5.0], &[]);
     set_base(&mut model, &["level"], DMatrix::from_element(5, 1, 1.0));
-    assert!(matches!(run(&model), LoopError::NotFinite));
+    assert!(matches!(run(&model), LoopError::NotFinite { .. }));
 }
 
 #[test]

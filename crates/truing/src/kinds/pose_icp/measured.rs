@@ -156,14 +156,33 @@ impl PoseCase {
             let mut options = self.options.clone();
             options.held.retain(|p| *p != PoseParameter::Gamma);
             match fit(&options) {
-                Ok(fit) => return Ok(Located { fit, options, warnings }),
+                Ok(fit) => {
+                    warnings.extend(self.beside(&fit));
+                    return Ok(Located { fit, options, warnings });
+                }
                 Err(PoseError::Undetermined { .. } | PoseError::TooFewTouches { .. }) => warnings
                     .push("the points do not show the rotation γ: it is held at 0".to_owned()),
                 Err(source) => return Err(self.error(source, Some(&self.points.fitted()))),
             }
         }
         let fit = fit(&self.options).map_err(|e| self.error(e, Some(&self.points.fitted())))?;
+        warnings.extend(self.beside(&fit));
         Ok(Located { fit, options: self.options.clone(), warnings })
+    }
+
+    /// Says which touches the estimate puts beside the part, where its place is too uncertain to
+    /// refuse them.
+    fn beside(&self, fit: &PoseFit) -> Option<String> {
+        let fitted = self.points.fitted();
+        let mut outside = fit.contacts.iter().zip(&fitted).filter(|(c, _)| !c.inside_aperture);
+        let (_, &first) = outside.next()?;
+        Some(format!(
+            "the pose found puts {} touches beside the part as drawn, {} the first of them: the \
+             touches hardly show where the part lies to the side; touch its side (edge.csv), and \
+             do not rely on x and y before",
+            outside.count() + 1,
+            self.points.names[first],
+        ))
     }
 
     /// Residual and height of a point that was not fitted.
