@@ -11,6 +11,11 @@ const MIN_GAIN: f64 = 1e-4;
 const NOISE_FACTOR: f64 = 1e3;
 /// Factor on a step that rounding swallows, to see whether the residuals follow at all.
 const ENLARGEMENT: f64 = 1e4;
+/// A step that is short enough beside the full one to tell rounding from what goes with the step.
+const SHORT_STEP: f64 = 1.0 / 16.0;
+/// Share of what the full step leaves unexplained that a short one leaves where both are rounding:
+/// well above the sixteenth of a wrong derivative, well below what chance makes of equals.
+const SAME_ROUNDING: f64 = 0.25;
 /// Damping after an undamped step is rejected.
 const REDAMPING: f64 = 1e-12;
 /// Damping at which a step has vanished beside any other.
@@ -58,7 +63,9 @@ impl<P: Problem> Search<'_, P> {
         }
         let converged = self.at.gradient_correlation() <= UNRESOLVED_CORRELATION
             || match noise {
-                Some(noise) => {
+                Some(last) => {
+                    // The last step tried may have changed no more than one digit of one row.
+                    let noise = last.max(self.rounding());
                     // Rounding of the residuals changes the cost by up to noise · ‖r‖, the full
                     // step by half the square of the gradient.
                     let hidden = (2.0 * noise * self.at.weighted.norm()).sqrt();
@@ -75,14 +82,34 @@ impl<P: Problem> Search<'_, P> {
         self.step.iter().all(|s| s.is_finite())
     }
 
+    /// What the full step and a short one leave unexplained alike: rounding of the residuals.
+    ///
+    /// Zero where it shrinks with the step, as a wrong derivative and a curvature make it.
+    fn rounding(&mut self) -> f64 {
+        self.damping = 0.0;
+        if !self.solve_step() {
+            return 0.0;
+        }
+        let whole = self.unexplained_by_step();
+        self.step *= SHORT_STEP;
+        let short = self.unexplained_by_step();
+        let is_constant = short.is_finite() && short > SAME_ROUNDING * whole;
+        if is_constant { short } else { 0.0 }
+    }
+
+    /// What the present step leaves unexplained.
+    fn unexplained_by_step(&mut self) -> f64 {
+        self.predicted.gemv(1.0, &self.at.jacobian, &self.step, 0.0);
+        self.at.spread(&self.step, &mut self.tangent);
+        let moved = self.problem.retract(&self.point, &self.tangent);
+        self.evaluate_trial(&moved);
+        self.unexplained()
+    }
+
     /// Whether residuals that do not feel the last step do follow one that is longer.
     fn is_below_resolution(&mut self) -> bool {
         self.step *= ENLARGEMENT;
-        self.predicted.gemv(1.0, &self.at.jacobian, &self.step, 0.0);
-        self.at.spread(&self.step, &mut self.tangent);
-        let enlarged = self.problem.retract(&self.point, &self.tangent);
-        self.evaluate_trial(&enlarged);
-        self.unexplained() <= 0.5 * self.predicted.norm()
+        self.unexplained_by_step() <= 0.5 * self.predicted.norm()
     }
 
     /// Whether the step, and the undamped one too, is lost in the way already come.

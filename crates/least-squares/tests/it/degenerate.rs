@@ -237,6 +237,59 @@ fn residuals_that_never_move_stall() {
     assert!(matches!(error, SolveError::Stalled { .. }), "{error}");
 }
 
+/// Readings far from the origin: rounding of a coordinate is 1e-10 of a standard uncertainty.
+struct FarReadings {
+    data: Vec<[f64; 2]>,
+}
+
+/// Distance from the origin in standard uncertainties of a reading.
+const FAR: f64 = 5e5;
+
+impl Problem for FarReadings {
+    type Point = DVector<f64>;
+
+    fn residual_count(&self) -> usize {
+        self.data.len()
+    }
+
+    fn tangent_dim(&self) -> usize {
+        2
+    }
+
+    fn residuals(&self, at: &DVector<f64>, out: &mut DVector<f64>) {
+        for (out, [t, reading]) in out.iter_mut().zip(&self.data) {
+            *out = (FAR + at[0] + at[1] * t) - (FAR + reading);
+        }
+    }
+
+    fn jacobian(&self, _: &DVector<f64>, out: &mut DMatrix<f64>) {
+        for (row, [t, _]) in self.data.iter().enumerate() {
+            (out[(row, 0)], out[(row, 1)]) = (1.0, *t);
+        }
+    }
+
+    fn retract(&self, at: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+        at + step
+    }
+}
+
+/// From every start that is a millionth of a standard uncertainty off, on the scale where rounding
+/// decides which of two costs is the lower one.
+#[test]
+fn rounding_of_the_residuals_is_no_stall() {
+    for seed in 0..2000_u32 {
+        // Waves without order, some five standard uncertainties high.
+        let reading = |i: u32| 7.0 * (f64::from(i) * 2.4 + f64::from(seed)).sin();
+        let data = (0..46).map(|i| [f64::from(i) / 23.0 - 1.0, reading(i)]).collect();
+        let problem = FarReadings { data };
+        let found = solve(&problem, vector(&[0.0, 0.0]), &Options::default()).unwrap();
+        let off = 1e-6 * f64::from(seed).cos();
+        let near = vector(&[found.point[0] + off, found.point[1] - off]);
+        let again = solve(&problem, near, &Options::default());
+        assert!(again.is_ok(), "seed {seed}: {}", again.unwrap_err());
+    }
+}
+
 /// Sigma over six decades and an origin 1e5 away: one answer, to rounding of the coordinates.
 #[test]
 fn sigma_and_origin_may_be_anything() {
