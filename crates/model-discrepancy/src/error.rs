@@ -21,9 +21,29 @@ pub enum LoopError {
         /// How far it came.
         report: Box<Report>,
     },
-    /// Residuals or derivatives of the declared model are not finite.
-    #[error("the declared model is not finite at its start: check the data for huge values")]
-    NotFinite,
+    /// No step lowers the cost of the declared model although its derivatives promise it.
+    #[error(
+        "the fit of the declared model stalled: its residuals do not follow their derivatives \
+         ({report}); check the data for values that fit no model, or start closer"
+    )]
+    Stalled {
+        /// How far it came.
+        report: Box<Report>,
+    },
+    /// A residual of the declared model, or a derivative of it, is not finite.
+    #[error(
+        "residual {row} of the declared model is {value} where its fit starts, or a derivative of \
+         it: check the data for huge values, and for what lies beyond the model's reach"
+    )]
+    NotFinite {
+        /// Among the fitted rows, from 0.
+        row: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// The solver does not take the fit in the form it was given: a mistake of the model.
+    #[error("the declared model makes no least-squares problem; please report the case")]
+    NoProblem,
     /// There is nothing left to judge a model by.
     #[error(
         "{groups} fitted groups with {rows} residuals cannot judge a model of {parameters} parameters; measure at least {needed} groups"
@@ -75,7 +95,11 @@ impl LoopError {
         match error {
             SolveError::Unobservable { directions, .. } => Self::Unobservable { directions },
             SolveError::NotConverged { report, .. } => Self::NotConverged { report },
-            _ => Self::NotFinite,
+            SolveError::Stalled { report, .. } => Self::Stalled { report },
+            SolveError::NonFiniteResidual { row, value }
+            | SolveError::NonFiniteJacobian { row, value, .. } => Self::NotFinite { row, value },
+            // Blocks, held directions, priors and losses, none of which the loop uses.
+            _ => Self::NoProblem,
         }
     }
 }

@@ -96,6 +96,7 @@ mod colours;
 mod common_scatter;
 mod confusable;
 mod constancy;
+mod coverage;
 mod detectable;
 mod error;
 mod estimate;
@@ -126,10 +127,11 @@ pub use assess::{Assessment, Visibility, assess};
 pub use check::check_tangents;
 pub use close_loop::close_loop;
 pub use closure::{
-    Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable, Outcome,
-    ParameterEstimate, Pass, Remaining, Score, Step, Verdict,
+    Alternative, Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable,
+    Outcome, ParameterEstimate, Pass, Remaining, Score, Step, Verdict,
 };
 pub use common_scatter::common_variance;
+pub use coverage::{coverage_factor, std_over_names};
 pub use error::LoopError;
 pub use model::{
     Condensed, Covariate, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,

@@ -77,7 +77,7 @@ fn nan_in_the_data_is_an_error() {
     let mut model = scalars(&[1.0, 2.0, 3.0, f64::NAN, 5.0], &[]);
     model.base = DMatrix::from_element(5, 1, 1.0);
     model.base_names = vec![parameter("level")];
-    assert!(matches!(run(&model), LoopError::NotFinite));
+    assert!(matches!(run(&model), LoopError::NotFinite { .. }));
 }
 
 #[test]
