@@ -1,6 +1,7 @@
 use geometry::Foot;
-use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 
+use super::aperture;
 use super::chart::Chart;
 use super::rows::{Equations, Free, Whitened};
 use super::search::{Failed, Found, search};
@@ -14,8 +15,6 @@ use crate::{
 const LARGEST_MM: f64 = 1e6;
 /// Standard uncertainty of a tilt beyond which the linearised covariance means nothing.
 const LARGEST_TILT_RAD: f64 = 0.25;
-/// A contact may lie outside the aperture by this many of its lateral standard uncertainties.
-const OUTSIDE_SIGMAS: f64 = 4.0;
 
 /// Pose of a workpiece with its uncertainty and what it leaves.
 #[derive(Clone, Debug, PartialEq)]
@@ -221,13 +220,9 @@ fn check_tilts(fit: &PoseFit) -> Result<(), PoseError> {
 
 fn check_contacts(part: &Part, fit: &PoseFit, options: &PoseOptions) -> Result<(), PoseError> {
     for (index, contact) in fit.contacts.iter().enumerate() {
-        if !contact.inside_aperture && !excused(part, fit, contact) {
-            let (x_mm, y_mm) = (contact.point_mm.x, contact.point_mm.y);
-            return Err(PoseError::OutsideAperture { index, x_mm, y_mm });
-        }
         check_tip(part, options.tip, index, &contact.point_mm)?;
     }
-    Ok(())
+    aperture::check(part, fit)
 }
 
 /// Fails where the surface below a point is hollow and too narrow for the ball.
@@ -246,22 +241,4 @@ fn check_tip(part: &Part, tip: Tip, index: usize, point_mm: &Point3<f64>) -> Res
     }
     let (radius_mm, curvature_radius_mm) = (tip.radius_mm, 1.0 / towards_per_mm);
     Err(PoseError::TipTooLarge { index, radius_mm, curvature_radius_mm })
-}
-
-/// Whether the pose's uncertainty could place a contact inside the aperture.
-fn excused(part: &Part, fit: &PoseFit, contact: &Foot) -> bool {
-    let Some(sigmas) = fit.standard_uncertainties() else { return false };
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let n = fit.contacts.len() as f64;
-    let sum = fit.contacts.iter().fold(Vector3::zeros(), |sum, c| sum + c.point_mm.coords);
-    let mut inwards = sum / n - contact.point_mm.coords;
-    inwards.z = 0.0;
-    let distance_mm = inwards.norm();
-    let leeway_mm = OUTSIDE_SIGMAS * sigmas.rows(0, 2).norm();
-    let moved_mm = leeway_mm.min(distance_mm);
-    if distance_mm == 0.0 {
-        return false;
-    }
-    let moved = Point3::from(contact.point_mm.coords + inwards * (moved_mm / distance_mm));
-    part.surface().closest_point(&moved).is_ok_and(|foot| part.contains(&foot))
 }

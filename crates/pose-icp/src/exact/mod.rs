@@ -1,5 +1,6 @@
 //! The pose of a part whose surface is known exactly.
 
+mod aperture;
 mod chart;
 mod edge;
 mod fit;
