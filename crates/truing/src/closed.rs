@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
 use crate::kinds::Prepared;
-use crate::{Case, Error, Header};
+use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing loop`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +42,8 @@ pub struct Closed {
     pub not_observable: Vec<LoopNotObservable>,
     /// What was solved for, with the accepted effects in the model.
     pub estimates: Estimates,
+    /// What makes 95 % intervals of its standard uncertainties.
+    pub interval: IntervalWidth,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     /// Everything the engine found, for Rust.
@@ -195,6 +197,7 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         remaining: closure.remaining.iter().map(LoopRemaining::of).collect(),
         not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
         estimates,
+        interval: IntervalWidth::new(closure.degrees_of_freedom),
         warnings,
         closure,
     })

@@ -287,6 +287,7 @@ impl Error {
                 source,
                 LoopError::Unobservable { .. }
                     | LoopError::NotConverged { .. }
+                    | LoopError::Stalled { .. }
                     | LoopError::TooFewGroups { .. }
             ),
             Self::Register { source, .. } => matches!(
