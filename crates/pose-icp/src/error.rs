@@ -56,9 +56,9 @@ pub enum PoseError {
     },
     /// The ball touched beside the part, wherever the touches allow the part to lie.
     #[error(
-        "touch {} lies beside the part, by more than the place of the part is uncertain: it would \
-         meet the surface at ({x_mm:.3}, {y_mm:.3}) mm of the workpiece; check the part's diameter \
-         and what is held, or remove the touch if the ball missed the part",
+        "touch {} lies outside the aperture: it meets the surface at ({x_mm:.3}, {y_mm:.3}) mm of \
+         the workpiece, farther out than the place of the part is uncertain; check the part's \
+         diameter and what is held, or remove the touch if the ball missed the part",
         index + 1
     )]
     OutsideAperture {

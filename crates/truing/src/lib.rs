@@ -60,9 +60,9 @@ pub use kinds::{
     FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck,
     ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate, MountEstimate,
     PathCell, PathError, PathForceEstimates, PlannedContactEstimate, PointResidual, PoseEstimate,
-    PoseIcpEstimates, PoseIntervals, ProbeCompEstimates, QualificationEstimate, ScaleEstimate, StationEstimate,
-    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
-    write_example,
+    PoseIcpEstimates, PoseIntervals, ProbeCompEstimates, QualificationEstimate, ScaleEstimate,
+    StationEstimate, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
+    WrenchEstimate, kinds, write_example,
 };
 pub use page::{loop_report, read_page, solve_report};
 pub use program::{Corrected, correct};

@@ -15,6 +15,9 @@ const OUTSIDE_SIGMAS: f64 = 4.0;
 /// Root mean square of an error that all touches have in common, in their standard uncertainties,
 /// up to which it is looked for: two digits of noise, what a machine out of adjustment shows.
 const SYSTEMATIC_SIGMAS: f64 = 20.0;
+/// Share of the part's radius by which touches that are moved together may still lie outside: a tilt
+/// that is as uncertain moves them by less.
+const RAGGED: f64 = 0.02;
 /// Rounds of moving the touches together; a hundred bring them within a micrometre of the edge.
 const MAX_ROUNDS: usize = 1000;
 
@@ -29,7 +32,8 @@ pub(crate) fn check(part: &Part, fit: &PoseFit) -> Result<(), PoseError> {
         let center_mm = shape.aperture_center_mm.coords;
         let at_mm: Vec<Vector2<f64>> =
             fit.contacts.iter().map(|c| c.point_mm.coords.xy() - center_mm).collect();
-        let radius_mm = 0.5 * shape.diameter_mm + leeway.random_mm;
+        let edge_mm = 0.5 * shape.diameter_mm;
+        let radius_mm = edge_mm + leeway.random_mm.min(RAGGED * edge_mm);
         together(&at_mm, radius_mm, leeway.systematic_mm)
     } else {
         fit.contacts.iter().position(|c| outside(c) && !leeway.reaches_inside(part, fit, c))

@@ -87,21 +87,6 @@ fn a_touch_beyond_the_part_is_refused_wherever_the_part_may_lie() {
     assert!(error.to_string().contains("touch 47"), "{error}");
 }
 
-/// Rounding of readings half a metre from the origin decides which of two costs is lower.
-#[test]
-fn the_loop_starts_from_every_fit() {
-    let mut rng = ChaCha8Rng::seed_from_u64(473);
-    for _ in 0..40 {
-        let pose = random_pose(&mut rng);
-        let mut touched = bent(&pose, 12e-3, &mut rng);
-        touched.truncate(30);
-        let model =
-            PoseModel::new(paraboloid(), measured(&touched), &[], &pose, &options()).unwrap();
-        let closed = close_loop(&model, &[], &Options { max_steps: 0, ..Options::default() });
-        assert!(closed.is_ok(), "{}", closed.unwrap_err());
-    }
-}
-
 /// Poses whose intervals are asked for: 3 % of a share of 95 % is what chance makes of 60.
 const POSES: u32 = 60;
 
