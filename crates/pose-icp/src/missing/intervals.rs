@@ -5,7 +5,7 @@
 //! then covers 84 % where it should cover 95 %. The profile does: a value belongs to the interval
 //! where the best of all fits that hold it leaves no more χ² than k² times the noise's factor.
 
-use least_squares::{Options, Problem, solve};
+use least_squares::{Options, Problem, SolveError, solve};
 use model_discrepancy::{Column, EmpiricalCorrection, Model, Role, State};
 use nalgebra::{DMatrix, DVector, RowDVector, Vector6};
 
@@ -31,6 +31,8 @@ pub struct Fitted<'a> {
 const HELD_SHARE: f64 = 1e-4;
 /// Tolerances from which on a value is not held: χ² pulls it by a thousandth of one.
 const HOLDS: f64 = 100.0;
+/// Steps of one fit: it starts beside its end, or there is none.
+const MAX_STEPS: usize = 60;
 /// Rounds of the search for an end; three to six are needed.
 const MAX_ROUNDS: usize = 16;
 /// Relative error of the root of χ² at an end.
@@ -69,9 +71,16 @@ impl PoseModel {
         let (least, estimate) = (held.chi2(&at), held.coordinate(&at));
         let (mut inside, mut outside) = (0.0, f64::INFINITY);
         let mut distance = factor * sigma;
+        let options = Options { max_iterations: MAX_STEPS, retry: false, ..Options::default() };
         for _ in 0..MAX_ROUNDS {
             held.target = estimate + way * distance;
-            let found = solve(&held, at.clone(), &Options::default()).ok().map(|s| s.point);
+            let found = match solve(&held, at.clone(), &options) {
+                Ok(solution) => Some(solution.point),
+                Err(SolveError::NotConverged { best, .. } | SolveError::Stalled { best, .. }) => {
+                    Some(*best)
+                }
+                Err(_) => None,
+            };
             let found = found.filter(|point| held.holds(point));
             let root = found.as_ref().map(|point| (held.chi2(point) - least).max(0.0).sqrt());
             if root.is_some_and(|root| root <= factor) {
