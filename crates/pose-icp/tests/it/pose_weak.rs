@@ -1,8 +1,6 @@
 //! Parts whose place the touches hardly show: a mirror that is a sphere to 7 µm.
 
-use model_discrepancy::{
-    Closure, Column, Model, Options, Role, State, close_loop, coverage_factor,
-};
+use model_discrepancy::{Closure, Model, Options, Role, State, close_loop};
 use nalgebra::{Point3, Vector3};
 use pose_icp::{MeasuredTouch, PoseError, PoseModel, PoseOptions, PoseStart, Touch, fit_pose};
 use rand::SeedableRng;
