@@ -1,11 +1,11 @@
 //! The loop: fit, find what is missing, add it, judge it on data the fit never saw.
 
 use crate::attribution::{Attribution, attribute};
-use crate::candidate::Candidate;
+use crate::candidate::{Candidate, Source};
 use crate::confusable::confusability;
 use crate::constancy::not_proportional;
 use crate::error::LoopError;
-use crate::estimate::{covariance, parameter_estimates};
+use crate::estimate::{covariance, noise_level, parameter_estimates};
 use crate::judge::{Bench, Setting, hear_covariates};
 use crate::linear::Linear;
 use crate::select::{Added, QUARTER, Selected, What, select};
@@ -17,7 +17,8 @@ use crate::validate::{no_empty_column, validate, with_order};
 use crate::verdict::verdict;
 use crate::whiteness::structure;
 use crate::{
-    Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass, Remaining, Role, Step,
+    Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
+    Remaining, Role, Step,
 };
 
 /// Residual of a component below this share of the largest is «not measured».
@@ -59,6 +60,7 @@ pub fn close_loop(
     mark_rivals(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&setting, &chosen, &silent);
     warnings.extend(summaries.warnings);
+    let noise = noise_level(&chosen.system, &chosen.estimate, &rows);
     Ok(Closure {
         verdict: verdict(&setting, &lin, &chosen, &remaining),
         not_observable: not_observable(&setting, &declared, &base, &keep, &chosen),
@@ -66,6 +68,10 @@ pub fn close_loop(
         residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
         covariance: covariance(&chosen.system, &chosen.estimate, &keep),
         columns: chosen.system.columns(),
+        jacobian: chosen.system.jacobian(&chosen.estimate),
+        alternatives: alternatives(&rows, &chosen, &attributions),
+        variance_factor: noise.variance_factor,
+        degrees_of_freedom: noise.degrees_of_freedom,
         empirical: chosen.system.corrections(&chosen.estimate),
         state: chosen.estimate.state,
         before: summaries.before,
@@ -77,6 +83,27 @@ pub fn close_loop(
         confusable_ids,
         warnings,
     })
+}
+
+/// Most other names that are fitted: with more, the name says nothing anyway.
+const MOST_ALTERNATIVES: usize = 16;
+
+/// The final model with each step replaced by every catalogue effect that could be in its place.
+fn alternatives(
+    rows: &[usize],
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+) -> Vec<Alternative> {
+    let pairs = attributions.iter().flatten().flat_map(|a| a.rivals.iter().map(move |r| (a, r)));
+    let of = |(attribution, rival): (&Attribution<'_>, &Candidate)| {
+        if !matches!(rival.source, Source::Effect(_)) {
+            return None;
+        }
+        let system = rival.added_to(&attribution.system);
+        let fitted = system.fit_anew(rows, &system.carry(&chosen.estimate)).ok()?;
+        Some(Alternative { columns: system.columns(), state: fitted.state })
+    };
+    pairs.take(MOST_ALTERNATIVES).filter_map(of).collect()
 }
 
 /// Components whose residual is zero in every fitted row: copied, not measured.
@@ -155,8 +182,8 @@ fn remaining(setting: &Setting<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
         // One line a column: its best shape.
         if found.iter().all(|r| r.covariate != covariate) {
             let shape = match j.candidate.source {
-                crate::candidate::Source::Empirical(e) => e.shape,
-                crate::candidate::Source::Effect(_) => continue,
+                Source::Empirical(e) => e.shape,
+                Source::Effect(_) => continue,
             };
             found.push(Remaining { covariate, shape, p_value: j.test.p_value });
         }

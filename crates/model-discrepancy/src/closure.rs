@@ -34,6 +34,15 @@ pub struct Closure {
     pub covariance: DMatrix<f64>,
     /// What each row and column of `covariance` is about.
     pub columns: Vec<Column>,
+    /// `∂ residuals_after / ∂ columns`, one row per row of the layout.
+    pub jacobian: DMatrix<f64>,
+    /// Factor from the declared variances to those that `covariance` goes by: 1 where sigma was
+    /// declared and is large enough.
+    pub variance_factor: f64,
+    /// Degrees of freedom of `variance_factor`; `None` where it is 1 by declaration.
+    pub degrees_of_freedom: Option<usize>,
+    /// The final model by other names: one per effect that explains the data as well as a step.
+    pub alternatives: Vec<Alternative>,
     /// Empirical corrections of the final model, in the order added.
     pub empirical: Vec<EmpiricalCorrection>,
     /// Residual per row of the declared model, in report units, all groups.
@@ -42,6 +51,15 @@ pub struct Closure {
     pub residuals_after: Vec<f64>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
+}
+
+/// The model with one step replaced by an effect that it cannot be told apart from, fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// Base parameters and amplitudes.
+    pub state: State,
+    /// What is free in it.
+    pub columns: Vec<Column>,
 }
 
 /// One row and column of [`Closure::covariance`].

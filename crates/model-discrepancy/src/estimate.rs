@@ -31,7 +31,7 @@ pub(crate) fn covariance(system: &System<'_>, at: &Estimate, keep: &[bool]) -> D
     let Some(inverse) = r.solve_upper_triangular(&DMatrix::identity(p, p)) else {
         return DMatrix::from_element(p, p, f64::INFINITY);
     };
-    let factor = covariance_factor(system, at, &rows);
+    let factor = noise_level(system, at, &rows).variance_factor;
     let mut covariance = &inverse * inverse.transpose() * factor;
     for i in 0..p {
         for j in 0..p {
@@ -41,12 +41,26 @@ pub(crate) fn covariance(system: &System<'_>, at: &Estimate, keep: &[bool]) -> D
     covariance
 }
 
-fn covariance_factor(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
+/// By how much the noise differs from what was declared, as covariances count it.
+pub(crate) struct NoiseLevel {
+    pub(crate) variance_factor: f64,
+    /// `None` where the factor is not estimated.
+    pub(crate) degrees_of_freedom: Option<usize>,
+}
+
+/// The noise in `rows` at the end of a fit.
+pub(crate) fn noise_level(system: &System<'_>, at: &Estimate, rows: &[usize]) -> NoiseLevel {
     let layout = &system.model.declared().layout;
-    let Some(dof) = rows.len().checked_sub(system.dim()).filter(|&d| d > 0) else { return 1.0 };
+    let declared = NoiseLevel { variance_factor: 1.0, degrees_of_freedom: None };
+    let Some(dof) = rows.len().checked_sub(system.dim()).filter(|&d| d > 0) else {
+        return declared;
+    };
     let all = system.residuals(at);
     let chi2: f64 = rows.iter().map(|&r| (all[r] / at.sigma(&layout.rows[r])).powi(2)).sum();
-    if layout.sigma_declared && !too_noisy(chi2, count(dof)) { 1.0 } else { chi2 / count(dof) }
+    if layout.sigma_declared && !too_noisy(chi2, count(dof)) {
+        return declared;
+    }
+    NoiseLevel { variance_factor: chi2 / count(dof), degrees_of_freedom: Some(dof) }
 }
 
 /// Whether χ² says that there is more noise than declared.

@@ -62,6 +62,7 @@ mod colours;
 mod common_scatter;
 mod confusable;
 mod constancy;
+mod coverage;
 mod detectable;
 mod error;
 mod estimate;
@@ -91,14 +92,15 @@ mod whiteness;
 pub use assess::{Assessment, Visibility, assess};
 pub use close_loop::close_loop;
 pub use closure::{
-    Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable, Outcome,
-    ParameterEstimate, Pass, Score, Step, Verdict,
+    Alternative, Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable,
+    Outcome, ParameterEstimate, Pass, Score, Step, Verdict,
 };
 pub use common_scatter::common_variance;
+pub use coverage::{coverage_factor, std_over_names};
 pub use error::LoopError;
 pub use model::{
     Condensed, Covariate, Declared, Differenced, Effect, Group, Layout, LinearModel, Model, Origin,
-    Parameter, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
+    Parameter, Proposal, Remaining, Role, Row, Scope, State, check_tangents, whole_tangent,
 };
 pub use nalgebra;
 pub use options::Options;

@@ -59,9 +59,10 @@ pub use exact::{
     SideTouches, Tip, TipSide, Touch, WeakComponent, WeakMotion, fit_pose, height_at,
     start_from_touches,
 };
-pub use missing::{MeasuredTouch, PoseModel};
+pub use missing::{Fitted, MeasuredTouch, PoseModel};
 pub use program::{
-    ProgramError, ProgramOptions, Refused, correct_points, correct_program, machine_correction,
+    ProgramError, ProgramOptions, Refused, correct_points, correct_program,
+    correct_program_for_machine, machine_correction,
 };
 pub use sampled::{
     Patch, SampledFit, SampledMethod, SampledOptions, SampledPass, fit_pose_on_samples,

@@ -55,7 +55,7 @@ pub use compensate::{NormalSource, compensate};
 pub use contact::{Contact, PlannedContact};
 pub use error::{InvalidTouch, ProbeError};
 pub use micro_radius::{MicroRadius, micro_radius};
-pub use missing::{MeasuredTouch, ProbeModel, ProbeSetup};
+pub use missing::{ContactChange, MeasuredTouch, ProbeModel, ProbeSetup};
 pub use nominal::{Nominal, NominalFoot, Side};
 pub use profile::{ProfileContact, compensate_profile};
 pub use qualify::{Lobe, ProbeTerms, Qualification, Reference, qualify};

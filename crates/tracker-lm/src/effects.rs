@@ -203,15 +203,33 @@ fn backlash(scene: &Scene<'_>) -> Entry {
     })
 }
 
-/// Path in the reflector that grows with the square of the sine of the angle at which the beam
-/// meets it; the part linear in the direction is a displacement of the reflector.
+/// Path in the reflector that grows with the angle at which the beam meets it: with the square of the
+/// sine, and beside it as a solid prism of glass makes it; the part linear in the direction is a
+/// displacement of the reflector.
+///
+/// A prism of height h is √(n² − sin²) − cos of h long to a beam. That alone goes by a shape with
+/// powers of the sine beyond the square, half as large, which left out move the axis' errors.
 fn incidence(scene: &Scene<'_>) -> Entry {
     let text = "the reflector lengthens a beam that meets it at an angle to its axis, which is \
                 taken to point away from the rotary axis";
-    let glass = parameter("at grazing incidence", "µm", 1e3);
-    scene.entry_of_readings("incidence", None, text.to_owned(), &[glass], |r| {
-        [1.0 - scene.sights[r].cosine.powi(2)]
+    let parameters = [
+        parameter("at grazing incidence", "µm", 1e3),
+        parameter("of that, as a glass prism has it", "µm", 1e3),
+    ];
+    scene.entry_of_readings("incidence", None, text.to_owned(), &parameters, |r| {
+        let cosine = scene.sights[r].cosine.abs().min(1.0);
+        let square = 1.0 - cosine * cosine;
+        [square, prism(cosine) - square]
     })
+}
+
+/// Index of refraction of crown glass at 633 nm; the shape hardly depends on it.
+const GLASS_INDEX: f64 = 1.515;
+
+/// Path in a glass prism beyond that of a beam along its axis, over that at grazing incidence.
+fn prism(cosine: f64) -> f64 {
+    let path = |cosine: f64| (GLASS_INDEX.powi(2) - 1.0 + cosine * cosine).sqrt() - cosine;
+    (path(cosine) - path(1.0)) / (path(0.0) - path(1.0))
 }
 
 fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {

@@ -1,7 +1,7 @@
 //! The calibration with accepted effects in the model.
 
-use model_discrepancy::State;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, Vector4, Vector6};
+use model_discrepancy::{Closure, Column, std_over_names};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 
 use crate::gauge::StationChart;
 use crate::joint::Joint;
@@ -13,18 +13,36 @@ use crate::spread::dense_block;
 use crate::{AxisError, Calibration, TrackerModel};
 
 impl TrackerModel {
-    /// The calibration at a state of the loop.
+    /// The calibration with what the loop accepted in the model.
     ///
-    /// `active` lists the amplitudes that are switched on, as indices of effect and parameter;
-    /// `covariance` is that of the base parameters, then of these amplitudes, and may hold
-    /// more after these. Returns `None` where it is too small for that.
+    /// Corrections along a covariate without a known cause are in the uncertainty of what the ranges
+    /// share, and nowhere else. Returns `None` where the closure is not one of this model.
+    ///
+    /// Where a step has other names that explain the ranges as well, uncertainties reach to what
+    /// these give.
     #[must_use]
-    pub fn calibration_with(
-        &self,
-        state: &State,
-        active: &[(usize, usize)],
-        covariance: &DMatrix<f64>,
-    ) -> Option<Calibration> {
+    pub fn calibration_with(&self, closure: &Closure) -> Option<Calibration> {
+        let found = self.calibration_by(closure)?;
+        let named = closure.alternatives.iter().filter_map(|other| {
+            let p = other.columns.len();
+            self.calibration_by(&Closure {
+                state: other.state.clone(),
+                columns: other.columns.clone(),
+                covariance: DMatrix::zeros(p, p),
+                ..closure.clone()
+            })
+        });
+        Some(widened(found, &named.collect::<Vec<_>>()))
+    }
+
+    fn calibration_by(&self, closure: &Closure) -> Option<Calibration> {
+        let (state, covariance) = (&closure.state, &closure.covariance);
+        let amplitude = |column: &Column| match *column {
+            Column::Amplitude { effect, parameter } => Some((effect, parameter)),
+            _ => None,
+        };
+        let active: Vec<_> = closure.columns.iter().filter_map(amplitude).collect();
+        let active = active.as_slice();
         let network = Network::new(&self.survey, &self.options).ok()?;
         let nominal: Vec<_> = self.survey.stations.iter().map(|s| s.nominal_mm).collect();
         let chart = StationChart::new(&nominal, &self.options).ok()?;
@@ -41,7 +59,7 @@ impl TrackerModel {
             moved[n + i] = state.amplitudes[effect][amplitude];
         }
         let angles = (0..network.angles.len())
-            .map(|k| self.angle(&joint, k, active, &moved))
+            .map(|k| self.angle(&joint, k, active, &moved, closure.variance_factor))
             .collect::<Option<Vec<_>>>()?;
         Some(self.put_together(&network, &chart, &angles, &moved, &covariance))
     }
@@ -53,6 +71,7 @@ impl TrackerModel {
         k: usize,
         active: &[(usize, usize)],
         moved: &DVector<f64>,
+        variance_factor: f64,
     ) -> Option<AngleChange> {
         let ranges = &joint.ranges_of[k];
         let shared = dense_block(joint, &self.solved.point, k).by_shared;
@@ -85,7 +104,7 @@ impl TrackerModel {
             residuals_mm[row] += (by_error.transpose() * &step)[0];
         }
         let error = before + Vector6::from_iterator(step.iter().copied());
-        let sigma2 = self.solved.calibration.displacement_mm.powi(2);
+        let sigma2 = variance_factor * self.solved.calibration.displacement_mm.powi(2);
         let own = &answer * answer.transpose() * sigma2;
         Some(AngleChange { error, follows: answer * by_all, own, residuals_mm })
     }
@@ -138,6 +157,47 @@ impl TrackerModel {
         }
         found.location = location(network, angles, covariance);
         found
+    }
+}
+
+/// The calibration with uncertainties that reach to those by other names.
+fn widened(mut found: Calibration, others: &[Calibration]) -> Calibration {
+    if others.is_empty() {
+        return found;
+    }
+    let away = |of: &dyn Fn(&Calibration) -> f64, own: f64| -> Vec<f64> {
+        others.iter().map(|other| of(other) - own).collect()
+    };
+    for (k, error) in found.axis_errors.iter_mut().enumerate() {
+        let at = error.error;
+        stretch(&mut error.covariance, |i| away(&|o| o.axis_errors[k].error[i], at[i]));
+    }
+    for (k, station) in found.stations.iter_mut().enumerate() {
+        let at = station.position_mm;
+        stretch(&mut station.covariance_mm2, |i| away(&|o| o.stations[k].position_mm[i], at[i]));
+    }
+    for (k, mount) in found.mounts.iter_mut().enumerate() {
+        let at = mount.position_mm;
+        stretch(&mut mount.covariance_mm2, |i| away(&|o| o.mounts[k].position_mm[i], at[i]));
+    }
+    if let Some(location) = &mut found.location {
+        let at = location.errors;
+        stretch(&mut location.covariance, |i| {
+            away(&|o| o.location.as_ref().map_or(at[i], |l| l.errors[i]), at[i])
+        });
+    }
+    found
+}
+
+/// Scales rows and columns so that every standard uncertainty reaches what is `away`.
+fn stretch<const N: usize>(covariance: &mut SMatrix<f64, N, N>, away: impl Fn(usize) -> Vec<f64>) {
+    for i in 0..N {
+        let std = covariance[(i, i)].max(0.0).sqrt();
+        let wide = std_over_names(std, away(i).into_iter());
+        if std > 0.0 && wide > std {
+            covariance.row_mut(i).scale_mut(wide / std);
+            covariance.column_mut(i).scale_mut(wide / std);
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Prepared};
 use crate::suspect::{Examined, Suspect, examine, named_cause};
-use crate::{Case, Error, Header};
+use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing loop`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -44,6 +44,8 @@ pub struct Closed {
     pub not_observable: Vec<LoopNotObservable>,
     /// What was solved for, with the accepted effects in the model.
     pub estimates: Estimates,
+    /// What makes 95 % intervals of its standard uncertainties.
+    pub interval: IntervalWidth,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     /// Mistakes in the input; the first steps are about them.
@@ -262,6 +264,7 @@ fn close(case: &Case, declared: &Fitted, started: Instant) -> Result<Closed, Err
         remaining: closure.remaining.iter().map(LoopRemaining::of).collect(),
         not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
         estimates,
+        interval: IntervalWidth::new(closure.degrees_of_freedom),
         warnings,
         suspects: Vec::new(),
         closure,

@@ -10,8 +10,10 @@ mod design;
 mod error;
 mod estimates;
 mod file;
+mod found_pose;
 mod header;
 mod import;
+mod interval_width;
 mod kinds;
 mod page;
 mod program;
@@ -52,13 +54,14 @@ pub use import::{
     ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogSettings, TableImport,
     import_probe_log, import_table, write_imported,
 };
+pub use interval_width::IntervalWidth;
 pub use kinds::{
     AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
     DisplacementEstimates, DisplacementResidual, DistanceResidual, ForceBlock,
     ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
     HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate,
     MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate, PlannedContactEstimate,
-    PointResidual, PoseEstimate, PoseIcpEstimates, PoseResidual, ProbeCompEstimates,
+    PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals, PoseResidual, ProbeCompEstimates,
     QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates, TouchEstimate,
     TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };

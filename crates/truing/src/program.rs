@@ -1,10 +1,11 @@
 use std::path::Path;
 
-use nalgebra::Isometry3;
-use pose_icp::{ProgramOptions, correct_program};
+use nalgebra::{Affine3, Isometry3, convert};
+use pose_icp::{ProgramOptions, correct_program_for_machine};
 
 use crate::estimates::Estimates;
 use crate::file::{MAX_BYTES, read_text};
+use crate::found_pose::found_pose;
 use crate::header::PROGRAM;
 use crate::solved::solve;
 use crate::{Case, Error};
@@ -21,19 +22,22 @@ pub struct Corrected {
 /// Solves a `pose-icp` case and moves a G-code program, written for the part at `planned`
 /// (workpiece to machine), to where the part is.
 ///
-/// A program in coordinates of the workpiece is one planned at the identity. What is returned
+/// A program in coordinates of the workpiece is one planned at the identity. With `answer`, what
+/// `truing loop --json` printed for the same touches, the part lies where the loop has it, and the
+/// program says what the machine reads there, its long or skew axes included. What is returned
 /// carries a comment that says that it was corrected, by which version, and for which case
 /// ([`Case::sha256`]); a program with such a comment is refused.
 ///
 /// # Errors
 ///
 /// As [`solve`]; [`Error::NoPose`] for another kind of case, [`Error::NotRead`],
-/// [`Error::AlreadyCorrected`], [`Error::Program`] with the line that cannot be corrected.
+/// [`Error::Carry`] for an answer on other touches, [`Error::AlreadyCorrected`], [`Error::Program`] with the line that cannot be corrected.
 pub fn correct(
     case: &Case,
     program: &Path,
     planned: &Isometry3<f64>,
     options: &ProgramOptions,
+    answer: Option<&Path>,
 ) -> Result<Corrected, Error> {
     let text =
         read_text(program, MAX_BYTES).map_err(|problem| Error::not_read(program, problem))?;
@@ -44,8 +48,12 @@ pub fn correct(
     let Estimates::PoseIcp(estimates) = &solved.estimates else {
         return Err(Error::NoPose { kind: case.kind });
     };
-    let correction = estimates.pose.machine_from_workpiece() * planned.inverse();
-    let corrected = correct_program(&text, &correction, options)
+    let found: Affine3<f64> = match answer {
+        Some(answer) => found_pose(answer, estimates)?,
+        None => convert(estimates.pose.machine_from_workpiece()),
+    };
+    let correction = found * convert::<_, Affine3<f64>>(planned.inverse());
+    let corrected = correct_program_for_machine(&text, &correction, options)
         .map_err(|source| Error::Program { path: program.to_owned(), source: Box::new(source) })?;
     Ok(Corrected { program: marked(&corrected, &mark(case)), warnings: solved.warnings })
 }

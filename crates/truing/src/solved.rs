@@ -7,7 +7,7 @@ use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Observation};
 use crate::residual::Residual;
 use crate::suspect::{Suspect, examine};
-use crate::{Case, Error, Header};
+use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing solve`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -24,6 +24,8 @@ pub struct Solved {
     pub timing: Option<SolveTiming>,
     /// What was solved for.
     pub estimates: Estimates,
+    /// What makes 95 % intervals of its standard uncertainties.
+    pub interval: IntervalWidth,
     /// Residual of the observations that were fitted.
     pub residual: Residual,
     /// Residual of those that were only judged; `None` where there are none.
@@ -60,6 +62,7 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
     };
     let check = Some(of(false)).filter(|check| check.n > 0);
     let residual = Residual { dof: degrees_of_freedom, chi2_per_dof, ..of(true) };
+    let estimated = Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none());
     Ok(Solved {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -68,6 +71,7 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         residual,
         check,
         estimates,
+        interval: IntervalWidth::new(estimated),
         observations,
         warnings: (suspects.iter().map(Suspect::warning))
             .chain(case.warnings.iter().cloned())

@@ -51,7 +51,8 @@ pub trait Model: Sync {
 }
 
 /// [`Model::tangent`] on all rows of the layout, whatever the scope of the effect.
-pub(crate) fn whole_tangent(model: &dyn Model, at: &State, effect: usize) -> DMatrix<f64> {
+#[must_use]
+pub fn whole_tangent(model: &dyn Model, at: &State, effect: usize) -> DMatrix<f64> {
     let tangent = model.tangent(at, effect);
     let declared = model.declared();
     let Scope::Observation(observation) = declared.effects[effect].scope else { return tangent };

@@ -2,11 +2,14 @@
 
 mod effects;
 mod form;
+mod intervals;
 mod measured;
 mod model;
 mod proposals;
 mod setup;
 mod term;
+mod with_effects;
 
+pub use intervals::Fitted;
 pub use measured::MeasuredTouch;
 pub use model::PoseModel;

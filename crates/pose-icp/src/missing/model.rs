@@ -3,7 +3,7 @@ use model_discrepancy::{
     Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
     State,
 };
-use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::effects::{self, Entry, Setting, ratio};
 use super::measured::MeasuredTouch;
@@ -31,7 +31,9 @@ pub struct PoseModel {
     pub(crate) free: Vec<usize>,
     pub(crate) standards: Vec<Standard>,
     declared: Declared,
-    terms: Vec<Term>,
+    pub(super) terms: Vec<Term>,
+    /// Mean of the readings, machine frame.
+    pub(super) center_mm: Vector3<f64>,
 }
 
 /// One amplitude measured by other means, as a proposal may have it.
@@ -96,6 +98,7 @@ impl PoseModel {
             .collect();
         let contacts = contacts(&part, &touches, &setups, &setup_of)?;
         let setting = setting(&part, options, &touches, &covariates, &contacts, &setups, &setup_of);
+        let center_mm = setting.center_mm;
         let entries = effects::catalogue(&setting);
         let (effects, terms) =
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
@@ -117,6 +120,7 @@ impl PoseModel {
             standards,
             declared,
             terms,
+            center_mm,
         })
     }
 
@@ -143,26 +147,7 @@ impl PoseModel {
         all
     }
 
-    /// The pose at the parameters of a state.
-    #[must_use]
-    pub fn pose_at(&self, at: &State) -> PoseStart {
-        self.chart(0, at).pose()
-    }
-
-    /// Covariance of `[x y z α β γ]` from that of the free base parameters, which lead it.
-    #[must_use]
-    pub fn pose_covariance(&self, at: &State, base: &DMatrix<f64>) -> Matrix6<f64> {
-        let mut in_chart = Matrix6::zeros();
-        for (i, &a) in self.free.iter().enumerate() {
-            for (j, &b) in self.free.iter().enumerate() {
-                in_chart[(a, b)] = base[(i, j)];
-            }
-        }
-        let to_pose = self.chart(0, at).pose_jacobian();
-        to_pose * in_chart * to_pose.transpose()
-    }
-
-    fn chart(&self, setup: usize, at: &State) -> Chart {
+    pub(super) fn chart(&self, setup: usize, at: &State) -> Chart {
         let mut extra = [0.0; 6];
         for (term, amplitudes) in self.terms.iter().zip(&at.amplitudes) {
             if let Term::Pose(parameters) = term {

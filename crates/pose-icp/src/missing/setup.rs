@@ -36,6 +36,12 @@ impl Setup {
 
 const ALL: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
+/// `[x y z α β γ]`, mm and rad.
+pub(crate) fn coordinates(pose: &PoseStart) -> [f64; 6] {
+    let (at, angles) = (pose.position_mm, pose.angles);
+    [at.x, at.y, at.z, angles.alpha_rad, angles.beta_rad, angles.gamma_rad]
+}
+
 /// Unit and factor in which a parameter is reported.
 pub(crate) fn reported(parameter: PoseParameter) -> (&'static str, f64) {
     if parameter.is_angle() { ("µrad", 1e6) } else { ("mm", 1.0) }

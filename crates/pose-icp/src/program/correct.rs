@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Affine3, Isometry3, Point3, Vector3, convert};
 
 use super::block::{Piece, pieces};
 use super::error::{ProgramError, Refused};
@@ -62,6 +62,20 @@ pub fn correct_program(
     correction: &Isometry3<f64>,
     options: &ProgramOptions,
 ) -> Result<String, ProgramError> {
+    correct_program_for_machine(program, &convert(*correction), options)
+}
+
+/// As [`correct_program`], for a machine whose axes are long or out of square: `correction` takes a
+/// planned point to where the machine reads the real one.
+///
+/// # Errors
+///
+/// As [`correct_program`].
+pub fn correct_program_for_machine(
+    program: &str,
+    correction: &Affine3<f64>,
+    options: &ProgramOptions,
+) -> Result<String, ProgramError> {
     let chord_mm = options.chord_mm;
     if chord_mm.is_nan() || chord_mm <= 0.0 || chord_mm.is_infinite() {
         let (name, needed) = ("chord tolerance", "positive");
@@ -85,7 +99,7 @@ pub fn correct_program(
 }
 
 struct Writer<'a> {
-    correction: &'a Isometry3<f64>,
+    correction: &'a Affine3<f64>,
     options: &'a ProgramOptions,
     modal: Modal,
     /// Corrected position that the words written so far lead to, in the program's unit.

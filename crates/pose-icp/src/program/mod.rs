@@ -5,5 +5,8 @@ mod correct;
 mod error;
 mod modal;
 
-pub use correct::{ProgramOptions, correct_points, correct_program, machine_correction};
+pub use correct::{
+    ProgramOptions, correct_points, correct_program, correct_program_for_machine,
+    machine_correction,
+};
 pub use error::{ProgramError, Refused};

@@ -9,6 +9,7 @@ mod pose_exact;
 mod pose_freeform;
 mod pose_model;
 mod pose_scene;
+mod pose_weak;
 mod program;
 mod published;
 

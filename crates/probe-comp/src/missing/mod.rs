@@ -7,6 +7,8 @@ mod measured;
 mod model;
 mod proposals;
 mod term;
+mod with_effects;
 
 pub use measured::MeasuredTouch;
 pub use model::{ProbeModel, ProbeSetup};
+pub use with_effects::ContactChange;

@@ -45,8 +45,8 @@ pub struct ProbeModel {
     approaches: Vec<Unit<Vector3<f64>>>,
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
-    declared: Declared,
-    terms: Vec<Term>,
+    pub(super) declared: Declared,
+    pub(super) terms: Vec<Term>,
 }
 
 /// One amplitude measured by other means, as a proposal may have it.
@@ -179,7 +179,7 @@ impl ProbeModel {
     /// Contact, normal and deviation of a touch without what the effects of a state added to it;
     /// errors of the part's own form stay in. `None` where the corrected ball has no foot.
     #[must_use]
-    pub fn contact_at(
+    pub(super) fn contact_at(
         &self,
         index: usize,
         at: &State,
@@ -200,7 +200,7 @@ impl ProbeModel {
         Some((foot, foot.distance_mm + self.compensation_mm[index] - added_mm))
     }
 
-    fn azimuth_zero(&self, index: usize) -> Unit<Vector3<f64>> {
+    pub(super) fn azimuth_zero(&self, index: usize) -> Unit<Vector3<f64>> {
         let stylus = &self.setup.stylus;
         // The machine's x, unless the stylus lies along it.
         let x = if stylus.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
@@ -209,7 +209,11 @@ impl ProbeModel {
         nalgebra::Rotation3::from_axis_angle(stylus, angle) * Unit::new_normalize(across)
     }
 
-    fn situation<'a>(&'a self, index: usize, zero: &'a Unit<Vector3<f64>>) -> Situation<'a> {
+    pub(super) fn situation<'a>(
+        &'a self,
+        index: usize,
+        zero: &'a Unit<Vector3<f64>>,
+    ) -> Situation<'a> {
         Situation {
             observation: index,
             center_mm: &self.centers_mm[index],

@@ -1,6 +1,6 @@
 //! The loop on surveys with something wrong.
 
-use model_discrepancy::{Closure, Model, State, Verdict, check_tangents, close_loop};
+use model_discrepancy::{Closure, State, Verdict, check_tangents, close_loop};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tracker_lm::{Approach, Noise, Options, Survey, TrackerModel};
@@ -111,9 +111,7 @@ fn backlash_is_found_and_its_half_is_not_left_in_the_errors() {
     assert_eq!(closure.steps[0].effect, "backlash", "{:?}", closure.steps);
     let turn = closure.steps[0].parameters.iter().find(|p| p.name == "EBB").unwrap();
     assert!((turn.value - 20.0).abs() < 4.0 * turn.std, "{turn:?}");
-    let effect = model.declared().effects.iter().position(|e| e.id == "backlash").unwrap();
-    let active: Vec<_> = (0..6).map(|p| (effect, p)).collect();
-    let found = model.calibration_with(&closure.state, &active, &closure.covariance).unwrap();
+    let found = model.calibration_with(&closure).unwrap();
     for (found, truth) in found.axis_errors.iter().zip(&scene.errors).skip(1) {
         let left = found.error - truth;
         let sigmas = found.sigmas();

@@ -31,6 +31,12 @@ pub enum CarryProblem {
         /// Kind of the case that they are carried to.
         expected: &'static str,
     },
+    /// An answer on other touches than those of the case.
+    #[error("was not found on the touches of this case: point {} differs", quote(point))]
+    OtherMeasurement {
+        /// The first point that is not the same.
+        point: String,
+    },
     /// No effect of that name.
     #[error(
         "the effect {} is not one of this kind; there are {}",

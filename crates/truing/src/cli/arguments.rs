@@ -65,6 +65,10 @@ pub(crate) enum Command {
         /// default: the program is in coordinates of the workpiece
         #[arg(long, value_name = "POSE", value_parser = pose, allow_hyphen_values = true)]
         planned: Option<Isometry3<f64>>,
+        /// Pose and errors of the machine's axes that the loop found on this case: what
+        /// `truing loop CASE --json` printed
+        #[arg(long, value_name = "FILE.json")]
+        answer: Option<PathBuf>,
         /// Arcs become chords that stay this close to them
         #[arg(long, value_name = "MM", default_value_t = 1e-3, value_parser = chord)]
         chord: f64,

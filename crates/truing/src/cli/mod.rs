@@ -54,11 +54,12 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
         }
         Command::Check { case, json } => checked(&case, json, settings),
         Command::Register(command) => registered(&command, settings),
-        Command::Correct { case, program, planned, chord, decimals, output } => {
+        Command::Correct { case, program, planned, answer, chord, decimals, output } => {
             let options = ProgramOptions { chord_mm: chord, decimals };
             let planned = planned.unwrap_or_else(Isometry3::identity);
             let case = read(&case, settings)?;
-            correct_program(&case, &program, &planned, &options, output.as_deref())
+            let answer = answer.as_deref();
+            correct_program(&case, &program, &planned, &options, answer, output.as_deref())
         }
         Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
@@ -271,12 +272,14 @@ fn correct_program(
     program: &Path,
     planned: &Isometry3<f64>,
     options: &ProgramOptions,
+    answer: Option<&Path>,
     output: Option<&Path>,
 ) -> Result<(), Error> {
     let mut inputs = paths(case.inputs());
     inputs.push(program);
+    inputs.extend(answer);
     refuse_overlap(&output.into_iter().collect::<Vec<_>>(), &inputs)?;
-    let corrected = correct(case, program, planned, options)?;
+    let corrected = correct(case, program, planned, options, answer)?;
     match output {
         Some(path) => {
             let (path, content) = (path.to_owned(), corrected.program);

@@ -39,7 +39,7 @@ pub use tracker_lm::{
 };
 
 pub(crate) use pose_icp::stds;
-pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
+pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
 pub use probe_comp::{
     LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
     QualificationEstimate, TouchEstimate,

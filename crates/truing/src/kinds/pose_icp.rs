@@ -21,7 +21,7 @@ use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
 use crate::kinds::{Kind, Measured, Reading};
 
 pub(crate) use estimates::stds;
-pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual};
+pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
 use measured::PoseCase;
 use surface::read_surface;
 use tables::Points;

@@ -183,3 +183,50 @@ fn a_corrected_program_says_so_and_is_not_corrected_again() {
     let other = corrected(&case, "G90 G0 X0 Y0 Z0\n", &[]);
     assert_ne!(other.stdout.lines().next(), Some(lines[2]));
 }
+
+fn fixture(name: &str) -> Case {
+    let folder = format!("{}/../../fixtures/pose-icp/{name}", env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| std::fs::read_to_string(format!("{folder}/{file}")).unwrap();
+    let texts = ["case.toml", "points.csv", "edge.csv"].map(|file| (file, read(file)));
+    Case::new(&texts.each_ref().map(|(file, text)| (*file, text.as_str())))
+}
+
+/// With the answer of a loop the program says what the machine reads: the pose of the answer, and
+/// the axis that was found to be long, about the place where it reads right.
+#[test]
+fn an_answer_of_the_loop_corrects_for_the_axes_too() {
+    let case = fixture("machine-scale");
+    let answer = case.json("loop");
+    case.write("answer.json", answer.to_string());
+    let step = &answer["steps"][0];
+    assert_eq!(step["effect"], "machine-scale", "{step}");
+    let axis = ["x", "y", "z"].iter().position(|name| step["subject"] == *name).unwrap();
+    let long = 1e-6 * step["parameters"][0]["value"].as_f64().unwrap();
+    let reference: Vec<f64> = serde_json::from_value(answer["estimates"]["reference_mm"].clone())
+        .expect("a scale refers to a place");
+    let program = "G90 G1 X30 Y-20 Z4 F300\nX-30 Y10 Z3\n";
+    let path = case.file("answer.json");
+    let ended = corrected(&case, program, &["--answer", path.to_str().unwrap(), "--decimals", "9"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let of = |name: &str| answer["estimates"]["pose"][name].as_f64().unwrap();
+    let [a, b, g] = ["alpha_deg", "beta_deg", "gamma_deg"].map(|name| of(name).to_radians());
+    let turned = Rotation3::from_euler_angles(a, b, g);
+    let at = Vector3::new(of("x_mm"), of("y_mm"), of("z_mm"));
+    let planned = [Vector3::new(30.0, -20.0, 4.0), Vector3::new(-30.0, 10.0, 3.0)];
+    for (found, local) in moves(&ended.stdout).iter().zip(planned) {
+        let mut expected = turned * local + at;
+        // The scale is one of the reading: what is true is the reading less its share.
+        expected[axis] = reference[axis] + (expected[axis] - reference[axis]) / (1.0 - long);
+        assert!((found - expected).amax() < 1e-8, "{found} {expected}");
+    }
+}
+
+#[test]
+fn an_answer_on_other_touches_is_refused() {
+    let (case, other) = (fixture("machine-scale"), fixture("conic"));
+    case.write("answer.json", other.json("loop").to_string());
+    let path = case.file("answer.json");
+    let ended = corrected(&case, "G0 X0 Y0 Z0\n", &["--answer", path.to_str().unwrap()]);
+    assert_eq!((ended.code, ended.stdout.as_str()), (2, ""), "{}", ended.stderr);
+    assert!(ended.one_message().contains("not found on the touches of this case"));
+}

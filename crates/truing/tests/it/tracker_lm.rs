@@ -132,3 +132,45 @@ fn slips_are_named_with_their_line() {
     let message = refused(&case(STATIONS, MOUNTS, &other_angle), 2);
     assert!(message.contains("step `1` has `-90` and `12.5` in column `angle_deg`"), "{message}");
 }
+
+/// Tables written by a loop are those with what it accepted: the numbers of its own JSON.
+#[test]
+fn files_of_a_loop_hold_what_it_accepted() {
+    let folder = format!("{}/../../fixtures/tracker-lm/dead-path-jump", env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| fs::read_to_string(format!("{folder}/{file}")).unwrap();
+    let texts = ["case.toml", "stations.csv", "mounts.csv", "ranges.csv"].map(|f| (f, read(f)));
+    let case = Case::new(&texts.each_ref().map(|(file, text)| (*file, text.as_str())));
+    let files = ["errors.csv", "axis.comp", "axis.tab"].map(|name| case.file(name));
+    let [csv, comp, tab] = files.each_ref().map(|path| path.to_str().unwrap());
+    let words = ["loop", case.path().to_str().unwrap(), "--json", "--errors", csv];
+    let ended = truing(&[&words[..], &["--compensation", comp, "--heidenhain", tab]].concat());
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let answer: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(answer["steps"][0]["effect"], "dead-path-jump");
+    let solved = case.json("solve");
+    let rows = |path: &str| -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(path).unwrap();
+        let numbers = |line: &str| -> Option<Vec<f64>> {
+            line.split([',', ' ']).filter(|cell| !cell.is_empty()).map(|v| v.parse().ok()).collect()
+        };
+        text.lines().filter_map(numbers).collect()
+    };
+    let (errors, table, triplets) = (rows(csv), rows(tab), rows(comp));
+    let names = ["e_x_mm", "e_y_mm", "e_z_mm", "e_a_rad", "e_b_rad", "e_c_rad"];
+    let mut moved = 0.0_f64;
+    for (k, printed) in answer["estimates"]["axis_errors"].as_array().unwrap().iter().enumerate() {
+        let angle_deg = printed["angle_deg"].as_f64().unwrap();
+        for (c, name) in names.iter().enumerate() {
+            let value = printed[name].as_f64().unwrap();
+            // Seven digits are written, and six decimals of the table.
+            assert!((errors[k][1 + c] - value).abs() <= 1e-6 * value.abs(), "{name} at {k}");
+            let in_table = if c < 3 { value } else { value.to_degrees() };
+            assert!((table[k][2 + c] - in_table).abs() <= 0.51e-6, "{name} at {k}");
+            let before = solved["estimates"]["axis_errors"][k][name].as_f64().unwrap();
+            moved = moved.max((value - before).abs());
+        }
+        let own = printed["e_b_rad"].as_f64().unwrap().to_degrees();
+        assert!((triplets[k][1] - angle_deg - own).abs() <= 0.51e-6, "{:?}", triplets[k]);
+    }
+    assert!(moved > 1e-4, "a jump of 6 µm moves errors by more than {moved:e}");
+}

@@ -1,5 +1,5 @@
 use geometry::EulerAngles;
-use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix4, Matrix6, Vector3, Vector6};
 use pose_icp::PoseStart;
 use serde::Serialize;
 
@@ -11,8 +11,13 @@ use crate::text_table::TextTable;
 pub struct PoseIcpEstimates {
     /// Workpiece to machine.
     pub pose: PoseEstimate,
-    /// Rows of the homogeneous matrix that maps workpiece to machine coordinates.
+    /// Rows of the homogeneous matrix that takes a point of the workpiece to where the machine reads
+    /// it: the pose, and in a loop what the machine's axes were found to add.
     pub matrix: Vec<Vec<f64>>,
+    /// Where the machine reads right although its axes are long or out of square; `None` where
+    /// nothing of the kind was found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference_mm: Option<[f64; 3]>,
     /// Points that were only judged: where the pose puts them along the machine's z.
     pub checks: Vec<HeightCheck>,
     /// Residual of every point, in the order of the table.
@@ -54,6 +59,27 @@ pub struct PoseEstimate {
     pub std_beta_deg: Option<f64>,
     /// Of `gamma_deg`.
     pub std_gamma_deg: Option<f64>,
+    /// 95 % intervals, where the touches show the pose so little that none is symmetric; the
+    /// standard uncertainties are then those that cover the longer side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_95: Option<PoseIntervals>,
+}
+
+/// From and to, at 95 % coverage each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PoseIntervals {
+    /// Of the position of the workpiece's origin.
+    pub x_mm: [f64; 2],
+    /// As `x_mm`.
+    pub y_mm: [f64; 2],
+    /// As `x_mm`.
+    pub z_mm: [f64; 2],
+    /// Of the tilt about x.
+    pub alpha_deg: [f64; 2],
+    /// Of the tilt about y.
+    pub beta_deg: [f64; 2],
+    /// Of the rotation about z.
+    pub gamma_deg: [f64; 2],
 }
 
 /// A point that was only judged.
@@ -80,8 +106,24 @@ pub struct TouchResidual {
     /// `fit` or `check`.
     #[serde(rename = "use")]
     pub usage: &'static str,
+    /// Where the machine read the centre of the ball.
+    pub x_mm: f64,
+    /// As `x_mm`.
+    pub y_mm: f64,
+    /// As `x_mm`.
+    pub z_mm: f64,
     /// Distance from the surface along its normal, less the tip's radius.
     pub residual_mm: f64,
+    /// Contact on the part as the declared model places it, workpiece frame: where the errors of
+    /// form that a loop found are taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub declared_contact_mm: Option<[f64; 3]>,
+    /// Normal of the part there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub declared_normal: Option<[f64; 3]>,
+    /// What corrections along a column without a known cause add to the residual; absent without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empirical_mm: Option<f64>,
 }
 
 impl PoseEstimate {
@@ -115,6 +157,36 @@ impl PoseEstimate {
             std_alpha_deg: angle(3),
             std_beta_deg: angle(4),
             std_gamma_deg: angle(5),
+            interval_95: None,
+        }
+    }
+
+    /// With intervals that reach this far below and above `[x y z α β γ]`, mm and rad, at that
+    /// coverage factor.
+    pub(crate) fn within(self, reach: &[[f64; 2]; 6], coverage_factor: f64) -> Self {
+        let std = |k: usize| Some(reach[k][0].max(reach[k][1]) / coverage_factor);
+        let angle_std = |k: usize| std(k).map(f64::to_degrees);
+        let around = |k: usize, value: f64| [value - reach[k][0], value + reach[k][1]];
+        let around_deg = |k: usize, value: f64| {
+            [value - reach[k][0].to_degrees(), value + reach[k][1].to_degrees()]
+        };
+        let interval_95 = PoseIntervals {
+            x_mm: around(0, self.x_mm),
+            y_mm: around(1, self.y_mm),
+            z_mm: around(2, self.z_mm),
+            alpha_deg: around_deg(3, self.alpha_deg),
+            beta_deg: around_deg(4, self.beta_deg),
+            gamma_deg: around_deg(5, self.gamma_deg),
+        };
+        Self {
+            std_x_mm: std(0),
+            std_y_mm: std(1),
+            std_z_mm: std(2),
+            std_alpha_deg: angle_std(3),
+            std_beta_deg: angle_std(4),
+            std_gamma_deg: angle_std(5),
+            interval_95: Some(interval_95),
+            ..self
         }
     }
 }
@@ -123,9 +195,8 @@ pub(crate) fn stds(covariance: &Matrix6<f64>) -> Vector6<f64> {
     covariance.diagonal().map(|v| v.max(0.0).sqrt())
 }
 
-pub(super) fn matrix(pose: &PoseStart) -> Vec<Vec<f64>> {
-    let homogeneous = pose.machine_from_workpiece().to_homogeneous();
-    homogeneous.row_iter().map(|row| row.iter().copied().collect()).collect()
+pub(super) fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 impl PoseIcpEstimates {

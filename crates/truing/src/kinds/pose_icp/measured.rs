@@ -1,12 +1,15 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, Model, Origin, Role};
+use model_discrepancy::{
+    Closure, Column, Covariate, EmpiricalCorrection, Model, Origin, Role, State, coverage_factor,
+};
+use nalgebra::{Point3, Vector3};
 use pose_icp::{
-    MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter, PoseStart, Touch,
-    fit_pose, height_at,
+    Fitted as FittedPose, MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter,
+    PoseStart, Touch, fit_pose, height_at,
 };
 
-use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, matrix, stds};
+use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, rows, stds};
 use super::picture::{Picture, picture};
 use super::surface::Surface;
 use super::tables::Points;
@@ -38,7 +41,7 @@ struct Located {
 
 impl Measured for PoseCase {
     fn fit(&self) -> Result<Fitted, Error> {
-        let Located { fit, mut warnings, .. } = self.locate()?;
+        let Located { fit, options, mut warnings } = self.locate()?;
         let mut residuals_mm = Vec::with_capacity(self.points.names.len());
         let mut checks = Vec::new();
         let mut fitted = fit.residuals_mm.iter();
@@ -58,10 +61,11 @@ impl Measured for PoseCase {
         let declared = self.sigma_mm.is_some();
         Ok(Fitted {
             estimates: Estimates::PoseIcp(PoseIcpEstimates {
-                pose: PoseEstimate::of(&fit.pose, fit.standard_uncertainties()),
-                matrix: matrix(&fit.pose),
+                pose: self.estimate(&fit, &options),
+                matrix: rows(&fit.pose.machine_from_workpiece().to_homogeneous()),
+                reference_mm: None,
                 checks,
-                points: self.residuals(|row| residuals_mm[row]),
+                points: self.residuals(|row| residuals_mm[row], |_| None),
                 singular_values: fit.singular_values.clone(),
                 weak_directions: fit.weak_directions.iter().map(ToString::to_string).collect(),
             }),
@@ -208,12 +212,22 @@ impl PoseCase {
         Ok((foot.signed_distance_mm - tip.signed_radius_mm(), check))
     }
 
-    fn residuals(&self, residual_mm: impl Fn(usize) -> f64) -> Vec<TouchResidual> {
+    fn residuals(
+        &self,
+        residual_mm: impl Fn(usize) -> f64,
+        contact: impl Fn(usize) -> Option<(Point3<f64>, Vector3<f64>)>,
+    ) -> Vec<TouchResidual> {
         (0..self.points.names.len())
             .map(|row| TouchResidual {
                 point: self.points.names[row].clone(),
                 usage: if self.points.is_check[row] { "check" } else { "fit" },
+                x_mm: self.points.centers_mm[row].x,
+                y_mm: self.points.centers_mm[row].y,
+                z_mm: self.points.centers_mm[row].z,
                 residual_mm: residual_mm(row),
+                declared_contact_mm: contact(row).map(|(at, _)| at.into()),
+                declared_normal: contact(row).map(|(_, normal)| normal.into()),
+                empirical_mm: None,
             })
             .collect()
     }
@@ -231,36 +245,81 @@ impl PoseCase {
             .collect()
     }
 
+    /// The pose of the declared model; where the touches hardly show it, with the intervals that the
+    /// profile of χ² gives.
+    fn estimate(&self, fit: &PoseFit, options: &PoseOptions) -> PoseEstimate {
+        let sigmas = fit.standard_uncertainties();
+        let estimate = PoseEstimate::of(&fit.pose, sigmas);
+        let (Some(sigmas), false) = (sigmas, fit.weak_directions.is_empty()) else {
+            return estimate;
+        };
+        let is_declared = self.sigma_mm.is_some();
+        let part = self.surface.part.clone();
+        let model = PoseModel::new(part, self.measured_touches(), &[], &fit.pose, options);
+        let Ok(model) = model else { return estimate };
+        let state = State::start(&model);
+        let columns: Vec<Column> = (0..model.declared().base.len()).map(Column::Base).collect();
+        let fitted = FittedPose {
+            state: &state,
+            columns: &columns,
+            empirical: &[],
+            variance_factor: if is_declared { 1.0 } else { fit.variance_factor.unwrap_or(1.0) },
+            sigmas,
+        };
+        let factor = coverage_factor(Some(fit.degrees_of_freedom).filter(|_| !is_declared));
+        match model.profile(&fitted, factor) {
+            Some(reach) => estimate.within(&reach, factor),
+            None => estimate,
+        }
+    }
+
     /// Estimates with the accepted effects in the model.
     fn closed(&self, model: &PoseModel, closure: &Closure, declared: &PoseFit) -> Estimates {
-        let pose = model.pose_at(&closure.state);
-        let n = model.declared().base.len();
-        let stds = (closure.covariance.nrows() >= n).then(|| {
-            let base = closure.covariance.view((0, 0), (n, n)).into_owned();
-            stds(&model.pose_covariance(&closure.state, &base))
-        });
-        let residual_mm = |row: usize| closure.residuals_after[row];
+        let (state, columns) = (&closure.state, &closure.columns);
+        let pose = model.pose_at(state);
+        let sigmas = stds(&model.pose_covariance(state, columns, &closure.covariance));
+        let mut estimate = PoseEstimate::of(&pose, Some(sigmas));
+        if !declared.weak_directions.is_empty() {
+            let (empirical, variance_factor) = (&closure.empirical, closure.variance_factor);
+            let fitted = FittedPose { state, columns, empirical, variance_factor, sigmas };
+            let factor = coverage_factor(closure.degrees_of_freedom);
+            if let Some(reach) = model.profile(&fitted, factor) {
+                estimate = estimate.within(&reach, factor);
+            }
+        }
         let from_machine = pose.machine_from_workpiece();
         let check = |row: usize| {
             let at = self.points.centers_mm[row];
             let local = from_machine.inverse_transform_point(&at);
             // Along z the surface is as far as along its normal over the normal's z.
             let foot = self.surface.part.surface().closest_point(&local).ok()?;
-            let dz_mm = -residual_mm(row) / (from_machine.rotation * foot.normal).z;
+            let along_z = (from_machine.rotation * foot.normal).z;
+            let dz_mm = -closure.residuals_after[row] / along_z;
+            let by_model = closure.jacobian.row(row);
+            let variance = (by_model * &closure.covariance * by_model.transpose())[0];
             Some(HeightCheck {
                 point: self.points.names[row].clone(),
                 z_measured_mm: at.z,
                 z_computed_mm: at.z + dz_mm,
                 dz_mm,
-                std_mm: None,
+                std_mm: Some(variance.max(0.0).sqrt() / along_z.abs()),
             })
         };
         let judged = (0..self.points.names.len()).filter(|row| self.points.is_check[*row]);
+        let contact = |row: usize| Some(model.declared_contact(row));
+        let mut points = self.residuals(|row| closure.residuals_after[row], contact);
+        if !closure.empirical.is_empty() {
+            let added: Vec<_> = closure.empirical.iter().map(EmpiricalCorrection::added).collect();
+            for (row, point) in points.iter_mut().enumerate() {
+                point.empirical_mm = Some(added.iter().map(|a| a[row]).sum());
+            }
+        }
         Estimates::PoseIcp(PoseIcpEstimates {
-            pose: PoseEstimate::of(&pose, stds),
-            matrix: matrix(&pose),
+            pose: estimate,
+            matrix: rows(&model.reading_from_workpiece(state)),
+            reference_mm: model.has_reference(state).then(|| model.reference_mm().into()),
             checks: judged.filter_map(check).collect(),
-            points: self.residuals(residual_mm),
+            points,
             singular_values: Vec::new(),
             weak_directions: declared.weak_directions.iter().map(ToString::to_string).collect(),
         })

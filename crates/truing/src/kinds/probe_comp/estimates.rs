@@ -1,5 +1,5 @@
 use nalgebra::{Point3, Unit, Vector3};
-use probe_comp::Contact;
+use probe_comp::{Contact, ContactChange};
 use serde::Serialize;
 
 use super::qualification::QualificationEstimate;
@@ -42,6 +42,10 @@ pub struct TouchEstimate {
     pub std_deviation_mm: Option<f64>,
     /// Standard uncertainty of the contact along the surface.
     pub std_tangential_mm: Option<f64>,
+    /// What corrections along a column without a known cause add to what is left of it after a
+    /// loop; absent without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empirical_mm: Option<f64>,
     /// What the touches around this one say of its normal, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<MeasuredNormalEstimate>,
@@ -112,6 +116,7 @@ impl TouchEstimate {
             deviation_mm: 0.0,
             std_deviation_mm: known_noise.then(|| contact.sigma_deviation_mm()),
             std_tangential_mm: known_noise.then(|| contact.sigma_tangential_mm()),
+            empirical_mm: None,
             measured: None,
             planned: contact.planned.map(|p| PlannedContactEstimate {
                 center_x_mm: p.center_mm.x,
@@ -130,6 +135,31 @@ impl TouchEstimate {
         estimate
     }
 
+    /// With what accepted effects change: the contacts move, whatever normal they go by.
+    pub(super) fn change(&mut self, change: &ContactChange) {
+        let moved = change.moved_mm;
+        let raised_mm = change.deviation_mm - self.deviation_mm;
+        (self.x_mm, self.y_mm, self.z_mm) =
+            (self.x_mm + moved.x, self.y_mm + moved.y, self.z_mm + moved.z);
+        self.deviation_mm = change.deviation_mm;
+        self.std_deviation_mm = change.sigma_deviation_mm;
+        self.std_tangential_mm = Some(change.sigma_tangential_mm);
+        if let Some(measured) = &mut self.measured {
+            (measured.x_mm, measured.y_mm, measured.z_mm) =
+                (measured.x_mm + moved.x, measured.y_mm + moved.y, measured.z_mm + moved.z);
+            measured.deviation_mm += raised_mm;
+            measured.std_tangential_mm =
+                measured.std_tangential_mm.map(|own_mm| own_mm.max(change.sigma_tangential_mm));
+        }
+        if let Some(planned) = &mut self.planned {
+            let normal = planned.normal([self.nx, self.ny, self.nz]);
+            (planned.error_x_mm, planned.error_y_mm, planned.error_z_mm) =
+                (self.x_mm - planned.x_mm, self.y_mm - planned.y_mm, self.z_mm - planned.z_mm);
+            let error = Vector3::new(planned.error_x_mm, planned.error_y_mm, planned.error_z_mm);
+            planned.normal_error_mm = normal.dot(&error);
+        }
+    }
+
     pub(super) fn place(
         &mut self,
         point_mm: &Point3<f64>,
@@ -139,6 +169,19 @@ impl TouchEstimate {
         (self.x_mm, self.y_mm, self.z_mm) = (point_mm.x, point_mm.y, point_mm.z);
         (self.nx, self.ny, self.nz) = (normal.x, normal.y, normal.z);
         self.deviation_mm = deviation_mm;
+    }
+}
+
+impl PlannedContactEstimate {
+    /// Nominal normal at the theoretical contact: from it to the ball's centre, or `otherwise` for
+    /// a ball without size.
+    fn normal(&self, otherwise: [f64; 3]) -> Vector3<f64> {
+        let arm = Vector3::new(
+            self.center_x_mm - self.x_mm,
+            self.center_y_mm - self.y_mm,
+            self.center_z_mm - self.z_mm,
+        );
+        arm.try_normalize(f64::EPSILON).unwrap_or_else(|| Vector3::from(otherwise))
     }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct ProbeCase {
 /// Contacts, and what they say of the noise.
 struct Compensated {
     contacts: Vec<Contact>,
+    /// Standard uncertainties along the normal and along the surface, as the noise was declared.
+    sigmas_mm: Vec<[f64; 2]>,
     estimates: ProbeCompEstimates,
     chi2_per_dof: Option<f64>,
     degrees_of_freedom: usize,
@@ -41,7 +43,7 @@ struct Compensated {
 
 impl Measured for ProbeCase {
     fn fit(&self) -> Result<Fitted, Error> {
-        let Compensated { contacts, estimates, chi2_per_dof, degrees_of_freedom } =
+        let Compensated { contacts, estimates, chi2_per_dof, degrees_of_freedom, .. } =
             self.compensated()?;
         let observations = (contacts.iter().zip(&self.touches.is_check))
             .map(|(c, check)| Observation { residual: vec![c.deviation_mm], fitted: !check })
@@ -68,7 +70,7 @@ impl Measured for ProbeCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let declared = self.compensated()?.estimates;
+        let Compensated { estimates: declared, sigmas_mm, .. } = self.compensated()?;
         let recorded: Vec<Covariate> = (self.touches.covariates.iter())
             .map(|c| Covariate {
                 name: c.name.clone(),
@@ -88,7 +90,8 @@ impl Measured for ProbeCase {
         let covariates = model.all_covariates();
         let model = Arc::new(model);
         let of = Arc::clone(&model);
-        let estimates = Box::new(move |closure: &Closure| closed(&of, closure, &declared));
+        let estimates =
+            Box::new(move |closure: &Closure| closed(&of, closure, &declared, &sigmas_mm));
         Ok(Prepared { model, covariates, estimates })
     }
 
@@ -161,6 +164,8 @@ impl ProbeCase {
             (!fitted.is_empty()).then(|| fitted.iter().sum::<f64>() / degrees_of_freedom as f64);
         // Undeclared, the residual of the touches is all that is known of their noise.
         let scale = if self.sigma_mm.is_some() { Some(1.0) } else { chi2_per_dof };
+        let sigmas_mm =
+            contacts.iter().map(|c| [c.sigma_deviation_mm(), c.sigma_tangential_mm()]).collect();
         for contact in &mut contacts {
             contact.covariance_mm2 *= scale.unwrap_or(1.0);
         }
@@ -181,7 +186,7 @@ impl ProbeCase {
         }
         let qualification = self.qualification.clone();
         let estimates = ProbeCompEstimates { qualification, touches };
-        Ok(Compensated { contacts, estimates, chi2_per_dof, degrees_of_freedom })
+        Ok(Compensated { contacts, sigmas_mm, estimates, chi2_per_dof, degrees_of_freedom })
     }
 
     fn balls(&self, sigma_mm: f64) -> Vec<BallTouch> {
@@ -211,11 +216,21 @@ impl ProbeCase {
 }
 
 /// Contacts with the accepted effects in the model.
-fn closed(model: &ProbeModel, closure: &Closure, declared: &ProbeCompEstimates) -> Estimates {
+///
+/// `sigmas_mm` are the uncertainties of every declared contact along the normal and the surface.
+fn closed(
+    model: &ProbeModel,
+    closure: &Closure,
+    declared: &ProbeCompEstimates,
+    sigmas_mm: &[[f64; 2]],
+) -> Estimates {
     let mut estimates = declared.clone();
     for (row, estimate) in estimates.touches.iter_mut().enumerate() {
-        if let Some((point_mm, normal, deviation_mm)) = model.contact_at(row, &closure.state) {
-            estimate.place(&point_mm, &normal, deviation_mm);
+        if let Some(change) = model.contact_change(row, closure, sigmas_mm[row]) {
+            estimate.change(&change);
+        }
+        if !closure.empirical.is_empty() {
+            estimate.empirical_mm = Some(closure.empirical.iter().map(|e| e.added()[row]).sum());
         }
     }
     Estimates::ProbeComp(estimates)

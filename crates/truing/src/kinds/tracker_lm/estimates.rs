@@ -44,6 +44,8 @@ pub struct StationEstimate {
     pub z_mm: f64,
     /// Standard uncertainty of a coordinate, root mean square over the three.
     pub std_mm: f64,
+    /// Standard uncertainties of x, y and z.
+    pub std_xyz_mm: [f64; 3],
 }
 
 /// A reflector, in the frame that turns with the axis.
@@ -59,6 +61,8 @@ pub struct MountEstimate {
     pub z_mm: f64,
     /// Standard uncertainty of a coordinate, root mean square over the three.
     pub std_mm: f64,
+    /// Standard uncertainties of x, y and z.
+    pub std_xyz_mm: [f64; 3],
 }
 
 /// The six errors at one angle, relative to the first angle measured.
@@ -160,6 +164,7 @@ impl TrackerLmEstimates {
             y_mm: at.y,
             z_mm: at.z,
             std_mm: std_mm(spread),
+            std_xyz_mm: spread.diagonal().map(|v| v.max(0.0).sqrt()).into(),
         });
         let mounts = parts.mounts.iter().map(|(name, at, spread)| MountEstimate {
             mount: (*name).clone(),
@@ -167,6 +172,7 @@ impl TrackerLmEstimates {
             y_mm: at.y,
             z_mm: at.z,
             std_mm: std_mm(spread),
+            std_xyz_mm: spread.diagonal().map(|v| v.max(0.0).sqrt()).into(),
         });
         Self {
             stations: stations.collect(),
@@ -190,9 +196,10 @@ impl TrackerLmEstimates {
             }
         }
         for s in &self.stations {
-            for (axis, value) in [("x", s.x_mm), ("y", s.y_mm), ("z", s.z_mm)] {
+            let places = [("x", s.x_mm), ("y", s.y_mm), ("z", s.z_mm)];
+            for ((axis, value), std) in places.into_iter().zip(s.std_xyz_mm) {
                 let name = format!("station {} {axis}", s.station);
-                all.push(Estimated::new(&name, "mm", value, Some(s.std_mm)));
+                all.push(Estimated::new(&name, "mm", value, Some(std)));
             }
         }
         all

@@ -119,8 +119,7 @@ impl Measured for TrackerCase {
             model = Arc::new(Regrouped::new(model, groups));
         }
         let estimates = Box::new(move |closure: &Closure| {
-            let active = active(&*concrete, closure);
-            let found = concrete.calibration_with(&closure.state, &active, &closure.covariance);
+            let found = concrete.calibration_with(closure);
             let found = found.as_ref().unwrap_or(concrete.calibration());
             let reversal = reversal(&*concrete, closure);
             Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, reversal))

@@ -1,0 +1,233 @@
+//! Intervals of a pose where the touches hardly show it.
+//!
+//! Nine touches of a near-sphere leave tilt against decentre to an asphericity that is no larger than
+//! their noise, and how well they show it depends on the decentre itself. The linear uncertainty
+//! then covers 84 % where it should cover 95 %. The profile does: a value belongs to the interval
+//! where the best of all fits that hold it leaves no more χ² than k² times the noise's factor.
+
+use least_squares::{Options, Problem, SolveError, solve};
+use model_discrepancy::{Column, EmpiricalCorrection, Model, Role, State, whole_tangent};
+use nalgebra::{DMatrix, DVector, RowDVector, Vector6};
+
+use super::model::PoseModel;
+use super::setup::coordinates;
+
+/// Where a fit ended, and what is free in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted<'a> {
+    /// Base parameters and amplitudes.
+    pub state: &'a State,
+    /// What is free.
+    pub columns: &'a [Column],
+    /// Corrections beside the model.
+    pub empirical: &'a [EmpiricalCorrection],
+    /// Factor from the declared variances to those of the noise.
+    pub variance_factor: f64,
+    /// Linear standard uncertainties of `[x y z α β γ]`, mm and rad.
+    pub sigmas: Vector6<f64>,
+}
+
+/// A value is held to this share of its linear uncertainty.
+const HELD_SHARE: f64 = 1e-4;
+/// Tolerances from which on a value is not held: χ² pulls it by a thousandth of one.
+const HOLDS: f64 = 100.0;
+/// Steps of one fit: it starts beside its end, or there is none.
+const MAX_STEPS: usize = 60;
+/// Rounds of the search for an end; three to six are needed.
+const MAX_ROUNDS: usize = 16;
+/// Relative error of the root of χ² at an end.
+const END_TOLERANCE: f64 = 1e-3;
+/// Factor by which a round changes the distance at most.
+const LONGEST_STRIDE: f64 = 3.0;
+/// Times its linear width at which an interval counts as without end.
+const ENDLESS: f64 = 30.0;
+
+impl PoseModel {
+    /// How far the interval of each of `[x y z α β γ]` reaches below and above the estimate, mm and
+    /// rad, at `coverage_factor`; zeros where held.
+    ///
+    /// `None` where the touches leave no noise to go by.
+    #[must_use]
+    pub fn profile(&self, fitted: &Fitted<'_>, coverage_factor: f64) -> Option<[[f64; 2]; 6]> {
+        if fitted.variance_factor <= f64::EPSILON || !coverage_factor.is_finite() {
+            return None;
+        }
+        let mut reach = [[0.0; 2]; 6];
+        for (coordinate, reach) in reach.iter_mut().enumerate() {
+            if fitted.sigmas[coordinate] > 0.0 {
+                *reach = [-1.0, 1.0].map(|way| self.end(fitted, coordinate, way, coverage_factor));
+            }
+        }
+        Some(reach)
+    }
+
+    /// Distance of one end of an interval from the estimate.
+    ///
+    /// A value that no pose has is outside: no tilt puts the vertex of a bowl lower than a level one.
+    fn end(&self, fitted: &Fitted<'_>, coordinate: usize, way: f64, factor: f64) -> f64 {
+        let sigma = fitted.sigmas[coordinate];
+        let mut held = Held::new(self, fitted, coordinate, HELD_SHARE * sigma);
+        let mut at = DVector::zeros(fitted.columns.len());
+        let (least, estimate) = (held.chi2(&at), held.coordinate(&at));
+        let (mut inside, mut outside) = (0.0, f64::INFINITY);
+        let mut distance = factor * sigma;
+        let options = Options { max_iterations: MAX_STEPS, retry: false, ..Options::default() };
+        for _ in 0..MAX_ROUNDS {
+            held.target = estimate + way * distance;
+            let found = match solve(&held, at.clone(), &options) {
+                Ok(solution) => Some(solution.point),
+                Err(SolveError::NotConverged { best, .. } | SolveError::Stalled { best, .. }) => {
+                    Some(*best)
+                }
+                Err(_) => None,
+            };
+            let found = found.filter(|point| held.holds(point));
+            let root = found.as_ref().map(|point| (held.chi2(point) - least).max(0.0).sqrt());
+            if root.is_some_and(|root| root <= factor) {
+                inside = distance;
+            } else {
+                outside = distance;
+            }
+            if root.is_some_and(|root| (root / factor - 1.0).abs() <= END_TOLERANCE) {
+                return distance;
+            }
+            // The root grows almost in proportion.
+            let stride = root.map_or(0.0, |root| factor / root);
+            let next = distance * stride.clamp(LONGEST_STRIDE.recip(), LONGEST_STRIDE);
+            let between = root.is_some() && next > inside && next < outside;
+            distance = if between { next } else { f64::midpoint(inside, outside) };
+            if distance > ENDLESS * factor * sigma {
+                return ENDLESS * factor * sigma;
+            }
+            at = found.unwrap_or(at);
+        }
+        f64::midpoint(inside, outside.min(distance))
+    }
+}
+
+/// The fit with one coordinate of the pose held; parameters are steps from the end of the free one.
+struct Held<'a> {
+    model: &'a PoseModel,
+    fitted: &'a Fitted<'a>,
+    /// Rows that are fitted, with their weight.
+    rows: Vec<(usize, f64)>,
+    coordinate: usize,
+    tolerance: f64,
+    target: f64,
+}
+
+impl<'a> Held<'a> {
+    fn new(
+        model: &'a PoseModel,
+        fitted: &'a Fitted<'a>,
+        coordinate: usize,
+        tolerance: f64,
+    ) -> Self {
+        let layout = &model.declared().layout;
+        let scale = fitted.variance_factor.max(f64::MIN_POSITIVE).sqrt();
+        let of = |(index, row): (usize, &model_discrepancy::Row)| {
+            let group = layout.observations[row.observation];
+            let is_fitted = layout.groups[group].role != Role::Check;
+            is_fitted.then_some((index, 1.0 / (row.sigma * scale)))
+        };
+        let rows = layout.rows.iter().enumerate().filter_map(of).collect();
+        Self { model, fitted, rows, coordinate, tolerance, target: 0.0 }
+    }
+
+    fn state(&self, steps: &DVector<f64>) -> State {
+        let mut state = self.fitted.state.clone();
+        for (column, step) in self.fitted.columns.iter().zip(steps.iter()) {
+            match *column {
+                Column::Base(index) => state.base[index] += step,
+                Column::Amplitude { effect, parameter } => {
+                    state.amplitudes[effect][parameter] += step;
+                }
+                Column::Empirical { .. } => {}
+            }
+        }
+        state
+    }
+
+    /// Residuals of all rows.
+    fn all(&self, steps: &DVector<f64>) -> DVector<f64> {
+        let mut residuals = self.model.residuals(&self.state(steps));
+        for correction in self.fitted.empirical {
+            residuals += correction.added();
+        }
+        for (column, step) in self.fitted.columns.iter().zip(steps.iter()) {
+            if let Column::Empirical { correction, coefficient } = *column {
+                let moved = self.fitted.empirical[correction].columns.column(coefficient);
+                residuals.axpy(*step, &moved, 1.0);
+            }
+        }
+        residuals
+    }
+
+    fn chi2(&self, steps: &DVector<f64>) -> f64 {
+        let all = self.all(steps);
+        self.rows.iter().map(|&(row, weight)| (all[row] * weight).powi(2)).sum()
+    }
+
+    fn coordinate(&self, steps: &DVector<f64>) -> f64 {
+        coordinates(&self.model.pose_at(&self.state(steps)))[self.coordinate]
+    }
+
+    /// Whether the coordinate is where it is held.
+    fn holds(&self, steps: &DVector<f64>) -> bool {
+        (self.coordinate(steps) - self.target).abs() <= HOLDS * self.tolerance
+    }
+
+    fn by_steps(&self, steps: &DVector<f64>) -> DMatrix<f64> {
+        let state = self.state(steps);
+        let base = self.model.base_jacobian(&state);
+        let mut all = DMatrix::zeros(base.nrows(), steps.len());
+        for (k, column) in self.fitted.columns.iter().enumerate() {
+            match *column {
+                Column::Base(index) => all.set_column(k, &base.column(index)),
+                Column::Amplitude { effect, parameter } => {
+                    all.set_column(k, &whole_tangent(self.model, &state, effect).column(parameter));
+                }
+                Column::Empirical { correction, coefficient } => {
+                    let columns = &self.fitted.empirical[correction].columns;
+                    all.set_column(k, &columns.column(coefficient));
+                }
+            }
+        }
+        all
+    }
+}
+
+impl Problem for Held<'_> {
+    type Point = DVector<f64>;
+
+    fn residual_count(&self) -> usize {
+        self.rows.len() + 1
+    }
+
+    fn tangent_dim(&self) -> usize {
+        self.fitted.columns.len()
+    }
+
+    fn residuals(&self, at: &DVector<f64>, out: &mut DVector<f64>) {
+        let all = self.all(at);
+        for (out, &(row, weight)) in out.iter_mut().zip(&self.rows) {
+            *out = all[row] * weight;
+        }
+        out[self.rows.len()] = (self.coordinate(at) - self.target) / self.tolerance;
+    }
+
+    fn jacobian(&self, at: &DVector<f64>, out: &mut DMatrix<f64>) {
+        let all = self.by_steps(at);
+        for (k, &(row, weight)) in self.rows.iter().enumerate() {
+            out.set_row(k, &(all.row(row) * weight));
+        }
+        let state = self.state(at);
+        let along = self.model.pose_by_columns(&state, self.fitted.columns);
+        let held: RowDVector<f64> = along.row(self.coordinate) / self.tolerance;
+        out.set_row(self.rows.len(), &held);
+    }
+
+    fn retract(&self, at: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+        at + step
+    }
+}
