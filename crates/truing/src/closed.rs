@@ -9,6 +9,9 @@ use serde::Serialize;
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
 use crate::kinds::Prepared;
+use crate::noise_test::{Repeats, scatter_warning};
+use crate::plausible::plausible;
+use crate::residual::Residual;
 use crate::{Case, Error, Header};
 
 /// Answer of `truing loop`; serialises as its JSON.
@@ -38,6 +41,11 @@ pub struct Closed {
     pub verdict: &'static str,
     /// Structure left in the residual.
     pub remaining: Vec<LoopRemaining>,
+    /// Residual of the fitted observations with the accepted effects in the model.
+    pub residual: Residual,
+    /// Whether repeats agree better with each other than with the final model; `None` where no
+    /// place is visited again.
+    pub lack_of_fit: Option<Repeats>,
     /// Effects that this design cannot see.
     pub not_observable: Vec<LoopNotObservable>,
     /// What was solved for, with the accepted effects in the model.
@@ -86,6 +94,8 @@ pub struct JudgedRms {
     pub hold_out: &'static str,
     /// χ² over degrees of freedom, where the noise was declared.
     pub chi2_per_dof: Option<f64>,
+    /// Where `chi2_per_dof` lies 999 times in 1000 where the noise is as declared.
+    pub chi2_interval: Option<[f64; 2]>,
 }
 
 /// One accepted effect.
@@ -176,10 +186,15 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         });
         doubts = matched.warnings;
     }
+    let residual = Residual::after(&*prepared.model, &closure, declared.unit);
+    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     let warnings = (case.warnings.iter())
         .chain(&doubts)
         .chain(&declared.warnings)
         .chain(&closure.warnings)
+        .chain(&scatter)
+        .chain(&doubtful)
         .cloned()
         .collect();
     Ok(Closed {
@@ -193,6 +208,8 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         steps: closure.steps.iter().map(LoopStep::of).collect(),
         verdict: verdict(closure.verdict),
         remaining: closure.remaining.iter().map(LoopRemaining::of).collect(),
+        residual,
+        lack_of_fit: closure.lack_of_fit.as_ref().map(Repeats::of),
         not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
         estimates,
         warnings,
@@ -232,6 +249,7 @@ impl JudgedRms {
                 HoldOut::LeaveOneOut => "leave-one-out",
             },
             chi2_per_dof: summary.chi2_per_dof,
+            chi2_interval: summary.chi2_interval,
         }
     }
 }

@@ -13,7 +13,9 @@ mod file;
 mod header;
 mod import;
 mod kinds;
+mod noise_test;
 mod page;
+mod plausible;
 mod program;
 mod register;
 mod regrouped;
@@ -22,6 +24,7 @@ mod shape;
 mod solved;
 mod text;
 mod text_table;
+mod wording;
 
 pub use force_impedance;
 pub use frame_fit;
@@ -61,7 +64,9 @@ pub use kinds::{
     TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
     write_example,
 };
+pub use noise_test::Repeats;
 pub use page::{loop_report, read_page, solve_report};
+pub use plausible::{ImplausibleResult, plausible};
 pub use program::{Corrected, correct};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;

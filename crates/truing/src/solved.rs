@@ -5,6 +5,8 @@ use serde::Serialize;
 
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Observation};
+use crate::noise_test::{Repeats, repeats, scatter_warning};
+use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::{Case, Error, Header};
 
@@ -27,6 +29,9 @@ pub struct Solved {
     pub residual: Residual,
     /// Residual of those that were only judged; `None` where there are none.
     pub check: Option<Residual>,
+    /// Whether repeats agree better with each other than with the model; `None` where no place is
+    /// visited again.
+    pub lack_of_fit: Option<Repeats>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     #[serde(skip)]
@@ -56,7 +61,10 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         Residual::of(observations.iter().filter(|o| o.fitted == fitted), components, unit)
     };
     let check = Some(of(false)).filter(|check| check.n > 0);
-    let residual = Residual { dof: degrees_of_freedom, chi2_per_dof, ..of(true) };
+    let residual = of(true).judged(degrees_of_freedom, chi2_per_dof, &observations);
+    let (lack_of_fit, doubt) = repeats(case, observations.len());
+    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     Ok(Solved {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -66,7 +74,13 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         check,
         estimates,
         observations,
-        warnings: case.warnings.iter().cloned().chain(warnings).collect(),
+        lack_of_fit,
+        warnings: (case.warnings.iter().cloned())
+            .chain(warnings)
+            .chain(scatter)
+            .chain(doubt)
+            .chain(doubtful)
+            .collect(),
     })
 }
 

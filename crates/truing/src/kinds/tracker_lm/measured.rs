@@ -127,6 +127,10 @@ impl Measured for TrackerCase {
         Ok(Prepared { model, covariates, estimates })
     }
 
+    fn repeats_places(&self) -> bool {
+        false
+    }
+
     fn words(&self) -> Words {
         let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
         let survey = &self.survey;

@@ -140,6 +140,10 @@ impl Measured for TargetCase {
         Ok(Prepared { model, covariates, estimates })
     }
 
+    fn repeats_places(&self) -> bool {
+        false
+    }
+
     fn words(&self) -> Words {
         let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
         let survey = &self.survey;
