@@ -71,6 +71,8 @@ mod log_delay;
 #[cfg(feature = "std")]
 mod log_effects;
 #[cfg(feature = "std")]
+mod log_inside;
+#[cfg(feature = "std")]
 mod log_model;
 #[cfg(feature = "std")]
 mod log_proposals;

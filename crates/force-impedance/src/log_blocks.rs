@@ -73,14 +73,25 @@ pub(crate) fn groups(blocks: &[Block], names: &[String]) -> (Vec<usize>, Vec<Str
     (of_block, labels)
 }
 
-/// Averages a log.
-pub(crate) fn blocks(
-    head: &Head,
-    samples: &[LogSample],
-    solved: &[LoggedForce],
-    formula: ForceFormula,
-    warmth_k: &[Vec<f64>],
-) -> Vec<Block> {
+/// A log, and how its forces are had from it.
+#[derive(Clone, Debug)]
+pub(crate) struct Recorded {
+    pub(crate) head: Head,
+    pub(crate) samples: Vec<LogSample>,
+    pub(crate) solved: Vec<LoggedForce>,
+    pub(crate) formula: ForceFormula,
+    /// One column per temperature.
+    pub(crate) warmth_k: Vec<Vec<f64>>,
+}
+
+/// Every sample as a block of its own.
+pub(crate) fn single(samples: &[LogSample]) -> Vec<(usize, Range<usize>)> {
+    samples.iter().enumerate().map(|(i, sample)| (sample.segment, i..i + 1)).collect()
+}
+
+/// Averages a log over ranges of samples.
+pub(crate) fn blocks(log: &Recorded, ranges: Vec<(usize, Range<usize>)>) -> Vec<Block> {
+    let Recorded { head, samples, solved, formula, warmth_k } = log;
     let slide = slide(samples);
     let clock = Clock::of(samples);
     let average = |(segment, range): (usize, Range<usize>)| {
@@ -101,7 +112,7 @@ pub(crate) fn blocks(
                 .collect(),
         };
         for i in range {
-            let at = Sensitivity::of(head, &solved[i].tip_mm, &samples[i], formula);
+            let at = Sensitivity::of(head, &solved[i].tip_mm, &samples[i], *formula);
             block.sensitivity.add(&at, share);
             block.elapsed_share += share * clock.share(i, samples);
             block.normal_n += share * solved[i].normal_n;
@@ -112,7 +123,7 @@ pub(crate) fn blocks(
         }
         block
     };
-    ranges(samples).into_iter().map(average).collect()
+    ranges.into_iter().map(average).collect()
 }
 
 /// Time since the log began, also where every segment starts its own clock.

@@ -1,13 +1,16 @@
 //! A log as a model for the loop.
 
+use std::sync::Arc;
+
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Model, Origin, Proposal, Role, Row, State,
+    Covariate, Declared, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector};
 
-use crate::log_blocks::{Block, blocks, groups};
+use crate::log_blocks::{Block, Recorded, blocks, groups, ranges};
 use crate::log_delay::Record;
 use crate::log_effects::LogEffect;
+use crate::log_inside::inside;
 use crate::log_proposals::proposals;
 use crate::{ForceFormula, ForceImpedanceError, Head, LogSample, LoggedForce, solve_log};
 
@@ -20,8 +23,10 @@ const MIN_SAMPLES: usize = 12;
 ///
 /// One row per block: mean of (normal force from the legs − reference), N. Without a reference,
 /// the disagreement of the four lengths, mm: forces have no second opinion then. The declared
-/// model has no free parameters. Blocks keep the number of rows below some hundreds; their noise
-/// is estimated, for that of samples a millisecond apart is not independent.
+/// model has no free parameters. Blocks keep the number of rows below some hundreds. Declared noise
+/// is that of a sample, and the samples themselves are held against it: that of samples a
+/// millisecond apart may depend on each other, and then their means scatter more than
+/// independent ones.
 #[derive(Clone, Debug)]
 pub struct LogModel {
     pub(crate) declared: Declared,
@@ -32,7 +37,9 @@ pub struct LogModel {
     /// Record of each block.
     pub(crate) record_of: Vec<usize>,
     pub(crate) has_reference: bool,
-    solved: Vec<LoggedForce>,
+    pub(crate) log: Arc<Recorded>,
+    /// Standard uncertainty of one force reading, where declared.
+    pub(crate) sigma_n: Option<f64>,
 }
 
 /// Settings of a [`LogModel`].
@@ -79,8 +86,15 @@ impl LogModel {
         let names: Vec<String> = warm.iter().map(|c| c.name.clone()).collect();
         let published = options.formula == ForceFormula::Published;
         let catalogue = LogEffect::catalogue(published, warm.len());
-        let blocks = blocks(head, samples, &solved, options.formula, &warmth_k);
-        let (records, record_of) = records(samples, &solved, &blocks);
+        let log = Recorded {
+            head: *head,
+            samples: samples.to_vec(),
+            solved,
+            formula: options.formula,
+            warmth_k,
+        };
+        let blocks = blocks(&log, ranges(samples));
+        let (records, record_of) = records(samples, &log.solved, &blocks);
         let mut model = Self {
             declared: Declared {
                 effects: catalogue.iter().map(|e| e.description(&names)).collect(),
@@ -93,7 +107,8 @@ impl LogModel {
             blocks,
             records,
             record_of,
-            solved,
+            log: Arc::new(log),
+            sigma_n: options.sigma_n,
         };
         model.lay_out(options);
         Ok(model)
@@ -102,7 +117,7 @@ impl LogModel {
     /// What each sample says.
     #[must_use]
     pub fn solved(&self) -> &[LoggedForce] {
-        &self.solved
+        &self.log.solved
     }
 
     /// Samples that each observation of the layout averages.
@@ -205,8 +220,6 @@ impl LogModel {
 
     fn lay_out(&mut self, options: &LogOptions) {
         let (of_block, names) = groups(&self.blocks, &options.segments);
-        // One reading a block: its declared noise holds. Means of coloured noise have their own.
-        let alone = self.blocks.iter().all(|b| b.samples.len() == 1);
         let sigma_n = options.sigma_n.filter(|_| self.has_reference);
         let sigma = |b: &Block| {
             if self.has_reference { b.noise_gain * sigma_n.unwrap_or(1.0) } else { 1.0 }
@@ -220,25 +233,46 @@ impl LogModel {
             observations: of_block,
             groups: names.into_iter().map(|name| Group { name, role: Role::Fit }).collect(),
             unit: if self.has_reference { "N" } else { "mm" }.to_owned(),
-            sigma_declared: alone && sigma_n.is_some(),
+            sigma_declared: sigma_n.is_some(),
         };
     }
 
     /// What an effect of an amplitude adds to a block's residual, and the derivative.
     fn effect(&self, effect: usize, amplitude: f64, i: usize) -> (f64, f64) {
-        let (kind, block) = (self.catalogue[effect], &self.blocks[i]);
+        self.effect_on(effect, amplitude, (&self.blocks[i], self.record_of.get(i)))
+    }
+
+    /// [`LogModel::effect`] on a block of a record, or of none.
+    pub(crate) fn effect_on(
+        &self,
+        effect: usize,
+        amplitude: f64,
+        (block, record): (&Block, Option<&usize>),
+    ) -> (f64, f64) {
+        let kind = self.catalogue[effect];
         if !self.has_reference {
             let slope = kind.consistency_tangent(block);
             return (slope * amplitude, slope);
         }
-        self.force_effect(effect, amplitude, i)
+        self.force_effect_on(effect, amplitude, (block, record))
     }
 
     /// What an effect of an amplitude adds to the mean of normal force − reference in a block.
     fn force_effect(&self, effect: usize, amplitude: f64, i: usize) -> (f64, f64) {
-        let (kind, block) = (self.catalogue[effect], &self.blocks[i]);
+        self.force_effect_on(effect, amplitude, (&self.blocks[i], self.record_of.get(i)))
+    }
+
+    fn force_effect_on(
+        &self,
+        effect: usize,
+        amplitude: f64,
+        (block, record): (&Block, Option<&usize>),
+    ) -> (f64, f64) {
+        let kind = self.catalogue[effect];
         match kind {
-            LogEffect::Delay => self.delayed(i, amplitude),
+            LogEffect::Delay => record.map_or((0.0, 0.0), |&record| {
+                self.records[record].effect(&block.samples, amplitude)
+            }),
             LogEffect::FrictionLeftOut => rubbed(block, amplitude),
             LogEffect::CellGain(cell) => {
                 // The cell reads `1 + a` times the force.
@@ -250,15 +284,6 @@ impl LogModel {
                 (slope * amplitude, slope)
             }
         }
-    }
-
-    /// What a delay of the reference does to a block's residual, and its derivative.
-    fn delayed(&self, i: usize, delay_s: f64) -> (f64, f64) {
-        let (Some(&record), block) = (self.record_of.get(i), &self.blocks[i]) else {
-            return (0.0, 0.0);
-        };
-        let record = &self.records[record];
-        record.effect(&block.samples, delay_s)
     }
 }
 
@@ -315,6 +340,10 @@ impl Model for LogModel {
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let amplitude = at.amplitudes[effect][0];
         DMatrix::from_fn(self.blocks.len(), 1, |i, _| -self.effect(effect, amplitude, i).1)
+    }
+
+    fn inside(&self, at: &State) -> Option<Inside> {
+        inside(self, at)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -1,8 +1,8 @@
 //! Runs along one path as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
-    Scope, State,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Row, Scope, State, independent_share, lag_one,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -27,6 +27,19 @@ pub struct PathModel {
     catalogue: Vec<PathEffect>,
     cells: Vec<Cell>,
     stretch: Stretch,
+    /// One per cell and reading in it, where the noise was declared.
+    readings: Vec<Vec<Reading>>,
+    sigma_n: Option<f64>,
+}
+
+/// One reading in its cell.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    error_n: f64,
+    /// Between the middles of cells, counted in cells.
+    place: f64,
+    reference_n: f64,
+    elapsed_share: f64,
 }
 
 /// Settings of a [`PathModel`].
@@ -75,9 +88,13 @@ impl PathModel {
         let declared = Declared {
             // A run each: between runs the tool leaves the workpiece.
             records: Some(layout.observations.clone()),
+            // Every run goes over the same cells.
+            places: Some(cells.iter().map(|cell| cell.place).collect()),
             ..Declared::new(layout, Vec::new(), effects)
         };
-        Ok(Self { declared, catalogue, cells, stretch })
+        let readings = readings(samples, &cells, &stretch);
+        let sigma_n = options.sigma_n;
+        Ok(Self { declared, catalogue, cells, stretch, readings, sigma_n })
     }
 
     /// Readings that each observation of the layout averages.
@@ -138,19 +155,29 @@ impl PathModel {
 
     /// What one unit of each amplitude of an effect adds to a cell's residual.
     fn slopes(&self, effect: PathEffect, cell: &Cell) -> Vec<f64> {
+        let at = Reading {
+            error_n: cell.residual_n,
+            place: crate::count(cell.place),
+            reference_n: cell.reference_n,
+            elapsed_share: cell.elapsed_share,
+        };
+        self.slopes_at(effect, &at)
+    }
+
+    fn slopes_at(&self, effect: PathEffect, at: &Reading) -> Vec<f64> {
         match effect {
             PathEffect::Zero => vec![1.0],
-            PathEffect::Gain => vec![cell.reference_n],
-            PathEffect::Drift => vec![cell.elapsed_share],
-            PathEffect::Repeatable(knots) => self.hats(knots, cell.place, 1.0),
-            PathEffect::Share(knots) => self.hats(knots, cell.place, cell.reference_n),
+            PathEffect::Gain => vec![at.reference_n],
+            PathEffect::Drift => vec![at.elapsed_share],
+            PathEffect::Repeatable(knots) => self.hats(knots, at.place, 1.0),
+            PathEffect::Share(knots) => self.hats(knots, at.place, at.reference_n),
         }
     }
 
-    /// Weight of each knot in a cell, linear between knots, times a factor.
-    fn hats(&self, knots: usize, place: usize, factor: f64) -> Vec<f64> {
+    /// Weight of each knot at a place, in cells, linear between knots, times a factor.
+    fn hats(&self, knots: usize, place: f64, factor: f64) -> Vec<f64> {
         let last = crate::count(knots - 1);
-        let at = crate::count(place) / crate::count(self.stretch.cells - 1) * last;
+        let at = (place / crate::count(self.stretch.cells - 1) * last).clamp(0.0, last);
         (0..knots).map(|k| factor * (1.0 - (at - crate::count(k)).abs()).max(0.0)).collect()
     }
 
@@ -178,14 +205,27 @@ impl PathModel {
     }
 }
 
+/// The readings of each cell.
+fn readings(samples: &[PathSample], cells: &[Cell], stretch: &Stretch) -> Vec<Vec<Reading>> {
+    let width_mm = (stretch.to_mm - stretch.from_mm) / crate::count(stretch.cells);
+    let of_cell = |cell: &Cell| {
+        let reading = |&i: &usize| Reading {
+            error_n: samples[i].force_n - samples[i].reference_n,
+            place: (samples[i].path_mm - stretch.from_mm) / width_mm - 0.5,
+            reference_n: samples[i].reference_n,
+            elapsed_share: cell.elapsed_share,
+        };
+        cell.samples.iter().map(reading).collect()
+    };
+    cells.iter().map(of_cell).collect()
+}
+
 fn layout(cells: &[Cell], options: &PathOptions) -> Layout {
     let runs = cells.iter().map(|c| c.run).max().map_or(0, |last| last + 1);
     let name =
         |run: usize| options.runs.get(run).cloned().unwrap_or_else(|| format!("run {}", run + 1));
-    // One reading a cell: its declared noise holds. Means of coloured noise have their own.
-    let alone = cells.iter().all(|c| c.samples.len() == 1);
     let row = |(observation, cell): (usize, &Cell)| {
-        let share = if alone { 1.0 } else { crate::count(cell.samples.len()).sqrt() };
+        let share = crate::count(cell.samples.len()).sqrt();
         let sigma = options.sigma_n.unwrap_or(1.0) / share;
         Row { observation, component: 0, sigma, reported: true }
     };
@@ -194,7 +234,7 @@ fn layout(cells: &[Cell], options: &PathOptions) -> Layout {
         observations: cells.iter().map(|c| c.run).collect(),
         groups: (0..runs).map(|run| Group { name: name(run), role: Role::Fit }).collect(),
         unit: "N".to_owned(),
-        sigma_declared: alone && options.sigma_n.is_some(),
+        sigma_declared: options.sigma_n.is_some(),
     }
 }
 
@@ -280,6 +320,31 @@ impl Model for PathModel {
             self.cells.iter().map(|cell| self.slopes(self.catalogue[effect], cell)).collect();
         let columns = self.declared.effects[effect].parameters.len();
         DMatrix::from_fn(rows.len(), columns, |i, k| -rows[i][k])
+    }
+
+    fn inside(&self, at: &State) -> Option<Inside> {
+        let sigma_n = self.sigma_n?;
+        let n_readings: usize = self.readings.iter().map(Vec::len).sum();
+        let dof = n_readings - self.readings.len();
+        let (mut square, mut runs) = (0.0, vec![Vec::new(); self.declared.layout.groups.len()]);
+        for (readings, cell) in self.readings.iter().zip(&self.cells) {
+            let left = |reading: &Reading| {
+                let off_n = |(effect, amplitude): (&PathEffect, &DVector<f64>)| {
+                    let slopes = self.slopes_at(*effect, reading);
+                    slopes.iter().zip(amplitude.iter()).map(|(s, a)| s * a).sum::<f64>()
+                };
+                let effects = self.catalogue.iter().zip(&at.amplitudes);
+                let present = effects.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0));
+                (reading.error_n - present.map(off_n).sum::<f64>()) / sigma_n
+            };
+            let left: Vec<f64> = readings.iter().map(left).collect();
+            let mean = left.iter().sum::<f64>() / crate::count(left.len());
+            square += left.iter().map(|r| (r - mean).powi(2)).sum::<f64>();
+            runs[cell.run].extend(left);
+        }
+        let (correlation, pairs) = lag_one(runs.iter().map(Vec::as_slice));
+        let share = independent_share(correlation, pairs);
+        (dof > 0).then(|| Inside { chi2: square, dof: crate::count(dof), share })
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -1,7 +1,8 @@
 //! The declared model, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row, State,
+    Covariate, Declared, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role, Row,
+    State,
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
@@ -286,6 +287,10 @@ impl<const D: usize> Model for FrameModel<D> {
             let source_mm = self.points[i].pair.source_mm.coords;
             term.touches(i).then(|| &carried * term.columns(i, &source_mm))
         })
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

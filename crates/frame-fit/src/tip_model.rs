@@ -1,8 +1,8 @@
 //! Tip of a tool from poses, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
-    Scope, State,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Row, Scope, State,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -305,6 +305,10 @@ impl Model for TipModel {
         }
         let columns = self.declared.effects[effect].parameters.len();
         self.stacked(columns, |pose| self.columns(term, pose).map(|c| -c))
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

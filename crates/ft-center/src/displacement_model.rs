@@ -1,7 +1,8 @@
 //! Tables of commanded and solved displacements as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Proposal, Role, Row, Scope, State,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, Scope,
+    State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -186,6 +187,10 @@ impl Model for DisplacementModel {
         let a = KINDS.map(|kind| at.amplitudes[kind as usize][0]);
         let rows = self.rows.iter().map(|row| row.derivative(&a, KINDS[effect]));
         DMatrix::from_iterator(self.rows.len(), 1, rows)
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -2,8 +2,8 @@
 
 use geometry::Wrench;
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
-    State,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Row, State,
 };
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
 
@@ -204,6 +204,10 @@ impl Model for GravityModel {
             tangent.rows_mut(6 * i, 6).copy_from(&block);
         }
         tangent
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

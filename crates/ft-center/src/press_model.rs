@@ -1,7 +1,7 @@
 //! The presses as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Model, Origin, Proposal, Role, Row, State,
+    Covariate, Declared, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -239,6 +239,10 @@ impl Model for PressModel {
             row += block.nrows();
         }
         tangent
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -7,9 +7,12 @@ use crate::constancy::not_proportional;
 use crate::error::LoopError;
 use crate::estimate::{covariance, noise_level, parameter_estimates};
 use crate::judge::{Bench, Setting, hear_covariates};
+use crate::lack_of_fit::{LackOfFit, Places};
 use crate::linear::Linear;
+use crate::odd_group::odd_groups;
 use crate::select::{Added, QUARTER, Selected, What, select};
 use crate::separation::{Further, Imitation, all_fitted, separate_by};
+use crate::silent::silent_components;
 use crate::summary::{Summaries, step_errors, summarise};
 use crate::system::{Estimate, System, rows_of};
 use crate::unforeseen::unforeseen;
@@ -20,9 +23,6 @@ use crate::{
     Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
     Remaining, Role, Step,
 };
-
-/// Residual of a component below this share of the largest is «not measured».
-const SILENT: f64 = 1e-12;
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
 ///
@@ -55,7 +55,10 @@ pub fn close_loop(
     let summaries = summarise(&setting, &keep, &base, &chosen, &attributions);
     let steps = steps(&setting, &keep, &chosen, &attributions, &summaries);
     let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, &silent);
-    let remaining = remaining(&setting, &chosen, &lin);
+    let lack_of_fit = Places::of(model, &covariates).and_then(|places| places.test(&lin));
+    let mut remaining = remaining(&setting, &chosen, &lin);
+    remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
+    remaining.extend(odd_groups(&lin));
     let (confusability, confusable_ids) = confusability(&setting, &base, &keep);
     mark_rivals(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&setting, &chosen, &silent);
@@ -79,6 +82,7 @@ pub fn close_loop(
         passes: chosen.passes,
         steps,
         remaining,
+        lack_of_fit,
         confusability,
         confusable_ids,
         warnings,
@@ -104,21 +108,6 @@ fn alternatives(
         Some(Alternative { columns: system.columns(), state: fitted.state })
     };
     pairs.take(MOST_ALTERNATIVES).filter_map(of).collect()
-}
-
-/// Components whose residual is zero in every fitted row: copied, not measured.
-fn silent_components(system: &System<'_>, at: &Estimate, rows: &[usize]) -> Vec<bool> {
-    let layout = &system.model.declared().layout;
-    let all = system.residuals(at);
-    let components = layout.rows.iter().map(|r| r.component + 1).max().unwrap_or(0);
-    let mut largest = vec![0.0_f64; components];
-    for &row in rows {
-        let component = layout.rows[row].component;
-        largest[component] = largest[component].max(all[row].abs());
-    }
-    let scale = largest.iter().copied().fold(0.0, f64::max);
-    // With every component at zero there is nothing to find and nothing to leave out.
-    largest.iter().map(|&l| scale > 0.0 && l <= SILENT * scale).collect()
 }
 
 fn steps(

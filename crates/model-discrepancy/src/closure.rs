@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Remaining, State};
+use crate::{LackOfFit, Remaining, State};
 
 /// Result of closing the loop on one data set.
 #[derive(Clone, Debug)]
@@ -19,6 +19,9 @@ pub struct Closure {
     pub verdict: Verdict,
     /// Structure left in the residual.
     pub remaining: Vec<Remaining>,
+    /// Whether repeats agree better with each other than with the final model; `None` where no
+    /// place is visited again.
+    pub lack_of_fit: Option<LackOfFit>,
     /// Effects that this design cannot see.
     pub not_observable: Vec<NotObservable>,
     /// Confusability of the candidates: `|cos|` of the largest principal angle between
@@ -117,8 +120,11 @@ pub struct ErrorSummary {
     pub hold_out: HoldOut,
     /// Unit of both.
     pub unit: String,
-    /// χ² over degrees of freedom on fitted rows, when sigma was declared.
+    /// χ² over degrees of freedom on what was fitted, when sigma was declared; of the readings where
+    /// rows are means of several.
     pub chi2_per_dof: Option<f64>,
+    /// Where `chi2_per_dof` lies 999 times in 1000 where the noise is as declared.
+    pub chi2_interval: Option<[f64; 2]>,
 }
 
 /// How an error on unseen data was obtained.

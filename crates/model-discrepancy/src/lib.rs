@@ -67,20 +67,25 @@ mod detectable;
 mod error;
 mod estimate;
 mod glance;
+mod global_test;
 mod holdout;
 mod interruption;
 mod judge;
+mod lack_of_fit;
 mod linear;
 mod local;
 mod model;
+mod odd_group;
 mod options;
 mod pair;
+mod reach;
 mod readings;
 mod replace;
 mod select;
 mod separation;
 mod shape;
 mod significance;
+mod silent;
 mod summary;
 mod system;
 mod unforeseen;
@@ -98,9 +103,11 @@ pub use closure::{
 pub use common_scatter::common_variance;
 pub use coverage::{coverage_factor, std_over_names};
 pub use error::LoopError;
+pub use global_test::{GlobalTest, chi2_interval, independent_share, lag_one};
+pub use lack_of_fit::{LackOfFit, lack_of_fit};
 pub use model::{
-    Condensed, Covariate, Declared, Differenced, Effect, Group, Layout, LinearModel, Model, Origin,
-    Parameter, Proposal, Remaining, Role, Row, Scope, State, check_tangents, whole_tangent,
+    Condensed, Covariate, Declared, Differenced, Effect, Group, Inside, Layout, LinearModel, Model,
+    Origin, Parameter, Proposal, Remaining, Role, Row, Scope, State, check_tangents, whole_tangent,
 };
 pub use nalgebra;
 pub use options::Options;

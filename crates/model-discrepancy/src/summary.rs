@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::attribution::Attribution;
 use crate::candidate::Source;
+use crate::global_test::global_test;
 use crate::holdout::{GroupError, folds, leave_out, rms};
 use crate::judge::{Setting, excluded};
 use crate::linear::Linear;
@@ -62,13 +63,16 @@ pub(crate) fn summarise(
     }
     let summary = |system: &System<'_>, at: &Estimate, errors: &[Option<GroupError>]| {
         let (held_out_rms, held_out_std) = rms(errors);
+        let lin = Linear::of(system, at, keep, setting.silent);
+        let test = global_test(system, at, &lin);
         ErrorSummary {
             train_rms: train_rms(system, at, keep),
             held_out_rms,
             held_out_std,
             hold_out,
             unit: setting.model.declared().layout.unit.clone(),
-            chi2_per_dof: chi2_per_dof(system, at, keep),
+            chi2_per_dof: test.map(|t| t.per_dof()),
+            chi2_interval: test.map(|t| t.interval()),
         }
     };
     Summaries {
@@ -224,16 +228,6 @@ fn reported_errors(
 fn train_rms(system: &System<'_>, at: &Estimate, keep: &[bool]) -> f64 {
     let groups: Vec<_> = (0..keep.len()).filter(|&g| keep[g]).collect();
     rms(&reported_errors(system, at, &groups)).0
-}
-
-/// χ² over degrees of freedom, where sigma was declared.
-pub(crate) fn chi2_per_dof(system: &System<'_>, at: &Estimate, keep: &[bool]) -> Option<f64> {
-    let layout = &system.model.declared().layout;
-    let rows = rows_of(layout, keep);
-    let dof = rows.len().checked_sub(system.dim()).filter(|&d| d > 0)?;
-    let all = system.residuals(at);
-    let chi2: f64 = rows.iter().map(|&r| (all[r] / layout.rows[r].sigma).powi(2)).sum();
-    layout.sigma_declared.then(|| chi2 / count(dof))
 }
 
 /// Errors of the model after each step.

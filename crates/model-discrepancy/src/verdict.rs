@@ -1,10 +1,9 @@
 //! The conclusion.
 
-use crate::estimate::too_noisy;
+use crate::global_test::{GlobalTest, global_test};
 use crate::judge::Setting;
 use crate::linear::Linear;
 use crate::select::Selected;
-use crate::significance::count;
 use crate::unforeseen::check_distance;
 use crate::{Remaining, Role, Verdict};
 
@@ -17,24 +16,20 @@ pub(crate) fn verdict(
     if !remaining.is_empty() || many_bad_readings(setting, chosen) {
         return Verdict::StructureRemains;
     }
-    if setting.model.declared().layout.sigma_declared && noisier_than_declared(setting, lin, chosen)
-    {
+    if noisier_than_declared(setting, lin, chosen) {
         return Verdict::NoiseLargerThanDeclared;
     }
     if chosen.added.is_empty() { Verdict::NothingMissing } else { Verdict::Explained }
 }
 
-/// Whether fitted and check groups scatter more than declared.
+/// Whether fitted groups, or these and the check groups together, scatter more than declared.
 fn noisier_than_declared(setting: &Setting<'_>, lin: &Linear<'_>, chosen: &Selected<'_>) -> bool {
-    let dof = lin.rows.len().saturating_sub(chosen.system.dim());
-    // Judged by what was declared, without any scatter that the loop has estimated.
-    let declared = lin.rows.iter().zip(&lin.sigma).map(|(&row, s)| s / lin.layout.rows[row].sigma);
-    let chi2: f64 = lin.residual.iter().zip(declared).map(|(r, ratio)| (r * ratio).powi(2)).sum();
-    let (chi2, dof) = match check_distance(setting, chosen, lin, &|row| row.sigma) {
-        Some(check) => (chi2 + check.square, count(dof) + check.rows),
-        None => (chi2, count(dof)),
-    };
-    dof > 0.0 && too_noisy(chi2, dof)
+    let Some(fitted) = global_test(&chosen.system, &chosen.estimate, lin) else { return false };
+    let with_check = check_distance(setting, chosen, lin, &|row| row.sigma).is_some_and(|check| {
+        GlobalTest { chi2: fitted.chi2 + check.square, dof: fitted.dof + check.rows, ..fitted }
+            .is_above()
+    });
+    fitted.is_above() || with_check
 }
 
 /// More single bad readings than two, and than one group in twenty, are no accidents.

@@ -2,8 +2,8 @@
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Proposal, Role, Row,
-    State,
+    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Parameter, Proposal,
+    Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector, Point3};
 
@@ -136,6 +136,9 @@ impl TrackerModel {
         let records = locks(&survey, layout.observations.len());
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let declared = Declared {
+            // None repeats another: a row combines readings of several angles once what ties them is
+            // taken out.
+            places: Some((0..layout.observations.len()).collect()),
             records: Some(records),
             condensed: reduction.condensed(),
             ..Declared::new(layout, base, effects)
@@ -289,6 +292,10 @@ impl Model for TrackerModel {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         self.linear.tangent(at, effect)
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -1,7 +1,9 @@
 use model_discrepancy::{Assessment, LoopError, Role, Visibility, assess};
 use serde::Serialize;
 
-use crate::suspect::examine;
+use crate::noise_test::Repeats;
+use crate::residual::Residual;
+use crate::solved::solve;
 use crate::{Case, Error, Header, Suspect};
 
 /// Answer of `truing check`; serialises as its JSON.
@@ -24,6 +26,11 @@ pub struct Checked {
     pub noise_declared: bool,
     /// Mistakes in the input that the data bear out.
     pub suspects: Vec<Suspect>,
+    /// Residual of the observations that are fitted.
+    pub residual: Residual,
+    /// Whether repeats agree better with each other than with the model; `None` where no place is
+    /// visited again.
+    pub lack_of_fit: Option<Repeats>,
     /// Effects that would be found, and how large they must be.
     pub observable: Vec<ObservableEffect>,
     /// Effects that would not.
@@ -114,11 +121,10 @@ pub struct HiddenEffect {
 /// As [`solve`](crate::solve): a declared model that the data leave free is an error that names
 /// the free direction. Too few groups for the loop are a warning here.
 pub fn check(case: &Case) -> Result<Checked, Error> {
-    let fitted = case.fit()?;
-    let suspects = examine(case, &fitted)?.suspects;
+    let solved = solve(case)?;
     let prepared = case.measured.prepare()?;
     let model = &*prepared.model;
-    let mut warnings: Vec<String> = case.warnings.iter().cloned().chain(fitted.warnings).collect();
+    let mut warnings = solved.warnings;
     let assessments = match assess(model, &case.loop_settings.options()) {
         Ok(assessments) => assessments,
         Err(e @ LoopError::TooFewGroups { .. }) => {
@@ -132,12 +138,14 @@ pub fn check(case: &Case) -> Result<Checked, Error> {
         version: env!("CARGO_PKG_VERSION"),
         header: Header::of("truing/check/1", case),
         counts: Counts::of(model),
-        parameters: (fitted.estimates.parameters().into_iter())
+        parameters: (solved.estimates.parameters().into_iter())
             .map(|p| Determined { name: p.name, value: p.value, unit: p.unit, std: p.std })
             .collect(),
         covariates: prepared.covariates.iter().map(|c| c.name.clone()).collect(),
         noise_declared: model.declared().layout.sigma_declared,
-        suspects,
+        suspects: solved.suspects,
+        residual: solved.residual,
+        lack_of_fit: solved.lack_of_fit,
         observable: Vec::new(),
         not_observable: Vec::new(),
         warnings,

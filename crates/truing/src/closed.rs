@@ -10,6 +10,9 @@ use serde::Serialize;
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Prepared};
+use crate::noise_test::{Repeats, scatter_warning};
+use crate::plausible::plausible;
+use crate::residual::Residual;
 use crate::suspect::{Examined, Suspect, examine, named_cause};
 use crate::{Case, Error, Header, IntervalWidth};
 
@@ -40,6 +43,11 @@ pub struct Closed {
     pub verdict: &'static str,
     /// Structure left in the residual.
     pub remaining: Vec<LoopRemaining>,
+    /// Residual of the fitted observations with the accepted effects in the model.
+    pub residual: Residual,
+    /// Whether repeats agree better with each other than with the final model; `None` where no
+    /// place is visited again.
+    pub lack_of_fit: Option<Repeats>,
     /// Effects that this design cannot see.
     pub not_observable: Vec<LoopNotObservable>,
     /// What was solved for, with the accepted effects in the model.
@@ -96,6 +104,8 @@ pub struct JudgedRms {
     pub hold_out: &'static str,
     /// χ² over degrees of freedom, where the noise was declared.
     pub chi2_per_dof: Option<f64>,
+    /// Where `chi2_per_dof` lies 999 times in 1000 where the noise is as declared.
+    pub chi2_interval: Option<[f64; 2]>,
 }
 
 /// One accepted effect.
@@ -218,6 +228,7 @@ fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
             held_out_rms: f64::NAN,
             held_out_std: f64::NAN,
             chi2_per_dof: None,
+            chi2_interval: None,
             ..like.clone()
         },
         |closed| JudgedRms::of(&closed.before),
@@ -245,10 +256,15 @@ fn close(case: &Case, declared: &Fitted, started: Instant) -> Result<Closed, Err
         });
         doubts = matched.warnings;
     }
+    let residual = Residual::after(&*prepared.model, &closure, declared.unit);
+    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     let warnings = (case.warnings.iter())
         .chain(&doubts)
         .chain(&declared.warnings)
         .chain(&closure.warnings)
+        .chain(&scatter)
+        .chain(&doubtful)
         .cloned()
         .collect();
     Ok(Closed {
@@ -262,6 +278,8 @@ fn close(case: &Case, declared: &Fitted, started: Instant) -> Result<Closed, Err
         steps: closure.steps.iter().map(LoopStep::of).collect(),
         verdict: verdict(closure.verdict),
         remaining: closure.remaining.iter().map(LoopRemaining::of).collect(),
+        residual,
+        lack_of_fit: closure.lack_of_fit.as_ref().map(Repeats::of),
         not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
         estimates,
         interval: IntervalWidth::new(closure.degrees_of_freedom),
@@ -309,6 +327,7 @@ impl JudgedRms {
                 HoldOut::LeaveOneOut => "leave-one-out",
             },
             chi2_per_dof: summary.chi2_per_dof,
+            chi2_interval: summary.chi2_interval,
         }
     }
 }

@@ -8,6 +8,7 @@ use pose_icp::{PoseError, ProgramError, RegisterError};
 use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
+use crate::plausible::ImplausibleResult;
 use crate::{CarryProblem, FileProblem, ImportProblem, Location, Problem, ShapeProblem, Suspect};
 
 /// Why a command could not do what it was asked for.
@@ -81,6 +82,12 @@ pub enum Error {
     NothingToExport {
         /// The kind.
         kind: &'static str,
+    },
+    /// A deliverable that no machine needs: something before it is wrong.
+    #[error("{problem}")]
+    Implausible {
+        /// What is too large, what fits the data, and how to allow it.
+        problem: Box<ImplausibleResult>,
     },
     /// Effects cannot be carried from another case.
     #[error("{}: {problem}", path.display())]
@@ -320,6 +327,7 @@ impl Error {
             | Self::Shape { .. }
             | Self::NoThreads
             | Self::UnknownKind { .. }
+            | Self::Implausible { .. }
             | Self::NothingToExport { .. }
             | Self::NotRead { .. }
             | Self::Import { .. }

@@ -6,7 +6,7 @@ use crate::kinds::{
     TrackerLmEstimates,
 };
 use crate::report::ExtraPlot;
-use crate::text_table::TextTable;
+use crate::text_table::{Cell, EXPANDED, TextTable};
 
 /// What was solved for, by kind; each serialises as its own object.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -115,13 +115,13 @@ impl Estimates {
         let mut tables = Vec::new();
         let parameters = self.parameters();
         if !parameters.is_empty() {
-            let mut table =
-                TextTable::of_quantities("estimates", &["parameter", "value", "std", "unit"]);
+            let columns = ["parameter", "value", EXPANDED, "unit"];
+            let mut table = TextTable::of_quantities("estimates", &columns);
             for p in &parameters {
                 table.push(vec![
                     p.name.clone().into(),
-                    p.value.into(),
-                    p.std.into(),
+                    Cell::Known(p.value, p.std),
+                    Cell::Expanded(p.std),
                     p.unit.to_owned().into(),
                 ]);
             }

@@ -15,7 +15,9 @@ mod header;
 mod import;
 mod interval_width;
 mod kinds;
+mod noise_test;
 mod page;
+mod plausible;
 mod program;
 mod register;
 mod regrouped;
@@ -25,6 +27,7 @@ mod solved;
 mod suspect;
 mod text;
 mod text_table;
+mod wording;
 
 pub use force_impedance;
 pub use frame_fit;
@@ -65,7 +68,9 @@ pub use kinds::{
     QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates, TouchEstimate,
     TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
+pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
+pub use plausible::{ImplausibleResult, plausible};
 pub use program::{Corrected, correct};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;

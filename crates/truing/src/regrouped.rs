@@ -1,7 +1,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use model_discrepancy::{Declared, Group, Layout, Model, Proposal, Role, State};
+use model_discrepancy::{Declared, Group, Inside, Layout, Model, Proposal, Role, State};
 use nalgebra::{DMatrix, DVector};
 
 /// A model whose observations are grouped by a column of the user's.
@@ -57,6 +57,10 @@ impl Model for Regrouped<'_> {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         self.inner.tangent(at, effect)
+    }
+
+    fn inside(&self, at: &State) -> Option<Inside> {
+        self.inner.inside(at)
     }
 
     fn proposals(&self) -> Vec<Proposal> {

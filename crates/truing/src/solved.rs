@@ -5,6 +5,8 @@ use serde::Serialize;
 
 use crate::estimates::Estimates;
 use crate::kinds::{Fitted, Observation};
+use crate::noise_test::{Repeats, repeats, scatter_warning};
+use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::suspect::{Suspect, examine};
 use crate::{Case, Error, Header, IntervalWidth};
@@ -30,8 +32,14 @@ pub struct Solved {
     pub residual: Residual,
     /// Residual of those that were only judged; `None` where there are none.
     pub check: Option<Residual>,
+    /// Whether repeats agree better with each other than with the model; `None` where no place is
+    /// visited again.
+    pub lack_of_fit: Option<Repeats>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
+    /// Mistakes in the input that the data bear out; the warnings tell them.
+    #[serde(skip)]
+    pub suspects: Vec<Suspect>,
     #[serde(skip)]
     observations: Vec<Observation>,
 }
@@ -61,7 +69,10 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         Residual::of(observations.iter().filter(|o| o.fitted == fitted), components, unit)
     };
     let check = Some(of(false)).filter(|check| check.n > 0);
-    let residual = Residual { dof: degrees_of_freedom, chi2_per_dof, ..of(true) };
+    let residual = of(true).judged(degrees_of_freedom, chi2_per_dof, &observations);
+    let (lack_of_fit, doubt) = repeats(case, observations.len());
+    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     let estimated = Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none());
     Ok(Solved {
         kind: case.kind,
@@ -73,10 +84,15 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         estimates,
         interval: IntervalWidth::new(estimated),
         observations,
+        lack_of_fit,
         warnings: (suspects.iter().map(Suspect::warning))
             .chain(case.warnings.iter().cloned())
             .chain(warnings)
+            .chain(scatter)
+            .chain(doubt)
+            .chain(doubtful)
             .collect(),
+        suspects,
     })
 }
 

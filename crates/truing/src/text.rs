@@ -5,20 +5,22 @@ use std::fmt;
 use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopParameter, LoopStep};
 use crate::residual::Residual;
-use crate::text_table::{Cell, TextTable, number};
+use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
+use crate::wording::in_words;
 use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
 
 impl fmt::Display for Solved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}\n", self.kind)?;
         tables(f, &self.estimates)?;
-        let columns = ["", "rms", "max", "unit", "n", "dof", "chi2/dof"];
+        let columns = ["", "rms", "max", "unit", "n", "dof", "chi2/dof", "99.9 % within"];
         let mut table = TextTable::new("residual", &columns);
         table.push(residual_row("fitted", &self.residual));
         if let Some(check) = &self.check {
             table.push(residual_row("only judged", check));
         }
-        write!(f, "{table}")
+        write!(f, "{table}")?;
+        self.lack_of_fit.as_ref().map_or(Ok(()), |test| writeln!(f, "\n{}", test.line()))
     }
 }
 
@@ -31,7 +33,13 @@ fn residual_row(name: &str, residual: &Residual) -> Vec<Cell> {
         residual.n.to_string().into(),
         residual.dof.to_string().into(),
         residual.chi2_per_dof.into(),
+        interval(residual.chi2_interval).into(),
     ]
+}
+
+/// Where χ²/dof lies where the noise is as declared.
+fn interval(of: Option<[f64; 2]>) -> String {
+    of.map_or_else(|| "–".to_owned(), |[low, high]| format!("{low:.2} … {high:.2}"))
 }
 
 fn tables(f: &mut fmt::Formatter<'_>, estimates: &Estimates) -> fmt::Result {
@@ -43,7 +51,17 @@ fn tables(f: &mut fmt::Formatter<'_>, estimates: &Estimates) -> fmt::Result {
 impl fmt::Display for Closed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}\n", self.kind)?;
-        let columns = ["", "train rms", "held-out rms", "std", "unit", "chi2/dof", "held out"];
+        write_headline(f, self)?;
+        let columns = [
+            "",
+            "train rms",
+            "held-out rms",
+            "std",
+            "unit",
+            "chi2/dof",
+            "99.9 % within",
+            "held out",
+        ];
         if let Some(carried) = &self.carried {
             write_carried(f, carried)?;
         }
@@ -60,7 +78,9 @@ impl fmt::Display for Closed {
         for (n, step) in self.steps.iter().enumerate() {
             write_step(f, n + 1, step)?;
         }
-        writeln!(f, "verdict: {}\n", self.verdict)?;
+        if let Some(test) = &self.lack_of_fit {
+            writeln!(f, "{}", test.line())?;
+        }
         for left in &self.remaining {
             writeln!(
                 f,
@@ -75,7 +95,10 @@ impl fmt::Display for Closed {
             let advice = advice(unseen.separate_by.as_deref());
             writeln!(f, "not observable: {}{by}{advice}", unseen.effect)?;
         }
-        if !(self.remaining.is_empty() && self.not_observable.is_empty()) {
+        if !(self.remaining.is_empty()
+            && self.not_observable.is_empty()
+            && self.lack_of_fit.is_none())
+        {
             writeln!(f)?;
         }
         tables(f, &self.estimates)
@@ -112,17 +135,41 @@ fn error_row(name: &str, error: &JudgedRms) -> Vec<Cell> {
         error.held_out_std.into(),
         error.unit.clone().into(),
         error.chi2_per_dof.into(),
+        interval(error.chi2_interval).into(),
         error.hold_out.into(),
     ]
+}
+
+impl LoopStep {
+    /// What was found, by its sign and with its size.
+    fn in_words(&self) -> String {
+        let amplitudes: Vec<(f64, f64, &str)> =
+            self.parameters.iter().map(|p| (p.value, p.std, p.unit.as_str())).collect();
+        plain(&in_words(&self.description, &amplitudes))
+    }
+}
+
+/// Verdict, names with their sizes, and the error before and after, in one line each.
+fn write_headline(f: &mut fmt::Formatter<'_>, closed: &Closed) -> fmt::Result {
+    writeln!(f, "verdict: {}", closed.verdict)?;
+    for step in &closed.steps {
+        let name = labelled(&step.effect, step.subject.as_deref());
+        let size =
+            |p: &LoopParameter| format!("{} {}", p.name, with_uncertainty(p.value, p.std, &p.unit));
+        let sizes: Vec<String> = step.parameters.iter().take(MOST_NAMES).map(size).collect();
+        writeln!(f, "  {name}: {} (k = 2)", sizes.join(", "))?;
+    }
+    let error = |e: &JudgedRms| with_uncertainty(e.held_out_rms, e.held_out_std, &e.unit);
+    let (before, after) = (error(&closed.before), error(&closed.after));
+    writeln!(f, "error on data the fit never saw: {before} before, {after} after (k = 2)\n")
 }
 
 fn write_step(f: &mut fmt::Formatter<'_>, n: usize, step: &LoopStep) -> fmt::Result {
     let name = labelled(&step.effect, step.subject.as_deref());
     let what = if step.effect.starts_with("input:") { "wrong input" } else { "added" };
-    writeln!(f, "{what} {n}: {name} — {}", step.description)?;
+    writeln!(f, "{what} {n}: {name} — {}", step.in_words())?;
     for p in &step.parameters {
-        let (value, std) = (number(Some(p.value)), number(Some(p.std)));
-        writeln!(f, "  {} = {value} {} (std {std})", p.name, p.unit)?;
+        writeln!(f, "  {} = {} (k = 2)", p.name, with_uncertainty(p.value, p.std, &p.unit))?;
     }
     writeln!(
         f,
@@ -194,15 +241,22 @@ impl fmt::Display for Checked {
         if !self.covariates.is_empty() {
             writeln!(f, "searched for structure along: {}", self.covariates.join(", "))?;
         }
+        if let Some(chi2) = self.residual.chi2_per_dof {
+            let within = interval(self.residual.chi2_interval);
+            writeln!(f, "chi2/dof: {}, 99.9 % within {within}", number(Some(chi2)))?;
+        }
+        if let Some(test) = &self.lack_of_fit {
+            writeln!(f, "{}", test.line())?;
+        }
         writeln!(f)?;
         if !self.parameters.is_empty() {
-            let columns = ["parameter", "value", "std", "unit"];
+            let columns = ["parameter", "value", EXPANDED, "unit"];
             let mut table = TextTable::of_quantities("determined", &columns);
             for p in &self.parameters {
                 table.push(vec![
                     p.name.clone().into(),
-                    p.value.into(),
-                    p.std.into(),
+                    Cell::Known(p.value, p.std),
+                    Cell::Expanded(p.std),
                     p.unit.into(),
                 ]);
             }

@@ -118,7 +118,7 @@ fn machine_scale() -> Case {
         ..Mirror::new(67)
     };
     let truth = "The machine's x reads 350 ppm long.";
-    mirror_case("machine-scale", &mirror, "Scale of one axis", truth, named(&["machine-scale"]))
+    mirror_case("machine-scale", &mirror, "Scale of one axis", truth, named(&["axis-scale"]))
 }
 
 fn drift() -> Case {

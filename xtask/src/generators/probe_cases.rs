@@ -93,7 +93,7 @@ fn ball_or_pretravel() -> Case {
     let expect = Expectation {
         says: words(&["\"indistinguishable_from\":[\"pretravel\"]"]),
         loop_numbers: vec![difference],
-        ..named(&["ball-radius"])
+        ..named(&["tip-radius"])
     };
     probe_case("ball-or-pretravel", &session, "Ball larger, late trigger", truth, expect)
 }

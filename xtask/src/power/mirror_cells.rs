@@ -38,7 +38,7 @@ pub(crate) fn mirrors() -> Vec<Cell> {
         mirror("three lobes", Named("trefoil"), |seed| {
             touched(&large_mirror(seed), 2, |a, d| Flaw::Trefoil([a * d[0], a * d[1]]))
         }),
-        mirror("scale of one axis of the machine", Named("machine-scale"), |seed| {
+        mirror("scale of one axis of the machine", Named("axis-scale"), |seed| {
             touched(&large_mirror(seed), 1, |a, d| Flaw::MachineScale(along_one(d).map(|v| a * v)))
         }),
         mirror("axes out of square", Named("squareness"), |seed| {

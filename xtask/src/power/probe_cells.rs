@@ -23,10 +23,10 @@ pub(crate) fn cells() -> Vec<Cell> {
             let colour = Colour::Ar1(0.7);
             Scene::Probe(Session { colour, record_air: true, ..Session::new(seed) })
         }),
-        probe("sphere: ball larger", Named("ball-radius"), |seed| {
+        probe("sphere: ball larger", Named("tip-radius"), |seed| {
             touched(&Session::new(seed), 1, |a, d| Flaw::Ball(a * sign(d)))
         }),
-        probe("bowl: ball larger", Named("ball-radius"), |seed| {
+        probe("bowl: ball larger", Named("tip-radius"), |seed| {
             touched(&bowl(seed), 1, |a, d| Flaw::Ball(a * sign(d)))
         }),
         probe("sphere: late trigger", Named("pretravel"), |seed| {
@@ -73,7 +73,7 @@ pub(crate) fn cells() -> Vec<Cell> {
 fn two_at_once() -> Vec<Cell> {
     use Question::BothNamed;
     vec![
-        probe("sphere: ball larger, machine drifts", BothNamed(["ball-radius", "drift"]), |seed| {
+        probe("sphere: ball larger, machine drifts", BothNamed(["tip-radius", "drift"]), |seed| {
             let ball = touched_session(&long(seed), 1, |a, d| Flaw::Ball(a * sign(d)));
             both(&ball, 3, |a, d| Flaw::Drift(d.map(|v| a * v)))
         }),

@@ -45,6 +45,9 @@ pub struct Declared {
     /// Where it is given, the noise may also be one of the machine's position that changes slowly:
     /// two successive readings then agree as far as they look the same way.
     pub directions: Option<Vec<Vector3<f64>>>,
+    /// The place of each observation, where coordinates alone do not say which repeat each other:
+    /// equal numbers were made at one place, under one load, along one beam.
+    pub places: Option<Vec<usize>>,
 }
 
 impl Declared {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Declared, Model, Parameter, Proposal, Scope, State};
+use super::{Declared, Inside, Model, Parameter, Proposal, Scope, State};
 
 /// Relative step of the central difference: the cube root of the machine epsilon balances
 /// truncation and round-off.
@@ -51,6 +51,10 @@ impl<F: Fn(&State) -> DVector<f64> + Sync> Model for Differenced<F> {
             .filter(|&row| layout.rows[row].observation == observation)
             .collect();
         whole.select_rows(&own)
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

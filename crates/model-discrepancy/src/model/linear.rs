@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Declared, Model, Proposal, State};
+use super::{Declared, Inside, Model, Proposal, State};
 
 /// `residual + base·θ + Σ tangentₑ·aₑ`.
 #[derive(Clone, Debug)]
@@ -40,6 +40,10 @@ impl Model for LinearModel {
 
     fn tangent(&self, _: &State, effect: usize) -> DMatrix<f64> {
         self.tangents[effect].clone()
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

@@ -5,6 +5,7 @@ mod covariate;
 mod declared;
 mod differences;
 mod effect;
+mod inside;
 mod linear;
 
 use nalgebra::{DMatrix, DVector};
@@ -14,6 +15,7 @@ pub use covariate::{Covariate, Origin};
 pub use declared::{Condensed, Declared, Group, Layout, Remaining, Role, Row};
 pub use differences::Differenced;
 pub use effect::{Effect, Parameter, Scope};
+pub use inside::Inside;
 pub use linear::LinearModel;
 
 /// A declared model with its data, and the effects that it leaves out.
@@ -43,6 +45,13 @@ pub trait Model: Sync {
     /// A column of zeros is an error unless the effect says that there are such designs
     /// ([`Scope::SomeDesigns`]).
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64>;
+
+    /// Scatter inside the observations, where these are means of several readings; `None` where an
+    /// observation is a reading, or no noise of readings was declared.
+    ///
+    /// With it the global test is one of the readings: declared noise is theirs, and with memory
+    /// it is another in their means.
+    fn inside(&self, at: &State) -> Option<Inside>;
 
     /// Further measurements that the user could make, the cheapest first; none is an answer.
     ///

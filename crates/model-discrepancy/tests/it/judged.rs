@@ -1,8 +1,8 @@
 //! Errors before and after, on data that chose nothing.
 
 use model_discrepancy::{
-    Declared, Differenced, HoldOut, LinearModel, Model, Options, Proposal, Role, State, Verdict,
-    check_tangents, close_loop,
+    Declared, Differenced, HoldOut, Inside, LinearModel, Model, Options, Proposal, Role, State,
+    Verdict, check_tangents, close_loop,
 };
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -104,6 +104,10 @@ impl Model for Mixed {
     fn tangent(&self, at: &State, effect: usize) -> nalgebra::DMatrix<f64> {
         self.wrong.tangent(at, effect)
     }
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
+    }
+
     fn proposals(&self) -> Vec<Proposal> {
         Vec::new()
     }

@@ -9,6 +9,7 @@ mod linear_model;
 mod local;
 mod position_noise;
 mod power;
+mod repeats;
 mod scatter;
 mod superfluous;
 mod unforeseen;

@@ -78,7 +78,7 @@ fn declared_noise_is_judged_on_groups_set_aside_too() {
     let mut model = level(2, 1, 0.0);
     let spread: f64 = model.residual.iter().map(|v| v * v).sum();
     model.declared.layout.sigma_declared = true;
-    let sigma = (spread / 32.0).sqrt() / 1.35;
+    let sigma = (spread / 32.0).sqrt() / 1.45;
     model.declared.layout.rows.iter_mut().for_each(|row: &mut Row| row.sigma = sigma);
     let with = closed(&model);
     let without = with_fitted_alone(&model);

@@ -176,7 +176,7 @@ fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
     AXES.into_iter().enumerate().map(move |(axis, name)| {
         let text = format!("the machine's {name} axis reads long");
         let parameters = vec![parameter(name, "ppm", 1e6)];
-        let mut entry = entry("machine-scale", &text, parameters, Term::Scale { fixed_mm, axis });
+        let mut entry = entry("axis-scale", &text, parameters, Term::Scale { fixed_mm, axis });
         entry.effect.subject = Some(name.to_owned());
         entry
     })

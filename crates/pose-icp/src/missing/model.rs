@@ -1,7 +1,7 @@
 use geometry::Foot;
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Proposal, Role, Row,
-    State,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Row, State,
 };
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
@@ -403,6 +403,10 @@ impl Model for PoseModel {
             }
         }
         tangent
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

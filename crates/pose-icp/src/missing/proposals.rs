@@ -58,7 +58,7 @@ pub(crate) fn proposals(model: &PoseModel) -> Vec<Proposal> {
     };
     propose(
         "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
-        with_standard(model, known("machine-scale", ["x", "y", "z"], SCALE_RATIO)),
+        with_standard(model, known("axis-scale", ["x", "y", "z"], SCALE_RATIO)),
     );
     propose(
         "measure the machine's squareness with an angle standard",

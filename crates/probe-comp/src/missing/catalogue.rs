@@ -102,7 +102,7 @@ fn micrometres(name: &str) -> Parameter {
 
 fn probe(setting: &Setting<'_>) -> Vec<Entry> {
     let text = "the probe's ball is larger than declared";
-    let ball = entry("ball-radius", text, vec![parameter("radius", "mm", 1.0)], Term::Ball);
+    let ball = entry("tip-radius", text, vec![parameter("radius", "mm", 1.0)], Term::Ball);
     let text = "the probe triggers after this travel along its approach";
     let parameters = vec![parameter("travel", "mm", 1.0)];
     let pretravel = entry("pretravel", text, parameters, Term::Pretravel);

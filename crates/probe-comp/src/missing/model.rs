@@ -1,5 +1,5 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Proposal, Role, Row, State,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector, Point3, Unit, Vector3};
 
@@ -373,6 +373,10 @@ impl Model for ProbeModel {
             }
         }
         tangent
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

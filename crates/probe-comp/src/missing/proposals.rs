@@ -67,7 +67,7 @@ pub(crate) fn proposals(model: &ProbeModel) -> Vec<Proposal> {
     };
     propose(
         "measure the ball by itself, e.g. between gauge blocks",
-        with_standards(model, known("ball-radius", &["radius"], BALL_MM)),
+        with_standards(model, known("tip-radius", &["radius"], BALL_MM)),
     );
     let axes = ["x", "y", "z"].map(|axis| Standard {
         effect: "axis-scale",

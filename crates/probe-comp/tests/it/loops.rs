@@ -89,7 +89,7 @@ fn ball_and_pretravel_on_a_sphere_are_one_class() {
         .collect();
     let closure = closed(reference_sphere(Side::Along), touches, &[]);
     let found = names(&closure, 0);
-    assert!(found.contains(&"ball-radius") && found.contains(&"pretravel"), "{found:?}");
+    assert!(found.contains(&"tip-radius") && found.contains(&"pretravel"), "{found:?}");
     assert_eq!(closure.steps.len(), 1);
     assert!(closure.steps[0].separate_by.is_some());
     assert_eq!(closure.verdict, Verdict::Explained);

@@ -1,8 +1,8 @@
 //! The declared model of a survey of points, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Proposal, Role, Row,
-    State,
+    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Parameter, Proposal,
+    Role, Row, State,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -110,7 +110,12 @@ impl TargetModel {
         drop(by_base);
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let options = *options;
-        let declared = Declared::new(layout, base, effects);
+        let declared = Declared {
+            // None repeats another: a row combines readings of several angles once what ties them is
+            // taken out.
+            places: Some((0..layout.observations.len()).collect()),
+            ..Declared::new(layout, base, effects)
+        };
         let extended = Vec::new();
         let linear = LinearModel { declared, residual, base: jacobian, tangents, extended };
         Ok(Self { survey, options, calibration, linear, columns })
@@ -297,6 +302,10 @@ impl Model for TargetModel {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         self.linear.tangent(at, effect)
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
     }
 
     fn proposals(&self) -> Vec<Proposal> {

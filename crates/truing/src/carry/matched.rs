@@ -4,6 +4,7 @@ use model_discrepancy::{Effect, Model, Scope, State};
 use nalgebra::DVector;
 use serde::Serialize;
 
+use super::former::present;
 use super::learnt::{Learnt, LearntStep};
 use super::problem::CarryProblem;
 use crate::Error;
@@ -102,7 +103,7 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
         return Ok(Place::Left(format!("{effect}, which belongs to the course of that session")));
     }
     let catalogue = &model.declared().effects;
-    let of_id = || catalogue.iter().enumerate().filter(|(_, e)| e.id == step.effect);
+    let of_id = || catalogue.iter().enumerate().filter(|(_, e)| e.id == present(&step.effect));
     if of_id().next().is_none() {
         let known: BTreeSet<String> = catalogue.iter().map(|e| format!("`{}`", e.id)).collect();
         let known = known.into_iter().collect();

@@ -1,5 +1,6 @@
 //! Effects learnt on one case and carried to another, where they count as declared.
 
+mod former;
 mod learnt;
 mod matched;
 mod model;

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, Declared, Model, Proposal, State};
+use model_discrepancy::{Closure, Covariate, Declared, Inside, Model, Proposal, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::kinds::Prepared;
@@ -46,6 +46,10 @@ impl Model for Carrying<'_> {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         self.inner.tangent(&with(at, &self.carried), effect)
+    }
+
+    fn inside(&self, at: &State) -> Option<Inside> {
+        self.inner.inside(&with(at, &self.carried))
     }
 
     fn proposals(&self) -> Vec<Proposal> {

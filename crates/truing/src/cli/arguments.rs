@@ -220,6 +220,9 @@ pub(crate) struct Run {
     /// read, no control imports it as a compensation
     #[arg(long, value_name = "FILE.tab")]
     pub(crate) heidenhain: Option<PathBuf>,
+    /// Largest rotation of a rotary axis that is written as a correction; default: 1 degree
+    #[arg(long, value_name = "DEG")]
+    pub(crate) max_correction: Option<f64>,
     /// Also write a self-contained HTML report
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,

@@ -19,8 +19,8 @@ use truing::report::render_index;
 use truing::{
     Case, Error, Estimates, ForceDesignInput, Header, InputFile, OutputFile, ProbeLogSettings,
     ReadOptions, TableImport, check, close_loop, correct, design_force, force_report,
-    import_probe_log, import_table, loop_report, read_case_with, read_findings, read_learnt,
-    read_page, refuse_overlap, solve, solve_report, write_files, write_imported,
+    import_probe_log, import_table, loop_report, plausible, read_case_with, read_findings,
+    read_learnt, read_page, refuse_overlap, solve, solve_report, write_files, write_imported,
 };
 
 use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Run, Settings};
@@ -193,6 +193,7 @@ fn answer<A: Estimated>(
     let answer = compute(&case)?;
     let mut files = Vec::new();
     for (path, format) in run.exports() {
+        plausible(answer.estimates(), run.max_correction)?;
         let kind = answer.kind();
         let content = answer.estimates().export(format).ok_or(Error::NothingToExport { kind })?;
         files.push(OutputFile { path: path.to_owned(), content });

@@ -101,6 +101,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
         Yardstick::NONE
     }
 
+    /// Whether observations of this kind can repeat each other: not where rows combine several.
+    fn repeats_places(&self) -> bool {
+        true
+    }
+
     /// Curves that the report of this kind shows.
     fn curves(&self) -> Vec<CurvePlot> {
         Vec::new()

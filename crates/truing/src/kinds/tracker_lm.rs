@@ -138,6 +138,31 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     targets::read(folder, document, settings)
 }
 
+/// Cosine between an axis and the machine axis of its letter below which the letter is wrong: the
+/// table of a nutating head stands at 45°, no axis at 60°.
+const LEAST_COSINE: f64 = 0.5;
+
+/// What is wrong where a direction is not about the machine axis of the letter.
+fn wrong_letter(
+    letter: AxisLetter,
+    along: Vector3<f64>,
+    direction: &Vector3<f64>,
+) -> Option<String> {
+    let unit = direction.try_normalize(f64::MIN_POSITIVE)?;
+    if unit.dot(&along).abs() >= LEAST_COSINE {
+        return None;
+    }
+    let nearest = unit.iamax();
+    let fitting = [AxisLetter::A, AxisLetter::B, AxisLetter::C][nearest].letter();
+    let machine_axis = ["x", "y", "z"][nearest];
+    Some(format!(
+        "`[axis] letter = \"{}\"` does not fit `[axis] direction`, which is nearest to \
+         {machine_axis}: an axis about {machine_axis} is {fitting} (ISO 841); write `letter = \
+         \"{fitting}\"`, or the direction of the axis meant",
+        letter.letter()
+    ))
+}
+
 impl Settings {
     fn axis(&self, document: &Document) -> Result<RotaryAxis, Error> {
         let letter = match self.axis.letter {
@@ -151,6 +176,9 @@ impl Settings {
             LetterName::C => Vector3::z(),
         };
         let direction = self.axis.direction.map_or(along, |d| Vector3::from(d.map(|Finite(v)| v)));
+        if let Some(message) = wrong_letter(letter, along, &direction) {
+            return Err(Error::case(document.at_file(), Problem::WrongValue { message }));
+        }
         let origin_mm = Point3::from(self.axis.origin_mm.map(|Finite(v)| v));
         RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
     }

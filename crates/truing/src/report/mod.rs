@@ -11,7 +11,7 @@
 mod input;
 
 mod markup;
-mod number;
+pub(crate) mod number;
 mod unit;
 
 mod axis;

@@ -35,17 +35,34 @@ pub(crate) fn trimmed(value: f64, digits: i32) -> String {
     }
 }
 
-/// A value to the digits that its expanded uncertainty supports, and that uncertainty.
+/// A value to the digits that its expanded uncertainty supports, and that uncertainty: two
+/// significant digits of it, and the value to the same place.
 pub(crate) fn with_expanded(value: f64, std: f64) -> (String, String) {
     let expanded = COVERAGE * std;
     if !value.is_finite() || !expanded.is_finite() || expanded <= 0.0 {
-        return (significant(value, 4), NONE.to_string());
+        return (significant(value, UNCERTAIN_DIGITS), NONE.to_string());
     }
-    let decimals = 1 - decade(expanded);
-    if decimals > 9 || decade(value) > 7 || decade(expanded) > 7 {
-        return (significant(value, 4), significant(expanded, 2));
+    let decimals = decimals_of(expanded);
+    if decimals > MOST_DECIMALS || decade(value) > 7 || decade(expanded) > 7 {
+        // As many digits as reach the last place of the uncertainty.
+        let digits = (decade(value) + 1 + decimals).clamp(2, 17);
+        return (significant(value, digits), significant(expanded, 2));
     }
     (fixed(value, decimals), fixed(expanded, decimals))
+}
+
+/// Digits of a value whose uncertainty is not known.
+const UNCERTAIN_DIGITS: i32 = 4;
+
+/// Decimals beyond which a number is written with a power of ten.
+const MOST_DECIMALS: i32 = 9;
+
+/// Decimals that leave two significant digits of an uncertainty, as it is after rounding.
+fn decimals_of(expanded: f64) -> i32 {
+    let decimals = 1 - decade(expanded);
+    let unit = 10f64.powi(-decimals);
+    // 0.0996 is 0.10, not 0.100.
+    1 - decade((expanded / unit).round() * unit * (1.0 + f64::EPSILON))
 }
 
 /// A significance.

@@ -20,6 +20,7 @@ mod hostile;
 mod hostile_forms;
 mod import;
 mod import_table;
+mod judged;
 mod linuxcnc;
 mod messages;
 mod nurbs;

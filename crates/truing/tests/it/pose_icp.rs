@@ -183,7 +183,7 @@ fn a_tracker_has_no_axes_to_be_wrong() {
         let case = Case::new(&[("case.toml", &text), ("points.csv", &points)]);
         let checked = case.json("check");
         let names = checked["observable"].as_array().unwrap().iter();
-        let of_axes = |e: &&Value| e["effect"] == "machine-scale" || e["effect"] == "squareness";
+        let of_axes = |e: &&Value| e["effect"] == "axis-scale" || e["effect"] == "squareness";
         names.filter(of_axes).count()
     };
     assert!(asked("") > 0);

@@ -244,7 +244,10 @@ impl Measured for PathCase {
         let layout = &model.declared().layout;
         let whitened = |(r, row): (&f64, &model_discrepancy::Row)| (r / row.sigma).powi(2);
         let chi2: f64 = residuals.iter().zip(&layout.rows).map(whitened).sum();
-        let left_out = self.samples.len() - model.samples().map(<[usize]>::len).sum::<usize>();
+        // Declared noise is that of a reading: their scatter inside the cells counts as well.
+        let chi2 = chi2 + model.inside(&state).map_or(0.0, |inside| inside.chi2);
+        let readings = model.samples().map(<[usize]>::len).sum::<usize>();
+        let left_out = self.samples.len() - readings;
         let [from_mm, to_mm] = model.stretch_mm();
         let warnings = (left_out > 0)
             .then(|| {
@@ -255,8 +258,8 @@ impl Measured for PathCase {
             })
             .into_iter();
         Ok(Fitted {
-            degrees_of_freedom: observations.len(),
-            chi2_per_dof: layout.sigma_declared.then(|| chi2 / count(observations.len())),
+            degrees_of_freedom: if layout.sigma_declared { readings } else { observations.len() },
+            chi2_per_dof: layout.sigma_declared.then(|| chi2 / count(readings)),
             observations,
             unit: "N",
             estimates: self.estimates(&model, None, Vec::new()),

@@ -4,7 +4,7 @@ use pose_icp::PoseStart;
 use serde::Serialize;
 
 use crate::estimates::Estimated;
-use crate::text_table::TextTable;
+use crate::text_table::{Cell, TextTable};
 
 /// What a `pose-icp` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -221,15 +221,15 @@ impl PoseIcpEstimates {
             }
             return table;
         }
-        let columns = ["point", "z measured (mm)", "z computed (mm)", "dz (mm)", "std (mm)"];
-        let mut table = TextTable::of_quantities("check points", &columns);
+        let columns = ["point", "z measured (mm)", "z computed (mm)", "dz (mm)", "U (k = 2, mm)"];
+        let mut table = TextTable::new("check points", &columns);
         for c in &self.checks {
             table.push(vec![
                 c.point.clone().into(),
-                c.z_measured_mm.into(),
-                c.z_computed_mm.into(),
-                c.dz_mm.into(),
-                c.std_mm.into(),
+                Cell::Known(c.z_measured_mm, c.std_mm),
+                Cell::Known(c.z_computed_mm, c.std_mm),
+                Cell::Known(c.dz_mm, c.std_mm),
+                Cell::Expanded(c.std_mm),
             ]);
         }
         table

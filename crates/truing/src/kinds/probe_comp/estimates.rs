@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::qualification::QualificationEstimate;
 use crate::estimates::Estimated;
-use crate::text_table::TextTable;
+use crate::text_table::{Cell, EXPANDED, TextTable};
 
 /// What a `probe-comp` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -208,7 +208,7 @@ impl ProbeCompEstimates {
     }
 
     pub(crate) fn table(&self) -> TextTable {
-        let columns = ["touch", "use", "x (mm)", "y (mm)", "z (mm)", "deviation (µm)", "std (µm)"];
+        let columns = ["touch", "use", "x (mm)", "y (mm)", "z (mm)", "deviation (µm)", EXPANDED];
         let mut table = TextTable::new("contacts", &columns);
         for t in &self.touches {
             table.push(vec![
@@ -217,8 +217,8 @@ impl ProbeCompEstimates {
                 t.x_mm.into(),
                 t.y_mm.into(),
                 t.z_mm.into(),
-                (t.deviation_mm * 1e3).into(),
-                t.std_deviation_mm.map(|s| s * 1e3).into(),
+                Cell::Known(t.deviation_mm * 1e3, t.std_deviation_mm.map(|s| s * 1e3)),
+                Cell::Expanded(t.std_deviation_mm.map(|s| s * 1e3)),
             ]);
         }
         table

@@ -7,7 +7,7 @@ use tracker_lm::{
 
 use crate::estimates::{Estimated, Export};
 use crate::report::{Curve, CurvePlot, ExtraPlot};
-use crate::text_table::{Cell, TextTable};
+use crate::text_table::{Cell, TextTable, number};
 
 /// What a `tracker-lm` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,6 +27,8 @@ pub struct TrackerLmEstimates {
     pub reversal: Option<[f64; 6]>,
     #[serde(skip)]
     letter: AxisLetter,
+    #[serde(skip)]
+    direction: [f64; 3],
     #[serde(skip)]
     errors: Vec<AxisError>,
 }
@@ -104,6 +106,7 @@ type Placed<'a> = (&'a String, Point3<f64>, Matrix3<f64>);
 /// What a calibration from ranges and one from points have in common.
 struct Parts<'a> {
     letter: AxisLetter,
+    direction: [f64; 3],
     stations: Vec<Placed<'a>>,
     mounts: Vec<Placed<'a>>,
     points: usize,
@@ -122,6 +125,7 @@ impl TrackerLmEstimates {
         let named = survey.stations.iter().zip(&found.stations);
         Self::from_parts(&Parts {
             letter: survey.axis.letter,
+            direction: survey.axis.direction.into_inner().into(),
             stations: named.map(|(s, at)| (&s.name, at.position_mm, at.covariance_mm2)).collect(),
             mounts: mounts(&survey.mounts, &found.mounts),
             points: found.n_points,
@@ -141,6 +145,7 @@ impl TrackerLmEstimates {
         let stations = named.map(|(s, pose)| (&s.name, at(pose), pose.covariance_mm2)).collect();
         Self::from_parts(&Parts {
             letter: survey.axis.letter,
+            direction: survey.axis.direction.into_inner().into(),
             stations,
             mounts: mounts(&survey.mounts, &found.mounts),
             points: found.n_points,
@@ -182,6 +187,7 @@ impl TrackerLmEstimates {
             axis_location: location,
             reversal: parts.reversal,
             letter,
+            direction: parts.direction,
             errors: parts.errors.to_vec(),
         }
     }
@@ -214,20 +220,23 @@ impl TrackerLmEstimates {
             "e_a µrad",
             "e_b µrad",
             "e_c µrad",
-            "std e_x µm",
-            "std e_y µm",
-            "std e_z µm",
-            "std e_a µrad",
-            "std e_b µrad",
-            "std e_c µrad",
+            "U e_x µm",
+            "U e_y µm",
+            "U e_z µm",
+            "U e_a µrad",
+            "U e_b µrad",
+            "U e_c µrad",
         ];
-        let title = format!("errors of axis {}, relative to the first angle", self.letter.letter());
+        let letter = self.letter.letter();
+        let title = format!("errors of axis {letter}, relative to the first angle; U with k = 2");
         let mut table = TextTable::new(title, &columns);
         for e in &self.axis_errors {
-            let cell =
-                |(c, value): (usize, f64)| Cell::from(value * if c % 6 < 3 { 1e3 } else { 1e6 });
-            let row = std::iter::once(Cell::from(e.angle_deg));
-            table.push(row.chain(e.numbers().into_iter().enumerate().map(cell)).collect());
+            let factor = |c: usize| if c % 6 < 3 { 1e3 } else { 1e6 };
+            let shown: [f64; 12] = std::array::from_fn(|c| e.numbers()[c] * factor(c));
+            let errors = (0..6).map(|c| Cell::Known(shown[c], Some(shown[6 + c])));
+            let expanded = (6..12).map(|c| Cell::Expanded(Some(shown[c])));
+            let angle = std::iter::once(Cell::from(number(Some(e.angle_deg))));
+            table.push(angle.chain(errors).chain(expanded).collect());
         }
         table
     }
@@ -261,6 +270,27 @@ impl TrackerLmEstimates {
             plot("Displacement errors of the axis", "error (µm)", 0, 1e3),
             plot("Rotation errors of the axis", "error (µrad)", 3, 1e6),
         ]
+    }
+
+    /// Angle and rotation error about the axis itself, degrees.
+    pub(crate) fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
+        let own = match self.letter {
+            AxisLetter::A => 3,
+            AxisLetter::B => 4,
+            AxisLetter::C => 5,
+        };
+        let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
+        self.axis_errors.iter().map(of).collect()
+    }
+
+    /// Letter of the axis.
+    pub(crate) fn letter(&self) -> char {
+        self.letter.letter()
+    }
+
+    /// Declared direction of the axis.
+    pub(crate) fn direction(&self) -> [f64; 3] {
+        self.direction
     }
 
     pub(crate) fn export(&self, format: Export) -> String {

@@ -131,6 +131,10 @@ impl Measured for TrackerCase {
         super::suspects::range_yardstick(self, fitted)
     }
 
+    fn repeats_places(&self) -> bool {
+        false
+    }
+
     fn words(&self) -> Words {
         let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
         let survey = &self.survey;

@@ -6,6 +6,7 @@ use super::declared::shifted;
 use super::{Cell, Context, Kind, paragraph, sentence, table};
 use crate::report::markup::Markup;
 use crate::report::number::{p_value, percent, significant, with_expanded};
+use crate::wording::in_words;
 
 pub(crate) fn added(out: &mut Markup, context: &Context) {
     let Some(closure) = context.closure else {
@@ -34,7 +35,9 @@ fn one_step(out: &mut Markup, context: &Context, step: &Step) {
     out.open("h3", &[]);
     out.name(&step_name(step));
     out.close("h3");
-    paragraph(out, "", &sentence(&step.description));
+    let amplitudes: Vec<(f64, f64, &str)> =
+        step.parameters.iter().map(|p| (p.value, p.std, p.unit.as_str())).collect();
+    paragraph(out, "", &sentence(&in_words(&step.description, &amplitudes)));
     if step.parameters.is_empty() {
         paragraph(out, "quiet", "It has no amplitude of its own.");
     } else {

@@ -5,7 +5,7 @@ use model_discrepancy::{Closure, Verdict};
 use super::headline::hold_out_short;
 use super::{Context, sentence};
 use crate::report::markup::Markup;
-use crate::report::number::{percent, significant};
+use crate::report::number::{percent, significant, with_expanded};
 use crate::report::reading::rms;
 
 /// The verdict in words.
@@ -119,6 +119,10 @@ fn effect_names(out: &mut Markup, closure: &Closure) {
             0 => {}
             1 => out.text(" (or another effect that looks the same here)"),
             n => out.text(&format!(" (or one of {n} effects that look the same here)")),
+        }
+        if let [p] = &step.parameters[..] {
+            let (value, expanded) = with_expanded(p.value, p.std);
+            out.text(&format!(", {value}\u{a0}±\u{a0}{expanded} {}", p.unit));
         }
     }
 }

@@ -76,6 +76,7 @@ fn empty_error() -> ErrorSummary {
         hold_out: HoldOut::Nested,
         unit: String::new(),
         chi2_per_dof: None,
+        chi2_interval: None,
     }
 }
 
@@ -87,6 +88,7 @@ fn empty_closure() -> Closure {
         passes: vec![],
         verdict: Verdict::NothingMissing,
         remaining: vec![],
+        lack_of_fit: None,
         not_observable: vec![],
         confusability: DMatrix::zeros(0, 0),
         confusable_ids: vec![],

@@ -2,7 +2,7 @@ use ft_center::{Center, Handedness, HandednessSource, Located, PressRole, Solved
 use serde::Serialize;
 
 use crate::estimates::Estimated;
-use crate::text_table::TextTable;
+use crate::text_table::{Cell, TextTable};
 
 /// What presses are solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -131,8 +131,8 @@ impl FtCenterEstimates {
             "machine y mm",
             "offset x mm",
             "offset y mm",
-            "std x mm",
-            "std y mm",
+            "U x (k = 2)",
+            "U y (k = 2)",
             "correction x mm",
             "correction y mm",
         ];
@@ -146,21 +146,16 @@ impl FtCenterEstimates {
         };
         let mut table = TextTable::new(title, &columns[..shown]);
         for c in &self.centers {
-            let numbers = [
-                c.x_mm,
-                c.y_mm,
-                c.machine_x_mm,
-                c.machine_y_mm,
-                c.offset_x_mm,
-                c.offset_y_mm,
-                c.std_x_mm,
-                c.std_y_mm,
-                c.correction_x_mm,
-                c.correction_y_mm,
-            ];
+            let known = [c.machine_x_mm, c.machine_y_mm, c.offset_x_mm, c.offset_y_mm];
+            let stds = [c.std_x_mm, c.std_y_mm];
+            let corrections = [c.correction_x_mm, c.correction_y_mm];
+            let numbers = [Cell::from(c.x_mm), c.y_mm.into()]
+                .into_iter()
+                .chain((0..4).map(|i| Cell::Known(known[i], Some(stds[i % 2]))))
+                .chain(stds.map(|std| Cell::Expanded(Some(std))))
+                .chain(corrections.map(Cell::from));
             let names = [c.press.clone().into(), c.usage.into()];
-            let cells = names.into_iter().chain(numbers.map(Into::into));
-            table.push(cells.take(shown).collect());
+            table.push(names.into_iter().chain(numbers).take(shown).collect());
         }
         table
     }

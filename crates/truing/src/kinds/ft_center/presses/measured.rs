@@ -75,7 +75,7 @@ impl Measured for PressCase {
         let presses = self.solved()?;
         let located = locate(presses, &self.contact, &self.options)
             .map_err(|e| error(self.presses_file.clone(), e))?;
-        let observations = (located.centers.iter())
+        let observations: Vec<Observation> = (located.centers.iter())
             .filter(|c| c.role != PressRole::Locate)
             .map(|c| Observation {
                 residual: vec![c.offset_mm.x, c.offset_mm.y],
@@ -84,11 +84,18 @@ impl Measured for PressCase {
             .collect();
         let frame = &located.frame;
         let redundant = frame.degrees_of_freedom > 0 && self.options.noise.is_some();
+        let chi2_per_dof = if redundant {
+            let model = PressModel::new(presses, &self.contact, &self.options, &[])
+                .map_err(|e| error(self.presses_file.clone(), e))?;
+            Some(declared_chi2(&model, &observations) / count(frame.degrees_of_freedom))
+        } else {
+            None
+        };
         Ok(Fitted {
             observations,
             unit: "mm",
             degrees_of_freedom: frame.degrees_of_freedom,
-            chi2_per_dof: redundant.then_some(frame.variance_factor),
+            chi2_per_dof,
             warnings: warnings(&located, presses),
             estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, presses)),
         })
@@ -166,6 +173,19 @@ impl Measured for PressCase {
     }
 }
 
+/// χ² of the frame presses with the declared noise of their records alone: how well the head
+/// seats, which the covariances contain, is what it must show.
+fn declared_chi2(model: &PressModel, observations: &[Observation]) -> f64 {
+    let layout = &model.declared().layout;
+    let fitted = layout.rows.iter().filter(|r| r.reported && observations[r.observation].fitted);
+    fitted.map(|r| (observations[r.observation].residual[r.component] / r.sigma).powi(2)).sum()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
+}
+
 fn warnings(located: &Located, presses: &[SolvedPress]) -> Vec<String> {
     let mut warnings = Vec::new();
     let frame = &located.frame;
@@ -182,9 +202,8 @@ fn warnings(located: &Located, presses: &[SolvedPress]) -> Vec<String> {
         )),
         _ => {}
     }
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let of_records = presses.iter().map(|p| 0.5 * p.orbit.covariance_mm2.trace()).sum::<f64>()
-        / presses.len() as f64;
+        / count(presses.len());
     if located.seat_mm.powi(2) > of_records {
         warnings.push(format!(
             "presses scatter by {:.4} mm along each axis beyond the noise of their records: the \

@@ -114,6 +114,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             Remaining { covariate: "time_s".into(), shape: "periodic".into(), p_value: 3e-5 },
             Remaining { covariate: "order".into(), shape: "autocorrelated".into(), p_value: 0.004 },
         ],
+        lack_of_fit: None,
         not_observable: vec![NotObservable {
             effect: "sensor-bias".into(),
             aliased_with: strings(&["frame tx", "frame ty"]),

@@ -135,6 +135,7 @@ fn error(train_rms: f64, held_out_rms: f64, hold_out: HoldOut, unit: &str) -> Er
         hold_out,
         unit: unit.into(),
         chi2_per_dof: None,
+        chi2_interval: None,
     }
 }
 

@@ -129,6 +129,7 @@ fn vectors(points: &[[f64; 3]], before: &[f64], after: &[f64]) -> ExtraPlot {
 fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
     let summary = |residuals: &[f64], chi2| ErrorSummary {
         chi2_per_dof: Some(chi2),
+        chi2_interval: None,
         ..error(
             rms(layout, residuals, Role::Fit),
             rms(layout, residuals, Role::Check),
@@ -154,6 +155,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
         passes: vec![first_pass(), second_pass()],
         verdict: Verdict::Explained,
         remaining: vec![],
+        lack_of_fit: None,
         not_observable: not_observable(),
         confusability: confusability(7, 0.62),
         confusable_ids: strings(&[

@@ -1,0 +1,109 @@
+//! Lack of fit where places repeat, and one group apart from the others.
+
+use std::f64::consts::TAU;
+
+use model_discrepancy::{
+    Covariate, LinearModel, Options, Origin, Verdict, close_loop, lack_of_fit,
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{noise, normal, scalars};
+
+/// Places of a run, there and back, five times.
+const PLACES: usize = 9;
+const CYCLES: usize = 5;
+
+fn positions() -> Vec<f64> {
+    let there = (0..PLACES).map(|i| 50.0 * i as f64);
+    let back = there.clone().rev();
+    let cycle: Vec<f64> = there.chain(back).collect();
+    cycle.repeat(CYCLES)
+}
+
+fn commanded(values: Vec<f64>) -> Covariate {
+    Covariate { name: "commanded_mm".to_owned(), values, origin: Origin::Coordinate }
+}
+
+/// One where the noise remembers for so long that nothing is a repeat.
+fn p_value(data: &[f64]) -> f64 {
+    let test = lack_of_fit(&scalars(data, &[]), &[commanded(positions())]).expect("it fits");
+    test.map_or(1.0, |test| test.p_value)
+}
+
+/// Sets of data in which chance alone looks like agreement at 5 %.
+fn false_alarms(phi: f64, sets: u64) -> usize {
+    let alarm = |seed: u64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let n = positions().len();
+        let data: Vec<f64> = noise(n, 0.003, phi, &mut rng).iter().map(|v| v.x).collect();
+        p_value(&data) <= 0.05
+    };
+    (0..sets).filter(|&seed| alarm(seed)).count()
+}
+
+#[test]
+fn noise_alone_repeats_as_often_as_the_level_says() {
+    // 5 % of 400, three standard deviations of the count allowed.
+    let white = false_alarms(0.0, 400);
+    assert!((7..=33).contains(&white), "{white}");
+    // Two standard errors of the memory are allowed for: fewer.
+    let with_memory = false_alarms(0.8, 400);
+    assert!(with_memory <= 33, "{with_memory}");
+}
+
+#[test]
+fn a_profile_that_returns_in_every_cycle_is_no_noise() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let profile = |x: &f64| 0.02 * (TAU * x / 190.0).sin() + 0.01 * (TAU * x / 70.0).cos();
+    let data: Vec<f64> =
+        positions().iter().map(|x| profile(x) + 0.002 * normal(&mut rng)).collect();
+    assert!(p_value(&data) < 1e-12);
+    let test = lack_of_fit(&scalars(&data, &[]), &[commanded(positions())]).unwrap().unwrap();
+    assert_eq!(test.levels, PLACES);
+    // At either end there and back follow each other and are one visit.
+    assert_eq!(test.repeats, 2 * CYCLES * PLACES - (2 * CYCLES - 1) - PLACES);
+    let model = scalars(&data, &[]);
+    let closure =
+        close_loop(&model, &[commanded(positions())], &Options::default()).expect("closes");
+    assert_eq!(closure.verdict, Verdict::StructureRemains, "{:?}", closure.remaining);
+}
+
+#[test]
+fn without_repeats_there_is_no_test() {
+    let data: Vec<f64> = (0..20).map(|i| 1e-3 * f64::from(i % 3)).collect();
+    let places = commanded((0..20).map(f64::from).collect());
+    assert_eq!(lack_of_fit(&scalars(&data, &[]), &[places]).unwrap(), None);
+}
+
+/// Twelve groups of ten readings.
+fn grouped(data: &[f64]) -> LinearModel {
+    let mut model = scalars(data, &[]);
+    model.declared.layout.observations = (0..data.len()).map(|i| i / 10).collect();
+    model.declared.layout.groups.truncate(12);
+    model
+}
+
+#[test]
+fn one_group_apart_is_named() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let off = |i: usize| if i / 10 == 7 { 0.05 } else { 0.0 };
+    let data: Vec<f64> = (0..120).map(|i| off(i) + 0.01 * normal(&mut rng)).collect();
+    let closure = close_loop(&grouped(&data), &[], &Options::default()).expect("closes");
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+    let of_group = closure.remaining.iter().find(|r| r.covariate == "group");
+    assert!(of_group.is_some_and(|r| r.shape.starts_with("7 ")), "{:?}", closure.remaining);
+}
+
+#[test]
+fn chi_squared_is_told_with_its_interval() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let data: Vec<f64> = (0..120).map(|_| 3.0 * normal(&mut rng)).collect();
+    let mut model = grouped(&data);
+    model.declared.layout.sigma_declared = true;
+    let closure = close_loop(&model, &[], &Options::default()).expect("closes");
+    assert_eq!(closure.verdict, Verdict::NoiseLargerThanDeclared);
+    let (chi2, [low, high]) = closure.after.chi2_per_dof.zip(closure.after.chi2_interval).unwrap();
+    // Nine, and three standard deviations of it; √(2/120) is 0.13.
+    assert!((chi2 - 9.0).abs() < 9.0 * 0.39 && low > 0.5 && high < 1.6, "{chi2} {low} {high}");
+}
