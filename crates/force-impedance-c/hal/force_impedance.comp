@@ -7,7 +7,7 @@ compression positive; legs 0 to 2 radial, 3 axial.
 
 Set the parameters, then raise \\fBenable\\fR: they are checked once, and \\fBerror\\fR says in the numbers of FiError in
 force_impedance.h what is wrong with them.  Lower and raise it to take over others.  Whatever the inputs are, the lengths
-commanded stay finite, within limits and rate; \\fBstatus\\fR (FiStatus) and \\fBfault\\fR (FiFault) say what was done.
+commanded stay finite, within limits, speed, acceleration and jerk; \\fBstatus\\fR (FiStatus) and \\fBfault\\fR (FiFault) say what was done.
 """;
 
 pin in bit enable "Rising: check the parameters and start; low: the output stays";
@@ -23,12 +23,14 @@ pin out bit contact_ "The tool is in contact and the force is controlled";
 pin out u32 status_ "FiStatus";
 pin out u32 fault_ "FiFault";
 pin out u32 limits_ "Bits of FiLimit";
+pin out u32 suspects_ "One bit per cell that the fault names";
 pin out u32 error = 2 "FiError";
 
 param rw float tip_to_plane = 120 "L1, mm";
 param rw float plane_to_joint = 180 "L2, mm";
 param rw float head_radius = 40 "mm";
 param rw float bracket_radius = 110 "mm";
+param rw float leg_angle_#[3] "Directions of the legs in the xz plane, from x towards z, degrees; all zero: 90, 210, 330";
 param rw float weight = 0 "Weight of the head, N";
 param rw float center_of_gravity = 0 "From the joint, mm";
 param rw float gravity_#[3] "Unit vector downwards; all zero: \\-z";
@@ -37,9 +39,15 @@ param rw float damping = 1 "D, N s/mm";
 param rw float stiffness = 0 "K, N/mm";
 param rw float max_offset = 5 "Largest correction either way, mm";
 param rw float max_rate = 50 "Fastest motion of the tip, mm/s";
+param rw float max_acceleration = 1e4 "Largest acceleration of the tip, mm/s2";
+param rw float max_jerk = 1e7 "Largest jerk of the tip, mm/s3";
 param rw float approach_rate = 5 "Fastest motion inwards without contact, mm/s";
 param rw float min_contact = 1 "Under this force nothing is touched, N";
-param rw float max_cell = 2000 "Cells beyond this are broken, N";
+param rw float max_cell = 2000 "Cells at this and beyond are broken, N";
+param rw float max_friction = 1 "Largest coefficient of friction";
+param rw float max_disagreement = 40 "Force across the normal, beyond friction, that errors explain, N";
+param rw float max_blind = 0.25 "Farthest way inwards without a change of the axial cell, mm";
+param rw u32 max_hold = 50 "Cycles held while the force is not known, before the tip retracts";
 
 variable FiController controller;
 variable hal_bit_t enabled;
@@ -50,10 +58,12 @@ author "the Truing developers";
 include "force_impedance.h";
 ;;
 
+#define RAD_PER_DEG 0.017453292519943295
+
 static FiError start(struct __comp_state *__comp_inst, double interval_s) {
     FiHeadGeometry geometry = {
         tip_to_plane, plane_to_joint, head_radius, bracket_radius,
-        {1.5707963267948966, 3.6651914291880923, 5.7595865315812876},
+        {1.5707963267948966, 3.6651914291880923, 5.7595865315812876}, /* 90, 210, 330 degrees */
         weight, center_of_gravity, {gravity(0), gravity(1), gravity(2)}};
     FiImpedance impedance = {mass, damping, stiffness};
     FiSettings settings;
@@ -65,14 +75,23 @@ static FiError start(struct __comp_state *__comp_inst, double interval_s) {
     if (gravity(0) == 0.0 && gravity(1) == 0.0 && gravity(2) == 0.0) {
         geometry.gravity_direction[2] = -1.0;
     }
+    if (leg_angle(0) != 0.0 || leg_angle(1) != 0.0 || leg_angle(2) != 0.0) {
+        for (i = 0; i < 3; ++i) geometry.leg_angles_rad[i] = leg_angle(i) * RAD_PER_DEG;
+    }
     fi_settings_default(&settings);
     settings.interval_s = interval_s;
     settings.travel_mm[0] = -max_offset;
     settings.travel_mm[1] = max_offset;
     settings.rate_mm_per_s = max_rate;
+    settings.acceleration_mm_per_s2 = max_acceleration;
+    settings.jerk_mm_per_s3 = max_jerk;
     settings.approach_mm_per_s = approach_rate;
     settings.contact_n = min_contact;
     settings.max_cell_n = max_cell;
+    settings.max_friction_ratio = max_friction;
+    settings.max_disagreement_n = max_disagreement;
+    settings.max_blind_mm = max_blind;
+    settings.hold_cycles = max_hold;
     said = fi_head_init(&head, &geometry, NULL);
     if (said == FI_ERROR_NONE) said = fi_controller_init(&controller, &head, &impedance, &settings);
     if (said == FI_ERROR_NONE) said = fi_head_start(&head, &pose);
@@ -109,4 +128,5 @@ FUNCTION(_) {
     status_ = command.status;
     fault_ = command.fault;
     limits_ = command.limits;
+    suspects_ = command.suspects;
 }

@@ -44,10 +44,14 @@ typedef enum FiStatus {
   FI_STATUS_CONTROLLING = 0,
   // The tool touches nothing and approaches at no more than the approach rate.
   FI_STATUS_NO_CONTACT = 1,
-  // The input is good again; output still held.
+  // The input is good again; output still held, or, after `hold_cycles`, moved away from the
+  // workpiece while the force is above what is asked for.
   FI_STATUS_RECOVERING = 2,
-  // Output held; `fault` says why.
+  // Output held: the tip stops, and stays; `fault` says why.
   FI_STATUS_HELD = 3,
+  // The tip moves away from the workpiece: the force is above what is asked for, or has not been
+  // known for too long; `fault` says why.
+  FI_STATUS_RETRACTING = 4,
 } FiStatus;
 
 // What is wrong with a cycle's input.
@@ -64,12 +68,16 @@ typedef enum FiFault {
   FI_FAULT_CELL_RANGE = 4,
   // The cells have stopped changing.
   FI_FAULT_FROZEN = 5,
-  // The lengths belong to no pose within the limits.
+  // The lengths belong to no pose.
   FI_FAULT_LENGTHS = 6,
   // The normal is no unit vector, or too far from the tool's axis.
   FI_FAULT_NORMAL = 7,
   // Something that this version of the interface has no name for.
   FI_FAULT_UNNAMED = 8,
+  // A cell has stopped changing while others go on; `suspects` says which.
+  FI_FAULT_CELL_STUCK = 9,
+  // The cells contradict each other; `suspects` explain it best.
+  FI_FAULT_CELLS_DISAGREE = 10,
 } FiFault;
 
 // What the correction is counted from.
@@ -94,12 +102,14 @@ typedef enum FiLimit {
   FI_LIMIT_ERROR = 1,
   // The reference asked for was out of range or no number.
   FI_LIMIT_REFERENCE = 2,
-  // The tip was kept to its rate.
+  // The tip was kept to its speed, acceleration or jerk.
   FI_LIMIT_RATE = 4,
   // The correction was kept within its travel.
   FI_LIMIT_TRAVEL = 8,
   // The tip was kept within the head's workspace.
   FI_LIMIT_WORKSPACE = 16,
+  // The head was seen outside its limits; the tip is on its way back.
+  FI_LIMIT_OUTSIDE = 32,
 } FiLimit;
 
 // Dimensions of the head, frame Y: origin in the joint, the straight tool along −y.
@@ -171,22 +181,41 @@ typedef struct FiSettings {
   double max_reference_n;
   // The reference in force approaches the one asked for at this rate.
   double reference_rate_n_per_s;
+  // Largest rate at which that rate changes.
+  double reference_acceleration_n_per_s2;
+  // Largest rate at which that changes in turn.
+  double reference_jerk_n_per_s3;
   // Least and largest correction along the normal; negative is into the workpiece.
   double travel_mm[2];
   // Fastest motion of the tip.
   double rate_mm_per_s;
+  // Largest acceleration of the tip, stopping on a fault included.
+  double acceleration_mm_per_s2;
+  // Largest jerk of the tip.
+  double jerk_mm_per_s3;
   // Fastest motion towards the workpiece while nothing is touched.
   double approach_mm_per_s;
   // Under this normal force nothing is touched.
   double contact_n;
-  // Cells beyond ± this are broken.
+  // Cells at ± this and beyond are broken or at their end.
   double max_cell_n;
+  // Largest coefficient of friction that a contact can have.
+  double max_friction_ratio;
+  // Force across the normal, beyond that friction, that errors explain.
+  double max_disagreement_n;
+  // Farthest way towards the workpiece without any change of the axial cell, where the normal
+  // is along the tool.
+  double max_blind_mm;
   // Largest disagreement between measured lengths and any pose.
   double max_consistency_mm;
   // Largest angle between the outward normal and the tool's back direction.
   double max_normal_rad;
   // Cycles with all four cells unchanged to the last bit after which they count as frozen.
   uint32_t frozen_cycles;
+  // Cycles for which the cells disagree, or one alone is stuck, after which it is a fault.
+  uint32_t suspect_cycles;
+  // Cycles for which the output is held while the force is not known, before the tip retracts.
+  uint32_t hold_cycles;
   // Good cycles in a row after a fault before control resumes.
   uint32_t recovery_cycles;
   // An `FiDiscretisation`.
@@ -199,7 +228,7 @@ typedef struct FiSettings {
 typedef struct FiController {
   uint64_t mark;
   // More than there is to hold; the compiler says when they are too few.
-  uint64_t words[160];
+  uint64_t words[240];
 } FiController;
 
 // How the contact is to feel: `M E'' + D E' + K E = F_n − F_r`.
@@ -228,7 +257,7 @@ typedef struct FiMeasurement {
   uint32_t has_cells;
 } FiMeasurement;
 
-// What to do until the next cycle; always finite, within limits and rate.
+// What to do until the next cycle; always finite, within limits, speed, acceleration and jerk.
 typedef struct FiCommand {
   // Lengths to command, l1, l2, l3, l4.
   double lengths_mm[4];
@@ -242,12 +271,14 @@ typedef struct FiCommand {
   struct FiContact contact;
   // What the controller is doing.
   enum FiStatus status;
-  // Why the output is held.
+  // Why the output is held, or the tip retracts.
   enum FiFault fault;
   // Bits of `FiLimit`.
   uint32_t limits;
   // Cycles since the output was last free.
   uint32_t held_cycles;
+  // One bit per cell that the fault names, the first leg's lowest.
+  uint32_t suspects;
 } FiCommand;
 
 #ifdef __cplusplus
@@ -266,7 +297,8 @@ const char *fi_error_text(uint32_t code);
 enum FiError fi_head_limits_wide(const struct FiHeadGeometry *geometry,
                                  struct FiHeadLimits *limits);
 
-// Checks dimensions and limits (null: wide ones) and fills the storage.
+// Checks dimensions and limits (null: wide ones) and fills the storage, which holds no head after
+// a refusal; a bad pointer changes nothing.
 //
 // # Safety
 //
@@ -345,7 +377,8 @@ enum FiError fi_settings_default(struct FiSettings *settings);
 
 // Checks everything once and fills the storage; the head is copied into it.
 //
-// Output is held until `recovery_cycles` good cycles have been seen.
+// Output is held until `recovery_cycles` good cycles have been seen. Storage that held a controller
+// holds none after a refusal: it has to be initialised again. A bad pointer changes nothing.
 //
 // # Safety
 //
@@ -357,7 +390,8 @@ enum FiError fi_controller_init(struct FiController *controller,
 
 // One cycle: readings in, lengths to command out; `dt_s` is the time since the last call.
 //
-// It fails only on a bad or uninitialised handle and a bad `command`. A null `seen` is a cycle
+// It fails only on a bad or uninitialised handle and a bad `command`, which must not lie within
+// the controller's storage; it may overlap `seen`, which is copied first. A null `seen` is a cycle
 // without a sample. Work is bounded, nothing is allocated or locked.
 //
 // # Safety

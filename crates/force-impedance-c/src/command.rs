@@ -40,10 +40,14 @@ pub enum FiStatus {
     Controlling = 0,
     /// The tool touches nothing and approaches at no more than the approach rate.
     NoContact = 1,
-    /// The input is good again; output still held.
+    /// The input is good again; output still held, or, after `hold_cycles`, moved away from the
+    /// workpiece while the force is above what is asked for.
     Recovering = 2,
-    /// Output held; `fault` says why.
+    /// Output held: the tip stops, and stays; `fault` says why.
     Held = 3,
+    /// The tip moves away from the workpiece: the force is above what is asked for, or has not been
+    /// known for too long; `fault` says why.
+    Retracting = 4,
 }
 
 /// What is wrong with a cycle's input.
@@ -62,12 +66,16 @@ pub enum FiFault {
     CellRange = 4,
     /// The cells have stopped changing.
     Frozen = 5,
-    /// The lengths belong to no pose within the limits.
+    /// The lengths belong to no pose.
     Lengths = 6,
     /// The normal is no unit vector, or too far from the tool's axis.
     Normal = 7,
     /// Something that this version of the interface has no name for.
     Unnamed = 8,
+    /// A cell has stopped changing while others go on; `suspects` says which.
+    CellStuck = 9,
+    /// The cells contradict each other; `suspects` explain it best.
+    CellsDisagree = 10,
 }
 
 impl From<Fault> for FiFault {
@@ -80,6 +88,8 @@ impl From<Fault> for FiFault {
             Fault::Frozen => Self::Frozen,
             Fault::Lengths => Self::Lengths,
             Fault::Normal => Self::Normal,
+            Fault::CellStuck(_) => Self::CellStuck,
+            Fault::CellsDisagree(_) => Self::CellsDisagree,
             _ => Self::Unnamed,
         }
     }
@@ -93,15 +103,17 @@ pub enum FiLimit {
     Error = 1,
     /// The reference asked for was out of range or no number.
     Reference = 2,
-    /// The tip was kept to its rate.
+    /// The tip was kept to its speed, acceleration or jerk.
     Rate = 4,
     /// The correction was kept within its travel.
     Travel = 8,
     /// The tip was kept within the head's workspace.
     Workspace = 16,
+    /// The head was seen outside its limits; the tip is on its way back.
+    Outside = 32,
 }
 
-/// What to do until the next cycle; always finite, within limits and rate.
+/// What to do until the next cycle; always finite, within limits, speed, acceleration and jerk.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiCommand {
@@ -117,12 +129,14 @@ pub struct FiCommand {
     pub contact: FiContact,
     /// What the controller is doing.
     pub status: FiStatus,
-    /// Why the output is held.
+    /// Why the output is held, or the tip retracts.
     pub fault: FiFault,
     /// Bits of `FiLimit`.
     pub limits: u32,
     /// Cycles since the output was last free.
     pub held_cycles: u32,
+    /// One bit per cell that the fault names, the first leg's lowest.
+    pub suspects: u32,
 }
 
 const NO_CONTACT: FiContact = FiContact {
@@ -139,6 +153,11 @@ impl From<&Command> for FiCommand {
             Status::NoContact => (FiStatus::NoContact, FiFault::None),
             Status::Recovering => (FiStatus::Recovering, FiFault::None),
             Status::Held(fault) => (FiStatus::Held, fault.into()),
+            Status::Retracting(fault) => (FiStatus::Retracting, fault.into()),
+        };
+        let suspects = match command.status {
+            Status::Held(fault) | Status::Retracting(fault) => fault.suspects().bits(),
+            _ => 0,
         };
         let limits = command.limits;
         let bit = |on: bool, bit: FiLimit| if on { bit as u32 } else { 0 };
@@ -154,8 +173,10 @@ impl From<&Command> for FiCommand {
                 | bit(limits.reference(), FiLimit::Reference)
                 | bit(limits.rate(), FiLimit::Rate)
                 | bit(limits.travel(), FiLimit::Travel)
-                | bit(limits.workspace(), FiLimit::Workspace),
+                | bit(limits.workspace(), FiLimit::Workspace)
+                | bit(limits.outside(), FiLimit::Outside),
             held_cycles: command.held_cycles,
+            suspects: suspects.into(),
         }
     }
 }

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 
 use crate::FiError;
 use crate::head::{FiHead, head_in};
-use crate::pointer::{code, read, write};
+use crate::pointer::{Output, code, read};
 
 /// Squared length of a normal with six good digits.
 const UNIT_TOL: f64 = 1e-5;
@@ -59,15 +59,15 @@ impl Readings {
                 read(normal.cast::<[f64; 3]>())?,
             )
         };
-        let normal = Vector3::from(*normal);
+        let normal = Vector3::from(normal);
         if !cells_n.iter().chain(normal.iter()).all(|v| v.is_finite()) {
             return Err(FiError::NotFinite);
         }
         if (normal.dot(&normal) - 1.0).abs() > UNIT_TOL {
             return Err(FiError::NotAUnitVector);
         }
-        let pose = head.pose_of_lengths(lengths_mm)?.pose;
-        Ok(Self { balance: head.balance(&pose), cells_n: *cells_n, normal })
+        let pose = head.pose_of_lengths(&lengths_mm)?.pose;
+        Ok(Self { balance: head.balance(&pose), cells_n, normal })
     }
 }
 
@@ -88,8 +88,8 @@ pub unsafe extern "C" fn fi_head_contact(
     let weigh = || {
         // SAFETY: the caller's promise.
         let (readings, contact) =
-            unsafe { (Readings::of(head, lengths_mm, cells_n, normal)?, write(contact)?) };
-        *contact = (&readings.balance.contact(&readings.cells_n, &readings.normal)).into();
+            unsafe { (Readings::of(head, lengths_mm, cells_n, normal)?, Output::at(contact)?) };
+        contact.put((&readings.balance.contact(&readings.cells_n, &readings.normal)).into());
         Ok(())
     };
     code(weigh())
@@ -112,8 +112,9 @@ pub unsafe extern "C" fn fi_head_published_normal(
     let weigh = || {
         // SAFETY: the caller's promise.
         let (readings, normal_n) =
-            unsafe { (Readings::of(head, lengths_mm, cells_n, normal)?, write(normal_n)?) };
-        *normal_n = readings.balance.published_normal_n(&readings.cells_n, &readings.normal)?;
+            unsafe { (Readings::of(head, lengths_mm, cells_n, normal)?, Output::at(normal_n)?) };
+        let force_n = readings.balance.published_normal_n(&readings.cells_n, &readings.normal)?;
+        normal_n.put(force_n);
         Ok(())
     };
     code(weigh())

@@ -2,12 +2,12 @@ use force_impedance::{Controller, ControllerSettings, Measurement};
 use nalgebra::Vector3;
 
 use crate::head::{FiHead, head_in};
-use crate::pointer::{Slot, code, read, write};
+use crate::pointer::{Output, Slot, code, overlap, read, storage};
 use crate::settings::{FiImpedance, FiSettings, mode};
 use crate::{FiCommand, FiError, FiMeasurement};
 
 /// Says that a controller is in the storage, and which layout it has.
-const MARK: u64 = 0x4649_2d43_5452_4c01;
+const MARK: u64 = 0x4649_2d43_5452_4c02;
 
 /// Storage of a controller; `fi_controller_init` fills it.
 #[repr(C)]
@@ -15,7 +15,7 @@ const MARK: u64 = 0x4649_2d43_5452_4c01;
 pub struct FiController {
     mark: u64,
     /// More than there is to hold; the compiler says when they are too few.
-    words: [u64; 160],
+    words: [u64; 240],
 }
 
 /// A cycle without a sample: the output is held.
@@ -30,10 +30,10 @@ const NOTHING: Measurement = Measurement {
 ///
 /// # Safety
 ///
-/// As [`write`].
+/// As [`storage`].
 unsafe fn controller_in<'a>(controller: *mut FiController) -> Result<&'a mut Controller, FiError> {
     // SAFETY: the caller's promise.
-    let slot = unsafe { write(controller) }?;
+    let slot = unsafe { storage(controller) }?;
     if slot.mark != MARK {
         return Err(FiError::NotInitialised);
     }
@@ -43,7 +43,8 @@ unsafe fn controller_in<'a>(controller: *mut FiController) -> Result<&'a mut Con
 
 /// Checks everything once and fills the storage; the head is copied into it.
 ///
-/// Output is held until `recovery_cycles` good cycles have been seen.
+/// Output is held until `recovery_cycles` good cycles have been seen. Storage that held a controller
+/// holds none after a refusal: it has to be initialised again. A bad pointer changes nothing.
 ///
 /// # Safety
 ///
@@ -57,10 +58,16 @@ pub unsafe extern "C" fn fi_controller_init(
 ) -> FiError {
     let init = || {
         // SAFETY: the caller's promise.
-        let (slot, head, impedance, settings) =
-            unsafe { (write(controller)?, head_in(head)?, read(impedance)?, read(settings)?) };
-        let settings = ControllerSettings::try_from(settings)?;
-        let made = Controller::new(*head, impedance.into(), settings)?;
+        let (head, impedance, settings) =
+            unsafe { (head_in(head), read(impedance)?, read(settings)?) };
+        // SAFETY: the caller's promise; inputs are copies.
+        let slot = unsafe { storage(controller) }?;
+        if head != Err(FiError::BadPointer) {
+            slot.mark = 0;
+        }
+        let head = head?;
+        let settings = ControllerSettings::try_from(&settings)?;
+        let made = Controller::new(head, (&impedance).into(), settings)?;
         Slot::put(&mut slot.words, made);
         slot.mark = MARK;
         Ok(())
@@ -70,7 +77,8 @@ pub unsafe extern "C" fn fi_controller_init(
 
 /// One cycle: readings in, lengths to command out; `dt_s` is the time since the last call.
 ///
-/// It fails only on a bad or uninitialised handle and a bad `command`. A null `seen` is a cycle
+/// It fails only on a bad or uninitialised handle and a bad `command`, which must not lie within
+/// the controller's storage; it may overlap `seen`, which is copied first. A null `seen` is a cycle
 /// without a sample. Work is bounded, nothing is allocated or locked.
 ///
 /// # Safety
@@ -84,11 +92,15 @@ pub unsafe extern "C" fn fi_controller_update(
     command: *mut FiCommand,
 ) -> FiError {
     let update = || {
+        if overlap(controller, command) {
+            return Err(FiError::BadPointer);
+        }
         // SAFETY: the caller's promise.
-        let (controller, command) = unsafe { (controller_in(controller)?, write(command)?) };
+        let (output, seen) = unsafe { (Output::at(command)?, read(seen)) };
+        let seen = seen.map_or(NOTHING, |seen| Measurement::from(&seen));
         // SAFETY: the caller's promise.
-        let seen = unsafe { read(seen) }.map_or(NOTHING, Measurement::from);
-        *command = (&controller.update(&seen, dt_s)).into();
+        let controller = unsafe { controller_in(controller) }?;
+        output.put((&controller.update(&seen, dt_s)).into());
         Ok(())
     };
     code(update())
@@ -106,8 +118,10 @@ pub unsafe extern "C" fn fi_controller_set_impedance(
 ) -> FiError {
     let set = || {
         // SAFETY: the caller's promise.
-        let (controller, impedance) = unsafe { (controller_in(controller)?, read(impedance)?) };
-        let prepared = controller.prepare(impedance.into())?;
+        let impedance = unsafe { read(impedance) };
+        // SAFETY: the caller's promise.
+        let controller = unsafe { controller_in(controller) }?;
+        let prepared = controller.prepare((&impedance?).into())?;
         Ok(controller.adopt(prepared)?)
     };
     code(set())

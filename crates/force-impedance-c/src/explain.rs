@@ -91,7 +91,7 @@ unsafe fn attempt(
         ControllerSettings::default()
     } else {
         // SAFETY: the caller's promise.
-        ControllerSettings::try_from(unsafe { read(settings) }?)?
+        ControllerSettings::try_from(&unsafe { read(settings) }?)?
     };
-    Ok(Controller::new(head, impedance.into(), settings).map(|_| ()))
+    Ok(Controller::new(head, (&impedance).into(), settings).map(|_| ()))
 }

@@ -2,7 +2,7 @@ use force_impedance::{Head, HeadGeometry, HeadLimits, HeadPose};
 use nalgebra::{Point3, Vector3};
 
 use crate::FiError;
-use crate::pointer::{Slot, code, read, write};
+use crate::pointer::{Output, Slot, code, read, storage};
 
 /// Says that a head is in the storage, and which layout it has.
 const MARK: u64 = 0x4649_2d48_4541_4401;
@@ -93,19 +93,19 @@ impl From<&HeadPose> for FiPose {
     }
 }
 
-/// The head in a storage.
+/// A copy of the head in a storage.
 ///
 /// # Safety
 ///
 /// As [`read`].
-pub(crate) unsafe fn head_in<'a>(head: *const FiHead) -> Result<&'a Head, FiError> {
+pub(crate) unsafe fn head_in(head: *const FiHead) -> Result<Head, FiError> {
     // SAFETY: the caller's promise.
     let slot = unsafe { read(head) }?;
     if slot.mark != MARK {
         return Err(FiError::NotInitialised);
     }
     // SAFETY: only `fi_head_init` sets the mark, after it has put a head there.
-    Ok(unsafe { Slot::get(&slot.words) })
+    Ok(*unsafe { Slot::get(&slot.words) })
 }
 
 /// The head that dimensions and limits make; null limits are wide ones.
@@ -118,12 +118,12 @@ pub(crate) unsafe fn head_of(
     limits: *const FiHeadLimits,
 ) -> Result<Result<Head, force_impedance::ForceImpedanceError>, FiError> {
     // SAFETY: the caller's promise.
-    let geometry: HeadGeometry = unsafe { read(geometry) }?.into();
+    let geometry: HeadGeometry = (&unsafe { read(geometry) }?).into();
     let limits = if limits.is_null() {
         HeadLimits::wide(&geometry)
     } else {
         // SAFETY: the caller's promise.
-        unsafe { read(limits) }?.into()
+        (&unsafe { read(limits) }?).into()
     };
     Ok(Head::new(geometry, limits))
 }
@@ -141,15 +141,16 @@ pub unsafe extern "C" fn fi_head_limits_wide(
 ) -> FiError {
     let wide = || {
         // SAFETY: the caller's promise.
-        let (geometry, limits) = unsafe { (read(geometry)?, write(limits)?) };
-        let HeadLimits { leg_mm, axial_mm, tilt_rad } = HeadLimits::wide(&geometry.into());
-        *limits = FiHeadLimits { leg_mm, axial_mm, tilt_rad };
+        let (geometry, limits) = unsafe { (read(geometry)?, Output::at(limits)?) };
+        let HeadLimits { leg_mm, axial_mm, tilt_rad } = HeadLimits::wide(&(&geometry).into());
+        limits.put(FiHeadLimits { leg_mm, axial_mm, tilt_rad });
         Ok(())
     };
     code(wide())
 }
 
-/// Checks dimensions and limits (null: wide ones) and fills the storage.
+/// Checks dimensions and limits (null: wide ones) and fills the storage, which holds no head after
+/// a refusal; a bad pointer changes nothing.
 ///
 /// # Safety
 ///
@@ -161,10 +162,12 @@ pub unsafe extern "C" fn fi_head_init(
     limits: *const FiHeadLimits,
 ) -> FiError {
     let init = || {
+        // SAFETY: the caller's promise; inputs are copied here.
+        let made = unsafe { head_of(geometry, limits) }?;
         // SAFETY: the caller's promise.
-        let slot = unsafe { write(head) }?;
-        // SAFETY: the caller's promise.
-        let made = unsafe { head_of(geometry, limits) }??;
+        let slot = unsafe { storage(head) }?;
+        slot.mark = 0;
+        let made = made?;
         Slot::put(&mut slot.words, made);
         slot.mark = MARK;
         Ok(())
@@ -181,8 +184,8 @@ pub unsafe extern "C" fn fi_head_init(
 pub unsafe extern "C" fn fi_head_start(head: *const FiHead, pose: *mut FiPose) -> FiError {
     let start = || {
         // SAFETY: the caller's promise.
-        let (head, pose) = unsafe { (head_in(head)?, write(pose)?) };
-        *pose = (&head.pose_at(&head.start_tip_mm())?).into();
+        let (head, pose) = unsafe { (head_in(head)?, Output::at(pose)?) };
+        pose.put((&head.pose_at(&head.start_tip_mm())?).into());
         Ok(())
     };
     code(start())
@@ -202,8 +205,8 @@ pub unsafe extern "C" fn fi_head_inverse(
     let inverse = || {
         // SAFETY: the caller's promise.
         let (head, tip_mm, pose) =
-            unsafe { (head_in(head)?, read(tip_mm.cast::<[f64; 3]>())?, write(pose)?) };
-        *pose = (&head.pose_at(&Point3::from(*tip_mm))?).into();
+            unsafe { (head_in(head)?, read(tip_mm.cast::<[f64; 3]>())?, Output::at(pose)?) };
+        pose.put((&head.pose_at(&Point3::from(tip_mm))?).into());
         Ok(())
     };
     code(inverse())
@@ -225,13 +228,13 @@ pub unsafe extern "C" fn fi_head_forward(
     let forward = || {
         // SAFETY: the caller's promise.
         let (head, lengths_mm, pose) =
-            unsafe { (head_in(head)?, read(lengths_mm.cast::<[f64; 4]>())?, write(pose)?) };
-        let found = head.pose_of_lengths(lengths_mm)?;
+            unsafe { (head_in(head)?, read(lengths_mm.cast::<[f64; 4]>())?, Output::at(pose)?) };
+        let found = head.pose_of_lengths(&lengths_mm)?;
         if !consistency_mm.is_null() {
             // SAFETY: the caller's promise.
-            *unsafe { write(consistency_mm) }? = found.consistency_mm;
+            unsafe { Output::at(consistency_mm) }?.put(found.consistency_mm);
         }
-        *pose = (&found.pose).into();
+        pose.put((&found.pose).into());
         Ok(())
     };
     code(forward())
@@ -251,13 +254,16 @@ pub unsafe extern "C" fn fi_head_jacobian(
     let fill = || {
         // SAFETY: the caller's promise.
         let (head, tip_mm, rows) = unsafe {
-            (head_in(head)?, read(tip_mm.cast::<[f64; 3]>())?, write(jacobian.cast::<[f64; 12]>())?)
+            let rows = Output::at(jacobian.cast::<[f64; 12]>())?;
+            (head_in(head)?, read(tip_mm.cast::<[f64; 3]>())?, rows)
         };
-        let pose = head.pose_at(&Point3::from(*tip_mm))?;
+        let pose = head.pose_at(&Point3::from(tip_mm))?;
         let by_row = head.leg_jacobian(&pose).transpose();
-        for (to, from) in rows.iter_mut().zip(by_row.iter()) {
+        let mut numbers = [0.0; 12];
+        for (to, from) in numbers.iter_mut().zip(by_row.iter()) {
             *to = *from;
         }
+        rows.put(numbers);
         Ok(())
     };
     code(fill())

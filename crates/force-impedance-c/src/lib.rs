@@ -7,7 +7,10 @@
 //! - The caller provides all storage ([`FiHead`], [`FiController`]); nothing is allocated, nothing
 //!   has to be freed, and copying the storage copies what is in it.
 //! - Every function returns an [`FiError`]; null and misaligned pointers and storage that was not
-//!   initialised are errors, not undefined behaviour. On an error outputs are left alone.
+//!   initialised are errors, not undefined behaviour. On an error outputs are left alone, but
+//!   storage whose initialisation is refused holds nothing.
+//! - Inputs are copied before outputs are written: they may overlap. A command within the storage of
+//!   its controller is refused.
 //! - Nothing unwinds: an `extern "C"` function would abort, and none of those in a control cycle
 //!   can panic (`cargo xtask realtime` proves it of the whole interface without `std`).
 //! - A handle belongs to one thread at a time.

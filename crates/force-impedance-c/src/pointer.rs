@@ -4,31 +4,60 @@ use core::mem::{align_of, needs_drop, size_of};
 
 use crate::FiError;
 
-/// What a pointer points at.
+/// A copy of what a pointer points at.
+///
+/// Inputs are copied before an output is written, so that the two may overlap.
 ///
 /// # Safety
 ///
 /// A pointer that is neither null nor misaligned points at a live `T`, any bits of which are
 /// valid, and that nobody writes meanwhile.
-pub(crate) unsafe fn read<'a, T>(pointer: *const T) -> Result<&'a T, FiError> {
+pub(crate) unsafe fn read<T: Copy>(pointer: *const T) -> Result<T, FiError> {
     if pointer.is_null() || !pointer.is_aligned() {
         return Err(FiError::BadPointer);
     }
     // SAFETY: neither null nor misaligned; the rest is the caller's promise.
-    Ok(unsafe { &*pointer })
+    Ok(unsafe { pointer.read() })
 }
 
-/// What a pointer points at, to be written.
+/// A place for an output: to be written once, after all inputs were read.
+pub(crate) struct Output<T>(*mut T);
+
+impl<T: Copy> Output<T> {
+    /// # Safety
+    ///
+    /// A pointer that is neither null nor misaligned points at a live `T` until [`Output::put`],
+    /// and nobody else reads or writes it meanwhile.
+    pub(crate) unsafe fn at(pointer: *mut T) -> Result<Self, FiError> {
+        if pointer.is_null() || !pointer.is_aligned() {
+            return Err(FiError::BadPointer);
+        }
+        Ok(Self(pointer))
+    }
+
+    pub(crate) fn put(self, value: T) {
+        // SAFETY: looked at in `at`; the rest is the promise given there.
+        unsafe { self.0.write(value) }
+    }
+}
+
+/// Storage behind a pointer, to be changed in place.
 ///
 /// # Safety
 ///
 /// As [`read`], and nobody else reads or writes it meanwhile.
-pub(crate) unsafe fn write<'a, T>(pointer: *mut T) -> Result<&'a mut T, FiError> {
+pub(crate) unsafe fn storage<'a, T>(pointer: *mut T) -> Result<&'a mut T, FiError> {
     if pointer.is_null() || !pointer.is_aligned() {
         return Err(FiError::BadPointer);
     }
     // SAFETY: neither null nor misaligned; the rest is the caller's promise.
     Ok(unsafe { &mut *pointer })
+}
+
+/// Whether two objects have a byte in common.
+pub(crate) fn overlap<A, B>(a: *const A, b: *const B) -> bool {
+    let (a, b) = (a.addr(), b.addr());
+    a < b.saturating_add(size_of::<B>()) && b < a.saturating_add(size_of::<A>())
 }
 
 /// Storage of a caller for a value of this library: a mark that says that it is there, and words.

@@ -1,7 +1,7 @@
 use force_impedance::{ControllerSettings, Discretisation, ImpedanceParameters, ReferenceMode};
 
 use crate::FiError;
-use crate::pointer::{code, write};
+use crate::pointer::{Output, code};
 
 /// How the contact is to feel: `M E'' + D E' + K E = F_n − F_r`.
 #[repr(C)]
@@ -47,22 +47,41 @@ pub struct FiSettings {
     pub max_reference_n: f64,
     /// The reference in force approaches the one asked for at this rate.
     pub reference_rate_n_per_s: f64,
+    /// Largest rate at which that rate changes.
+    pub reference_acceleration_n_per_s2: f64,
+    /// Largest rate at which that changes in turn.
+    pub reference_jerk_n_per_s3: f64,
     /// Least and largest correction along the normal; negative is into the workpiece.
     pub travel_mm: [f64; 2],
     /// Fastest motion of the tip.
     pub rate_mm_per_s: f64,
+    /// Largest acceleration of the tip, stopping on a fault included.
+    pub acceleration_mm_per_s2: f64,
+    /// Largest jerk of the tip.
+    pub jerk_mm_per_s3: f64,
     /// Fastest motion towards the workpiece while nothing is touched.
     pub approach_mm_per_s: f64,
     /// Under this normal force nothing is touched.
     pub contact_n: f64,
-    /// Cells beyond ± this are broken.
+    /// Cells at ± this and beyond are broken or at their end.
     pub max_cell_n: f64,
+    /// Largest coefficient of friction that a contact can have.
+    pub max_friction_ratio: f64,
+    /// Force across the normal, beyond that friction, that errors explain.
+    pub max_disagreement_n: f64,
+    /// Farthest way towards the workpiece without any change of the axial cell, where the normal
+    /// is along the tool.
+    pub max_blind_mm: f64,
     /// Largest disagreement between measured lengths and any pose.
     pub max_consistency_mm: f64,
     /// Largest angle between the outward normal and the tool's back direction.
     pub max_normal_rad: f64,
     /// Cycles with all four cells unchanged to the last bit after which they count as frozen.
     pub frozen_cycles: u32,
+    /// Cycles for which the cells disagree, or one alone is stuck, after which it is a fault.
+    pub suspect_cycles: u32,
+    /// Cycles for which the output is held while the force is not known, before the tip retracts.
+    pub hold_cycles: u32,
     /// Good cycles in a row after a fault before control resumes.
     pub recovery_cycles: u32,
     /// An `FiDiscretisation`.
@@ -106,14 +125,23 @@ impl TryFrom<&FiSettings> for ControllerSettings {
             max_error_n: s.max_error_n,
             max_reference_n: s.max_reference_n,
             reference_rate_n_per_s: s.reference_rate_n_per_s,
+            reference_acceleration_n_per_s2: s.reference_acceleration_n_per_s2,
+            reference_jerk_n_per_s3: s.reference_jerk_n_per_s3,
             travel_mm: s.travel_mm,
             rate_mm_per_s: s.rate_mm_per_s,
+            acceleration_mm_per_s2: s.acceleration_mm_per_s2,
+            jerk_mm_per_s3: s.jerk_mm_per_s3,
             approach_mm_per_s: s.approach_mm_per_s,
             contact_n: s.contact_n,
             max_cell_n: s.max_cell_n,
+            max_friction_ratio: s.max_friction_ratio,
+            max_disagreement_n: s.max_disagreement_n,
+            max_blind_mm: s.max_blind_mm,
             max_consistency_mm: s.max_consistency_mm,
             max_normal_rad: s.max_normal_rad,
             frozen_cycles: s.frozen_cycles,
+            suspect_cycles: s.suspect_cycles,
+            hold_cycles: s.hold_cycles,
             recovery_cycles: s.recovery_cycles,
         })
     }
@@ -126,14 +154,23 @@ impl From<&ControllerSettings> for FiSettings {
             max_error_n: s.max_error_n,
             max_reference_n: s.max_reference_n,
             reference_rate_n_per_s: s.reference_rate_n_per_s,
+            reference_acceleration_n_per_s2: s.reference_acceleration_n_per_s2,
+            reference_jerk_n_per_s3: s.reference_jerk_n_per_s3,
             travel_mm: s.travel_mm,
             rate_mm_per_s: s.rate_mm_per_s,
+            acceleration_mm_per_s2: s.acceleration_mm_per_s2,
+            jerk_mm_per_s3: s.jerk_mm_per_s3,
             approach_mm_per_s: s.approach_mm_per_s,
             contact_n: s.contact_n,
             max_cell_n: s.max_cell_n,
+            max_friction_ratio: s.max_friction_ratio,
+            max_disagreement_n: s.max_disagreement_n,
+            max_blind_mm: s.max_blind_mm,
             max_consistency_mm: s.max_consistency_mm,
             max_normal_rad: s.max_normal_rad,
             frozen_cycles: s.frozen_cycles,
+            suspect_cycles: s.suspect_cycles,
+            hold_cycles: s.hold_cycles,
             recovery_cycles: s.recovery_cycles,
             discretisation: match s.discretisation {
                 Discretisation::ExactHold => FiDiscretisation::ExactHold as u32,
@@ -155,5 +192,5 @@ impl From<&ControllerSettings> for FiSettings {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fi_settings_default(settings: *mut FiSettings) -> FiError {
     // SAFETY: the caller's promise.
-    code(unsafe { write(settings) }.map(|s| *s = (&ControllerSettings::default()).into()))
+    code(unsafe { Output::at(settings) }.map(|at| at.put((&ControllerSettings::default()).into())))
 }

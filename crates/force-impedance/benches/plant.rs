@@ -140,6 +140,9 @@ fn impedance(parameters: ImpedanceParameters) -> impl FnMut(f64) -> f64 {
         max_cell_n: 1e6,
         rate_mm_per_s: 1e3,
         approach_mm_per_s: 1e3,
+        // The law alone is compared.
+        acceleration_mm_per_s2: 1e8,
+        jerk_mm_per_s3: 1e12,
         reference_rate_n_per_s: 1e9,
         recovery_cycles: 1,
         ..ControllerSettings::default()

@@ -66,7 +66,7 @@ pub struct ContactForce {
     pub normal_n: f64,
     /// Across the normal: friction.
     pub tangential_n: f64,
-    /// Friction over normal force; `None` while nothing presses.
+    /// Friction over normal force, finite; `None` while nothing presses.
     pub friction_ratio: Option<f64>,
 }
 
@@ -75,6 +75,11 @@ impl Balance {
     #[must_use]
     pub fn influence(&self) -> Matrix3x4<f64> {
         Matrix3x4::from_columns(&self.columns)
+    }
+
+    #[inline]
+    pub(crate) const fn columns(&self) -> &[Vector3<f64>; 4] {
+        &self.columns
     }
 
     /// What the head's weight adds to the contact force.
@@ -98,7 +103,9 @@ impl Balance {
         let force_n = self.force_n(cells_n);
         let normal_n = force_n.dot(normal);
         let tangential_n = norm(&across(&force_n, normal));
-        let friction_ratio = (normal_n > 0.0).then(|| tangential_n / normal_n);
+        // Next to nothing presses: the ratio may be no number.
+        let ratio = tangential_n / normal_n;
+        let friction_ratio = (normal_n > 0.0 && ratio.is_finite()).then_some(ratio);
         ContactForce { force_n, normal_n, tangential_n, friction_ratio }
     }
 

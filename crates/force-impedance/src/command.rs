@@ -15,7 +15,35 @@ pub struct Measurement {
     pub reference_n: f64,
 }
 
-/// What is wrong with a cycle's input; the last safe output is held.
+/// A set of load cells, counted from 0 in the order of the readings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cells {
+    bits: u8,
+}
+
+impl Cells {
+    pub(crate) const fn one(cell: usize) -> Self {
+        Self { bits: 1 << (cell & 3) }
+    }
+
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self { bits: self.bits | other.bits }
+    }
+
+    /// Whether a cell, 0 to 3, is one of them.
+    #[must_use]
+    pub const fn has(self, cell: usize) -> bool {
+        cell < 4 && self.bits & (1 << (cell & 3)) != 0
+    }
+
+    /// One bit per cell, the first leg's lowest.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.bits
+    }
+}
+
+/// What is wrong with a cycle's input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
@@ -29,10 +57,25 @@ pub enum Fault {
     CellRange,
     /// The cells have stopped changing.
     Frozen,
-    /// The lengths belong to no pose within the limits.
+    /// The lengths belong to no pose.
     Lengths,
     /// The normal is no unit vector, or too far from the tool's axis.
     Normal,
+    /// These cells have stopped changing while others go on.
+    CellStuck(Cells),
+    /// The cells contradict each other; these explain it best.
+    CellsDisagree(Cells),
+}
+
+impl Fault {
+    /// Cells that are to be looked at.
+    #[must_use]
+    pub const fn suspects(self) -> Cells {
+        match self {
+            Self::CellStuck(cells) | Self::CellsDisagree(cells) => cells,
+            _ => Cells { bits: 0 },
+        }
+    }
 }
 
 /// What the controller is doing.
@@ -42,10 +85,14 @@ pub enum Status {
     Controlling,
     /// The tool touches nothing and approaches at no more than the approach rate.
     NoContact,
-    /// The input is good again; output still held.
+    /// The input is good again; output still held, or, after `hold_cycles`, moved away from the
+    /// workpiece while the force is above what is asked for.
     Recovering,
-    /// Output held.
+    /// Output held: the tip stops, and stays.
     Held(Fault),
+    /// The tip moves away from the workpiece: the force is above what is asked for, or has not been
+    /// known for too long.
+    Retracting(Fault),
 }
 
 /// Which limits cut the output of a cycle.
@@ -60,6 +107,7 @@ impl Limits {
     pub(crate) const RATE: u8 = 4;
     pub(crate) const TRAVEL: u8 = 8;
     pub(crate) const WORKSPACE: u8 = 16;
+    pub(crate) const OUTSIDE: u8 = 32;
 
     pub(crate) fn set(&mut self, bit: u8, on: bool) {
         if on {
@@ -89,7 +137,7 @@ impl Limits {
         self.has(Self::REFERENCE)
     }
 
-    /// The tip was kept to its rate.
+    /// The tip was kept to its speed, acceleration or jerk.
     #[must_use]
     pub const fn rate(self) -> bool {
         self.has(Self::RATE)
@@ -106,9 +154,15 @@ impl Limits {
     pub const fn workspace(self) -> bool {
         self.has(Self::WORKSPACE)
     }
+
+    /// The head was seen outside its limits; the tip is on its way back.
+    #[must_use]
+    pub const fn outside(self) -> bool {
+        self.has(Self::OUTSIDE)
+    }
 }
 
-/// What to do until the next cycle; always finite, within limits and rate.
+/// What to do until the next cycle; always finite, within limits, speed, acceleration and jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// Lengths to command, `l1, l2, l3, l4`.

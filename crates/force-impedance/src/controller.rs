@@ -1,17 +1,22 @@
 use nalgebra::{Point3, Vector3};
 
-use crate::scalar::norm;
-use crate::watch::Watch;
+use crate::motion::{Motion, MotionLimits};
+use crate::ramp::Ramp;
+use crate::redundancy::Redundancy;
+use crate::scalar::between;
+use crate::steering::{Steering, Wanted};
+use crate::watch::{Refusal, Watch};
 use crate::{
-    Command, ContactForce, ControllerSettings, ForceImpedanceError, Head, HeadPose, Impedance,
-    ImpedanceParameters, Limits, Measurement, ReferenceMode, Status,
+    Command, ContactForce, ControllerSettings, Fault, ForceImpedanceError, Head, HeadPose,
+    Impedance, ImpedanceParameters, Limits, Measurement, ReferenceMode, Status,
 };
 
 /// Force control by position impedance along the surface normal, one call a cycle.
 ///
 /// Everything that can be wrong with its settings is refused by [`Controller::new`];
-/// [`Controller::update`] cannot fail: on bad input it holds the last safe output and says so.
-/// It does not allocate, lock, or panic, and its work is bounded.
+/// [`Controller::update`] cannot fail: on bad input it stops, away from the workpiece where the
+/// force is above what is asked for or not known, and says so. Commands keep speed, acceleration
+/// and jerk in every state. It does not allocate, lock, or panic, and its work is bounded.
 ///
 /// The programmed point is the tip of the straight head (the linear axes carry it along the
 /// path); the correction is a number along the normal of the moment, `M1 = M + E·n`.
@@ -21,13 +26,21 @@ pub struct Controller {
     settings: ControllerSettings,
     impedance: Impedance,
     normal_cosine: f64,
-    /// Commanded pose.
+    steering: Steering,
+    reference_limits: MotionLimits,
+    /// Commanded pose, and how it moves.
     pose: HeadPose,
+    motion: Motion,
+    /// Of the last cycle in which it could be believed, of unit length.
+    normal: Vector3<f64>,
     offset_mm: f64,
     speed_mm_per_s: f64,
     error_before_n: f64,
-    reference_n: f64,
+    reference: Ramp,
+    /// What was last asked for, within its range.
+    asked_n: f64,
     watch: Watch,
+    redundancy: Redundancy,
     /// Good cycles still to come before control resumes.
     recovery_left: u32,
     held_cycles: u32,
@@ -54,12 +67,18 @@ impl Controller {
             settings,
             impedance,
             normal_cosine: libm::cos(settings.max_normal_rad),
+            steering: Steering::new(&head, &settings),
+            reference_limits: settings.reference_motion(),
             pose,
+            motion: Motion::default(),
+            normal: Vector3::new(0.0, 1.0, 0.0),
             offset_mm: 0.0,
             speed_mm_per_s: 0.0,
             error_before_n: 0.0,
-            reference_n: 0.0,
+            reference: Ramp::at(0.0),
+            asked_n: 0.0,
             watch: Watch::new(pose),
+            redundancy: Redundancy::NEW,
             recovery_left: settings.recovery_cycles,
             held_cycles: 0,
         })
@@ -115,82 +134,182 @@ impl Controller {
     /// One cycle: readings in, lengths to command out. `dt_s` is the time since the last call.
     #[inline]
     pub fn update(&mut self, seen: &Measurement, dt_s: f64) -> Command {
+        let inward_mm = -self.motion.step.dot(&self.normal);
         match self.watch.judge(
             &self.head,
             &self.settings,
             self.normal_cosine,
             &self.pose,
+            inward_mm,
             seen,
             dt_s,
         ) {
             Ok(cells_n) => self.act(&cells_n, seen, dt_s),
-            Err(fault) => self.hold(Status::Held(fault), None, Limits::default()),
+            Err(refusal) => self.fail(&refusal),
         }
     }
 
-    fn hold(&mut self, status: Status, contact: Option<ContactForce>, limits: Limits) -> Command {
-        if let Status::Held(_) = status {
-            self.recovery_left = self.settings.recovery_cycles;
-        }
-        self.speed_mm_per_s = 0.0;
-        self.error_before_n = 0.0;
+    /// A cycle whose input is not believed: the tip stops, or retracts.
+    #[cold]
+    fn fail(&mut self, refusal: &Refusal) -> Command {
+        let fault = refusal.fault;
+        self.recovery_left = self.settings.recovery_cycles;
+        self.reference.stop(&self.reference_limits);
+        let retracts = match (&refusal.cells_n, fault) {
+            // The head is about where it was sent.
+            (Some(cells_n), _) => {
+                let contact = self.head.balance(&self.pose).contact(cells_n, &self.normal);
+                self.is_too_much(contact.normal_n)
+            }
+            (None, Fault::CellStuck(_) | Fault::CellsDisagree(_)) => true,
+            (None, _) => self.held_cycles >= self.settings.hold_cycles,
+        };
+        let mut limits = Limits::default();
+        self.wait(retracts, &mut limits);
+        let status = if retracts { Status::Retracting(fault) } else { Status::Held(fault) };
+        self.command(status, None, limits)
+    }
+
+    /// Whether a force is above what is asked for, by more than what counts as a contact.
+    #[inline]
+    fn is_too_much(&self, normal_n: f64) -> bool {
+        normal_n > self.asked_n.max(self.reference.value) + self.settings.contact_n
+    }
+
+    /// Stops, or moves away from the workpiece.
+    fn wait(&mut self, retracts: bool, limits: &mut Limits) {
         self.held_cycles = self.held_cycles.saturating_add(1);
-        self.command(status, contact, limits)
+        self.error_before_n = 0.0;
+        let change = if retracts {
+            let wanted = Wanted {
+                normal: self.normal,
+                along_mm: self.steering.motion.step,
+                inward_mm: 0.0,
+                fastest_mm: self.steering.motion.step,
+                returns: false,
+            };
+            // Where the head is seen takes no part: its lengths may be what is wrong.
+            self.steer(&wanted, &self.pose, None, limits)
+        } else if self.motion.is_at_rest() {
+            self.speed_mm_per_s = 0.0;
+            return;
+        } else {
+            self.steering.brake(&self.head, &self.pose, &self.motion, &self.normal)
+        };
+        limits.set(Limits::RATE, true);
+        self.go(change, limits);
+        self.offset_mm = self.offset(&self.normal);
+        self.speed_mm_per_s = self.motion.step.dot(&self.normal) / self.settings.interval_s;
     }
 
     #[inline]
     fn act(&mut self, cells_n: &[f64; 4], seen: &Measurement, dt_s: f64) -> Command {
-        let interval_s = self.settings.interval_s.min(dt_s);
-        let contact = self.head.balance(&self.watch.pose).contact(cells_n, &seen.normal);
+        let share = (dt_s / self.settings.interval_s).min(1.0);
+        // Of unit length to the square of what `Watch` lets pass.
+        self.normal = seen.normal * (1.5 - 0.5 * seen.normal.dot(&seen.normal));
+        let normal = self.normal;
+        let balance = self.head.balance(&self.watch.pose);
+        let contact = balance.contact(cells_n, &normal);
+        let suspects = self.redundancy.judge(&self.settings, &balance, &contact, cells_n, &normal);
+        if let Some(cells) = suspects {
+            return self.fail(&Refusal { fault: Fault::CellsDisagree(cells), cells_n: None });
+        }
         let mut limits = Limits::default();
-        self.follow_reference(seen.reference_n, interval_s, &mut limits);
+        self.follow_reference(seen.reference_n, share, &mut limits);
         if let Some(left) = self.recovery_left.checked_sub(1) {
             self.recovery_left = left;
-            return self.hold(Status::Recovering, Some(contact), limits);
+            // Once in a while is no reason to move; bad and good cycles in turn, for ever, are.
+            let long = self.held_cycles >= self.settings.hold_cycles;
+            self.wait(long && self.is_too_much(contact.normal_n), &mut limits);
+            return self.command(Status::Recovering, Some(contact), limits);
         }
         self.held_cycles = 0;
         let touching = contact.normal_n >= self.settings.contact_n;
         let error_n = self.error(contact.normal_n, &mut limits);
-        let (offset_mm, speed_mm_per_s) = self.impede(error_n);
-        self.error_before_n = error_n;
-        let inward_mm_per_s =
-            if touching { self.settings.rate_mm_per_s } else { self.settings.approach_mm_per_s };
-        let wanted_mm = self.bound(offset_mm, inward_mm_per_s, interval_s, &mut limits);
-        self.travel(wanted_mm, speed_mm_per_s, &seen.normal, interval_s, &mut limits);
+        self.control(error_n, touching, share, &mut limits);
         let status = if touching { Status::Controlling } else { Status::NoContact };
         self.command(status, Some(contact), limits)
     }
 
     /// Moves the reference in force towards the one asked for; one that is no number is ignored.
     #[inline]
-    fn follow_reference(&mut self, asked_n: f64, interval_s: f64, limits: &mut Limits) {
+    fn follow_reference(&mut self, asked_n: f64, share: f64, limits: &mut Limits) {
         let within_n = between(asked_n, 0.0, self.settings.max_reference_n);
         let valid = asked_n.is_finite();
         limits.set(Limits::REFERENCE, !valid || asked_n < 0.0 || asked_n > within_n);
         if valid {
-            let step_n = self.settings.reference_rate_n_per_s * interval_s;
-            self.reference_n =
-                between(within_n, self.reference_n - step_n, self.reference_n + step_n);
+            self.asked_n = within_n;
         }
+        self.reference.follow(&self.reference_limits, self.asked_n, share);
     }
 
     #[inline]
     fn error(&self, normal_n: f64, limits: &mut Limits) -> f64 {
-        let raw_n = normal_n - self.reference_n;
+        let raw_n = normal_n - self.reference.value;
         let most_n = self.settings.max_error_n;
         limits.set(Limits::ERROR, raw_n.abs() > most_n);
         between(raw_n, -most_n, most_n)
     }
 
+    /// One step of the impedance, as far as the motion of the tip allows; what is cut off is taken
+    /// back into the state, so that nothing winds up.
+    #[inline]
+    fn control(&mut self, error_n: f64, touching: bool, share: f64, limits: &mut Limits) {
+        let normal = self.normal;
+        let stands_mm = self.offset(&normal);
+        let (offset_mm, speed_mm_per_s) = self.impede(stands_mm, error_n);
+        self.error_before_n = error_n;
+        let [inward_mm, outward_mm] = self.settings.travel_mm;
+        limits.set(Limits::TRAVEL, offset_mm < inward_mm || offset_mm > outward_mm);
+        let wanted_mm = between(offset_mm, inward_mm, outward_mm);
+        let per_s = self.settings.interval_s * share;
+        let fastest_mm = self.settings.rate_mm_per_s * per_s;
+        let wanted = Wanted {
+            normal,
+            along_mm: wanted_mm - stands_mm,
+            inward_mm: if touching { fastest_mm } else { self.settings.approach_mm_per_s * per_s },
+            fastest_mm,
+            returns: error_n <= 0.0,
+        };
+        let exact_mm = self.head.start_tip_mm() + normal * wanted_mm - self.pose.tip_mm;
+        let change = self.steer(&wanted, &self.watch.pose, Some(&exact_mm), limits);
+        let free =
+            self.go(change, limits) && !(limits.rate() || limits.travel() || limits.workspace());
+        if free {
+            self.offset_mm = wanted_mm;
+            self.speed_mm_per_s = speed_mm_per_s;
+        } else {
+            self.offset_mm = self.offset(&normal);
+            self.speed_mm_per_s = self.motion.step.dot(&normal) / self.settings.interval_s;
+        }
+    }
+
+    #[inline]
+    fn steer(
+        &self,
+        wanted: &Wanted,
+        seen: &HeadPose,
+        exact_mm: Option<&Vector3<f64>>,
+        limits: &mut Limits,
+    ) -> Vector3<f64> {
+        self.steering.steer(&self.head, &self.pose, seen, &self.motion, wanted, exact_mm, limits)
+    }
+
+    /// Correction along a normal, of where the tip stands.
+    #[inline]
+    fn offset(&self, normal: &Vector3<f64>) -> f64 {
+        (self.pose.tip_mm - self.head.start_tip_mm()).dot(normal)
+    }
+
     /// One step of the impedance: offset and speed after it.
     #[inline]
-    fn impede(&self, error_n: f64) -> (f64, f64) {
+    fn impede(&self, stands_mm: f64, error_n: f64) -> (f64, f64) {
         let from_mm = match self.settings.mode {
             ReferenceMode::Absolute => 0.0,
-            ReferenceMode::Rebased => self.offset_mm,
+            ReferenceMode::Rebased => stands_mm,
         };
         let [moved_mm, speed_mm_per_s] = self.impedance.advance(
-            self.offset_mm - from_mm,
+            stands_mm - from_mm,
             self.speed_mm_per_s,
             error_n,
             self.error_before_n,
@@ -198,82 +317,36 @@ impl Controller {
         (from_mm + moved_mm, speed_mm_per_s)
     }
 
-    /// The offset within rate and travel.
+    /// Moves the commanded tip; false where it would leave the head's limits, which
+    /// [`Workspace`](crate::workspace::Workspace) rules out: they count before its acceleration.
     #[inline]
-    fn bound(
-        &self,
-        offset_mm: f64,
-        inward_mm_per_s: f64,
-        interval_s: f64,
-        limits: &mut Limits,
-    ) -> f64 {
-        let lowest_mm = self.offset_mm - inward_mm_per_s * interval_s;
-        let highest_mm = self.offset_mm + self.settings.rate_mm_per_s * interval_s;
-        limits.set(Limits::RATE, offset_mm < lowest_mm || offset_mm > highest_mm);
-        let slow_mm = between(offset_mm, lowest_mm, highest_mm);
-        let [inward_mm, outward_mm] = self.settings.travel_mm;
-        limits.set(Limits::TRAVEL, slow_mm < inward_mm || slow_mm > outward_mm);
-        between(slow_mm, inward_mm, outward_mm)
-    }
-
-    /// Moves the commanded tip towards `M + E·n`, within rate and workspace, and takes back into
-    /// the state what was cut off, so that nothing winds up.
-    #[inline]
-    fn travel(
-        &mut self,
-        wanted_mm: f64,
-        speed_mm_per_s: f64,
-        normal: &Vector3<f64>,
-        interval_s: f64,
-        limits: &mut Limits,
-    ) {
-        let programmed_mm = self.head.start_tip_mm();
-        let way_mm = programmed_mm + normal * wanted_mm - self.pose.tip_mm;
-        let longest_mm = self.settings.rate_mm_per_s * interval_s;
-        let far = way_mm.dot(&way_mm) > longest_mm * longest_mm;
-        limits.set(Limits::RATE, far);
-        let step_mm = if far { way_mm * (longest_mm / norm(&way_mm)) } else { way_mm };
-        let tip_mm: Point3<f64> = self.pose.tip_mm + step_mm;
+    fn go(&mut self, change: Vector3<f64>, limits: &mut Limits) -> bool {
+        let motion = self.motion.after(change);
+        let tip_mm: Point3<f64> = self.pose.tip_mm + motion.step;
         let pose = HeadPose::of(&self.head, &tip_mm.coords);
         let reached = self.head.allows(&pose);
         limits.set(Limits::WORKSPACE, !reached);
-        let before_mm = self.offset_mm;
         if reached {
             self.pose = pose;
+            self.motion = motion;
+        } else {
+            self.motion = self.motion.after(-self.motion.step);
         }
-        let cut = far || !reached;
-        self.offset_mm = if cut {
-            let [inward_mm, outward_mm] = self.settings.travel_mm;
-            between((self.pose.tip_mm - programmed_mm).dot(normal), inward_mm, outward_mm)
-        } else {
-            wanted_mm
-        };
-        let free = !(limits.rate() || limits.travel() || limits.workspace());
-        self.speed_mm_per_s = if free {
-            speed_mm_per_s
-        } else {
-            (self.offset_mm - before_mm) / self.settings.interval_s
-        };
+        reached
     }
 
     #[inline]
     fn command(&self, status: Status, contact: Option<ContactForce>, limits: Limits) -> Command {
+        let [inward_mm, outward_mm] = self.settings.travel_mm;
         Command {
             lengths_mm: self.pose.lengths_mm,
             tip_mm: self.pose.tip_mm,
-            offset_mm: self.offset_mm,
-            reference_n: self.reference_n,
+            offset_mm: between(self.offset_mm, inward_mm, outward_mm),
+            reference_n: self.reference.value,
             contact,
             status,
             limits,
             held_cycles: self.held_cycles,
         }
     }
-}
-
-/// `f64::clamp` without its panic; `high` wins where the two are crossed, `low` where `x` is NaN.
-#[inline]
-fn between(x: f64, low: f64, high: f64) -> f64 {
-    let above = if x > low { x } else { low };
-    if above < high { above } else { high }
 }

@@ -121,6 +121,7 @@ impl Head {
     }
 
     /// Tip of the straight head, `(0, −L1 − L2, 0)`.
+    #[inline]
     #[must_use]
     pub fn start_tip_mm(&self) -> Point3<f64> {
         let reach_mm = self.geometry.tip_to_plane_mm + self.geometry.plane_to_joint_mm;

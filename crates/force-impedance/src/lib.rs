@@ -78,19 +78,24 @@ mod log_model;
 mod log_proposals;
 #[cfg(feature = "std")]
 mod log_sensitivity;
+mod motion;
 #[cfg(feature = "std")]
 mod path;
 #[cfg(feature = "std")]
 mod path_model;
 mod pose;
+mod ramp;
+mod redundancy;
 mod scalar;
 mod settings;
+mod steering;
 mod warning;
 mod watch;
+mod workspace;
 
 pub use balance::{Balance, ContactForce};
 pub use chain::MachineChain;
-pub use command::{Command, Fault, Limits, Measurement, Status};
+pub use command::{Cells, Command, Fault, Limits, Measurement, Status};
 #[cfg(feature = "std")]
 pub use contact_loop::LoopSettings;
 pub use controller::Controller;

@@ -32,3 +32,10 @@ pub(crate) fn across(v: &Vector3<f64>, axis: &Vector3<f64>) -> Vector3<f64> {
 pub(crate) fn is_finite(v: &Vector3<f64>) -> bool {
     v.x.is_finite() && v.y.is_finite() && v.z.is_finite()
 }
+
+/// `f64::clamp` without its panic; `high` wins where the two are crossed, `low` where `x` is NaN.
+#[inline]
+pub(crate) fn between(x: f64, low: f64, high: f64) -> f64 {
+    let above = if x > low { x } else { low };
+    if above < high { above } else { high }
+}

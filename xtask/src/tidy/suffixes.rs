@@ -9,9 +9,9 @@ use super::source::{code_only, is_library, is_rust};
 use crate::shell;
 
 /// Endings that name a unit; quotients and powers are made of them.
-const UNITS: [&str; 22] = [
+const UNITS: [&str; 23] = [
     "mm", "um", "rad", "deg", "n", "nmm", "s", "ms", "ns", "hz", "kg", "c", "k", "ppm", "h", "mm2",
-    "n2", "nmm2", "rad2", "s2", "mm3", "pct",
+    "n2", "nmm2", "rad2", "s2", "s3", "mm3", "pct",
 ];
 
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised

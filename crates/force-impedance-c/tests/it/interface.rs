@@ -1,7 +1,7 @@
 //! The same answers as the Rust interface, and codes where a caller is wrong.
 
 use std::ffi::CStr;
-use std::mem::zeroed;
+use std::mem::{size_of, size_of_val, zeroed};
 use std::ptr::{null, null_mut};
 
 use force_impedance::{
@@ -229,7 +229,11 @@ fn what_is_refused_is_said_with_its_number() {
     unsafe {
         let said = fi_controller_init(&raw mut c, &raw const head, &IMPEDANCE, &raw const nameless);
         assert_eq!(said, FiError::InvalidSetting);
-        assert_eq!(fi_controller_set_mode(&raw mut c, FiMode::Absolute as u32), FiError::None);
+        // The refusal left nothing there.
+        let mode = FiMode::Absolute as u32;
+        assert_eq!(fi_controller_set_mode(&raw mut c, mode), FiError::NotInitialised);
+        let mut c = controller();
+        assert_eq!(fi_controller_set_mode(&raw mut c, mode), FiError::None);
     }
 }
 
@@ -254,4 +258,69 @@ fn every_code_has_its_text_and_geometry_its_codes() {
     texts.sort();
     texts.dedup();
     assert_eq!(texts.len(), 14);
+}
+
+/// A refused initialisation stops the controller that was there.
+#[test]
+fn a_failed_initialisation_leaves_no_controller() {
+    let (head, good) = (head(), settings());
+    let bad = FiSettings { max_cell_n: 1e300, ..good };
+    let (light, heavy) = (IMPEDANCE, FiImpedance { mass_kg: -1.0, ..IMPEDANCE });
+    // SAFETY: plain numbers.
+    let mut command: FiCommand = unsafe { zeroed() };
+    // SAFETY: plain numbers; the pointers are to live locals.
+    unsafe {
+        for (impedance, settings, code) in [
+            (&raw const light, &raw const bad, FiError::InvalidSetting),
+            (&raw const heavy, &raw const good, FiError::InvalidSetting),
+        ] {
+            let mut c = controller();
+            assert_eq!(fi_controller_init(&raw mut c, &raw const head, impedance, settings), code);
+            let said = fi_controller_update(&raw mut c, null(), T, &raw mut command);
+            assert_eq!(said, FiError::NotInitialised);
+        }
+        let mut head = head;
+        let short = FiHeadGeometry { head_radius_mm: -40.0, ..GEOMETRY };
+        assert_eq!(fi_head_init(&raw mut head, &raw const short, null()), FiError::InvalidSetting);
+        let mut pose: FiPose = zeroed();
+        assert_eq!(fi_head_start(&raw const head, &raw mut pose), FiError::NotInitialised);
+    }
+}
+
+/// A command over its own measurement is as good as beside it; one within the controller is refused.
+#[test]
+fn outputs_may_overlap_inputs_but_not_the_controller() {
+    let head = head();
+    // SAFETY: plain numbers.
+    let mut start: FiPose = unsafe { zeroed() };
+    // SAFETY: plain numbers; the pointers are to live locals.
+    unsafe {
+        assert_eq!(fi_head_start(&raw const head, &raw mut start), FiError::None);
+        let now = seen(start.lengths_mm);
+        let (mut one, mut other) = (controller(), controller());
+        let mut beside: FiCommand = zeroed();
+        // Room for the larger of the two, a measurement in its beginning.
+        let mut room = [0_u64; 64];
+        assert!(size_of_val(&room) >= size_of::<FiCommand>().max(size_of::<FiMeasurement>()));
+        for _ in 0..100 {
+            let at = room.as_mut_ptr();
+            at.cast::<FiMeasurement>().write(now);
+            let said = fi_controller_update(&raw mut one, &raw const now, T, &raw mut beside);
+            assert_eq!(said, FiError::None);
+            let said = fi_controller_update(&raw mut other, at.cast(), T, at.cast());
+            assert_eq!(said, FiError::None);
+            let over = at.cast::<FiCommand>().read();
+            assert!(same(&over.lengths_mm, &beside.lengths_mm) && over.status == beside.status);
+        }
+        let within = (&raw mut one).cast::<u64>().add(3).cast::<FiCommand>();
+        let said = fi_controller_update(&raw mut one, &raw const now, T, within);
+        assert_eq!(said, FiError::BadPointer);
+        let said = fi_controller_update(&raw mut one, &raw const now, T, &raw mut beside);
+        assert_eq!(said, FiError::None);
+        // A pose over the point it is made for.
+        let mut pose = start;
+        let at = &raw mut pose;
+        assert_eq!(fi_head_inverse(&raw const head, at.cast(), at), FiError::None);
+        assert!(same(&pose.tip_mm, &start.tip_mm));
+    }
 }

@@ -43,6 +43,8 @@ fn law(parameters: ImpedanceParameters) -> impl FnMut(f64) -> f64 {
         max_error_n: 1e6,
         rate_mm_per_s: 1e4,
         approach_mm_per_s: 1e4,
+        acceleration_mm_per_s2: 1e8,
+        jerk_mm_per_s3: 1e12,
         travel_mm: [-10.0, 10.0],
         reference_rate_n_per_s: 1e9,
         max_cell_n: 1e6,

@@ -179,7 +179,15 @@ fn the_tip_is_the_programmed_point_plus_the_correction_along_the_normal() {
 fn impossible_settings_are_refused() {
     let refuse = |s: ControllerSettings| Controller::new(head(), SOFT, s).unwrap_err();
     let s = settings();
-    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+    for bad in [-1.0, f64::NAN, f64::INFINITY, 1e300] {
+        refuse(ControllerSettings { acceleration_mm_per_s2: bad, ..s });
+        refuse(ControllerSettings { jerk_mm_per_s3: bad, ..s });
+        refuse(ControllerSettings { reference_acceleration_n_per_s2: bad, ..s });
+        refuse(ControllerSettings { reference_jerk_n_per_s3: bad, ..s });
+        refuse(ControllerSettings { max_friction_ratio: bad, ..s });
+        refuse(ControllerSettings { max_disagreement_n: bad, ..s });
+        refuse(ControllerSettings { max_blind_mm: bad, ..s });
+        refuse(ControllerSettings { travel_mm: [-bad, 1.0], ..s });
         refuse(ControllerSettings { interval_s: bad, ..s });
         refuse(ControllerSettings { max_error_n: bad, ..s });
         refuse(ControllerSettings { max_reference_n: bad, ..s });
@@ -195,6 +203,10 @@ fn impossible_settings_are_refused() {
     refuse(ControllerSettings { travel_mm: [1.0, 2.0], ..s });
     refuse(ControllerSettings { approach_mm_per_s: 60.0, ..s });
     refuse(ControllerSettings { frozen_cycles: 1, ..s });
+    refuse(ControllerSettings { suspect_cycles: 1, ..s });
+    // A stop would take longer than 1e5 cycles.
+    refuse(ControllerSettings { acceleration_mm_per_s2: 1e-4, ..s });
+    refuse(ControllerSettings { jerk_mm_per_s3: 1e-6, ..s });
     refuse(ControllerSettings { recovery_cycles: 0, ..s });
     refuse(ControllerSettings { max_normal_rad: 1.6, ..s });
 }

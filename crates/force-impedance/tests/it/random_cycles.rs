@@ -14,7 +14,9 @@ const N_CYCLES: usize = 300_000;
 #[test]
 fn output_stays_within_its_limits_whatever_comes_in() {
     for mode in [ReferenceMode::Absolute, ReferenceMode::Rebased] {
-        let settings = ControllerSettings { mode, ..ControllerSettings::default() };
+        // Cells at random contradict each other: that they do is no fault here.
+        let settings =
+            ControllerSettings { mode, max_disagreement_n: 1e6, ..ControllerSettings::default() };
         let mut controller = Controller::new(head(), SOFT, settings).unwrap();
         let mut stream = Hostile::new(ChaCha8Rng::seed_from_u64(41));
         let mut judge = Judge::new(&controller, HeadLimits::wide(&GEOMETRY));
