@@ -178,10 +178,15 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let declared = case.fit()?;
     let Examined { suspects, corrected } = examine(case, &declared)?;
     if suspects.is_empty() {
-        return close(case, &declared, started);
+        return close(case, &declared, case.loop_settings.options(), started);
     }
     let mended = corrected.as_ref().unwrap_or(case);
-    let closed = mended.measured.fit().and_then(|fitted| close(mended, &fitted, started));
+    let mut options = mended.loop_settings.options();
+    if corrected.is_none() {
+        // Physics would only be fitted to the mistake.
+        options.max_steps = 0;
+    }
+    let closed = mended.measured.fit().and_then(|fitted| close(mended, &fitted, options, started));
     let mut closed = closed.map_err(|source| {
         let suspect = suspects[0].clone();
         Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
@@ -235,9 +240,13 @@ fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
     )
 }
 
-fn close(case: &Case, declared: &Fitted, started: Instant) -> Result<Closed, Error> {
+fn close(
+    case: &Case,
+    declared: &Fitted,
+    options: Options,
+    started: Instant,
+) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
-    let options = case.loop_settings.options();
     let close = |prepared: &Prepared<'_>, options: &Options| {
         model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, options)
             .map_err(|source| case.loop_error(source))
