@@ -43,8 +43,11 @@ const FIRST_SEED: u64 = 770_000;
 /// Share of mistakes that must be named.
 const NAMED: f64 = 0.95;
 
-/// A kind, and a sound case of it.
-const KINDS: [(&str, fn(u64) -> Scene); 7] = [
+/// A sound case of a kind, by its seed.
+type SoundCase = fn(u64) -> Scene;
+
+/// The kinds, and a sound case of each.
+const KINDS: [(&str, SoundCase); 7] = [
     ("frame-fit", |seed| Scene::Survey(Survey::new(seed))),
     ("ft-center", |seed| Scene::Session(Session { declare_noise: true, ..Session::new(seed) })),
     ("force-impedance", |seed| Scene::Run(Run::new(seed))),

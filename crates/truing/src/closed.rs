@@ -178,7 +178,7 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let declared = case.fit()?;
     let Examined { suspects, corrected } = examine(case, &declared)?;
     if suspects.is_empty() {
-        return close(case, &declared, case.loop_settings.options(), started);
+        return close(case, &declared, &case.loop_settings.options(), started);
     }
     let mended = corrected.as_ref().unwrap_or(case);
     let mut options = mended.loop_settings.options();
@@ -186,7 +186,7 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
         // Physics would only be fitted to the mistake.
         options.max_steps = 0;
     }
-    let closed = mended.measured.fit().and_then(|fitted| close(mended, &fitted, options, started));
+    let closed = mended.measured.fit().and_then(|fitted| close(mended, &fitted, &options, started));
     let mut closed = closed.map_err(|source| {
         let suspect = suspects[0].clone();
         Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
@@ -243,7 +243,7 @@ fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
 fn close(
     case: &Case,
     declared: &Fitted,
-    options: Options,
+    options: &Options,
     started: Instant,
 ) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
@@ -251,12 +251,12 @@ fn close(
         model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, options)
             .map_err(|source| case.loop_error(source))
     };
-    let closure = close(&prepared, &options)?;
+    let closure = close(&prepared, options)?;
     let estimates = (prepared.estimates)(&closure);
     let before = JudgedRms::of(&closure.before);
     let (mut carried, mut doubts) = (None, Vec::new());
     if let Some((learnt, matched)) = case.learnt.as_ref().zip(matched) {
-        let plain = close(&case.measured.prepare()?, &Options { max_steps: 0, ..options })?;
+        let plain = close(&case.measured.prepare()?, &Options { max_steps: 0, ..options.clone() })?;
         carried = Some(Carried {
             from: learnt.from.display().to_string(),
             effects: matched.effects,

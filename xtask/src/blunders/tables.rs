@@ -88,8 +88,8 @@ pub(crate) fn rows_exchanged(files: &mut Files, at: (&str, &[&str]), seed: u64) 
         let (one, other) = two(cells.rows.len(), seed);
         for &column in columns {
             let cell = cells.rows[one][column].clone();
-            cells.rows[one][column] = cells.rows[other][column].clone();
-            cells.rows[other][column] = cell;
+            let taken = std::mem::replace(&mut cells.rows[other][column], cell);
+            cells.rows[one][column] = taken;
         }
     })
 }
