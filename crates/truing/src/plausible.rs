@@ -13,16 +13,17 @@ const MAX_LOCATION_MM: f64 = 50.0;
 /// Largest rotation of an axis from where it was declared that is an error of location, in degrees.
 const MAX_LOCATION_DEG: f64 = 5.0;
 
-/// Change of the rotation error per angle below which the axis turns the other way: an axis that is
-/// declared reversed turns by the angle backwards, and is wrong by minus twice of it.
-const REVERSED: f64 = -1.5;
+/// Change of the rotation error per angle beyond which the axis turns the other way: an axis that is
+/// declared reversed turns by the angle backwards, and is wrong by twice of it; the sign is that of the
+/// letter's axis against the declared direction.
+const REVERSED: f64 = 1.5;
 
 /// A result larger than any that a machine needs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImplausibleResult {
     /// The axis turns against its declared direction.
     #[error(
-        "the axis turns against `[axis] direction`: its rotation error is minus twice its angle, up \
+        "the axis turns against `[axis] direction`: its rotation error is twice its angle, up \
          to {largest_deg:.1}°; with the direction the other way, direction = [{}, {}, {}], the data fit",
         reversed[0], reversed[1], reversed[2]
     )]
@@ -84,7 +85,7 @@ fn implausible(axis: &TrackerLmEstimates, limit_deg: f64) -> Option<ImplausibleR
     let [at_deg, found_deg] =
         own.iter().copied().max_by(|a, b| a[1].abs().total_cmp(&b[1].abs())).unwrap_or([0.0; 2]);
     if found_deg.abs() > limit_deg {
-        if slope(&own) < REVERSED {
+        if slope(&own).abs() > REVERSED {
             let reversed = axis.direction().map(|v| if v == 0.0 { 0.0 } else { -v });
             let largest_deg = found_deg.abs();
             return Some(ImplausibleResult::Reversed { largest_deg, reversed });

@@ -16,7 +16,7 @@ const UNITS: [&str; 23] = [
 
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised
 /// residual of a robust loss, a twist mixes mm and rad; `u` and `v` are places by the knots of a spline.
-const DIMENSIONLESS: [&str; 86] = [
+const DIMENSIONLESS: [&str; 87] = [
     "absorbed",
     "alpha",
     "amplitude",
@@ -41,6 +41,7 @@ const DIMENSIONLESS: [&str; 86] = [
     "derivative",
     "df",
     "direction",
+    "directions",
     "dof",
     "eps",
     "f_statistic",

@@ -79,7 +79,7 @@ fn the_matrix_takes_points_to_readings_of_a_long_axis() {
         .declared()
         .effects
         .iter()
-        .position(|e| e.id == "machine-scale" && e.subject.as_deref() == Some("x"));
+        .position(|e| e.id == "axis-scale" && e.subject.as_deref() == Some("x"));
     let mut state = State::start(&model);
     // Of the reading, not of the place.
     state.amplitudes[effect.unwrap()][0] = LONG / (1.0 + LONG);

@@ -191,7 +191,7 @@ fn effects_of_another_case() {
     says(
         "pose-icp",
         json!([step("astigmatismus", &cos(&json!(9.0), "µm"))]),
-        "the effect `astigmatismus` is not one of this kind; there are `astigmatism`, `bad-point`",
+        "the effect `astigmatismus` is not one of this kind; there are `astigmatism`, `axis-scale`",
     );
     says(
         "pose-icp",

@@ -199,7 +199,7 @@ fn an_answer_of_the_loop_corrects_for_the_axes_too() {
     let answer = case.json("loop");
     case.write("answer.json", answer.to_string());
     let step = &answer["steps"][0];
-    assert_eq!(step["effect"], "machine-scale", "{step}");
+    assert_eq!(step["effect"], "axis-scale", "{step}");
     let axis = ["x", "y", "z"].iter().position(|name| step["subject"] == *name).unwrap();
     let long = 1e-6 * step["parameters"][0]["value"].as_f64().unwrap();
     let reference: Vec<f64> = serde_json::from_value(answer["estimates"]["reference_mm"].clone())

@@ -79,7 +79,12 @@ fn what_the_artefact_says_is_taken_off() {
     near(&found["lobes"][0]["cos_mm"], LOBES_MM[0]);
     near(&found["lobes"][0]["sin_mm"], LOBES_MM[1]);
     near(&found["bending_mm"], BENDING_MM);
-    assert_eq!(solved["warnings"], serde_json::json!([]));
+    // The touches are exact: that they scatter less than declared is all there is to say.
+    let warnings = solved["warnings"].as_array().unwrap();
+    assert!(
+        warnings.iter().all(|w| w.as_str().unwrap().starts_with("the data scatter only")),
+        "{warnings:?}"
+    );
     let people = case.run("solve");
     assert!(people.stdout.contains("effective radius"), "{}", people.stdout);
     // The loop sees a sound probe.
