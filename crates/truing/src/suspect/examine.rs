@@ -93,7 +93,7 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
 
 /// Tables whose numbers have nothing to do with each other, whatever the reason.
 fn unmatched(case: &Case, plain: &Plain<'_>) -> Option<Found> {
-    if plain.misfit.share < plain.yardstick.unmatched {
+    if plain.misfit.share < plain.yardstick.unmatched || physics_explains(case) {
         return None;
     }
     let description = format!(
@@ -112,15 +112,28 @@ fn unmatched(case: &Case, plain: &Plain<'_>) -> Option<Found> {
     Some(Found { named, after: None, rivals: Vec::new(), is_subtle: false })
 }
 
+/// Share of a misfit that physics leaves at most where it explains it.
+const EXPLAINED: f64 = 0.5;
+
+/// Whether the loop's physics takes most of the misfit: of tables that do not belong together it
+/// takes little.
+fn physics_explains(case: &Case) -> bool {
+    by_physics(case).is_some_and(|[before, after]| after <= EXPLAINED * before)
+}
+
+/// Error of the fitted observations without and with what the loop adds; `None` where it cannot be
+/// closed.
+fn by_physics(case: &Case) -> Option<[f64; 2]> {
+    let prepared = case.measured.prepare().ok()?;
+    let options = case.loop_settings.options();
+    let closed =
+        model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, &options).ok()?;
+    Some([closed.before.train_rms, closed.after.train_rms])
+}
+
 /// Whether the loop's physics leaves clearly more than the mistake mended does.
 fn beats_physics(case: &Case, found: &Found) -> bool {
-    let left = |case: &Case| {
-        let prepared = case.measured.prepare().ok()?;
-        let options = case.loop_settings.options();
-        let closed =
-            model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, &options).ok()?;
-        Some(closed.after.train_rms)
-    };
+    let left = |case: &Case| by_physics(case).map(|[_, after]| after);
     let Some(mended) = case.with(&found.named.edits).ok().and_then(|mended| left(&mended)) else {
         return false;
     };

