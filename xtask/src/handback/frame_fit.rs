@@ -63,7 +63,9 @@ fn applied(folder: &Folder, json: &Value) -> Left {
         for (side, points) in [("from", &mut from), ("to", &mut to)] {
             let subject = format!("pairs.csv: {side}_{axis}_mm");
             if step(json, "input:sign", Some(&subject)).is_some() {
-                points.iter_mut().for_each(|point| point[k] = -point[k]);
+                for point in points.iter_mut() {
+                    point[k] = -point[k];
+                }
             }
         }
     }
