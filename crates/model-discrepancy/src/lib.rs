@@ -49,56 +49,44 @@
 //! Derivatives that are written down are faster: implement [`Model`], or give matrices to
 //! [`LinearModel`], and let [`check_tangents`] compare them with differences.
 
-mod agreement;
-mod assess;
-mod attribution;
-mod basis;
-mod candidate;
-mod close_loop;
-mod closure;
-mod colour;
-mod coloured_test;
-mod colours;
-mod common_scatter;
-mod confusable;
-mod constancy;
-mod detectable;
+// Layers: each file needs only what stands above it here.
+mod count;
 mod error;
-mod estimate;
-mod glance;
-mod holdout;
-mod interruption;
-mod judge;
-mod linear;
-mod local;
-mod model;
+mod levels;
 mod options;
-mod pair;
-mod readings;
-mod replace;
-mod select;
-mod separation;
-mod shape;
-mod significance;
-mod summary;
-mod system;
-mod unforeseen;
-mod validate;
-mod vector_noise;
-mod verdict;
-mod whiteness;
 
-pub use assess::{Assessment, Visibility, assess};
-pub use close_loop::close_loop;
-pub use closure::{
-    Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable, Outcome,
-    ParameterEstimate, Pass, Score, Step, Verdict,
+mod model;
+
+// Layers: each file needs only what stands above it here.
+mod count;
+mod error;
+mod levels;
+mod options;
+
+mod model;
+
+mod algebra;
+
+mod noise;
+
+mod tests;
+
+mod choice;
+
+mod answer;
+
+pub use algebra::between_variance::between_variance;
+pub use algebra::columns::{Column, EmpiricalCorrection};
+pub use answer::assess::{Assessment, Visibility, assess};
+pub use answer::close_loop::close_loop;
+pub use answer::closure::{
+    Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass, Score, Step,
+    Verdict,
 };
-pub use common_scatter::common_variance;
 pub use error::LoopError;
 pub use model::{
-    Condensed, Covariate, Declared, Differenced, Effect, Group, Layout, LinearModel, Model, Origin,
-    Parameter, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
+    Covariate, Declared, Differenced, Effect, Group, Layout, LinearModel, Model, Origin, Parameter,
+    Projected, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
 };
 pub use nalgebra;
 pub use options::Options;

@@ -137,7 +137,7 @@ impl TrackerModel {
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let declared = Declared {
             records: Some(records),
-            condensed: reduction.condensed(),
+            projected: reduction.projected(),
             ..Declared::new(layout, base, effects)
         };
         let extended = Vec::new();
