@@ -55,7 +55,7 @@ enum Command {
     /// Checks that force-impedance builds without `std` and cannot panic while it controls.
     Realtime,
     /// Checks the rules of the house that the compiler does not.
-    Tidy,
+    Tidy(tidy::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
         Command::Realtime => realtime::run(),
-        Command::Tidy => tidy::run(),
+        Command::Tidy(arguments) => tidy::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,6 +2,8 @@
 //!
 //! A finding is an error, or a warning where the rule is a recommendation.
 
+mod architecture;
+mod circles;
 mod dependencies;
 mod fixtures;
 mod source;
@@ -9,8 +11,17 @@ mod suffixes;
 mod text;
 
 use anyhow::{Result, bail};
+use clap::Args;
 
 use crate::shell;
+
+/// What to do beside looking.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct Arguments {
+    /// Draw the diagram of the crates anew.
+    #[arg(long)]
+    write: bool,
+}
 
 /// Something that is not as it should be.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,8 +43,8 @@ impl Finding {
 }
 
 /// Prints every finding and fails if there is an error among them.
-pub(crate) fn run() -> Result<()> {
-    let findings = findings()?;
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let findings = findings(arguments.write)?;
     for finding in &findings {
         println!("{}: {}", if finding.warning { "warning" } else { "error" }, finding.text);
     }
@@ -45,9 +56,12 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
-fn findings() -> Result<Vec<Finding>> {
+fn findings(write: bool) -> Result<Vec<Finding>> {
     let files = shell::source_files()?;
-    let mut findings = dependencies::check(&shell::metadata(true)?);
+    let metadata = shell::metadata(true)?;
+    let mut findings = dependencies::check(&metadata);
+    findings.extend(architecture::check(&metadata, write)?);
+    findings.extend(circles::check(&files)?);
     findings.extend(text::check(&files)?);
     findings.extend(source::check(&files)?);
     findings.extend(suffixes::check(&files)?);
@@ -59,7 +73,7 @@ fn findings() -> Result<Vec<Finding>> {
 mod tests {
     #[test]
     fn the_workspace_is_tidy() {
-        let findings = super::findings().unwrap();
+        let findings = super::findings(false).unwrap();
         let errors: Vec<_> = findings.iter().filter(|f| !f.warning).map(|f| &f.text).collect();
         assert!(errors.is_empty(), "{errors:#?}");
     }

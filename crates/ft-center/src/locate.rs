@@ -1,6 +1,6 @@
 //! Where the head really is: step 3 of \[A\].
 
-use model_discrepancy::{Row, common_variance};
+use model_discrepancy::{Row, between_variance};
 use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
 use crate::press_noise::center_covariances;
@@ -143,7 +143,7 @@ fn seat(points: &[FramePoint], frame: &SensorFrame) -> f64 {
         let block = frame.position_jacobian(&point.machine_mm);
         jacobian.fixed_view_mut::<2, 3>(2 * i, 0).copy_from(&block);
     }
-    common_variance(&rows, &residual, &jacobian)
+    between_variance(&rows, &residual, &jacobian)
 }
 
 fn seated(covariance_mm2: &Matrix2<f64>, seat_mm: f64) -> Matrix2<f64> {

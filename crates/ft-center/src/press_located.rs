@@ -1,7 +1,7 @@
 //! Presses in the machine frame once effects are part of the model.
 
 use geometry::PlanarMap;
-use model_discrepancy::{Closure, Column, Row, State, common_variance};
+use model_discrepancy::{Closure, Column, Row, State, between_variance};
 use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
 use crate::press_design::{PressPoint, Unpacked};
@@ -79,7 +79,7 @@ impl PressModel {
             let block = self.offset_jacobian(point, Some(observation), &unpacked, closure);
             jacobian.rows_mut(2 * observation, 2).copy_from(&block);
         }
-        common_variance(&rows, &residuals.select_rows(&fitted), &jacobian.select_rows(&fitted))
+        between_variance(&rows, &residuals.select_rows(&fitted), &jacobian.select_rows(&fitted))
     }
 
     fn frame_at(

@@ -111,7 +111,7 @@ impl PressModel {
             effects,
             findings: lost_spin(presses).into_iter().collect(),
             // A head seats anew on every press, which no record shows.
-            common_scatter: true,
+            between_variance: true,
             ..Declared::default()
         };
         let mut model = Self {

@@ -1,7 +1,5 @@
 use least_squares::{FreeDirection, Report, SolveError};
 
-use crate::system::Estimate;
-
 /// Why the loop could not be closed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -101,7 +99,7 @@ pub enum LoopError {
 }
 
 impl LoopError {
-    pub(crate) fn declared(error: SolveError<Estimate>) -> Self {
+    pub(crate) fn declared<P>(error: SolveError<P>) -> Self {
         match error {
             SolveError::Unobservable { directions, .. } => Self::Unobservable { directions },
             SolveError::NotConverged { report, .. } => Self::NotConverged { report },

@@ -49,65 +49,40 @@
 //! Derivatives that are written down are faster: implement [`Model`], or give matrices to
 //! [`LinearModel`], and let [`check_tangents`] compare them with differences.
 
-mod agreement;
-mod assess;
-mod attribution;
-mod basis;
-mod candidate;
-mod close_loop;
-mod closure;
-mod colour;
-mod coloured_test;
-mod colours;
-mod common_scatter;
-mod confusable;
-mod constancy;
-mod coverage;
-mod detectable;
+// Layers: each file needs only what stands above it here.
+mod count;
 mod error;
-mod estimate;
-mod glance;
-mod global_test;
-mod holdout;
-mod interruption;
-mod judge;
-mod lack_of_fit;
-mod linear;
-mod local;
-mod model;
-mod odd_group;
+mod levels;
 mod options;
-mod pair;
-mod reach;
-mod readings;
-mod replace;
-mod select;
-mod separation;
-mod shape;
-mod significance;
-mod silent;
-mod summary;
-mod system;
-mod unforeseen;
-mod validate;
-mod vector_noise;
-mod verdict;
-mod whiteness;
 
-pub use assess::{Assessment, Visibility, assess};
-pub use close_loop::close_loop;
-pub use closure::{
-    Alternative, Closure, Column, EmpiricalCorrection, ErrorSummary, HoldOut, NotObservable,
-    Outcome, ParameterEstimate, Pass, Score, Step, Verdict,
+mod model;
+
+mod algebra;
+
+mod noise;
+
+mod tests;
+
+mod choice;
+
+mod answer;
+
+pub use algebra::between_variance::between_variance;
+pub use algebra::columns::{Column, EmpiricalCorrection};
+pub use algebra::coverage::{coverage_factor, std_over_names};
+pub use answer::assess::{Assessment, Visibility, assess};
+pub use answer::close_loop::close_loop;
+pub use answer::closure::{
+    Alternative, Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass,
+    Score, Step, Verdict,
 };
-pub use common_scatter::common_variance;
-pub use coverage::{coverage_factor, std_over_names};
 pub use error::LoopError;
-pub use global_test::{GlobalTest, chi2_interval, independent_share, lag_one};
-pub use lack_of_fit::{LackOfFit, lack_of_fit};
 pub use model::{
-    Condensed, Covariate, Declared, Differenced, Effect, Group, Inside, Layout, LinearModel, Model,
-    Origin, Parameter, Proposal, Remaining, Role, Row, Scope, State, check_tangents, whole_tangent,
+    Covariate, Declared, Differenced, Effect, Group, Inside, Layout, LinearModel, Model, Origin,
+    Parameter, Projected, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
+    whole_tangent,
 };
 pub use nalgebra;
 pub use options::Options;
+pub use tests::global_test::{GlobalTest, chi2_interval, independent_share, lag_one};
+pub use tests::lack_of_fit::{LackOfFit, lack_of_fit};

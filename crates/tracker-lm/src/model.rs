@@ -140,7 +140,7 @@ impl TrackerModel {
             // taken out.
             places: Some((0..layout.observations.len()).collect()),
             records: Some(records),
-            condensed: reduction.condensed(),
+            projected: reduction.projected(),
             ..Declared::new(layout, base, effects)
         };
         let extended = Vec::new();

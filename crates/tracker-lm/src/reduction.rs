@@ -1,7 +1,7 @@
 //! All rows of a joint bundle at its solution, with the errors of every angle taken out.
 
 use least_squares::{BorderedPoint, BorderedProblem};
-use model_discrepancy::Condensed;
+use model_discrepancy::Projected;
 use nalgebra::{DMatrix, DVector, Vector6};
 
 use crate::TrackerError;
@@ -74,11 +74,11 @@ impl Reduction {
     }
 
     /// Of what ranges the rows of every angle with errors of its own are combinations.
-    pub(crate) fn condensed(&self) -> Vec<Condensed> {
+    pub(crate) fn projected(&self) -> Vec<Projected> {
         let of = |angle: &AngleRows| {
             let combination = angle.reduced.as_ref()?.transformation.clone();
             let observations = angle.ranges.clone();
-            Some(Condensed { first_row: angle.start, observations, combination })
+            Some(Projected { first_row: angle.start, observations, combination })
         };
         self.angles.iter().filter_map(of).collect()
     }

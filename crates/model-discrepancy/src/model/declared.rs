@@ -26,7 +26,7 @@ pub struct Declared {
     /// True where sigma is known from inside each observation (the noise of its record) and says
     /// nothing of how well an observation repeats. The loop then adds to the reported rows the
     /// one variance that makes the residual most likely, anew for every set of effects.
-    pub common_scatter: bool,
+    pub between_variance: bool,
     /// The record that each observation belongs to: a channel, the lock of one beam.
     ///
     /// Successive observations of a record may depend on each other, also where they belong to
@@ -38,7 +38,7 @@ pub struct Declared {
     ///
     /// Noise with memory is then in the observations, record by record, and not in the rows. A row
     /// that is in none of them is one observation.
-    pub condensed: Vec<Condensed>,
+    pub projected: Vec<Projected>,
     /// Unit vector along which each observation, a scalar, reads a displacement of the machine: the
     /// normal of a touch.
     ///
@@ -114,7 +114,7 @@ pub struct Row {
 /// The observations are alike (one sigma), and the combinations orthonormal: white noise of the
 /// observations is white noise of the rows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Condensed {
+pub struct Projected {
     /// The first of the rows.
     pub first_row: usize,
     /// Indices into [`Layout::observations`].

@@ -1,18 +1,19 @@
 //! What the loop needs to know of a domain: one trait, and the plain data it speaks of.
 
 mod check;
-mod covariate;
+pub(crate) mod covariate;
 mod declared;
 mod differences;
 mod effect;
 mod inside;
 mod linear;
+pub(crate) mod validate;
 
 use nalgebra::{DMatrix, DVector};
 
 pub use check::check_tangents;
 pub use covariate::{Covariate, Origin};
-pub use declared::{Condensed, Declared, Group, Layout, Remaining, Role, Row};
+pub use declared::{Declared, Group, Layout, Projected, Remaining, Role, Row};
 pub use differences::Differenced;
 pub use effect::{Effect, Parameter, Scope};
 pub use inside::Inside;

@@ -1,7 +1,7 @@
 //! Input that cannot be judged: one clear error each.
 
 use model_discrepancy::{
-    Condensed, Covariate, LoopError, Options, Origin, Scope, State, assess, check_tangents,
+    Covariate, LoopError, Options, Origin, Projected, Scope, State, assess, check_tangents,
     close_loop,
 };
 use nalgebra::{DMatrix, Vector3};
@@ -52,19 +52,19 @@ fn what_is_said_beside_the_layout_is_checked() {
     model.declared.directions = Some(vec![Vector3::z(); 3]);
     assert!(matches!(run(&model), LoopError::InconsistentModel { field: "directions", .. }));
     model.declared.directions = None;
-    let condensed = |first_row, observations: &[usize], columns| Condensed {
+    let projected = |first_row, observations: &[usize], columns| Projected {
         first_row,
         observations: observations.to_vec(),
         combination: DMatrix::identity(2, columns),
     };
     for wrong in [
-        vec![condensed(3, &[0, 1], 2)],
-        vec![condensed(0, &[0, 4], 2)],
-        vec![condensed(0, &[0, 1], 3)],
-        vec![condensed(0, &[0, 1], 2), condensed(1, &[2, 3], 2)],
+        vec![projected(3, &[0, 1], 2)],
+        vec![projected(0, &[0, 4], 2)],
+        vec![projected(0, &[0, 1], 3)],
+        vec![projected(0, &[0, 1], 2), projected(1, &[2, 3], 2)],
     ] {
-        model.declared.condensed = wrong;
-        assert!(matches!(run(&model), LoopError::InconsistentModel { field: "condensed", .. }));
+        model.declared.projected = wrong;
+        assert!(matches!(run(&model), LoopError::InconsistentModel { field: "projected", .. }));
     }
 }
 

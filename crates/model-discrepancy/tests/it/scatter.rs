@@ -1,6 +1,6 @@
 //! The scatter that observations share beyond what is known of each.
 
-use model_discrepancy::{Row, common_variance};
+use model_discrepancy::{Row, between_variance};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ fn found(readings: usize, scatter: f64, seed: u64) -> f64 {
     let data = rows.iter().map(|r| r.sigma * normal(&mut rng) + scatter * normal(&mut rng));
     let data = DVector::from_iterator(readings, data);
     let residual = data.add_scalar(-data.mean());
-    common_variance(&rows, &residual, &DMatrix::from_element(readings, 1, 1.0))
+    between_variance(&rows, &residual, &DMatrix::from_element(readings, 1, 1.0))
 }
 
 /// Mean of the scatter found, and its standard error.

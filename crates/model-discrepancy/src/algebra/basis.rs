@@ -1,0 +1,192 @@
+//! Orthonormal bases built column by column, and what they leave of other columns.
+
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, DVectorViewMut};
+
+/// Orthonormal columns spanning a subspace of ℝⁿ.
+///
+/// Gram-Schmidt, repeated where most of a column is taken away: orthogonal to round-off («twice is
+/// enough», Daniel, Gragg, Kaufman and Stewart 1976; Giraud, Langou and Rozložník 2005). A few
+/// columns go vector by vector, many at a time as products of matrices.
+#[derive(Clone, Debug)]
+pub(crate) struct Basis {
+    rows: usize,
+    dim: usize,
+    /// Column by column.
+    values: Vec<f64>,
+}
+
+/// Share of a column's norm below which it adds nothing to a basis: ten times the round-off of
+/// a chain of a thousand operations.
+pub(crate) const NEW_DIRECTION: f64 = 1e-10;
+
+/// Columns from which on a product of matrices is faster than vectors.
+const MANY: usize = 6;
+
+/// Columns that are added to a basis at a time.
+const PANEL: usize = 16;
+
+/// Share of its length below which a column has lost digits and is rejected anew.
+const CANCELLED: f64 = 0.1;
+
+impl Basis {
+    pub(crate) fn empty(rows: usize) -> Self {
+        Self { rows, dim: 0, values: Vec::new() }
+    }
+
+    /// Basis of the columns, leaving out those that keep less than `min_kept` of their norm.
+    pub(crate) fn of(columns: &DMatrix<f64>, min_kept: f64) -> Self {
+        let mut basis = Self::empty(columns.nrows());
+        basis.extend(columns, min_kept);
+        basis
+    }
+
+    fn extend(&mut self, columns: &DMatrix<f64>, min_kept: f64) {
+        for start in (0..columns.ncols()).step_by(PANEL) {
+            let panel = columns.columns(start, PANEL.min(columns.ncols() - start)).into_owned();
+            let beside = self.reject_columns(&panel);
+            let before = self.dim;
+            for (left, whole) in beside.column_iter().zip(panel.column_iter()) {
+                let mut rest = self.reject_from(before, left.into_owned());
+                if before > 0 && rest.norm() < CANCELLED * left.norm() {
+                    rest = self.reject(&rest);
+                }
+                self.push_rest(&rest, whole.norm(), min_kept);
+            }
+        }
+    }
+
+    /// Adds what is new in `rest`, a column of norm `whole` from which something has been taken;
+    /// false when less than `min_kept` of `whole` is new.
+    pub(crate) fn push(&mut self, rest: &DVector<f64>, whole: f64, min_kept: f64) -> bool {
+        let rest = self.reject(rest);
+        self.push_rest(&rest, whole, min_kept)
+    }
+
+    fn push_rest(&mut self, rest: &DVector<f64>, whole: f64, min_kept: f64) -> bool {
+        let length = rest.norm();
+        // `>` also turns away NaN and the zero column.
+        let new = length > min_kept * whole && length > f64::MIN_POSITIVE;
+        if new {
+            self.values.extend(rest.iter().map(|v| v / length));
+            self.dim += 1;
+        }
+        new
+    }
+
+    pub(crate) fn dim(&self) -> usize {
+        self.dim
+    }
+
+    fn column(&self, index: usize) -> DVectorView<'_, f64> {
+        let start = index * self.rows;
+        DVectorView::from_slice(&self.values[start..start + self.rows], self.rows)
+    }
+
+    fn view(&self) -> DMatrixView<'_, f64> {
+        DMatrixView::from_slice(&self.values, self.rows, self.dim)
+    }
+
+    /// Component of `x` orthogonal to the basis.
+    pub(crate) fn reject(&self, x: &DVector<f64>) -> DVector<f64> {
+        self.reject_from(0, x.clone())
+    }
+
+    /// Component orthogonal to the columns from `first` on.
+    fn reject_from(&self, first: usize, mut rest: DVector<f64>) -> DVector<f64> {
+        let whole = rest.norm();
+        self.sweep(first, rest.as_mut_slice());
+        if rest.norm() < CANCELLED * whole {
+            self.sweep(first, rest.as_mut_slice());
+        }
+        rest
+    }
+
+    /// Takes the columns from `first` on out of columns that lie one after the other in `rest`.
+    fn sweep(&self, first: usize, rest: &mut [f64]) {
+        for index in first..self.dim {
+            let q = self.column(index);
+            for one in rest.chunks_exact_mut(self.rows.max(1)) {
+                let mut one = DVectorViewMut::from_slice(one, self.rows);
+                let along = q.dot(&one);
+                one.axpy(-along, &q, 1.0);
+            }
+        }
+    }
+
+    /// [`Basis::reject`] of every column.
+    pub(crate) fn reject_columns(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut rest = x.clone();
+        if self.dim == 0 {
+            return rest;
+        }
+        self.take_out(&mut rest);
+        let lost = |&c: &usize| rest.column(c).norm() < CANCELLED * x.column(c).norm();
+        let cancelled: Vec<usize> = (0..x.ncols()).filter(lost).collect();
+        if !cancelled.is_empty() {
+            let mut again = rest.select_columns(&cancelled);
+            self.take_out(&mut again);
+            for (&c, left) in cancelled.iter().zip(again.column_iter()) {
+                rest.set_column(c, &left);
+            }
+        }
+        rest
+    }
+
+    /// Takes the basis out of every column, once.
+    fn take_out(&self, columns: &mut DMatrix<f64>) {
+        if columns.ncols() < MANY {
+            self.sweep(0, columns.as_mut_slice());
+        } else {
+            let along = self.view().transpose() * &*columns;
+            columns.gemm(-1.0, &self.view(), &along, 1.0);
+        }
+    }
+
+    /// Squared norm of the projection of `x` on the basis.
+    pub(crate) fn explained(&self, x: &DVector<f64>) -> f64 {
+        self.explained_from(0, x)
+    }
+
+    /// The same on the columns from `first` on.
+    pub(crate) fn explained_from(&self, first: usize, x: &DVector<f64>) -> f64 {
+        (first..self.dim).map(|index| self.column(index).dot(x).powi(2)).sum()
+    }
+
+    /// The given rows of [`Basis::matrix`].
+    pub(crate) fn rows(&self, rows: &[usize]) -> DMatrix<f64> {
+        self.view().select_rows(rows)
+    }
+
+    /// Columns from `first` on, as a matrix.
+    pub(crate) fn columns_from(&self, first: usize) -> DMatrix<f64> {
+        self.view().columns(first, self.dim - first).into_owned()
+    }
+
+    /// The basis as a matrix, `rows × dim`.
+    pub(crate) fn matrix(&self) -> DMatrix<f64> {
+        self.view().into_owned()
+    }
+
+    /// Both bases together; columns of `other` that are not new are left out.
+    pub(crate) fn with(&self, other: &DMatrix<f64>, min_kept: f64) -> Self {
+        let mut both = self.clone();
+        both.extend(other, min_kept);
+        both
+    }
+}
+
+/// Largest cosine of the principal angles between the column spaces of two matrices.
+pub(crate) fn largest_cosine(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
+    if a.ncols() == 0 || b.ncols() == 0 {
+        return 0.0;
+    }
+    (a.transpose() * b).singular_values().max().min(1.0)
+}
+
+/// Smallest cosine: near 1 when the smaller space lies inside the larger one.
+pub(crate) fn smallest_cosine(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
+    if a.ncols() == 0 || b.ncols() == 0 {
+        return 0.0;
+    }
+    (a.transpose() * b).singular_values().min().min(1.0)
+}

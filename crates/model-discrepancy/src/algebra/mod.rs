@@ -1,0 +1,12 @@
+//! Bases, the system in use, and what is left of its rows: linear algebra, no statistics.
+
+pub(crate) mod basis;
+pub(crate) mod between_variance;
+pub(crate) mod columns;
+pub(crate) mod components;
+pub(crate) mod coverage;
+pub(crate) mod f_tail;
+pub(crate) mod linearised;
+pub(crate) mod raw_observations;
+pub(crate) mod silent;
+pub(crate) mod system;

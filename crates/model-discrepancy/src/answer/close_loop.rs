@@ -1,0 +1,265 @@
+//! The loop: fit, find what is missing, add it, judge it on data the fit never saw.
+
+use crate::algebra::silent::silent_components;
+use crate::algebra::system::{Estimate, System, rows_of};
+use crate::answer::confounded::{Attribution, attribute};
+use crate::answer::confusable::confusability;
+use crate::answer::estimate::{covariance, noise_level, parameter_estimates};
+use crate::answer::external_validation::badly_predicted;
+use crate::answer::separation::{Further, Imitation, all_fitted, separate_by};
+use crate::answer::structure::structure;
+use crate::answer::summary::{Summaries, step_errors, summarise};
+use crate::answer::verdict::verdict;
+use crate::choice::additivity::not_additive;
+use crate::choice::candidate::{Candidate, Source};
+use crate::choice::context::Context;
+use crate::choice::score::{Scoring, score_covariates};
+use crate::choice::select::select;
+use crate::choice::selected::{Added, Selected, What};
+use crate::error::LoopError;
+use crate::levels::QUARTER;
+use crate::model::covariate::with_order;
+use crate::model::validate::{no_empty_column, validate};
+use crate::noise::linear::Linear;
+use crate::tests::lack_of_fit::{LackOfFit, Places};
+use crate::tests::odd_group::odd_groups;
+use crate::{
+    Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
+    Remaining, Role, Step,
+};
+
+/// Fits the declared model, finds what it lacks, and reports the error before and after.
+///
+/// `covariates` hold one value per observation. Every choice is made on groups with the role
+/// `Fit`; groups with the role `Check` are only judged.
+///
+/// # Errors
+///
+/// [`LoopError`] when the layout is inconsistent, there are too few groups, or the declared
+/// model itself is not determined by the data.
+pub fn close_loop(
+    model: &dyn Model,
+    covariates: &[Covariate],
+    options: &Options,
+) -> Result<Closure, LoopError> {
+    validate(model, covariates)?;
+    let keep = all_fitted(model);
+    let declared = System::declared(model);
+    let rows = rows_of(&model.declared().layout, &keep);
+    let base = declared.fit_first(&rows).map_err(LoopError::declared)?;
+    no_empty_column(model, &base.state)?;
+    let silent = silent_components(&declared, &base, &rows);
+    let covariates = with_order(&model.declared().layout, covariates);
+    let context =
+        Context { model, covariates: &covariates, options, silent: &silent, thorough: true };
+    let mut chosen = select(&context, &keep, &base);
+
+    let attributions: Vec<_> =
+        chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
+    let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
+    let steps = steps(&context, &keep, &chosen, &attributions, &summaries);
+    let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, &silent);
+    let lack_of_fit = Places::of(model, &covariates).and_then(|places| places.test(&lin));
+    let mut remaining = remaining(&context, &chosen, &lin);
+    remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
+    remaining.extend(odd_groups(&lin));
+    let (confusability, confusable_ids) = confusability(&context, &base, &keep);
+    mark_confounded(&mut chosen.passes, &attributions);
+    let mut warnings = warnings(&context, &chosen, &silent);
+    warnings.extend(summaries.warnings);
+    let noise = noise_level(&chosen.system, &chosen.estimate, &rows);
+    Ok(Closure {
+        verdict: verdict(&context, &lin, &chosen, &remaining),
+        not_observable: not_observable(&context, &declared, &base, &keep, &chosen),
+        residuals_before: declared.residuals(&base).iter().copied().collect(),
+        residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
+        covariance: covariance(&chosen.system, &chosen.estimate, &keep),
+        columns: chosen.system.columns(),
+        jacobian: chosen.system.jacobian(&chosen.estimate),
+        alternatives: alternatives(&rows, &chosen, &attributions),
+        variance_factor: noise.variance_factor,
+        degrees_of_freedom: noise.degrees_of_freedom,
+        empirical: chosen.system.corrections(&chosen.estimate),
+        state: chosen.estimate.state,
+        before: summaries.before,
+        after: summaries.after,
+        passes: chosen.passes,
+        steps,
+        remaining,
+        lack_of_fit,
+        confusability,
+        confusable_ids,
+        warnings,
+    })
+}
+
+/// Most other names that are fitted: with more, the name says nothing anyway.
+const MOST_ALTERNATIVES: usize = 16;
+
+/// The final model with each step replaced by every catalogue effect that could be in its place.
+fn alternatives(
+    rows: &[usize],
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+) -> Vec<Alternative> {
+    let pairs =
+        attributions.iter().flatten().flat_map(|a| a.confounded.iter().map(move |r| (a, r)));
+    let of = |(attribution, rival): (&Attribution<'_>, &Candidate)| {
+        if !matches!(rival.source, Source::Effect(_)) {
+            return None;
+        }
+        let system = rival.added_to(&attribution.system);
+        let fitted = system.fit_anew(rows, &system.warm_start(&chosen.estimate)).ok()?;
+        Some(Alternative { columns: system.columns(), state: fitted.state })
+    };
+    pairs.take(MOST_ALTERNATIVES).filter_map(of).collect()
+}
+
+fn steps(
+    context: &Context<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    summaries: &Summaries,
+) -> Vec<Step> {
+    let errors = step_errors(context, keep, chosen);
+    let step = |(i, added): (usize, &Added)| {
+        let attribution = attributions[i].as_ref();
+        let names = attribution.map(Attribution::names).unwrap_or_default();
+        let separate_by = attribution
+            .filter(|a| !a.confounded.is_empty())
+            .and_then(|a| separate_by(a, &chosen.estimate, context.silent));
+        let (effect, subject, description) = describe(context, &added.what);
+        Step {
+            effect,
+            subject,
+            description,
+            parameters: parameter_estimates(context, chosen, keep, &added.what),
+            p_value: added.p_value,
+            held_out_rms: errors[i].held_out_rms,
+            train_rms: errors[i].train_rms,
+            indistinguishable_from: names,
+            separate_by,
+            stability: summaries.stability.get(i).copied().flatten(),
+        }
+    };
+    chosen.added.iter().enumerate().map(step).collect()
+}
+
+fn describe(context: &Context<'_>, what: &What) -> (String, Option<String>, String) {
+    match what {
+        What::Effect(e) => {
+            let effect = &context.model.declared().effects[*e];
+            (effect.id.clone(), effect.subject.clone(), effect.description.clone())
+        }
+        What::Empirical(covariate, shape) => (
+            format!("covariate:{covariate}"),
+            None,
+            format!(
+                "empirical correction along {covariate}, shape {shape}; its cause is not named"
+            ),
+        ),
+    }
+}
+
+/// What is still there along a covariate, or between neighbours.
+fn remaining(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
+    let level = context.options.alpha * QUARTER;
+    let quick = Context { thorough: false, ..*context };
+    let scoring = Scoring::new(&quick, &chosen.system, &chosen.estimate, lin, level);
+    let mut found: Vec<Remaining> = Vec::new();
+    let mut judged = score_covariates(context, &scoring);
+    judged.retain(|j| j.adjusted <= level);
+    judged.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+    for j in judged {
+        let covariate = j.candidate.id.trim_start_matches("covariate:").to_owned();
+        // One line a column: its best shape.
+        if found.iter().all(|r| r.covariate != covariate) {
+            let shape = match j.candidate.source {
+                Source::Empirical(e) => e.shape,
+                Source::Effect(_) => continue,
+            };
+            found.push(Remaining { covariate, shape, p_value: j.test.p_value });
+        }
+    }
+    // A correction along a position or the measured order has no named cause.
+    for added in &chosen.added {
+        if let What::Empirical(covariate, shape) = &added.what {
+            let coordinate = context
+                .covariates
+                .iter()
+                .any(|c| c.name == *covariate && c.origin == Origin::Coordinate);
+            if coordinate && found.iter().all(|r| r.covariate != *covariate) {
+                let (covariate, shape) = (covariate.clone(), format!("{shape} (corrected)"));
+                found.push(Remaining { covariate, shape, p_value: added.p_value });
+            }
+        }
+    }
+    found.extend(not_additive(context, chosen, lin));
+    found.extend(structure(context, lin));
+    found.extend(badly_predicted(context, chosen, lin));
+    found.extend(context.model.declared().findings.clone());
+    found
+}
+
+fn not_observable(
+    context: &Context<'_>,
+    declared: &System<'_>,
+    base: &Estimate,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+) -> Vec<NotObservable> {
+    let lin = Linear::of(declared, base, keep, context.silent);
+    let further = Further::new(context.model, context.silent);
+    let imitation = Imitation::new(declared, base, &lin);
+    let mut found: Vec<NotObservable> = Vec::new();
+    for &(e, _) in &chosen.not_estimable {
+        let effect = &context.model.declared().effects[e];
+        let name = crate::choice::candidate::label(&effect.id, effect.subject.as_deref());
+        if found.iter().any(|n| n.effect == name) {
+            continue;
+        }
+        found.push(NotObservable {
+            effect: name,
+            aliased_with: imitation.aliased_with(e),
+            separate_by: further.make_visible(e),
+        });
+    }
+    found
+}
+
+/// Marks, in the tables of all passes, the candidates that the data accept in place of a step.
+fn mark_confounded(passes: &mut [Pass], attributions: &[Option<Attribution<'_>>]) {
+    let confounded: Vec<_> = attributions
+        .iter()
+        .flatten()
+        .flat_map(|a| a.confounded.iter().map(Candidate::label))
+        .collect();
+    for pass in passes {
+        let added = pass.scores.iter().any(|s| s.outcome == Outcome::Added);
+        for score in pass.scores.iter_mut().filter(|_| added) {
+            let beaten = matches!(score.outcome, Outcome::Weaker | Outcome::NotSignificant);
+            if beaten && confounded.contains(&score.label) {
+                score.outcome = Outcome::Rival;
+            }
+        }
+    }
+}
+
+fn warnings(context: &Context<'_>, chosen: &Selected<'_>, silent: &[bool]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for component in (0..silent.len()).filter(|&c| silent[c]) {
+        let name = ["x", "y", "z"].get(component).copied().unwrap_or("a component");
+        warnings.push(format!(
+            "{name} agrees to round-off in every observation: taken as not measured, and left out of every test"
+        ));
+    }
+    let groups =
+        context.model.declared().layout.groups.iter().filter(|g| g.role == Role::Fit).count();
+    if groups < 8 && !chosen.added.is_empty() {
+        warnings.push(format!(
+            "what was added rests on {groups} groups; measure more before relying on it"
+        ));
+    }
+    warnings
+}

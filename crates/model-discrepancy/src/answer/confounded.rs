@@ -1,0 +1,158 @@
+//! Which other names the data would accept for an effect that was found.
+
+use crate::Origin;
+use crate::algebra::basis::Basis;
+use crate::algebra::basis::NEW_DIRECTION;
+use crate::algebra::system::{System, rows_of};
+use crate::choice::candidate::{
+    Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
+};
+use crate::choice::context::Context;
+use crate::choice::one_observation::{full_candidate, promising};
+use crate::choice::score::{empirical_candidate, excluded, shape_again};
+use crate::choice::selected::Selected;
+use crate::choice::selected::What;
+use crate::choice::shape::shapes;
+use crate::levels::CHOICE_FOLDS;
+use crate::levels::DECIDED;
+use crate::levels::MIN_KEPT_CONFOUNDED;
+use crate::levels::STAY;
+use crate::model::covariate::ORDER;
+use crate::noise::linear::Linear;
+use crate::tests::hold_out::{compare, folds, leave_out};
+use crate::tests::significance::significance;
+
+/// An accepted effect among its rivals, on the system without it.
+pub(crate) struct Attribution<'a> {
+    pub(crate) system: System<'a>,
+    /// The accepted effect itself.
+    pub(crate) accepted: Candidate,
+    /// Candidates that explain the data as well.
+    pub(crate) confounded: Vec<Candidate>,
+}
+
+impl Attribution<'_> {
+    /// Names of the rivals, each once.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for rival in &self.confounded {
+            let name = if rival.id == self.accepted.id {
+                label(&rival.id, rival.subject.as_deref())
+            } else {
+                rival.id.clone()
+            };
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// Looks for rivals of `what` in the final selection.
+pub(crate) fn attribute<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    chosen: &Selected<'a>,
+    what: &What,
+) -> Option<Attribution<'a>> {
+    let mut system = chosen.system.clone();
+    match what {
+        What::Effect(effect) => system = system.without_effect(*effect),
+        What::Empirical(covariate, shape) => {
+            system.empirical.retain(|e| e.covariate != *covariate || e.shape != *shape);
+        }
+    }
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let estimate = system.fit(&rows, &system.warm_start(&chosen.estimate)).ok()?;
+    let lin = Linear::of(&system, &estimate, keep, context.silent);
+    let accepted = match what {
+        What::Effect(effect) => {
+            estimability(context.model, *effect, &estimate, &lin, &lin.basis).candidate()?
+        }
+        What::Empirical(covariate, shape) => {
+            shape_again(context, &lin, &lin.basis, covariate, shape)?.0
+        }
+    };
+    let skip = excluded(context, &system, &estimate, &lin);
+    let mut others = Vec::new();
+    let sights = catalogue(&system, &estimate, &lin).into_iter();
+    let local = promising(&system, &estimate, &lin, DECIDED).into_iter();
+    let sights = sights.chain(local.map(|e| (e, full_candidate(&system, &estimate, &lin, e))));
+    let sights = sights.filter(|(effect, _)| *what != What::Effect(*effect));
+    let hardly = |e| {
+        estimability_of_least(context.model, e, &estimate, (&lin, &lin.basis), MIN_KEPT_CONFOUNDED)
+    };
+    others
+        .extend(sights.filter_map(|(effect, sight)| {
+            sight.candidate().or_else(|| hardly(effect).candidate())
+        }));
+    others.extend(recorded_shapes(context, &lin, &accepted));
+    others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
+    Some(Attribution { system, accepted, confounded: others })
+}
+
+/// Recorded columns and the measured order, other than what the accepted effect follows itself.
+///
+/// Where the effect is a drift already, time and order are another word for it, not rivals.
+fn recorded_shapes(
+    context: &Context<'_>,
+    lin: &Linear<'_>,
+    accepted: &Candidate,
+) -> Vec<Candidate> {
+    let driver = match &accepted.source {
+        Source::Effect(active) => context.model.declared().effects[active.effect].driver.clone(),
+        Source::Empirical(e) => Some(e.covariate.clone()),
+    };
+    let accepted_span = span(&lin.basis, accepted);
+    let another_word = |c: &Candidate| same_span(&span(&lin.basis, c), &accepted_span);
+    let mut found = Vec::new();
+    for covariate in context.covariates {
+        let order = covariate.name == ORDER || covariate.name.ends_with("_s");
+        if driver.as_deref() == Some(covariate.name.as_str())
+            || (covariate.origin == Origin::Coordinate && !order)
+        {
+            continue;
+        }
+        // Along the order only a plain drift: a curve imitates too much.
+        let shapes =
+            shapes(lin.layout, covariate).into_iter().take(if order { 1 } else { usize::MAX });
+        let candidates = shapes.filter_map(|s| empirical_candidate(lin, &lin.basis, covariate, &s));
+        found.extend(candidates.map(|(c, _)| c).filter(|c| !order || !another_word(c)));
+    }
+    found
+}
+
+fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[bool]) -> bool {
+    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
+    if alone.is_none_or(|t| t.p_value > DECIDED) {
+        return false;
+    }
+    let (own, other) = (span(&lin.basis, accepted), span(&lin.basis, rival));
+    if same_span(&own, &other) {
+        return true;
+    }
+    // A wider effect that contains the accepted one adds nothing to it.
+    if inside(&own, &other) {
+        return false;
+    }
+    let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
+    let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
+    match needed {
+        None => true,
+        Some(t) if t.p_value > STAY => true,
+        Some(t) if t.p_value <= DECIDED => false,
+        Some(_) => {
+            let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+            let own =
+                leave_out(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &folds, skip);
+            let other = leave_out(lin, &beside, &folds, skip);
+            let c = compare(&own, &other, skip);
+            c.difference <= c.std
+        }
+    }
+}
+
+fn span(base: &Basis, candidate: &Candidate) -> nalgebra::DMatrix<f64> {
+    Basis::of(&base.reject_columns(&candidate.tangent), NEW_DIRECTION.sqrt()).matrix()
+}

@@ -1,0 +1,13 @@
+//! What was found, how sure it is, and what it is worth.
+
+pub(crate) mod assess;
+pub(crate) mod close_loop;
+pub(crate) mod closure;
+pub(crate) mod confounded;
+pub(crate) mod confusable;
+pub(crate) mod estimate;
+pub(crate) mod external_validation;
+pub(crate) mod separation;
+pub(crate) mod structure;
+pub(crate) mod summary;
+pub(crate) mod verdict;

@@ -1,0 +1,152 @@
+//! Structure that no covariate explains: neighbours, in order or in place, that agree.
+
+use crate::algebra::linearised::groups_are_runs;
+use crate::levels::NEIGHBOURS_AGREE;
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use crate::choice::context::Context;
+use crate::count::count;
+use crate::model::covariate::ORDER;
+use crate::noise::linear::Linear;
+use crate::{Origin, Remaining};
+
+/// Neighbours of an observation whose residuals are compared with its own.
+const NEIGHBOURS: usize = 4;
+
+/// Fewest observations, and most, for which neighbours are compared (the search is quadratic).
+const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
+
+/// Agreement of neighbours in the measured order and in position.
+///
+/// Where a group holds several observations, they may depend on each other: the groups must not.
+pub(crate) fn structure(context: &Context<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
+    let residual = lin.clean_residual();
+    let mut found = Vec::new();
+    if groups_are_runs(lin) {
+        found.extend(
+            group_z(lin, &residual).map(|z| remaining("order", "autocorrelated", upper_tail(z))),
+        );
+        found.retain(|r| r.p_value <= NEIGHBOURS_AGREE);
+        return found;
+    }
+    if lin.series.iter().map(Vec::len).max().unwrap_or(0) >= *OBSERVATIONS.start() {
+        let z = lag_one_z(lin, &lin.basis.matrix(), &residual);
+        found.push(remaining("order", "autocorrelated", upper_tail(z)));
+    }
+    if let Some(z) = neighbour_z(context, lin, &residual) {
+        found.push(remaining("position", "neighbours agree", upper_tail(z)));
+    }
+    found.retain(|r| r.p_value <= NEIGHBOURS_AGREE);
+    found
+}
+
+/// Significance of the lag-one correlation (normal approximation, one-sided for `φ > 0`).
+fn lag_one_z(lin: &Linear<'_>, q: &DMatrix<f64>, residual: &DVector<f64>) -> f64 {
+    let (raw, expected, pairs) = lag_one_terms(lin, q, residual);
+    (raw - expected) * pairs.sqrt()
+}
+
+fn lag_one_terms(lin: &Linear<'_>, q: &DMatrix<f64>, residual: &DVector<f64>) -> (f64, f64, f64) {
+    let (mut lagged, mut square, mut leaked, mut free, mut pairs) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for one in &lin.series {
+        for &i in one {
+            square += residual[i] * residual[i];
+            free += 1.0 - q.row(i).norm_squared();
+        }
+        for pair in one.windows(2) {
+            lagged += residual[pair[0]] * residual[pair[1]];
+            leaked -= q.row(pair[0]).dot(&q.row(pair[1]));
+            pairs += 1.0;
+        }
+    }
+    if square <= 0.0 || free <= 0.0 {
+        return (0.0, 0.0, pairs);
+    }
+    (lagged / square, leaked / free, pairs)
+}
+
+/// Lag-one correlation of the groups' mean residuals, times the root of their number; `None` for
+/// few groups.
+fn group_z(lin: &Linear<'_>, residual: &DVector<f64>) -> Option<f64> {
+    let mean =
+        |group: &Vec<usize>| group.iter().map(|&i| residual[i]).sum::<f64>() / count(group.len());
+    let means: Vec<f64> = lin.clusters.iter().map(mean).collect();
+    let square: f64 = means.iter().map(|m| m * m).sum();
+    let lagged: f64 = means.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let enough = means.len() >= *OBSERVATIONS.start() && square > 0.0;
+    enough.then(|| lagged / square * count(means.len()).sqrt())
+}
+
+fn remaining(covariate: &str, shape: &str, p_value: f64) -> Remaining {
+    Remaining { covariate: covariate.to_owned(), shape: shape.to_owned(), p_value }
+}
+
+fn upper_tail(z: f64) -> f64 {
+    Normal::standard().sf(z)
+}
+
+/// Moran's I of regression residuals, standardised (Cliff and Ord 1981, ch. 8).
+fn neighbour_z(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>) -> Option<f64> {
+    let pairs = neighbour_pairs(context, lin)?;
+    let times_w = |x: &DVector<f64>| {
+        let mut y = DVector::zeros(x.len());
+        for &(i, j) in &pairs {
+            y[i] += 0.5 * x[j];
+            y[j] += 0.5 * x[i];
+        }
+        y
+    };
+    let q = lin.basis.matrix();
+    let dof = count(residual.len().checked_sub(q.ncols()).filter(|&d| d > 2)?);
+    let wq: Vec<_> = q.column_iter().map(|c| times_w(&c.into_owned())).collect();
+    let a = DMatrix::from_fn(q.ncols(), q.ncols(), |i, j| q.column(i).dot(&wq[j]));
+    // W is symmetric with entries ½ per direction of a pair, so tr W² sums their squares.
+    let mut weights = std::collections::BTreeMap::new();
+    for &(i, j) in &pairs {
+        *weights.entry((i.min(j), i.max(j))).or_insert(0.0) += 0.5;
+    }
+    let trace_w2: f64 = weights.values().map(|w: &f64| 2.0 * w * w).sum();
+    let trace_mw = -a.trace();
+    let trace_mwmw =
+        trace_w2 - 2.0 * wq.iter().map(DVector::norm_squared).sum::<f64>() + (&a * &a).trace();
+    let square = residual.norm_squared();
+    let observed = residual.dot(&times_w(residual)) / square;
+    let mean = trace_mw / dof;
+    let variance = 2.0 * (trace_mwmw * dof - trace_mw * trace_mw) / (dof * dof * (dof + 2.0));
+    (square > 0.0 && variance > 0.0).then(|| (observed - mean) / variance.sqrt())
+}
+
+/// Positions, within the rows of `lin`, of each row and the same component of each neighbour.
+fn neighbour_pairs(context: &Context<'_>, lin: &Linear<'_>) -> Option<Vec<(usize, usize)>> {
+    let axes: Vec<_> = (context.covariates.iter())
+        .filter(|c| c.origin == Origin::Coordinate && c.name != ORDER)
+        .map(|c| (c, spread(&c.values)))
+        .collect();
+    let mut pairs = Vec::new();
+    for one in &lin.series {
+        let observation = |i: usize| lin.layout.rows[lin.rows[i]].observation;
+        if axes.is_empty() || !OBSERVATIONS.contains(&one.len()) {
+            return None;
+        }
+        for &i in one {
+            let distance = |j: usize| -> f64 {
+                let between = |v: &Vec<f64>| (v[observation(i)] - v[observation(j)]).powi(2);
+                axes.iter().map(|(axis, scale)| between(&axis.values) / scale).sum()
+            };
+            let mut others: Vec<_> =
+                one.iter().filter(|&&j| j != i).map(|&j| (distance(j), j)).collect();
+            others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            pairs.extend(others.iter().take(NEIGHBOURS).map(|&(_, j)| (i, j)));
+        }
+    }
+    (!pairs.is_empty()).then_some(pairs)
+}
+
+/// Mean square distance from the mean; 1 for a constant.
+fn spread(values: &[f64]) -> f64 {
+    let n = count(values.len().max(1));
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    if square > 0.0 { square } else { 1.0 }
+}

@@ -1,0 +1,267 @@
+//! Errors before and after, on the data that made the models and on data they never saw.
+
+use crate::levels::MIN_NESTED_GROUPS;
+use rayon::prelude::*;
+
+use crate::algebra::system::{Estimate, System, rows_of};
+use crate::answer::confounded::Attribution;
+use crate::choice::candidate::Source;
+use crate::choice::context::Context;
+use crate::choice::score::excluded;
+use crate::choice::select::select;
+use crate::choice::selected::{Selected, What};
+use crate::count::count;
+use crate::levels::CHOICE_FOLDS;
+use crate::noise::linear::Linear;
+use crate::tests::global_test::global_test;
+use crate::tests::hold_out::{GroupError, folds, leave_out, rms};
+use crate::{ErrorSummary, HoldOut, Role};
+
+/// Repetitions of the choice at most; each leaves out every so-manieth group.
+const MAX_NESTED_FOLDS: usize = 24;
+
+/// Errors of the declared and the final model.
+pub(crate) struct Summaries {
+    pub(crate) before: ErrorSummary,
+    pub(crate) after: ErrorSummary,
+    /// Per added effect: share of the repetitions that chose it or one of its rivals.
+    pub(crate) stability: Vec<Option<f64>>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Errors of one model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepErrors {
+    pub(crate) train_rms: f64,
+    pub(crate) held_out_rms: f64,
+}
+
+pub(crate) fn summarise(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+) -> Summaries {
+    let declared = System::declared(context.model);
+    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let named_bad = excluded(context, &chosen.system, &chosen.estimate, &lin);
+    let skip_groups: Vec<_> =
+        (0..named_bad.len()).filter(|&c| named_bad[c]).map(|c| lin.cluster_groups[c]).collect();
+    let mut warnings: Vec<_> = skip_groups
+        .iter()
+        .map(|&g| {
+            format!(
+                "{} is named a bad reading: errors on unseen groups leave it out",
+                context.model.declared().layout.groups[g].name
+            )
+        })
+        .collect();
+    let (hold_out, errors, stability) =
+        unseen_errors(context, keep, base, chosen, attributions, &skip_groups);
+    if hold_out == HoldOut::LeaveOneOut && !chosen.added.is_empty() {
+        warnings.push("the held-out error leaves out one group at a time, but the effects were chosen with all of them: too few groups to repeat the choice".to_owned());
+    }
+    let summary = |system: &System<'_>, at: &Estimate, errors: &[Option<GroupError>]| {
+        let (held_out_rms, held_out_std) = rms(errors);
+        let lin = Linear::of(system, at, keep, context.silent);
+        let test = global_test(system, at, &lin);
+        ErrorSummary {
+            train_rms: train_rms(system, at, keep),
+            held_out_rms,
+            held_out_std,
+            hold_out,
+            unit: context.model.declared().layout.unit.clone(),
+            chi2_per_dof: test.map(|t| t.per_dof()),
+            chi2_interval: test.map(|t| t.interval()),
+        }
+    };
+    Summaries {
+        before: summary(&declared, base, &errors[0]),
+        after: summary(&chosen.system, &chosen.estimate, &errors[1]),
+        stability,
+        warnings,
+    }
+}
+
+type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);
+
+fn unseen_errors(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    skip_groups: &[usize],
+) -> Unseen {
+    let groups = &context.model.declared().layout.groups;
+    let declared = System::declared(context.model);
+    let checks: Vec<_> = (0..groups.len()).filter(|&g| groups[g].role == Role::Check).collect();
+    let fitted: Vec<_> = (0..groups.len()).filter(|&g| keep[g]).collect();
+    let nested = context.options.nested && fitted.len() >= MIN_NESTED_GROUPS;
+    if !checks.is_empty() {
+        let before = reported_errors(&declared, base, &checks);
+        let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
+        return (HoldOut::CheckGroups, [before, after], vec![None; chosen.added.len()]);
+    }
+    if nested {
+        let (errors, stability) =
+            nested_errors(context, keep, base, chosen, attributions, &fitted, skip_groups);
+        return (HoldOut::Nested, errors, stability);
+    }
+    let single = |system: &System<'_>, at: &Estimate| {
+        let lin = Linear::of(system, at, keep, context.silent);
+        let skip: Vec<_> = lin.cluster_groups.iter().map(|g| skip_groups.contains(g)).collect();
+        leave_out(&lin, &lin.basis, &folds(lin.clusters.len(), CHOICE_FOLDS), &skip)
+    };
+    let errors = [single(&declared, base), single(&chosen.system, &chosen.estimate)];
+    (HoldOut::LeaveOneOut, errors, vec![None; chosen.added.len()])
+}
+
+/// Repeats the whole choice without each fold and predicts the fold.
+fn nested_errors(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    fitted: &[usize],
+    skip_groups: &[usize],
+) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
+    let fold = folds(fitted.len(), MAX_NESTED_FOLDS);
+    let n_folds = fold.iter().max().map_or(0, |f| f + 1);
+    let members = |f: usize| -> Vec<usize> {
+        (0..fitted.len()).filter(|&i| fold[i] == f && !skip_groups.contains(&fitted[i])).collect()
+    };
+    // Each repetition stands alone, so the answer does not depend on the number of threads.
+    let repetitions: Vec<_> = (0..n_folds)
+        .into_par_iter()
+        .filter_map(|f| {
+            let members = members(f);
+            let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
+            Some((members, repeat_without(context, keep, base, &left_out)?))
+        })
+        .collect();
+    let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
+    let mut votes = vec![0_usize; chosen.added.len()];
+    for (members, repetition) in &repetitions {
+        let accepted = chosen.added.iter().zip(attributions);
+        for (vote, (added, attribution)) in votes.iter_mut().zip(accepted) {
+            let same = |again: &What| agrees(again, &added.what, attribution.as_ref());
+            *vote += usize::from(repetition.added.iter().any(same));
+        }
+        for (k, &i) in members.iter().enumerate() {
+            errors[0][i] = repetition.before[k];
+            errors[1][i] = repetition.after[k];
+        }
+    }
+    let repeated = repetitions.len();
+    let share = |v: usize| (repeated > 0).then(|| count(v) / count(repeated));
+    (errors, votes.into_iter().map(share).collect())
+}
+
+/// The choice made without some groups, and the errors of both models on them.
+struct Repetition {
+    added: Vec<What>,
+    before: Vec<Option<GroupError>>,
+    after: Vec<Option<GroupError>>,
+}
+
+fn repeat_without(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    left_out: &[usize],
+) -> Option<Repetition> {
+    let declared = System::declared(context.model);
+    let quick = Context { thorough: false, ..*context };
+    let mut rest = keep.to_vec();
+    for &g in left_out {
+        rest[g] = false;
+    }
+    let rows = rows_of(&context.model.declared().layout, &rest);
+    let without = declared.fit_anew(&rows, base).ok()?;
+    let again = select(&quick, &rest, &without);
+    Some(Repetition {
+        before: reported_errors(&declared, &without, left_out),
+        after: reported_errors(&again.system, &again.estimate, left_out),
+        added: again.added.into_iter().map(|a| a.what).collect(),
+    })
+}
+
+/// Whether a repetition found the same effect, or one that counts as the same.
+fn agrees(again: &What, added: &What, attribution: Option<&Attribution<'_>>) -> bool {
+    let rival = |r: &crate::choice::candidate::Candidate| match (&r.source, again) {
+        (Source::Effect(a), What::Effect(e)) => a.effect == *e,
+        (Source::Empirical(a), What::Empirical(covariate, _)) => a.covariate == *covariate,
+        _ => false,
+    };
+    let same = match (again, added) {
+        (What::Empirical(a, _), What::Empirical(b, _)) => a == b,
+        _ => again == added,
+    };
+    same || attribution.is_some_and(|a| a.confounded.iter().any(rival))
+}
+
+/// Reported squared error of each group of `groups`.
+fn reported_errors(
+    system: &System<'_>,
+    at: &Estimate,
+    groups: &[usize],
+) -> Vec<Option<GroupError>> {
+    let layout = &system.model.declared().layout;
+    let all = system.residuals(at);
+    let mut errors = vec![GroupError::default(); groups.len()];
+    let mut last = None;
+    for (row, r) in layout.rows.iter().enumerate() {
+        let group = layout.observations[r.observation];
+        let Some(i) = groups.iter().position(|&g| g == group) else { continue };
+        errors[i].whitened += (all[row] / r.sigma).powi(2);
+        if r.reported {
+            errors[i].reported += all[row] * all[row];
+            errors[i].observations += usize::from(last != Some(r.observation));
+            last = Some(r.observation);
+        }
+    }
+    errors.into_iter().map(|e| e.reported.is_finite().then_some(e)).collect()
+}
+
+fn train_rms(system: &System<'_>, at: &Estimate, keep: &[bool]) -> f64 {
+    let groups: Vec<_> = (0..keep.len()).filter(|&g| keep[g]).collect();
+    rms(&reported_errors(system, at, &groups)).0
+}
+
+/// Errors of the model after each step.
+pub(crate) fn step_errors(
+    context: &Context<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+) -> Vec<StepErrors> {
+    let mut system = System::declared(context.model);
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let mut errors = Vec::new();
+    for added in &chosen.added {
+        system = match &added.what {
+            What::Effect(e) => match chosen.system.active.iter().find(|a| a.effect == *e) {
+                Some(active) => system.with_effect(active.clone()),
+                None => system,
+            },
+            What::Empirical(covariate, shape) => chosen
+                .system
+                .empirical
+                .iter()
+                .find(|e| e.covariate == *covariate && e.shape == *shape)
+                .map_or(system.clone(), |e| system.with_empirical(e.clone())),
+        };
+        let start = system.warm_start(&chosen.estimate);
+        let at = system.fit_anew(&rows, &start).unwrap_or(start);
+        let lin = Linear::of(&system, &at, keep, context.silent);
+        let skip = excluded(context, &system, &at, &lin);
+        let left_out = leave_out(&lin, &lin.basis, &folds(lin.clusters.len(), CHOICE_FOLDS), &skip);
+        errors.push(StepErrors {
+            train_rms: train_rms(&system, &at, keep),
+            held_out_rms: rms(&left_out).0,
+        });
+    }
+    errors
+}

@@ -1,0 +1,15 @@
+//! What stays the same while effects are chosen.
+
+use crate::{Covariate, Model, Options};
+
+/// What stays the same while effects are chosen.
+pub(crate) struct Context<'a> {
+    pub(crate) model: &'a dyn Model,
+    /// Recorded and coordinate covariates, and the measured order.
+    pub(crate) covariates: &'a [Covariate],
+    pub(crate) options: &'a Options,
+    /// Components whose residual is zero throughout: not measured, and left out of inference.
+    pub(crate) silent: &'a [bool],
+    /// Whether to score hopeless candidates too, for the report.
+    pub(crate) thorough: bool,
+}

@@ -1,0 +1,15 @@
+//! Which effects are added, one a pass.
+
+pub(crate) mod additivity;
+pub(crate) mod candidate;
+pub(crate) mod context;
+pub(crate) mod detectable;
+pub(crate) mod interruption;
+pub(crate) mod one_observation;
+pub(crate) mod pair;
+pub(crate) mod replace;
+pub(crate) mod score;
+pub(crate) mod screening;
+pub(crate) mod select;
+pub(crate) mod selected;
+pub(crate) mod shape;

@@ -1,0 +1,405 @@
+//! Scores of all candidates in one pass.
+
+use crate::choice::context::Context;
+use crate::levels::CLEAR_GAIN;
+use std::cell::OnceCell;
+
+use nalgebra::DVector;
+
+use crate::algebra::basis::Basis;
+use crate::algebra::basis::NEW_DIRECTION;
+use crate::algebra::system::{Empirical, Estimate, System};
+use crate::choice::candidate::{
+    Candidate, Estimability, Source, catalogue, classes, estimable_columns,
+};
+use crate::choice::interruption::{breaks, interrupted, strongest as strongest_break};
+use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
+use crate::choice::screening::Screening;
+use crate::choice::shape::{Shape, correction, periods, shapes};
+use crate::count::count;
+use crate::levels::CHOICE_FOLDS;
+use crate::levels::MIN_SHAPE_KEPT;
+use crate::model::whole_tangent;
+use crate::noise::linear::Linear;
+use crate::tests::f_test::Significance;
+use crate::tests::hold_out::{Comparison, HeldOut, compare, folds, leave_out};
+use crate::tests::significance::{Asked, Reach, significance_beside};
+use crate::{Covariate, Origin};
+
+/// A candidate with its scores.
+#[derive(Clone, Debug)]
+pub(crate) struct Scored {
+    pub(crate) candidate: Candidate,
+    pub(crate) class: usize,
+    pub(crate) test: Significance,
+    /// What the test had to show.
+    pub(crate) asked: Asked,
+    /// p-value times the number of things that were looked at.
+    pub(crate) adjusted: f64,
+    /// Error on groups left out; `None` where the candidate was out of the question already.
+    pub(crate) held_out: Option<HeldOut>,
+    pub(crate) comparison: Option<Comparison>,
+    /// Bayesian information criterion relative to nothing added; lower is better.
+    pub(crate) criterion: f64,
+}
+
+impl Scored {
+    /// Whether it makes unseen groups better predicted.
+    ///
+    /// A group that cannot be predicted with it, because without the group too few are left for
+    /// its amplitudes, says nothing; where there are such, the others, at least as many, must gain
+    /// clearly. One bad reading, which is not judged itself, says nothing of the other groups where
+    /// the model has no parameter that it could have pulled.
+    pub(crate) fn generalises(&self) -> bool {
+        let better = |c: &Comparison| {
+            let gain = if c.lost == 0 { 0.0 } else { CLEAR_GAIN * c.std };
+            c.lost <= c.judged && c.difference < -gain && c.reported[1] < c.reported[0]
+        };
+        let same = |c: &Comparison| {
+            let is_one = self.candidate.home.is_some() && c.lost == 0;
+            is_one && c.difference <= 0.0 && c.reported[1] <= c.reported[0]
+        };
+        self.comparison.is_some_and(|c| better(&c) || same(&c))
+    }
+}
+
+/// How candidates are judged in one pass.
+pub(crate) struct Scoring<'a> {
+    pub(crate) lin: &'a Linear<'a>,
+    /// Fold of each cluster.
+    pub(crate) folds: Vec<usize>,
+    /// Clusters that are not judged.
+    pub(crate) skip: Vec<bool>,
+    /// Residual without what the system explains.
+    pub(crate) clean: DVector<f64>,
+    /// Error of the present system on left-out groups.
+    present: OnceCell<HeldOut>,
+    /// Significance asked of an adjusted p-value.
+    pub(crate) alpha: f64,
+    /// Whether to score hopeless candidates too.
+    pub(crate) thorough: bool,
+}
+
+impl<'a> Scoring<'a> {
+    /// Judges beside `system` as fitted at `at` and linearised in `lin`.
+    pub(crate) fn new(
+        context: &Context<'_>,
+        system: &System<'_>,
+        at: &Estimate,
+        lin: &'a Linear<'a>,
+        alpha: f64,
+    ) -> Self {
+        let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+        let skip = excluded(context, system, at, lin);
+        let thorough = context.thorough;
+        Self {
+            lin,
+            folds,
+            skip,
+            clean: lin.clean_residual(),
+            present: OnceCell::new(),
+            alpha,
+            thorough,
+        }
+    }
+
+    /// Error of the present system on left-out groups.
+    pub(crate) fn present(&self) -> &HeldOut {
+        let of = || leave_out(self.lin, &self.lin.basis, &self.folds, &self.skip);
+        self.present.get_or_init(of)
+    }
+}
+
+/// One pass over the catalogue or over the covariates.
+pub(crate) struct ScorePass {
+    pub(crate) judged: Vec<Scored>,
+    /// Effects the design cannot see, with the share absorbed.
+    pub(crate) not_estimable: Vec<(usize, f64)>,
+    /// Significance asked of one p-value.
+    pub(crate) alpha_single: f64,
+}
+
+/// Clusters whose only reading was named bad: they stay in the fit and are not judged.
+pub(crate) fn excluded(
+    context: &Context<'_>,
+    system: &System<'_>,
+    at: &Estimate,
+    lin: &Linear<'_>,
+) -> Vec<bool> {
+    let mut excluded = vec![false; lin.clusters.len()];
+    let effects = &context.model.declared().effects;
+    for active in system.active.iter().filter(|a| effects[a.effect].subject.is_some()) {
+        let tangent = lin.tangent(&whole_tangent(context.model, &at.state, active.effect));
+        let touched: Vec<_> = (0..lin.clusters.len())
+            .filter(|&c| lin.clusters[c].iter().any(|&i| tangent.row(i).iter().any(|&v| v != 0.0)))
+            .collect();
+        if let [only] = touched[..] {
+            excluded[only] = true;
+        }
+    }
+    excluded
+}
+
+/// Scores every effect of the catalogue that is not in the system.
+pub(crate) fn score_catalogue(
+    system: &System<'_>,
+    at: &Estimate,
+    scoring: &Scoring<'_>,
+) -> ScorePass {
+    let lin = scoring.lin;
+    let mut candidates = Vec::new();
+    let mut not_estimable = Vec::new();
+    for (effect, sight) in catalogue(system, at, lin) {
+        match sight {
+            Estimability::Estimable(candidate) => candidates.push(*candidate),
+            Estimability::NotEstimable(absorbed) => not_estimable.push((effect, absorbed)),
+        }
+    }
+    let mut locals = Families::default();
+    for (effect, sight) in local_effects(system, at, lin) {
+        match sight {
+            LocalEstimability::Estimable(local) => {
+                locals.push(
+                    &system.model.declared().effects[effect].id,
+                    effect,
+                    local.test.p_value,
+                );
+            }
+            LocalEstimability::NotEstimable(absorbed) => not_estimable.push((effect, absorbed)),
+        }
+    }
+    for effect in locals.worth_scoring(scoring) {
+        if let Estimability::Estimable(candidate) = full_candidate(system, at, lin, effect) {
+            candidates.push(*candidate);
+        }
+    }
+    let class = classes(&candidates);
+    let trials = trials(&candidates, &class, &locals);
+    let judged = candidates
+        .into_iter()
+        .zip(class)
+        .filter_map(|(candidate, class)| {
+            let family = trials.family(&candidate);
+            judge(scoring, (&lin.basis, &scoring.clean), candidate, class, trials.tests * family)
+        })
+        .collect();
+    ScorePass { judged, not_estimable, alpha_single: scoring.alpha / trials.tests.max(1.0) }
+}
+
+/// Candidates that move one observation each, by id: effect and p-value on its own.
+#[derive(Default)]
+struct Families(Vec<(String, Vec<(usize, f64)>)>);
+
+impl Families {
+    fn push(&mut self, id: &str, effect: usize, p_value: f64) {
+        match self.0.iter_mut().find(|(known, _)| known == id) {
+            Some((_, members)) => members.push((effect, p_value)),
+            None => self.0.push((id.to_owned(), vec![(effect, p_value)])),
+        }
+    }
+
+    /// Those that may be significant, and for the report the strongest of each family.
+    fn worth_scoring(&self, scoring: &Scoring<'_>) -> Vec<usize> {
+        let mut worth = Vec::new();
+        for (_, members) in &self.0 {
+            let level = scoring.alpha / count(members.len());
+            let strongest = members.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            let shown = strongest.filter(|_| scoring.thorough).map(|(effect, _)| *effect);
+            let heard = |m: &&(usize, f64)| m.1 <= level || Some(m.0) == shown;
+            worth.extend(members.iter().filter(heard).map(|(effect, _)| *effect));
+        }
+        worth
+    }
+}
+
+/// How many independent things a pass looks at.
+struct Trials {
+    tests: f64,
+    /// Id and size of each family of candidates that live in one group each.
+    families: Vec<(String, usize)>,
+}
+
+impl Trials {
+    /// Members of a family of candidates of which each lives in one group.
+    fn family(&self, candidate: &Candidate) -> f64 {
+        if candidate.reach == Reach::Many {
+            return 1.0;
+        }
+        self.families.iter().find(|(id, _)| *id == candidate.id).map_or(1.0, |(_, n)| count(*n))
+    }
+}
+
+fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trials {
+    let mut families: Vec<(String, usize)> =
+        locals.0.iter().map(|(id, members)| (id.clone(), members.len())).collect();
+    let mut tests = families.len();
+    for (i, candidate) in candidates.iter().enumerate() {
+        if locals.0.iter().any(|(id, _)| *id == candidate.id) {
+            continue;
+        }
+        if candidate.reach == Reach::Many {
+            tests += usize::from(class[i] == i);
+        } else if let Some((_, n)) = families.iter_mut().find(|(id, _)| *id == candidate.id) {
+            *n += 1;
+        } else {
+            tests += 1;
+            families.push((candidate.id.clone(), 1));
+        }
+    }
+    Trials { tests: count(tests), families }
+}
+
+/// Judges beside a base and what this leaves of the data.
+fn judge(
+    scoring: &Scoring<'_>,
+    (base, residual): (&Basis, &DVector<f64>),
+    candidate: Candidate,
+    class: usize,
+    trials: f64,
+) -> Option<Scored> {
+    let lin = scoring.lin;
+    let level = scoring.alpha / trials;
+    let asked = Asked { reach: candidate.reach, searched: candidate.searched, level };
+    let test = significance_beside(lin, base, residual, &candidate.beside, asked)?;
+    let adjusted = (test.p_value * trials).min(1.0);
+    let n = count(lin.rows.len());
+    let rss_after = test.variance * count(test.dof);
+    let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
+    let criterion = n * ratio.ln() + count(test.directions) * n.ln();
+    let mut judged = Scored {
+        candidate,
+        class,
+        test,
+        asked,
+        adjusted,
+        held_out: None,
+        comparison: None,
+        criterion,
+    };
+    if scoring.thorough || adjusted <= scoring.alpha {
+        let mut skip = scoring.skip.clone();
+        if let Some(home) = judged.candidate.home {
+            skip[home] = true;
+        }
+        let full = base.with(&judged.candidate.tangent, NEW_DIRECTION);
+        let held_out = leave_out(lin, &full, &scoring.folds, &skip);
+        judged.comparison = Some(compare(scoring.present(), &held_out, &skip));
+        judged.held_out = Some(held_out);
+    }
+    Some(judged)
+}
+
+/// Scores the shapes along every covariate that may be significant.
+pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> Vec<Scored> {
+    let screening = Screening::new(scoring.lin, &scoring.clean);
+    let families: Vec<_> =
+        context.covariates.iter().map(|c| (c, strongest_shapes(&screening, c))).collect();
+    // That a shape is the best of many is in the number of trials.
+    let trials = families.iter().flat_map(|(_, found)| found).map(|(shape, _)| shape.tried).sum();
+    let mut judged = Vec::new();
+    for (covariate, found) in &families {
+        // The further tests could only raise it.
+        let may_be = found
+            .iter()
+            .filter(|(_, test)| test.is_some_and(|test| test.p_value * trials <= scoring.alpha));
+        for (shape, _) in may_be {
+            let candidate = empirical_candidate(scoring.lin, &scoring.lin.basis, covariate, shape);
+            judged.extend(candidate.and_then(|(c, base)| {
+                let residual = base.reject(&scoring.clean);
+                judge(scoring, (&base, &residual), c, 0, trials)
+            }));
+        }
+    }
+    judged
+}
+
+/// The shapes along one covariate, of its periods and of its interruptions the one each that takes
+/// away most.
+fn strongest_shapes(
+    screening: &Screening<'_>,
+    covariate: &Covariate,
+) -> Vec<(Shape, Option<Significance>)> {
+    let layout = screening.lin.layout;
+    let power = |test: &Option<Significance>| test.map_or(0.0, |test| test.explained);
+    let screened = |shapes: Vec<Shape>| {
+        let screened = screening.screened(&shapes);
+        shapes.into_iter().zip(screened)
+    };
+    let mut found: Vec<_> = screened(shapes(layout, covariate)).collect();
+    let periods = screened(periods(layout, covariate));
+    found.extend(periods.max_by(|a, b| power(&a.1).total_cmp(&power(&b.1))));
+    let breaks = breaks(layout, covariate);
+    let at = strongest_break(&breaks, |some| {
+        let broken: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
+        screening.screened(&broken).iter().map(power).collect()
+    });
+    found.extend(at.and_then(|at| screened(vec![interrupted(covariate, at, &breaks)]).next()));
+    found
+}
+
+/// A shape as a candidate, limited to what the design sees, and the base to test it beside:
+/// `base` with the constants that go along.
+pub(crate) fn empirical_candidate(
+    lin: &Linear<'_>,
+    base: &Basis,
+    covariate: &Covariate,
+    shape: &Shape,
+) -> Option<(Candidate, Basis)> {
+    let all = correction(lin.layout, &covariate.name, shape);
+    let tangent = lin.tangent(&all.columns);
+    let functions = all.columns.ncols() - all.constants;
+    let constants: Vec<_> = (functions..all.columns.ncols()).collect();
+    let with_constants = base.with(&tangent.select_columns(&constants), MIN_SHAPE_KEPT);
+    let shape_columns = tangent.columns(0, functions).into_owned();
+    let left = with_constants.reject_columns(&shape_columns);
+    let mut kept = estimable_columns(&shape_columns, &left, MIN_SHAPE_KEPT);
+    if kept.is_empty() {
+        return None;
+    }
+    let (tested, beside) = (tangent.select_columns(&kept), left.select_columns(&kept));
+    let constant_columns = tangent.select_columns(&constants);
+    let left = base.with(&tested, NEW_DIRECTION).reject_columns(&constant_columns);
+    let new_constants = estimable_columns(&constant_columns, &left, MIN_SHAPE_KEPT);
+    let n_constants = new_constants.len();
+    kept.extend(new_constants.into_iter().map(|c| functions + c));
+    let empirical = Empirical {
+        coefficients: kept.iter().map(|&c| all.coefficients[c].clone()).collect(),
+        columns: all.columns.select_columns(&kept),
+        constants: n_constants,
+        covariate: all.covariate,
+        shape: all.shape,
+    };
+    let candidate = Candidate {
+        id: format!("covariate:{}", covariate.name),
+        subject: None,
+        source: Source::Empirical(empirical),
+        tangent: tested,
+        beside,
+        reach: Reach::Many,
+        searched: 1.0,
+        home: None,
+    };
+    Some((candidate, with_constants))
+}
+
+/// Whether the user recorded the column, rather than the model's input holding it.
+pub(crate) fn recorded(context: &Context<'_>, column: &str) -> bool {
+    context.covariates.iter().any(|c| c.name == column && c.origin == Origin::Recorded)
+}
+
+/// A recorded shape anew, beside another base.
+pub(crate) fn shape_again(
+    context: &Context<'_>,
+    lin: &Linear<'_>,
+    base: &Basis,
+    covariate: &str,
+    shape: &str,
+) -> Option<(Candidate, Basis)> {
+    let covariate = context.covariates.iter().find(|c| c.name == covariate)?;
+    let breaks = breaks(lin.layout, covariate);
+    let interruptions = breaks.iter().map(|&at| interrupted(covariate, at, &breaks));
+    let smooth = shapes(lin.layout, covariate).into_iter();
+    let mut all = smooth.chain(periods(lin.layout, covariate)).chain(interruptions);
+    let shape = all.find(|s| s.name == shape)?;
+    empirical_candidate(lin, base, covariate, &shape)
+}

@@ -1,0 +1,334 @@
+//! Which effects are missing: one a pass, each refitted and judged on groups left out.
+
+use crate::algebra::basis::NEW_DIRECTION;
+use crate::algebra::system::{Estimate, System, rows_of};
+use crate::choice::additivity::not_additive;
+use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
+use crate::choice::context::Context;
+use crate::choice::detectable::detectable_rms;
+use crate::choice::pair::find_pair;
+use crate::choice::replace::replace_superseded;
+use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
+use crate::choice::selected::{Added, Selected, What};
+use crate::count::count;
+use crate::levels::CATALOGUE_SHARE;
+use crate::levels::LATER;
+use crate::levels::QUARTER;
+use crate::levels::STAY;
+use crate::levels::WORTH_MENTIONING;
+use crate::noise::linear::Linear;
+use crate::tests::hold_out::rms;
+use crate::tests::significance::{Reach, holds_in_readings, significance};
+use crate::{Outcome, Pass, Score};
+
+/// Residuals below this, in report units, are round-off: a picometre, a nanonewton.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Chooses effects on the groups of `keep`, from the declared model as fitted to these.
+pub(crate) fn select<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    declared: &Estimate,
+) -> Selected<'a> {
+    let mut chosen = Selected {
+        system: System::declared(context.model),
+        estimate: declared.clone(),
+        added: Vec::new(),
+        passes: Vec::new(),
+        not_estimable: Vec::new(),
+    };
+    loop {
+        let lin = catalogue_passes(context, keep, &mut chosen);
+        let named = chosen.system.clone();
+        covariate_pass(context, keep, &mut chosen, lin);
+        // With nothing new along the covariates the catalogue has had its say.
+        let unchanged = chosen.system.empirical.len() == named.empirical.len();
+        if unchanged || chosen.added.len() >= context.options.max_steps {
+            break;
+        }
+    }
+    drop_superfluous(context, keep, &mut chosen);
+    chosen
+}
+
+/// Probability of adding anything false in the pass that comes next.
+fn level(context: &Context<'_>, chosen: &Selected<'_>) -> f64 {
+    context.options.alpha * if chosen.added.is_empty() { 1.0 } else { LATER }
+}
+
+/// Adds from the catalogue while it has something; the last selection, linearised, where known.
+fn catalogue_passes<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    chosen: &mut Selected<'a>,
+) -> Option<Linear<'a>> {
+    while chosen.added.len() < context.options.max_steps {
+        let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+        if at_round_off(&lin) {
+            return Some(lin);
+        }
+        let alpha = level(context, chosen) * CATALOGUE_SHARE;
+        let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
+        let pass = score_catalogue(&chosen.system, &chosen.estimate, &scoring);
+        if chosen.added.is_empty() {
+            chosen.not_estimable.clone_from(&pass.not_estimable);
+        }
+        let mut order = eligible(&pass.judged, alpha);
+        prefer_simpler(&lin, &pass.judged, &mut order);
+        if !not_additive(context, chosen, &lin).is_empty() {
+            // The rest is a known misfit of a named effect; single points are not to blame.
+            order.retain(|&i| pass.judged[i].candidate.reach == Reach::Many);
+        }
+        let holds = |j: &Scored| {
+            holds_in_readings(&lin, &scoring.clean, &j.candidate.beside, &j.test, j.asked)
+        };
+        let added = order.iter().copied().find(|&i| {
+            let judged = &pass.judged[i];
+            holds(judged) && add(chosen, keep, &[judged])
+        });
+        let pair = if added.is_none() {
+            find_pair(&scoring, &pass)
+                .filter(|pair| !one_shape_is_better(context, &scoring, pair))
+                .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
+        } else {
+            None
+        };
+        if context.thorough {
+            chosen.passes.push(record(context, &scoring, &pass, added, pair.as_ref()));
+        }
+        if added.is_none() && pair.is_none() {
+            return Some(lin);
+        }
+    }
+    None
+}
+
+/// Whether a single shape along a covariate describes the data better than two named effects.
+fn one_shape_is_better(context: &Context<'_>, scoring: &Scoring<'_>, pair: &[Scored; 2]) -> bool {
+    let judged = score_covariates(context, scoring);
+    let order = eligible(&judged, context.options.alpha * QUARTER);
+    let n = count(scoring.lin.rows.len());
+    let before = scoring.lin.clean_residual().norm_squared();
+    order.iter().any(|&i| {
+        let test = &judged[i].test;
+        let Source::Empirical(shape) = &judged[i].candidate.source else { return false };
+        // Unlike two effects, a shape brings its constants along: they count here.
+        let left = (test.variance * count(test.dof) / before).max(f64::MIN_POSITIVE);
+        let criterion = n * left.ln() + count(test.directions + shape.constants) * n.ln();
+        criterion < pair[0].criterion - WORTH_MENTIONING
+    })
+}
+
+/// Significant candidates that generalise, the best description of the data first.
+///
+/// What shows in many groups goes before what lives in one: a few extreme points describe a
+/// smooth effect well, the other way round is refused by the scatter between groups.
+fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
+    let mut order: Vec<_> = (0..judged.len())
+        .filter(|&i| judged[i].adjusted <= alpha && judged[i].generalises())
+        .collect();
+    let local = |i: usize| judged[i].candidate.reach == Reach::One;
+    order.sort_by(|&a, &b| {
+        local(a).cmp(&local(b)).then(judged[a].criterion.total_cmp(&judged[b].criterion))
+    });
+    order
+}
+
+/// Moves a candidate with fewer amplitudes to the front when the best adds nothing to it.
+fn prefer_simpler(lin: &Linear<'_>, judged: &[Scored], order: &mut [usize]) {
+    let Some(&best) = order.first() else { return };
+    let directions = |i: usize| judged[i].test.directions;
+    let mut simpler: Vec<usize> = (1..order.len())
+        .filter(|&at| {
+            directions(order[at]) < directions(best)
+                && judged[order[at]].candidate.reach == Reach::Many
+        })
+        .collect();
+    simpler.sort_by_key(|&at| directions(order[at]));
+    for at in simpler {
+        let base = lin.basis.with(&judged[order[at]].candidate.tangent, NEW_DIRECTION);
+        let c = &judged[best].candidate;
+        let more = significance(lin, &base, &c.tangent, c.reach, STAY);
+        if more.is_none_or(|t| t.p_value > STAY) {
+            order[..=at].rotate_right(1);
+            return;
+        }
+    }
+}
+
+/// Adds candidates and refits; false, and nothing changed, when the nested cost did not fall.
+fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Scored]) -> bool {
+    let mut system = chosen.system.clone();
+    for judged in candidates {
+        system = judged.candidate.added_to(&system);
+    }
+    let rows = rows_of(&system.model.declared().layout, keep);
+    let start = system.warm_start(&chosen.estimate);
+    let Ok(estimate) = system.fit(&rows, &start) else { return false };
+    if cost(&system, &estimate, &rows) >= cost(&chosen.system, &chosen.estimate, &rows) {
+        return false;
+    }
+    let Ok(estimate) = system.reweighed(&rows, estimate) else { return false };
+    chosen.system = system;
+    chosen.estimate = estimate;
+    for judged in candidates {
+        let what = what(&judged.candidate);
+        chosen.added.push(Added { what, p_value: judged.test.p_value });
+    }
+    true
+}
+
+fn what(candidate: &Candidate) -> What {
+    match &candidate.source {
+        Source::Effect(active) => What::Effect(active.effect),
+        Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
+    }
+}
+
+/// Sum of squared whitened residuals over `rows`.
+fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
+    let layout = &system.model.declared().layout;
+    let all = system.residuals(at);
+    rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
+}
+
+fn at_round_off(lin: &Linear<'_>) -> bool {
+    let sum: f64 =
+        (lin.sigma.iter().zip(lin.residual.iter())).map(|(sigma, r)| (r * sigma).powi(2)).sum();
+    (sum / count(lin.rows.len().max(1))).sqrt() < ROUND_OFF
+}
+
+/// Adds the shape along a covariate that describes the rest best, and takes back effects that
+/// it makes superfluous.
+fn covariate_pass<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    chosen: &mut Selected<'a>,
+    known: Option<Linear<'a>>,
+) {
+    if chosen.added.len() >= context.options.max_steps {
+        return;
+    }
+    let anew = || Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let lin = known.unwrap_or_else(anew);
+    if at_round_off(&lin) {
+        return;
+    }
+    let alpha = level(context, chosen) * QUARTER;
+    let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
+    let judged = score_covariates(context, &scoring);
+    let mut order = eligible(&judged, alpha);
+    prefer_simpler(&lin, &judged, &mut order);
+    let found = order.into_iter().find(|&i| add(chosen, keep, &[&judged[i]]));
+    if let Some(found) = found {
+        replace_superseded(context, keep, chosen, &judged[found].candidate);
+    }
+}
+
+/// Takes back effects that the ones added later have made superfluous.
+fn drop_superfluous(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
+    let effects: Vec<_> = chosen.system.active.iter().map(|a| a.effect).collect();
+    for effect in effects {
+        let without = chosen.system.without_effect(effect);
+        let without = regrown(context, keep, &without, &chosen.estimate);
+        let rows = rows_of(&context.model.declared().layout, keep);
+        let Ok(estimate) = without.fit(&rows, &without.warm_start(&chosen.estimate)) else {
+            continue;
+        };
+        let lin = Linear::of(&without, &estimate, keep, context.silent);
+        let needed = match estimability(context.model, effect, &estimate, &lin, &lin.basis) {
+            Estimability::Estimable(c) => significance(&lin, &lin.basis, &c.tangent, c.reach, STAY)
+                .is_some_and(|t| t.p_value <= STAY),
+            Estimability::NotEstimable(_) => false,
+        };
+        if !needed {
+            let Ok(estimate) = without.reweighed(&rows, estimate) else { continue };
+            chosen.system = without;
+            chosen.estimate = estimate;
+            chosen.added.retain(|a| a.what != What::Effect(effect));
+        }
+    }
+}
+
+/// The system with every amplitude that its effects have beside each other: one that was added
+/// beside an effect which is there no more may have had to leave some to it.
+fn regrown<'a>(
+    context: &Context<'_>,
+    keep: &[bool],
+    system: &System<'a>,
+    at: &Estimate,
+) -> System<'a> {
+    let mut regrown = system.clone();
+    for active in &system.active {
+        let effect = active.effect;
+        if active.parameters.len() == system.model.declared().effects[effect].parameters.len() {
+            continue;
+        }
+        let others = regrown.without_effect(effect);
+        let at = others.warm_start(at);
+        let lin = Linear::of(&others, &at, keep, context.silent);
+        if let Estimability::Estimable(whole) =
+            estimability(context.model, effect, &at, &lin, &lin.basis)
+        {
+            regrown = whole.added_to(&others);
+        }
+    }
+    regrown
+}
+
+/// The table of one pass for the report, best first.
+fn record(
+    context: &Context<'_>,
+    scoring: &Scoring<'_>,
+    pass: &ScorePass,
+    added: Option<usize>,
+    pair: Option<&[Scored; 2]>,
+) -> Pass {
+    let in_pair =
+        |c: &Candidate| pair.is_some_and(|p| p.iter().any(|j| what(&j.candidate) == what(c)));
+    let mut judged: Vec<_> = pass.judged.iter().enumerate().collect();
+    judged.sort_by(|a, b| a.1.criterion.total_cmp(&b.1.criterion));
+    let mut scores: Vec<_> = judged
+        .into_iter()
+        .map(|(i, j)| {
+            let outcome = if added == Some(i) || in_pair(&j.candidate) {
+                Outcome::Added
+            } else if j.adjusted > scoring.alpha {
+                Outcome::NotSignificant
+            } else if !j.generalises() {
+                Outcome::DidNotGeneralise
+            } else if added.is_some_and(|a| pass.judged[a].class == j.class) {
+                Outcome::Rival
+            } else {
+                Outcome::Weaker
+            };
+            Score {
+                label: j.candidate.label(),
+                absorbed: j.candidate.absorbed(&scoring.lin.basis),
+                f_statistic: j.test.f_statistic,
+                p_value: j.test.p_value,
+                held_out_rms: j.held_out.as_deref().map_or(f64::NAN, |h| rms(h).0),
+                detectable_rms: detectable_rms(
+                    scoring.lin,
+                    &j.test,
+                    &j.candidate,
+                    pass.alpha_single,
+                ),
+                outcome,
+            }
+        })
+        .collect();
+    scores.extend(pass.not_estimable.iter().map(|&(e, absorbed)| {
+        let effect = &context.model.declared().effects[e];
+        Score {
+            label: label(&effect.id, effect.subject.as_deref()),
+            absorbed,
+            f_statistic: f64::NAN,
+            p_value: f64::NAN,
+            held_out_rms: f64::NAN,
+            detectable_rms: f64::INFINITY,
+            outcome: Outcome::NotObservable,
+        }
+    }));
+    Pass { scores }
+}

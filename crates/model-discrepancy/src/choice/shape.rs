@@ -1,0 +1,207 @@
+//! Shapes that a residual can have along a covariate, as columns of an empirical correction.
+
+use crate::algebra::components::{added, reported_components};
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::algebra::system::Empirical;
+use crate::count::count;
+use crate::{Covariate, Layout, Role};
+
+/// Reference temperature of ISO 1, in °C.
+const REFERENCE_C: f64 = 20.0;
+
+/// Distinct values from which on a curve is more than a set of levels.
+const MIN_DISTINCT_FOR_CURVE: usize = 6;
+
+/// Distinct values from which on a period can be looked for.
+const MIN_DISTINCT_FOR_PERIOD: usize = 16;
+
+/// Most periods in the range of a covariate that are looked for; scattered readings have no
+/// Nyquist limit, but every further period makes chance finds likelier.
+const MAX_PERIODS: usize = 32;
+
+/// Widest gap, as a share of the range: between bunches of readings any period fits.
+const MAX_GAP: f64 = 0.25;
+
+/// An angle must cover this much, in degrees, before its harmonics are looked for.
+const MIN_ARC_DEG: f64 = 120.0;
+
+/// Name of the function that goes along where the model has no constant.
+const CONSTANT: &str = "constant";
+
+/// A shape: values per observation, and how many were tried to find it.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    pub(crate) name: String,
+    /// One column per function, one value per observation.
+    pub(crate) functions: Vec<(String, Vec<f64>)>,
+    /// Shapes of this family that were looked at; the p-value is multiplied by it.
+    pub(crate) tried: f64,
+}
+
+/// Shapes worth looking for along `covariate`, judged on the fitted observations.
+pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
+    let fitted: Vec<f64> = fitted_values(layout, covariate);
+    let distinct = distinct_fitted(layout, covariate);
+    if distinct.len() < 2 {
+        return Vec::new();
+    }
+    let mut shapes = vec![linear(covariate, &fitted, distinct.len())];
+    if distinct.len() >= MIN_DISTINCT_FOR_CURVE {
+        shapes.push(smooth(covariate, &fitted));
+        shapes.extend(lagged(covariate));
+    }
+    shapes
+}
+
+/// Periodic shapes along `covariate`; the caller picks the best and multiplies by `tried`.
+pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
+    let distinct = distinct_fitted(layout, covariate);
+    let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
+        return Vec::new();
+    };
+    let range = high - low;
+    if covariate.name.ends_with("_deg") && range >= MIN_ARC_DEG && distinct.len() > 4 {
+        return (1..=3).map(|k| periodic(covariate, 360.0 / f64::from(k), 3.0)).collect();
+    }
+    let widest = distinct.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+    if distinct.len() < MIN_DISTINCT_FOR_PERIOD || widest > MAX_GAP * range {
+        return Vec::new();
+    }
+    // Half periods in the range, so that no phase falls between two frequencies.
+    let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
+    (3..=2 * most).map(|half| periodic(covariate, 2.0 * range / count(half), count(most))).collect()
+}
+
+/// Values at the fitted observations, ascending, each once.
+pub(crate) fn distinct_fitted(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
+    let mut distinct = fitted_values(layout, covariate);
+    distinct.sort_by(f64::total_cmp);
+    distinct.dedup();
+    distinct
+}
+
+fn fitted_values(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
+    let fitted = |o: &usize| layout.groups[layout.observations[*o]].role == Role::Fit;
+    (0..layout.observations.len()).filter(fitted).map(|o| covariate.values[o]).collect()
+}
+
+/// Mean and largest distance from it.
+fn centre_and_scale(fitted: &[f64]) -> (f64, f64) {
+    let mean = fitted.iter().sum::<f64>() / count(fitted.len());
+    let scale = fitted.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+    (mean, if scale > 0.0 { scale } else { 1.0 })
+}
+
+fn linear(covariate: &Covariate, fitted: &[f64], distinct: usize) -> Shape {
+    let unit = covariate.name.rsplit_once('_').map_or("unit", |(_, unit)| unit);
+    let name = if distinct == 2 { "two-valued" } else { "linear" };
+    if covariate.name.ends_with("_c") {
+        let values = covariate.values.iter().map(|v| v - REFERENCE_C).collect();
+        return Shape {
+            name: name.to_owned(),
+            functions: vec![(format!("per {unit} from 20 °C"), values)],
+            tried: 1.0,
+        };
+    }
+    let (mean, _) = centre_and_scale(fitted);
+    let values = covariate.values.iter().map(|v| v - mean).collect();
+    let functions = vec![(format!("per {unit}"), values), constant(covariate)];
+    Shape { name: name.to_owned(), functions, tried: 1.0 }
+}
+
+pub(crate) fn constant(covariate: &Covariate) -> (String, Vec<f64>) {
+    (CONSTANT.to_owned(), vec![1.0; covariate.values.len()])
+}
+
+/// Whether a function is the constant that goes along.
+pub(crate) fn is_constant(name: &str) -> bool {
+    name == CONSTANT
+}
+
+/// Legendre polynomials of degree 1 to 3 over the fitted range.
+fn smooth(covariate: &Covariate, fitted: &[f64]) -> Shape {
+    let (mean, scale) = centre_and_scale(fitted);
+    let t: Vec<f64> = covariate.values.iter().map(|v| (v - mean) / scale).collect();
+    let map = |f: fn(f64) -> f64| t.iter().map(|&t| f(t)).collect::<Vec<_>>();
+    let functions = vec![
+        ("degree 1".to_owned(), map(|t| t)),
+        ("degree 2".to_owned(), map(|t| 1.5 * t * t - 0.5)),
+        ("degree 3".to_owned(), map(|t| 2.5 * t * t * t - 1.5 * t)),
+        constant(covariate),
+    ];
+    Shape { name: "smooth".to_owned(), functions, tried: 1.0 }
+}
+
+fn periodic(covariate: &Covariate, period: f64, tried: f64) -> Shape {
+    let wave = |v: &f64| (TAU * v / period).sin_cos();
+    let (sine, cosine) = covariate.values.iter().map(wave).unzip();
+    let functions =
+        vec![("cosine".to_owned(), cosine), ("sine".to_owned(), sine), constant(covariate)];
+    Shape { name: format!("periodic, period {}", significant(period)), functions, tried }
+}
+
+/// The covariate one observation earlier, and the way it is going.
+fn lagged(covariate: &Covariate) -> Vec<Shape> {
+    let values = &covariate.values;
+    let before = |i: usize| values[i.saturating_sub(1)];
+    let mean = values.iter().sum::<f64>() / count(values.len());
+    let late = (0..values.len()).map(|i| before(i) - mean).collect();
+    let way = (0..values.len()).map(|i| sign(values[i] - before(i))).collect();
+    let shape = |name: &str, function: &str, column| Shape {
+        name: name.to_owned(),
+        functions: vec![(function.to_owned(), column), constant(covariate)],
+        tried: 1.0,
+    };
+    vec![shape("lagged", "per unit, one earlier", late), shape("direction", "half step", way)]
+}
+
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// Three significant digits.
+fn significant(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "a decimal exponent is small")]
+    let decimals = 2 - x.abs().log10().floor() as i32;
+    format!("{x:.*}", usize::try_from(decimals.max(0)).unwrap_or(0))
+}
+
+/// The empirical correction that lets every reported component follow `shape`.
+///
+/// The last function is the constant that goes along where the model has none.
+pub(crate) fn correction(layout: &Layout, covariate: &str, shape: &Shape) -> Empirical {
+    let components = reported_components(layout);
+    let mut columns = Vec::new();
+    let mut coefficients = Vec::new();
+    for (name, values) in &shape.functions {
+        for component in 0..components {
+            let value = |row| added(row, component, values);
+            columns.push(DVector::from_iterator(layout.rows.len(), layout.rows.iter().map(value)));
+            coefficients.push(if components > 1 {
+                format!("{} {name}", ["x", "y", "z"].get(component).copied().unwrap_or("other"))
+            } else {
+                name.clone()
+            });
+        }
+    }
+    let constants = shape.functions.iter().filter(|(name, _)| is_constant(name)).count();
+    Empirical {
+        covariate: covariate.to_owned(),
+        shape: shape.name.clone(),
+        coefficients,
+        constants: constants * components,
+        columns: DMatrix::from_columns(&columns),
+    }
+}

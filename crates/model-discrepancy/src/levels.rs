@@ -1,0 +1,118 @@
+//! Every level at which something is decided, and what they spend.
+//!
+//! The budget is `Options::alpha`, 0.05: the probability of adding anything at all where nothing is
+//! missing. Half goes to single effects, a quarter to pairs of effects, a quarter to shapes along
+//! covariates; Holm shares each out over what is tried. Passes after something was added work at
+//! two fifths of it: `0.4 α` for each, as long as there are such. What is left of the residual is
+//! looked at beside this budget: neighbours in order and in place at 0.005 each, groups set aside at
+//! 0.005, additivity at 0.01 over all names and covariates; lack of fit, a group that is unlike the
+//! others and χ² beside the declared noise at 0.001 each. Where nothing is missing, one answer in
+//! fourteen at most, 0.05 + 3 · 0.005 + 3 · 0.001 = 0.068, says otherwise; additivity asks only once
+//! something was named.
+
+// Shares of alpha.
+
+/// Share of `alpha` for the catalogue; pairs and covariates get a quarter each.
+pub(crate) const CATALOGUE_SHARE: f64 = 0.5;
+
+/// Share of `alpha` for pairs of effects, and for covariates.
+pub(crate) const QUARTER: f64 = 0.25;
+
+/// Share of `alpha` for passes after something was added: what is found beside a name counts
+/// against the whole answer, and there may be several such passes.
+pub(crate) const LATER: f64 = 0.4;
+
+// Levels of single questions.
+
+/// Significance that an effect must keep once others are beside it.
+pub(crate) const STAY: f64 = 0.05;
+
+/// Significance below which the accepted effect is needed beside a rival, whatever the error on
+/// unseen groups says: the true name is refused once in a hundred times.
+pub(crate) const DECIDED: f64 = 0.01;
+
+/// Significance from which on a named effect is not what its name says.
+pub(crate) const NOT_ADDITIVE: f64 = 0.01;
+
+/// Significance from which on check groups are predicted too badly.
+pub(crate) const BADLY_PREDICTED: f64 = 0.005;
+
+/// Significance from which on neighbours agree too well.
+pub(crate) const NEIGHBOURS_AGREE: f64 = 0.005;
+
+/// Significance of χ² from which on declared uncertainties are widened by the scatter found.
+pub(crate) const TOO_NOISY: f64 = 0.01;
+
+/// Significance from which on repeats agree too well with each other to be noise.
+pub(crate) const LACK_OF_FIT: f64 = 1e-3;
+
+/// Significance from which on one group differs from the others, all groups together.
+pub(crate) const ODD_GROUP: f64 = 1e-3;
+
+/// Probability of χ² outside its interval where the noise is as declared.
+pub(crate) const CHI2_OUTSIDE: f64 = 1e-3;
+
+/// Probability of finding an effect of the minimal detectable size.
+pub(crate) const POWER: f64 = 0.9;
+
+// What counts as clear.
+
+/// Standard errors by which groups must gain where others cannot be predicted any more.
+pub(crate) const CLEAR_GAIN: f64 = 2.0;
+
+/// Share of the level below which a p-value from the rows' own colour leaves no doubt that the
+/// colour of the readings behind them could confirm: it widens an uncertainty by a third at most.
+pub(crate) const CLEAR_BEYOND_DOUBT: f64 = 1e-3;
+
+/// Difference of the Bayesian information criterion that is worth mentioning (Raftery 1995).
+pub(crate) const WORTH_MENTIONING: f64 = 2.0;
+
+/// Share of what a wider empirical shape explains that an effect must account for to keep its
+/// name: with less, the name leaves a visible part of the same structure unexplained.
+pub(crate) const NAME_SHARE: f64 = 0.9;
+
+/// Colours less likely than this, beside the likeliest, are left out.
+pub(crate) const NEGLIGIBLE: f64 = 1e-4;
+
+/// A proposal within this share of the best separation is as good, and the cheaper one is named.
+pub(crate) const AS_GOOD: f64 = 0.7;
+
+/// A measurement is worth proposing when it separates the rivals by this many times more.
+pub(crate) const WORTHWHILE: f64 = 1.5;
+
+// What a design must leave.
+
+/// Share of a tangent's norm that must be left beside the model for the effect to be tested.
+///
+/// At 0.045 the model absorbs 99.8 % of the effect: it would have to be 22 times larger than
+/// one that the design was made for, and small errors of the design pass for it.
+pub(crate) const MIN_KEPT: f64 = 0.045;
+
+/// The same for an effect to be heard as a rival of another: it need not be likely, only possible.
+pub(crate) const MIN_KEPT_CONFOUNDED: f64 = 1e-3;
+
+/// The same for an effect driven by a covariate: its mean may be absorbed, not its variation.
+pub(crate) const MIN_KEPT_DRIVEN: f64 = 1e-4;
+
+/// Share of a shape's norm that must be left beside the model.
+pub(crate) const MIN_SHAPE_KEPT: f64 = 0.02;
+
+// Groups.
+
+/// Fewest groups that can be left out in turn with something to compare.
+pub(crate) const MIN_GROUPS: usize = 3;
+
+/// Fewest groups whose agreement has a scatter of its own.
+pub(crate) const MIN_AGREEING: usize = 5;
+
+/// Fewest groups for which the scatter between groups is itself well enough known.
+pub(crate) const MIN_CLUSTERS: usize = 8;
+
+/// Fewest groups with which the choice of effects can be repeated without each of them.
+pub(crate) const MIN_NESTED_GROUPS: usize = 8;
+
+/// Fewest fitted groups that show how much their scatter differs.
+pub(crate) const MIN_SCATTERING_GROUPS: usize = 8;
+
+/// Most groups left out one by one while candidates are compared.
+pub(crate) const CHOICE_FOLDS: usize = 64;

@@ -1,0 +1,34 @@
+//! A linearised system with the noise models under which it is tested.
+
+use std::ops::Deref;
+
+use crate::algebra::linearised::Linearised;
+use crate::algebra::system::{Estimate, System};
+use crate::noise::noise_models::NoiseModels;
+
+/// Rows that take part in inference; a noise model is worked out when first asked for.
+pub(crate) struct Linear<'a> {
+    rows: Linearised<'a>,
+    pub(crate) noise: NoiseModels,
+}
+
+impl<'a> Linear<'a> {
+    /// Linearises `system` at `at`, on the groups of `keep`, without the `silent` components.
+    pub(crate) fn of(system: &System<'a>, at: &Estimate, keep: &[bool], silent: &[bool]) -> Self {
+        Self::from(Linearised::of(system, at, keep, silent))
+    }
+}
+
+impl<'a> From<Linearised<'a>> for Linear<'a> {
+    fn from(rows: Linearised<'a>) -> Self {
+        Self { rows, noise: NoiseModels::default() }
+    }
+}
+
+impl<'a> Deref for Linear<'a> {
+    type Target = Linearised<'a>;
+
+    fn deref(&self) -> &Linearised<'a> {
+        &self.rows
+    }
+}

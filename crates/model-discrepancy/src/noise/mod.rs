@@ -1,0 +1,6 @@
+//! What the noise may be: white, or depending on what was measured before.
+
+pub(crate) mod linear;
+pub(crate) mod noise_models;
+pub(crate) mod reach;
+pub(crate) mod whitening;

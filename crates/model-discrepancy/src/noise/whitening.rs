@@ -1,0 +1,167 @@
+//! Noise whose successive values depend on each other, and what turns it white.
+
+use nalgebra::{DMatrix, DMatrixView, Vector3};
+
+use crate::count::count;
+
+/// Turns noise of one model into white noise.
+pub(crate) enum Whitening {
+    /// Autoregression of first order, by the correlation of neighbours (Prais and Winsten 1954): each
+    /// value less what the one before predicts, over the standard deviation of the prediction.
+    Neighbours(f64),
+    /// Each value less what those before it predict, over the standard deviation of the prediction.
+    Predicted {
+        /// Lower triangular; a shorter series takes the leading part.
+        rows: DMatrix<f64>,
+        /// Logarithm of the variance of each prediction.
+        log_variances: Vec<f64>,
+    },
+}
+
+impl Whitening {
+    /// Fractionally integrated noise of memory `d` (Hosking 1981), for series up to the given length:
+    /// a spectrum `f^(−2d)`, which an autoregression of first order takes for flat at low
+    /// frequencies. Durbin and Levinson's recursion on the partial correlations `d/(k − d)`.
+    pub(crate) fn fractional(d: f64, longest: usize) -> Self {
+        let mut rows = DMatrix::zeros(longest, longest);
+        let mut log_variances = Vec::with_capacity(longest);
+        // The latest value's weight first.
+        let mut weights: Vec<f64> = Vec::with_capacity(longest);
+        let mut variance = 1.0_f64;
+        for k in 0..longest {
+            if k > 0 {
+                let partial = d / (count(k) - d);
+                let reversed = weights.iter().rev();
+                let next = weights.iter().zip(reversed).map(|(w, r)| w - partial * r);
+                weights = next.chain([partial]).collect();
+                variance *= 1.0 - partial * partial;
+            }
+            let scale = variance.sqrt().recip();
+            rows[(k, k)] = scale;
+            for (lag, weight) in weights.iter().enumerate() {
+                rows[(k, k - 1 - lag)] = -weight * scale;
+            }
+            log_variances.push(variance.ln());
+        }
+        Self::Predicted { rows, log_variances }
+    }
+
+    /// Noise of a position, of which each coordinate is an autoregression with the correlation
+    /// `phi`, read along the given unit vectors one after the other: `K_ij = φ^|i−j| dᵢ·dⱼ`.
+    pub(crate) fn read_along(phi: f64, directions: &[Vector3<f64>]) -> Option<Self> {
+        let n = directions.len();
+        let covariance = DMatrix::from_fn(n, n, |i, j| {
+            if i == j {
+                return 1.0;
+            }
+            let apart = i32::try_from(i.abs_diff(j)).unwrap_or(i32::MAX);
+            phi.powi(apart) * directions[i].dot(&directions[j])
+        });
+        let root = covariance.cholesky()?.unpack();
+        let log_variances = root.diagonal().iter().map(|v| 2.0 * v.ln()).collect();
+        let rows = root.solve_lower_triangular(&DMatrix::identity(n, n))?;
+        Some(Self::Predicted { rows, log_variances })
+    }
+
+    /// Logarithm of the determinant of the noise's covariance.
+    pub(crate) fn log_determinant(&self, series: &[Vec<usize>]) -> f64 {
+        match self {
+            Self::Neighbours(phi) => {
+                let predicted: usize = series.iter().map(|one| one.len().saturating_sub(1)).sum();
+                count(predicted) * (1.0 - phi * phi).ln()
+            }
+            Self::Predicted { log_variances, .. } => {
+                series.iter().map(|one| log_variances[..one.len()].iter().sum::<f64>()).sum()
+            }
+        }
+    }
+
+    /// Columns whitened series by series; rows outside any series stay as they are.
+    pub(crate) fn apply(&self, series: &[Vec<usize>], columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = columns.clone();
+        for one in series {
+            match self {
+                Self::Neighbours(phi) => {
+                    let scale = (1.0 - phi * phi).sqrt().recip();
+                    for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
+                        for pair in one.windows(2) {
+                            to[pair[1]] = (from[pair[1]] - phi * from[pair[0]]) * scale;
+                        }
+                    }
+                }
+                Self::Predicted { rows, .. } => {
+                    let rows: DMatrixView<'_, f64> = rows.view((0, 0), (one.len(), one.len()));
+                    let columns = columns.select_rows(one);
+                    let white = if columns.ncols() < MANY {
+                        lower_triangular_times(rows, &columns)
+                    } else {
+                        rows * columns
+                    };
+                    for (&row, white) in one.iter().zip(white.row_iter()) {
+                        out.row_mut(row).copy_from(&white);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Columns from which on a product of whole matrices is faster than half of it column by column.
+const MANY: usize = 6;
+
+fn lower_triangular_times(rows: DMatrixView<'_, f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());
+    for (mut product, column) in product.column_iter_mut().zip(columns.column_iter()) {
+        for (j, value) in column.iter().enumerate() {
+            product.rows_range_mut(j..).axpy(*value, &rows.column(j).rows_range(j..), 1.0);
+        }
+    }
+    product
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of sums over as many products as there are readings, of condition 100.
+    const ROUND_OFF: f64 = 1e-12;
+
+    #[test]
+    fn readings_of_a_wandering_position_come_out_white() {
+        const N: usize = 12;
+        const PHI: f64 = 0.8;
+        let wave = |i: usize, of: f64| (of * count(i)).sin();
+        let directions: Vec<Vector3<f64>> = (0..N)
+            .map(|i| Vector3::new(wave(i, 1.0), wave(i, 2.3), 1.0 + wave(i, 0.7)).normalize())
+            .collect();
+        // From the process itself: each coordinate is what is left of the first value and of every
+        // innovation since.
+        let share = |k: usize| if k == 0 { 1.0 } else { (1.0 - PHI * PHI).sqrt() };
+        let readings = DMatrix::from_fn(N, 3 * N, |i, column| {
+            let (k, axis) = (column / 3, column % 3);
+            let faded = (k..i).fold(share(k), |left, _| PHI * left);
+            if k <= i { faded * directions[i][axis] } else { 0.0 }
+        });
+        let whitening = Whitening::read_along(PHI, &directions).unwrap();
+        let white = whitening.apply(&[(0..N).collect()], &readings);
+        let covariance = &white * white.transpose();
+        assert!((covariance - DMatrix::identity(N, N)).amax() < ROUND_OFF);
+        let of_process = (&readings * readings.transpose()).determinant().ln();
+        assert!((whitening.log_determinant(&[(0..N).collect()]) - of_process).abs() < ROUND_OFF);
+    }
+
+    #[test]
+    fn readings_that_all_look_one_way_are_an_autoregression() {
+        let series = [(0..9).collect::<Vec<usize>>()];
+        let columns = DMatrix::from_fn(9, 2, |i, j| count(3 * i + 5 * j).cos());
+        let along = Whitening::read_along(0.6, &[Vector3::z(); 9]).unwrap();
+        let neighbours = Whitening::Neighbours(0.6);
+        let difference = along.apply(&series, &columns) - neighbours.apply(&series, &columns);
+        assert!(difference.amax() < ROUND_OFF);
+        assert!(
+            (along.log_determinant(&series) - neighbours.log_determinant(&series)).abs()
+                < ROUND_OFF
+        );
+    }
+}

@@ -1,0 +1,11 @@
+//! Whether something is in the residual by more than chance, and what it predicts.
+
+pub(crate) mod agreement;
+pub(crate) mod f_test;
+pub(crate) mod global_test;
+pub(crate) mod hold_out;
+pub(crate) mod lack_of_fit;
+pub(crate) mod odd_group;
+pub(crate) mod significance;
+pub(crate) mod under_noise;
+pub(crate) mod vector_noise;

@@ -1,0 +1,93 @@
+//! A single group that does not lie where all the others do.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::Remaining;
+use crate::count::count;
+use crate::levels::ODD_GROUP;
+use crate::noise::linear::Linear;
+
+/// Fewest groups that show how far groups differ.
+const MIN_GROUPS: usize = 6;
+
+/// Fewest readings of a component in a group whose mean is near normal, whatever their own law.
+const MIN_READINGS: usize = 4;
+
+/// Groups of several readings whose mean lies farther off than those of the others allow.
+///
+/// The mean residual of each group is compared with those of all other groups (Student's t with
+/// the group itself left out of their scatter), so that nothing need be known of the memory that
+/// the noise has within a group. The worst group is named.
+pub(crate) fn odd_groups(lin: &Linear<'_>) -> Option<Remaining> {
+    let residual = lin.clean_residual();
+    if lin.clusters.len() < MIN_GROUPS {
+        return None;
+    }
+    let components = lin.rows.iter().map(|&row| lin.layout.rows[row].component + 1).max()?;
+    let mut worst: Option<(f64, usize)> = None;
+    let mut looked_at = 0;
+    for component in 0..components {
+        let of = |i: &&usize| {
+            let row = &lin.layout.rows[lin.rows[**i]];
+            row.reported && row.component == component
+        };
+        let mean = |cluster: &Vec<usize>| {
+            let values: Vec<f64> = cluster.iter().filter(of).map(|&i| residual[i]).collect();
+            let n = count(values.len());
+            (values.len() >= MIN_READINGS).then(|| values.iter().sum::<f64>() / n)
+        };
+        let mut sizes: Vec<usize> =
+            lin.clusters.iter().map(|rows| rows.iter().filter(of).count()).collect();
+        let size_of = sizes.clone();
+        sizes.sort_unstable();
+        let usual = sizes[sizes.len() / 2];
+        // The mean of a much smaller group scatters more than those of the others show.
+        let alike = |cluster: usize| 2 * size_of[cluster] >= usual;
+        let means: Vec<(usize, f64)> = (lin.clusters.iter().enumerate())
+            .filter(|(cluster, _)| alike(*cluster))
+            .filter_map(|(cluster, rows)| Some((cluster, mean(rows)?)))
+            .collect();
+        if means.len() < MIN_GROUPS {
+            continue;
+        }
+        looked_at += means.len();
+        for &(cluster, own) in &means {
+            let others: Vec<f64> =
+                means.iter().filter(|(c, _)| *c != cluster).map(|(_, m)| *m).collect();
+            let p_value = apart(own, &others);
+            if worst.is_none_or(|(least, _)| p_value < least) {
+                worst = Some((p_value, cluster));
+            }
+        }
+    }
+    let (p_value, cluster) = worst?;
+    let p_value = (p_value * count(looked_at)).min(1.0);
+    let name = &lin.layout.groups[lin.cluster_groups[cluster]].name;
+    (p_value <= ODD_GROUP).then(|| Remaining {
+        covariate: "group".to_owned(),
+        shape: format!("{name} lies apart from all the others"),
+        p_value,
+    })
+}
+
+/// Significance of one value beside others.
+fn apart(own: f64, others: &[f64]) -> f64 {
+    let n = count(others.len());
+    let mean = others.iter().sum::<f64>() / n;
+    let variance = others.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let spread = (variance * (1.0 + 1.0 / n)).sqrt();
+    let Ok(law) = StudentsT::new(0.0, 1.0, n - 1.0) else { return 1.0 };
+    if spread > 0.0 { 2.0 * law.sf(((own - mean) / spread).abs()) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::apart;
+
+    #[test]
+    fn one_value_apart_is_significant_and_one_among_others_is_not() {
+        let others = [0.1, -0.2, 0.0, 0.15, -0.05, 0.02, -0.1];
+        assert!(apart(1.5, &others) < 1e-4);
+        assert!(apart(0.2, &others) > 0.05);
+    }
+}
