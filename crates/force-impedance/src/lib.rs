@@ -62,6 +62,7 @@ mod error;
 mod forward;
 mod head;
 mod impedance;
+mod impedance_parameters;
 #[cfg(feature = "std")]
 mod log;
 #[cfg(feature = "std")]
@@ -104,7 +105,8 @@ pub use design::{DesignPoint, Margins, Recommendation, design_point, margins_at,
 pub use error::ForceImpedanceError;
 pub use forward::ForwardPose;
 pub use head::{Head, HeadGeometry, HeadLimits};
-pub use impedance::{Discretisation, Impedance, ImpedanceParameters};
+pub use impedance::{Discretisation, Impedance};
+pub use impedance_parameters::ImpedanceParameters;
 #[cfg(feature = "std")]
 pub use log::{ForceFormula, LogSample, LoggedForce, solve_log};
 #[cfg(feature = "std")]

@@ -1,17 +1,14 @@
 //! A log as a model for the loop.
 
+mod discrepancy;
+
 use std::sync::Arc;
 
-use model_discrepancy::{
-    Covariate, Declared, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, State,
-};
-use nalgebra::{DMatrix, DVector};
+use model_discrepancy::{Covariate, Declared, Group, Layout, Origin, Role, Row, State};
 
 use crate::log_blocks::{Block, Recorded, blocks, groups, ranges};
 use crate::log_delay::Record;
 use crate::log_effects::LogEffect;
-use crate::log_inside::inside;
-use crate::log_proposals::proposals;
 use crate::{ForceFormula, ForceImpedanceError, Head, LogSample, LoggedForce, solve_log};
 
 /// Effects of temperature count from here (ISO 1).
@@ -313,40 +310,4 @@ fn records(
     }
     let of = |b: &Block| ends.partition_point(|end| *end <= b.samples.start);
     (records, blocks.iter().map(of).collect())
-}
-
-impl Model for LogModel {
-    fn declared(&self) -> &Declared {
-        &self.declared
-    }
-
-    fn residuals(&self, at: &State) -> DVector<f64> {
-        let mut all =
-            DVector::from_iterator(self.blocks.len(), self.blocks.iter().map(|b| b.residual));
-        for (effect, amplitude) in at.amplitudes.iter().enumerate() {
-            if amplitude[0] != 0.0 {
-                for (i, r) in all.iter_mut().enumerate() {
-                    *r -= self.effect(effect, amplitude[0], i).0;
-                }
-            }
-        }
-        all
-    }
-
-    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        DMatrix::zeros(self.blocks.len(), 0)
-    }
-
-    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        let amplitude = at.amplitudes[effect][0];
-        DMatrix::from_fn(self.blocks.len(), 1, |i, _| -self.effect(effect, amplitude, i).1)
-    }
-
-    fn inside(&self, at: &State) -> Option<Inside> {
-        inside(self, at)
-    }
-
-    fn proposals(&self) -> Vec<Proposal> {
-        proposals(self)
-    }
 }

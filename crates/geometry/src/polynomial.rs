@@ -4,11 +4,8 @@ use nalgebra::{Matrix2, Point3, Vector2};
 
 use crate::error::finite;
 use crate::graph::{self, Graph, Jet};
-use crate::univariate::Univariate;
+use crate::univariate::{MAX_DEGREE, Univariate};
 use crate::{Curvature, Foot, GeometryError, Hit, Line, Surface};
-
-/// Highest total degree of a term; freeform optics use some ten.
-pub(crate) const MAX_DEGREE: usize = 24;
 
 /// `z = Σ a (x/unit)^i (y/unit)^j`, without an aperture; its normal points to +z.
 ///

@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use crate::polynomial::MAX_DEGREE;
+/// Highest total degree of a term; freeform optics use some ten.
+pub(crate) const MAX_DEGREE: usize = 24;
 
 /// Coefficients, the constant first.
 #[derive(Clone, Copy, Debug)]

@@ -44,7 +44,7 @@ pub fn covariance<P: Problem>(
         return Err(SolveError::Unobservable {
             directions: factored.free_directions(problem, &linearised),
             best: Box::new(at.clone()),
-            report: Box::new(Report::new(&linearised, &factored, counts, cost)),
+            report: Box::new(report(&linearised, &factored, counts, cost)),
         });
     }
     Ok(Covariance {
@@ -169,5 +169,29 @@ pub(crate) fn singular_values(r: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) 
         // The iteration of the SVD failed, which finite input has never made it do: nothing is
         // known of the rank, so nothing is claimed.
         Err(_) => (DVector::zeros(n), DMatrix::identity(n, n)),
+    }
+}
+
+/// How a search went, and what it left at its end.
+pub(crate) fn report(
+    at: &Linearised,
+    factored: &Factored,
+    counts: Counts,
+    initial_cost: f64,
+) -> Report {
+    Report {
+        termination: None,
+        searches: counts.searches,
+        iterations: counts.iterations,
+        residual_evaluations: counts.residuals,
+        jacobian_evaluations: counts.jacobians,
+        initial_cost,
+        final_cost: at.evaluated.cost,
+        gradient: at.gradient_correlation(),
+        rank: factored.rank(),
+        condition: factored.condition,
+        residuals_given: at.evaluated.residuals.len(),
+        residuals_used: at.residuals_used(),
+        parameters: at.free.len(),
     }
 }

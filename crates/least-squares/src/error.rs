@@ -2,7 +2,7 @@ use std::fmt;
 
 use nalgebra::DVector;
 
-use crate::Report;
+use crate::{FreeDirection, Report};
 
 /// Why there is no estimate to rely on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -147,38 +147,12 @@ pub enum SolveError<Point = DVector<f64>> {
     },
 }
 
-/// A combination of tangent directions that no residual sees.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FreeDirection {
-    /// Name and share of each tangent direction that takes part, largest share first.
-    ///
-    /// Shares are of the column-scaled Jacobian, so that units do not matter; the largest is 1.
-    pub components: Vec<(String, f64)>,
-    /// The direction as a tangent step, in the units of the parameters.
-    pub step: DVector<f64>,
-}
-
 struct Listed<'a>(&'a [FreeDirection]);
 
 impl fmt::Display for Listed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, direction) in self.0.iter().enumerate() {
             write!(f, "{}{direction}", if i == 0 { "" } else { " and " })?;
-        }
-        Ok(())
-    }
-}
-
-impl fmt::Display for FreeDirection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (name, share)) in self.components.iter().enumerate() {
-            let sign = match (i, *share < 0.0) {
-                (0, false) => "",
-                (0, true) => "−",
-                (_, false) => " + ",
-                (_, true) => " − ",
-            };
-            write!(f, "{sign}{:.2}·{name}", share.abs())?;
         }
         Ok(())
     }

@@ -103,6 +103,7 @@ mod bordered;
 mod check;
 mod covariance;
 mod error;
+mod free_direction;
 mod linearised;
 mod loss;
 mod null_space;
@@ -123,7 +124,8 @@ pub use bordered::{
 };
 pub use check::{JacobianCheck, JacobianEntry, check_jacobian};
 pub use covariance::{Covariance, covariance};
-pub use error::{FreeDirection, SolveError};
+pub use error::SolveError;
+pub use free_direction::FreeDirection;
 pub use loss::{Loss, RobustRows};
 pub use options::Options;
 pub use prior::{Prior, WithPrior, with_vector_prior};

@@ -1,9 +1,5 @@
 use std::fmt;
 
-use crate::covariance::Factored;
-use crate::linearised::Linearised;
-use crate::search::Counts;
-
 /// How a solution was reached, or how far the search came.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -34,31 +30,6 @@ pub struct Report {
     pub residuals_used: usize,
     /// Free tangent directions.
     pub parameters: usize,
-}
-
-impl Report {
-    pub(crate) fn new(
-        at: &Linearised,
-        factored: &Factored,
-        counts: Counts,
-        initial_cost: f64,
-    ) -> Self {
-        Self {
-            termination: None,
-            searches: counts.searches,
-            iterations: counts.iterations,
-            residual_evaluations: counts.residuals,
-            jacobian_evaluations: counts.jacobians,
-            initial_cost,
-            final_cost: at.evaluated.cost,
-            gradient: at.gradient_correlation(),
-            rank: factored.rank(),
-            condition: factored.condition,
-            residuals_given: at.evaluated.residuals.len(),
-            residuals_used: at.residuals_used(),
-            parameters: at.free.len(),
-        }
-    }
 }
 
 /// Ways to succeed.

@@ -1,4 +1,4 @@
-use crate::covariance::Factored;
+use crate::covariance::{Factored, report};
 use crate::search::{Counts, Ended, Found, Style, search};
 use crate::valley;
 use crate::{Options, Problem, Report, Solution, SolveError};
@@ -113,7 +113,7 @@ impl<Point: Clone> Candidate<Point> {
             Ended::Stalled | Ended::OutOfIterations => None,
         };
         let factored = factored.expect("a search that ends otherwise has a finite Jacobian");
-        let report = Report { termination, ..Report::new(&at, &factored, counts, initial_cost) };
+        let report = Report { termination, ..report(&at, &factored, counts, initial_cost) };
         if !factored.is_full_rank() {
             let directions = factored.free_directions(problem, &at);
             let (best, report) = (Box::new(point), Box::new(report));

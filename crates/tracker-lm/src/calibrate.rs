@@ -10,7 +10,8 @@ use crate::network::Network;
 use crate::search::{covariance, settle};
 use crate::spread::Columns;
 use crate::start::Start;
-use crate::{Calibration, Formulation, Noise, Options, Survey, TrackerError};
+use crate::weights::Weights;
+use crate::{Calibration, Formulation, Options, Survey, TrackerError};
 use crate::{joint_result, points_result};
 
 /// Standard uncertainty of a displacement that the first fit takes where none is declared.
@@ -63,19 +64,6 @@ fn checked<'a>(
     let network = Network::new(survey, options)?;
     let nominal: Vec<Point3<f64>> = survey.stations.iter().map(|s| s.nominal_mm).collect();
     Ok((network, StationChart::new(&nominal, options)?))
-}
-
-/// Standard uncertainties in use.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Weights {
-    pub(crate) displacement_mm: f64,
-    pub(crate) rigid_mm: f64,
-}
-
-impl Weights {
-    fn new(noise: &Noise, displacement_mm: f64) -> Self {
-        Self { displacement_mm, rigid_mm: noise.rigid_mm.unwrap_or(displacement_mm) }
-    }
 }
 
 /// Fits from the nominal start, from a resected one where that is poor, and estimates the noise

@@ -11,7 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::effects::Change;
+use crate::change::{Change, Offered};
 use crate::network::Network;
 use crate::reduction::Reduction;
 use crate::sights::Sight;
@@ -47,14 +47,6 @@ struct Thing {
 struct Visit {
     step: usize,
     ranges: Vec<usize>,
-}
-
-/// A change for the catalogue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Offered {
-    pub(crate) change: Change,
-    /// How many were looked at to find it; one where the run alone offers it.
-    pub(crate) searched: usize,
 }
 
 /// Changes for the catalogue, in the order of things and readings.

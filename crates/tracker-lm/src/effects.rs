@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 use nalgebra::Vector3;
 
-use crate::changes::Offered;
+use crate::change::{Change, Offered};
 use crate::sights::Sight;
 use crate::{Approach, Range, Step, Survey};
 
@@ -16,8 +16,6 @@ use crate::{Approach, Range, Step, Survey};
 pub(crate) const REFERENCE_C: f64 = 20.0;
 /// Ending of the columns that are temperatures.
 const CELSIUS: &str = "_c";
-/// Nearer to the axis than this a reflector has no side that faces outward.
-const ON_AXIS_MM: f64 = 1.0;
 
 /// An effect as the loop sees it, and what it does to every range.
 #[derive(Clone, Debug)]
@@ -42,15 +40,6 @@ pub(crate) struct Scene<'a> {
     pub(crate) approaches: &'a [Approach],
     /// Dead path of every range.
     pub(crate) dead_path_of: &'a [usize],
-}
-
-/// A change that begins with a range, in the order measured, and stays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
-    /// Of a dead path, by the station and mount (or station alone) it belongs to.
-    DeadPath { station: usize, mount: Option<usize>, range: usize },
-    /// Of the place of a reflector.
-    Mount { mount: usize, range: usize },
 }
 
 /// The catalogue: effects of the whole run, then changes at the given steps.
@@ -312,26 +301,6 @@ fn changed(scene: &Scene<'_>, change: Change) -> Entry {
             })
         }
     }
-}
-
-impl Change {
-    /// Whether a range is measured after the change, of what has changed.
-    pub(crate) fn touches(&self, survey: &Survey, index: usize) -> bool {
-        let r = &survey.ranges[index];
-        match *self {
-            Self::DeadPath { station, mount, range } => {
-                r.station == station && mount.is_none_or(|j| r.mount == j) && index >= range
-            }
-            Self::Mount { mount, range } => r.mount == mount && index >= range,
-        }
-    }
-}
-
-/// Direction in which a reflector is taken to look, in the turning frame.
-pub(crate) fn outward(survey: &Survey, body_mm: &Vector3<f64>) -> Vector3<f64> {
-    let axis = survey.axis.direction.into_inner();
-    let radial = body_mm - axis * axis.dot(body_mm);
-    if radial.norm() > ON_AXIS_MM { radial.normalize() } else { axis }
 }
 
 /// Way that the axis came to every step: as recorded, else as the order of the steps shows it.

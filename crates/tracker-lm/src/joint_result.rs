@@ -3,12 +3,12 @@
 use least_squares::{BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix4, Matrix6, Point3, Vector4, Vector6};
 
-use crate::calibrate::Weights;
 use crate::joint::Joint;
 use crate::location::{fit_matrices, located};
 use crate::network::Network;
 use crate::search::covariance;
 use crate::spread::{Spread, dense_block};
+use crate::weights::Weights;
 use crate::{
     AxisError, AxisLocation, Calibration, DeadPathEstimate, ErrorOrder, MountEstimate, Options,
     RotaryAxis, StationEstimate, TrackerError,

@@ -32,6 +32,7 @@
 mod axis;
 mod calibrate;
 mod calibration;
+mod change;
 mod changes;
 mod effects;
 mod error;
@@ -55,6 +56,7 @@ mod spread;
 mod start;
 mod survey;
 mod targets;
+mod weights;
 mod with_effects;
 
 pub use axis::{AxisLetter, RotaryAxis};

@@ -1,14 +1,16 @@
 //! The declared model, as the loop sees it.
 
+mod discrepancy;
+
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Parameter, Proposal,
-    Role, Row, State,
+    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Role, Row,
 };
 use nalgebra::{DMatrix, DVector, Point3};
 
 use crate::calibrate::fitted_joint;
-use crate::changes::{Fitted, Offered, changes};
+use crate::change::Offered;
+use crate::changes::{Fitted, changes};
 use crate::effects::{Entry, Scene, approaches, catalogue};
 use crate::gauge::StationChart;
 use crate::joint::Joint;
@@ -275,30 +277,4 @@ fn base(joint: &Joint<'_>) -> Vec<Parameter> {
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 pub(crate) fn count(n: usize) -> f64 {
     n as f64
-}
-
-impl Model for TrackerModel {
-    fn declared(&self) -> &Declared {
-        &self.linear.declared
-    }
-
-    fn residuals(&self, at: &State) -> DVector<f64> {
-        self.linear.residuals(at)
-    }
-
-    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
-        self.linear.base_jacobian(at)
-    }
-
-    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        self.linear.tangent(at, effect)
-    }
-
-    fn inside(&self, _: &State) -> Option<Inside> {
-        None
-    }
-
-    fn proposals(&self) -> Vec<Proposal> {
-        crate::proposals::proposals(self)
-    }
 }

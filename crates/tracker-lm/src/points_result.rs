@@ -3,13 +3,13 @@
 use least_squares::{BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix3, MatrixXx3, Point3, Vector3, Vector6};
 
-use crate::calibrate::Weights;
 use crate::free_points::{FreePoints, point_of};
 use crate::joint_result::{in_order, location, square, stations};
 use crate::motion::error_at_angle;
 use crate::network::{MIN_MOUNTS, Network, check_collinear};
 use crate::search::covariance;
 use crate::spread::{Spread, dense_block};
+use crate::weights::Weights;
 use crate::{AxisError, Calibration, MountEstimate, Options, TrackerError};
 
 pub(crate) fn result(

@@ -3,8 +3,11 @@
 use least_squares::BorderedPoint;
 use nalgebra::{Vector3, Vector6};
 
-use crate::effects::outward;
+use crate::Survey;
 use crate::joint::Joint;
+
+/// Nearer to the axis than this a reflector has no side that faces outward.
+const ON_AXIS_MM: f64 = 1.0;
 
 /// Geometry of one range.
 #[derive(Clone, Copy, Debug)]
@@ -47,4 +50,11 @@ pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
         .into_iter()
         .map(|s| s.expect("every range has a step, and every step an angle"))
         .collect()
+}
+
+/// Direction in which a reflector is taken to look, in the turning frame.
+pub(crate) fn outward(survey: &Survey, body_mm: &Vector3<f64>) -> Vector3<f64> {
+    let axis = survey.axis.direction.into_inner();
+    let radial = body_mm - axis * axis.dot(body_mm);
+    if radial.norm() > ON_AXIS_MM { radial.normalize() } else { axis }
 }

@@ -90,13 +90,13 @@ impl Nurbs {
     /// Beginning and end of a direction with its margins.
     fn widened(&self, direction: usize) -> [f64; 2] {
         let ([from, to], [before, after]) =
-            (self.knots[direction].domain(), self.margins[direction]);
+            (self.net.knots[direction].domain(), self.margins[direction]);
         [from - before, to + after]
     }
 
     fn is_inside(&self, at: [f64; 2]) -> bool {
         (0..2).all(|d| {
-            let [from, to] = self.knots[d].domain();
+            let [from, to] = self.net.knots[d].domain();
             let slack = SAME_SHARE * (to - from);
             (from - slack..=to + slack).contains(&at[d])
         })
@@ -118,7 +118,7 @@ impl Nurbs {
     /// Whether a place is on an edge that is none: a seam, or a pole.
     fn goes_on(&self, at: [f64; 2]) -> bool {
         (0..2).any(|d| {
-            let ([from, to], [before, after]) = (self.knots[d].domain(), self.margins[d]);
+            let ([from, to], [before, after]) = (self.net.knots[d].domain(), self.margins[d]);
             (at[d] <= from && before == 0.0) || (at[d] >= to && after == 0.0)
         })
     }

@@ -41,16 +41,16 @@ impl NurbsJet {
 impl Nurbs {
     /// The point at a place and its derivatives; beyond the edge the outermost polynomial goes on.
     pub(super) fn jet_at(&self, [u, v]: [f64; 2]) -> NurbsJet {
-        let spans = [self.knots[0].span(u), self.knots[1].span(v)];
-        let along_u = self.knots[0].weights(spans[0], u);
-        let along_v = self.knots[1].weights(spans[1], v);
+        let spans = [self.net.knots[0].span(u), self.net.knots[1].span(v)];
+        let along_u = self.net.knots[0].weights(spans[0], u);
+        let along_v = self.net.knots[1].weights(spans[1], v);
         // Value, ∂u, ∂v, ∂uu, ∂uv, ∂vv.
         let mut sums = [Vector4::zeros(); 6];
         let across = along_v[0].iter().zip(&along_v[1]).zip(&along_v[2]);
-        for (b, ((of, first), second)) in across.enumerate().take(self.knots[1].degree + 1) {
+        for (b, ((of, first), second)) in across.enumerate().take(self.net.knots[1].degree + 1) {
             let mut row = [Vector4::zeros(); 3];
-            for a in 0..=self.knots[0].degree {
-                let control = self.control(spans, a, b);
+            for a in 0..=self.net.knots[0].degree {
+                let control = self.net.control(spans, a, b);
                 for (sum, weights) in row.iter_mut().zip(&along_u) {
                     *sum += control * weights[a];
                 }
@@ -96,7 +96,7 @@ impl Nurbs {
         // At a collapsed edge one tangent vanishes in proportion to the distance from it; inwards
         // of the edge it has the sign of the mixed derivative.
         let inwards = |d: usize| {
-            let [from, to] = self.knots[d].domain();
+            let [from, to] = self.net.knots[d].domain();
             if at[d] - from <= to - at[d] { 1.0 } else { -1.0 }
         };
         let limit = || {

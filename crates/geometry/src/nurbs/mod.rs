@@ -1,4 +1,5 @@
 mod closest;
+mod control_net;
 mod hits;
 mod jet;
 mod knots;
@@ -14,6 +15,7 @@ pub use jet::NurbsJet;
 use crate::error::finite;
 use crate::surface::ahead;
 use crate::{Curvature, Foot, GeometryError, Hit, Line, Surface};
+use control_net::ControlNet;
 use knots::Knots;
 use patch::Leaf;
 use tree::Tree;
@@ -26,9 +28,7 @@ use tree::Tree;
 /// twentieth of their span, unless the edge closes on the one across or collapses to a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nurbs {
-    knots: [Knots; 2],
-    /// Control points times weight, and weight; u running fastest.
-    net: Vec<Vector4<f64>>,
+    net: ControlNet,
     /// How far beyond its beginning and end each direction goes on.
     margins: [[f64; 2]; 2],
     tree: Tree,
@@ -71,11 +71,12 @@ impl Nurbs {
             points_mm.iter().zip(weights).map(|(p, w)| (p.coords * *w).push(*w)).collect();
         finite(net.iter().flat_map(|p| p.iter()), "weighted control point")?;
         let margins = margins(&knots, points_mm, weights);
-        let mut this = Self { knots, net, margins, tree: Tree::new(Vec::new()) };
+        let net = ControlNet { knots, points: net };
+        let mut this = Self { net, margins, tree: Tree::new(Vec::new()) };
         this.tree = Tree::new(this.leaves());
         // A net on a line or at a point is no surface: its middle has no normal.
         let [u, v] = [0, 1].map(|d| {
-            let [from, to] = this.knots[d].domain();
+            let [from, to] = this.net.knots[d].domain();
             from + 0.493 * (to - from)
         });
         this.normal(u, v)?;
@@ -94,13 +95,15 @@ impl Nurbs {
     /// The same surface with the opposite normal: u and v exchanged.
     #[must_use]
     pub fn flipped(&self) -> Self {
-        let [columns, rows] = [self.knots[0].count(), self.knots[1].count()];
+        let [columns, rows] = [self.net.knots[0].count(), self.net.knots[1].count()];
         let net = (0..columns).flat_map(|i| (0..rows).map(move |j| i + j * columns));
-        let [u, v] = self.knots.clone();
+        let [u, v] = self.net.knots.clone();
         let [of_u, of_v] = self.margins;
         let mut this = Self {
-            knots: [v, u],
-            net: net.map(|index| self.net[index]).collect(),
+            net: ControlNet {
+                knots: [v, u],
+                points: net.map(|index| self.net.points[index]).collect(),
+            },
             margins: [of_v, of_u],
             tree: Tree::new(Vec::new()),
         };
@@ -111,7 +114,7 @@ impl Nurbs {
     /// Beginning and end of u and of v.
     #[must_use]
     pub fn domain(&self) -> [[f64; 2]; 2] {
-        [self.knots[0].domain(), self.knots[1].domain()]
+        [self.net.knots[0].domain(), self.net.knots[1].domain()]
     }
 
     /// The point at a place, and how it changes.
@@ -121,7 +124,7 @@ impl Nurbs {
     /// [`GeometryError::OutsideKnots`].
     pub fn jet(&self, u: f64, v: f64) -> Result<NurbsJet, GeometryError> {
         let inside = (0..2).all(|d| {
-            let [from, to] = self.knots[d].domain();
+            let [from, to] = self.net.knots[d].domain();
             (from..=to).contains(&[u, v][d])
         });
         if inside { Ok(self.jet_at([u, v])) } else { Err(GeometryError::OutsideKnots { u, v }) }
@@ -160,19 +163,12 @@ impl Nurbs {
         self.nearest(query_mm).map(|nearest| nearest.at)
     }
 
-    /// A control point of a span, `a` and `b` from its first.
-    fn control(&self, spans: [usize; 2], a: usize, b: usize) -> &Vector4<f64> {
-        let i = spans[0] - self.knots[0].degree + a;
-        let j = spans[1] - self.knots[1].degree + b;
-        &self.net[i + j * self.knots[0].count()]
-    }
-
     fn leaves(&self) -> Vec<Leaf> {
         let mut leaves = Vec::new();
-        for (along_v, from_to_v) in self.knots[1].spans() {
-            for (along_u, from_to_u) in self.knots[0].spans() {
+        for (along_v, from_to_v) in self.net.knots[1].spans() {
+            for (along_u, from_to_u) in self.net.knots[0].spans() {
                 let domain = [from_to_u, from_to_v];
-                Leaf::cut(self, [along_u, along_v], domain, [0; 2], &mut leaves);
+                Leaf::cut(&self.net, [along_u, along_v], domain, [0; 2], &mut leaves);
             }
         }
         leaves

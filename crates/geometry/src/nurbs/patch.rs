@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::Nurbs;
+use super::control_net::ControlNet;
 use crate::Line;
 
 /// Turn of a leaf along one direction, rad: flat enough for one foot and one hit at most, up to
@@ -25,18 +25,18 @@ pub(super) struct Leaf {
 impl Leaf {
     /// Cuts a piece of a span into leaves.
     pub(super) fn cut(
-        surface: &Nurbs,
+        net: &ControlNet,
         spans: [usize; 2],
         domain: [[f64; 2]; 2],
         halvings: [u32; 2],
         out: &mut Vec<Self>,
     ) {
-        let net = Net::of(surface, spans, domain);
-        let turns = [net.turn(0), net.turn(1)];
+        let piece = Net::of(net, spans, domain);
+        let turns = [piece.turn(0), piece.turn(1)];
         let direction = usize::from(turns[1] > turns[0]);
         let splits = |d: usize| turns[d] > MAX_TURN_RAD && halvings[d] < MAX_HALVINGS;
         let Some(along) = [direction, 1 - direction].into_iter().find(|&d| splits(d)) else {
-            out.push(net.leaf(domain));
+            out.push(piece.leaf(domain));
             return;
         };
         let [from, to] = domain[along];
@@ -44,9 +44,9 @@ impl Leaf {
         let mut deeper = halvings;
         deeper[along] += 1;
         for half in [[from, middle], [middle, to]] {
-            let mut piece = domain;
-            piece[along] = half;
-            Self::cut(surface, spans, piece, deeper, out);
+            let mut part = domain;
+            part[along] = half;
+            Self::cut(net, spans, part, deeper, out);
         }
     }
 
@@ -112,8 +112,8 @@ struct Net {
 }
 
 impl Net {
-    fn of(surface: &Nurbs, spans: [usize; 2], domain: [[f64; 2]; 2]) -> Self {
-        let [u, v] = [0, 1].map(|d| surface.knots[d].bezier(spans[d], domain[d]));
+    fn of(net: &ControlNet, spans: [usize; 2], domain: [[f64; 2]; 2]) -> Self {
+        let [u, v] = [0, 1].map(|d| net.knots[d].bezier(spans[d], domain[d]));
         let counts = [u.nrows(), v.nrows()];
         let mut points_mm = Vec::with_capacity(counts[0] * counts[1]);
         for j in 0..counts[1] {
@@ -121,7 +121,7 @@ impl Net {
                 let mut sum = nalgebra::Vector4::zeros();
                 for b in 0..counts[1] {
                     for a in 0..counts[0] {
-                        sum += surface.control(spans, a, b) * (u[(i, a)] * v[(j, b)]);
+                        sum += net.control(spans, a, b) * (u[(i, a)] * v[(j, b)]);
                     }
                 }
                 points_mm.push(Point3::from(sum.xyz() / sum.w));

@@ -1,15 +1,15 @@
 use geometry::Foot;
+mod discrepancy;
+
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
-    Row, State,
+    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Role, Row, State,
 };
-use nalgebra::{DMatrix, DVector, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use super::effects::{self, Entry, Setting, ratio};
 use super::measured::MeasuredTouch;
-use super::proposals;
 use super::setup::{Setup, reported};
-use super::term::{Contact, Distances, Term, combined, stacked};
+use super::term::{Contact, Distances, Term, combined};
 use crate::exact::{Chart, Whitened};
 use crate::{Noise, Part, PoseError, PoseOptions, PoseParameter, PoseStart, Touch, fit_pose};
 
@@ -320,96 +320,4 @@ fn push(layout: &mut Layout, group: usize, sigma: f64, reported: bool) {
     let observation = layout.observations.len();
     layout.observations.push(group);
     layout.rows.push(Row { observation, component: 0, sigma, reported });
-}
-
-impl Model for PoseModel {
-    fn declared(&self) -> &Declared {
-        &self.declared
-    }
-
-    fn residuals(&self, at: &State) -> DVector<f64> {
-        let charts = self.charts(at);
-        let target_mm = self.options.tip.signed_radius_mm();
-        let mut residuals = Vec::with_capacity(self.declared.layout.rows.len());
-        for (index, &setup) in self.setup_of.iter().enumerate() {
-            let (center_mm, added_mm) = self.corrected(index, at);
-            let distance_mm = self
-                .foot(&charts[setup], &center_mm)
-                .map_or(f64::NAN, |foot| foot.signed_distance_mm);
-            residuals.push(distance_mm - target_mm - added_mm);
-        }
-        for (setup, chart) in self.setups.iter().zip(&charts) {
-            if let Some(lateral) = &setup.lateral {
-                residuals.extend(lateral.equations(chart).map(|(_, residual)| residual));
-            }
-        }
-        for standard in &self.standards {
-            let of = |(e, k): (usize, usize)| at.amplitudes[e][k];
-            residuals.push(self.amplitude_of(standard).map_or(0.0, of));
-        }
-        DVector::from_vec(residuals)
-    }
-
-    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
-        let mut jacobian =
-            DMatrix::zeros(self.declared.layout.rows.len(), self.declared.base.len());
-        for (i, (setup, row)) in self.pose_rows(at).into_iter().enumerate() {
-            for (k, &parameter) in self.free.iter().enumerate() {
-                jacobian[(i, self.setups[setup].first + k)] = row[parameter];
-            }
-        }
-        jacobian
-    }
-
-    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        let term = &self.terms[effect];
-        if matches!(term, Term::BadPoint { .. }) {
-            return DMatrix::from_element(1, 1, -1.0);
-        }
-        let (rows, columns) =
-            (self.declared.layout.rows.len(), self.declared.effects[effect].parameters.len());
-        if let Term::Pose(parameters) = term {
-            let pose_rows = self.pose_rows(at);
-            return DMatrix::from_fn(rows, columns, |i, k| {
-                pose_rows.get(i).map_or(0.0, |(_, row)| row[parameters[k]])
-            });
-        }
-        let charts = self.charts(at);
-        let parts = self.distances();
-        let of_touch = |i: usize| -> Vec<f64> {
-            let contact = self.contact(i);
-            let readings = term.readings(&contact);
-            let mut values = vec![0.0; columns];
-            if !readings.is_empty() {
-                let chart = &charts[self.setup_of[i]];
-                let (center_mm, _) = self.corrected(i, at);
-                let normal = self.foot(chart, &center_mm).map_or_else(
-                    || Vector3::repeat(f64::NAN),
-                    |foot| chart.direction_to_machine(&foot.normal),
-                );
-                for (value, reading) in values.iter_mut().zip(&readings) {
-                    *value -= normal.dot(reading);
-                }
-            }
-            for (value, distance) in values.iter_mut().zip(term.distances(&contact, &parts)) {
-                *value -= distance;
-            }
-            values
-        };
-        let mut tangent = stacked(rows, columns, of_touch, self.touches.len());
-        for (k, standard) in self.standards.iter().enumerate() {
-            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
-                tangent[(rows - self.standards.len() + k, column)] = 1.0;
-            }
-        }
-        tangent
-    }
-
-    fn inside(&self, _: &State) -> Option<Inside> {
-        None
-    }
-
-    fn proposals(&self) -> Vec<Proposal> {
-        proposals::proposals(self)
-    }
 }

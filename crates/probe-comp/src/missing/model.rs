@@ -1,13 +1,12 @@
-use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, State,
-};
-use nalgebra::{DMatrix, DVector, Point3, Unit, Vector3};
+use model_discrepancy::{Covariate, Declared, Effect, Group, Layout, Origin, Role, Row, State};
+mod discrepancy;
+
+use nalgebra::{Point3, Unit, Vector3};
 
 use super::catalogue::{self, Entry, Setting};
 use super::columns::as_f64;
 use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
-use super::proposals;
 use super::term::{Situation, Term, combined};
 use crate::compensate::foot_of_ball;
 use crate::nominal::{FormFrame, NominalFoot};
@@ -332,54 +331,4 @@ fn push(layout: &mut Layout, group: usize, sigma: f64, reported: bool) {
     let observation = layout.observations.len();
     layout.observations.push(group);
     layout.rows.push(Row { observation, component: 0, sigma, reported });
-}
-
-impl Model for ProbeModel {
-    fn declared(&self) -> &Declared {
-        &self.declared
-    }
-
-    fn residuals(&self, at: &State) -> DVector<f64> {
-        let of_touch = |index| {
-            let (center, added_mm) = self.corrected(index, at, |_| true);
-            self.judged(index, &center, added_mm).map_or(f64::NAN, |(_, deviation_mm)| deviation_mm)
-        };
-        let of_standard = |standard| {
-            self.amplitude_of(standard).map_or(0.0, |(e, k): (usize, usize)| at.amplitudes[e][k])
-        };
-        let touches = (0..self.touches.len()).map(of_touch);
-        let all = touches.chain(self.standards.iter().map(of_standard));
-        DVector::from_iterator(self.declared.layout.rows.len(), all)
-    }
-
-    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        DMatrix::zeros(self.declared.layout.rows.len(), 0)
-    }
-
-    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        if matches!(self.terms[effect], Term::BadPoint { .. }) {
-            return DMatrix::from_element(1, 1, -1.0);
-        }
-        let rows = self.declared.layout.rows.len();
-        let mut tangent = DMatrix::zeros(rows, self.declared.effects[effect].parameters.len());
-        for index in 0..self.touches.len() {
-            for (k, value) in self.row(at, effect, index).into_iter().enumerate() {
-                tangent[(index, k)] = value;
-            }
-        }
-        for (k, standard) in self.standards.iter().enumerate() {
-            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
-                tangent[(self.touches.len() + k, column)] = 1.0;
-            }
-        }
-        tangent
-    }
-
-    fn inside(&self, _: &State) -> Option<Inside> {
-        None
-    }
-
-    fn proposals(&self) -> Vec<Proposal> {
-        proposals::proposals(self)
-    }
 }

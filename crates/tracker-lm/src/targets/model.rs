@@ -12,21 +12,10 @@ use super::catalogue::{Scene, catalogue};
 use super::faults::{Fitted, faults};
 use super::rows::Rows;
 use super::sight::{ErrorAt, Sight};
-use super::{TargetCalibration, TargetOptions, TargetSurvey};
+use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
 use crate::TrackerError;
 use crate::model::elapsed;
 use crate::network::angles;
-
-/// What is left out together when the error on unseen data is judged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HoldOut {
-    /// A stop of the axis: its six errors are taken from itself.
-    #[default]
-    Step,
-    /// A reflector: its place is taken from the first stop at which it was seen, and corrected at
-    /// every later one by those before.
-    Mount,
-}
 
 /// What was recorded beside the readings.
 #[derive(Clone, Debug, Default, PartialEq)]

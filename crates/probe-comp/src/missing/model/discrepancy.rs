@@ -1,0 +1,57 @@
+//! What the loop asks of the model.
+
+use super::ProbeModel;
+use crate::missing::proposals;
+use crate::missing::term::Term;
+use model_discrepancy::{Declared, Inside, Model, Proposal, State};
+use nalgebra::{DMatrix, DVector};
+
+impl Model for ProbeModel {
+    fn declared(&self) -> &Declared {
+        &self.declared
+    }
+
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let of_touch = |index| {
+            let (center, added_mm) = self.corrected(index, at, |_| true);
+            self.judged(index, &center, added_mm).map_or(f64::NAN, |(_, deviation_mm)| deviation_mm)
+        };
+        let of_standard = |standard| {
+            self.amplitude_of(standard).map_or(0.0, |(e, k): (usize, usize)| at.amplitudes[e][k])
+        };
+        let touches = (0..self.touches.len()).map(of_touch);
+        let all = touches.chain(self.standards.iter().map(of_standard));
+        DVector::from_iterator(self.declared.layout.rows.len(), all)
+    }
+
+    fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
+        DMatrix::zeros(self.declared.layout.rows.len(), 0)
+    }
+
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        if matches!(self.terms[effect], Term::BadPoint { .. }) {
+            return DMatrix::from_element(1, 1, -1.0);
+        }
+        let rows = self.declared.layout.rows.len();
+        let mut tangent = DMatrix::zeros(rows, self.declared.effects[effect].parameters.len());
+        for index in 0..self.touches.len() {
+            for (k, value) in self.row(at, effect, index).into_iter().enumerate() {
+                tangent[(index, k)] = value;
+            }
+        }
+        for (k, standard) in self.standards.iter().enumerate() {
+            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
+                tangent[(self.touches.len() + k, column)] = 1.0;
+            }
+        }
+        tangent
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
+    }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        proposals::proposals(self)
+    }
+}
