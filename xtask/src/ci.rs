@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if !arguments.skip_tests {
         test::run()?;
     }
-    tidy::run(&tidy::Arguments::default())?;
+    tidy::run(tidy::Arguments::default())?;
     shell::cargo_with(
         &["doc", "--workspace", "--all-features", "--no-deps"],
         &[("RUSTDOCFLAGS", "-D warnings")],

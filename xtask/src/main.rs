@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
         Command::Realtime => realtime::run(),
-        Command::Tidy(arguments) => tidy::run(&arguments),
+        Command::Tidy(arguments) => tidy::run(arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -43,7 +43,7 @@ impl Finding {
 }
 
 /// Prints every finding and fails if there is an error among them.
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: Arguments) -> Result<()> {
     let findings = findings(arguments.write)?;
     for finding in &findings {
         println!("{}: {}", if finding.warning { "warning" } else { "error" }, finding.text);

@@ -78,7 +78,8 @@ fn diagram(arrows: &BTreeMap<String, Vec<String>>) -> String {
     for name in order {
         let layer = layers.get(name.as_str());
         if last.is_some_and(|last| last != layer) {
-            text += &format!("{}\n", "─".repeat(width + 2));
+            text += &"─".repeat(width + 2);
+            text += "\n";
         }
         last = Some(layer);
         let to = arrows[name].join(", ");

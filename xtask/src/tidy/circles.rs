@@ -86,26 +86,22 @@ fn source(here: &Module, text: &str, all: &BTreeMap<Module, String>) -> Source {
             continue;
         }
         let whole = std::mem::take(&mut rest);
-        match whole.find("use ").filter(|_| is_use(&whole)) {
-            Some(start) => {
-                let passed_on = whole[..start].trim_end().ends_with(['b', ')'])
-                    && whole[..start].contains("pub");
-                for tree in expand(whole[start + 4..].trim_end_matches(';')) {
-                    let (path, name) = tree.split_once(" as ").unwrap_or((&tree, ""));
-                    let Some(path) = absolute(path.trim(), here, all) else { continue };
-                    let name =
-                        if name.is_empty() { path.last().cloned() } else { Some(name.into()) };
-                    if passed_on && let Some(name) = name {
-                        source.passed_on.insert(name.trim().to_owned(), path.clone());
-                    }
-                    source.named.push((path, passed_on));
+        if let Some(start) = whole.find("use ").filter(|_| is_use(&whole)) {
+            let passed_on =
+                whole[..start].trim_end().ends_with(['b', ')']) && whole[..start].contains("pub");
+            for tree in expand(whole[start + 4..].trim_end_matches(';')) {
+                let (path, name) = tree.split_once(" as ").unwrap_or((&tree, ""));
+                let Some(path) = absolute(path.trim(), here, all) else { continue };
+                let name = if name.is_empty() { path.last().cloned() } else { Some(name.into()) };
+                if passed_on && let Some(name) = name {
+                    source.passed_on.insert(name.trim().to_owned(), path.clone());
                 }
+                source.named.push((path, passed_on));
             }
-            None => {
-                let paths = inline_paths(&whole);
-                let known = paths.iter().filter_map(|path| absolute(path, here, all));
-                source.named.extend(known.map(|path| (path, false)));
-            }
+        } else {
+            let paths = inline_paths(&whole);
+            let known = paths.iter().filter_map(|path| absolute(path, here, all));
+            source.named.extend(known.map(|path| (path, false)));
         }
     }
     source

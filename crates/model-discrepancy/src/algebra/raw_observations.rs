@@ -1,4 +1,4 @@
-//! RawObservations behind rows that are combinations of them.
+//! Raw observations behind rows that are combinations of them.
 //!
 //! Noise with memory runs through the readings of a record. Rows that are left of the readings of
 //! one angle, say, once its own unknowns are taken out, mix the records, and at every angle
@@ -24,7 +24,7 @@ pub(crate) struct RawObservations {
     total: usize,
     /// Of every reading's unknowns that the rows do not show any more, `readings × directions`.
     taken_out: DMatrix<f64>,
-    /// RawObservations of each record, in measured order.
+    /// Raw observations of each record, in measured order.
     pub(crate) series: Vec<Vec<usize>>,
 }
 

@@ -1,4 +1,4 @@
-//! NoiseModels that the noise of a system may have, and the system under each.
+//! Noise models that the noise of a system may have, and the system under each.
 
 use std::sync::OnceLock;
 
@@ -93,7 +93,7 @@ impl NoiseModels {
     }
 }
 
-/// NoiseModels of one kind, from white to the strongest, each found when first asked for.
+/// Noise models of one kind, from white to the strongest, each found when first asked for.
 pub(crate) struct Family {
     kind: Kind,
     base: DMatrix<f64>,
