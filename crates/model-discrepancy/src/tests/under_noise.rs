@@ -98,7 +98,7 @@ mod tests {
     use crate::{Group, Layout, Projected, Role, Row};
 
     const STEPS_MEASURED: usize = 7;
-    /// RawObservations of a step, each of its own record, and the rows left of them.
+    /// Raw observations of a step, each of its own record, and the rows left of them.
     const READINGS: usize = 4;
     const LEFT: usize = 2;
     /// Round-off of some hundred products, of condition 1000.
