@@ -26,7 +26,7 @@ use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
-    Remaining, Role, Step,
+    Remaining, Role, Scope, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -72,7 +72,7 @@ pub fn close_loop(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
     remaining.extend(not_found_again);
-    remaining.extend(no_gain(&chosen, &summaries));
+    remaining.extend(no_gain(&context, &chosen, &summaries));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&context, &chosen, &silent);
@@ -132,15 +132,19 @@ fn left_over(context: &Context<'_>, added: &Added, share: f64) -> Remaining {
     Remaining { covariate, shape, p_value: added.p_value }
 }
 
-/// What was added, where data that the fit did not see are not predicted any better.
-fn no_gain(chosen: &Selected<'_>, summaries: &Summaries) -> Option<Remaining> {
-    let p_value = chosen
-        .added
-        .iter()
-        .map(|a| a.p_value)
-        .fold(None, |worst: Option<f64>, p| Some(worst.map_or(p, |worst| worst.max(p))))?;
+/// What was added, where data that the fit did not see are predicted worse with it, or no better
+/// although it is more than single readings.
+fn no_gain(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    summaries: &Summaries,
+) -> Option<Remaining> {
+    let effects = &context.model.declared().effects;
+    let single = |what: &What| matches!(what, What::Effect(e) if matches!(effects[*e].scope, Scope::Observation(_)));
+    let p_value = chosen.added.iter().map(|a| a.p_value).reduce(f64::max)?;
     let (before, after) = (summaries.before.held_out_rms, summaries.after.held_out_rms);
-    (after >= before).then(|| Remaining {
+    let same = after <= before && chosen.added.iter().all(|a| single(&a.what));
+    (after >= before && !same).then(|| Remaining {
         covariate: "unseen groups".to_owned(),
         shape: "what was added does not predict them any better".to_owned(),
         p_value,

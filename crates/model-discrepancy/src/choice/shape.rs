@@ -1,6 +1,7 @@
 //! Shapes that a residual can have along a covariate, as columns of an empirical correction.
 
 use crate::algebra::components::{added, reported_components};
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
@@ -165,16 +166,22 @@ fn by_level(covariate: &Covariate, fitted: &[f64], distinct: &[f64]) -> Option<S
     if covariate.name == ORDER || !(MIN_LEVELS..=MAX_LEVELS).contains(&distinct.len()) {
         return None;
     }
-    let visits = |level: f64| fitted.iter().filter(|v| **v == level).count();
+    let visits = |level: f64| fitted.iter().filter(|v| is_same(**v, level)).count();
     let repeated: Vec<f64> = distinct.iter().copied().filter(|&l| visits(l) > 1).collect();
     if repeated.len() < MIN_LEVELS || fitted.len() < MIN_VISITS * distinct.len() {
         return None;
     }
-    let at = |level: f64| covariate.values.iter().map(move |v| f64::from(u8::from(*v == level)));
+    let at =
+        |level: f64| covariate.values.iter().map(move |v| f64::from(u8::from(is_same(*v, level))));
     let mut functions: Vec<(String, Vec<f64>)> =
         repeated[1..].iter().map(|&l| (format!("at {l}"), at(l).collect())).collect();
     functions.push(constant(covariate));
     Some(Shape { name: BY_LEVEL.to_owned(), functions, tried: 1.0 })
+}
+
+/// Whether two values are one place: as written, with −0 the same as 0.
+fn is_same(a: f64, b: f64) -> bool {
+    a.partial_cmp(&b) == Some(Ordering::Equal)
 }
 
 /// Orders between successive visits to the same value of `covariate`, the middle one; `None` where
@@ -186,7 +193,7 @@ fn revisited_after(layout: &Layout, covariate: &Covariate) -> Option<f64> {
         return None;
     }
     let next = |i: usize| {
-        let again = fitted[i + 1..].iter().position(|v| *v == fitted[i])?;
+        let again = fitted[i + 1..].iter().position(|v| is_same(*v, fitted[i]))?;
         (again > 0).then_some(again + 1)
     };
     let mut gaps: Vec<usize> = (0..fitted.len()).filter_map(next).collect();
