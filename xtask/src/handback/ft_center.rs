@@ -4,7 +4,9 @@ use serde_json::Value;
 
 use super::Left;
 use super::folder::Folder;
-use super::loops::{amplitude, close, numbers, step};
+use super::loops::{accepted, amplitude, close, numbers, step};
+use crate::generators::press::{Fault, Session, simulate};
+use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 
 /// Digits that two ways to a centre may differ by, over the largest coordinate.
 const CENTRE: f64 = 1e-11;
@@ -21,6 +23,40 @@ fn frame_centres_displacements_and_weight_leave_the_error_that_is_printed() {
             poses(&folder, &json)
         };
         left.assert_is(&folder.name(), &json);
+    }
+}
+
+/// Every fault is so large that something is accepted for it, by its own name or that of a rival.
+#[test]
+fn every_error_of_sensor_and_machine_is_taken_off_by_its_formula() {
+    let faults = [
+        Fault::Bias([0.0, 0.0, 0.0, 40.0, -30.0, 0.0]),
+        Fault::Bias([0.0, 0.0, 1.5, 0.0, 0.0, 0.0]),
+        Fault::BiasDrift([0.0, 0.0, 0.0, 60.0, 40.0, 0.0]),
+        Fault::BiasDrift([0.0, 0.0, 2.0, 0.0, 0.0, 0.0]),
+        Fault::MomentGain(0.05),
+        Fault::ForceGain(0.05),
+        Fault::Crosstalk(3, 4, 0.05),
+        Fault::Crosstalk(2, 3, 0.002),
+        Fault::Crosstalk(3, 0, 5.0),
+        Fault::ContactHeight(4.0),
+        Fault::PlatformTilt([0.08, -0.05]),
+        Fault::LoadShift([0.01, -0.01]),
+        Fault::FrameScale(0.01),
+    ];
+    for (seed, fault) in (610..).zip(faults) {
+        let loads_n = vec![20.0, 60.0, 40.0];
+        let session = Session { n_frame: 30, drag: 0.3, loads_n, fault, ..Session::new(seed) };
+        let recorded = simulate(&session);
+        let files = [
+            ("case.toml", case_toml(&session, &recorded)),
+            ("presses.csv", presses_csv(&recorded)),
+            ("wrench.csv", wrench_csv(&recorded)),
+        ];
+        let folder = Folder::written(&format!("ft-center/{seed}"), &files);
+        let json = close(&folder);
+        assert!(!accepted(&json).is_empty(), "{fault:?}");
+        presses(&folder, &json).assert_is(&format!("{fault:?}"), &json);
     }
 }
 
