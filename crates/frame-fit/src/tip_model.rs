@@ -206,16 +206,9 @@ const FEWEST: usize = 3;
 /// explain the residual to the last digit; of the predicted ones, tip and places take it up.
 fn catalogue(design: &Design, labels: &[String]) -> Vec<(Effect, Term)> {
     let axes = |unit: &str| ["x", "y", "z"].map(|axis| parameter(axis, unit)).to_vec();
-    let effect =
-        |id: &str, subject: Option<&String>, text: &str, parameters: Vec<Parameter>| Effect {
-            id: id.to_owned(),
-            subject: subject.cloned(),
-            description: text.to_owned(),
-            driver: None,
-            searched: 1,
-            scope: Scope::Everywhere,
-            parameters,
-        };
+    let effect = |id: &str, subject: Option<&String>, text: &str, parameters: Vec<Parameter>| {
+        Effect { subject: subject.cloned(), ..Effect::new(id, text, parameters) }
+    };
     // A tool that hangs or stands in every pose does not bend across its axis.
     let sag = Effect {
         scope: Scope::SomeDesigns,

@@ -1,6 +1,11 @@
 //! Whether what is handed back can be true of a machine.
 
-use crate::kinds::TrackerLmEstimates;
+use nalgebra::Matrix3;
+
+use crate::kinds::{
+    FtCenterEstimates, GravityEstimates, PoseIcpEstimates, ProbeCompEstimates, TipEstimates,
+    TouchEstimate, TrackerLmEstimates,
+};
 use crate::{Error, Estimates};
 
 /// Largest rotation of a rotary axis about itself that is a correction, in degrees: what a worm of
@@ -12,6 +17,21 @@ const MAX_LOCATION_MM: f64 = 50.0;
 
 /// Largest rotation of an axis from where it was declared that is an error of location, in degrees.
 const MAX_LOCATION_DEG: f64 = 5.0;
+
+/// Largest distance between where a head presses and where it was sent that is an error of the
+/// machine: as for an axis.
+const MAX_CONTACT_MM: f64 = MAX_LOCATION_MM;
+
+/// Farthest from its flange or sensor that a tool is held: the reach of a large robot.
+const MAX_TOOL_MM: f64 = 3000.0;
+
+/// Largest share by which the axes of a machine are wrong in length or square: what is found of
+/// better ones without any compensation is a tenth of it.
+const MAX_AXES: f64 = 0.02;
+
+/// Largest deviation of a part from its drawing that a probe meets: beyond it, the ball touched
+/// something else.
+const MAX_DEVIATION_MM: f64 = 50.0;
 
 /// Change of the rotation error per angle beyond which the axis turns the other way: an axis that is
 /// declared reversed turns by the angle backwards, and is wrong by twice of it; the sign is that of the
@@ -66,6 +86,60 @@ pub enum ImplausibleResult {
         /// The bound.
         limit: f64,
     },
+    /// A contact beyond any machine.
+    #[error(
+        "press {press} lies {found_mm:.1} mm from where the head was sent, more than any machine is \
+         wrong by ({limit_mm} mm): check the columns of `presses.csv` and `wrench.csv`, their signs \
+         and units, and `[contact] z0_mm`"
+    )]
+    Contact {
+        /// Name of the press.
+        press: String,
+        /// Distance.
+        found_mm: f64,
+        /// The bound.
+        limit_mm: f64,
+    },
+    /// A tool longer than any.
+    #[error(
+        "{what} lies {found_mm:.0} mm from {from}, farther than any tool reaches ({limit_mm} mm): \
+         check the units of the table, and that the poses turn enough to show it"
+    )]
+    Tool {
+        /// `the tip` or `the centre of gravity`.
+        what: &'static str,
+        /// What it is measured from.
+        from: &'static str,
+        /// Distance.
+        found_mm: f64,
+        /// The bound.
+        limit_mm: f64,
+    },
+    /// Axes worse than those of any machine.
+    #[error(
+        "the machine's axes as found change lengths and angles by {:.1} %, more than any machine is \
+         wrong by ({:.0} %): check `[surface]` and the units of `points.csv`",
+        100.0 * found, 100.0 * limit
+    )]
+    Axes {
+        /// Largest share.
+        found: f64,
+        /// The bound.
+        limit: f64,
+    },
+    /// A part farther from its drawing than any.
+    #[error(
+        "touch {touch} is {found_mm:.1} mm off the drawn part, more than any part is wrong by \
+         ({limit_mm} mm): check `[surface]`, the workpiece frame and the units of `touches.csv`"
+    )]
+    Deviation {
+        /// Name of the touch.
+        touch: String,
+        /// Its deviation.
+        found_mm: f64,
+        /// The bound.
+        limit_mm: f64,
+    },
 }
 
 /// Refuses a deliverable that no machine needs; `max_correction_deg` replaces the bound of a
@@ -75,12 +149,71 @@ pub enum ImplausibleResult {
 ///
 /// [`Error::Implausible`] with the field to look at and, where the data tell, the value that fits.
 pub fn plausible(estimates: &Estimates, max_correction_deg: Option<f64>) -> Result<(), Error> {
-    let Estimates::TrackerLm(axis) = estimates else { return Ok(()) };
-    let problem = implausible(axis, max_correction_deg.unwrap_or(MAX_ROTATION_DEG));
+    let problem = match estimates {
+        Estimates::TrackerLm(axis) => of_axis(axis, max_correction_deg.unwrap_or(MAX_ROTATION_DEG)),
+        Estimates::FtCenter(found) => of_presses(found),
+        Estimates::Gravity(found) => of_gravity(found),
+        Estimates::Tip(found) => of_tip(found),
+        Estimates::PoseIcp(found) => of_pose(found),
+        Estimates::ProbeComp(found) => of_touches(found),
+        // A frame may be anywhere and of any unit, and a force any that the cell can read.
+        Estimates::FrameFit(_)
+        | Estimates::Displacements(_)
+        | Estimates::ForceImpedance(_)
+        | Estimates::PathForce(_) => None,
+    };
     problem.map_or(Ok(()), |problem| Err(Error::Implausible { problem: Box::new(problem) }))
 }
 
-fn implausible(axis: &TrackerLmEstimates, limit_deg: f64) -> Option<ImplausibleResult> {
+fn of_presses(found: &FtCenterEstimates) -> Option<ImplausibleResult> {
+    let off = |i: usize| found.centers[i].offset_x_mm.hypot(found.centers[i].offset_y_mm);
+    let worst = (0..found.centers.len()).max_by(|&a, &b| off(a).total_cmp(&off(b)))?;
+    let (press, found_mm) = (found.centers[worst].press.clone(), off(worst));
+    let limit_mm = MAX_CONTACT_MM;
+    (found_mm > limit_mm).then_some(ImplausibleResult::Contact { press, found_mm, limit_mm })
+}
+
+fn of_gravity(found: &GravityEstimates) -> Option<ImplausibleResult> {
+    too_long("the centre of gravity", "the sensor", found.center_of_gravity_mm)
+}
+
+fn of_tip(found: &TipEstimates) -> Option<ImplausibleResult> {
+    too_long("the tip", "the flange", found.tip_mm)
+}
+
+fn too_long(what: &'static str, from: &'static str, at_mm: [f64; 3]) -> Option<ImplausibleResult> {
+    let found_mm = at_mm.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let limit_mm = MAX_TOOL_MM;
+    (found_mm > limit_mm).then_some(ImplausibleResult::Tool { what, from, found_mm, limit_mm })
+}
+
+fn of_pose(found: &PoseIcpEstimates) -> Option<ImplausibleResult> {
+    of_reading(&Matrix3::from_fn(|row, column| found.matrix[row][column]))
+}
+
+/// A pose alone keeps lengths and angles: what its matrix does to them is the axes' doing.
+fn of_reading(linear: &Matrix3<f64>) -> Option<ImplausibleResult> {
+    let mut strain = linear.transpose() * linear - Matrix3::identity();
+    // Squares of lengths change twice as much as lengths.
+    strain.set_diagonal(&(0.5 * strain.diagonal()));
+    let (found, limit) = (strain.amax(), MAX_AXES);
+    (found > limit).then_some(ImplausibleResult::Axes { found, limit })
+}
+
+/// Refuses a matrix from workpiece to readings whose axes are worse than those of any machine.
+pub(crate) fn plausible_reading(linear: &Matrix3<f64>) -> Result<(), Error> {
+    of_reading(linear)
+        .map_or(Ok(()), |problem| Err(Error::Implausible { problem: Box::new(problem) }))
+}
+
+fn of_touches(found: &ProbeCompEstimates) -> Option<ImplausibleResult> {
+    let off = |t: &&TouchEstimate| t.deviation_mm.abs();
+    let worst = found.touches.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+    let (touch, found_mm, limit_mm) = (worst.touch.clone(), off(&worst), MAX_DEVIATION_MM);
+    (found_mm > limit_mm).then_some(ImplausibleResult::Deviation { touch, found_mm, limit_mm })
+}
+
+fn of_axis(axis: &TrackerLmEstimates, limit_deg: f64) -> Option<ImplausibleResult> {
     let own: Vec<[f64; 2]> = axis.own_rotation_deg();
     let [at_deg, found_deg] =
         own.iter().copied().max_by(|a, b| a[1].abs().total_cmp(&b[1].abs())).unwrap_or([0.0; 2]);
@@ -122,7 +255,28 @@ fn slope(points: &[[f64; 2]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::slope;
+    use nalgebra::{Matrix3, Rotation3};
+
+    use super::{ImplausibleResult, of_reading, slope, too_long};
+
+    #[test]
+    fn axes_of_a_turned_part_may_be_wrong_by_a_hundredth_and_not_by_all() {
+        let turned = Rotation3::from_euler_angles(0.3, -0.2, 0.5).into_inner();
+        let mut long = Matrix3::identity();
+        long[(0, 0)] = 1.01;
+        assert_eq!(of_reading(&turned), None);
+        assert_eq!(of_reading(&(long * turned)), None);
+        long[(0, 0)] = 0.5;
+        let found = of_reading(&(long * turned));
+        assert!(matches!(found, Some(ImplausibleResult::Axes { .. })), "{found:?}");
+    }
+
+    #[test]
+    fn a_tool_of_kilometres_is_named() {
+        assert_eq!(too_long("the tip", "the flange", [900.0, 0.0, 1200.0]), None);
+        let found = too_long("the tip", "the flange", [0.0, 2e6, 0.0]).expect("two kilometres");
+        assert!(found.to_string().contains("the tip lies 2000000 mm from the flange"), "{found}");
+    }
 
     #[test]
     fn slope_of_a_reversed_axis_is_minus_two() {

@@ -7,6 +7,7 @@ use crate::estimates::Estimates;
 use crate::file::{MAX_BYTES, read_text};
 use crate::found_pose::found_pose;
 use crate::header::PROGRAM;
+use crate::plausible::plausible_reading;
 use crate::solved::solve;
 use crate::{Case, Error};
 
@@ -31,7 +32,7 @@ pub struct Corrected {
 /// # Errors
 ///
 /// As [`solve`]; [`Error::NoPose`] for another kind of case, [`Error::NotRead`],
-/// [`Error::Carry`] for an answer on other touches, [`Error::AlreadyCorrected`], [`Error::Program`] with the line that cannot be corrected.
+/// [`Error::Carry`] for an answer on other touches, [`Error::Implausible`], [`Error::AlreadyCorrected`], [`Error::Program`] with the line that cannot be corrected.
 pub fn correct(
     case: &Case,
     program: &Path,
@@ -52,6 +53,7 @@ pub fn correct(
         Some(answer) => found_pose(answer, estimates)?,
         None => convert(estimates.pose.machine_from_workpiece()),
     };
+    plausible_reading(&found.matrix().fixed_view::<3, 3>(0, 0).into_owned())?;
     let correction = found * convert::<_, Affine3<f64>>(planned.inverse());
     let corrected = correct_program_for_machine(&text, &correction, options)
         .map_err(|source| Error::Program { path: program.to_owned(), source: Box::new(source) })?;

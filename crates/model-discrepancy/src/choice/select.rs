@@ -172,6 +172,9 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Scored]) -> bool
         return false;
     }
     let Ok(estimate) = system.reweighed(&rows, estimate) else { return false };
+    if !within_limits(&system, &estimate) {
+        return false;
+    }
     chosen.system = system;
     chosen.estimate = estimate;
     for judged in candidates {
@@ -186,6 +189,14 @@ fn what(candidate: &Candidate) -> What {
         Source::Effect(active) => What::Effect(active.effect),
         Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
     }
+}
+
+/// Whether every effect has a size that it can have.
+fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
+    system.active.iter().all(|active| {
+        let limit = system.model.declared().effects[active.effect].limit;
+        limit.is_none_or(|limit| at.state.amplitudes[active.effect].amax() <= limit)
+    })
 }
 
 /// Sum of squared whitened residuals over `rows`.
@@ -246,6 +257,9 @@ fn drop_superfluous(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<
         };
         if !needed {
             let Ok(estimate) = without.reweighed(&rows, estimate) else { continue };
+            if !within_limits(&without, &estimate) {
+                continue;
+            }
             chosen.system = without;
             chosen.estimate = estimate;
             chosen.added.retain(|a| a.what != What::Effect(effect));

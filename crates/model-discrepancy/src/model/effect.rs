@@ -22,6 +22,9 @@ pub struct Effect {
     pub searched: usize,
     /// What it moves.
     pub scope: Scope,
+    /// Size that no amplitude of it has in the world, in internal units; `None` where none is too
+    /// large. A fit that needs more describes something else, and the effect is not accepted.
+    pub limit: Option<f64>,
     /// Its amplitudes.
     pub parameters: Vec<Parameter>,
 }
@@ -54,6 +57,7 @@ impl Effect {
             driver: None,
             searched: 1,
             scope: Scope::Everywhere,
+            limit: None,
             parameters,
         }
     }
@@ -69,6 +73,13 @@ impl Effect {
     #[must_use]
     pub fn driven_by(mut self, covariate: &str) -> Self {
         self.driver = Some(covariate.to_owned());
+        self
+    }
+
+    /// The same with a size that no amplitude has, in internal units.
+    #[must_use]
+    pub fn at_most(mut self, limit: f64) -> Self {
+        self.limit = Some(limit);
         self
     }
 

@@ -24,6 +24,9 @@ const SEEN_DRIFT: f64 = 0.04;
 
 /// No machine is further out of square than this.
 const GROSS_RAD: f64 = 1e-3;
+/// No axis reads longer than this, even without any compensation, and no axes are further out of
+/// square: what needs more is no error of the machine. A hundredth.
+const NO_MACHINE: f64 = 1e-2;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -178,6 +181,7 @@ fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
         let parameters = vec![parameter(name, "ppm", 1e6)];
         let mut entry = entry("axis-scale", &text, parameters, Term::Scale { fixed_mm, axis });
         entry.effect.subject = Some(name.to_owned());
+        entry.effect.limit = Some(NO_MACHINE);
         entry
     })
 }
@@ -195,7 +199,9 @@ fn squareness(setting: &Setting<'_>) -> Entry {
         .map(|&(a, b)| parameter(&format!("{}{}", AXES[a], AXES[b]), "µrad", 1e6))
         .collect();
     let fixed_mm = setting.center_mm;
-    entry("squareness", text, parameters, Term::Squareness { fixed_mm, pairs })
+    let mut entry = entry("squareness", text, parameters, Term::Squareness { fixed_mm, pairs });
+    entry.effect.limit = Some(NO_MACHINE);
+    entry
 }
 
 fn drift(setting: &Setting<'_>) -> Entry {

@@ -19,6 +19,9 @@ const GROSS_RAD: f64 = 1e-3;
 /// No machine reads an axis longer than this; the touches would show less than they can where they
 /// do not spread along it.
 const GROSS_SCALE: f64 = 1e-3;
+/// No axis reads longer than this, even without any compensation, and no axes are further out of
+/// square: what needs more is no error of the machine. A hundredth.
+const NO_MACHINE: f64 = 1e-2;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -57,7 +60,10 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
     entries.extend(setting.forms.iter().map(|(form, seen)| {
         let parameters = seen.iter().map(|&k| micrometres(form.parameters()[k])).collect();
         let term = Term::Form { form: *form, seen: seen.clone(), scale: setting.form_scale };
-        entry("form", form.description(), parameters, term).about(form.name())
+        let (id, subject) = form.id();
+        let mut entry = entry(id, form.description(), parameters, term);
+        entry.effect.subject = subject.map(str::to_owned);
+        entry
     }));
     entries.extend(bad_points(setting.touches));
     entries
@@ -66,6 +72,11 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
 impl Entry {
     fn about(mut self, subject: &str) -> Self {
         self.effect.subject = Some(subject.to_owned());
+        self
+    }
+
+    fn at_most(mut self, limit: f64) -> Self {
+        self.effect.limit = Some(limit);
         self
     }
 
@@ -140,7 +151,7 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
             let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
             let seen = setting.levers_mm[axis][axis] * GROSS_SCALE > SEEN_MM;
             let term = if seen { Term::Scale { axis } } else { Term::Unseen };
-            entry("axis-scale", &text, parameters, term).about(AXES[axis])
+            entry("axis-scale", &text, parameters, term).about(AXES[axis]).at_most(NO_MACHINE)
         })
         .collect();
     let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
@@ -152,7 +163,8 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
     if !pairs.is_empty() {
         let text = "the machine's axes are not square to each other";
         let parameters = pairs.iter().map(named).collect();
-        entries.push(entry("squareness", text, parameters, Term::Squareness { pairs }));
+        let term = Term::Squareness { pairs };
+        entries.push(entry("squareness", text, parameters, term).at_most(NO_MACHINE));
     }
     entries
 }
