@@ -14,6 +14,7 @@ use crate::noise_test::{Repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::suspect::{Examined, Suspect, examine, named_cause};
+use crate::wording::by_sign;
 use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing loop`; serialises as its JSON.
@@ -115,7 +116,7 @@ pub struct LoopStep {
     pub effect: String,
     /// What it is about, where there is one candidate per thing.
     pub subject: Option<String>,
-    /// One sentence for people.
+    /// One sentence for people; with a single amplitude it follows its sign.
     pub description: String,
     /// Amplitudes of the final model.
     pub parameters: Vec<LoopParameter>,
@@ -359,10 +360,11 @@ impl LoopStep {
     }
 
     fn of(step: &Step) -> Self {
+        let values: Vec<f64> = step.parameters.iter().map(|p| p.value).collect();
         Self {
             effect: step.effect.clone(),
             subject: step.subject.clone(),
-            description: step.description.clone(),
+            description: by_sign(&step.description, &values),
             parameters: step.parameters.iter().map(LoopParameter::of).collect(),
             p_value: step.p_value,
             held_out_rms: step.held_out_rms,

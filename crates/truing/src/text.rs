@@ -6,7 +6,7 @@ use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopParameter, LoopStep};
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
-use crate::wording::in_words;
+use crate::wording::with_size;
 use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
 
 impl fmt::Display for Solved {
@@ -145,7 +145,7 @@ impl LoopStep {
     fn in_words(&self) -> String {
         let amplitudes: Vec<(f64, f64, &str)> =
             self.parameters.iter().map(|p| (p.value, p.std, p.unit.as_str())).collect();
-        plain(&in_words(&self.description, &amplitudes))
+        plain(&with_size(&self.description, &amplitudes))
     }
 }
 

@@ -12,6 +12,7 @@ const OPPOSITES: &[(&str, &str)] = &[
     ("higher than", "lower than"),
     ("more than", "less than"),
     ("this late", "this early"),
+    ("reads long", "reads short"),
 ];
 
 /// Ends of a description that stand for the size, which follows.
@@ -23,15 +24,29 @@ const STANDS_FOR_SIZE: &[&str] = &[" by a ratio", " by the same ratio", " in pro
 /// `amplitudes` are values, standard uncertainties and units; the uncertainty shown is expanded
 /// (k = 2).
 pub(crate) fn in_words(description: &str, amplitudes: &[(f64, f64, &str)]) -> String {
-    let [(value, std, unit)] = amplitudes else { return description.to_owned() };
-    let is_signed = OPPOSITES
-        .iter()
-        .any(|(more, less)| description.contains(more) || description.contains(less));
-    let said =
-        if is_signed && *value < 0.0 { opposite(description) } else { description.to_owned() };
-    let short = STANDS_FOR_SIZE.iter().find_map(|end| said.strip_suffix(end)).unwrap_or(&said);
+    let values: Vec<f64> = amplitudes.iter().map(|(value, ..)| *value).collect();
+    with_size(&by_sign(description, &values), amplitudes)
+}
+
+/// The description of an effect with one amplitude, its comparison turned where that is negative;
+/// of several amplitudes as it is.
+pub(crate) fn by_sign(description: &str, values: &[f64]) -> String {
+    match values {
+        [value] if *value < 0.0 && is_signed(description) => opposite(description),
+        _ => description.to_owned(),
+    }
+}
+
+fn is_signed(description: &str) -> bool {
+    OPPOSITES.iter().any(|(more, less)| description.contains(more) || description.contains(less))
+}
+
+/// What was said [`by_sign`], with its size.
+pub(crate) fn with_size(said: &str, amplitudes: &[(f64, f64, &str)]) -> String {
+    let [(value, std, unit)] = amplitudes else { return said.to_owned() };
+    let short = STANDS_FOR_SIZE.iter().find_map(|end| said.strip_suffix(end)).unwrap_or(said);
     let short = short.trim_end_matches('.');
-    let size = if is_signed { value.abs() } else { *value };
+    let size = if is_signed(said) { value.abs() } else { *value };
     let (size, expanded) = with_expanded(size, *std);
     let space = if unit.is_empty() { "" } else { " " };
     format!("{short}: {size} ± {expanded}{space}{unit}")
@@ -60,7 +75,7 @@ fn opposite(description: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::in_words;
+    use super::{by_sign, in_words, with_size};
 
     #[test]
     fn sign_turns_the_comparison_and_the_size_follows() {
@@ -73,6 +88,16 @@ mod tests {
             in_words(longer, &[(0.011, 0.0006, "mm")]),
             "the vertex radius of the part is longer than declared: 0.0110 ± 0.0012 mm"
         );
+    }
+
+    #[test]
+    fn what_follows_the_sign_already_is_not_turned_again() {
+        let long = "the machine's x axis reads long";
+        let short = by_sign(long, &[-120.0]);
+        assert_eq!(short, "the machine's x axis reads short");
+        assert_eq!(with_size(&short, &[(-120.0, 5.0, "ppm")]), format!("{short}: 120 ± 10 ppm"));
+        assert_eq!(by_sign(long, &[120.0]), long);
+        assert_eq!(by_sign(long, &[-1.0, 2.0]), long);
     }
 
     #[test]

@@ -40,9 +40,14 @@ impl Form {
     /// Those of a sphere.
     pub(crate) const AROUND: [Self; 2] = [Self::Ellipsoid, Self::Lobes];
 
-    pub(crate) fn name(self) -> &'static str {
+    /// Id of the effect, and its subject: what other kinds have too is named as there.
+    pub(crate) fn id(self) -> (&'static str, Option<&'static str>) {
+        if Self::OVER.contains(&self) { (self.name(), None) } else { ("form", Some(self.name())) }
+    }
+
+    fn name(self) -> &'static str {
         match self {
-            Self::Power => "power",
+            Self::Power => "focus",
             Self::Astigmatism => "astigmatism",
             Self::Coma => "coma",
             Self::Trefoil => "trefoil",
@@ -65,7 +70,7 @@ impl Form {
     /// Names of the amplitudes.
     pub(crate) fn parameters(self) -> &'static [&'static str] {
         match self {
-            Self::Power => &["rim"],
+            Self::Power => &["height"],
             Self::Astigmatism | Self::Coma | Self::Trefoil => &["cos", "sin"],
             Self::Ellipsoid => &["xx − yy", "xy", "xz", "yz", "zz"],
             Self::Lobes => &["3 cos", "3 sin", "2 cos z", "2 sin z", "cos zz", "sin zz", "zzz"],

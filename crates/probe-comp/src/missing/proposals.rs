@@ -166,14 +166,14 @@ fn forms(model: &ProbeModel) -> Vec<Standard> {
     let is_known = |form: &&super::form::Form| {
         use model_discrepancy::Model;
         let effects = model.declared().effects.iter();
-        effects.into_iter().any(|e| e.id == "form" && e.subject.as_deref() == Some(form.name()))
+        effects.into_iter().any(|e| (e.id.as_str(), e.subject.as_deref()) == form.id())
     };
     families
         .filter(is_known)
         .flat_map(|form| {
             form.parameters().iter().map(|&parameter| Standard {
-                effect: "form",
-                subject: Some(form.name()),
+                effect: form.id().0,
+                subject: form.id().1,
                 parameter,
                 sigma: FORM_MM,
             })

@@ -4,12 +4,13 @@ use model_discrepancy::{Effect, Model, Scope, State};
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::former::present;
+use super::former::{present, present_amplitude};
 use super::learnt::{Learnt, LearntStep};
 use super::problem::CarryProblem;
 use crate::Error;
 use crate::case::quote;
 use crate::closed::LoopParameter;
+use crate::wording::by_sign;
 
 /// Prefix of what the loop corrects along a column without knowing why.
 const EMPIRICAL: &str = "covariate:";
@@ -61,6 +62,7 @@ pub(crate) fn matched(learnt: &Learnt, model: &dyn Model) -> Result<Matched, Err
             return Err(fail(CarryProblem::Twice { effect: step.effect.clone() }));
         }
         let parameters = fill(step, effect, &mut amplitudes[index]).map_err(fail)?;
+        let values: Vec<f64> = parameters.iter().map(|p| p.value).collect();
         if !step.indistinguishable_from.is_empty() {
             doubts.push(format!(
                 "{} is carried under this name; where it was learnt it could not be told from {}",
@@ -71,7 +73,7 @@ pub(crate) fn matched(learnt: &Learnt, model: &dyn Model) -> Result<Matched, Err
         effects.push(CarriedEffect {
             effect: effect.id.clone(),
             subject: effect.subject.clone(),
-            description: effect.description.clone(),
+            description: by_sign(&effect.description, &values),
             parameters,
             indistinguishable_from: step.indistinguishable_from.clone(),
         });
@@ -103,13 +105,14 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
         return Ok(Place::Left(format!("{effect}, which belongs to the course of that session")));
     }
     let catalogue = &model.declared().effects;
-    let of_id = || catalogue.iter().enumerate().filter(|(_, e)| e.id == present(&step.effect));
+    let (id, own_subject) = present(&step.effect, step.subject.as_deref());
+    let of_id = || catalogue.iter().enumerate().filter(|(_, e)| e.id == id);
     if of_id().next().is_none() {
         let known: BTreeSet<String> = catalogue.iter().map(|e| format!("`{}`", e.id)).collect();
         let known = known.into_iter().collect();
         return Err(CarryProblem::UnknownEffect { effect: step.effect.clone(), known });
     }
-    let found = of_id().find(|(_, e)| e.subject == step.subject);
+    let found = of_id().find(|(_, e)| e.subject.as_deref() == own_subject);
     let subject = step.subject.as_deref().map_or_else(String::new, |s| format!(" [{}]", quote(s)));
     Ok(match found {
         Some((index, _)) if is_of_one_observation(model, index) => Place::Left(format!(
@@ -138,14 +141,18 @@ fn fill(
     effect: &Effect,
     amplitudes: &mut DVector<f64>,
 ) -> Result<Vec<LoopParameter>, CarryProblem> {
-    if let Some(there) = step.description.as_ref().filter(|d| **d != effect.description) {
+    let values: Vec<f64> = step.parameters.iter().filter_map(|p| p.value).collect();
+    let said = by_sign(&effect.description, &values);
+    // Both as it is said of that sign, and as it stands in the catalogue.
+    let is_other = |d: &&String| **d != effect.description && **d != said;
+    if let Some(there) = step.description.as_ref().filter(is_other) {
         let (effect, here) = (effect.id.clone(), effect.description.clone());
         return Err(CarryProblem::OtherConditions { effect, there: there.clone(), here });
     }
     let mut parameters = Vec::new();
     for given in &step.parameters {
-        let name = given.name.clone();
-        let Some(index) = effect.parameters.iter().position(|p| p.name == given.name) else {
+        let name = present_amplitude(&effect.id, &given.name).to_owned();
+        let Some(index) = effect.parameters.iter().position(|p| p.name == name) else {
             let known = effect.parameters.iter().map(|p| format!("`{}`", p.name)).collect();
             let effect = effect.id.clone();
             return Err(CarryProblem::UnknownParameter { effect, parameter: name, known });

@@ -135,7 +135,7 @@ impl FrameFitEstimates {
         let names = if self.translation_mm.len() == 2 {
             &["angle"][..]
         } else {
-            &["alpha (about x)", "beta (about y)", "gamma (about z)"]
+            &["alpha", "beta", "gamma"]
         };
         for (i, value) in self.angles_deg.iter().flatten().enumerate() {
             let std = std.and_then(|s| s.angles_deg.as_ref()).map(|s| s[i]);

@@ -206,9 +206,9 @@ impl PoseIcpEstimates {
             Estimated::new("x", "mm", p.x_mm, p.std_x_mm),
             Estimated::new("y", "mm", p.y_mm, p.std_y_mm),
             Estimated::new("z", "mm", p.z_mm, p.std_z_mm),
-            Estimated::new("α", "°", p.alpha_deg, p.std_alpha_deg),
-            Estimated::new("β", "°", p.beta_deg, p.std_beta_deg),
-            Estimated::new("γ", "°", p.gamma_deg, p.std_gamma_deg),
+            Estimated::new("alpha", "°", p.alpha_deg, p.std_alpha_deg),
+            Estimated::new("beta", "°", p.beta_deg, p.std_beta_deg),
+            Estimated::new("gamma", "°", p.gamma_deg, p.std_gamma_deg),
         ]
     }
 
