@@ -3,7 +3,7 @@
 //! Of draft 2020-12 this knows the keywords that `docs/schema` uses, and refuses any other, so that
 //! nothing in a schema goes unchecked. A whole validator draws in thirty crates.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use anyhow::{Context, Result, bail};
@@ -54,6 +54,10 @@ impl Schemas {
         found: &mut Vec<String>,
     ) -> Result<()> {
         let (file, path) = at;
+        if schema == &Value::Bool(false) {
+            found.push(format!("{path} is not in the schema"));
+            return Ok(());
+        }
         let keywords =
             schema.as_object().with_context(|| format!("{file}: a schema is no object"))?;
         for (keyword, value) in keywords {
@@ -99,6 +103,14 @@ impl Schemas {
                     }
                 }
             }
+            "unevaluatedProperties" => {
+                let known = self.evaluated((file, keywords), instance)?;
+                for (key, inner) in instance.as_object().into_iter().flatten() {
+                    if !known.contains(key) {
+                        self.check(value, (file, &format!("{path}.{key}")), inner, found)?;
+                    }
+                }
+            }
             "items" => {
                 for (n, inner) in instance.as_array().into_iter().flatten().enumerate() {
                     self.check(value, (file, &format!("{path}[{n}]")), inner, found)?;
@@ -129,6 +141,32 @@ impl Schemas {
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// Keys that the properties of a schema, and of those that it is made of, speak of.
+    fn evaluated(
+        &self,
+        (file, keywords): (&str, &Map<String, Value>),
+        instance: &Value,
+    ) -> Result<BTreeSet<String>> {
+        let own = keywords.get("properties").and_then(Value::as_object);
+        let mut known: BTreeSet<String> = own.into_iter().flat_map(Map::keys).cloned().collect();
+        let mut parts: Vec<(&str, &Value)> = Vec::new();
+        if let Some(reference) = keywords.get("$ref") {
+            parts.push(self.resolve(file, reference)?);
+        }
+        for part in keywords.get("allOf").map(list).transpose()?.into_iter().flatten() {
+            parts.push((file, part));
+        }
+        if let (Some(condition), Some(then)) = (keywords.get("if"), keywords.get("then")) {
+            let mut unmet = Vec::new();
+            self.check(condition, (file, ""), instance, &mut unmet)?;
+            parts.extend(unmet.is_empty().then_some((file, then)));
+        }
+        for (file, part) in parts {
+            known.extend(self.evaluated((file, object(part)?), instance)?);
+        }
+        Ok(known)
     }
 
     /// The schema that `answer.json#/$defs/name` or `#/$defs/name` names, and its file.
@@ -261,6 +299,28 @@ mod tests {
     }
 
     #[test]
+    fn keys_that_no_schema_lists_are_named() {
+        let schema = json!({
+            "allOf": [
+                { "properties": { "schema": {} } },
+                { "if": { "properties": { "k": { "const": "x" } } }, "then": { "properties": { "z": {} } } }
+            ],
+            "properties": {
+                "k": {},
+                "a": { "properties": { "b": {} }, "additionalProperties": false }
+            },
+            "unevaluatedProperties": false
+        });
+        let of = |mut answer: Value| {
+            answer["schema"] = json!("truing/t/1");
+            wrong(&schema, &answer)
+        };
+        assert_eq!(of(json!({ "k": "x", "z": 1, "a": { "b": 1 } })), [""; 0]);
+        assert_eq!(of(json!({ "k": "y", "z": 1 })), ["answer.z is not in the schema"]);
+        assert_eq!(of(json!({ "k": "y", "a": { "c": 1 } })), ["answer.a.c is not in the schema"]);
+    }
+
+    #[test]
     fn forms_and_keywords_that_are_not_known_are_not_passed_over() {
         assert_eq!(wrong(&json!({}), &json!({ "schema": "truing/u/1" })).len(), 1);
         let documents = [("t.json".to_owned(), json!({ "pattern": "^a" }))].into();
@@ -273,8 +333,37 @@ mod tests {
         let schemas = Schemas::read().unwrap();
         for (file, document) in &schemas.documents {
             walk(&schemas, file, document);
+            // Every form is closed, so that no key goes unlisted.
+            let is_form = document["properties"].get("schema").is_some();
+            assert_eq!(is_form, document["unevaluatedProperties"] == json!(false), "{file}");
+            assert_closed(file, document, is_form);
         }
         assert!(schemas.documents.len() >= 6);
+    }
+
+    /// Asserts that objects with properties of their own list all of them.
+    fn assert_closed(at: &str, schema: &Value, is_composed: bool) {
+        let Some(keywords) = schema.as_object() else { return };
+        let is_object = schema["type"] == "object" || schema["type"] == json!(["object", "null"]);
+        // The header is a part of every form, and estimates are as the kind has them.
+        let is_part = is_composed || at.ends_with("header") || at.ends_with(".estimates");
+        if is_object && !is_part && schema.get("additionalProperties").is_none() {
+            panic!("{at} does not say that it lists all keys");
+        }
+        for key in ["properties", "$defs"] {
+            for (name, inner) in keywords.get(key).and_then(Value::as_object).into_iter().flatten()
+            {
+                assert_closed(&format!("{at}.{name}"), inner, false);
+            }
+        }
+        for key in ["allOf", "anyOf"] {
+            for inner in keywords.get(key).and_then(Value::as_array).into_iter().flatten() {
+                assert_closed(at, inner, is_composed);
+            }
+        }
+        if let Some(items) = keywords.get("items") {
+            assert_closed(&format!("{at}[]"), items, false);
+        }
     }
 
     /// Checks every schema within a schema against an instance that meets none of it.
