@@ -1,5 +1,6 @@
 //! `cargo xtask bench coverage`: how often 95 % intervals of what is handed back hold the truth.
 
+mod machines;
 mod situations;
 mod table;
 
@@ -45,6 +46,8 @@ pub(crate) struct Truth {
     pub(crate) value: String,
     /// Where the answer has its standard uncertainty.
     pub(crate) std: String,
+    /// Where the answer has its 95 % interval, if it may have one that is not symmetric.
+    pub(crate) interval: Option<String>,
     /// What it should be.
     pub(crate) known: f64,
 }
@@ -102,7 +105,13 @@ fn tally(
             let number = |path: &str| number_at(&json, path).with_context(|| path.to_owned());
             let (value, std) = (number(&truth.value)?, number(&truth.std)?);
             let (held, all) = tally.held.entry(truth.name).or_default();
-            *held += usize::from((value - truth.known).abs() <= COVERAGE_FACTOR * std);
+            let reach = COVERAGE_FACTOR * std;
+            let end = |n: usize| {
+                let interval = truth.interval.as_ref()?;
+                number_at(&json, &format!("{interval}.{n}"))
+            };
+            let (low, high) = (end(0).unwrap_or(value - reach), end(1).unwrap_or(value + reach));
+            *held += usize::from((low..=high).contains(&truth.known));
             *all += 1;
         }
     }

@@ -1,5 +1,6 @@
 //! What is simulated, and what the answers should be.
 
+use super::machines;
 use crate::coverage::Truth;
 use crate::generators::polish::{self, Flaw, Run};
 use crate::generators::polish_tables;
@@ -8,7 +9,7 @@ use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::survey::{self, Defect, Survey};
 
 /// Files of a case, and the truths that belong to it.
-type Simulated = (Vec<(&'static str, String)>, Vec<Truth>);
+pub(crate) type Simulated = (Vec<(&'static str, String)>, Vec<Truth>);
 
 /// One situation.
 pub(crate) struct Situation {
@@ -25,7 +26,7 @@ pub(crate) fn situations() -> Vec<Situation> {
     let frame = |name, effect, make| Situation { krate: "frame-fit", name, effect, make };
     let press = |name, effect, make| Situation { krate: "ft-center", name, effect, make };
     let log = |name, effect, make| Situation { krate: "force-impedance", name, effect, make };
-    vec![
+    let mut all = vec![
         frame("nothing missing", None, |seed| of_survey(&Survey::new(seed))),
         frame("scale −60 ppm", Some("scale"), |seed| {
             of_survey(&Survey { defect: Defect::Scale(-60e-6), ..Survey::new(seed) })
@@ -72,11 +73,13 @@ pub(crate) fn situations() -> Vec<Situation> {
         log("length of leg 1 off", Some("leg-zero"), |seed| {
             of_run(seed, Flaw::LengthZero(0, 0.5), 500.0)
         }),
-    ]
+    ];
+    all.extend(machines::situations());
+    all
 }
 
-fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {
-    Truth { name, value, std, known }
+pub(crate) fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {
+    Truth { name, value, std, interval: None, known }
 }
 
 fn of_survey(scene: &Survey) -> Simulated {

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::noise::{Colour, Noise, gaussian};
-use super::vector::{add, norm, rotate, scale};
+use super::vector::{add, dot, norm, rotate, scale};
 
 /// What is wrong with probe, mirror or machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +107,8 @@ pub(crate) struct Touched {
     pub case_toml: String,
     pub points_csv: String,
     pub edge_csv: Option<String>,
+    /// x, y and z of the mirror's vertex in mm, and its tilts about x and y in degrees.
+    pub pose: [f64; 5],
     /// Where each touch meets the nominal mirror, workpiece frame, mm.
     pub contacts_mm: Vec<[f64; 3]>,
     /// Normal there.
@@ -140,6 +142,7 @@ pub(crate) fn simulate(mirror: &Mirror) -> Touched {
         case_toml: case_toml(mirror),
         points_csv: String::new(),
         edge_csv: None,
+        pose: pose.numbers(),
         contacts_mm: Vec::new(),
         normals: Vec::new(),
         signal_mm: Vec::new(),
@@ -188,6 +191,11 @@ impl Pose {
             tilts_rad,
             at_mm: [-499.0 + within(5.0), -475.0 + within(5.0), -285.0 + within(2.0)],
         }
+    }
+
+    fn numbers(&self) -> [f64; 5] {
+        let ([x, y, z], [a, b]) = (self.at_mm, self.tilts_rad.map(f64::to_degrees));
+        [x, y, z, a, b]
     }
 
     fn turn(&self, v: [f64; 3]) -> [f64; 3] {
@@ -350,10 +358,6 @@ fn edge_csv(mirror: &Mirror, pose: &Pose, rng: &mut ChaCha8Rng) -> String {
         let _ = writeln!(text, "{name},{x:.5},{y:.5},{z:.5}");
     }
     text
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(&b).map(|(a, b)| a * b).sum()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::noise::{Colour, Noise, gaussian};
-use super::vector::{add, cross, norm, rotate, scale};
+use super::vector::{add, cross, dot, norm, rotate, scale};
 
 /// What is wrong with probe, machine or part.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -346,10 +346,6 @@ pub(crate) fn check_noise_mm(touches: &[Touch]) -> f64 {
     let squares: Vec<f64> =
         touches.iter().filter(|t| t.is_check).map(|t| t.noise_mm * t.noise_mm).collect();
     (squares.iter().sum::<f64>() / as_f64(squares.len().max(1))).sqrt()
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(&b).map(|(a, b)| a * b).sum()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

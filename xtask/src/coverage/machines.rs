@@ -1,0 +1,138 @@
+//! Rotary axes, workpieces and touch probes.
+
+use super::situations::{Simulated, Situation, truth};
+use crate::coverage::Truth;
+use crate::generators::mirror::{self, Mirror};
+use crate::generators::probe::{self, Session};
+use crate::generators::probe_tables;
+use crate::generators::tracer::{self, Run};
+use crate::generators::tracer_tables::tables;
+
+/// Thirteen angles keep a loop at a fraction of a second.
+const ANGLES: usize = 13;
+/// Every fourth touch is only judged: nine are fitted.
+const NINE: usize = 12;
+
+pub(super) fn situations() -> Vec<Situation> {
+    use tracer::Defect;
+    let tracker = |name, effect, make| Situation { krate: "tracker-lm", name, effect, make };
+    let pose = |name, effect, make| Situation { krate: "pose-icp", name, effect, make };
+    let probe = |name, effect, make| Situation { krate: "probe-comp", name, effect, make };
+    vec![
+        tracker("nothing missing", None, |seed| of_run(&run(seed))),
+        tracker("a beam lost and found, 6 µm", Some("dead-path-jump"), |seed| {
+            of_run(&Run { defect: Defect::DeadPathJump(1, 2, 6, 0.006), ..run(seed) })
+        }),
+        tracker("glass path of the reflectors, 12 µm", Some("incidence"), |seed| {
+            of_run(&Run { defect: Defect::Incidence(0.012), ..run(seed) })
+        }),
+        tracker("wavelength, 150 ppm, stations known to 0.5 µm", Some("range-scale"), |seed| {
+            let defect = Defect::RangeScale(150e-6);
+            of_run(&Run { defect, stations_off_mm: 5e-4, ..run(seed) })
+        }),
+        pose("nothing missing", None, |seed| of_mirror(&Mirror::new(seed))),
+        pose("nothing missing, near-sphere, side not touched", None, |seed| {
+            of_mirror(&Mirror { radius_mm: 480.0, sides: false, ..Mirror::new(seed) })
+        }),
+        pose("nine touches, near-sphere, side not touched", None, |seed| {
+            of_mirror(&Mirror {
+                radius_mm: 480.0,
+                sides: false,
+                n_points: NINE,
+                ..Mirror::new(seed)
+            })
+        }),
+        pose("saddle, 6 µm", Some("astigmatism"), |seed| {
+            let flaw = mirror::Flaw::Astigmatism([6e-3, -2e-3]);
+            of_mirror(&Mirror { flaw, ..Mirror::new(seed) })
+        }),
+        pose("three lobes, 6 µm", Some("trefoil"), |seed| {
+            let flaw = mirror::Flaw::Trefoil([5e-3, 3e-3]);
+            of_mirror(&Mirror { flaw, ..Mirror::new(seed) })
+        }),
+        probe("nothing missing", None, |seed| of_session(&Session::new(seed))),
+        probe("stylus gives way, 6 µm", Some("bending"), |seed| {
+            of_session(&Session { flaw: probe::Flaw::Bending(6e-3), ..Session::new(seed) })
+        }),
+        probe("axes out of square", Some("squareness"), |seed| {
+            let flaw = probe::Flaw::Squareness([4e-4, -3e-4, 2e-4]);
+            of_session(&Session { flaw, ..Session::new(seed) })
+        }),
+        probe("ball larger, oblique approaches", Some("tip-radius"), |seed| {
+            let flaw = probe::Flaw::Ball(5e-3);
+            of_session(&Session { flaw, oblique_rad: 0.5, ..Session::new(seed) })
+        }),
+    ]
+}
+
+fn run(seed: u64) -> Run {
+    Run { n_angles: ANGLES, ..Run::new(seed) }
+}
+
+/// Errors of the axis, stations and reflectors.
+fn of_run(run: &Run) -> Simulated {
+    let measured = tracer::simulate(run);
+    let mut truths = Vec::new();
+    for (k, (displacement, rotation)) in measured.errors.iter().enumerate().skip(1) {
+        for (c, name) in ["x", "y", "z"].iter().enumerate() {
+            let at = format!("estimates.axis_errors.{k}");
+            let (value, std) = (format!("{at}.e_{name}_mm"), format!("{at}.std_e_{name}_mm"));
+            truths.push(truth("displacements of the axis", value, std, displacement[c]));
+        }
+        for (c, name) in ["a", "b", "c"].iter().enumerate() {
+            let at = format!("estimates.axis_errors.{k}");
+            let (value, std) = (format!("{at}.e_{name}_rad"), format!("{at}.std_e_{name}_rad"));
+            truths.push(truth("rotations of the axis", value, std, rotation[c]));
+        }
+    }
+    for (list, name, places) in [
+        ("stations", "stations", &measured.stations_mm),
+        ("mounts", "reflectors", &measured.mounts_mm),
+    ] {
+        for (i, (place, _)) in places.iter().enumerate() {
+            for (c, axis) in ["x", "y", "z"].iter().enumerate() {
+                let at = format!("estimates.{list}.{i}");
+                let (value, std) = (format!("{at}.{axis}_mm"), format!("{at}.std_xyz_mm.{c}"));
+                truths.push(truth(name, value, std, place[c]));
+            }
+        }
+    }
+    (tables(run, &measured), truths)
+}
+
+fn of_mirror(mirror: &Mirror) -> Simulated {
+    let touched = mirror::simulate(mirror);
+    let truths = (["x_mm", "y_mm", "z_mm", "alpha_deg", "beta_deg"].into_iter())
+        .zip(touched.pose)
+        .map(|(name, known)| {
+            let label = if name.ends_with("_mm") { "position" } else { "tilts" };
+            let at = "estimates.pose";
+            let (value, std) = (format!("{at}.{name}"), format!("{at}.std_{name}"));
+            Truth {
+                interval: Some(format!("{at}.interval_95.{name}")),
+                ..truth(label, value, std, known)
+            }
+        })
+        .collect();
+    let mut files = vec![("case.toml", touched.case_toml), ("points.csv", touched.points_csv)];
+    files.extend(touched.edge_csv.map(|text| ("edge.csv", text)));
+    (files, truths)
+}
+
+/// The part is as drawn: every deviation is zero.
+fn of_session(session: &Session) -> Simulated {
+    let touches = probe::simulate(session);
+    let truths = (0..touches.len())
+        .map(|i| {
+            let at = format!("estimates.touches.{i}");
+            let label =
+                if touches[i].is_check { "deviations, judged" } else { "deviations, fitted" };
+            truth(label, format!("{at}.deviation_mm"), format!("{at}.std_deviation_mm"), 0.0)
+        })
+        .collect();
+    let files = vec![
+        ("case.toml", probe_tables::case_toml(session)),
+        ("touches.csv", probe_tables::touches_csv(session, &touches)),
+    ];
+    (files, truths)
+}

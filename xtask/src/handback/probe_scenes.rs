@@ -1,0 +1,95 @@
+//! Small sessions with a probe in which every effect is accepted at least once.
+
+use super::as_f64;
+use crate::generators::probe::{Flaw, Session, Shape, Touch, simulate};
+use crate::generators::probe_tables::{case_toml, touches_csv};
+use crate::generators::vector::{add, cross, scale};
+
+/// Ids with subjects that have a formula of their own.
+pub(super) const EFFECTS: &[&str] = &[
+    "tip-radius",
+    "pretravel",
+    "bending",
+    "latency",
+    "lobing [with the sideways part of the approach]",
+    "axis-scale [x]",
+    "axis-scale [y]",
+    "axis-scale [z]",
+    "squareness",
+    "drift [machine]",
+    "temperature",
+    "form [ellipsoid]",
+    "form [lobes]",
+    "focus",
+    "astigmatism",
+    "coma",
+    "trefoil",
+    "datum-shift",
+    "datum-turn",
+    "drift [trigger]",
+    "bad-point",
+];
+
+type Files = Vec<(&'static str, String)>;
+
+/// Cases by name.
+pub(super) fn scenes() -> Vec<(&'static str, Files)> {
+    let base = Session::new(92);
+    let bowl = Session { shape: Shape::Bowl { radius_mm: 120.0 }, ..base.clone() };
+    let oblique = Session { oblique_rad: 0.5, ..base.clone() };
+    let with = |flaw: Flaw| Session { flaw, ..base.clone() };
+    vec![
+        ("tip-radius", files(&Session { flaw: Flaw::Ball(0.006), ..oblique.clone() })),
+        ("pretravel", files(&Session { flaw: Flaw::Pretravel(0.02), ..oblique.clone() })),
+        ("bending", files(&with(Flaw::Bending(0.012)))),
+        ("latency", files(&Session { record_feed: true, ..with(Flaw::Latency(3e-3)) })),
+        ("lobing", files(&Session { flaw: Flaw::Lobing([0.010, 0.004]), ..oblique.clone() })),
+        ("scale-x", files(&with(Flaw::AxisScale([6e-4, 0.0, 0.0])))),
+        ("scale-y", files(&with(Flaw::AxisScale([0.0, 6e-4, 0.0])))),
+        ("scale-z", files(&with(Flaw::AxisScale([0.0, 0.0, 6e-4])))),
+        ("squareness", files(&with(Flaw::Squareness([4e-4, -3e-4, 2e-4])))),
+        ("drift", files(&with(Flaw::Drift([0.008, -0.006, 0.01])))),
+        ("temperature", files(&Session { record_air: true, flaw: Flaw::Growth(0.01), ..bowl })),
+        ("form", files(&Session { flaw: Flaw::PartLobes(0.012), ..oblique })),
+        ("ellipsoid", bent(&oblique, |[x, y, _]| 0.02 * (x * x - y * y + x * y))),
+        ("focus", bent(&bowl, |[x, y, _]| 0.02 * (x * x + y * y))),
+        ("astigmatism", bent(&bowl, |[x, y, _]| 0.02 * (x * x - y * y))),
+        ("coma", bent(&bowl, |[x, y, _]| 0.02 * (3.0 * (x * x + y * y) - 2.0) * x)),
+        ("trefoil", bent(&bowl, |[x, y, _]| 0.02 * x * (x * x - 3.0 * y * y))),
+        ("datum-shift", moved(&bowl, |_, _| [0.02, -0.015, 0.01])),
+        ("datum-turn", moved(&bowl, |touch, _| cross([4e-4, -3e-4, 0.0], touch.contact_mm))),
+        ("drift-of-trigger", moved(&oblique, |touch, share| scale(0.03 * share, touch.approach))),
+        ("bad-point", files(&with(Flaw::BadPoint(5, 0.02)))),
+    ]
+}
+
+/// A part that is higher by this at a place, in units of fifty millimetres or the sphere's radius.
+fn bent(session: &Session, height: fn([f64; 3]) -> f64) -> Files {
+    let unit_mm = match session.shape {
+        Shape::Sphere { radius_mm } => radius_mm,
+        Shape::Bowl { .. } => 50.0,
+    };
+    let touches = simulate(session).into_iter().map(|touch| {
+        let raised = scale(height(scale(1.0 / unit_mm, touch.contact_mm)), touch.normal);
+        Touch { read_mm: add(touch.read_mm, raised), ..touch }
+    });
+    of_touches(session, &touches.collect::<Vec<_>>())
+}
+
+/// Readings that are off by this at a touch and at a share of the session.
+fn moved(session: &Session, by: fn(&Touch, f64) -> [f64; 3]) -> Files {
+    let mut touches = simulate(session);
+    let last = as_f64(touches.len() - 1);
+    for (index, touch) in touches.iter_mut().enumerate() {
+        touch.read_mm = add(touch.read_mm, by(touch, as_f64(index) / last));
+    }
+    of_touches(session, &touches)
+}
+
+fn files(session: &Session) -> Files {
+    of_touches(session, &simulate(session))
+}
+
+fn of_touches(session: &Session, touches: &[Touch]) -> Files {
+    vec![("case.toml", case_toml(session)), ("touches.csv", touches_csv(session, touches))]
+}
