@@ -24,7 +24,7 @@ pub struct Effect {
     pub scope: Scope,
     /// Size that no amplitude of it has in the world, in internal units; `None` where none is too
     /// large. A fit that needs more describes something else, and the effect is not accepted.
-    pub limit: Option<f64>,
+    pub maximum: Option<f64>,
     /// Its amplitudes.
     pub parameters: Vec<Parameter>,
 }
@@ -57,7 +57,7 @@ impl Effect {
             driver: None,
             searched: 1,
             scope: Scope::Everywhere,
-            limit: None,
+            maximum: None,
             parameters,
         }
     }
@@ -78,8 +78,8 @@ impl Effect {
 
     /// The same with a size that no amplitude has, in internal units.
     #[must_use]
-    pub fn at_most(mut self, limit: f64) -> Self {
-        self.limit = Some(limit);
+    pub fn at_most(mut self, maximum: f64) -> Self {
+        self.maximum = Some(maximum);
         self
     }
 

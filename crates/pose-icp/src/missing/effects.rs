@@ -181,7 +181,7 @@ fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
         let parameters = vec![parameter(name, "ppm", 1e6)];
         let mut entry = entry("axis-scale", &text, parameters, Term::Scale { fixed_mm, axis });
         entry.effect.subject = Some(name.to_owned());
-        entry.effect.limit = Some(NO_MACHINE);
+        entry.effect.maximum = Some(NO_MACHINE);
         entry
     })
 }
@@ -200,7 +200,7 @@ fn squareness(setting: &Setting<'_>) -> Entry {
         .collect();
     let fixed_mm = setting.center_mm;
     let mut entry = entry("squareness", text, parameters, Term::Squareness { fixed_mm, pairs });
-    entry.effect.limit = Some(NO_MACHINE);
+    entry.effect.maximum = Some(NO_MACHINE);
     entry
 }
 

@@ -75,8 +75,8 @@ impl Entry {
         self
     }
 
-    fn at_most(mut self, limit: f64) -> Self {
-        self.effect.limit = Some(limit);
+    fn at_most(mut self, maximum: f64) -> Self {
+        self.effect.maximum = Some(maximum);
         self
     }
 
