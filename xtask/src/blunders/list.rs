@@ -1,8 +1,8 @@
 //! The mistakes that are made, by kind of case.
 
 use super::tables::{
-    Files, clipped, exchanged, names_exchanged, rows_exchanged, scaled, setting_scaled, shifted,
-    stuck,
+    Files, clipped, exchanged, names_exchanged, on_another_clock, rows_exchanged, scaled,
+    setting_scaled, shifted, stuck,
 };
 
 /// A mistake, and the words of which its name must have one.
@@ -14,15 +14,16 @@ pub(crate) struct Mistake {
     pub(crate) make: fn(&mut Files, u64) -> bool,
 }
 
-const UNIT: &[&str] = &["input:unit"];
+const UNIT: &[&str] = &["input:unit", "in another unit"];
 const EXCHANGED: &[&str] = &["exchanged"];
 const SIGN: &[&str] = &["opposite sign", "reversed"];
-const ROWS: &[&str] = &["input:row-shift"];
+const ROWS: &[&str] = &["input:row-shift", "are shifted one row"];
 const LABELS: &[&str] = &["labels"];
-const CLIPS: &[&str] = &["input:saturation"];
-const STUCK: &[&str] = &["input:stuck"];
+const CLIPS: &[&str] = &["input:saturation", "saturates"];
+const STUCK: &[&str] = &["input:stuck", "is stuck"];
+const CLOCK: &[&str] = &["input:clock", "the clock of"];
 const DIAMETER: &[&str] = &["diameter"];
-const SIDE: &[&str] = &["side", "opposite sign"];
+const SIDE: &[&str] = &["side", "opposite sign", "does not make a surface"];
 const TO: &[&str] = &["to_x_mm", "to_y_mm", "to_z_mm"];
 const FORCES: &[&str] = &["fx_n", "fy_n", "fz_n"];
 const MOMENTS: &[&str] = &["mx_nmm", "my_nmm", "mz_nmm"];
@@ -94,6 +95,19 @@ fn log() -> Vec<Mistake> {
         of("normals inward", SIGN, |f, _| scaled(f, (LOG, &["nx", "ny", "nz"]), -1.0)),
         of("f1 clips", CLIPS, |f, _| clipped(f, (LOG, &["f1_n"]), 0.8)),
         of("f3 is stuck", STUCK, |f, _| stuck(f, (LOG, &["f3_n"]), 0.5)),
+        of("l1 and l4 exchanged", EXCHANGED, |f, _| exchanged(f, (LOG, &["l1_mm", "l4_mm"]))),
+        of("clock of the reference ahead", CLOCK, |f, seed| {
+            on_another_clock(f, (LOG, "reference_n"), ([-0.06, 0.0, 0.0], seed))
+        }),
+        of("clock of the reference late", CLOCK, |f, seed| {
+            on_another_clock(f, (LOG, "reference_n"), ([0.25, 0.0, 0.0], seed))
+        }),
+        of("clock of the reference fast", CLOCK, |f, seed| {
+            on_another_clock(f, (LOG, "reference_n"), ([0.0, 0.004, 0.0], seed))
+        }),
+        of("clock of the reference jitters", CLOCK, |f, seed| {
+            on_another_clock(f, (LOG, "reference_n"), ([0.0, 0.0, 0.03], seed))
+        }),
     ]
 }
 

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 /// Files of a case by name.
 pub(crate) type Files = BTreeMap<&'static str, String>;
 
@@ -148,6 +151,41 @@ pub(crate) fn stuck(files: &mut Files, at: (&str, &[&str]), share: f64) -> bool 
             for (&column, held) in columns.iter().zip(&held) {
                 row[column].clone_from(held);
             }
+        }
+    })
+}
+
+/// A channel of another clock: late by a time, by a share of the time, and by a time that is
+/// another for every reading, of that standard deviation, s; read on straight lines between its
+/// readings, within a segment.
+pub(crate) fn on_another_clock(
+    files: &mut Files,
+    (file, column): (&str, &str),
+    ([late_s, rate, jitter_s], seed): ([f64; 3], u64),
+) -> bool {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    change(files, (file, &[column, "time_s", "segment"]), |cells, columns| {
+        let number = |row: &Vec<String>, i: usize| row[columns[i]].parse::<f64>().ok();
+        let read: Vec<(f64, f64)> = (cells.rows.iter())
+            .filter_map(|row| Some((number(row, 1)?, number(row, 0)?)))
+            .collect();
+        let segments: Vec<String> = cells.rows.iter().map(|r| r[columns[2]].clone()).collect();
+        for (i, row) in cells.rows.iter_mut().enumerate() {
+            // The sum of twelve uniform numbers is as good as normal here.
+            let unit = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+            let at_s = read[i].0 * (1.0 - rate) - late_s + jitter_s * unit;
+            let own = |j: &usize| segments[*j] == segments[i];
+            let before = (0..read.len()).filter(own).rfind(|&j| read[j].0 <= at_s);
+            let after = (0..read.len()).filter(own).find(|&j| read[j].0 > at_s);
+            let value = match (before, after) {
+                (Some(a), Some(b)) => {
+                    let share = (at_s - read[a].0) / (read[b].0 - read[a].0);
+                    read[a].1 + share * (read[b].1 - read[a].1)
+                }
+                (Some(only), None) | (None, Some(only)) => read[only].1,
+                (None, None) => read[i].1,
+            };
+            row[columns[0]] = format!("{value}");
         }
     })
 }
