@@ -181,7 +181,10 @@ impl Tally {
     fn line(&self, kind: &str, mistake: &Mistake) -> String {
         let Self { cases, named, confident, unseen, .. } = self;
         let mark = if self.is_good() { "" } else { " **missed**" };
-        format!("| {kind} | {} | {named} of {cases}{mark} | {confident} | {unseen} |\n", mistake.what)
+        format!(
+            "| {kind} | {} | {named} of {cases}{mark} | {confident} | {unseen} |\n",
+            mistake.what
+        )
     }
 }
 

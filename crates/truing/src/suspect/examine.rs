@@ -61,15 +61,19 @@ fn decide(
     if found.as_ref().is_some_and(|found| !found.is_subtle) {
         return (found, None);
     }
+    let helping = Physics::helping(&trials, plain);
+    let is_unmatched = plain.misfit.share >= plain.yardstick.unmatched;
+    if found.is_none() && helping.is_empty() && !is_unmatched {
+        return (None, None);
+    }
     let physics = physics.get_or_insert_with(|| Physics::of(case));
     if let Some(found) = found.filter(|found| physics.loses_to(case, found, &plain.misfit)) {
         return (Some(found), None);
     }
-    if let Some((found, after)) = physics.beside(case, &trials, plain) {
+    if let Some((found, after)) = physics.beside(case, helping, plain) {
         return (Some(found), Some(after));
     }
-    let is_unmatched =
-        plain.misfit.share >= plain.yardstick.unmatched && !physics.takes_most();
+    let is_unmatched = is_unmatched && !physics.takes_most();
     (is_unmatched.then(|| unmatched(case, plain)), None)
 }
 

@@ -2,8 +2,8 @@
 
 use model_discrepancy::{Closure, Verdict, close_loop};
 
-use super::search::{Found, Misfit, Plain, Trials, is_evident};
 use super::hypothesis::Proof;
+use super::search::{Found, Misfit, Plain, Trials, is_evident};
 use crate::Case;
 
 /// Physics loses to a mistake that is like it in size only where it leaves this much more.
@@ -20,9 +20,10 @@ const MILD: [&str; 4] = ["input:clock", "input:row-shift", "input:labels", "inpu
 const EXPLAINED: f64 = 0.5;
 /// Mistakes closed with physics beside them, at most: each closes a loop.
 const MOST_CLOSED: usize = 4;
-/// Factor that a mistake beside physics takes off the misfit, where physics alone explains
-/// nothing, and where it does: then it must be the larger part.
-const HELPS: [f64; 2] = [1.3, 3.0];
+/// Factor that a mistake beside physics takes off the misfit.
+const HELPS: f64 = 1.3;
+/// The same where physics alone explains the case: then the mistake must be the larger part.
+const HELPS_MOST: f64 = 3.0;
 
 /// The loop closed on a case with nothing carried to it.
 pub(super) struct Physics(Option<Closure>);
@@ -34,6 +35,11 @@ impl Physics {
             close_loop(&*prepared.model, &prepared.covariates, &options).ok()
         };
         Self(case.measured.prepare().ok().and_then(close))
+    }
+
+    /// Mistakes that may be there beside physics.
+    pub(super) fn helping(trials: &Trials, plain: &Plain<'_>) -> Vec<Found> {
+        trials.helping(plain, HELPS, MOST_CLOSED)
     }
 
     pub(super) fn closure(self) -> Option<Closure> {
@@ -68,8 +74,7 @@ impl Physics {
         let Some(left) = self.left() else { return true };
         let is_mild = MILD.contains(&found.named.effect);
         let is_exact = found.after.is_some_and(|after| before.significance(&after) >= IMITATION);
-        left >= PHYSICS_LEAVES * mended
-            || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
+        left >= PHYSICS_LEAVES * mended || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
     }
 
     /// The mistake beside which physics explains what it does not explain alone, or explains with
@@ -77,13 +82,15 @@ impl Physics {
     pub(super) fn beside(
         &self,
         case: &Case,
-        trials: &Trials,
+        helping: Vec<Found>,
         plain: &Plain<'_>,
     ) -> Option<(Found, Self)> {
         let left = self.left()?;
-        let least = HELPS[usize::from(self.is_explained())];
         let mut best: Option<(Found, Self, f64)> = None;
-        for found in trials.helping(plain, least, MOST_CLOSED) {
+        let gain = |found: &Found| found.after.map_or(0.0, |after| plain.misfit.gain(&after));
+        let helping =
+            helping.into_iter().filter(|found| !self.is_explained() || gain(found) >= HELPS_MOST);
+        for found in helping {
             let Ok(mended) = case.with(&found.named.edits) else { continue };
             let closed = Self::of(&mended);
             let Some(leaves) = closed.left().filter(|_| closed.is_explained()) else { continue };

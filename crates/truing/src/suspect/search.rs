@@ -134,8 +134,7 @@ impl Trials {
     /// The mistake with which a case that cannot be fitted is sound, if there is one.
     pub(super) fn mending(&self) -> Option<Found> {
         let sound = |m: &Misfit| m.is_noise() || m.share < SOUND * m.gross;
-        let is_possible =
-            |(h, m): &&Tried| h.proof == Proof::Data || m.as_ref().is_some_and(sound);
+        let is_possible = |(h, m): &&Tried| h.proof == Proof::Data || m.as_ref().is_some_and(sound);
         best(self.0.iter().filter(is_possible).cloned().collect(), false)
     }
 
