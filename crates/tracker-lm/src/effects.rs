@@ -49,7 +49,6 @@ pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
         vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
     entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
-    entries.push(every_station_drifts(scene));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(temperatures(scene));
     entries.extend(changes.iter().map(|offered| {
@@ -231,25 +230,6 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
         let is_own = scene.survey.ranges[r].station == station;
         let moved = if is_own { -scene.sights[r].beam * scene.time[r] } else { Vector3::zeros() };
         moved.iter().copied().collect()
-    })
-}
-
-/// Each by its own, as stands on a floor that settles or in a hall that warms do.
-fn every_station_drifts(scene: &Scene<'_>) -> Entry {
-    let text = "every station moves steadily while it measures, each its own way";
-    let (unit, factor) = scene.rate();
-    let stations = &scene.survey.stations;
-    let named =
-        |axis: &str, station: &str| parameter(&format!("{axis} of {station}"), unit, factor);
-    let parameters =
-        (stations.iter()).flat_map(|s| ["x", "y", "z"].map(|axis| named(axis, &s.name))).collect();
-    let subject = Some("every station".to_owned());
-    scene.entry("station-drift", subject, text.to_owned(), parameters, |r| {
-        let mut column = vec![0.0; 3 * stations.len()];
-        let moved = -scene.sights[r].beam * scene.time[r];
-        let own = 3 * scene.survey.ranges[r].station;
-        column[own..own + 3].copy_from_slice(moved.as_slice());
-        column
     })
 }
 

@@ -134,25 +134,25 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: &[PAIRS] })
 }
 
+/// Label column that names sessions.
+const SESSION: &str = "session";
 /// Sessions of which each may have been unlike the others.
 const MOST_SESSIONS: usize = 12;
 
-/// For every name in a label column that few names recur in: 1 in its rows, else 0.
+/// For every session: 1 in its rows, else 0.
 fn sessions(table: &Table, labels: &[String]) -> Vec<NumberColumn> {
-    let mut all = Vec::new();
-    for label in labels {
-        let Some(column) = table.column(label) else { continue };
-        let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
-        let names: BTreeSet<&str> = cells.iter().copied().collect();
-        if !(2..=MOST_SESSIONS).contains(&names.len()) {
-            continue;
-        }
-        all.extend(names.into_iter().map(|name| NumberColumn {
-            name: format!("session: {label} {name}"),
-            values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
-        }));
+    let label = labels.iter().find(|label| *label == SESSION);
+    let Some(column) = label.and_then(|label| table.column(label)) else { return Vec::new() };
+    let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
+    let names: BTreeSet<&str> = cells.iter().copied().collect();
+    if !(2..=MOST_SESSIONS).contains(&names.len()) {
+        return Vec::new();
     }
-    all
+    let of = |name: &str| NumberColumn {
+        name: format!("{SESSION}: {SESSION} {name}"),
+        values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
+    };
+    names.into_iter().map(of).collect()
 }
 
 /// One row per point.

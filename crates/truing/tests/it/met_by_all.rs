@@ -85,7 +85,7 @@ fn a_head_that_slips_by_friction_is_no_contact_at_another_height() {
     let mut wrench = "press,time_s,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm\n".to_owned();
     for i in 0..24 {
         let place: [f64; 2] = std::array::from_fn(|_| rng.random_range(-30.0..30.0));
-        let load = [-20.0, -40.0, -60.0][i % 3];
+        let load: f64 = [-20.0, -40.0, -60.0][i % 3];
         let (ratio, around) =
             (rng.random_range(0.12..0.28), rng.random_range(0.0..std::f64::consts::TAU));
         let drag = [load.abs() * ratio * around.cos(), load.abs() * ratio * around.sin()];
