@@ -49,16 +49,9 @@ pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
     let subject = (record.file, &[record.column][..]);
     let name = listed(&[record.column]);
     let of = |description: String, offset: &dyn Fn(f64) -> f64| {
-        let at: Vec<Option<f64>> =
-            (0..record.read.len()).map(|i| moved(record, i, offset(record.time_s[i]))).collect();
-        let values = at.iter().zip(record.read).map(|(at, read)| at.unwrap_or(*read)).collect();
-        let change = Change::Replace { column: record.column.to_owned(), values };
-        // What was not recorded at the other time cannot be had.
-        let rows = (0..at.len()).filter(|&row| at[row].is_some()).collect();
-        let edits = vec![
-            Edit { file: record.file, change },
-            Edit { file: record.file, change: Change::Keep { rows } },
-        ];
+        let values = (0..record.read.len()).map(|i| moved(record, i, offset(record.time_s[i])));
+        let change = Change::Replace { column: record.column.to_owned(), values: values.collect() };
+        let edits = vec![Edit { file: record.file, change }];
         Hypothesis::of("input:clock", subject, description, edits)
     };
     let constant = of(
@@ -96,9 +89,9 @@ fn median_step(record: &Record<'_>) -> Option<f64> {
     steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0)
 }
 
-/// What the record read `offset_s` later, on a straight line between its readings; `None` beyond
-/// the ends of a stretch.
-fn moved(record: &Record<'_>, i: usize, offset_s: f64) -> Option<f64> {
+/// What the record read `offset_s` later, on a straight line between its readings; at the ends of
+/// a stretch its last reading.
+fn moved(record: &Record<'_>, i: usize, offset_s: f64) -> f64 {
     let at = record.time_s[i] + offset_s;
     let same = |j: usize| record.stretch[j] == record.stretch[i];
     let mut j = i;
@@ -108,26 +101,18 @@ fn moved(record: &Record<'_>, i: usize, offset_s: f64) -> Option<f64> {
     while j > 0 && same(j - 1) && record.time_s[j] > at {
         j -= 1;
     }
-    if record.time_s[j].total_cmp(&at).is_eq() {
-        return Some(record.read[j]);
-    }
     let next = j + 1;
     if record.time_s[j] > at || next >= record.read.len() || !same(next) {
-        return None;
+        return record.read[j];
     }
     let share = (at - record.time_s[j]) / (record.time_s[next] - record.time_s[j]);
-    Some(record.read[j] + share * (record.read[next] - record.read[j]))
+    record.read[j] + share * (record.read[next] - record.read[j])
 }
 
 /// The offset with which the rows agree best with what they should have read.
 fn best_offset(record: &Record<'_>, rows: &[usize], interval_s: f64) -> f64 {
     let misfit = |offset_s: f64| -> f64 {
-        let off = |&i: &usize| Some((moved(record, i, offset_s)? - record.expected[i]).abs());
-        let off: Vec<f64> = rows.iter().filter_map(off).collect();
-        if 2 * off.len() < rows.len() {
-            return f64::INFINITY;
-        }
-        off.iter().sum::<f64>() / count(off.len())
+        rows.iter().map(|&i| (moved(record, i, offset_s) - record.expected[i]).abs()).sum()
     };
     let (mut center, mut step) = (0.0, interval_s);
     let mut reach = FARTHEST;
@@ -167,10 +152,10 @@ fn jitter(record: &Record<'_>, interval_s: f64, offset_s: f64) -> Option<Hypothe
     let inner = (1..record.read.len().saturating_sub(1))
         .filter(|&i| record.stretch[i - 1] == record.stretch[i + 1]);
     let mut pairs: Vec<(f64, f64)> = inner
-        .filter_map(|i| {
+        .map(|i| {
             let slope = (record.expected[i + 1] - record.expected[i - 1])
                 / (record.time_s[i + 1] - record.time_s[i - 1]);
-            Some((slope, moved(record, i, whole_s)? - record.expected[i]))
+            (slope, moved(record, i, whole_s) - record.expected[i])
         })
         .collect();
     let tenth = pairs.len() / 10;

@@ -8,8 +8,6 @@ use crate::Case;
 
 /// Physics loses to a mistake that is like it in size only where it leaves this much more.
 const PHYSICS_LEAVES: f64 = 1.5;
-/// The same where it explains nothing, and the mistake everything.
-const EVEN_SO: f64 = 1.15;
 /// It loses to a mistake that it imitates, where it leaves as much: the mistake has no free
 /// parameter.
 const PHYSICS_IMITATES: f64 = 0.9;
@@ -73,20 +71,12 @@ impl Physics {
         if found.named.proof == Proof::Unphysical && gain >= PHYSICS_LEAVES {
             return true;
         }
-        let Some(closed) = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended))
-        else {
-            return false;
-        };
-        let Some(mended) = closed.left() else { return false };
+        let mended = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));
+        let Some(mended) = mended.and_then(|mended| mended.left()) else { return false };
         let Some(left) = self.left() else { return true };
-        let dof = found.after.map_or(0, |after| after.dof);
-        let is_all = closed.is_explained() && !self.is_explained();
-        let is_told = is_all && left >= EVEN_SO * mended && is_evident(dof, left / mended);
         let is_mild = MILD.contains(&found.named.effect);
         let is_exact = found.after.is_some_and(|after| before.significance(&after) >= IMITATION);
-        left >= PHYSICS_LEAVES * mended
-            || !is_mild && is_told
-            || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
+        left >= PHYSICS_LEAVES * mended || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
     }
 
     /// The mistake beside which physics explains what it does not explain alone, or explains with

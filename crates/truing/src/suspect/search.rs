@@ -14,7 +14,7 @@ const MOST_TRIALS: usize = 1000;
 /// room for a second mistake to be half mended.
 const GROSS_GAIN: f64 = 5.0;
 /// A misfit that any physics may cause must fall by this factor, and to the noise.
-const SUBTLE_GAIN: f64 = 1.15;
+const SUBTLE_GAIN: f64 = 1.3;
 /// The same where the noise is not known.
 const BLIND_GAIN: f64 = 3.0;
 /// χ² per degree of freedom that still is the declared noise, with physics of its size beside it.

@@ -164,7 +164,7 @@ fn read_at(case: &Case, later_s: impl Fn(usize) -> f64) {
 #[test]
 fn a_clock_that_runs_ahead_or_jitters_is_told_from_a_delay() {
     let case = log("nothing-coloured");
-    read_at(&case, |_| 0.15);
+    read_at(&case, |_| 0.06);
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:clock");
     assert!(step["description"].as_str().unwrap().contains("ahead of"), "{step}");
