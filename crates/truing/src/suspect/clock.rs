@@ -164,7 +164,9 @@ fn jitter(record: &Record<'_>, interval_s: f64, offset_s: f64) -> Option<Hypothe
     }
     let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
     let rest_s = sum(|(slope, r)| slope * r) / sum(|(slope, _)| slope * slope);
-    pairs.iter_mut().for_each(|(slope, r)| *r -= rest_s * *slope);
+    for (slope, r) in &mut pairs {
+        *r -= rest_s * *slope;
+    }
     let steep: Vec<(f64, f64)> = {
         let mut sizes: Vec<f64> = pairs.iter().map(|(slope, _)| slope.abs()).collect();
         sizes.sort_by(f64::total_cmp);

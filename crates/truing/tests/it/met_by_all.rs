@@ -83,6 +83,7 @@ fn an_axis_with_reversal_is_no_bent_stylus() {
 }
 
 #[test]
+#[expect(clippy::cast_precision_loss, reason = "a count of presses")]
 fn a_head_that_slips_by_friction_is_no_contact_at_another_height() {
     let mut rng = ChaCha8Rng::seed_from_u64(43);
     let mut presses = "press,machine_x_mm,machine_y_mm,use\n".to_owned();
@@ -108,7 +109,7 @@ fn a_head_that_slips_by_friction_is_no_contact_at_another_height() {
             .map(|m| read(m, 1.5, &mut rng));
             wrench += &format!(
                 "p{i},{:.2},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6}\n",
-                100.0 * i as f64 + 0.05 * k as f64,
+                100.0 * i as f64 + 0.05 * f64::from(k),
                 force[0],
                 force[1],
                 force[2],

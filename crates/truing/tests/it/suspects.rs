@@ -150,6 +150,8 @@ fn log(name: &str) -> Case {
 
 /// The reference as it would have been read at other times, s after those of its rows, on straight
 /// lines within a strip of forty rows.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside a strip")]
 fn read_at(case: &Case, later_s: impl Fn(usize) -> f64) {
     change(case, "log.csv", &["reference_n"], |n, old| {
         let read = |row: usize| old[row][0].parse::<f64>().unwrap();
@@ -162,6 +164,7 @@ fn read_at(case: &Case, later_s: impl Fn(usize) -> f64) {
 }
 
 #[test]
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
 fn a_clock_that_runs_ahead_or_jitters_is_told_from_a_delay() {
     let case = log("nothing-coloured");
     read_at(&case, |_| 0.06);
@@ -210,6 +213,7 @@ fn a_quaternion_with_its_scalar_last_is_named() {
 }
 
 /// Flange poses whose tip, [10, -20, 150] mm from the flange, touches [400, 100, 50] mm.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
 fn poses() -> String {
     let pose = |i: usize| {
         let phase = i as f64;
