@@ -46,6 +46,16 @@ pub(crate) const TOO_NOISY: f64 = 0.01;
 /// Significance from which on repeats agree too well with each other to be noise.
 pub(crate) const LACK_OF_FIT: f64 = 1e-3;
 
+/// Chance from which on a single reading far off may be the tail of the noise, whose law is known
+/// from the other readings alone.
+pub(crate) const IN_TAILS: f64 = 0.01;
+
+/// Probability of the normal law from which on the noise has heavy tails.
+pub(crate) const HEAVY_TAILS: f64 = 0.01;
+
+/// Share of the repetitions without some groups that must find a name again for it to be added.
+pub(crate) const FOUND_AGAIN: f64 = 0.5;
+
 /// Significance from which on one group differs from the others, all groups together.
 pub(crate) const ODD_GROUP: f64 = 1e-3;
 

@@ -89,6 +89,12 @@ impl<'a> System<'a> {
         next
     }
 
+    pub(crate) fn without_empirical(&self, covariate: &str, shape: &str) -> Self {
+        let mut next = self.clone();
+        next.empirical.retain(|e| e.covariate != covariate || e.shape != shape);
+        next
+    }
+
     pub(crate) fn has_effect(&self, effect: usize) -> bool {
         self.active.iter().any(|a| a.effect == effect)
     }

@@ -11,21 +11,22 @@ use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
 use crate::answer::verdict::verdict;
 use crate::choice::additivity::not_additive;
-use crate::choice::candidate::{Candidate, Source};
+use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
 use crate::choice::score::{Scoring, score_covariates};
-use crate::choice::select::select;
+use crate::choice::select::{select, without};
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
-use crate::levels::QUARTER;
+use crate::levels::{FOUND_AGAIN, QUARTER};
 use crate::model::covariate::with_order;
 use crate::model::validate::{no_empty_column, validate};
 use crate::noise::linear::Linear;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
 use crate::tests::odd_group::odd_groups;
+use crate::tests::tails::heavy_tails;
 use crate::{
     Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
-    Remaining, Role, Step,
+    Remaining, Role, Scope, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -53,20 +54,36 @@ pub fn close_loop(
     let context =
         Context { model, covariates: &covariates, options, silent: &silent, thorough: true };
     let mut chosen = select(&context, &keep, &base);
-
-    let attributions: Vec<_> =
-        chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
-    let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
+    let mut not_found_again = Vec::new();
+    let (attributions, summaries) = loop {
+        let attributions: Vec<_> =
+            chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
+        let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
+        let without = least_stable(&summaries.stability)
+            .and_then(|(i, share)| Some((i, share, without(&context, &keep, &chosen, i)?)));
+        let Some((i, share, without)) = without else { break (attributions, summaries) };
+        not_found_again.push(left_over(&context, &chosen.added[i], share));
+        chosen = without;
+    };
     let steps = steps(&context, &keep, &chosen, &attributions, &summaries);
     let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, &silent);
     let lack_of_fit = Places::of(model, &covariates).and_then(|places| places.test(&lin));
     let mut remaining = remaining(&context, &chosen, &lin);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
+    remaining.extend(not_found_again);
+    remaining.extend(no_gain(&context, &chosen, &summaries));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&context, &chosen, &silent);
     warnings.extend(summaries.warnings);
+    warnings.extend(heavy_tails(&lin).map(|freedom| {
+        format!(
+            "single readings lie farther off than normal noise puts them, as Student's t with some \
+             {freedom:.0} degrees of freedom: one far off need not be a mistake, and a robust loss \
+             would weigh it less"
+        )
+    }));
     let noise = noise_level(&chosen.system, &chosen.estimate, &rows);
     Ok(Closure {
         verdict: verdict(&context, &lin, &chosen, &remaining),
@@ -90,6 +107,47 @@ pub fn close_loop(
         confusability,
         confusable_ids,
         warnings,
+    })
+}
+
+/// The addition that the fewest repetitions find again, where that is fewer than half of them.
+fn least_stable(stability: &[Option<f64>]) -> Option<(usize, f64)> {
+    let known = stability.iter().enumerate().filter_map(|(i, share)| Some((i, (*share)?)));
+    known.filter(|(_, share)| *share < FOUND_AGAIN).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// An addition that hangs on single groups, as something left.
+fn left_over(context: &Context<'_>, added: &Added, share: f64) -> Remaining {
+    let covariate = match &added.what {
+        What::Effect(e) => {
+            let effect = &context.model.declared().effects[*e];
+            label(&effect.id, effect.subject.as_deref())
+        }
+        What::Empirical(covariate, _) => covariate.clone(),
+    };
+    let shape = format!(
+        "found again in {:.0} % of the repetitions without some groups: too few to add it",
+        100.0 * share
+    );
+    Remaining { covariate, shape, p_value: added.p_value }
+}
+
+/// What was added, where data that the fit did not see are predicted worse with it, or no better
+/// although it is more than single readings.
+fn no_gain(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    summaries: &Summaries,
+) -> Option<Remaining> {
+    let effects = &context.model.declared().effects;
+    let single = |what: &What| matches!(what, What::Effect(e) if matches!(effects[*e].scope, Scope::Observation(_)));
+    let p_value = chosen.added.iter().map(|a| a.p_value).reduce(f64::max)?;
+    let (before, after) = (summaries.before.held_out_rms, summaries.after.held_out_rms);
+    let same = after <= before && chosen.added.iter().all(|a| single(&a.what));
+    (after >= before && !same).then(|| Remaining {
+        covariate: "unseen groups".to_owned(),
+        shape: "what was added does not predict them any better".to_owned(),
+        p_value,
     })
 }
 
@@ -215,7 +273,7 @@ fn not_observable(
     let mut found: Vec<NotObservable> = Vec::new();
     for &(e, _) in &chosen.not_estimable {
         let effect = &context.model.declared().effects[e];
-        let name = crate::choice::candidate::label(&effect.id, effect.subject.as_deref());
+        let name = label(&effect.id, effect.subject.as_deref());
         if found.iter().any(|n| n.effect == name) {
             continue;
         }

@@ -12,7 +12,7 @@ use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
-use crate::choice::shape::shapes;
+use crate::choice::shape::{BY_LEVEL, shapes};
 use crate::levels::CHOICE_FOLDS;
 use crate::levels::DECIDED;
 use crate::levels::MIN_KEPT_CONFOUNDED;
@@ -117,6 +117,8 @@ fn recorded_shapes(
         // Along the order only a plain drift: a curve imitates too much.
         let shapes =
             shapes(lin.layout, covariate).into_iter().take(if order { 1 } else { usize::MAX });
+        // A value of its own at each level holds whatever follows that column.
+        let shapes = shapes.filter(|s| s.name != BY_LEVEL);
         let candidates = shapes.filter_map(|s| empirical_candidate(lin, &lin.basis, covariate, &s));
         found.extend(candidates.map(|(c, _)| c).filter(|c| !order || !another_word(c)));
     }

@@ -99,14 +99,15 @@ fn unseen_errors(
     let checks: Vec<_> = (0..groups.len()).filter(|&g| groups[g].role == Role::Check).collect();
     let fitted: Vec<_> = (0..groups.len()).filter(|&g| keep[g]).collect();
     let nested = context.options.nested && fitted.len() >= MIN_NESTED_GROUPS;
+    let repeated = (nested && (checks.is_empty() || !chosen.added.is_empty()))
+        .then(|| nested_errors(context, keep, base, chosen, attributions, &fitted, skip_groups));
     if !checks.is_empty() {
         let before = reported_errors(&declared, base, &checks);
         let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
-        return (HoldOut::CheckGroups, [before, after], vec![None; chosen.added.len()]);
+        let stability = repeated.map_or(vec![None; chosen.added.len()], |(_, stability)| stability);
+        return (HoldOut::CheckGroups, [before, after], stability);
     }
-    if nested {
-        let (errors, stability) =
-            nested_errors(context, keep, base, chosen, attributions, &fitted, skip_groups);
+    if let Some((errors, stability)) = repeated {
         return (HoldOut::Nested, errors, stability);
     }
     let single = |system: &System<'_>, at: &Estimate| {

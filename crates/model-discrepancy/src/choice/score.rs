@@ -18,12 +18,14 @@ use crate::choice::screening::Screening;
 use crate::choice::shape::{Shape, correction, periods, shapes};
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
+use crate::levels::IN_TAILS;
 use crate::levels::MIN_SHAPE_KEPT;
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::Significance;
 use crate::tests::hold_out::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::tests::significance::{Asked, Reach, significance_beside};
+use crate::tests::tails::chance_in_tails;
 use crate::{Covariate, Origin};
 
 /// A candidate with its scores.
@@ -249,6 +251,29 @@ fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trial
     Trials { tests: count(tests), families }
 }
 
+/// Whether any of `candidates` is a single reading as far off as noise with heavy tails puts one.
+pub(crate) fn may_be_a_tail(lin: &Linear<'_>, base: &Basis, candidates: &[&Candidate]) -> bool {
+    let single: Vec<usize> =
+        candidates.iter().filter_map(|candidate| only_observation(lin, candidate)).collect();
+    if single.is_empty() {
+        return false;
+    }
+    let mut beside = base.clone();
+    for candidate in candidates {
+        beside = beside.with(&candidate.tangent, NEW_DIRECTION);
+    }
+    single.into_iter().any(|observation| chance_in_tails(lin, &beside, observation) > IN_TAILS)
+}
+
+/// The one observation that a candidate moves; `None` where it moves more.
+fn only_observation(lin: &Linear<'_>, candidate: &Candidate) -> Option<usize> {
+    candidate.home?;
+    let moved = (0..lin.rows.len()).filter(|&i| candidate.tangent.row(i).iter().any(|v| *v != 0.0));
+    let mut observations = moved.map(|i| lin.layout.rows[lin.rows[i]].observation);
+    let first = observations.next()?;
+    observations.all(|o| o == first).then_some(first)
+}
+
 /// Judges beside a base and what this leaves of the data.
 fn judge(
     scoring: &Scoring<'_>,
@@ -261,7 +286,10 @@ fn judge(
     let level = scoring.alpha / trials;
     let asked = Asked { reach: candidate.reach, searched: candidate.searched, level };
     let test = significance_beside(lin, base, residual, &candidate.beside, asked)?;
-    let adjusted = (test.p_value * trials).min(1.0);
+    let mut adjusted = (test.p_value * trials).min(1.0);
+    if adjusted <= scoring.alpha && may_be_a_tail(lin, base, &[&candidate]) {
+        adjusted = 1.0;
+    }
     let n = count(lin.rows.len());
     let rss_after = test.variance * count(test.dof);
     let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
@@ -293,7 +321,7 @@ fn judge(
 pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> Vec<Scored> {
     let screening = Screening::new(scoring.lin, &scoring.clean);
     let families: Vec<_> =
-        context.covariates.iter().map(|c| (c, strongest_shapes(&screening, c))).collect();
+        context.covariates.iter().map(|c| (c, strongest_shapes(context, &screening, c))).collect();
     // That a shape is the best of many is in the number of trials.
     let trials = families.iter().flat_map(|(_, found)| found).map(|(shape, _)| shape.tried).sum();
     let mut judged = Vec::new();
@@ -316,6 +344,7 @@ pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> 
 /// The shapes along one covariate, of its periods and of its interruptions the one each that takes
 /// away most.
 fn strongest_shapes(
+    context: &Context<'_>,
     screening: &Screening<'_>,
     covariate: &Covariate,
 ) -> Vec<(Shape, Option<Significance>)> {
@@ -326,7 +355,7 @@ fn strongest_shapes(
         shapes.into_iter().zip(screened)
     };
     let mut found: Vec<_> = screened(shapes(layout, covariate)).collect();
-    let periods = screened(periods(layout, covariate));
+    let periods = screened(periods(layout, covariate, context.covariates));
     found.extend(periods.max_by(|a, b| power(&a.1).total_cmp(&power(&b.1))));
     let breaks = breaks(layout, covariate);
     let at = strongest_break(&breaks, |some| {
@@ -399,7 +428,8 @@ pub(crate) fn shape_again(
     let breaks = breaks(lin.layout, covariate);
     let interruptions = breaks.iter().map(|&at| interrupted(covariate, at, &breaks));
     let smooth = shapes(lin.layout, covariate).into_iter();
-    let mut all = smooth.chain(periods(lin.layout, covariate)).chain(interruptions);
+    let mut all =
+        smooth.chain(periods(lin.layout, covariate, context.covariates)).chain(interruptions);
     let shape = all.find(|s| s.name == shape)?;
     empirical_candidate(lin, base, covariate, &shape)
 }

@@ -8,7 +8,9 @@ use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
 use crate::choice::pair::find_pair;
 use crate::choice::replace::replace_superseded;
-use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
+use crate::choice::score::{
+    ScorePass, Scored, Scoring, may_be_a_tail, score_catalogue, score_covariates,
+};
 use crate::choice::selected::{Added, Selected, What};
 use crate::count::count;
 use crate::levels::CATALOGUE_SHARE;
@@ -89,6 +91,7 @@ fn catalogue_passes<'a>(
         let pair = if added.is_none() {
             find_pair(&scoring, &pass)
                 .filter(|pair| !one_shape_is_better(context, &scoring, pair))
+                .filter(|[a, b]| !may_be_a_tail(&lin, &lin.basis, &[&a.candidate, &b.candidate]))
                 .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
         } else {
             None
@@ -248,6 +251,26 @@ fn drop_superfluous(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<
             chosen.added.retain(|a| a.what != What::Effect(effect));
         }
     }
+}
+
+/// The selection without its entry `index`, fitted anew; `None` where that cannot be fitted.
+pub(crate) fn without<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    chosen: &Selected<'a>,
+    index: usize,
+) -> Option<Selected<'a>> {
+    let mut left = chosen.clone();
+    let removed = left.added.remove(index);
+    left.system = match &removed.what {
+        What::Effect(effect) => left.system.without_effect(*effect),
+        What::Empirical(covariate, shape) => left.system.without_empirical(covariate, shape),
+    };
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let start = left.system.warm_start(&chosen.estimate);
+    let estimate = left.system.fit(&rows, &start).ok()?;
+    left.estimate = left.system.reweighed(&rows, estimate).ok()?;
+    Some(left)
 }
 
 /// The system with every amplitude that its effects have beside each other: one that was added

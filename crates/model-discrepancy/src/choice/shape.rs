@@ -1,12 +1,14 @@
 //! Shapes that a residual can have along a covariate, as columns of an empirical correction.
 
 use crate::algebra::components::{added, reported_components};
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::system::Empirical;
 use crate::count::count;
+use crate::model::covariate::ORDER;
 use crate::{Covariate, Layout, Role};
 
 /// Reference temperature of ISO 1, in °C.
@@ -24,6 +26,20 @@ const MAX_PERIODS: usize = 32;
 
 /// Widest gap, as a share of the range: between bunches of readings any period fits.
 const MAX_GAP: f64 = 0.25;
+
+/// Fewest and most values that are levels: two are a step, and of many a table says less than a
+/// curve.
+const MIN_LEVELS: usize = 3;
+const MAX_LEVELS: usize = 64;
+
+/// Visits that each level must have on the mean.
+const MIN_VISITS: usize = 2;
+
+/// Name of the shape with a value of its own at each level.
+pub(crate) const BY_LEVEL: &str = "a value of its own at each level";
+
+/// Share by which a period may differ from that of the design.
+const SAME_PERIOD: f64 = 0.1;
 
 /// An angle must cover this much, in degrees, before its harmonics are looked for.
 const MIN_ARC_DEG: f64 = 120.0;
@@ -49,6 +65,7 @@ pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
         return Vec::new();
     }
     let mut shapes = vec![linear(covariate, &fitted, distinct.len())];
+    shapes.extend(by_level(covariate, &fitted, &distinct));
     if distinct.len() >= MIN_DISTINCT_FOR_CURVE {
         shapes.push(smooth(covariate, &fitted));
         shapes.extend(lagged(covariate));
@@ -57,7 +74,9 @@ pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
 }
 
 /// Periodic shapes along `covariate`; the caller picks the best and multiplies by `tried`.
-pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
+///
+/// Along the order, periods with which one of `all` repeats are left out: they are that covariate's.
+pub(crate) fn periods(layout: &Layout, covariate: &Covariate, all: &[Covariate]) -> Vec<Shape> {
     let distinct = distinct_fitted(layout, covariate);
     let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
         return Vec::new();
@@ -72,7 +91,11 @@ pub(crate) fn periods(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     }
     // Half periods in the range, so that no phase falls between two frequencies.
     let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
-    (3..=2 * most).map(|half| periodic(covariate, 2.0 * range / count(half), count(most))).collect()
+    let period = |half: usize| 2.0 * range / count(half);
+    let own =
+        |half: &usize| covariate.name != ORDER || !is_of_the_design(layout, period(*half), all);
+    let halves = (3..=2 * most).filter(own);
+    halves.map(|half| periodic(covariate, period(half), count(most))).collect()
 }
 
 /// Values at the fitted observations, ascending, each once.
@@ -133,6 +156,58 @@ fn smooth(covariate: &Covariate, fitted: &[f64]) -> Shape {
         constant(covariate),
     ];
     Shape { name: "smooth".to_owned(), functions, tried: 1.0 }
+}
+
+/// A value of its own at each value of `covariate` that is visited again; `None` where hardly any
+/// is, or where there are so few that other shapes say the same.
+///
+/// Values that are not visited again follow the mean of the others.
+fn by_level(covariate: &Covariate, fitted: &[f64], distinct: &[f64]) -> Option<Shape> {
+    if covariate.name == ORDER || !(MIN_LEVELS..=MAX_LEVELS).contains(&distinct.len()) {
+        return None;
+    }
+    let visits = |level: f64| fitted.iter().filter(|v| is_same(**v, level)).count();
+    let repeated: Vec<f64> = distinct.iter().copied().filter(|&l| visits(l) > 1).collect();
+    if repeated.len() < MIN_LEVELS || fitted.len() < MIN_VISITS * distinct.len() {
+        return None;
+    }
+    let at =
+        |level: f64| covariate.values.iter().map(move |v| f64::from(u8::from(is_same(*v, level))));
+    let mut functions: Vec<(String, Vec<f64>)> =
+        repeated[1..].iter().map(|&l| (format!("at {l}"), at(l).collect())).collect();
+    functions.push(constant(covariate));
+    Some(Shape { name: BY_LEVEL.to_owned(), functions, tried: 1.0 })
+}
+
+/// Whether two values are one place: as written, with −0 the same as 0.
+fn is_same(a: f64, b: f64) -> bool {
+    a.partial_cmp(&b) == Some(Ordering::Equal)
+}
+
+/// Orders between successive visits to the same value of `covariate`, the middle one; `None` where
+/// its values do not repeat.
+fn revisited_after(layout: &Layout, covariate: &Covariate) -> Option<f64> {
+    let fitted = fitted_values(layout, covariate);
+    let distinct = distinct_fitted(layout, covariate);
+    if distinct.len() < MIN_LEVELS || fitted.len() < MIN_VISITS * distinct.len() {
+        return None;
+    }
+    let next = |i: usize| {
+        let again = fitted[i + 1..].iter().position(|v| is_same(*v, fitted[i]))?;
+        (again > 0).then_some(again + 1)
+    };
+    let mut gaps: Vec<usize> = (0..fitted.len()).filter_map(next).collect();
+    gaps.sort_unstable();
+    gaps.get(gaps.len() / 2).map(|&gap| count(gap))
+}
+
+/// Whether a period along the order is that of a design that repeats itself, or a part of it.
+fn is_of_the_design(layout: &Layout, period: f64, covariates: &[Covariate]) -> bool {
+    let others = covariates.iter().filter(|c| c.name != ORDER);
+    others.filter_map(|c| revisited_after(layout, c)).any(|gap| {
+        let parts = gap / period;
+        parts > 1.0 - SAME_PERIOD && (parts - parts.round()).abs() < SAME_PERIOD
+    })
 }
 
 fn periodic(covariate: &Covariate, period: f64, tried: f64) -> Shape {

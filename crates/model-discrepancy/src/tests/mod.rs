@@ -7,5 +7,6 @@ pub(crate) mod hold_out;
 pub(crate) mod lack_of_fit;
 pub(crate) mod odd_group;
 pub(crate) mod significance;
+pub(crate) mod tails;
 pub(crate) mod under_noise;
 pub(crate) mod vector_noise;

@@ -107,3 +107,25 @@ fn chi_squared_is_told_with_its_interval() {
     // Nine, and three standard deviations of it; √(2/120) is 0.13.
     assert!((chi2 - 9.0).abs() < 9.0 * 0.39 && low > 0.5 && high < 1.6, "{chi2} {low} {high}");
 }
+
+/// What no smooth shape or period describes: every place has an error of its own.
+#[test]
+fn a_profile_without_a_shape_is_corrected_place_by_place() {
+    const OFF_MM: [f64; PLACES] = [0.0, 0.021, -0.013, 0.017, -0.024, 0.006, 0.019, -0.02, 0.011];
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let off = |x: &f64| OFF_MM[(x / 50.0).round() as usize];
+    let data: Vec<f64> = positions().iter().map(|x| off(x) + 0.002 * normal(&mut rng)).collect();
+    let closure =
+        close_loop(&scalars(&data, &[]), &[commanded(positions())], &Options::default()).unwrap();
+    let step = &closure.steps[0];
+    assert_eq!(step.effect, "covariate:commanded_mm");
+    assert!(step.description.contains("a value of its own at each level"), "{}", step.description);
+    assert!(closure.after.held_out_rms < 0.2 * closure.before.held_out_rms);
+    // Between two places the table says what the places say.
+    let at = |name: &str| step.parameters.iter().find(|p| p.name == name).expect("a place");
+    let (one, other) = (at("at 50"), at("at 100"));
+    let std = one.std.hypot(other.std);
+    assert!((one.value - other.value - 0.034).abs() < 4.0 * std, "{one:?} {other:?}");
+    // Nobody has named a cause.
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+}

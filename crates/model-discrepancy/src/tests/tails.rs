@@ -1,0 +1,174 @@
+//! A single reading far off: a mistake, or the tail of the noise?
+
+use nalgebra::DVector;
+use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
+
+use crate::algebra::basis::Basis;
+use crate::count::count;
+use crate::levels::HEAVY_TAILS;
+use crate::noise::linear::Linear;
+
+/// Degrees of freedom of Student's t that noise may have beside the normal law; beyond 20 the two
+/// cannot be told apart by data that fit in a case.
+const FREEDOMS: [f64; 7] = [2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0];
+
+/// Scales of each law, from a quarter of the root mean square to half as much again, in equal
+/// ratios: heavy tails make the root mean square larger than the scale, never much smaller.
+const SCALES: usize = 24;
+const SMALLEST: f64 = 0.25;
+const LARGEST: f64 = 1.5;
+
+/// Share of all readings that are mistakes, as a rule: they lie anywhere.
+const MISTAKEN: f64 = 0.01;
+
+/// Fewest rows that say anything of the tails.
+const MIN_ROWS: usize = 12;
+
+/// Leverage beyond which a row has no residual of its own.
+const FOLLOWED: f64 = 0.95;
+
+/// Chance that the noise alone puts any row as far off as the worst one of `observation`.
+///
+/// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
+/// likelihood of the other rows, of which one in a hundred may be a mistake as well. `beside` is the
+/// span of the model with the observation's own effect.
+///
+/// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
+pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
+    let own: Vec<usize> = (0..lin.rows.len()).filter(|&i| of(lin, i) == observation).collect();
+    let farthest = studentized(lin, &lin.basis, &own).into_iter().map(f64::abs).fold(0.0, f64::max);
+    let others: Vec<usize> = (0..lin.rows.len()).filter(|&i| of(lin, i) != observation).collect();
+    let rest = studentized(lin, beside, &others);
+    if rest.len() < MIN_ROWS {
+        return 0.0;
+    }
+    let laws = weighed(&rest, farthest);
+    let n = count(lin.rows.len());
+    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
+    laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>().clamp(0.0, 1.0)
+}
+
+/// Degrees of freedom of Student's t that the residual shows, on the whole, where a normal law is
+/// out of the question.
+pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
+    let all: Vec<usize> = (0..lin.rows.len()).collect();
+    let rows = studentized(lin, &lin.basis, &all);
+    if rows.len() < MIN_ROWS {
+        return None;
+    }
+    let laws = weighed(&rows, 0.0);
+    let normal: f64 = laws.iter().filter(|(l, _)| l.freedom.is_none()).map(|(_, w)| w).sum();
+    let inverse = laws.iter().filter_map(|(l, w)| l.freedom.map(|f| w / f)).sum::<f64>();
+    (normal <= HEAVY_TAILS).then(|| (1.0 - normal) / inverse)
+}
+
+/// A law of the noise.
+struct Law {
+    /// Of Student's t; `None` for the normal law.
+    freedom: Option<f64>,
+    scale: f64,
+}
+
+impl Law {
+    /// Probability beyond `z` on either side.
+    fn outside(&self, z: f64) -> f64 {
+        let z = z / self.scale;
+        2.0 * match self.freedom {
+            Some(freedom) => StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| t.sf(z)),
+            None => Normal::standard().sf(z),
+        }
+    }
+
+    fn density(&self, z: f64) -> f64 {
+        let z = z / self.scale;
+        let density = match self.freedom {
+            Some(freedom) => StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| t.pdf(z)),
+            None => Normal::standard().pdf(z),
+        };
+        density / self.scale
+    }
+}
+
+/// Laws with their probabilities; the normal law is as likely beforehand as all others together.
+/// Mistakes lie anywhere up to the farthest row, or to `farthest` where that is farther.
+fn weighed(rows: &[f64], farthest: f64) -> Vec<(Law, f64)> {
+    let rms = (rows.iter().map(|z| z * z).sum::<f64>() / count(rows.len())).sqrt();
+    let end = rows.iter().map(|z| z.abs()).fold(farthest, f64::max);
+    let mistaken = MISTAKEN / (2.0 * end);
+    let ratio = (LARGEST / SMALLEST).powf(1.0 / count(SCALES - 1));
+    let scales = (0..SCALES).map(|i| rms * SMALLEST * ratio.powf(count(i)));
+    let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
+    let families: Vec<(Option<f64>, f64)> = freedoms.chain([(None, 1.0)]).collect();
+    let mut laws: Vec<(Law, f64)> = Vec::with_capacity(families.len() * SCALES);
+    for scale in scales {
+        for &(freedom, prior) in &families {
+            let law = Law { freedom, scale };
+            let density = |z: &f64| (1.0 - MISTAKEN) * law.density(*z) + mistaken;
+            let likelihood: f64 = rows.iter().map(|z| density(z).ln()).sum();
+            laws.push((law, prior.ln() + likelihood));
+        }
+    }
+    let best = laws.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
+    let total: f64 = laws.iter().map(|(_, l)| (l - best).exp()).sum();
+    for (_, weight) in &mut laws {
+        *weight = (*weight - best).exp() / total;
+    }
+    laws
+}
+
+fn of(lin: &Linear<'_>, row: usize) -> usize {
+    lin.layout.rows[lin.rows[row]].observation
+}
+
+/// Residual over its own standard uncertainty of each of `rows` that has one.
+fn studentized(lin: &Linear<'_>, beside: &Basis, rows: &[usize]) -> Vec<f64> {
+    let residual: DVector<f64> = beside.reject(&lin.residual);
+    let q = beside.rows(rows);
+    let of_row = |(at, &i): (usize, &usize)| {
+        let leverage = q.row(at).norm_squared();
+        let reported = lin.layout.rows[lin.rows[i]].reported;
+        (reported && leverage < FOLLOWED).then(|| residual[i] / (1.0 - leverage).sqrt())
+    };
+    rows.iter().enumerate().filter_map(of_row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quantiles of a law at evenly spaced probabilities: data without chance.
+    fn quantiles(inverse: impl Fn(f64) -> f64, n: usize) -> Vec<f64> {
+        (0..n).map(|i| inverse((count(i) + 0.5) / count(n))).collect()
+    }
+
+    fn weight_of_normal(rows: &[f64]) -> f64 {
+        weighed(rows, 0.0).iter().filter(|(law, _)| law.freedom.is_none()).map(|(_, w)| w).sum()
+    }
+
+    #[test]
+    fn normal_rows_make_the_normal_law_likely() {
+        let rows = quantiles(|p| Normal::standard().inverse_cdf(p), 120);
+        assert!(weight_of_normal(&rows) > 0.5, "{}", weight_of_normal(&rows));
+    }
+
+    /// A mistake among a hundred may be what a tail looks like: some probability is always left.
+    #[test]
+    fn rows_of_students_t_make_it_likely() {
+        let law = StudentsT::new(0.0, 2.0, 3.0).expect("valid");
+        let rows = quantiles(|p| law.inverse_cdf(p), 200);
+        assert!(weight_of_normal(&rows) < HEAVY_TAILS, "{}", weight_of_normal(&rows));
+    }
+
+    #[test]
+    fn weights_are_probabilities_at_any_scale() {
+        for scale in [1e-9, 1.0, 1e6] {
+            let rows = quantiles(|p| scale * Normal::standard().inverse_cdf(p), 60);
+            let sum: f64 = weighed(&rows, 0.0).iter().map(|(_, w)| w).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{sum}");
+            let far = 9.0 * scale;
+            let beyond = |(law, w): &(Law, f64)| w * law.outside(far);
+            let chance: f64 = weighed(&rows, 0.0).iter().map(beyond).sum();
+            assert!(chance < 1e-3, "{chance}");
+        }
+    }
+}
