@@ -8,6 +8,7 @@
 
 mod bodies;
 mod optics;
+mod sessions;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
 use nalgebra::SVector;
@@ -23,6 +24,8 @@ use crate::term::Term;
 const REFERENCE_C: f64 = 20.0;
 /// Name of the column that times the points.
 pub(crate) const TIME: &str = "time_s";
+/// Beginning of the columns that are 1 for the points of one session and 0 for all others.
+pub(crate) const SESSION: &str = "session: ";
 /// Ending of the columns that are temperatures.
 pub(crate) const CELSIUS: &str = "_c";
 /// Beyond this many times their spread the points no longer tell a deformation about the origin
@@ -68,6 +71,7 @@ pub(crate) fn catalogue<const D: usize>(
     entries.push(drift(points.len(), covariates));
     entries.push(sag(transform, spread.centroid_mm.coords));
     entries.extend(temperatures(transform, points, covariates));
+    entries.extend(sessions::sessions(transform, points, covariates));
     entries.extend(optics::distortions(points, spread));
     entries.extend(bodies::sub_assembly(points));
     entries

@@ -140,6 +140,16 @@ impl<const D: usize> Term<D> {
             Self::BadPoint { .. } => format!(
                 "the matrix is that of the other points; the correction of {subject} is its own error"
             ),
+            Self::Drift { .. } if !subject.is_empty() => {
+                format!(
+                    "the matrix is that of the others; the shift of {subject} is in the corrections"
+                )
+            }
+            Self::Expansion { .. } if driver.is_none() => {
+                format!(
+                    "the matrix is that of the others; the growth of {subject} is in the corrections"
+                )
+            }
             Self::Drift { .. } => {
                 "the matrix holds at the first reading; the drift from then on is \
                                    in the corrections"

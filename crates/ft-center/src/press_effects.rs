@@ -22,6 +22,7 @@ pub(crate) enum PressEffect {
     LateralIntoMoment,
     ContactHeight,
     PlatformTilt,
+    Slip,
     LoadShift,
     FrameScale,
     DatumOffset,
@@ -64,6 +65,7 @@ impl PressEffect {
             ],
             Self::ContactHeight => &[E::Height],
             Self::PlatformTilt => &[E::Slope(0), E::Slope(1)],
+            Self::Slip => &[E::Slip(0), E::Slip(1)],
             Self::LoadShift
             | Self::FrameScale
             | Self::DatumOffset
@@ -99,6 +101,7 @@ impl PressEffect {
             }
             Self::ContactHeight => sensor.height_mm = amplitude[0],
             Self::PlatformTilt => sensor.slope = pair(),
+            Self::Slip => sensor.slip_mm = pair(),
             Self::LoadShift => machine.load_shift_mm_per_n = pair(),
             Self::FrameScale => machine.scale = amplitude[0],
             Self::DatumOffset => machine.datum_mm = pair(),
@@ -239,6 +242,13 @@ impl PressEffect {
                     parameter("slope along y", "mrad", 1e3),
                 ],
             ),
+            Self::Slip => (
+                "slip",
+                "",
+                "friction drags the head through the play of its guide, along each axis of the \
+                 sensor by as much whatever the force",
+                axes("µm", 1e3),
+            ),
             Self::LoadShift => (
                 "load-shift",
                 "",
@@ -298,6 +308,7 @@ impl Catalogue {
             PressEffect::LateralIntoMoment,
             PressEffect::ContactHeight,
             PressEffect::PlatformTilt,
+            PressEffect::Slip,
             PressEffect::LoadShift,
             PressEffect::DatumOffset,
         ] {

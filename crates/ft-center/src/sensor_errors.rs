@@ -31,6 +31,8 @@ pub(crate) struct SensorErrors {
     pub(crate) height_mm: f64,
     /// Slope of the contact plane along x and y.
     pub(crate) slope: Vector2<f64>,
+    /// What the head slips along x and y of the sensor, the way that friction drags it.
+    pub(crate) slip_mm: Vector2<f64>,
 }
 
 /// One reading: the wrench, and the share of the session that had passed.
@@ -56,6 +58,7 @@ pub(crate) enum SensorError {
     LateralIntoMoment(usize, usize),
     Height,
     Slope(usize),
+    Slip(usize),
 }
 
 /// A reading with the errors taken out, step by step: the way back to the true wrench.
@@ -70,6 +73,8 @@ pub(crate) struct Corrected {
     unsheared: Vector3<f64>,
     plane: Matrix2<f64>,
     /// Centre of pressure in the sensor frame.
+    pressure_mm: Vector2<f64>,
+    /// The same without what the head slipped.
     pub(crate) center_mm: Vector2<f64>,
 }
 
@@ -92,8 +97,10 @@ impl Corrected {
         let plane = Matrix2::identity() * fz - f.xy() * e.slope.transpose();
         let height_mm = z0_mm + e.height_mm;
         let q = Vector2::new(height_mm * f.x - moment.y, moment.x + height_mm * f.y);
-        let center_mm = plane.try_inverse().map_or(Vector2::repeat(f64::NAN), |inv| inv * q);
-        Self { reading: *reading, errors: *errors, gains, ungained, unsheared, plane, center_mm }
+        let pressure_mm = plane.try_inverse().map_or(Vector2::repeat(f64::NAN), |inv| inv * q);
+        let center_mm = pressure_mm - e.slip_mm.component_mul(&f.xy().map(sense));
+        let (reading, errors) = (*reading, *errors);
+        Self { reading, errors, gains, ungained, unsheared, plane, pressure_mm, center_mm }
     }
 
     /// Derivative of the centre by one amplitude.
@@ -101,10 +108,11 @@ impl Corrected {
         let lateral = self.reading.wrench.force_n.xy();
         match by {
             SensorError::Height => self.solve(lateral),
-            SensorError::Slope(axis) => self.solve(lateral * self.center_mm[axis]),
+            SensorError::Slope(axis) => self.solve(lateral * self.pressure_mm[axis]),
+            SensorError::Slip(axis) => Vector2::ith(axis, -sense(lateral[axis])),
             _ => {
                 let d = self.wrench_derivative(by);
-                self.solve(Vector2::new(-d.y, d.x) - self.center_mm * d.z)
+                self.solve(Vector2::new(-d.y, d.x) - self.pressure_mm * d.z)
             }
         }
     }
@@ -112,7 +120,7 @@ impl Corrected {
     /// Derivative of the true `Fz` by one amplitude.
     pub(crate) fn fz_derivative(&self, by: SensorError) -> f64 {
         match by {
-            SensorError::Height | SensorError::Slope(_) => 0.0,
+            SensorError::Height | SensorError::Slope(_) | SensorError::Slip(_) => 0.0,
             _ => self.wrench_derivative(by).z,
         }
     }
@@ -148,7 +156,7 @@ impl Corrected {
             SensorError::LateralIntoMoment(row, column) => {
                 axis(row) * -self.reading.wrench.force_n[column]
             }
-            SensorError::Height | SensorError::Slope(_) => Vector3::zeros(),
+            SensorError::Height | SensorError::Slope(_) | SensorError::Slip(_) => Vector3::zeros(),
         }
     }
 
@@ -165,6 +173,11 @@ impl Corrected {
         let moment = moment - self.errors.fz_into_moment_mm * fz;
         Vector3::new(moment.x, moment.y, fz)
     }
+}
+
+/// Way that a force drags: its sign, and neither way where nothing drags.
+fn sense(force_n: f64) -> f64 {
+    if force_n == 0.0 { 0.0 } else { force_n.signum() }
 }
 
 /// Inverse of `[1 k; k 1]`.

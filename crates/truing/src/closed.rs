@@ -177,17 +177,19 @@ pub struct LoopNotObservable {
 pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let started = Instant::now();
     let declared = case.fit()?;
-    let Examined { suspects, corrected } = examine(case, &declared)?;
+    let Examined { suspects, corrected, mut closure } = examine(case, &declared)?;
     if suspects.is_empty() {
-        return close(case, &declared, &case.loop_settings.options(), started);
+        return close(case, &declared, (&case.loop_settings.options(), closure), started);
     }
     let mended = corrected.as_ref().unwrap_or(case);
     let mut options = mended.loop_settings.options();
     if corrected.is_none() {
         // Physics would only be fitted to the mistake.
         options.max_steps = 0;
+        closure = None;
     }
-    let closed = mended.measured.fit().and_then(|fitted| close(mended, &fitted, &options, started));
+    let fitted = mended.measured.fit();
+    let closed = fitted.and_then(|fitted| close(mended, &fitted, (&options, closure), started));
     let mut closed = closed.map_err(|source| {
         let suspect = suspects[0].clone();
         Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
@@ -241,10 +243,11 @@ fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
     )
 }
 
+/// `made` is the loop as closed before on the case with nothing carried to it.
 fn close(
     case: &Case,
     declared: &Fitted,
-    options: &Options,
+    (options, made): (&Options, Option<Closure>),
     started: Instant,
 ) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
@@ -252,7 +255,10 @@ fn close(
         model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, options)
             .map_err(|source| case.loop_error(source))
     };
-    let closure = close(&prepared, options)?;
+    let closure = match made.filter(|_| case.learnt.is_none()) {
+        Some(made) => made,
+        None => close(&prepared, options)?,
+    };
     let estimates = (prepared.estimates)(&closure);
     let before = JudgedRms::of(&closure.before);
     let (mut carried, mut doubts) = (None, Vec::new());

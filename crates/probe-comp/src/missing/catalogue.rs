@@ -166,7 +166,28 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
         let term = Term::Squareness { pairs };
         entries.push(entry("squareness", text, parameters, term).at_most(NO_MACHINE));
     }
+    entries.push(reversal(setting));
     entries
+}
+
+/// Half of what an axis reads more when it came from below than when it came from above.
+fn reversal(setting: &Setting<'_>) -> Entry {
+    let place = |touch: &MeasuredTouch| touch.touch.center_mm.coords;
+    let mut way = Vector3::zeros();
+    let mut ways = Vec::with_capacity(setting.touches.len());
+    for (i, touch) in setting.touches.iter().enumerate() {
+        let from =
+            i.checked_sub(1).map_or_else(|| place(touch), |last| place(&setting.touches[last]));
+        // An axis that stands still stays on the side it came from.
+        way = (place(touch) - from).zip_map(&way, |moved: f64, before| {
+            if moved.abs() > SEEN_MM { moved.signum() } else { before }
+        });
+        ways.push(way);
+    }
+    let axes = seen_axes(setting);
+    let text = "an axis reads otherwise when it comes to a touch from the other side";
+    let parameters = axes.iter().map(|&k| micrometres(AXES[k])).collect();
+    entry("reversal", text, parameters, Term::Reversal { ways, axes })
 }
 
 /// Axes along which the touches show a motion.

@@ -16,6 +16,9 @@ pub(crate) enum Term {
     Lobing { power: i32 },
     /// The stylus gives way sideways.
     Bending,
+    /// An axis stops behind where it is read, on the side that it came from; ways of every touch
+    /// along the axes in `axes`.
+    Reversal { ways: Vec<Vector3<f64>>, axes: Vec<usize> },
     /// The machine is read late: it has moved on by this time's travel.
     Latency { speed_mm_per_s: Vec<f64> },
     /// The workpiece frame lies beside where it is declared, along the axes in `axes`.
@@ -92,6 +95,10 @@ impl Term {
             Self::Pretravel => vec![approach],
             Self::Lobing { power } => at.lobes(*power).map(|lobe| approach * lobe).to_vec(),
             Self::Bending => vec![at.sideways()],
+            Self::Reversal { ways, axes } => {
+                let way = ways.get(at.observation).copied().unwrap_or_default();
+                axes.iter().map(|&axis| Vector3::ith(axis, way[axis])).collect()
+            }
             Self::Latency { speed_mm_per_s } => vec![approach * value(speed_mm_per_s)],
             Self::Shift { axes } => axes.iter().map(|&axis| Vector3::ith(axis, 1.0)).collect(),
             Self::Turn { about_mm, axes } => {

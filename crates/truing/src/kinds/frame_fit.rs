@@ -5,11 +5,15 @@ mod measured;
 mod poses;
 mod suspects;
 
+use std::collections::BTreeSet;
+
 use frame_fit::{Handedness, Transform};
 use serde::Deserialize;
 
 use crate::Error;
-use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, group_names};
+use crate::case::{
+    Columns, Document, Folder, LoopSettings, NumberColumn, Positive, Problem, Table, group_names,
+};
 use crate::kinds::{Kind, Measured, Reading};
 
 pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
@@ -105,6 +109,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let uses = columns.words("use", &[("fit", Use::Fit), ("check", Use::Check)], Some(Use::Fit))?;
     let bodies = columns.has("body").then(|| columns.texts("body")).transpose()?;
     let extras = columns.rest()?;
+    let sessions = sessions(&table, &extras.labels);
     warnings.extend(extras.warnings);
     let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
     let lines = (0..table.n_rows()).map(|row| table.line(row)).collect();
@@ -118,6 +123,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         sigma,
         uses,
         covariates: extras.covariates,
+        sessions,
         bodies: bodies.map(|bodies| bodies.into_iter().map(str::to_owned).collect()),
         groups,
         group_column: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
@@ -126,6 +132,27 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     };
     let measured: Box<dyn Measured> = Box::new(case);
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: &[PAIRS] })
+}
+
+/// Label column that names sessions.
+const SESSION: &str = "session";
+/// Sessions of which each may have been unlike the others.
+const MOST_SESSIONS: usize = 12;
+
+/// For every session: 1 in its rows, else 0.
+fn sessions(table: &Table, labels: &[String]) -> Vec<NumberColumn> {
+    let label = labels.iter().find(|label| *label == SESSION);
+    let Some(column) = label.and_then(|label| table.column(label)) else { return Vec::new() };
+    let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
+    let names: BTreeSet<&str> = cells.iter().copied().collect();
+    if !(2..=MOST_SESSIONS).contains(&names.len()) {
+        return Vec::new();
+    }
+    let of = |name: &str| NumberColumn {
+        name: format!("{SESSION}: {SESSION} {name}"),
+        values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
+    };
+    names.into_iter().map(of).collect()
 }
 
 /// One row per point.

@@ -3,7 +3,10 @@
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::Error;
-use crate::case::{Columns, Problem, Table};
+use crate::case::{Change, Columns, Edit, Problem, Table};
+use crate::suspect::Hypothesis;
+
+pub(crate) const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
 /// Quaternions printed with four digits are this close to unit length; others are slips.
 pub(crate) const LENGTH_TOL: f64 = 1e-3;
@@ -24,4 +27,19 @@ pub(crate) fn orientations(
         Ok(UnitQuaternion::from_quaternion(quaternion))
     };
     (0..w.len()).map(orientation).collect()
+}
+
+/// The scalar part of the quaternion written last instead of first, or read so.
+pub(crate) fn scalar_last(file: &'static str) -> Vec<Hypothesis> {
+    let one = |(by, what): (usize, &str)| {
+        let columns = QUATERNION.map(str::to_owned).to_vec();
+        let sources = (0..4).map(|i| QUATERNION[(i + by) % 4].to_owned()).collect();
+        let description = format!(
+            "the columns of the quaternion in {file} are exchanged (permuted): the scalar part \
+             stands {what}"
+        );
+        let edits = vec![Edit { file, change: Change::Permute { columns, sources } }];
+        Hypothesis::of("input:exchanged", (file, &QUATERNION), description, edits)
+    };
+    [(3, "last"), (1, "first in the wrong place")].map(one).to_vec()
 }

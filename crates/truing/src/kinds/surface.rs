@@ -92,7 +92,9 @@ pub(crate) enum DrawnShape {
     Plane(Plane),
 }
 
-pub(crate) use mistakes::mistakes_of_drawing;
+pub(crate) use mistakes::{
+    XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
+};
 
 /// Table of the heights of a grid.
 pub(crate) use grid::HEIGHTS;

@@ -27,48 +27,57 @@ pub(crate) fn channels(
     let Some(table) = table else { return Vec::new() };
     let read: Vec<(&str, Vec<f64>)> =
         columns.iter().filter_map(|name| Some((*name, table.numbers(name)?))).collect();
-    let mut all = Vec::new();
+    let (mut stuck, mut all) = (Vec::new(), Vec::new());
     let mut together = vec![false; table.n_rows()];
     let mut clipped: Vec<&str> = Vec::new();
     let mut is_certain = true;
+    let moving = read.iter().filter(|(_, values)| longest_run(values).1 < ALIVE).count();
     for (name, values) in &read {
+        if let Some(run) = still(values, moving > 0) {
+            let is_constant = run.len() == values.len();
+            let rows: Vec<bool> = (0..values.len()).map(|row| run.contains(&row)).collect();
+            let edits = if is_constant { Vec::new() } else { without(table, &rows) };
+            let description = format!(
+                "the channel {} of {file} is stuck: it reads {} in {} rows one after the other, \
+                 from line {}, while others go on; repair the channel, or leave these rows out",
+                listed(&[*name]),
+                values[run.start],
+                run.len(),
+                table.line(run.start)
+            );
+            let found = Hypothesis::of("input:stuck", (file, &[*name]), description, edits);
+            stuck.push(found.shown());
+            if is_once(values, &run) {
+                continue;
+            }
+        }
         let Some(clip) = clipping(values) else { continue };
         together.iter_mut().zip(&clip.rows).for_each(|(all, one)| *all |= one);
         clipped.push(name);
         is_certain &= clip.is_exact;
-        all.push(saturation(
-            file,
-            &[*name],
-            &clip.words,
-            clip.is_exact,
-            without(table, &clip.rows),
-        ));
+        let edits = without(table, &clip.rows);
+        all.push(saturation(file, &[*name], &clip.words, clip.is_exact, edits));
     }
     if clipped.len() > 1 {
         let edits = without(table, &together);
         all.insert(0, saturation(file, &clipped, "their limits", is_certain, edits));
     }
-    let moving = read.iter().filter(|(_, values)| longest_run(values).1 < ALIVE).count();
-    for (name, values) in &read {
-        let (run, elsewhere) = longest_run(values);
-        let is_constant = run.len() == values.len() && moving > 0 && values[0] != 0.0;
-        let is_long = run.len() >= STILL.max(values.len() / 20) && elsewhere < ALIVE;
-        if !(is_constant || is_long) {
-            continue;
-        }
-        let description = format!(
-            "the channel {} of {file} is stuck: it reads {} in {} rows one after the other, from \
-             line {}, while others go on; repair the channel, or leave these rows out",
-            listed(&[*name]),
-            values[run.start],
-            run.len(),
-            table.line(run.start)
-        );
-        let rows: Vec<bool> = (0..values.len()).map(|row| run.contains(&row)).collect();
-        let edits = if is_constant { Vec::new() } else { without(table, &rows) };
-        all.push(Hypothesis::of("input:stuck", (file, &[*name]), description, edits).shown());
-    }
+    all.extend(stuck);
     all
+}
+
+/// The rows over which a channel stands still while others move.
+fn still(values: &[f64], others_move: bool) -> Option<std::ops::Range<usize>> {
+    let (run, elsewhere) = longest_run(values);
+    let is_constant = run.len() == values.len() && others_move && values[0] != 0.0;
+    let is_long = run.len() >= STILL.max(values.len() / 20) && elsewhere < ALIVE;
+    (is_constant || is_long).then_some(run)
+}
+
+/// Whether a channel reads what it stands still at hardly ever else: a limit it meets again.
+fn is_once(values: &[f64], run: &std::ops::Range<usize>) -> bool {
+    let held = values[run.start];
+    values.iter().filter(|v| v.total_cmp(&held).is_eq()).count() < run.len() + TIES
 }
 
 fn saturation(

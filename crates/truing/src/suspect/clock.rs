@@ -9,10 +9,14 @@ const FARTHEST: f64 = 60.0;
 const ROUNDS: usize = 5;
 /// Stretches of the record over which an offset may change.
 const STRETCHES: usize = 12;
-/// Residual where the signal is steep over that where it is flat, that only a clock makes.
-const STEEP: f64 = 3.0;
-/// Smallest jitter named, in sampling intervals.
-const LEAST_JITTER: f64 = 0.1;
+/// Residual where the signal is steep over that where it is flat: there, jitter is then three
+/// quarters of the variance.
+const STEEP: f64 = 2.0;
+/// The same in standard deviations of the logarithm of a ratio of variances, of noise alone.
+const STEEP_SIGMAS: f64 = 6.0;
+/// Readings in a tenth of a record from which jitter can be told: their scatter is known to a
+/// quarter.
+const FEWEST: usize = 8;
 /// Correlation of one residual over slope with the next, beyond which it is not jitter.
 const MEMORY: f64 = 0.4;
 
@@ -26,6 +30,8 @@ pub(crate) struct Record<'t> {
     pub(crate) expected: &'t [f64],
     /// One per reading.
     pub(crate) stretch: &'t [usize],
+    /// Longest time by which a sound instrument reads late.
+    pub(crate) latency_s: f64,
 }
 
 /// The clock of a record late or early, running at another rate, or jittering.
@@ -42,13 +48,13 @@ pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
     let (at_zero_s, rate) = line(&parts);
     let subject = (record.file, &[record.column][..]);
     let name = listed(&[record.column]);
-    let mut push = |description: String, offset: &dyn Fn(f64) -> f64| {
+    let of = |description: String, offset: &dyn Fn(f64) -> f64| {
         let values = (0..record.read.len()).map(|i| moved(record, i, offset(record.time_s[i])));
         let change = Change::Replace { column: record.column.to_owned(), values: values.collect() };
         let edits = vec![Edit { file: record.file, change }];
-        found.push(Hypothesis::of("input:clock", subject, description, edits));
+        Hypothesis::of("input:clock", subject, description, edits)
     };
-    push(
+    let constant = of(
         format!(
             "the clock of {name} in {} is {:.4} s {} that of the other channels (time offset): \
              move it by that",
@@ -58,7 +64,10 @@ pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
         ),
         &|_| offset_s,
     );
-    push(
+    // No instrument reads ahead, and none is late for ever.
+    let is_delay = (0.0..=record.latency_s).contains(&offset_s);
+    found.push(if is_delay { constant } else { constant.unphysical() });
+    found.push(of(
         format!(
             "the clock of {name} in {} runs at another rate than that of the other channels: its \
              time is off by {at_zero_s:.4} s and {:.0} ppm",
@@ -66,7 +75,7 @@ pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
             1e6 * rate
         ),
         &|t| at_zero_s + rate * t,
-    );
+    ));
     found.extend(jitter(record, interval_s, offset_s));
     found
 }
@@ -127,8 +136,7 @@ fn best_offset(record: &Record<'_>, rows: &[usize], interval_s: f64) -> f64 {
 
 /// Straight line through points: value at zero, and slope.
 fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let n = points.len() as f64;
+    let n = count(points.len());
     let (mx, my) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
     let sxy: f64 = points.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
     let sxx: f64 = points.iter().map(|(x, _)| (x - mx).powi(2)).sum();
@@ -139,17 +147,25 @@ fn line(points: &[(f64, f64)]) -> (f64, f64) {
 /// Readings that scatter where the signal is steep, and nowhere else: each was taken at a time of
 /// its own.
 fn jitter(record: &Record<'_>, interval_s: f64, offset_s: f64) -> Option<Hypothesis> {
+    // By whole intervals: between two readings their jitter would be averaged.
+    let whole_s = (offset_s / interval_s).round() * interval_s;
     let inner = (1..record.read.len().saturating_sub(1))
         .filter(|&i| record.stretch[i - 1] == record.stretch[i + 1]);
     let mut pairs: Vec<(f64, f64)> = inner
         .map(|i| {
             let slope = (record.expected[i + 1] - record.expected[i - 1])
                 / (record.time_s[i + 1] - record.time_s[i - 1]);
-            (slope, moved(record, i, offset_s) - record.expected[i])
+            (slope, moved(record, i, whole_s) - record.expected[i])
         })
         .collect();
-    if pairs.len() < 4 * STRETCHES {
+    let tenth = pairs.len() / 10;
+    if tenth < FEWEST {
         return None;
+    }
+    let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+    let rest_s = sum(|(slope, r)| slope * r) / sum(|(slope, _)| slope * slope);
+    for (slope, r) in &mut pairs {
+        *r -= rest_s * *slope;
     }
     let steep: Vec<(f64, f64)> = {
         let mut sizes: Vec<f64> = pairs.iter().map(|(slope, _)| slope.abs()).collect();
@@ -160,17 +176,15 @@ fn jitter(record: &Record<'_>, interval_s: f64, offset_s: f64) -> Option<Hypothe
     let late: Vec<f64> = steep.iter().map(|(slope, r)| r / slope).collect();
     let square: f64 = late.iter().map(|l| l * l).sum();
     let next: f64 = late.windows(2).map(|pair| pair[0] * pair[1]).sum();
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let jitter_s = (square / late.len() as f64).sqrt();
+    let jitter_s = (square / count(late.len())).sqrt();
     pairs.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     let rms = |part: &[(f64, f64)]| {
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let n = part.len() as f64;
-        (part.iter().map(|(_, r)| r * r).sum::<f64>() / n).sqrt()
+        (part.iter().map(|(_, r)| r * r).sum::<f64>() / count(part.len())).sqrt()
     };
-    let tenth = pairs.len() / 10;
-    let is_steep = rms(&pairs[pairs.len() - tenth..]) > STEEP * rms(&pairs[..tenth]);
-    if !is_steep || next / square > MEMORY || jitter_s < LEAST_JITTER * interval_s {
+    let ratio = rms(&pairs[pairs.len() - tenth..]) / rms(&pairs[..tenth]);
+    // A variance of n readings has a logarithm of variance 2/n.
+    let by_chance = STEEP_SIGMAS * (4.0 / count(tenth)).sqrt();
+    if ratio < STEEP || 2.0 * ratio.ln() < by_chance || next / square > MEMORY {
         return None;
     }
     let description = format!(
@@ -181,6 +195,11 @@ fn jitter(record: &Record<'_>, interval_s: f64, offset_s: f64) -> Option<Hypothe
     );
     let subject = (record.file, &[record.column][..]);
     Some(Hypothesis::of("input:clock", subject, description, Vec::new()).shown())
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
 }
 
 /// Which stretch each row of a table is in, by the names in a column.

@@ -22,6 +22,8 @@ pub(crate) enum Proof {
     Fit,
     /// The data themselves, where the fit is bad.
     Data,
+    /// The fit; and physics that does the same would have to go against its own nature.
+    Unphysical,
 }
 
 impl Hypothesis {
@@ -39,6 +41,11 @@ impl Hypothesis {
     /// The same, as shown by the data.
     pub(crate) fn shown(self) -> Self {
         Self { proof: Proof::Data, ..self }
+    }
+
+    /// The same, where physics cannot be meant.
+    pub(crate) fn unphysical(self) -> Self {
+        Self { proof: Proof::Unphysical, ..self }
     }
 
     /// Id with subject.

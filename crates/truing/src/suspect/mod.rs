@@ -3,13 +3,16 @@
 //! A kind lists what may be wrong with its own input as exact changes to what was read: a column
 //! in another unit, two columns exchanged, rows one further down. Each is refitted in full. One
 //! that takes a misfit as large as the thing measured down to the noise is named; it has no free
-//! parameter, so what no exact change mends is left to the physics.
+//! parameter, so what no exact change mends is left to the physics. A mistake beside physics is found
+//! by closing the loop on the case so mended; the loop of the case itself is closed once.
 
 mod channel;
 mod clock;
 mod examine;
 mod hypothesis;
+mod named;
 mod order;
+mod physics;
 mod search;
 mod setting;
 mod sign;
@@ -18,9 +21,9 @@ mod yardstick;
 
 pub(crate) use channel::{channels, rows_left_out};
 pub(crate) use clock::{Record, clocks, stretches};
-pub use examine::Suspect;
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::Hypothesis;
+pub use named::Suspect;
 pub(crate) use order::{cycles, exchanged_rows, exchanges, farthest, rows_shifted, swapped_names};
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;

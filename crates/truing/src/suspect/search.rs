@@ -59,6 +59,22 @@ impl Misfit {
         (misfit, yardstick)
     }
 
+    /// How many times less another misfit is.
+    pub(super) fn gain(&self, after: &Self) -> f64 {
+        self.share / after.share
+    }
+
+    /// What the change takes off the misfit, in standard uncertainties of one amplitude.
+    pub(super) fn significance(&self, after: &Self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let dof = after.dof as f64;
+        let fall = match (self.chi2_per_dof, after.chi2_per_dof) {
+            (Some(before), Some(after)) => before - after,
+            _ => self.gain(after).powi(2) - 1.0,
+        };
+        (dof * fall.max(0.0)).sqrt()
+    }
+
     fn is_noise(&self) -> bool {
         self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
     }
@@ -84,6 +100,14 @@ pub(super) struct Found {
     pub(super) is_subtle: bool,
 }
 
+impl Found {
+    /// One without a change that mends it.
+    pub(super) fn unmended(named: Hypothesis) -> Self {
+        let named = Hypothesis { edits: Vec::new(), ..named };
+        Self { named, after: None, rivals: Vec::new(), is_subtle: false }
+    }
+}
+
 impl Plain<'_> {
     /// Whether there is any misfit to explain.
     pub(super) fn is_suspicious(&self) -> bool {
@@ -96,45 +120,73 @@ impl Plain<'_> {
     }
 }
 
-/// The mistake that explains the misfit, if one does.
-pub(super) fn search(files: &Files, plain: Option<&Plain<'_>>) -> Option<Found> {
-    let mut list = (files.kind.mistakes)(files, plain.map(|p| p.fitted));
-    list.truncate(MOST_TRIALS);
-    let tried: Vec<Option<Misfit>> = list.par_iter().map(|h| trial(files, h)).collect();
-    let mut all: Vec<Tried> = list.into_iter().zip(tried).collect();
-    let Some(plain) = plain else {
-        let sound =
-            |m: &Misfit| m.is_noise() || m.chi2_per_dof.is_none() && m.share < SOUND * m.gross;
-        all.retain(|(h, m)| h.proof == Proof::Data || m.as_ref().is_some_and(sound));
-        return best(all, false);
-    };
-    let is_gross = plain.misfit.share >= plain.yardstick.gross;
-    let gain = |m: &Misfit| plain.misfit.share / m.share;
-    let pick = |keep: &dyn Fn(&Hypothesis, &Misfit) -> bool| -> Vec<Tried> {
-        all.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m))).cloned().collect()
-    };
-    if is_gross && let Some(found) = best(pick(&|_, m| gain(m) >= GROSS_GAIN), false) {
-        return Some(found);
+/// Every hypothesis of a case, refitted.
+pub(super) struct Trials(Vec<Tried>);
+
+impl Trials {
+    pub(super) fn of(files: &Files, fitted: Option<&Fitted>) -> Self {
+        let mut list = (files.kind.mistakes)(files, fitted);
+        list.truncate(MOST_TRIALS);
+        let tried: Vec<Option<Misfit>> = list.par_iter().map(|h| trial(files, h)).collect();
+        Self(list.into_iter().zip(tried).collect())
     }
-    let shown = pick(&|h, m| h.proof == Proof::Data && gain(m) >= SUBTLE_GAIN);
-    if let Some(found) = best(shown, false) {
-        return Some(found);
+
+    /// The mistake with which a case that cannot be fitted is sound, if there is one.
+    pub(super) fn mending(&self) -> Option<Found> {
+        let sound = |m: &Misfit| m.is_noise() || m.share < SOUND * m.gross;
+        let is_possible = |(h, m): &&Tried| h.proof == Proof::Data || m.as_ref().is_some_and(sound);
+        best(self.0.iter().filter(is_possible).cloned().collect(), false)
     }
-    if let Some((shown, _)) = all.iter().find(|(h, _)| h.proof == Proof::Data) {
-        let named = Hypothesis { edits: Vec::new(), ..shown.clone() };
-        return Some(Found { named, after: None, rivals: Vec::new(), is_subtle: false });
+
+    /// The mistake that explains the whole misfit, if one does.
+    pub(super) fn explaining(&self, plain: &Plain<'_>) -> Option<Found> {
+        let is_gross = plain.misfit.share >= plain.yardstick.gross;
+        let gain = |m: &Misfit| plain.misfit.gain(m);
+        if is_gross && let Some(found) = best(self.pick(|_, m| gain(m) >= GROSS_GAIN), false) {
+            return Some(found);
+        }
+        let shown = self.pick(|h, m| h.proof == Proof::Data && gain(m) >= SUBTLE_GAIN);
+        if let Some(found) = best(shown, false) {
+            return Some(found);
+        }
+        if let Some((shown, _)) = self.0.iter().find(|(h, _)| h.proof == Proof::Data) {
+            return Some(Found::unmended(shown.clone()));
+        }
+        let subtle = |_: &Hypothesis, m: &Misfit| {
+            let least = if m.chi2_per_dof.is_some() { SUBTLE_GAIN } else { BLIND_GAIN };
+            let to_noise = m.chi2_per_dof.is_none() || m.is_noise();
+            to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
+        };
+        best(self.pick(subtle), true)
     }
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let evidence = |m: &Misfit| m.dof as f64 * gain(m).ln();
-    let subtle = |_: &Hypothesis, m: &Misfit| {
-        let least = if m.chi2_per_dof.is_some() { SUBTLE_GAIN } else { BLIND_GAIN };
-        let to_noise = m.chi2_per_dof.is_none() || m.is_noise();
-        to_noise && gain(m) >= least && evidence(m) >= EVIDENCE
-    };
-    best(pick(&subtle), true)
+
+    /// The mistakes that take at least this factor off the misfit and leave something to physics,
+    /// the best first.
+    pub(super) fn helping(&self, plain: &Plain<'_>, least: f64, most: usize) -> Vec<Found> {
+        let gain = |m: &Misfit| plain.misfit.gain(m);
+        let mut all =
+            self.pick(|_, m| !m.is_noise() && gain(m) >= least && is_evident(m.dof, gain(m)));
+        let share = |tried: &Tried| tried.1.map_or(f64::INFINITY, |m| m.share);
+        all.sort_by(|a, b| share(a).total_cmp(&share(b)));
+        all.truncate(most);
+        let of = |(named, after)| Found { named, after, rivals: Vec::new(), is_subtle: true };
+        all.into_iter().map(of).collect()
+    }
+
+    fn pick(&self, keep: impl Fn(&Hypothesis, &Misfit) -> bool) -> Vec<Tried> {
+        let kept = self.0.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m)));
+        kept.cloned().collect()
+    }
 }
 
-/// Share of a gross misfit below which a case without declared noise is taken for sound.
+/// Whether a misfit so many times less is evidence enough.
+pub(super) fn is_evident(dof: usize, gain: f64) -> bool {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let log_likelihood = dof as f64 * gain.ln();
+    log_likelihood >= EVIDENCE
+}
+
+/// Share of a gross misfit below which a case is taken for sound, whatever noise was declared.
 const SOUND: f64 = 0.1;
 /// The same below which it is not looked at.
 const QUIET: f64 = 0.01;

@@ -23,6 +23,7 @@ mod import_table;
 mod judged;
 mod linuxcnc;
 mod messages;
+mod met_by_all;
 mod nurbs;
 mod pose_icp;
 mod pose_icp_messages;

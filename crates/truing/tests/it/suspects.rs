@@ -110,6 +110,21 @@ fn shifted_rows_and_exchanged_points_are_told_apart() {
 }
 
 #[test]
+fn a_case_that_cannot_be_fitted_and_scatters_more_than_declared_says_why() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    // A tenth of the noise that there is.
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let declared: String =
+        text.lines().map(|line| line.to_owned() + "\n").collect::<String>() + NOISE_TOO_SMALL;
+    case.write("case.toml", declared);
+    scale(&case, "wrench.csv", &["fz_n"], 1.0 / 4.448_221_615_260_5);
+    let said = case.run("loop");
+    assert!(said.stdout.contains("lbf") || said.stderr.contains("lbf"), "{}", said.stderr);
+}
+
+const NOISE_TOO_SMALL: &str = "\n[noise]\nforce_n = 0.001\nmoment_nmm = 0.05\n";
+
+#[test]
 fn a_case_that_cannot_be_fitted_says_why() {
     let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
     scale(&case, "wrench.csv", &["mx_nmm", "my_nmm", "mz_nmm"], 1e-3);
@@ -127,4 +142,100 @@ fn sound_cases_and_physics_are_not_accused() {
         assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()), "{name}");
         assert_ne!(case.json("loop")["verdict"], "input-wrong", "{name}");
     }
+}
+
+fn log(name: &str) -> Case {
+    fixture(&format!("force-impedance/{name}"), &["case.toml", "log.csv"])
+}
+
+/// The reference as it would have been read at other times, s after those of its rows, on straight
+/// lines within a strip of forty rows.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside a strip")]
+fn read_at(case: &Case, later_s: impl Fn(usize) -> f64) {
+    change(case, "log.csv", &["reference_n"], |n, old| {
+        let read = |row: usize| old[row][0].parse::<f64>().unwrap();
+        let strip = n - n % 40;
+        let at = ((n - strip) as f64 + later_s(n) * 20.0).clamp(0.0, 38.999);
+        let before = strip + at as usize;
+        let share = at - at.floor();
+        vec![format!("{}", read(before) + share * (read(before + 1) - read(before)))]
+    });
+}
+
+#[test]
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn a_clock_that_runs_ahead_or_jitters_is_told_from_a_delay() {
+    let case = log("nothing-coloured");
+    read_at(&case, |_| 0.06);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:clock");
+    assert!(step["description"].as_str().unwrap().contains("ahead of"), "{step}");
+    let case = log("nothing-coloured");
+    // Up to 0.05 s either way, in an order without memory.
+    read_at(&case, |n| 0.05 * (n as f64 * 2.399_963 * n as f64).sin());
+    let (step, _) = first(&case);
+    assert!(step["description"].as_str().unwrap().contains("jitters"), "{step}");
+    let delayed = log("reference-delay").json("loop");
+    assert_eq!(delayed["steps"][0]["effect"], "delay", "{delayed}");
+}
+
+#[test]
+fn a_channel_that_stands_still_is_stuck_and_not_at_a_limit() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["f3_n"], |n, old| vec![old[n.min(200)][0].clone()]);
+    assert_eq!(first(&case).0["effect"], "input:stuck");
+}
+
+#[test]
+fn a_mistake_is_named_beside_physics_that_is_named_after_it() {
+    let case = log("head-weight");
+    change(&case, "log.csv", &["f1_n", "f2_n"], |n, old| {
+        vec![old[n][1].clone(), old[n][0].clone()]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    assert_eq!(answer["steps"][1]["effect"], "head-weight", "{}", answer["steps"]);
+}
+
+#[test]
+fn a_quaternion_with_its_scalar_last_is_named() {
+    let table = "place,x_mm,y_mm,z_mm,qw,qx,qy,qz\n".to_owned() + &poses();
+    let case = Case::new(&[
+        ("case.toml", "kind = \"frame-fit\"\n[noise]\npoint_mm = 0.01\n"),
+        ("poses.csv", &table),
+    ]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    case.write("poses.csv", table.replacen("qw,qx,qy,qz", "qx,qy,qz,qw", 1));
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    assert!(step["description"].as_str().unwrap().contains("scalar part"), "{step}");
+}
+
+/// Flange poses whose tip, [10, -20, 150] mm from the flange, touches [400, 100, 50] mm.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn poses() -> String {
+    let pose = |i: usize| {
+        let phase = i as f64;
+        let angle = 0.5 + 0.3 * (1.7 * phase).sin();
+        let axis = [(2.1 * phase).sin(), (1.3 * phase).cos(), 0.4];
+        let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let [x, y, z] = axis.map(|a| a / length * (0.5 * angle).sin());
+        let w = (0.5 * angle).cos();
+        let tip = [10.0, -20.0, 150.0];
+        // t + 2 v × (v × t + w t)
+        let v = [x, y, z];
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let inner = cross(v, tip);
+        let inner = std::array::from_fn(|k| inner[k] + w * tip[k]);
+        let outer = cross(v, inner);
+        let noise = |k: f64| 0.01 * ((phase + 1.0) * (k + 1.0) * 12.9898).sin();
+        let at: [f64; 3] = std::array::from_fn(|k| {
+            [400.0, 100.0, 50.0][k] - tip[k] - 2.0 * outer[k] + noise(k as f64)
+        });
+        format!("cup,{:.5},{:.5},{:.5},{w:.9},{x:.9},{y:.9},{z:.9}\n", at[0], at[1], at[2])
+    };
+    (0..14).map(pose).collect()
 }

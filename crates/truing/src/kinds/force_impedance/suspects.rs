@@ -18,6 +18,8 @@ const GROSS: f64 = 0.4;
 const UNMATCHED: f64 = 0.6;
 /// Disagreement of the four lengths over their mean that no zero error makes.
 const GROSS_LENGTH: f64 = 0.01;
+/// Longest time by which a reference instrument with its filter reads late.
+const LATENCY_S: f64 = 0.1;
 /// One kilogram weighs that much.
 const N_PER_KG: f64 = 9.806_65;
 
@@ -82,6 +84,7 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
         read: &read,
         expected: &expected,
         stretch: &stretch,
+        latency_s: LATENCY_S,
     })
 }
 

@@ -32,6 +32,8 @@ pub(crate) struct FrameCase {
     pub(crate) sigma: Sigma,
     pub(crate) uses: Vec<Use>,
     pub(crate) covariates: Vec<NumberColumn>,
+    /// One per session: 1 in its rows.
+    pub(crate) sessions: Vec<NumberColumn>,
     /// Sub-assembly of each point.
     pub(crate) bodies: Option<Vec<String>>,
     pub(crate) groups: Option<Vec<String>>,
@@ -250,14 +252,15 @@ impl FrameCase {
             pair: self.pair::<D>(row),
         };
         let points = (0..self.names.len()).map(point).collect();
-        let recorded: Vec<Covariate> = (self.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: c.values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect();
-        let model = FrameModel::new(points, &recorded, &self.options())
+        let covariate = |c: &NumberColumn| Covariate {
+            name: c.name.clone(),
+            values: c.values.clone(),
+            origin: Origin::Recorded,
+        };
+        let recorded: Vec<Covariate> = self.covariates.iter().map(covariate).collect();
+        let sessions = self.sessions.iter().map(covariate);
+        let all: Vec<Covariate> = recorded.iter().cloned().chain(sessions).collect();
+        let model = FrameModel::new(points, &all, &self.options())
             .map_err(|e| self.error(e, &self.rows_to_fit()))?;
         let mut covariates = model.coordinates();
         covariates.extend(recorded);

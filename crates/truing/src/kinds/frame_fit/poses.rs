@@ -16,11 +16,12 @@ use crate::estimates::{Estimated, Estimates};
 use crate::kinds::orientation::orientations;
 use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
 use crate::report::Fact;
+use crate::suspect::Yardstick;
 use crate::text_table::TextTable;
 
 pub(super) const POSES: &str = "poses.csv";
-const DISTANCES: &str = "distances.csv";
-const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+pub(super) const DISTANCES: &str = "distances.csv";
+pub(super) const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] =
     &["pose", "place", COORDINATES[0], COORDINATES[1], COORDINATES[2], "qw", "qx", "qy", "qz"];
 const OF_DISTANCE: &[&str] = &["from", "to", "distance_mm", "std_mm"];
@@ -340,6 +341,10 @@ impl Measured for PoseCase {
             self.estimates((tip_mm, &places), &closure.covariance, residual)
         });
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        super::suspects::pose_yardstick(&self.poses)
     }
 
     fn words(&self) -> Words {

@@ -1,15 +1,17 @@
 //! What may be wrong with the two tables of points.
 
-use frame_fit::Transform;
+use frame_fit::{TipPose, Transform};
 
 use super::measured::FrameCase;
+use super::poses::{COORDINATES as POSITION, DISTANCES, POSES};
 use super::{FROM, PAIRS, TO};
 use crate::case::{Files, Table};
 use crate::estimates::Estimates;
 use crate::kinds::Fitted;
+use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, other_setting,
-    rows_shifted, signs, spread_of, units,
+    rows_shifted, signs, spread_of, swapped_names, units,
 };
 
 /// The two sides of the table.
@@ -23,12 +25,18 @@ const USUAL_SCALE: f64 = 3e-3;
 /// Rows looked at for exchanged labels: the two with the largest residuals, and as many more as
 /// the fit may have put before them.
 const FARTHEST: usize = 6;
+/// Places of which every pair of names is tried.
+const MOST_PLACES: usize = 12;
 /// Spread of one side over that of the other below which its points are all one.
 const COINCIDENT: f64 = 0.2;
 /// Correlation of the distances between points of the two sides, below which they are unrelated.
 const UNRELATED: f64 = 0.7;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    if files.folder.has(POSES) { poses(files, fitted) } else { pairs(files, fitted) }
+}
+
+fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let table = files.folder.table(PAIRS, &["point", FROM[0], FROM[1], TO[0], TO[1]]).ok();
     let Some(table) = table.as_ref() else { return Vec::new() };
     let mut all: Vec<Hypothesis> = coincident(table).into_iter().collect();
@@ -49,6 +57,41 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         }
     }
     all
+}
+
+/// Poses of a flange, and the distances known between the places.
+fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let Ok(table) = files.folder.table(POSES, &["place", POSITION[0], QUATERNION[0]]) else {
+        return Vec::new();
+    };
+    let table = Some(&table);
+    let mut all = units(POSES, table, &POSITION, Dimension::Length);
+    if files.folder.has(DISTANCES) {
+        let known = files.folder.table(DISTANCES, &["from", "to", "distance_mm"]).ok();
+        all.extend(units(DISTANCES, known.as_ref(), &["distance_mm"], Dimension::Length));
+    }
+    all.extend(signs(POSES, table, &POSITION));
+    all.extend(exchanges(POSES, table, &POSITION));
+    all.extend(cycles(POSES, table, POSITION));
+    all.extend(scalar_last(POSES));
+    all.extend(signs(POSES, table, &QUATERNION[1..]));
+    all.extend(exchanges(POSES, table, &QUATERNION));
+    all.extend(rows_shifted(POSES, table, &POSITION, None));
+    all.extend(rows_shifted(POSES, table, &["place"], None));
+    all.extend(swapped_names(POSES, table, "place", MOST_PLACES));
+    if let Some(fitted) = fitted {
+        let n_rows = table.map_or(0, Table::n_rows);
+        let far: Vec<usize> =
+            farthest(fitted, FARTHEST).into_iter().filter(|row| *row < n_rows).collect();
+        all.extend(exchanged_rows(POSES, table, &POSITION, &far));
+        all.extend(exchanged_rows(POSES, table, &["place"], &far));
+    }
+    all
+}
+
+pub(super) fn pose_yardstick(poses: &[TipPose]) -> Yardstick {
+    let spread = spread_of(poses.iter().map(|p| p.position_mm.as_slice()));
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
 }
 
 /// The frames mirrored against what is declared.

@@ -6,9 +6,10 @@ use super::displacements::DisplacementCase;
 use super::gravity::GravityCase;
 use super::presses::PressCase;
 use super::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
-use crate::case::{Change, Edit, Files, Table};
+use crate::case::{Edit, Files, Table};
 use crate::estimates::Estimates;
 use crate::kinds::Fitted;
+use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, channels, cycles, exchanged_rows, exchanges, farthest,
     lengths, other_setting, rows_left_out, rows_shifted, scaled_setting, signs, spread_of, units,
@@ -18,7 +19,6 @@ const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
 const MOMENTS: [&str; 3] = ["mx_nmm", "my_nmm", "mz_nmm"];
 const MACHINE: [&str; 2] = ["machine_x_mm", "machine_y_mm"];
 const TRAVEL: [&str; 2] = ["solved_mm", "commanded_mm"];
-const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 /// Misfit over the spread of the positions that no head makes: 3 mm of 30 mm.
 const GROSS: f64 = 0.1;
 /// The same beyond which wrenches and positions have nothing to do with each other.
@@ -123,7 +123,7 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(GRAVITY, table, &FORCES, Dimension::Force));
     all.extend(units(GRAVITY, table, &MOMENTS, Dimension::Moment));
     all.extend(of_wrench(GRAVITY, table));
-    all.extend(orientations());
+    all.extend(scalar_last(GRAVITY));
     all.extend(signs(GRAVITY, table, &QUATERNION[1..]));
     all.extend(exchanges(GRAVITY, table, &QUATERNION));
     all.extend(gravity_up(files));
@@ -132,21 +132,6 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(exchanged_rows(GRAVITY, table, &wrench, &farthest(fitted, FARTHEST)));
     }
     all
-}
-
-/// The scalar part of the quaternion written last instead of first, or read so.
-fn orientations() -> Vec<Hypothesis> {
-    let one = |(by, what): (usize, &str)| {
-        let columns = QUATERNION.map(str::to_owned).to_vec();
-        let sources = (0..4).map(|i| QUATERNION[(i + by) % 4].to_owned()).collect();
-        let description = format!(
-            "the columns of the quaternion in {GRAVITY} are exchanged (permuted): the scalar part \
-             stands {what}"
-        );
-        let edits = vec![Edit { file: GRAVITY, change: Change::Permute { columns, sources } }];
-        Hypothesis::of("input:exchanged", (GRAVITY, &QUATERNION), description, edits)
-    };
-    [(3, "last"), (1, "first in the wrong place")].map(one).to_vec()
 }
 
 fn gravity_up(files: &Files) -> Option<Hypothesis> {

@@ -4,20 +4,12 @@ use super::measured::ProbeCase;
 use super::{MICRO, TOUCHES};
 use crate::case::{Files, Table};
 use crate::kinds::Fitted;
-use crate::kinds::surface::mistakes_of_drawing;
-use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, lengths,
-    other_setting, rows_shifted, signs, spread_of, units,
+use crate::kinds::surface::{
+    XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
+use crate::suspect::{Hypothesis, Yardstick, exchanges, lengths, other_setting, signs};
 
-const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
-/// Deviation over the spread of the touches that no part has: 0.3 mm in 100 mm.
-const GROSS: f64 = 0.003;
-/// The same beyond which part and touches have nothing to do with each other.
-const UNMATCHED: f64 = 0.05;
-/// Rows looked at for exchanged labels.
-const FARTHEST: usize = 6;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["touch", XYZ[0], XYZ[1], XYZ[2]];
@@ -26,20 +18,15 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let mut all = sides(files);
     all.extend(lengths(&files.document, &["probe", "tip_radius_mm"]));
     all.extend(mistakes_of_drawing(files));
-    all.extend(of_points(TOUCHES, table));
+    all.extend(mistakes_of_points(TOUCHES, table));
     if files.folder.has(MICRO) {
         let around = files.folder.table(MICRO, &columns).ok();
-        all.extend(units(MICRO, around.as_ref(), &XYZ, Dimension::Length));
+        all.extend(mistakes_of_points(MICRO, around.as_ref()));
     }
     all.extend(outward(table));
     all.extend(exchanges(TOUCHES, table, &APPROACH));
     all.extend(signs(TOUCHES, table, &APPROACH));
-    for column in XYZ {
-        all.extend(rows_shifted(TOUCHES, table, &[column], None));
-    }
-    if let Some(fitted) = fitted {
-        all.extend(exchanged_rows(TOUCHES, table, &XYZ[2..], &farthest(fitted, FARTHEST)));
-    }
+    all.extend(mistakes_of_rows(TOUCHES, table, fitted));
     all
 }
 
@@ -60,14 +47,6 @@ fn outward(table: Option<&Table>) -> Vec<Hypothesis> {
         .map(named)
         .into_iter()
         .collect()
-}
-
-fn of_points(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
-    let mut all = units(file, table, &XYZ, Dimension::Length);
-    all.extend(signs(file, table, &XYZ));
-    all.extend(exchanges(file, table, &XYZ));
-    all.extend(cycles(file, table, XYZ));
-    all
 }
 
 /// The ball on the other side of the surface.
@@ -91,7 +70,5 @@ fn sides(files: &Files) -> Vec<Hypothesis> {
 }
 
 pub(super) fn yardstick(case: &ProbeCase, _: &Fitted) -> Yardstick {
-    let balls = &case.touches.balls;
-    let spread = spread_of(balls.iter().map(|b| b.center_mm.coords.as_slice()));
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+    yardstick_of(case.touches.balls.iter().map(|b| b.center_mm.coords.as_slice()))
 }

@@ -1,7 +1,19 @@
-//! What may be wrong with the numbers of a drawing.
+//! What may be wrong with the numbers of a drawing, or with touches of the part.
 
-use crate::case::Files;
-use crate::suspect::{Hypothesis, lengths, scaled_setting};
+use crate::case::{Files, Table};
+use crate::kinds::Fitted;
+use crate::suspect::{
+    Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, lengths,
+    rows_shifted, scaled_setting, signs, spread_of, units,
+};
+
+pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+/// Deviation over the spread of the touches that no part has: 0.3 mm in 100 mm.
+const GROSS: f64 = 0.003;
+/// The same beyond which part and touches have nothing to do with each other.
+const UNMATCHED: f64 = 0.05;
+/// Rows looked at for exchanged labels.
+const FARTHEST: usize = 6;
 
 /// Sign and unit of the vertex radius, the diameter for the radius, the sign of the conic.
 pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
@@ -14,4 +26,33 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
     all.extend(scaled_setting(document, &conic, "input:sign", "of the opposite sign", -1.0));
     all.extend(lengths(document, &["surface", "unit_mm"]));
     all
+}
+
+/// Units, signs and order of the coordinates of a table of points.
+pub(crate) fn mistakes_of_points(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
+    let mut all = units(file, table, &XYZ, Dimension::Length);
+    all.extend(signs(file, table, &XYZ));
+    all.extend(exchanges(file, table, &XYZ));
+    all.extend(cycles(file, table, XYZ));
+    all
+}
+
+/// Rows of a table of points in another order.
+pub(crate) fn mistakes_of_rows(
+    file: &'static str,
+    table: Option<&Table>,
+    fitted: Option<&Fitted>,
+) -> Vec<Hypothesis> {
+    let of_column = |column: &&str| rows_shifted(file, table, &[*column], None);
+    let mut all: Vec<Hypothesis> = XYZ.iter().flat_map(of_column).collect();
+    if let Some(fitted) = fitted {
+        all.extend(exchanged_rows(file, table, &XYZ[2..], &farthest(fitted, FARTHEST)));
+    }
+    all
+}
+
+/// What a deviation of touches at these places is measured by.
+pub(crate) fn yardstick_of<'p>(places: impl Iterator<Item = &'p [f64]> + Clone) -> Yardstick {
+    let spread = spread_of(places);
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
 }

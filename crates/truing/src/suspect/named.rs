@@ -1,0 +1,84 @@
+use serde::Serialize;
+
+use super::hypothesis::Hypothesis;
+use super::search::{Found, Misfit};
+
+/// Rivals of one sort told in the description; all of them are in `indistinguishable_from`.
+const MOST_TOLD: usize = 3;
+
+/// A mistake in the input that the data bear out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Suspect {
+    /// Id, `input:…`.
+    pub effect: String,
+    /// File and column.
+    pub subject: String,
+    /// What to change.
+    pub description: String,
+    /// Misfit of the case as it stands; `None` where it cannot be fitted.
+    pub rms_before: Option<f64>,
+    /// Misfit with the change; `None` where the data do not tell what they should have been.
+    pub rms_after: Option<f64>,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// Chance of such a gain with no mistake.
+    pub p_value: f64,
+    /// Other mistakes that would explain the data as well.
+    pub indistinguishable_from: Vec<String>,
+}
+
+impl Suspect {
+    pub(super) fn of(found: &Found, before: Option<&Misfit>) -> Self {
+        let Found { named, after, rivals, .. } = found;
+        let mut description = named.description.clone();
+        if !rivals.is_empty() {
+            let told = told(named, rivals);
+            description = format!("{description}; or as likely: {}", told.join("; or: "));
+            if rivals.len() > told.len() {
+                description = format!("{description}; and {} more", rivals.len() - told.len());
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let p_value = (before.zip(after.as_ref()))
+            .map_or(0.0, |(before, after)| (after.share / before.share).powf(after.dof as f64));
+        Self {
+            effect: named.effect.to_owned(),
+            subject: named.subject.clone(),
+            description,
+            rms_before: before.map(|m| m.rms),
+            rms_after: after.map(|m| m.rms),
+            unit: before.or(after.as_ref()).map_or("", |m| m.unit),
+            p_value,
+            indistinguishable_from: rivals.iter().map(Hypothesis::label).collect(),
+        }
+    }
+
+    /// What to change, as a warning.
+    pub(crate) fn warning(&self) -> String {
+        let gain = match (self.rms_before, self.rms_after) {
+            (Some(before), Some(after)) if after > 0.0 => format!(
+                " (misfit {:.3e} {unit}, with that change {:.3e} {unit}: {:.0} times less)",
+                before,
+                after,
+                before / after,
+                unit = self.unit
+            ),
+            _ => String::new(),
+        };
+        format!("the input looks wrong: {}{gain}", self.description)
+    }
+}
+
+/// The first rival of every other sort, and where there is none, the first ones.
+fn told<'r>(named: &Hypothesis, rivals: &'r [Hypothesis]) -> Vec<&'r str> {
+    let is_first = |i: usize| {
+        let effect = rivals[i].effect;
+        effect != named.effect && rivals[..i].iter().all(|r| r.effect != effect)
+    };
+    let mut told: Vec<&Hypothesis> =
+        (0..rivals.len()).filter(|&i| is_first(i)).map(|i| &rivals[i]).collect();
+    if told.is_empty() {
+        told.extend(rivals.iter().take(MOST_TOLD));
+    }
+    told.iter().map(|r| r.description.as_str()).collect()
+}

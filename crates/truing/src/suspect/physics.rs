@@ -1,0 +1,112 @@
+//! What the loop's physics makes of a case, worked out once.
+
+use model_discrepancy::{Closure, Verdict, close_loop};
+
+use super::hypothesis::Proof;
+use super::search::{Found, Misfit, Plain, Trials, is_evident};
+use crate::Case;
+
+/// Physics loses to a mistake that is like it in size only where it leaves this much more.
+const PHYSICS_LEAVES: f64 = 1.5;
+/// It loses to a mistake that it imitates, where it leaves as much: the mistake has no free
+/// parameter.
+const PHYSICS_IMITATES: f64 = 0.9;
+/// Only where the misfit is so many standard uncertainties of an amplitude: a sound amplitude
+/// equals one that a list of some ten mistakes has, within two uncertainties, once in eight.
+const IMITATION: f64 = 300.0;
+/// Mistakes that may be as small as physics.
+const MILD: [&str; 4] = ["input:clock", "input:row-shift", "input:labels", "input:saturation"];
+/// Share of a misfit that physics leaves at most where it explains it.
+const EXPLAINED: f64 = 0.5;
+/// Mistakes closed with physics beside them, at most: each closes a loop.
+const MOST_CLOSED: usize = 4;
+/// Factor that a mistake beside physics takes off the misfit.
+const HELPS: f64 = 1.3;
+/// The same where physics alone explains the case: then the mistake must be the larger part.
+const HELPS_MOST: f64 = 3.0;
+
+/// The loop closed on a case with nothing carried to it.
+pub(super) struct Physics(Option<Closure>);
+
+impl Physics {
+    pub(super) fn of(case: &Case) -> Self {
+        let options = case.loop_settings.options();
+        let close = |prepared: crate::kinds::Prepared<'_>| {
+            close_loop(&*prepared.model, &prepared.covariates, &options).ok()
+        };
+        Self(case.measured.prepare().ok().and_then(close))
+    }
+
+    /// Mistakes that may be there beside physics.
+    pub(super) fn helping(trials: &Trials, plain: &Plain<'_>) -> Vec<Found> {
+        trials.helping(plain, HELPS, MOST_CLOSED)
+    }
+
+    pub(super) fn closure(self) -> Option<Closure> {
+        self.0
+    }
+
+    fn left(&self) -> Option<f64> {
+        self.0.as_ref().map(|closure| closure.after.train_rms)
+    }
+
+    fn steps(&self) -> usize {
+        self.0.as_ref().map_or(0, |closure| closure.steps.len())
+    }
+
+    fn is_explained(&self) -> bool {
+        let sound = [Verdict::NothingMissing, Verdict::Explained];
+        self.0.as_ref().is_some_and(|closure| sound.contains(&closure.verdict))
+    }
+
+    /// Whether it takes most of the misfit: of tables that do not belong together it takes little.
+    pub(super) fn takes_most(&self) -> bool {
+        self.0.as_ref().is_some_and(|c| c.after.train_rms <= EXPLAINED * c.before.train_rms)
+    }
+
+    /// Whether it leaves clearly more than a mistake that explains everything alone.
+    pub(super) fn loses_to(&self, case: &Case, found: &Found, before: &Misfit) -> bool {
+        // Straight lines between readings average their noise: a clock gains √2 by that alone.
+        let gain = found.after.map_or(0.0, |after| before.gain(&after));
+        if found.named.proof == Proof::Unphysical && gain >= PHYSICS_LEAVES {
+            return true;
+        }
+        let mended = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));
+        let Some(mended) = mended.and_then(|mended| mended.left()) else { return false };
+        let Some(left) = self.left() else { return true };
+        let is_mild = MILD.contains(&found.named.effect);
+        let is_exact = found.after.is_some_and(|after| before.significance(&after) >= IMITATION);
+        left >= PHYSICS_LEAVES * mended || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
+    }
+
+    /// The mistake beside which physics explains what it does not explain alone, or explains with
+    /// less; with the loop closed on the case so mended.
+    pub(super) fn beside(
+        &self,
+        case: &Case,
+        helping: Vec<Found>,
+        plain: &Plain<'_>,
+    ) -> Option<(Found, Self)> {
+        let left = self.left()?;
+        let mut best: Option<(Found, Self, f64)> = None;
+        let gain = |found: &Found| found.after.map_or(0.0, |after| plain.misfit.gain(&after));
+        let helping =
+            helping.into_iter().filter(|found| !self.is_explained() || gain(found) >= HELPS_MOST);
+        for found in helping {
+            let Ok(mended) = case.with(&found.named.edits) else { continue };
+            let closed = Self::of(&mended);
+            let Some(leaves) = closed.left().filter(|_| closed.is_explained()) else { continue };
+            let dof = found.after.map_or(0, |after| after.dof);
+            let is_better = left >= PHYSICS_LEAVES * leaves && is_evident(dof, left / leaves);
+            let is_simpler = closed.steps() < self.steps() && left >= PHYSICS_IMITATES * leaves;
+            let is_exact =
+                found.after.is_some_and(|after| plain.misfit.significance(&after) >= IMITATION);
+            let is_mild = MILD.contains(&found.named.effect);
+            let wins = is_better || is_simpler && is_exact && !is_mild;
+            if wins && best.as_ref().is_none_or(|(_, _, least)| leaves < *least) {
+                best = Some((found, closed, leaves));
+            }
+        }
+        best.map(|(found, closed, _)| (found, closed))
+    }
+}
