@@ -152,9 +152,11 @@ def test_an_axis_is_calibrated_from_ranges(draws):
     pulls = (found.errors - errors)[1:] / found.errors_std[1:]
     assert abs(pulls).max() < 5.0
     assert found.residuals_mm.shape == displacement.shape
+    one = mount == 0
+    of_one = {key: survey[key][one] for key in ("station", "mount", "step", "displacement_mm")}
     with pytest.raises(truing.NotDeterminedError) as caught:
-        tracker_lm.calibrate(**{**survey, "mounts_mm": mounts[:1], "mount": np.zeros_like(mount)})
-    assert caught.value.free_direction or "reading" in str(caught.value)
+        tracker_lm.calibrate(**{**survey, **of_one, "mounts_mm": mounts[:1]})
+    assert "rotation about the line" in caught.value.free_direction
     with pytest.raises(truing.InputError, match="whole number"):
         tracker_lm.calibrate(**{**survey, "station": station * 1.0})
     with pytest.raises(truing.InputError, match="refers to station"):
@@ -179,6 +181,8 @@ def test_a_part_is_located_by_touches(draws):
     with pytest.raises(truing.NotDeterminedError) as caught:
         pose_icp.locate(Surface.plane(), np.column_stack([xy, np.zeros(60)]), 1e-3)
     assert "position along x" in caught.value.free_direction
+    with pytest.raises(truing.InputError, match="give start"):
+        pose_icp.locate(part, touches, 1e-3, hold=["x", "gamma"])
     with pytest.raises(truing.InputError, match="hold must be one of"):
         pose_icp.locate(part, touches, 1e-3, hold=["delta"])
     ball = Surface.sphere(50.0, (1.0, 2.0, 3.0))

@@ -13,6 +13,7 @@ _Parameter = tuple[str, str, float]
 _Effect = tuple[str, str | None, str, str | None, bool, Sequence[_Parameter]]
 _Cloud = tuple[_Floats, _Floats | None]
 
+__all__: list[str]
 __version__: str
 
 def solve(case: str, allow_outside: bool, timing: bool, report: str | None) -> _Answer: ...

@@ -28,7 +28,7 @@ class InputError(TruingError, ValueError):
     ...     truing.solve("no-such-folder")
     ... except truing.InputError as error:
     ...     print(error.file)
-    no-such-folder/case.toml
+    no-such-folder
     """
 
 
@@ -41,5 +41,5 @@ class NotDeterminedError(TruingError, ArithmeticError):
     ...     truing.frame_fit.fit(on_a_line, on_a_line, std_mm=0.01)
     ... except truing.NotDeterminedError as error:
     ...     print(error.free_direction)
-    the rotation about the line (1.000, 0, 0) of the points
+    the rotation about the line (1.000, 0.000, 0.000) of the points
     """

@@ -60,17 +60,20 @@ def locate(
     """Fits the pose of a part to the centres of a ball that touched it (``n × 3``, machine frame).
 
     ``hold`` names what stays as it is at the start: the rotation about z of a part that is round, unless told otherwise.
-    ``start`` is ``[x, y, z, α, β, γ]``; without it the touches give one, level and turned by ``gamma_rad``.
+    ``start`` is ``[x, y, z, α, β, γ]``; without it the touches give one, level and turned by ``gamma_rad``, at which no
+    position can be held.
 
     >>> import numpy as np
     >>> from truing import Surface
     >>> part = Surface.asphere(480.0, conic=-1.0, diameter_mm=100.0)
     >>> xy = np.array([[0, 0], [40, 0], [0, 40], [-40, 0], [0, -40], [30, 30], [-30, 20]], dtype=float)
     >>> touches_mm = np.column_stack([xy, 0.2 + (xy**2).sum(axis=1) / 960.0])
-    >>> fit = locate(part, touches_mm, 1e-3, hold=["x", "y", "gamma"])
+    >>> fit = locate(part, touches_mm, 1e-3, hold=["x", "y", "gamma"], start=np.zeros(6))
     >>> round(float(fit.pose[2]), 9)
     0.2
     """
+    if start is None and set(hold) & {"x", "y", "z"}:
+        raise InputError("a position is held where the start has it: give start")
     at = np.array([0.0, 0.0, 0.0, 0.0, 0.0, gamma_rad]) if start is None else column(start)
     if at.shape != (6,):
         raise InputError("start must be x, y, z in mm and alpha, beta, gamma in rad")
