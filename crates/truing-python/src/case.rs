@@ -1,0 +1,119 @@
+//! The commands on case folders, with the JSON and the text of the command line.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use truing::{
+    Case, Closed, Error, InputFile, OutputFile, ReadOptions, Solved, loop_report, read_case_with,
+    read_learnt, refuse_overlap, solve_report, write_files,
+};
+
+use crate::refusal::Refusal;
+
+/// JSON, text, notes and warnings of an answer.
+type Answer = (String, String, Vec<String>, Vec<String>);
+
+/// Fits the declared model of a case.
+#[pyfunction]
+#[pyo3(signature = (case, allow_outside, timing, report))]
+pub(crate) fn solve(
+    py: Python<'_>,
+    case: PathBuf,
+    allow_outside: bool,
+    timing: bool,
+    report: Option<PathBuf>,
+) -> Result<Answer, Refusal> {
+    Ok(py.detach(|| {
+        let case = read_case_with(&case, ReadOptions { allow_outside })?;
+        refuse(report.as_deref(), &case)?;
+        let mut answer: Solved = truing::solve(&case)?;
+        write(report, || solve_report(&case, &answer))?;
+        answer.timing = answer.timing.filter(|_| timing);
+        Ok::<_, Error>(shown(
+            serde_json::to_string_pretty(&answer),
+            answer.to_string(),
+            answer.header.notes,
+            answer.warnings,
+        ))
+    })?)
+}
+
+/// Closes the loop on a case.
+#[pyfunction]
+#[pyo3(signature = (case, carry, allow_outside, timing, report))]
+pub(crate) fn close_loop(
+    py: Python<'_>,
+    case: PathBuf,
+    carry: Option<PathBuf>,
+    allow_outside: bool,
+    timing: bool,
+    report: Option<PathBuf>,
+) -> Result<Answer, Refusal> {
+    Ok(py.detach(|| {
+        let mut case = read_case_with(&case, ReadOptions { allow_outside })?;
+        if let Some(carry) = &carry {
+            case = case.carrying(read_learnt(carry)?)?;
+        }
+        refuse(report.as_deref(), &case)?;
+        let mut answer: Closed = truing::close_loop(&case)?;
+        write(report, || loop_report(&case, &answer))?;
+        answer.timing = answer.timing.filter(|_| timing);
+        Ok::<_, Error>(shown(
+            serde_json::to_string_pretty(&answer),
+            answer.to_string(),
+            answer.header.notes,
+            answer.warnings,
+        ))
+    })?)
+}
+
+/// Says what a case can determine.
+#[pyfunction]
+#[pyo3(signature = (case, allow_outside))]
+pub(crate) fn check(py: Python<'_>, case: PathBuf, allow_outside: bool) -> Result<Answer, Refusal> {
+    Ok(py.detach(|| {
+        let case = read_case_with(&case, ReadOptions { allow_outside })?;
+        let answer = truing::check(&case)?;
+        Ok::<_, Error>(shown(
+            serde_json::to_string_pretty(&answer),
+            answer.to_string(),
+            answer.header.notes,
+            answer.warnings,
+        ))
+    })?)
+}
+
+/// Writes a small case to start from; the files that it wrote.
+#[pyfunction]
+pub(crate) fn init(kind: &str, folder: PathBuf) -> Result<Vec<PathBuf>, Refusal> {
+    Ok(truing::write_example(kind, &folder)?)
+}
+
+/// Kinds of cases, and what each is for.
+#[pyfunction]
+pub(crate) fn kinds() -> Vec<(&'static str, &'static str)> {
+    truing::kinds().collect()
+}
+
+fn shown(
+    json: serde_json::Result<String>,
+    text: String,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+) -> Answer {
+    (json.expect("plain data with text keys"), text, notes, warnings)
+}
+
+/// A report must not overwrite what the run reads.
+fn refuse(report: Option<&Path>, case: &Case) -> Result<(), Error> {
+    let inputs: Vec<&Path> = case.inputs().iter().map(|i: &InputFile| i.path.as_path()).collect();
+    refuse_overlap(&report.into_iter().collect::<Vec<_>>(), &inputs)
+}
+
+fn write(
+    report: Option<PathBuf>,
+    content: impl FnOnce() -> Result<String, Error>,
+) -> Result<(), Error> {
+    let Some(path) = report else { return Ok(()) };
+    write_files(&[OutputFile { path, content: content()? }])
+}

@@ -1,0 +1,135 @@
+//! The transform between two frames.
+
+use nalgebra::{Point, SMatrix, SVector};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use truing::frame_fit::{
+    self, FrameFit, Handedness, Noise, Options, PointPair, Transform, Uncertainty,
+};
+use truing::least_squares::Loss;
+
+use crate::arrays::{Table, column, matrix, rows, rows_of, small, vectors};
+use crate::refusal::Refusal;
+
+/// Fits the transform that takes one table of points to another.
+#[pyfunction]
+#[pyo3(signature = (from_mm, to_mm, std_mm, transform, handedness, estimate_noise, loss))]
+pub(crate) fn fit_frame<'py>(
+    py: Python<'py>,
+    from_mm: Table<'py>,
+    to_mm: Table<'py>,
+    std_mm: PyReadonlyArrayDyn<'py, f64>,
+    transform: &str,
+    handedness: &str,
+    estimate_noise: bool,
+    loss: Option<&str>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let options = Options {
+        transform: named_transform(transform)?,
+        handedness: match handedness {
+            "proper" => Handedness::Proper,
+            "improper" => Handedness::Improper,
+            found => return Err(Refusal::word("handedness", found, &["proper", "improper"]).into()),
+        },
+        noise: if estimate_noise { Noise::Estimated } else { Noise::Declared },
+        loss: loss.map(named_loss).transpose()?,
+    };
+    match from_mm.shape()[1] {
+        2 => fitted::<2>(py, &from_mm, &to_mm, &std_mm, &options),
+        3 => fitted::<3>(py, &from_mm, &to_mm, &std_mm, &options),
+        _ => Err(Refusal::shape("from_mm", "n × 2 or n × 3", from_mm.shape()).into()),
+    }
+}
+
+fn named_transform(found: &str) -> Result<Transform, Refusal> {
+    let all = Transform::ALL.map(|t| t.to_string());
+    let named = all.iter().position(|name| name == found);
+    let known = all.each_ref().map(String::as_str);
+    named.map(|k| Transform::ALL[k]).ok_or_else(|| Refusal::word("transform", found, &known))
+}
+
+/// A robust loss by its name, at the scale that keeps 95 % of the efficiency of squares.
+pub(crate) fn named_loss(found: &str) -> Result<Loss, Refusal> {
+    match found {
+        "huber" => Ok(Loss::huber_95()),
+        "cauchy" => Ok(Loss::cauchy_95()),
+        "tukey" => Ok(Loss::tukey_95()),
+        _ => Err(Refusal::word("loss", found, &["huber", "cauchy", "tukey"])),
+    }
+}
+
+fn fitted<'py, const D: usize>(
+    py: Python<'py>,
+    from_mm: &Table<'py>,
+    to_mm: &Table<'py>,
+    std_mm: &PyReadonlyArrayDyn<'py, f64>,
+    options: &Options,
+) -> PyResult<Bound<'py, PyDict>> {
+    let from_mm = rows::<D>("from_mm", from_mm)?;
+    let n = from_mm.len();
+    let to_mm = rows_of::<D>("to_mm", to_mm, n)?;
+    let uncertainties = uncertainties::<D>(std_mm, n)?;
+    let fit = py.detach(|| {
+        let pairs: Vec<PointPair<D>> = (from_mm.into_iter().zip(to_mm).zip(uncertainties))
+            .map(|((from, to), uncertainty)| PointPair {
+                target_mm: Point::from(to),
+                source_mm: Point::from(from),
+                uncertainty,
+            })
+            .collect();
+        frame_fit::fit_frame(&pairs, options)
+    });
+    answer(py, fit.map_err(Refusal::from)?)
+}
+
+/// One standard uncertainty for all, one a point, one a coordinate, or a covariance a point.
+fn uncertainties<const D: usize>(
+    std_mm: &PyReadonlyArrayDyn<'_, f64>,
+    n: usize,
+) -> Result<Vec<Uncertainty<D>>, Refusal> {
+    let view = std_mm.as_array();
+    let isotropic = |&sigma_mm: &f64| Uncertainty::Isotropic { sigma_mm };
+    match *view.shape() {
+        [] => Ok(view.first().map(isotropic).into_iter().cycle().take(n).collect()),
+        [len] if len == n => Ok(view.iter().map(isotropic).collect()),
+        [len, c] if len == n && c == D => {
+            let at = |i: usize| SVector::from_fn(|k, _| view[[i, k].as_slice()]);
+            Ok((0..n).map(|i| Uncertainty::PerAxis { sigma_mm: at(i) }).collect())
+        }
+        [len, r, c] if len == n && r == D && c == D => {
+            let at = |i: usize| SMatrix::from_fn(|k, l| view[[i, k, l].as_slice()]);
+            Ok((0..n).map(|i| Uncertainty::Full { covariance_mm2: at(i) }).collect())
+        }
+        ref shape => {
+            let needed = format!("() or {n} or {n} × {D}, or {n} × {D} × {D} for covariances");
+            Err(Refusal::shape("std_mm", &needed, shape))
+        }
+    }
+}
+
+fn answer<const D: usize>(py: Python<'_>, fit: FrameFit<D>) -> PyResult<Bound<'_, PyDict>> {
+    let found = PyDict::new(py);
+    let rows: Vec<Vec<f64>> = fit.target_from_source.homogeneous_rows();
+    let homogeneous = nalgebra::DMatrix::from_fn(D + 1, D + 1, |r, c| rows[r][c]);
+    let parameters = fit.parameters();
+    let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+    let units: Vec<&str> = parameters.iter().map(|p| p.unit).collect();
+    found.set_item("matrix", matrix(py, &homogeneous))?;
+    found.set_item("linear", small(py, &fit.target_from_source.linear))?;
+    let translation_mm = fit.target_from_source.translation_mm;
+    found.set_item("translation_mm", column(py, translation_mm.iter().copied().collect()))?;
+    found.set_item("pivot_mm", column(py, fit.pivot_mm.iter().copied().collect()))?;
+    found.set_item("parameters", names)?;
+    found.set_item("units", units)?;
+    found.set_item("covariance", matrix(py, &fit.covariance))?;
+    let std = fit.standard_uncertainties();
+    found.set_item("std", std.map(|s| column(py, s.iter().copied().collect())))?;
+    found.set_item("rms_mm", fit.rms_mm())?;
+    found.set_item("residuals_mm", vectors(py, fit.residuals_mm.iter()))?;
+    found.set_item("degrees_of_freedom", fit.degrees_of_freedom)?;
+    found.set_item("variance_factor", fit.variance_factor)?;
+    found.set_item("weights", column(py, fit.weights))?;
+    found.set_item("iterations", fit.report.iterations)?;
+    Ok(found)
+}
