@@ -113,7 +113,8 @@ fn chi_squared_is_told_with_its_interval() {
 fn a_profile_without_a_shape_is_corrected_place_by_place() {
     const OFF_MM: [f64; PLACES] = [0.0, 0.021, -0.013, 0.017, -0.024, 0.006, 0.019, -0.02, 0.011];
     let mut rng = ChaCha8Rng::seed_from_u64(11);
-    let off = |x: &f64| OFF_MM[(x / 50.0).round() as usize];
+    let place = |x: &f64| (0..PLACES).find(|&i| (x - 50.0 * i as f64).abs() < 1.0);
+    let off = |x: &f64| OFF_MM[place(x).expect("one of the places")];
     let data: Vec<f64> = positions().iter().map(|x| off(x) + 0.002 * normal(&mut rng)).collect();
     let closure =
         close_loop(&scalars(&data, &[]), &[commanded(positions())], &Options::default()).unwrap();
