@@ -13,7 +13,28 @@ _Parameter = tuple[str, str, float]
 _Effect = tuple[str, str | None, str, str | None, bool, Sequence[_Parameter]]
 _Cloud = tuple[_Floats, _Floats | None]
 
-__all__: list[str]
+__all__ = [
+    "Controller",
+    "Head",
+    "Surface",
+    "__version__",
+    "calibrate",
+    "centers",
+    "check",
+    "close_loop",
+    "close_own_loop",
+    "compensate",
+    "estimate_normals",
+    "fit_frame",
+    "fit_pose",
+    "init",
+    "kinds",
+    "locate_contact",
+    "locate_presses",
+    "register",
+    "solve",
+]
+
 __version__: str
 
 def solve(case: str, allow_outside: bool, timing: bool, report: str | None) -> _Answer: ...
