@@ -1,4 +1,4 @@
-//! NumPy arrays in and out.
+//! `NumPy` arrays in and out.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 use numpy::ndarray::Array2;

@@ -29,16 +29,18 @@ pub(crate) fn of(error: &Error) -> Option<String> {
 
 fn frame(error: &FrameFitError) -> Option<String> {
     match error {
-        FrameFitError::TooFewPoints { got: 0, .. } => some("the whole transform"),
+        FrameFitError::TooFewPoints { got: 0, .. } => Some("the whole transform".to_owned()),
         FrameFitError::TooFewPoints { transform: Transform::Affine, .. } => {
-            some("stretch and shear off the points")
+            Some("stretch and shear off the points".to_owned())
         }
-        FrameFitError::TooFewPoints { got: 1, .. } => some("the rotation about the one point"),
+        FrameFitError::TooFewPoints { got: 1, .. } => {
+            Some("the rotation about the one point".to_owned())
+        }
         FrameFitError::TooFewPoints { .. } => {
-            some("the rotation about the line through the points")
+            Some("the rotation about the line through the points".to_owned())
         }
         FrameFitError::Degenerate { free, .. } => Some(free.to_string()),
-        FrameFitError::TooNoisy { parameter, .. } => some(parameter),
+        FrameFitError::TooNoisy { parameter, .. } => Some((*parameter).to_owned()),
         FrameFitError::Unobservable { directions } => Some(joined(directions)),
         FrameFitError::TipFree { direction: [x, y, z], .. } => {
             Some(format!("the tip along ({x:.3}, {y:.3}, {z:.3}) of the flange"))
@@ -49,12 +51,12 @@ fn frame(error: &FrameFitError) -> Option<String> {
 
 fn pressure(error: &FtCenterError) -> Option<String> {
     match error {
-        FtCenterError::TooFewFramePoints { got: 0, .. } => some("the whole frame"),
+        FtCenterError::TooFewFramePoints { got: 0, .. } => Some("the whole frame".to_owned()),
         FtCenterError::TooFewFramePoints { .. } | FtCenterError::CoincidentPoints { .. } => {
-            some("the angle of the frame")
+            Some("the angle of the frame".to_owned())
         }
-        FtCenterError::CollinearPoints { .. } => some("the affine map across the line"),
-        FtCenterError::PosesNotEnough { parameter, .. } => some(parameter),
+        FtCenterError::CollinearPoints { .. } => Some("the affine map across the line".to_owned()),
+        FtCenterError::PosesNotEnough { parameter, .. } => Some((*parameter).to_owned()),
         _ => None,
     }
 }
@@ -70,7 +72,9 @@ fn pose(error: &PoseError) -> Option<String> {
 
 fn probe(error: &ProbeError) -> Option<String> {
     match error {
-        ProbeError::NeighboursOnALine { .. } => some("the tilt about the line of the touches"),
+        ProbeError::NeighboursOnALine { .. } => {
+            Some("the tilt about the line of the touches".to_owned())
+        }
         ProbeError::NotQualified { free } if !free.is_empty() => Some(free.join(", ")),
         _ => None,
     }
@@ -83,14 +87,16 @@ fn force(error: &ForceImpedanceError) -> Option<String> {
 
 fn tracker(error: &TrackerError) -> Option<String> {
     match error {
-        TrackerError::TooFewStations { .. } => some("the position of the stations"),
+        TrackerError::TooFewStations { .. } => Some("the position of the stations".to_owned()),
         TrackerError::TooFewMounts { .. } => {
-            some("the rotation about the line through two reflectors")
+            Some("the rotation about the line through two reflectors".to_owned())
         }
         TrackerError::CollinearMounts { line: [x, y, z], .. } => {
             Some(format!("the rotation about ({x:.3}, {y:.3}, {z:.3})"))
         }
-        TrackerError::CollinearStations => some("the rotation about the line of the stations"),
+        TrackerError::CollinearStations => {
+            Some("the rotation about the line of the stations".to_owned())
+        }
         TrackerError::UndeterminedAngle { free, .. } => Some(free.join(", ")),
         TrackerError::Unobservable { directions } => Some(joined(directions)),
         _ => None,
@@ -105,10 +111,6 @@ fn own(error: &LoopError) -> Option<String> {
 fn cloud(error: &RegisterError) -> Option<String> {
     let RegisterError::Undetermined { directions } = error else { return None };
     Some(joined(directions))
-}
-
-fn some(words: &str) -> Option<String> {
-    Some(words.to_owned())
 }
 
 fn joined(parts: &[impl Display]) -> String {

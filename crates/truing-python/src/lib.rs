@@ -1,11 +1,12 @@
-//! What the Python package `truing` calls: plain arguments and NumPy arrays in, dictionaries of
+//! What the Python package `truing` calls: plain arguments and `NumPy` arrays in, dictionaries of
 //! arrays out. Classes, documentation and types are in `python/truing`.
 //!
 //! Arrays are read where they lie unless a solver wants records; results are handed over without a
 //! copy. The interpreter is free for other threads while anything is computed.
 #![expect(
     clippy::needless_pass_by_value,
-    reason = "a function for Python owns its arguments: they are made from Python's objects"
+    clippy::too_many_arguments,
+    reason = "a function for Python takes its arguments one by one, and owns what is made of them"
 )]
 
 mod arrays;

@@ -48,6 +48,9 @@ pub(crate) fn locate_contact<'py>(
     Ok(found)
 }
 
+/// Coordinates of every centre.
+type Centers<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// The centre of pressure of every wrench, x and y; NaN where nothing is touched.
 #[pyfunction]
 pub(crate) fn centers<'py>(
@@ -55,7 +58,7 @@ pub(crate) fn centers<'py>(
     wrenches: Six<'py>,
     z0_mm: f64,
     min_fz_n: f64,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<Centers<'py>> {
     let arrays = arrays(&wrenches)?;
     let n = wrenches[0].len();
     let (x_mm, y_mm) = py

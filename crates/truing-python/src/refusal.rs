@@ -20,7 +20,7 @@ use crate::free;
 #[derive(Debug)]
 pub(crate) struct Refusal {
     message: String,
-    place: Option<Location>,
+    place: Option<Box<Location>>,
     /// Position in the input, from 0.
     index: Option<usize>,
     /// Whether the input is usable in form, but leaves something free.
@@ -95,7 +95,7 @@ impl From<Error> for Refusal {
 }
 
 /// Where an error of a case is.
-fn place(error: &Error) -> Option<Location> {
+fn place(error: &Error) -> Option<Box<Location>> {
     match error {
         Error::Case { at, .. }
         | Error::FrameFit { at, .. }
@@ -104,14 +104,15 @@ fn place(error: &Error) -> Option<Location> {
         | Error::ProbeComp { at, .. }
         | Error::ForceImpedance { at, .. }
         | Error::TrackerLm { at, .. }
-        | Error::Loop { at, .. } => Some((**at).clone()),
+        | Error::Loop { at, .. } => Some(at.clone()),
         Error::Input { source, .. } => place(source),
         Error::Carry { path, .. }
         | Error::Exists { path }
         | Error::NotRead { path, .. }
         | Error::NotWritten { path, .. }
         | Error::OutputIsInput { path, .. } => {
-            Some(Location { file: path.clone(), line: None, column: None, name: None })
+            let file = path.clone();
+            Some(Box::new(Location { file, line: None, column: None, name: None }))
         }
         _ => None,
     }
