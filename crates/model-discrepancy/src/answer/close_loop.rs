@@ -13,7 +13,7 @@ use crate::answer::verdict::verdict;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
-use crate::choice::score::{Scoring, score_covariates};
+use crate::choice::score::{Scoring, excluded, score_covariates};
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
@@ -26,7 +26,7 @@ use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
-    Remaining, Role, Scope, Step,
+    Remaining, Role, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -72,7 +72,7 @@ pub fn close_loop(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
     remaining.extend(not_found_again);
-    remaining.extend(no_gain(&context, &chosen, &summaries));
+    remaining.extend(no_gain(&context, &chosen, &lin, &summaries));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&context, &chosen, &silent);
@@ -132,19 +132,21 @@ fn left_over(context: &Context<'_>, added: &Added, share: f64) -> Remaining {
     Remaining { covariate, shape, p_value: added.p_value }
 }
 
-/// What was added, where data that the fit did not see are predicted worse with it, or no better
-/// although it is more than single readings.
+/// What was added, where data that the fit did not see are not predicted any better.
+///
+/// Single bad readings are no part of the model: without them others are predicted better or worse
+/// by chance.
 fn no_gain(
     context: &Context<'_>,
     chosen: &Selected<'_>,
+    lin: &Linear<'_>,
     summaries: &Summaries,
 ) -> Option<Remaining> {
-    let effects = &context.model.declared().effects;
-    let single = |what: &What| matches!(what, What::Effect(e) if matches!(effects[*e].scope, Scope::Observation(_)));
     let p_value = chosen.added.iter().map(|a| a.p_value).reduce(f64::max)?;
+    let bad = excluded(context, &chosen.system, &chosen.estimate, lin);
+    let all_single = bad.into_iter().filter(|&is_bad| is_bad).count() >= chosen.added.len();
     let (before, after) = (summaries.before.held_out_rms, summaries.after.held_out_rms);
-    let same = after <= before && chosen.added.iter().all(|a| single(&a.what));
-    (after >= before && !same).then(|| Remaining {
+    (after >= before && !all_single).then(|| Remaining {
         covariate: "unseen groups".to_owned(),
         shape: "what was added does not predict them any better".to_owned(),
         p_value,
