@@ -92,9 +92,8 @@ pub(crate) fn periods(layout: &Layout, covariate: &Covariate, all: &[Covariate])
     // Half periods in the range, so that no phase falls between two frequencies.
     let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
     let period = |half: usize| 2.0 * range / count(half);
-    let own =
-        |half: &usize| covariate.name != ORDER || !is_of_the_design(layout, period(*half), all);
-    let halves = (3..=2 * most).filter(own);
+    let design = if covariate.name == ORDER { revisits(layout, all) } else { Vec::new() };
+    let halves = (3..=2 * most).filter(|&half| !is_of_the_design(period(half), &design));
     halves.map(|half| periodic(covariate, period(half), count(most))).collect()
 }
 
@@ -201,10 +200,15 @@ fn revisited_after(layout: &Layout, covariate: &Covariate) -> Option<f64> {
     gaps.get(gaps.len() / 2).map(|&gap| count(gap))
 }
 
-/// Whether a period along the order is that of a design that repeats itself, or a part of it.
-fn is_of_the_design(layout: &Layout, period: f64, covariates: &[Covariate]) -> bool {
+/// [`revisited_after`] of every covariate but the order, where its values repeat.
+fn revisits(layout: &Layout, covariates: &[Covariate]) -> Vec<f64> {
     let others = covariates.iter().filter(|c| c.name != ORDER);
-    others.filter_map(|c| revisited_after(layout, c)).any(|gap| {
+    others.filter_map(|c| revisited_after(layout, c)).collect()
+}
+
+/// Whether a period along the order is that of a design that repeats itself, or a part of it.
+fn is_of_the_design(period: f64, revisits: &[f64]) -> bool {
+    revisits.iter().any(|gap| {
         let parts = gap / period;
         parts > 1.0 - SAME_PERIOD && (parts - parts.round()).abs() < SAME_PERIOD
     })

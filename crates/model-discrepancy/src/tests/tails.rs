@@ -67,9 +67,19 @@ struct Law {
     /// Of Student's t; `None` for the normal law.
     freedom: Option<f64>,
     scale: f64,
+    /// Density in the middle.
+    peak: f64,
 }
 
 impl Law {
+    fn new(freedom: Option<f64>, scale: f64) -> Self {
+        let peak = match freedom {
+            Some(freedom) => StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| t.pdf(0.0)),
+            None => Normal::standard().pdf(0.0),
+        };
+        Self { freedom, scale, peak: peak / scale }
+    }
+
     /// Probability beyond `z` on either side.
     fn outside(&self, z: f64) -> f64 {
         let z = z / self.scale;
@@ -80,12 +90,12 @@ impl Law {
     }
 
     fn density(&self, z: f64) -> f64 {
-        let z = z / self.scale;
-        let density = match self.freedom {
-            Some(freedom) => StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| t.pdf(z)),
-            None => Normal::standard().pdf(z),
-        };
-        density / self.scale
+        let square = (z / self.scale).powi(2);
+        self.peak
+            * match self.freedom {
+                Some(freedom) => (1.0 + square / freedom).powf(-0.5 * (freedom + 1.0)),
+                None => (-0.5 * square).exp(),
+            }
     }
 }
 
@@ -102,7 +112,7 @@ fn weighed(rows: &[f64], farthest: f64) -> Vec<(Law, f64)> {
     let mut laws: Vec<(Law, f64)> = Vec::with_capacity(families.len() * SCALES);
     for scale in scales {
         for &(freedom, prior) in &families {
-            let law = Law { freedom, scale };
+            let law = Law::new(freedom, scale);
             let density = |z: &f64| (1.0 - MISTAKEN) * law.density(*z) + mistaken;
             let likelihood: f64 = rows.iter().map(|z| density(z).ln()).sum();
             laws.push((law, prior.ln() + likelihood));
