@@ -7,7 +7,7 @@
 
 use least_squares::{Options, Problem, SolveError, solve};
 use model_discrepancy::{Column, EmpiricalCorrection, Model, Role, State, whole_tangent};
-use nalgebra::{DMatrix, DVector, RowDVector, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix2, RowDVector, Vector2, Vector6};
 
 use super::model::PoseModel;
 use super::setup::coordinates;
@@ -39,6 +39,12 @@ const MAX_ROUNDS: usize = 16;
 const END_TOLERANCE: f64 = 1e-3;
 /// Factor by which a round changes the distance at most.
 const LONGEST_STRIDE: f64 = 3.0;
+/// Index of the height among the coordinates of a pose.
+const HEIGHT: usize = 2;
+/// Index of the first of both tilts.
+const TILTS: usize = 3;
+/// Root of χ² that 5 % exceed with two degrees of freedom, over that with one: 2.448 / 1.960.
+const LEVEL: f64 = 1.249;
 /// Times its linear width at which an interval counts as without end.
 const ENDLESS: f64 = 30.0;
 
@@ -69,12 +75,20 @@ impl PoseModel {
         let mut held = Held::new(self, fitted, coordinate, HELD_SHARE * sigma);
         let mut at = DVector::zeros(fitted.columns.len());
         let (least, estimate) = (held.chi2(&at), held.coordinate(&at));
+        let spread = held.spread(&at);
+        let cheapest = spread.cheapest(coordinate);
+        // Height is the only coordinate that both tilts change in second order alone.
+        let level = (coordinate == HEIGHT).then(|| spread.tilt_information()).flatten();
+        let factor_at = |held: &Held<'_>, point: &DVector<f64>| {
+            factor * level.map_or(1.0, |information| held.beside_level(point, &information))
+        };
         let (mut inside, mut outside) = (0.0, f64::INFINITY);
         let mut distance = factor * sigma;
         let options = Options { max_iterations: MAX_STEPS, retry: false, ..Options::default() };
         for _ in 0..MAX_ROUNDS {
             held.target = estimate + way * distance;
-            let found = match solve(&held, at.clone(), &options) {
+            let start = &at + &cheapest * (held.target - held.coordinate(&at));
+            let found = match solve(&held, start, &options) {
                 Ok(solution) => Some(solution.point),
                 Err(SolveError::NotConverged { best, .. } | SolveError::Stalled { best, .. }) => {
                     Some(*best)
@@ -82,19 +96,22 @@ impl PoseModel {
                 Err(_) => None,
             };
             let found = found.filter(|point| held.holds(point));
-            let root = found.as_ref().map(|point| (held.chi2(point) - least).max(0.0).sqrt());
-            if root.is_some_and(|root| root <= factor) {
+            // χ²'s root over what it may be.
+            let share = found
+                .as_ref()
+                .map(|point| (held.chi2(point) - least).max(0.0).sqrt() / factor_at(&held, point));
+            if share.is_some_and(|share| share <= 1.0) {
                 inside = distance;
             } else {
                 outside = distance;
             }
-            if root.is_some_and(|root| (root / factor - 1.0).abs() <= END_TOLERANCE) {
+            if share.is_some_and(|share| (share - 1.0).abs() <= END_TOLERANCE) {
                 return distance;
             }
             // The root grows almost in proportion.
-            let stride = root.map_or(0.0, |root| factor / root);
+            let stride = share.map_or(0.0, f64::recip);
             let next = distance * stride.clamp(LONGEST_STRIDE.recip(), LONGEST_STRIDE);
-            let between = root.is_some() && next > inside && next < outside;
+            let between = share.is_some() && next > inside && next < outside;
             distance = if between { next } else { f64::midpoint(inside, outside) };
             if distance > ENDLESS * factor * sigma {
                 return ENDLESS * factor * sigma;
@@ -177,6 +194,38 @@ impl<'a> Held<'a> {
         (self.coordinate(steps) - self.target).abs() <= HOLDS * self.tolerance
     }
 
+    /// How the noise of the rows spreads over the pose, to first order at `at`.
+    fn spread(&self, at: &DVector<f64>) -> Spread {
+        let all = self.by_steps(at);
+        let mut rows = DMatrix::zeros(self.rows.len(), all.ncols());
+        for (k, &(row, weight)) in self.rows.iter().enumerate() {
+            rows.set_row(k, &(all.row(row) * weight));
+        }
+        let mut along = self.model.pose_by_columns(&self.state(at), self.fitted.columns);
+        let lengths = DVector::from_iterator(
+            rows.ncols(),
+            rows.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)),
+        );
+        for (k, length) in lengths.iter().enumerate() {
+            rows.column_mut(k).unscale_mut(*length);
+            along.column_mut(k).unscale_mut(*length);
+        }
+        Spread { r: rows.qr().r(), along, lengths }
+    }
+
+    /// Factor by which an interval of the height is wider where the part may lie level.
+    ///
+    /// Tilts lift the vertex by `R (α² + β²) / 2`. Of a height at which both are zero χ² has two
+    /// degrees of freedom instead of one, as the estimate may err in either tilt; from one standard
+    /// uncertainty away from level on (`information` is the inverse covariance of both) the Rice
+    /// distribution has the interval of one degree again.
+    fn beside_level(&self, steps: &DVector<f64>, information: &Matrix2<f64>) -> f64 {
+        let angles = self.model.pose_at(&self.state(steps)).angles;
+        let tilts = Vector2::new(angles.alpha_rad, angles.beta_rad);
+        let away = tilts.dot(&(information * tilts)).max(0.0).sqrt();
+        1.0 + (LEVEL - 1.0) * (1.0 - away).max(0.0)
+    }
+
     fn by_steps(&self, steps: &DVector<f64>) -> DMatrix<f64> {
         let state = self.state(steps);
         let base = self.model.base_jacobian(&state);
@@ -194,6 +243,38 @@ impl<'a> Held<'a> {
             }
         }
         all
+    }
+}
+
+/// First order of a fit: `r` is that of the rows with columns of length one, `along` the derivative
+/// of the pose by the columns so scaled.
+struct Spread {
+    r: DMatrix<f64>,
+    along: DMatrix<f64>,
+    lengths: DVector<f64>,
+}
+
+impl Spread {
+    /// Steps that move a coordinate by one and raise χ² least; zeros where nothing moves it.
+    ///
+    /// From a start along them the solver has little to do; from the estimate itself it would have
+    /// to follow the valley in which tilt and decentre cancel, and stalls.
+    fn cheapest(&self, coordinate: usize) -> DVector<f64> {
+        let gradient = self.along.row(coordinate).transpose();
+        let whitened = self.r.tr_solve_upper_triangular(&gradient);
+        let steps = whitened.and_then(|whitened| {
+            let square = whitened.norm_squared();
+            let steps = self.r.solve_upper_triangular(&whitened)?;
+            (square > f64::MIN_POSITIVE).then(|| steps.component_div(&self.lengths) / square)
+        });
+        steps.unwrap_or_else(|| DVector::zeros(self.lengths.len()))
+    }
+
+    /// Inverse covariance of both tilts, 1/rad²; `None` where one is held.
+    fn tilt_information(&self) -> Option<Matrix2<f64>> {
+        let whitened = self.r.tr_solve_upper_triangular(&self.along.rows(TILTS, 2).transpose())?;
+        let covariance = whitened.tr_mul(&whitened).fixed_view::<2, 2>(0, 0).into_owned();
+        covariance.try_inverse()
     }
 }
 
