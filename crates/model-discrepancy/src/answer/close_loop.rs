@@ -145,8 +145,7 @@ fn no_gain(
     let p_value = chosen.added.iter().map(|a| a.p_value).reduce(f64::max)?;
     let bad = excluded(context, &chosen.system, &chosen.estimate, lin);
     let all_single = bad.into_iter().filter(|&is_bad| is_bad).count() >= chosen.added.len();
-    let (before, after) = (summaries.before.held_out_rms, summaries.after.held_out_rms);
-    (after >= before && !all_single).then(|| Remaining {
+    (!summaries.predicts_better && !all_single).then(|| Remaining {
         covariate: "unseen groups".to_owned(),
         shape: "what was added does not predict them any better".to_owned(),
         p_value,

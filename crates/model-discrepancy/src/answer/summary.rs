@@ -24,6 +24,9 @@ const MAX_NESTED_FOLDS: usize = 24;
 pub(crate) struct Summaries {
     pub(crate) before: ErrorSummary,
     pub(crate) after: ErrorSummary,
+    /// Whether unseen groups are predicted better after than before, by the squared errors of all
+    /// rows in units of their noise: what shows in rows that are not reported counts, too.
+    pub(crate) predicts_better: bool,
     /// Per added effect: share of the repetitions that chose it or one of its rivals.
     pub(crate) stability: Vec<Option<f64>>,
     pub(crate) warnings: Vec<String>,
@@ -79,9 +82,15 @@ pub(crate) fn summarise(
     Summaries {
         before: summary(&declared, base, &errors[0]),
         after: summary(&chosen.system, &chosen.estimate, &errors[1]),
+        predicts_better: predicts_better(&errors),
         stability,
         warnings,
     }
+}
+
+fn predicts_better([before, after]: &[Vec<Option<GroupError>>; 2]) -> bool {
+    let both = before.iter().zip(after).filter_map(|(b, a)| Some((b.as_ref()?, a.as_ref()?)));
+    both.map(|(before, after)| after.whitened - before.whitened).sum::<f64>() < 0.0
 }
 
 type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);

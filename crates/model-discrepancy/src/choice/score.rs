@@ -4,7 +4,7 @@ use crate::choice::context::Context;
 use crate::levels::CLEAR_GAIN;
 use std::cell::OnceCell;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
@@ -38,6 +38,8 @@ pub(crate) struct Scored {
     pub(crate) asked: Asked,
     /// p-value times the number of things that were looked at.
     pub(crate) adjusted: f64,
+    /// Whether the reported error on groups left out must fall with it.
+    pub(crate) is_reported: bool,
     /// Error on groups left out; `None` where the candidate was out of the question already.
     pub(crate) held_out: Option<HeldOut>,
     pub(crate) comparison: Option<Comparison>,
@@ -55,11 +57,13 @@ impl Scored {
     pub(crate) fn generalises(&self) -> bool {
         let better = |c: &Comparison| {
             let gain = if c.lost == 0 { 0.0 } else { CLEAR_GAIN * c.std };
-            c.lost <= c.judged && c.difference < -gain && c.reported[1] < c.reported[0]
+            let falls = c.reported[1] < c.reported[0] || !self.is_reported;
+            c.lost <= c.judged && c.difference < -gain && falls
         };
         let same = |c: &Comparison| {
             let is_one = self.candidate.home.is_some() && c.lost == 0;
-            is_one && c.difference <= 0.0 && c.reported[1] <= c.reported[0]
+            let stays = c.reported[1] <= c.reported[0] || !self.is_reported;
+            is_one && c.difference <= 0.0 && stays
         };
         self.comparison.is_some_and(|c| better(&c) || same(&c))
     }
@@ -295,14 +299,15 @@ fn judge(
     let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
     let criterion = n * ratio.ln() + count(test.directions) * n.ln();
     let mut judged = Scored {
-        candidate,
         class,
-        test,
         asked,
         adjusted,
+        is_reported: is_reported(lin, &candidate.beside),
         held_out: None,
         comparison: None,
         criterion,
+        candidate,
+        test,
     };
     if scoring.thorough || adjusted <= scoring.alpha {
         let mut skip = scoring.skip.clone();
@@ -315,6 +320,20 @@ fn judge(
         judged.held_out = Some(held_out);
     }
     Some(judged)
+}
+
+/// Whether half of what a candidate adds to judged readings, in units of their noise, is in rows
+/// that are reported: the reported error says nothing of an effect on moments beside forces.
+fn is_reported(lin: &Linear<'_>, beside: &DMatrix<f64>) -> bool {
+    let (mut reported, mut all) = (0.0, 0.0);
+    for &row in lin.clusters.iter().flatten() {
+        let square = beside.row(row).norm_squared();
+        all += square;
+        if lin.layout.rows[lin.rows[row]].reported {
+            reported += square;
+        }
+    }
+    2.0 * reported >= all
 }
 
 /// Scores the shapes along every covariate that may be significant.
