@@ -11,11 +11,14 @@ mod force_impedance;
 mod frame_fit;
 mod frame_scenes;
 mod ft_center;
+mod gravity_scenes;
 mod loops;
 mod pose_icp;
 mod pose_scenes;
 mod probe_comp;
 mod probe_scenes;
+mod tracker_lm;
+mod tracker_scenes;
 
 use serde_json::Value;
 

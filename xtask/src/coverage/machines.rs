@@ -105,7 +105,11 @@ fn of_mirror(mirror: &Mirror) -> Simulated {
     let truths = (["x_mm", "y_mm", "z_mm", "alpha_deg", "beta_deg"].into_iter())
         .zip(touched.pose)
         .map(|(name, known)| {
-            let label = if name.ends_with("_mm") { "position" } else { "tilts" };
+            let label = match name {
+                "z_mm" => "height",
+                "x_mm" | "y_mm" => "lateral position",
+                _ => "tilts",
+            };
             let at = "estimates.pose";
             let (value, std) = (format!("{at}.{name}"), format!("{at}.std_{name}"));
             Truth {

@@ -2,7 +2,7 @@
 
 mod axis_curves;
 pub(crate) mod mirror;
-mod noise;
+pub(crate) mod noise;
 pub(crate) mod oracle;
 pub(crate) mod polish;
 pub(crate) mod polish_head;

@@ -6,7 +6,9 @@ use crate::generators::mirror::{Flaw, Mirror, simulate};
 /// not surfaces of revolution.
 pub(super) const EFFECTS: &[&str] = &[
     "height",
+    "decentre",
     "tilt",
+    "tip-radius",
     "vertex-radius",
     "conic",
     "astigmatism",
@@ -25,14 +27,25 @@ type Files = Vec<(&'static str, String)>;
 pub(super) fn scenes() -> Vec<(&'static str, Files)> {
     let base = Mirror { n_points: 64, ..Mirror::new(91) };
     let with = |flaw: Flaw| Mirror { flaw, ..base.clone() };
-    let near_sphere = Mirror { radius_mm: 60.0, conic: -0.02, diameter_mm: 80.0, ..base.clone() };
-    let held = |names: &str| {
-        let [x, y, z] = near(&base);
-        let initial = format!("initial = {{ x_mm = {x:.1}, y_mm = {y:.1}, z_mm = {z:.1} }}");
-        files(&base, &format!("\n[pose]\nheld = [{names}]\n{initial}\n"))
+    // Steep enough for a larger ball to be something else than a shorter vertex radius or another
+    // height.
+    let steep = Mirror { radius_mm: 45.0, ..base.clone() };
+    // Declared at its true pose, but for what is off: mm and degrees.
+    let held = |flaw: Flaw, names: &str, off: [f64; 4]| {
+        let scene = Mirror { flaw, ..steep.clone() };
+        let [x, y, z, alpha, beta] = simulate(&scene).pose;
+        let initial = format!(
+            "initial = {{ x_mm = {:.4}, y_mm = {:.4}, z_mm = {:.4}, alpha_deg = {:.5}, beta_deg = \
+             {beta:.5} }}",
+            x + off[0],
+            y + off[1],
+            z + off[2],
+            alpha + off[3],
+        );
+        files(&scene, &format!("\n[pose]\nheld = [{names}]\n{initial}\n"))
     };
     vec![
-        ("tip", files(&Mirror { flaw: Flaw::Tip(0.02), ..near_sphere }, "")),
+        ("tip", held(Flaw::Tip(0.05), "\"z\"", [0.0; 4])),
         ("vertex-radius", files(&with(Flaw::VertexRadius(0.12)), "")),
         ("conic", files(&with(Flaw::Conic(0.05)), "")),
         ("astigmatism", files(&with(Flaw::Astigmatism([0.012, -0.004])), "")),
@@ -44,19 +57,10 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
         ("drift", files(&with(Flaw::Drift(0.012)), "")),
         ("temperature", files(&Mirror { record_air: true, ..with(Flaw::Growth(0.012)) }, "")),
         ("bad-point", files(&with(Flaw::BadPoint(4, 0.02)), "")),
-        ("height", held("\"z\"")),
-        ("decentre", held("\"x\", \"y\"")),
-        ("tilt", held("\"alpha\", \"beta\"")),
+        ("height", held(Flaw::None, "\"z\"", [0.0, 0.0, 0.02, 0.0])),
+        ("decentre", held(Flaw::None, "\"x\", \"y\"", [0.03, -0.02, 0.0, 0.0])),
+        ("tilt", held(Flaw::None, "\"alpha\", \"beta\"", [0.0, 0.0, 0.0, 0.02])),
     ]
-}
-
-/// Where the part's vertex is, to a millimetre: the last touch of the side's table is above it.
-fn near(mirror: &Mirror) -> [f64; 3] {
-    let edge_csv = simulate(mirror).edge_csv.expect("the side is touched");
-    let last = edge_csv.lines().last().expect("five touches");
-    let cells: Vec<&str> = last.split(',').collect();
-    let center = [1, 2, 3].map(|k| cells[k].parse::<f64>().expect("a coordinate"));
-    [center[0].round(), center[1].round(), (center[2] - mirror.tip_mm).round()]
 }
 
 fn files(mirror: &Mirror, more: &str) -> Files {

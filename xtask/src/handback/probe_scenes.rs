@@ -20,6 +20,7 @@ pub(super) const EFFECTS: &[&str] = &[
     "temperature",
     "form [ellipsoid]",
     "form [lobes]",
+    "focus",
     "astigmatism",
     "coma",
     "trefoil",
@@ -35,6 +36,8 @@ type Files = Vec<(&'static str, String)>;
 pub(super) fn scenes() -> Vec<(&'static str, Files)> {
     let base = Session::new(92);
     let bowl = Session { shape: Shape::Bowl { radius_mm: 120.0 }, ..base.clone() };
+    // From other sides than its normals a bent part is told from a stylus that gives way.
+    let tilted_bowl = Session { oblique_rad: 0.5, ..bowl.clone() };
     let oblique = Session { oblique_rad: 0.5, ..base.clone() };
     let with = |flaw: Flaw| Session { flaw, ..base.clone() };
     vec![
@@ -51,7 +54,7 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
         ("temperature", files(&Session { record_air: true, flaw: Flaw::Growth(0.01), ..bowl })),
         ("form", files(&Session { flaw: Flaw::PartLobes(0.012), ..oblique })),
         ("ellipsoid", bent(&oblique, |[x, y, _]| 0.02 * (x * x - y * y + x * y))),
-        ("focus", bent(&bowl, |[x, y, _]| 0.02 * (x * x + y * y))),
+        ("focus", bent(&tilted_bowl, |[x, y, _]| 0.02 * (x * x + y * y))),
         ("astigmatism", bent(&bowl, |[x, y, _]| 0.02 * (x * x - y * y))),
         ("coma", bent(&bowl, |[x, y, _]| 0.02 * (3.0 * (x * x + y * y) - 2.0) * x)),
         ("trefoil", bent(&bowl, |[x, y, _]| 0.02 * x * (x * x - 3.0 * y * y))),
