@@ -9,11 +9,36 @@ use crate::program::Truing;
 
 static TRUING: OnceLock<Truing> = OnceLock::new();
 
+fn truing() -> &'static Truing {
+    TRUING.get_or_init(|| Truing::beside_the_tests().expect("truing is built"))
+}
+
+/// Corrects a program by what the loop found on a folder; the program written.
+pub(super) fn correct(folder: &Folder, json: &Value, program: &str) -> String {
+    let [planned, answer, written] =
+        ["planned.ngc", "loop.json", "written.ngc"].map(|file| folder.path.join(file));
+    std::fs::write(&planned, program).expect("an own file");
+    std::fs::write(&answer, json.to_string()).expect("an own file");
+    let arguments = [
+        "correct".as_ref(),
+        folder.path.as_os_str(),
+        planned.as_os_str(),
+        "--answer".as_ref(),
+        answer.as_os_str(),
+        "--decimals".as_ref(),
+        "9".as_ref(),
+        "--output".as_ref(),
+        written.as_os_str(),
+    ];
+    let ended = truing().run(&arguments).expect("truing starts");
+    assert_eq!(ended.code, Some(0), "{}: {}", folder.name(), ended.message);
+    std::fs::read_to_string(written).expect("a program was written")
+}
+
 /// Closes the loop on a folder; its answer.
 pub(super) fn close(folder: &Folder) -> Value {
-    let truing = TRUING.get_or_init(|| Truing::beside_the_tests().expect("truing is built"));
     let arguments = ["loop".as_ref(), folder.path.as_os_str(), "--json".as_ref()];
-    let answer = truing.run(&arguments).expect("truing starts");
+    let answer = truing().run(&arguments).expect("truing starts");
     assert_eq!(answer.code, Some(0), "{}: {}", folder.name(), answer.message);
     answer.json
 }

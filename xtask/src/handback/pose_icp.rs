@@ -1,9 +1,11 @@
 //! A pose, the errors of the machine's axes, and what a touch is corrected by.
 
+use std::fmt::Write as _;
+
 use serde_json::Value;
 
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, numbers, step};
+use super::loops::{accepted, amplitude, close, correct, numbers, step};
 use super::pose_scenes::{EFFECTS, scenes};
 use super::{Left, as_f64};
 use crate::generators::vector::{add, dot, scale};
@@ -24,6 +26,7 @@ fn every_effect_on_a_pose_is_in_what_is_printed() {
         let folder = Folder::written(&format!("pose-icp/{name}"), &files);
         let json = close(&folder);
         applied(&folder, &json).assert_is(&folder.name(), &json);
+        program_goes_to_the_readings(&folder, &json);
         let found = accepted(&json);
         missing.retain(|effect| !found.iter().any(|f| f.starts_with(effect)));
     }
@@ -124,6 +127,40 @@ fn applied(folder: &Folder, json: &Value) -> Left {
     left
 }
 
+/// Corrected coordinates are written to nine decimals, mm; ten times what rounding leaves.
+const WRITTEN_MM: f64 = 5e-9;
+
+/// A program through the centres of the ball, in coordinates of the part, goes once corrected to
+/// where the machine read them: what time and temperature added to single readings is no place.
+fn program_goes_to_the_readings(folder: &Folder, json: &Value) {
+    let table = folder.table("points.csv");
+    let columns = ["x_mm", "y_mm", "z_mm"].map(|name| table.numbers(name));
+    let mut program = "G90 G21 G1 F100\n".to_owned();
+    let mut read = Vec::new();
+    for row in 0..table.rows() {
+        let passing = passing_error(json, &table, row);
+        let lasting = add(columns.each_ref().map(|c| c[row]), scale(-1.0, passing));
+        let sound = add(lasting, scale(-1.0, axes_error(json, lasting)));
+        let [x, y, z] = in_workpiece(&json["estimates"]["pose"], sound);
+        let _ = writeln!(program, "X{x:.9} Y{y:.9} Z{z:.9}");
+        read.push(lasting);
+    }
+    let written = correct(folder, json, &program);
+    let moves: Vec<[f64; 3]> = written.lines().filter_map(coordinates).collect();
+    assert_eq!(moves.len(), read.len(), "{}: {written}", folder.name());
+    for (found, wanted) in moves.iter().zip(&read) {
+        let off = (0..3).map(|k| (found[k] - wanted[k]).abs()).fold(0.0, f64::max);
+        assert!(off <= WRITTEN_MM, "{}: {found:?} and read {wanted:?}", folder.name());
+    }
+}
+
+/// X, Y and Z of a block that has all of them.
+fn coordinates(block: &str) -> Option<[f64; 3]> {
+    let words: Vec<&str> = block.split_whitespace().collect();
+    let of = |letter: char| words.iter().find_map(|w| w.strip_prefix(letter)?.parse().ok());
+    Some([of('X')?, of('Y')?, of('Z')?])
+}
+
 /// `Rᵀ(q − d)` with `R = Rz(γ) Ry(β) Rx(α)`.
 fn in_workpiece(pose: &Value, at: [f64; 3]) -> [f64; 3] {
     let number = |name: &str| pose[name].as_f64().expect("a number");
@@ -140,6 +177,12 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// What the machine adds to a reading.
 fn machine_error(json: &Value, table: &Table, row: usize, read: [f64; 3]) -> [f64; 3] {
+    // In first order of both: the place of a reading is that of the machine's scales.
+    add(axes_error(json, read), passing_error(json, table, row))
+}
+
+/// What its axes add at a place.
+fn axes_error(json: &Value, read: [f64; 3]) -> [f64; 3] {
     let mut error = [0.0; 3];
     if let Some(reference) = json["estimates"].get("reference_mm") {
         let reference = numbers(reference);
@@ -156,6 +199,12 @@ fn machine_error(json: &Value, table: &Table, row: usize, read: [f64; 3]) -> [f6
             }
         }
     }
+    error
+}
+
+/// What time and temperature add to one reading.
+fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
+    let mut error = [0.0; 3];
     if let Some(drift) = step(json, "drift", None) {
         for (k, axis) in AXES.iter().enumerate() {
             error[k] += amplitude(drift, axis) * 1e-3 * elapsed(table, row);
