@@ -34,6 +34,15 @@ pub(crate) const DECIDED: f64 = 0.01;
 /// Significance from which on a named effect is not what its name says.
 pub(crate) const NOT_ADDITIVE: f64 = 0.01;
 
+/// The same for data that scatter more than declared, judged as though the noise had no memory; so
+/// small that noise whose variance is a few times what memory leaves of it does not reach it.
+pub(crate) const PLAINLY_NOT_ADDITIVE: f64 = 1e-6;
+
+/// Share of the excess of χ² over its expectation that names may leave and still stand although
+/// they are not what they promise: a drift that is not quite even leaves some hundredths, and is a
+/// drift.
+pub(crate) const EXCESS_LEFT: f64 = 0.05;
+
 /// Significance from which on check groups are predicted too badly.
 pub(crate) const BADLY_PREDICTED: f64 = 0.005;
 

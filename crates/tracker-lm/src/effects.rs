@@ -49,6 +49,7 @@ pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
         vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
     entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
+    entries.extend((n_stations > 1).then(|| common_drift(scene)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(temperatures(scene));
     entries.extend(changes.iter().map(|offered| {
@@ -111,6 +112,22 @@ impl Scene<'_> {
             *first = first.min(*time);
         }
         let since = |(range, time): (&Range, &f64)| time - locked[&(range.station, range.mount)];
+        self.survey.ranges.iter().zip(self.time).map(since).collect()
+    }
+
+    /// Time of every range from the mean of those of its station on: where a station is in the middle
+    /// of its readings is the station's own place, and says nothing of how far it moves.
+    fn since_middle(&self) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.survey.stations.len()];
+        for (range, time) in self.survey.ranges.iter().zip(self.time) {
+            let (sum, n) = &mut sums[range.station];
+            *sum += time;
+            *n += 1.0;
+        }
+        let since = |(range, time): (&Range, &f64)| {
+            let (sum, n) = sums[range.station];
+            time - sum / n
+        };
         self.survey.ranges.iter().zip(self.time).map(since).collect()
     }
 
@@ -230,6 +247,19 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
         let is_own = scene.survey.ranges[r].station == station;
         let moved = if is_own { -scene.sights[r].beam * scene.time[r] } else { Vector3::zeros() };
         moved.iter().copied().collect()
+    })
+}
+
+/// Of all stands alike, or of the machine against them, as on a floor that warms up.
+fn common_drift(scene: &Scene<'_>) -> Entry {
+    let text =
+        "all stations move alike and steadily, or the machine moves against them; the place of \
+                each is that in the middle of its readings"
+            .to_owned();
+    let (unit, factor) = scene.rate();
+    let since = scene.since_middle();
+    scene.entry("station-drift", None, text, coordinates(unit, factor), |r| {
+        (-scene.sights[r].beam * since[r]).iter().copied().collect()
     })
 }
 

@@ -168,9 +168,12 @@ impl<'a> Survey<'a> {
         }
         let name = self.text("station", row);
         let mut station = self.place("stations", "station", name);
-        if let Some(drift) = step(self.json, "station-drift", Some(name)) {
-            let per = if self.timed { 3600.0 } else { 1.0 };
-            station = add(station, AXES.map(|axis| amplitude(drift, axis) / per * self.time[row]));
+        for (subject, since) in [(None, self.since_middle(row)), (Some(name), self.time[row])] {
+            if let Some(drift) = step(self.json, "station-drift", subject) {
+                let per = if self.timed { 3600.0 } else { 1.0 };
+                let rate = AXES.map(|axis| amplitude(drift, axis));
+                station = add(station, scale(since / per, rate));
+            }
         }
         let angle = self.table.numbers("angle_deg")[row].to_radians();
         let (moved, turned) = self.error(row);
@@ -231,6 +234,12 @@ impl<'a> Survey<'a> {
             }
         }
         longer
+    }
+
+    fn since_middle(&self, row: usize) -> f64 {
+        let own = |&r: &usize| self.text("station", r) == self.text("station", row);
+        let times: Vec<f64> = (0..self.table.rows()).filter(own).map(|r| self.time[r]).collect();
+        self.time[row] - times.iter().sum::<f64>() / super::as_f64(times.len())
     }
 
     fn since_lock_on(&self, row: usize) -> f64 {

@@ -64,7 +64,8 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let system = System::declared(model);
     let rows = rows_of(&model.declared().layout, &keep);
     let at = system.fit_first(&rows).map_err(LoopError::declared)?;
-    let context = Context { model, covariates: &[], options, silent: &[], thorough: false };
+    let context =
+        Context { model, covariates: &[], options, silent: &[], banned: &[], thorough: false };
     let lin = Linear::of(&system, &at, &keep, context.silent);
     let scoring = Scoring::new(&context, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let pass = score_catalogue(&system, &at, &scoring);

@@ -4,6 +4,7 @@ use crate::algebra::silent::silent_components;
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
+use crate::answer::contradiction::{chosen_instead, contradiction};
 use crate::answer::estimate::{covariance, noise_level, parameter_estimates};
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::separation::{Further, Imitation, all_fitted, separate_by};
@@ -51,10 +52,18 @@ pub fn close_loop(
     no_empty_column(model, &base.state)?;
     let silent = silent_components(&declared, &base, &rows);
     let covariates = with_order(&model.declared().layout, covariates);
-    let context =
-        Context { model, covariates: &covariates, options, silent: &silent, thorough: true };
-    let mut chosen = select(&context, &keep, &base);
-    let mut not_found_again = Vec::new();
+    let (covariates, silent) = (&covariates[..], &silent[..]);
+    let open = Context { model, covariates, options, silent, banned: &[], thorough: true };
+    let first = select(&open, &keep, &base);
+    let contradiction = contradiction(&open, &keep, &base, &first);
+    let named = first.system.active.iter().map(|active| active.effect);
+    let banned: Vec<usize> = named.filter(|_| contradiction.is_some()).collect();
+    let context = Context { banned: &banned, ..open };
+    let (mut chosen, instead) = match contradiction {
+        Some(contradiction) => chosen_instead(&context, &keep, &base, &first, contradiction),
+        None => (first, None),
+    };
+    let mut taken_back: Vec<Remaining> = instead.into_iter().collect();
     let (attributions, summaries) = loop {
         let attributions: Vec<_> =
             chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
@@ -62,20 +71,20 @@ pub fn close_loop(
         let without = least_stable(&summaries.stability)
             .and_then(|(i, share)| Some((i, share, without(&context, &keep, &chosen, i)?)));
         let Some((i, share, without)) = without else { break (attributions, summaries) };
-        not_found_again.push(left_over(&context, &chosen.added[i], share));
+        taken_back.push(left_over(&context, &chosen.added[i], share));
         chosen = without;
     };
     let steps = steps(&context, &keep, &chosen, &attributions, &summaries);
-    let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, &silent);
-    let lack_of_fit = Places::of(model, &covariates).and_then(|places| places.test(&lin));
+    let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, silent);
+    let lack_of_fit = Places::of(model, covariates).and_then(|places| places.test(&lin));
     let mut remaining = remaining(&context, &chosen, &lin);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
-    remaining.extend(not_found_again);
+    remaining.extend(taken_back);
     remaining.extend(no_gain(&context, &chosen, &lin, &summaries));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
-    let mut warnings = warnings(&context, &chosen, &silent);
+    let mut warnings = warnings(&context, &chosen, silent);
     warnings.extend(summaries.warnings);
     warnings.extend(heavy_tails(&lin).map(|freedom| {
         format!(

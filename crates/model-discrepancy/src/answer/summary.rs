@@ -60,8 +60,13 @@ pub(crate) fn summarise(
             )
         })
         .collect();
-    let (hold_out, errors, stability) =
+    let (hold_out, mut errors, stability) =
         unseen_errors(context, keep, base, chosen, attributions, &skip_groups);
+    if chosen.added.is_empty() {
+        // Repetitions may still add what was taken back.
+        let [before, after] = &mut errors;
+        after.clone_from(before);
+    }
     if hold_out == HoldOut::LeaveOneOut && !chosen.added.is_empty() {
         warnings.push("the held-out error leaves out one group at a time, but the effects were chosen with all of them: too few groups to repeat the choice".to_owned());
     }

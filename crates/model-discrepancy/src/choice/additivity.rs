@@ -1,14 +1,16 @@
 //! Does an effect that was named have the size that its name promises, everywhere?
 
-use crate::levels::NOT_ADDITIVE;
 use nalgebra::{DMatrix, DVector};
 
+use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::system::Active;
 use crate::choice::context::Context;
 use crate::choice::selected::Selected;
 use crate::count::count;
+use crate::levels::{NOT_ADDITIVE, PLAINLY_NOT_ADDITIVE};
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
+use crate::tests::f_test::f_test;
 use crate::tests::significance::{Reach, significance};
 use crate::{Covariate, Model, Remaining};
 
@@ -25,17 +27,41 @@ pub(crate) fn not_additive(
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
 ) -> Vec<Remaining> {
+    departures(context, chosen, lin, NOT_ADDITIVE, |tangent, level| {
+        Some(significance(lin, &lin.basis, tangent, Reach::Many, level)?.p_value)
+    })
+}
+
+/// As [`not_additive`], as though the noise had no memory: where it scatters more than declared
+/// anyway, memory that swallows what an effect leaves says nothing for its name.
+pub(crate) fn plainly_not_additive(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Vec<Remaining> {
+    let residual = lin.basis.reject(&lin.residual);
+    departures(context, chosen, lin, PLAINLY_NOT_ADDITIVE, |tangent, _| {
+        let beside = Basis::of(&lin.basis.reject_columns(tangent), NEW_DIRECTION);
+        Some(f_test(&residual, lin.basis.dim(), &beside)?.p_value)
+    })
+}
+
+/// Departures whose p-value by `test`, given a tangent and its level, is below `all` shared by all.
+fn departures(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+    all: f64,
+    test: impl Fn(&DMatrix<f64>, f64) -> Option<f64>,
+) -> Vec<Remaining> {
     let traces: Vec<_> =
         chosen.system.active.iter().filter_map(|a| trace(context.model, chosen, lin, a)).collect();
     let along: Vec<_> = context.covariates.iter().map(|c| (&c.name, centred(lin, c))).collect();
-    let level = NOT_ADDITIVE / count(traces.len() * (1 + along.len())).max(1.0);
+    let level = all / count(traces.len() * (1 + along.len())).max(1.0);
     let mut found = Vec::new();
     for (name, share) in traces {
         let powers = DMatrix::from_columns(&[share.map(|f| f * f * f), share.map(|f| f * f.abs())]);
-        let left = |tangent: &DMatrix<f64>| {
-            let test = significance(lin, &lin.basis, tangent, Reach::Many, level);
-            test.filter(|t| t.p_value <= level).map(|t| t.p_value)
-        };
+        let left = |tangent: &DMatrix<f64>| test(tangent, level).filter(|p| *p <= level);
         let mut push = |shape: String, p_value: Option<f64>| {
             let covariate = name.to_owned();
             found.extend(p_value.map(|p_value| Remaining { covariate, shape, p_value }));

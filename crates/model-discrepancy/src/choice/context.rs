@@ -10,6 +10,8 @@ pub(crate) struct Context<'a> {
     pub(crate) options: &'a Options,
     /// Components whose residual is zero throughout: not measured, and left out of inference.
     pub(crate) silent: &'a [bool],
+    /// Effects that are out of the question.
+    pub(crate) banned: &'a [usize],
     /// Whether to score hopeless candidates too, for the report.
     pub(crate) thorough: bool,
 }

@@ -5,6 +5,7 @@ pub(crate) mod candidate;
 pub(crate) mod context;
 pub(crate) mod detectable;
 pub(crate) mod interruption;
+pub(crate) mod level;
 pub(crate) mod one_observation;
 pub(crate) mod pair;
 pub(crate) mod replace;

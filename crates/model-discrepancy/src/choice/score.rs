@@ -15,7 +15,7 @@ use crate::choice::candidate::{
 use crate::choice::interruption::{breaks, interrupted, strongest as strongest_break};
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
 use crate::choice::screening::Screening;
-use crate::choice::shape::{Shape, correction, periods, shapes};
+use crate::choice::shape::{Shape, apart, correction, periods, shapes};
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
 use crate::levels::IN_TAILS;
@@ -82,6 +82,8 @@ pub(crate) struct Scoring<'a> {
     present: OnceCell<HeldOut>,
     /// Significance asked of an adjusted p-value.
     pub(crate) alpha: f64,
+    /// Effects that are out of the question.
+    banned: &'a [usize],
     /// Whether to score hopeless candidates too.
     pub(crate) thorough: bool,
 }
@@ -89,7 +91,7 @@ pub(crate) struct Scoring<'a> {
 impl<'a> Scoring<'a> {
     /// Judges beside `system` as fitted at `at` and linearised in `lin`.
     pub(crate) fn new(
-        context: &Context<'_>,
+        context: &Context<'a>,
         system: &System<'_>,
         at: &Estimate,
         lin: &'a Linear<'a>,
@@ -105,6 +107,7 @@ impl<'a> Scoring<'a> {
             clean: lin.clean_residual(),
             present: OnceCell::new(),
             alpha,
+            banned: context.banned,
             thorough,
         }
     }
@@ -155,14 +158,15 @@ pub(crate) fn score_catalogue(
     let lin = scoring.lin;
     let mut candidates = Vec::new();
     let mut not_estimable = Vec::new();
-    for (effect, sight) in catalogue(system, at, lin) {
+    let is_open = |effect: usize| !scoring.banned.contains(&effect);
+    for (effect, sight) in catalogue(system, at, lin).into_iter().filter(|(e, _)| is_open(*e)) {
         match sight {
             Estimability::Estimable(candidate) => candidates.push(*candidate),
             Estimability::NotEstimable(absorbed) => not_estimable.push((effect, absorbed)),
         }
     }
     let mut locals = Families::default();
-    for (effect, sight) in local_effects(system, at, lin) {
+    for (effect, sight) in local_effects(system, at, lin).into_iter().filter(|(e, _)| is_open(*e)) {
         match sight {
             LocalEstimability::Estimable(local) => {
                 locals.push(
@@ -360,8 +364,8 @@ pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> 
     judged
 }
 
-/// The shapes along one covariate, of its periods and of its interruptions the one each that takes
-/// away most.
+/// The shapes along one covariate; of its periods, of its levels apart and of its interruptions the
+/// one each that takes away most.
 fn strongest_shapes(
     context: &Context<'_>,
     screening: &Screening<'_>,
@@ -374,8 +378,10 @@ fn strongest_shapes(
         shapes.into_iter().zip(screened)
     };
     let mut found: Vec<_> = screened(shapes(layout, covariate)).collect();
-    let periods = screened(periods(layout, covariate, context.covariates));
-    found.extend(periods.max_by(|a, b| power(&a.1).total_cmp(&power(&b.1))));
+    let strongest =
+        |shapes: Vec<Shape>| screened(shapes).max_by(|a, b| power(&a.1).total_cmp(&power(&b.1)));
+    found.extend(strongest(periods(layout, covariate, context.covariates)));
+    found.extend(strongest(apart(layout, covariate)));
     let breaks = breaks(layout, covariate);
     let at = strongest_break(&breaks, |some| {
         let broken: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
@@ -447,8 +453,10 @@ pub(crate) fn shape_again(
     let breaks = breaks(lin.layout, covariate);
     let interruptions = breaks.iter().map(|&at| interrupted(covariate, at, &breaks));
     let smooth = shapes(lin.layout, covariate).into_iter();
-    let mut all =
-        smooth.chain(periods(lin.layout, covariate, context.covariates)).chain(interruptions);
+    let mut all = smooth
+        .chain(periods(lin.layout, covariate, context.covariates))
+        .chain(apart(lin.layout, covariate))
+        .chain(interruptions);
     let shape = all.find(|s| s.name == shape)?;
     empirical_candidate(lin, base, covariate, &shape)
 }

@@ -12,6 +12,7 @@ use crate::choice::score::{
     ScorePass, Scored, Scoring, may_be_a_tail, score_catalogue, score_covariates,
 };
 use crate::choice::selected::{Added, Selected, What};
+use crate::choice::shape::is_of_levels;
 use crate::count::count;
 use crate::levels::CATALOGUE_SHARE;
 use crate::levels::LATER;
@@ -40,11 +41,12 @@ pub(crate) fn select<'a>(
         not_estimable: Vec::new(),
     };
     loop {
+        let shapes = chosen.system.empirical.len();
         let lin = catalogue_passes(context, keep, &mut chosen);
-        let named = chosen.system.clone();
+        let lin = if replaced_by_shape(context, keep, &mut chosen) { None } else { lin };
         covariate_pass(context, keep, &mut chosen, lin);
         // With nothing new along the covariates the catalogue has had its say.
-        let unchanged = chosen.system.empirical.len() == named.empirical.len();
+        let unchanged = chosen.system.empirical.len() == shapes;
         if unchanged || chosen.added.len() >= context.options.max_steps {
             break;
         }
@@ -108,18 +110,65 @@ fn catalogue_passes<'a>(
 
 /// Whether a single shape along a covariate describes the data better than two named effects.
 fn one_shape_is_better(context: &Context<'_>, scoring: &Scoring<'_>, pair: &[Scored; 2]) -> bool {
+    better_shape(context, scoring, pair[0].criterion, |_| true).is_some()
+}
+
+/// The shape along a covariate that describes the data best of those whose names `counts`, where it
+/// does so clearly better than what has this criterion.
+fn better_shape(
+    context: &Context<'_>,
+    scoring: &Scoring<'_>,
+    than: f64,
+    counts: impl Fn(&str) -> bool,
+) -> Option<Scored> {
     let judged = score_covariates(context, scoring);
     let order = eligible(&judged, context.options.alpha * QUARTER);
     let n = count(scoring.lin.rows.len());
     let before = scoring.lin.clean_residual().norm_squared();
-    order.iter().any(|&i| {
-        let test = &judged[i].test;
-        let Source::Empirical(shape) = &judged[i].candidate.source else { return false };
-        // Unlike two effects, a shape brings its constants along: they count here.
-        let left = (test.variance * count(test.dof) / before).max(f64::MIN_POSITIVE);
-        let criterion = n * left.ln() + count(test.directions + shape.constants) * n.ln();
-        criterion < pair[0].criterion - WORTH_MENTIONING
-    })
+    let criterion = |judged: &Scored| {
+        let Source::Empirical(shape) = &judged.candidate.source else { return f64::INFINITY };
+        if !counts(&shape.shape) {
+            return f64::INFINITY;
+        }
+        // Unlike effects, a shape brings its constants along: they count here.
+        let left = (judged.test.variance * count(judged.test.dof) / before).max(f64::MIN_POSITIVE);
+        n * left.ln() + count(judged.test.directions + shape.constants) * n.ln()
+    };
+    let all = order.iter().map(|&i| (criterion(&judged[i]), i));
+    let (best, i) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best < than - WORTH_MENTIONING).then(|| judged[i].clone())
+}
+
+/// Puts a shape of levels in place of two named effects where it describes the data better: two laws
+/// of a load pass through any three loads, and say nothing where one of the loads went otherwise.
+fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>) -> bool {
+    let effects: Vec<usize> = chosen.system.active.iter().map(|a| a.effect).collect();
+    let [first, second] = effects[..] else { return false };
+    let mut plain = chosen.clone();
+    plain.system = plain.system.without_effect(first).without_effect(second);
+    plain.added.retain(|a| ![first, second].map(What::Effect).contains(&a.what));
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let start = plain.system.warm_start(&chosen.estimate);
+    let Ok(estimate) = plain.system.fit(&rows, &start) else { return false };
+    plain.estimate = estimate;
+    let lin = Linear::of(&plain.system, &plain.estimate, keep, context.silent);
+    let named = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let n = count(lin.rows.len());
+    let left =
+        cost(&chosen.system, &chosen.estimate, &rows) / cost(&plain.system, &plain.estimate, &rows);
+    let directions = named.basis.dim().saturating_sub(lin.basis.dim());
+    let criterion = n * left.max(f64::MIN_POSITIVE).ln() + count(directions) * n.ln();
+    let alpha = context.options.alpha * QUARTER;
+    let scoring = Scoring::new(context, &plain.system, &plain.estimate, &lin, alpha);
+    let Some(shape) = better_shape(context, &scoring, criterion, is_of_levels) else {
+        return false;
+    };
+    if !add(&mut plain, keep, &[&shape]) {
+        return false;
+    }
+    plain.passes.clone_from(&chosen.passes);
+    *chosen = plain;
+    true
 }
 
 /// Significant candidates that generalise, the best description of the data first.

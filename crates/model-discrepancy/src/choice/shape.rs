@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::system::Empirical;
+use crate::choice::level::Levels;
 use crate::count::count;
 use crate::model::covariate::ORDER;
 use crate::{Covariate, Layout, Role};
@@ -27,16 +28,22 @@ const MAX_PERIODS: usize = 32;
 /// Widest gap, as a share of the range: between bunches of readings any period fits.
 const MAX_GAP: f64 = 0.25;
 
-/// Fewest and most values that are levels: two are a step, and of many a table says less than a
-/// curve.
-const MIN_LEVELS: usize = 3;
-const MAX_LEVELS: usize = 64;
+/// Most levels of which one may be apart: of many, one is a bad place, which groups show.
+const MAX_APART: usize = 12;
 
-/// Visits that each level must have on the mean.
+/// Fewest values that come again, and visits of each on the mean, from which on a design repeats.
+const MIN_LEVELS: usize = 3;
 const MIN_VISITS: usize = 2;
 
 /// Name of the shape with a value of its own at each level.
 pub(crate) const BY_LEVEL: &str = "a value of its own at each level";
+/// How the names of those with one level apart begin.
+const APART: &str = "another value at";
+
+/// Whether the shape of this name is one of levels.
+pub(crate) fn is_of_levels(name: &str) -> bool {
+    name == BY_LEVEL || name.starts_with(APART)
+}
 
 /// Share by which a period may differ from that of the design.
 const SAME_PERIOD: f64 = 0.1;
@@ -65,7 +72,7 @@ pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
         return Vec::new();
     }
     let mut shapes = vec![linear(covariate, &fitted, distinct.len())];
-    shapes.extend(by_level(covariate, &fitted, &distinct));
+    shapes.extend(by_level(covariate, &fitted));
     if distinct.len() >= MIN_DISTINCT_FOR_CURVE {
         shapes.push(smooth(covariate, &fitted));
         shapes.extend(lagged(covariate));
@@ -157,25 +164,44 @@ fn smooth(covariate: &Covariate, fitted: &[f64]) -> Shape {
     Shape { name: "smooth".to_owned(), functions, tried: 1.0 }
 }
 
-/// A value of its own at each value of `covariate` that is visited again; `None` where hardly any
-/// is, or where there are so few that other shapes say the same.
+/// A value of its own at each level of `covariate`; `None` where there are no levels.
 ///
 /// Values that are not visited again follow the mean of the others.
-fn by_level(covariate: &Covariate, fitted: &[f64], distinct: &[f64]) -> Option<Shape> {
-    if covariate.name == ORDER || !(MIN_LEVELS..=MAX_LEVELS).contains(&distinct.len()) {
-        return None;
-    }
-    let visits = |level: f64| fitted.iter().filter(|v| is_same(**v, level)).count();
-    let repeated: Vec<f64> = distinct.iter().copied().filter(|&l| visits(l) > 1).collect();
-    if repeated.len() < MIN_LEVELS || fitted.len() < MIN_VISITS * distinct.len() {
-        return None;
-    }
-    let at =
-        |level: f64| covariate.values.iter().map(move |v| f64::from(u8::from(is_same(*v, level))));
-    let mut functions: Vec<(String, Vec<f64>)> =
-        repeated[1..].iter().map(|&l| (format!("at {l}"), at(l).collect())).collect();
+fn by_level(covariate: &Covariate, fitted: &[f64]) -> Option<Shape> {
+    let levels = levels(covariate, fitted)?;
+    let repeated = levels.repeated();
+    let mut functions: Vec<_> =
+        repeated[1..].iter().map(|&level| at_level(covariate, &levels, level)).collect();
     functions.push(constant(covariate));
     Some(Shape { name: BY_LEVEL.to_owned(), functions, tried: 1.0 })
+}
+
+/// One level of `covariate` apart from the others, in turn; the caller picks the best and
+/// multiplies by `tried`. A session, a load or a batch that went otherwise is that.
+pub(crate) fn apart(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
+    let Some(levels) = levels(covariate, &fitted_values(layout, covariate)) else {
+        return Vec::new();
+    };
+    if levels.len() > MAX_APART {
+        return Vec::new();
+    }
+    let repeated = levels.repeated();
+    let shape = |&level: &usize| Shape {
+        name: format!("{APART} {}", levels.name(level)),
+        functions: vec![at_level(covariate, &levels, level), constant(covariate)],
+        tried: count(repeated.len()),
+    };
+    repeated.iter().map(shape).collect()
+}
+
+fn levels(covariate: &Covariate, fitted: &[f64]) -> Option<Levels> {
+    if covariate.name == ORDER { None } else { Levels::of(fitted) }
+}
+
+/// One at the observations of a level.
+fn at_level(covariate: &Covariate, levels: &Levels, level: usize) -> (String, Vec<f64>) {
+    let is_there = |v: &f64| f64::from(u8::from(levels.level(*v) == Some(level)));
+    (format!("at {}", levels.name(level)), covariate.values.iter().map(is_there).collect())
 }
 
 /// Whether two values are one place: as written, with −0 the same as 0.
