@@ -148,7 +148,12 @@ fn located(seed: u64, fault: Fault) -> Session {
 
 fn of_session(scene: &Session) -> Simulated {
     let recorded = press::simulate(scene);
-    let origin = recorded.in_sensor([0.0, 0.0]);
+    // The answer's frame is that of no load; the simulated head is where it should be at this one.
+    let at_no_load = match scene.fault {
+        Fault::LoadShift(per_n) => per_n.map(|shift| -shift * press::REFERENCE_LOAD_N),
+        _ => [0.0; 2],
+    };
+    let origin = recorded.in_sensor(at_no_load);
     let of_frame =
         |key: &str| (format!("estimates.frame.{key}"), format!("estimates.frame.std_{key}"));
     let mut truths = Vec::new();
@@ -167,7 +172,12 @@ fn of_session(scene: &Session) -> Simulated {
         }
     }
     let sizes: Vec<f64> = match scene.fault {
-        Fault::Bias(b) | Fault::BiasDrift(b) => vec![b[3], b[4]],
+        Fault::Bias(b) => vec![b[3], b[4]],
+        // From the first press to the last, of all intervals one less than the simulator counts.
+        Fault::BiasDrift(b) => {
+            let n = f64::from(u16::try_from(recorded.presses.len()).expect("some dozens"));
+            [b[3], b[4]].map(|total| total * (n - 1.0) / n).to_vec()
+        }
         Fault::ContactHeight(mm) => vec![mm],
         Fault::LoadShift(shift) => shift.map(|v| v * 1e3).to_vec(),
         _ => Vec::new(),

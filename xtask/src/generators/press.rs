@@ -175,7 +175,7 @@ const N_APPROACH: usize = 3;
 /// The presses lie within a square of this half width around the sensor, mm.
 const REACH_MM: f64 = 30.0;
 /// Load at which the lateral compliance is counted from, N.
-const REFERENCE_LOAD_N: f64 = 40.0;
+pub(crate) const REFERENCE_LOAD_N: f64 = 40.0;
 
 /// Simulates a session.
 pub(crate) fn simulate(session: &Session) -> Recorded {
