@@ -6,6 +6,7 @@ pub(crate) mod context;
 pub(crate) mod detectable;
 pub(crate) mod interruption;
 pub(crate) mod level;
+pub(crate) mod masked;
 pub(crate) mod one_observation;
 pub(crate) mod pair;
 pub(crate) mod replace;

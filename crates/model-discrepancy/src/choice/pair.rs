@@ -50,7 +50,7 @@ pub(crate) fn find_pair(scoring: &Scoring<'_>, pass: &ScorePass) -> Option<[Scor
 ///
 /// At group level a pair is as significant as the better of the two beside the other, which counts
 /// twice: few groups know the scatter along one direction far better than along two.
-fn judge_pair(
+pub(crate) fn judge_pair(
     scoring: &Scoring<'_>,
     a: &Scored,
     b: &Scored,
@@ -87,8 +87,12 @@ fn judge_pair(
         return None;
     }
     let full = lin.basis.with(&both, NEW_DIRECTION);
-    let held_out = leave_out(lin, &full, &scoring.folds, &scoring.skip);
-    let comparison = Some(compare(scoring.present(), &held_out, &scoring.skip));
+    let mut skip = scoring.skip.clone();
+    for home in [a.candidate.home, b.candidate.home].into_iter().flatten() {
+        skip[home] = true;
+    }
+    let held_out = leave_out(lin, &full, &scoring.folds, &skip);
+    let comparison = Some(compare(scoring.present(), &held_out, &skip));
     let n = count(lin.rows.len());
     let rss = joint.variance * count(joint.dof);
     let ratio = (rss / (rss + joint.explained)).max(f64::MIN_POSITIVE);

@@ -283,7 +283,7 @@ fn only_observation(lin: &Linear<'_>, candidate: &Candidate) -> Option<usize> {
 }
 
 /// Judges beside a base and what this leaves of the data.
-fn judge(
+pub(crate) fn judge(
     scoring: &Scoring<'_>,
     (base, residual): (&Basis, &DVector<f64>),
     candidate: Candidate,

@@ -6,6 +6,7 @@ use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
+use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::replace::replace_superseded;
 use crate::choice::score::{
@@ -92,6 +93,8 @@ fn catalogue_passes<'a>(
         });
         let pair = if added.is_none() {
             find_pair(&scoring, &pass)
+                .filter(|pair| !one_shape_is_better(context, &scoring, pair))
+                .or_else(|| find_masked(&scoring, &chosen.system, &chosen.estimate))
                 .filter(|pair| !one_shape_is_better(context, &scoring, pair))
                 .filter(|[a, b]| !may_be_a_tail(&lin, &lin.basis, &[&a.candidate, &b.candidate]))
                 .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
