@@ -80,7 +80,7 @@ pub fn fit_tip(
     sigma_mm: Option<f64>,
 ) -> Result<TipFit, FrameFitError> {
     let design = Design::of(poses, distances)?;
-    let start = design.closed_form()?;
+    let start = design.closed_form(&vec![1.0; poses.len()])?;
     let rows = 3 * poses.len();
     let redundancy = rows.saturating_sub(start.len());
     if redundancy == 0 {
@@ -185,29 +185,29 @@ impl Design {
         })
     }
 
-    /// Tip, then places, without the distances.
-    fn closed_form(&self) -> Result<DVector<f64>, FrameFitError> {
+    /// Tip, then places, without the distances, every pose with its weight.
+    pub(crate) fn closed_form(&self, weights: &[f64]) -> Result<DVector<f64>, FrameFitError> {
         let places = self.names.len();
         let mut counts = vec![0.0; places];
         let mut mean_rotations = vec![Matrix3::zeros(); places];
         let mut mean_positions = vec![Vector3::zeros(); places];
         for (i, &k) in self.at.iter().enumerate() {
-            counts[k] += 1.0;
-            mean_rotations[k] += self.rotations[i];
-            mean_positions[k] += self.positions_mm[i];
+            counts[k] += weights[i];
+            mean_rotations[k] += weights[i] * self.rotations[i];
+            mean_positions[k] += weights[i] * self.positions_mm[i];
         }
         mean_rotations.iter_mut().zip(&counts).for_each(|(sum, n)| *sum /= *n);
         mean_positions.iter_mut().zip(&counts).for_each(|(sum, n)| *sum /= *n);
         let (mut turned, mut moved) = (Matrix3::zeros(), Vector3::zeros());
         for (i, &k) in self.at.iter().enumerate() {
             let rotation = self.rotations[i] - mean_rotations[k];
-            turned += rotation.transpose() * rotation;
-            moved += rotation.transpose() * (self.positions_mm[i] - mean_positions[k]);
+            turned += weights[i] * rotation.transpose() * rotation;
+            moved += weights[i] * rotation.transpose() * (self.positions_mm[i] - mean_positions[k]);
         }
         let total: f64 = counts.iter().sum();
         let eigen = SymmetricEigen::new(turned);
         let free = eigen.eigenvalues.imin();
-        let spread_rad = (eigen.eigenvalues[free].max(0.0) / total.max(1.0)).sqrt();
+        let spread_rad = (eigen.eigenvalues[free].max(0.0) / total.max(f64::MIN_POSITIVE)).sqrt();
         if spread_rad < MIN_TURN_RAD {
             let direction = eigen.eigenvectors.column(free);
             let direction = [direction[0], direction[1], direction[2]];

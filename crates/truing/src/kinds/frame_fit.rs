@@ -3,6 +3,7 @@
 mod estimates;
 mod measured;
 mod poses;
+mod set_ups;
 mod suspects;
 
 use std::collections::BTreeSet;

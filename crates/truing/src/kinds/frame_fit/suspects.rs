@@ -4,6 +4,7 @@ use frame_fit::{TipPose, Transform};
 
 use super::measured::FrameCase;
 use super::poses::{COORDINATES as POSITION, DISTANCES, POSES};
+use super::set_ups::{misplaced, relabelled};
 use super::{FROM, PAIRS, TO};
 use crate::case::{Files, Table};
 use crate::estimates::Estimates;
@@ -40,6 +41,9 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let table = files.folder.table(PAIRS, &["point", FROM[0], FROM[1], TO[0], TO[1]]).ok();
     let Some(table) = table.as_ref() else { return Vec::new() };
     let mut all: Vec<Hypothesis> = coincident(table).into_iter().collect();
+    if let Some(fitted) = fitted {
+        all.extend(misplaced(files, table, fitted));
+    }
     for side in TO_AND_FROM {
         all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
     }
@@ -64,8 +68,10 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let Ok(table) = files.folder.table(POSES, &["place", POSITION[0], QUATERNION[0]]) else {
         return Vec::new();
     };
+    let relabelled = relabelled(&table);
     let table = Some(&table);
-    let mut all = units(POSES, table, &POSITION, Dimension::Length);
+    let mut all: Vec<Hypothesis> = relabelled.into_iter().collect();
+    all.extend(units(POSES, table, &POSITION, Dimension::Length));
     if files.folder.has(DISTANCES) {
         let known = files.folder.table(DISTANCES, &["from", "to", "distance_mm"]).ok();
         all.extend(units(DISTANCES, known.as_ref(), &["distance_mm"], Dimension::Length));

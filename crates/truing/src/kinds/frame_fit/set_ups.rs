@@ -1,0 +1,174 @@
+//! Labels of poses and places of set-ups that are not what the tables say.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use frame_fit::{Mislabelled, TipPose, mislabelled};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::poses::{COORDINATES as POSITION, POSES};
+use super::{FROM, KNOWN, PAIRS, SESSION, TO};
+use crate::case::{Change, Edit, Files, Table};
+use crate::estimates::Estimates;
+use crate::kinds::Fitted;
+use crate::kinds::orientation::QUATERNION;
+use crate::suspect::Hypothesis;
+
+/// Different labels in a column, at most: each costs a fit.
+const MOST_LABELS: usize = 60;
+/// Logarithm of the likelihood ratio that a moved group of points must reach, as for any mistake:
+/// odds of 1 to 10¹³, which two or three components of a shift do not spend.
+const MISPLACED_EVIDENCE: f64 = 30.0;
+
+/// Stretches of rows that carry the name of another place than the one where their tip is.
+///
+/// Single rows are left to the exchanges and shifts of rows, which have no choice of their own.
+pub(super) fn relabelled(table: &Table) -> Option<Hypothesis> {
+    let column = table.column("place")?;
+    let [x, y, z] = POSITION.map(|name| table.numbers(name));
+    let [w, i, j, k] = QUATERNION.map(|name| table.numbers(name));
+    let (x, y, z, w, i, j, k) = (x?, y?, z?, w?, i?, j?, k?);
+    let poses: Vec<TipPose> = (0..table.n_rows())
+        .map(|row| TipPose {
+            place: table.cell(row, column).to_owned(),
+            position_mm: Vector3::new(x[row], y[row], z[row]),
+            rotation: UnitQuaternion::from_quaternion(Quaternion::new(
+                w[row], i[row], j[row], k[row],
+            )),
+        })
+        .collect();
+    let wrong = mislabelled(&poses).ok()?;
+    let follows = |pair: &[Mislabelled]| pair[1].pose == pair[0].pose + 1;
+    if !wrong.windows(2).any(follows) {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..table.n_rows()).collect();
+    wrong.iter().for_each(|one| order[one.pose] = one.like);
+    let lines: Vec<usize> = wrong.iter().map(|one| table.line(one.pose)).collect();
+    let own: BTreeSet<&str> = wrong.iter().map(|one| table.cell(one.like, column)).collect();
+    let named: BTreeSet<&str> = wrong.iter().map(|one| table.cell(one.pose, column)).collect();
+    let listed = |names: BTreeSet<&str>| {
+        names.into_iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    };
+    let farthest = wrong.iter().map(|one| one.from_own_mm).fold(0.0, f64::max);
+    let nearest = wrong.iter().map(|one| one.from_named_mm).fold(f64::INFINITY, f64::min);
+    let description = format!(
+        "{} rows of {POSES} (lines {}) carry the label {} in `place`, but hold the tip at {} \
+         (within {farthest:.1} mm; {nearest:.1} mm and more from the place they name): correct \
+         their labels",
+        wrong.len(),
+        stretches_of(&lines),
+        listed(named),
+        listed(own)
+    );
+    let change = Change::Rows { columns: vec!["place".to_owned()], order };
+    let edits = vec![Edit { file: POSES, change }];
+    Some(Hypothesis::of("input:labels", (POSES, &["place"]), description, edits))
+}
+
+/// Numbers in ascending order, neighbours as a range: `3, 7–9`.
+fn stretches_of(lines: &[usize]) -> String {
+    let mut stretches: Vec<[usize; 2]> = Vec::new();
+    for &line in lines {
+        match stretches.last_mut() {
+            Some([_, last]) if *last + 1 == line => *last = line,
+            _ => stretches.push([line, line]),
+        }
+    }
+    let text = |[first, last]: [usize; 2]| match last - first {
+        0 => first.to_string(),
+        _ => format!("{first}–{last}"),
+    };
+    stretches.into_iter().map(text).collect::<Vec<_>>().join(", ")
+}
+
+/// All points of one label at another place than the table says: a set-up or a fixture that stood
+/// elsewhere.
+pub(super) fn misplaced(files: &Files, table: &Table, fitted: &Fitted) -> Vec<Hypothesis> {
+    let square = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
+    let sides: Vec<Vec<f64>> = FROM.iter().filter_map(|name| table.numbers(name)).collect();
+    let to: Vec<Vec<f64>> = TO.iter().filter_map(|name| table.numbers(name)).collect();
+    let (d, n) = (sides.len(), table.n_rows());
+    if d < 2 || to.len() != d || fitted.observations.len() != n {
+        return Vec::new();
+    }
+    let before: f64 = fitted.observations.iter().map(|o| square(&o.residual)).sum();
+    let mut all = Vec::new();
+    for (label, name, rows) in labelled(table) {
+        let rest: Vec<usize> = (0..n).filter(|row| !rows.contains(row)).collect();
+        let edits = [Edit { file: PAIRS, change: Change::Keep { rows: rest } }];
+        let without = files.with(&edits).read().ok().and_then(|r| r.measured.fit().ok());
+        let Some(Estimates::FrameFit(found)) = without.as_ref().map(|f| &f.estimates) else {
+            continue;
+        };
+        let miss = |row: usize, axis: usize| {
+            let from = (0..d).map(|k| found.matrix[axis][k] * sides[k][row]).sum::<f64>();
+            to[axis][row] - from - found.matrix[axis][d]
+        };
+        let shift: Vec<f64> = (0..d)
+            .map(|axis| rows.iter().map(|&row| miss(row, axis)).sum::<f64>() / ratio(rows.len()))
+            .collect();
+        let left: f64 = (without.iter().flat_map(|f| &f.observations))
+            .map(|o| square(&o.residual))
+            .chain(rows.iter().map(|&row| {
+                square(&(0..d).map(|axis| miss(row, axis) - shift[axis]).collect::<Vec<_>>())
+            }))
+            .sum();
+        // As many equations less as the shift has components.
+        let freedom = fitted.degrees_of_freedom.saturating_sub(d);
+        if left <= 0.0 || 0.5 * ratio(freedom) * (before / left).ln() < MISPLACED_EVIDENCE {
+            continue;
+        }
+        let linear = nalgebra::DMatrix::from_fn(d, d, |i, j| found.matrix[i][j]);
+        let Some(back) = linear.lu().solve(&nalgebra::DVector::from_vec(shift)) else { continue };
+        let edits = (0..d)
+            .map(|axis| {
+                let mut values = sides[axis].clone();
+                rows.iter().for_each(|&row| values[row] += back[axis]);
+                let column = FROM[axis].to_owned();
+                Edit { file: PAIRS, change: Change::Replace { column, values } }
+            })
+            .collect();
+        let apart: Vec<String> = back.iter().map(|v| format!("{v:.3}")).collect();
+        let description = format!(
+            "the {} points of {PAIRS} with `{label}` = `{name}` all lie ({}) mm, {:.2} mm in all, from \
+             where {} say: they were set up elsewhere than noted; correct the note, or measure again",
+            rows.len(),
+            apart.join(", "),
+            back.norm(),
+            FROM[..d].iter().map(|c| format!("`{c}`")).collect::<Vec<_>>().join(", ")
+        );
+        let mut found = Hypothesis::of("input:misplaced", (PAIRS, &FROM[..d]), description, edits);
+        found.subject = format!("{PAIRS}: {label} {name}");
+        all.push(found);
+    }
+    all
+}
+
+/// Labels of the table with their rows: each on two rows or more, and on a third of all at most.
+fn labelled(table: &Table) -> Vec<(String, String, Vec<usize>)> {
+    let mut all: Vec<(String, String, Vec<usize>)> = Vec::new();
+    for (column, label) in table.names().iter().enumerate() {
+        let is_text = |row: usize| table.cell(row, column).parse::<f64>().is_err();
+        let own = KNOWN.contains(&label.as_str()) || label == SESSION;
+        if own || !(0..table.n_rows()).all(is_text) {
+            continue;
+        }
+        let mut of_column: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for row in 0..table.n_rows() {
+            of_column.entry(table.cell(row, column)).or_default().push(row);
+        }
+        if of_column.len() > MOST_LABELS {
+            continue;
+        }
+        let usable = |rows: &Vec<usize>| rows.len() > 1 && 3 * rows.len() <= table.n_rows();
+        let found = of_column.into_iter().filter(|(_, rows)| usable(rows));
+        all.extend(found.map(|(name, rows)| (label.clone(), name.to_owned(), rows)));
+    }
+    all
+}
+
+fn ratio(n: usize) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let n = n as f64;
+    n
+}
