@@ -6,6 +6,7 @@ use model_discrepancy::{
 };
 use nalgebra::{DMatrix, DVector};
 
+use crate::axis_effects::AxisTerm;
 use crate::error::require_positive;
 use crate::parameter::parameter;
 use crate::{FtCenterError, Table};
@@ -40,6 +41,8 @@ pub struct Displacement {
 pub struct DisplacementModel {
     declared: Declared,
     rows: Vec<Observed>,
+    /// What the axis may do, after the catalogue of the sensor.
+    axis: Vec<AxisTerm>,
 }
 
 /// What one row observes.
@@ -105,7 +108,7 @@ impl DisplacementModel {
         };
         let effects = KINDS.iter().map(|kind| kind.effect()).collect();
         let declared = Declared::new(layout, Vec::new(), effects);
-        let mut model = Self { declared, rows: Vec::new() };
+        let mut model = Self { declared, rows: Vec::new(), axis: Vec::new() };
         for r in rows {
             let observed = Observed::Moved {
                 commanded_mm: r.commanded_mm,
@@ -116,6 +119,14 @@ impl DisplacementModel {
             model.push(&r.point, observed, sigma_mm.unwrap_or(1.0), Role::Fit);
         }
         Ok(model)
+    }
+
+    /// The same where the axis itself may be off, as a run over its targets shows; one value per row.
+    #[must_use]
+    pub fn with_axis(mut self, terms: Vec<AxisTerm>) -> Self {
+        self.declared.effects.extend(terms.iter().map(|term| term.effect.clone()));
+        self.axis.extend(terms);
+        self
     }
 
     /// The commanded displacement as a covariate for the loop.
@@ -160,6 +171,18 @@ impl DisplacementModel {
         self
     }
 
+    /// What a unit of an amplitude of the axis adds to a row; rows of a proposed measurement repeat
+    /// those of the table, and a standard does not move.
+    fn added(&self, term: &AxisTerm, amplitude: usize, row: usize) -> f64 {
+        let column = &term.columns[amplitude];
+        let is_elsewhere = |scope| matches!(scope, Scope::Observation(only) if only != row);
+        match self.rows[row] {
+            _ if is_elsewhere(term.effect.scope) => 0.0,
+            Observed::Moved { .. } => column[row % column.len()],
+            Observed::Travel { .. } | Observed::Weight => 0.0,
+        }
+    }
+
     fn longest_mm(&self) -> f64 {
         let length = |row: &Observed| match row {
             Observed::Moved { commanded_mm, .. } => commanded_mm.abs(),
@@ -176,7 +199,15 @@ impl Model for DisplacementModel {
 
     fn residuals(&self, at: &State) -> DVector<f64> {
         let a = KINDS.map(|kind| at.amplitudes[kind as usize][0]);
-        DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| row.residual(&a)))
+        let mut residuals =
+            DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| row.residual(&a)));
+        for (term, amplitudes) in self.axis.iter().zip(&at.amplitudes[KINDS.len()..]) {
+            for (k, &amplitude) in amplitudes.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                let moved = residuals.iter_mut().enumerate();
+                moved.for_each(|(row, r)| *r -= amplitude * self.added(term, k, row));
+            }
+        }
+        residuals
     }
 
     fn base_jacobian(&self, _at: &State) -> DMatrix<f64> {
@@ -184,6 +215,13 @@ impl Model for DisplacementModel {
     }
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        if let Some(term) = effect.checked_sub(KINDS.len()).map(|axis| &self.axis[axis]) {
+            if let Scope::Observation(row) = term.effect.scope {
+                return DMatrix::from_element(1, 1, -self.added(term, 0, row));
+            }
+            let columns = term.columns.len();
+            return DMatrix::from_fn(self.rows.len(), columns, |row, k| -self.added(term, k, row));
+        }
         let a = KINDS.map(|kind| at.amplitudes[kind as usize][0]);
         let rows = self.rows.iter().map(|row| row.derivative(&a, KINDS[effect]));
         DMatrix::from_iterator(self.rows.len(), 1, rows)

@@ -7,6 +7,8 @@
 //! - [`locate`] puts presses together: found − commanded position is the offset to compensate.
 //! - [`contact_on_surface`] finds the contact on a curved workpiece on top of the sensor,
 //!   [`Monitor`] follows it live without allocating, [`solve_batch`] reads millions of samples once.
+//! - [`positioning_model`] is a run of a linear or rotary axis over its targets, [`axis_figures`] gives
+//!   its accuracy and repeatability by ISO 230-2.
 //! - [`PressModel`], [`DisplacementModel`] and [`GravityModel`] are these measurements as models for
 //!   the loop of `model_discrepancy`, with the effects that they may lack.
 //!
@@ -34,6 +36,10 @@
 //! ```
 
 mod affine;
+mod axis_effects;
+mod axis_figures;
+mod axis_model;
+mod axis_reading;
 mod batch;
 mod centroid;
 mod colour;
@@ -66,6 +72,10 @@ mod spectrum;
 mod surface_contact;
 
 pub use affine::{AffineFrame, fit_affine_frame};
+pub use axis_effects::{AxisRun, AxisTerm};
+pub use axis_figures::{AxisFigures, Figure, OneWay, TargetFigures, axis_figures};
+pub use axis_model::{axis_coordinates, positioning_model};
+pub use axis_reading::{Approach, AxisMotion, AxisReading};
 pub use batch::{BatchCenter, WrenchArrays, centers_into, solve_batch};
 pub use centroid::{pressure_centroid_mm, removal_centroid_mm};
 pub use commanded_frame::CommandedFrame;

@@ -1,9 +1,9 @@
 use serde::Serialize;
 
 use crate::kinds::{
-    DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates, FtCenterEstimates,
-    GravityEstimates, PathForceEstimates, PoseIcpEstimates, ProbeCompEstimates, TipEstimates,
-    TrackerLmEstimates,
+    AxisRunEstimate, DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates,
+    FtCenterEstimates, GravityEstimates, PathForceEstimates, PoseIcpEstimates,
+    PositioningEstimates, ProbeCompEstimates, TipEstimates, TrackerLmEstimates,
 };
 use crate::report::ExtraPlot;
 use crate::text_table::{Cell, EXPANDED, TextTable};
@@ -31,6 +31,8 @@ pub enum Estimates {
     ForceImpedance(ForceImpedanceEstimates),
     /// `force-impedance` from runs along a path.
     PathForce(PathForceEstimates),
+    /// `positioning`.
+    Positioning(PositioningEstimates),
     /// `tracker-lm`.
     TrackerLm(TrackerLmEstimates),
 }
@@ -69,7 +71,10 @@ impl Estimates {
             Self::FrameFit(estimates) => estimates.parameters(),
             Self::Tip(estimates) => estimates.parameters(),
             Self::FtCenter(estimates) => estimates.parameters(),
-            Self::Displacements(_) => Vec::new(),
+            Self::Displacements(estimates) => {
+                estimates.run.iter().flat_map(AxisRunEstimate::parameters).collect()
+            }
+            Self::Positioning(estimates) => estimates.run.parameters(),
             Self::ProbeComp(estimates) => estimates.parameters(),
             Self::Gravity(estimates) => estimates.parameters(),
             Self::PoseIcp(estimates) => estimates.parameters(),
@@ -86,6 +91,7 @@ impl Estimates {
             Self::FrameFit(estimates) => &estimates.conditions,
             Self::FtCenter(estimates) => &estimates.conditions,
             Self::Displacements(estimates) => &estimates.conditions,
+            Self::Positioning(estimates) => &estimates.conditions,
             Self::Gravity(estimates) => &estimates.conditions,
             Self::ForceImpedance(estimates) => &estimates.conditions,
             Self::PathForce(estimates) => &estimates.conditions,
@@ -97,6 +103,10 @@ impl Estimates {
     pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
         match self {
             Self::TrackerLm(estimates) => estimates.plots(),
+            Self::Positioning(estimates) => vec![estimates.run.plot()],
+            Self::Displacements(estimates) => {
+                estimates.run.iter().map(AxisRunEstimate::plot).collect()
+            }
             _ => Vec::new(),
         }
     }
@@ -106,6 +116,8 @@ impl Estimates {
     pub fn export(&self, format: Export) -> Option<String> {
         match self {
             Self::TrackerLm(estimates) => Some(estimates.export(format)),
+            Self::Positioning(estimates) => estimates.run.export(format),
+            Self::Displacements(estimates) => estimates.run.as_ref()?.export(format),
             _ => None,
         }
     }
@@ -127,11 +139,15 @@ impl Estimates {
             }
             tables.push(table);
         }
+        if let Self::Displacements(DisplacementEstimates { run: Some(run), .. }) = self {
+            tables.push(run.table());
+        }
         tables.push(match self {
             Self::FrameFit(estimates) => estimates.table(),
             Self::Tip(estimates) => estimates.table(),
             Self::FtCenter(estimates) => estimates.table(),
             Self::Displacements(estimates) => estimates.table(),
+            Self::Positioning(estimates) => estimates.run.table(),
             Self::Gravity(estimates) => estimates.table(),
             Self::PoseIcp(estimates) => estimates.table(),
             Self::ProbeComp(estimates) => estimates.table(),

@@ -59,14 +59,16 @@ pub use import::{
 };
 pub use interval_width::IntervalWidth;
 pub use kinds::{
-    AxisErrorEstimate, AxisLocationEstimate, CenterEstimate, ContactForceEstimate,
-    DisplacementEstimates, DisplacementResidual, DistanceResidual, ForceBlock,
-    ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
-    HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate,
-    MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate, PlannedContactEstimate,
-    PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals, PoseResidual, ProbeCompEstimates,
-    QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates, TouchEstimate,
-    TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
+    AxisErrorEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
+    AxisTargetEstimate, CenterEstimate, ContactForceEstimate, DisplacementEstimates,
+    DisplacementResidual, DistanceResidual, ForceBlock, ForceImpedanceEstimates, FrameEstimate,
+    FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
+    LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate, MountEstimate, PathCell, PathError,
+    PathForceEstimates, PlaceEstimate, PlannedContactEstimate, PointResidual, PoseEstimate,
+    PoseIcpEstimates, PoseIntervals, PoseResidual, PositionResidual, PositioningEstimates,
+    ProbeCompEstimates, QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates,
+    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
+    write_example,
 };
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};

@@ -3,8 +3,8 @@
 use nalgebra::Matrix3;
 
 use crate::kinds::{
-    FtCenterEstimates, GravityEstimates, PoseIcpEstimates, ProbeCompEstimates, TipEstimates,
-    TouchEstimate, TrackerLmEstimates,
+    AxisRunEstimate, AxisTargetEstimate, FtCenterEstimates, GravityEstimates, PoseIcpEstimates,
+    ProbeCompEstimates, TipEstimates, TouchEstimate, TrackerLmEstimates,
 };
 use crate::{Error, Estimates};
 
@@ -21,6 +21,12 @@ const MAX_LOCATION_DEG: f64 = 5.0;
 /// Largest distance between where a head presses and where it was sent that is an error of the
 /// machine: as for an axis.
 const MAX_CONTACT_MM: f64 = MAX_LOCATION_MM;
+
+/// Largest distance by which an axis misses a target: a tooth of a rack, or half a turn of a screw.
+const MAX_POSITION_MM: f64 = 5.0;
+
+/// The same of a rotary axis: a degree, as for its compensation.
+const MAX_POSITION_ARCSEC: f64 = 3600.0;
 
 /// Farthest from its flange or sensor that a tool is held: the reach of a large robot.
 const MAX_TOOL_MM: f64 = 3000.0;
@@ -82,6 +88,23 @@ pub enum ImplausibleResult {
         /// The error.
         found: f64,
         /// Unit of both.
+        unit: &'static str,
+        /// The bound.
+        limit: f64,
+    },
+    /// A position beyond any machine.
+    #[error(
+        "the axis misses its target {target} {target_unit} by {found:.3} {unit}, more than any machine \
+         does ({limit:.3} {unit}): check units, signs and the order of the rows"
+    )]
+    Position {
+        /// The target.
+        target: f64,
+        /// Its unit.
+        target_unit: &'static str,
+        /// Mean deviation there.
+        found: f64,
+        /// Unit of it and of the bound.
         unit: &'static str,
         /// The bound.
         limit: f64,
@@ -151,18 +174,32 @@ pub enum ImplausibleResult {
 pub fn plausible(estimates: &Estimates, max_correction_deg: Option<f64>) -> Result<(), Error> {
     let problem = match estimates {
         Estimates::TrackerLm(axis) => of_axis(axis, max_correction_deg.unwrap_or(MAX_ROTATION_DEG)),
+        Estimates::Positioning(found) => of_run(&found.run),
         Estimates::FtCenter(found) => of_presses(found),
+        Estimates::Displacements(found) => found.run.as_ref().and_then(of_run),
         Estimates::Gravity(found) => of_gravity(found),
         Estimates::Tip(found) => of_tip(found),
         Estimates::PoseIcp(found) => of_pose(found),
         Estimates::ProbeComp(found) => of_touches(found),
         // A frame may be anywhere and of any unit, and a force any that the cell can read.
-        Estimates::FrameFit(_)
-        | Estimates::Displacements(_)
-        | Estimates::ForceImpedance(_)
-        | Estimates::PathForce(_) => None,
+        Estimates::FrameFit(_) | Estimates::ForceImpedance(_) | Estimates::PathForce(_) => None,
     };
     problem.map_or(Ok(()), |problem| Err(Error::Implausible { problem: Box::new(problem) }))
+}
+
+fn of_run(run: &AxisRunEstimate) -> Option<ImplausibleResult> {
+    let off = |t: &&AxisTargetEstimate| t.mean.abs();
+    let worst = run.targets.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+    let (target, target_unit, unit) = (worst.target, run.target_unit, run.unit);
+    let (found, limit) =
+        (off(&worst), if unit == "mm" { MAX_POSITION_MM } else { MAX_POSITION_ARCSEC });
+    (found > limit).then_some(ImplausibleResult::Position {
+        target,
+        target_unit,
+        found,
+        unit,
+        limit,
+    })
 }
 
 fn of_presses(found: &FtCenterEstimates) -> Option<ImplausibleResult> {

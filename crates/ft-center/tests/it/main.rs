@@ -18,6 +18,7 @@ mod jacobian;
 mod locate;
 mod monitor;
 mod orbit;
+mod positioning;
 mod press_loop;
 mod pressure;
 mod simulator;

@@ -12,7 +12,7 @@ pub(super) struct Target {
 
 /// The first table of a kind is the one meant where none is named, but for `ft-center`, of which no
 /// table is more usual than another.
-pub(super) const TARGETS: [Target; 15] = [
+pub(super) const TARGETS: [Target; 16] = [
     Target {
         kind: "frame-fit",
         file: "pairs.csv",
@@ -53,6 +53,12 @@ pub(super) const TARGETS: [Target; 15] = [
             "pose", "qw", "qx", "qy", "qz", "fx_n", "fy_n", "fz_n", "mx_nmm", "my_nmm", "mz_nmm",
         ],
         optional: &[],
+    },
+    Target {
+        kind: "positioning",
+        file: "positions.csv",
+        needed: &["target_mm", "actual_mm"],
+        optional: &["point", "direction", "cycle"],
     },
     Target {
         kind: "tracker-lm",

@@ -6,6 +6,7 @@ mod frame_fit;
 mod ft_center;
 mod orientation;
 mod pose_icp;
+mod positioning;
 mod probe_comp;
 mod surface;
 mod tracker_lm;
@@ -33,6 +34,9 @@ pub use frame_fit::{
 pub use ft_center::{
     CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
     GravityEstimates, LineMiss, MeanWrench, WrenchEstimate,
+};
+pub use positioning::{
+    AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
 };
 pub use tracker_lm::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
@@ -69,6 +73,7 @@ pub(crate) const KINDS: &[Kind] = &[
     pose_icp::KIND,
     probe_comp::KIND,
     force_impedance::KIND,
+    positioning::KIND,
 ];
 
 /// Names of the kinds.

@@ -105,6 +105,14 @@ fn every_example_keeps_the_contract() {
                     assert_keys(errors, &["std_e_x_mm", "std_e_y_mm", "std_e_z_mm"]);
                     assert_keys(errors, &["std_e_a_rad", "std_e_b_rad", "std_e_c_rad"]);
                 }
+                "positioning" => {
+                    let run = &estimates["run"];
+                    assert_keys(run, &["target_unit", "unit", "figures", "corrected", "targets"]);
+                    assert_keys(&run["figures"][0], &["symbol", "name", "value", "std"]);
+                    assert_keys(&run["targets"][0], &["target", "mean", "reversal"]);
+                    let reading = &estimates["readings"][0];
+                    assert_keys(reading, &["point", "target", "deviation", "correction"]);
+                }
                 "pose-icp" => {
                     let pose = &estimates["pose"];
                     assert_keys(pose, &["x_mm", "y_mm", "z_mm"]);

@@ -41,6 +41,6 @@ fn unknown_kinds_are_named_with_the_known_ones() {
     assert_eq!(
         refused.one_message(),
         "unknown kind `frame-fot`; did you mean `frame-fit`?; the kinds are frame-fit, ft-center, \
-         tracker-lm, pose-icp, probe-comp, force-impedance, tracker-lm-targets"
+         tracker-lm, pose-icp, probe-comp, force-impedance, positioning, tracker-lm-targets"
     );
 }

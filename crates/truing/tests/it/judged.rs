@@ -68,10 +68,10 @@ fn a_profile_that_repeats_is_neither_noise_nor_nothing() {
         assert!(test["p_value"].as_f64().unwrap() < 1e-9, "{command}: {test}");
         assert!(warned(&answer, "lack of fit"), "{command}");
     }
-    // The loop corrects it place by place, without a cause.
+    // The loop corrects it place by place, as a profile of the axis.
     let answer = case.json("loop");
-    assert_eq!(answer["verdict"], "structure-remains");
-    assert_eq!(answer["steps"][0]["effect"], "covariate:commanded_mm");
+    assert_eq!(answer["verdict"], "explained");
+    assert_eq!(answer["steps"][0]["effect"], "profile");
     let [before, after] =
         ["before", "after"].map(|model| answer[model]["held_out_rms"].as_f64().unwrap());
     assert!(after < 0.2 * before, "{before} {after}");

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use ft_center::{Displacement, DisplacementModel};
+use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementModel};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use serde::Serialize;
 
@@ -8,13 +8,16 @@ use super::{CenterEstimate, DISPLACEMENTS, FrameEstimate, Settings, error, unuse
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions};
+use crate::kinds::positioning::{approaches, has_directions, names_of, passes};
+use crate::kinds::{
+    AxisRunEstimate, Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
+};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;
 use crate::text_table::TextTable;
 
-const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm"];
+const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm", "direction"];
 
 /// What a table of displacements is solved for: nothing but its own residual.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,6 +28,9 @@ pub struct DisplacementEstimates {
     pub centers: Vec<CenterEstimate>,
     /// Where the accepted effects are.
     pub conditions: Vec<String>,
+    /// Figures by ISO 230-2 and compensation table, where targets repeat or were approached both
+    /// ways; `None` elsewhere.
+    pub run: Option<AxisRunEstimate>,
     /// One per row.
     pub points: Vec<DisplacementResidual>,
 }
@@ -64,6 +70,8 @@ impl DisplacementEstimates {
 pub(super) struct DisplacementCase {
     file: Location,
     pub(super) rows: Vec<Displacement>,
+    /// The same as a run over targets.
+    readings: Vec<AxisReading>,
     sigma_mm: Option<f64>,
     covariates: Vec<NumberColumn>,
     groups: Option<Vec<String>>,
@@ -77,15 +85,24 @@ pub(super) fn read(
 ) -> Result<Reading, Error> {
     let table = folder.table(DISPLACEMENTS, KNOWN)?;
     let mut columns = Columns::new(&table, KNOWN);
-    let names = columns.ids("point")?;
+    let names = columns.texts("point")?;
     let commanded_mm = columns.numbers("commanded_mm")?;
     let solved_mm = columns.numbers("solved_mm")?;
-    let rows = (names.into_iter().zip(commanded_mm).zip(solved_mm))
-        .map(|((point, commanded_mm), solved_mm)| Displacement {
-            point: point.to_owned(),
-            commanded_mm,
-            solved_mm,
+    let lines: Vec<usize> = (0..table.n_rows()).map(|row| table.line(row)).collect();
+    let given: Vec<String> = names.into_iter().map(str::to_owned).collect();
+    let names = names_of(&given, &lines);
+    let approaches =
+        if has_directions(&table) { approaches(&mut columns)? } else { vec![None; table.n_rows()] };
+    let readings: Vec<AxisReading> = (names.iter().zip(approaches).enumerate())
+        .map(|(row, (name, approach))| AxisReading {
+            name: name.clone(),
+            target: commanded_mm[row],
+            deviation: solved_mm[row] - commanded_mm[row],
+            approach,
         })
+        .collect();
+    let rows = (names.into_iter().zip(commanded_mm).zip(solved_mm))
+        .map(|((point, commanded_mm), solved_mm)| Displacement { point, commanded_mm, solved_mm })
         .collect();
     let extras = columns.rest()?;
     let mut warnings = unused(
@@ -109,13 +126,27 @@ pub(super) fn read(
     }
     warnings.extend(extras.warnings);
     let group = settings.closure.group.as_ref();
+    let cycles: Option<Vec<&str>> = table
+        .column("cycle")
+        .map(|column| (0..table.n_rows()).map(|row| table.cell(row, column)).collect());
+    let (groups, group_noun) = match (group_names(group, &table, document)?, cycles) {
+        (Some(groups), _) => {
+            (Some(groups), group.map_or_else(String::new, |g| g.get_ref().clone()))
+        }
+        (None, Some(cycles)) => {
+            let (groups, noun) = passes(&readings, Some(&cycles));
+            (Some(groups), noun)
+        }
+        (None, None) => (None, "point".to_owned()),
+    };
     let measured = DisplacementCase {
         file: table.at_file(),
         rows,
+        readings,
         sigma_mm,
         covariates: extras.covariates,
-        groups: group_names(group, &table, document)?,
-        group_noun: group.map_or_else(|| "point".to_owned(), |g| g.get_ref().clone()),
+        groups,
+        group_noun,
     };
     Ok(Reading {
         measured: Box::new(measured),
@@ -126,7 +157,25 @@ pub(super) fn read(
 }
 
 impl DisplacementCase {
-    fn estimates(&self, residual: impl Fn(usize) -> f64, conditions: Vec<String>) -> Estimates {
+    /// The table as a run of an axis; `None` where no target repeats and none was approached both ways.
+    fn run<'r>(&'r self, covariates: &'r [Covariate]) -> Option<AxisRun<'r>> {
+        let motion = AxisMotion::Linear;
+        let run = AxisRun { readings: &self.readings, motion, lead: None, covariates };
+        run.is_a_run().then_some(run)
+    }
+
+    /// Which way the axis came, where every row says so.
+    fn directions(&self) -> Option<Covariate> {
+        let signs = self.readings.iter().map(|r| Some(r.approach?.sign()));
+        let values = signs.collect::<Option<Vec<f64>>>()?;
+        Some(Covariate { name: "direction".to_owned(), values, origin: Origin::Recorded })
+    }
+
+    fn estimates(&self, freed: Option<&[f64]>, conditions: Vec<String>) -> Estimates {
+        let residual =
+            |i: usize| freed.map_or(self.readings[i].deviation, |residuals| residuals[i]);
+        let run =
+            (self.run(&[])).map(|run| AxisRunEstimate::of(run.readings, run.motion, None, freed));
         let points = (self.rows.iter().enumerate())
             .map(|(i, row)| DisplacementResidual {
                 point: row.point.clone(),
@@ -141,6 +190,7 @@ impl DisplacementCase {
             frame: None,
             centers: Vec::new(),
             conditions,
+            run,
             points,
         })
     }
@@ -158,7 +208,7 @@ impl Measured for DisplacementCase {
         let observations =
             (residuals.iter()).map(|r| Observation { residual: vec![*r], fitted: true }).collect();
         Ok(Fitted {
-            estimates: self.estimates(|i| residuals[i], Vec::new()),
+            estimates: self.estimates(None, Vec::new()),
             observations,
             unit: "mm",
             degrees_of_freedom: residuals.len(),
@@ -168,16 +218,21 @@ impl Measured for DisplacementCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let model = DisplacementModel::new(&self.rows, self.sigma_mm)
+        let mut model = DisplacementModel::new(&self.rows, self.sigma_mm)
             .map_err(|e| error(self.file.clone(), e))?;
         let mut covariates = model.covariates();
-        covariates.extend(recorded(&self.covariates, |c| c.values.clone()));
+        let beside: Vec<Covariate> = recorded(&self.covariates, |c| c.values.clone()).collect();
+        if let Some(run) = self.run(&beside) {
+            model = model.with_axis(run.terms());
+        }
+        covariates.extend(self.directions());
+        covariates.extend(beside);
         let mut model: Arc<dyn Model + Send> = Arc::new(model);
         if let Some(groups) = &self.groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
         let estimates = Box::new(move |closure: &Closure| {
-            self.estimates(|i| closure.residuals_after[i], empirical_conditions(closure))
+            self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
         Ok(Prepared { model, covariates, estimates })
     }

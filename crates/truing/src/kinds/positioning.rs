@@ -1,0 +1,250 @@
+//! `positioning`: a linear or rotary axis sent to targets, by ISO 230-2.
+
+mod approach;
+mod estimates;
+mod measured;
+
+use ft_center::{AxisMotion, AxisReading};
+use serde::Deserialize;
+
+use crate::Error;
+use crate::case::{
+    Columns, Document, Files, Folder, LoopSettings, Positive, Problem, Table, group_names,
+};
+use crate::kinds::{Fitted, Kind, Reading};
+use crate::suspect::{Hypothesis, exchanged_rows, farthest, rows_shifted, signs};
+
+pub(crate) use approach::{approaches, derived, has_directions, names_of, passes};
+pub use estimates::{
+    AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
+};
+use measured::PositioningCase;
+
+pub(crate) const KIND: Kind = Kind {
+    name: "positioning",
+    summary: "linear or rotary axis sent to targets, by ISO 230-2",
+    read,
+    mistakes,
+    example: &[
+        ("case.toml", include_str!("../../templates/positioning/case.toml")),
+        ("positions.csv", include_str!("../../templates/positioning/positions.csv")),
+    ],
+};
+
+const POSITIONS: &str = "positions.csv";
+const KNOWN: &[&str] = &[
+    "point",
+    "target_mm",
+    "actual_mm",
+    "deviation_mm",
+    "target_deg",
+    "actual_deg",
+    "deviation_deg",
+    "deviation_arcsec",
+    "direction",
+    "cycle",
+];
+/// Seconds of arc of a degree.
+const ARCSEC_PER_DEG: f64 = 3600.0;
+const TURN_DEG: f64 = 360.0;
+/// Rows looked at for exchanged labels.
+const FARTHEST: usize = 6;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(rename = "kind")]
+    _kind: serde::de::IgnoredAny,
+    #[serde(default)]
+    axis: AxisSettings,
+    #[serde(default)]
+    noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    closure: LoopSettings,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisSettings {
+    lead_mm: Option<Positive>,
+    lead_deg: Option<Positive>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseSettings {
+    deviation_mm: Option<Positive>,
+    deviation_arcsec: Option<Positive>,
+    length_ppm: Option<Positive>,
+    angle_arcsec: Option<Positive>,
+}
+
+/// Targets and deviations as the table has them.
+struct Positions {
+    motion: AxisMotion,
+    targets: Vec<f64>,
+    deviations: Vec<f64>,
+}
+
+fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    let settings: Settings = document.settings()?;
+    let table = folder.table(POSITIONS, &["target_mm", "actual_mm", "direction", "cycle"])?;
+    let mut columns = Columns::new(&table, KNOWN);
+    let positions = positions(&mut columns)?;
+    let mut warnings = Vec::new();
+    let approaches = if columns.has("direction") {
+        approaches(&mut columns)?
+    } else {
+        warnings.push(
+            "no column `direction`: which way the axis came is taken from the target before"
+                .to_owned(),
+        );
+        derived(&positions.targets)
+    };
+    let cycles = columns.has("cycle").then(|| columns.texts("cycle")).transpose()?;
+    let points = columns.has("point").then(|| columns.texts("point")).transpose()?;
+    let lines: Vec<usize> = (0..table.n_rows()).map(|row| table.line(row)).collect();
+    let unit = positions.motion.target_unit();
+    let at = |target: &f64| format!("{target} {unit}");
+    let given: Vec<String> = match points {
+        Some(points) => points.into_iter().map(str::to_owned).collect(),
+        None => positions.targets.iter().map(at).collect(),
+    };
+    let names = names_of(&given, &lines);
+    let readings: Vec<AxisReading> = (names.into_iter().zip(approaches).enumerate())
+        .map(|(row, (name, approach))| AxisReading {
+            name,
+            target: positions.targets[row],
+            deviation: positions.deviations[row],
+            approach,
+        })
+        .collect();
+    let extras = columns.rest()?;
+    warnings.extend(extras.warnings);
+    let (sigma, lead, length_ratio) = declared(&settings, &positions, &mut warnings);
+    let group = settings.closure.group.as_ref();
+    let (groups, group_noun) = match group_names(group, &table, document)? {
+        Some(groups) => (groups, group.map_or_else(String::new, |g| g.get_ref().clone())),
+        None => passes(&readings, cycles.as_deref()),
+    };
+    let measured = PositioningCase {
+        file: table.at_file(),
+        readings,
+        motion: positions.motion,
+        sigma,
+        lead,
+        length_ratio,
+        covariates: extras.covariates,
+        groups,
+        group_noun,
+    };
+    Ok(Reading {
+        measured: Box::new(measured),
+        loop_settings: settings.closure,
+        warnings,
+        tables: &[POSITIONS],
+    })
+}
+
+fn positions(columns: &mut Columns<'_>) -> Result<Positions, Error> {
+    let is_rotary = columns.has("target_deg");
+    if is_rotary && columns.has("target_mm") {
+        return Err(exclusive(columns, "target_mm", "target_deg"));
+    }
+    let (motion, target, actual): (_, _, &'static str) = if is_rotary {
+        (AxisMotion::Rotary, "target_deg", "actual_deg")
+    } else {
+        (AxisMotion::Linear, "target_mm", "actual_mm")
+    };
+    let targets = columns.numbers(target)?;
+    let found: Option<&'static str> = if is_rotary {
+        ["deviation_arcsec", "deviation_deg"].into_iter().find(|name| columns.has(name))
+    } else {
+        Some("deviation_mm").filter(|name| columns.has(name))
+    };
+    let Some(deviation) = found else {
+        let actual = columns.numbers(actual)?;
+        let deviations = targets.iter().zip(actual);
+        let deviations = match motion {
+            AxisMotion::Linear => deviations.map(|(t, a)| a - t).collect(),
+            // 359.999° is a thousandth below 0°.
+            AxisMotion::Rotary => deviations
+                .map(|(t, a)| {
+                    let turned = a - t;
+                    ARCSEC_PER_DEG * (turned - TURN_DEG * (turned / TURN_DEG).round())
+                })
+                .collect(),
+        };
+        return Ok(Positions { motion, targets, deviations });
+    };
+    if columns.has(actual) {
+        return Err(exclusive(columns, deviation, actual));
+    }
+    let factor = if deviation == "deviation_deg" { ARCSEC_PER_DEG } else { 1.0 };
+    let deviations = columns.numbers(deviation)?.into_iter().map(|d| factor * d).collect();
+    Ok(Positions { motion, targets, deviations })
+}
+
+fn exclusive(columns: &Columns<'_>, column: &str, other: &str) -> Error {
+    let (column, other) = (column.to_owned(), other.to_owned());
+    Error::case(columns.at(&column), Problem::ExclusiveColumns { column, other })
+}
+
+/// Noise of a deviation, lead of the screw, and uncertainty of the length standard over the length.
+fn declared(
+    settings: &Settings,
+    positions: &Positions,
+    warnings: &mut Vec<String>,
+) -> (Option<f64>, Option<f64>, Option<f64>) {
+    let value = |setting: &Option<Positive>| setting.as_ref().map(|Positive(value)| *value);
+    let of_linear = [
+        ("[axis] lead_mm", value(&settings.axis.lead_mm)),
+        ("[noise] deviation_mm", value(&settings.noise.deviation_mm)),
+        ("[noise] length_ppm", value(&settings.noise.length_ppm)),
+    ];
+    let of_rotary = [
+        ("[axis] lead_deg", value(&settings.axis.lead_deg)),
+        ("[noise] deviation_arcsec", value(&settings.noise.deviation_arcsec)),
+        ("[noise] angle_arcsec", value(&settings.noise.angle_arcsec)),
+    ];
+    let (own, others) = match positions.motion {
+        AxisMotion::Linear => (of_linear, of_rotary),
+        AxisMotion::Rotary => (of_rotary, of_linear),
+    };
+    for (key, _) in others.iter().filter(|(_, value)| value.is_some()) {
+        warnings.push(format!(
+            "`{key}` is not used with targets in {}",
+            positions.motion.target_unit()
+        ));
+    }
+    let [(_, lead), (noise, sigma), (_, standard)] = own;
+    if sigma.is_none() {
+        warnings
+            .push(format!("no `{noise}`: the standard uncertainty is estimated from the residual"));
+    }
+    let low = positions.targets.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = positions.targets.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let ratio = match positions.motion {
+        AxisMotion::Linear => standard.map(|ppm| 1e-6 * ppm),
+        AxisMotion::Rotary => standard.filter(|_| high > low).map(|u| u / (high - low)),
+    };
+    (sigma, lead, ratio)
+}
+
+fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let Ok(table) = files.folder.table(POSITIONS, &["target_mm"]) else { return Vec::new() };
+    let pair = |table: &Table| -> Option<[&'static str; 2]> {
+        [["target_mm", "actual_mm"], ["target_deg", "actual_deg"]]
+            .into_iter()
+            .find(|[_, actual]| table.column(actual).is_some())
+    };
+    let Some(columns) = pair(&table) else { return Vec::new() };
+    let table = Some(&table);
+    let mut all = signs(POSITIONS, table, &columns[..1]);
+    all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
+    if let Some(fitted) = fitted {
+        let far = farthest(fitted, FARTHEST);
+        all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));
+    }
+    all
+}
