@@ -34,7 +34,7 @@ const PLACEMENTS: [(&str, [f64; 2]); 6] = [
 pub(super) const SET: Set = Set {
     name: "ball-in-cups",
     source: "github.com/platonics-delft/kinematics_calibration, commit 05a05ab4cbbe, data/panda_3, MIT",
-    licence: "MIT, © 2024 platonics",
+    licence: "MIT, © 2024 platonics; fixtures/licences/kinematics-calibration.txt",
     place: "ball_in_cups/panda_3",
     reference: "one placement 15.0 mm, cups 40.2 mm apart; 2.6 mm and 50.8 mm once eight rows are moved",
     left_out: "pose; cup",

@@ -9,7 +9,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use super::{Case, Set, bearing, elevation, mirrors, photogrammetry, spots, stability, wheel};
+use super::{
+    Case, Set, ball, bearing, elevation, mirrors, photogrammetry, spots, stability, wheel,
+};
 use crate::expectation::Provenance;
 use crate::generators::sha256;
 use crate::shell;
@@ -37,6 +39,8 @@ const SHIPPED: &[Shipped] = &[
         "frame-fit/measured-photogrammetry",
     ),
     shipped(&stability::SET, "cycle-1490", "frame-fit/measured-overnight"),
+    shipped(&ball::SET, "frontleft", "frame-fit/measured-ball-in-cups"),
+    shipped(&ball::SET, "grid", "frame-fit/measured-cup-grid"),
     shipped(&wheel::SET, "untouched", "ft-center/measured-wheel"),
     shipped(&elevation::BY_STOP, "mirrors", "tracker-lm/measured-elevation-stops"),
     shipped(&elevation::BY_TARGET, "mirrors", "tracker-lm/measured-elevation-targets"),
