@@ -298,7 +298,7 @@ fn tangents_are_derivatives() {
     let readings = run(3, SIGMA_MM, |_, _, _| 0.0);
     let temperature = Covariate {
         name: "screw_c".to_owned(),
-        values: (0..readings.len()).map(|i| 20.0 + 0.01 * f64::from(i as u32)).collect(),
+        values: (0..readings.len()).map(|i| 20.0 + 0.01 * i as f64).collect(),
         origin: Origin::Recorded,
     };
     let run = AxisRun {
@@ -337,7 +337,8 @@ fn what_an_axis_does_is_named_with_its_size() {
     assert!((amplitude(&by_place, 1, 0) - 10.0).abs() < 1.6, "{:?}", by_place.steps);
 
     let places = [3.0, -7.0, 6.0, 1.0, -4.0, 9.0, -2.0, 5.0, -8.0, 0.0, 4.0, -6.0];
-    let of_place = |t: f64| 1e-3 * places[(t / 40.0) as usize];
+    let place = |t: f64| (0..12_u8).rev().find(|i| t >= 40.0 * f64::from(*i)).unwrap();
+    let of_place = |t: f64| 1e-3 * places[usize::from(place(t))];
     let profile = closed(&run(15, SIGMA_MM, |t, way, _| of_place(t) + 0.01 * way), &[], None);
     let mut names = named(&profile);
     names.sort();
