@@ -42,7 +42,9 @@ pub(super) fn relabelled(table: &Table) -> Option<Hypothesis> {
         return None;
     }
     let mut order: Vec<usize> = (0..table.n_rows()).collect();
-    wrong.iter().for_each(|one| order[one.pose] = one.like);
+    for one in &wrong {
+        order[one.pose] = one.like;
+    }
     let lines: Vec<usize> = wrong.iter().map(|one| table.line(one.pose)).collect();
     let own: BTreeSet<&str> = wrong.iter().map(|one| table.cell(one.like, column)).collect();
     let named: BTreeSet<&str> = wrong.iter().map(|one| table.cell(one.pose, column)).collect();
@@ -123,7 +125,9 @@ pub(super) fn misplaced(files: &Files, table: &Table, fitted: &Fitted) -> Vec<Hy
         let edits = (0..d)
             .map(|axis| {
                 let mut values = sides[axis].clone();
-                rows.iter().for_each(|&row| values[row] += back[axis]);
+                for &row in &rows {
+                    values[row] += back[axis];
+                }
                 let column = FROM[axis].to_owned();
                 Edit { file: PAIRS, change: Change::Replace { column, values } }
             })

@@ -85,14 +85,14 @@ pub(crate) fn passes(readings: &[AxisReading], cycles: Option<&[&str]>) -> (Vec<
     };
     let mut visits: HashMap<(u64, &str), usize> = HashMap::new();
     let passes: Vec<String> = (readings.iter().enumerate())
-        .map(|(row, reading)| match cycles {
-            Some(cycles) => format!("cycle {}, {}", cycles[row], way(reading)),
-            None => {
-                let visit = visits.entry(((reading.target + 0.0).to_bits(), way(reading)));
-                let visit = visit.or_default();
-                *visit += 1;
-                format!("visit {visit}, {}", way(reading))
+        .map(|(row, reading)| {
+            let way = way(reading);
+            if let Some(cycles) = cycles {
+                return format!("cycle {}, {way}", cycles[row]);
             }
+            let visit = visits.entry(((reading.target + 0.0).to_bits(), way)).or_default();
+            *visit += 1;
+            format!("visit {visit}, {way}")
         })
         .collect();
     if passes.iter().collect::<BTreeSet<_>>().len() >= FEWEST_PASSES {
