@@ -15,8 +15,9 @@ const UNITS: [&str; 23] = [
 ];
 
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised
-/// residual of a robust loss, a twist mixes mm and rad; `u` and `v` are places by the knots of a spline.
-const DIMENSIONLESS: [&str; 87] = [
+/// residual of a robust loss, a twist mixes mm and rad; `u` and `v` are places by the knots of a spline;
+/// target, deviation and lead are those of an axis, which is linear or rotary.
+const DIMENSIONLESS: [&str; 90] = [
     "absorbed",
     "alpha",
     "amplitude",
@@ -39,6 +40,7 @@ const DIMENSIONLESS: [&str; 87] = [
     "damping",
     "degrees_of_freedom",
     "derivative",
+    "deviation",
     "df",
     "direction",
     "directions",
@@ -51,6 +53,7 @@ const DIMENSIONLESS: [&str; 87] = [
     "gradient",
     "handedness",
     "jacobian",
+    "lead",
     "leverage",
     "loss",
     "maximum",
@@ -90,6 +93,7 @@ const DIMENSIONLESS: [&str; 87] = [
     "statistic",
     "std",
     "step",
+    "target",
     "tolerance",
     "truth",
     "twist",
