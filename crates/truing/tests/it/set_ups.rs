@@ -68,8 +68,8 @@ fn rows_under_the_name_of_another_place_are_named_by_their_lines() {
 fn poses_that_seat_badly_carry_the_right_names() {
     // Seats of 3 mm in cups 50 mm apart, six of them 12 mm off.
     let mut poses = cups(52, 3.0);
-    for row in 10..16 {
-        poses[row].1[1] += 12.0;
+    for (_, numbers) in &mut poses[10..16] {
+        numbers[1] += 12.0;
     }
     let answer = pose_case(&poses, |_, cup| cup).json("loop");
     assert!(steps(&answer).iter().all(|s| !s.contains("input:")), "{:?}", steps(&answer));
