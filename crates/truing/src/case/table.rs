@@ -130,6 +130,32 @@ impl Table {
         }
     }
 
+    /// The table with further columns, of one cell per row that it has, and further rows, of one
+    /// cell per column; these have the lines below the last.
+    pub(crate) fn appended(&self, columns: &[(String, Vec<String>)], rows: &[Vec<String>]) -> Self {
+        let (mut text, mut ends) = (String::with_capacity(self.text.len()), Vec::new());
+        let mut push = |cell: &str| {
+            text.push_str(cell);
+            ends.push(text.len());
+        };
+        for row in 0..self.n_rows() {
+            (0..self.names.len()).for_each(|column| push(self.cell(row, column)));
+            columns.iter().for_each(|(_, cells)| push(&cells[row]));
+        }
+        rows.iter().flatten().for_each(|cell| push(cell));
+        let last = self.lines.last().copied().unwrap_or(self.header_line);
+        let names = self.names.iter().chain(columns.iter().map(|(name, _)| name));
+        Self {
+            file: self.file.clone(),
+            names: names.cloned().collect(),
+            header_line: self.header_line,
+            lines: self.lines.iter().copied().chain((1..=rows.len()).map(|n| last + n)).collect(),
+            text,
+            ends,
+            ledger: self.ledger.clone(),
+        }
+    }
+
     pub(crate) fn line(&self, row: usize) -> usize {
         self.lines[row]
     }
