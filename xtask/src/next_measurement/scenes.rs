@@ -44,11 +44,11 @@ pub(super) fn situations() -> Vec<Situation> {
             let flaw = probe::Flaw::Lobing([0.005, -0.003]);
             Box::new(Session { flaw, ..Session::new(seed) })
         }),
-        pose("ball 8 µm larger, middle of the mirror touched", "tip-radius", |seed| {
-            Box::new(Middle(Mirror { flaw: mirror::Flaw::Tip(0.008), ..Mirror::new(seed) }))
+        pose("conic 0.03 too large, middle of the mirror touched", "conic", |seed| {
+            Box::new(Middle(Mirror { flaw: mirror::Flaw::Conic(0.03), ..Mirror::new(seed) }))
         }),
-        pose("axis z 100 ppm long, middle of the mirror touched", "vertex-radius", |seed| {
-            let flaw = mirror::Flaw::VertexRadius(0.1);
+        pose("three lobes of 6 µm, middle of the mirror touched", "trefoil", |seed| {
+            let flaw = mirror::Flaw::Trefoil([5e-3, 3e-3]);
             Box::new(Middle(Mirror { flaw, ..Mirror::new(seed) }))
         }),
         frame("x leans with z, measured in one plane", "shear", |seed| {
@@ -143,7 +143,10 @@ impl Scene for Middle {
     }
 
     fn aim(&self) -> Option<&'static str> {
-        None
+        Some(match self.0.flaw {
+            mirror::Flaw::Conic(_) => "conic",
+            _ => "trefoil",
+        })
     }
 
     fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files> {

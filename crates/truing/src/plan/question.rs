@@ -158,11 +158,10 @@ impl Question {
                 let dof = degrees_of_freedom(linear, beside.len() + 1);
                 let needed = needed(WANTED, 1, dof, level(model, options));
                 let goal = |column: usize| {
-                    let amplitude = DVector::from_element(1, size_that_matters(linear, column)?);
-                    let beside = beside.clone();
-                    Some(Goal::Seen { of: vec![column], amplitude, beside, needed })
+                    let amplitude = DVector::from_element(1, size_that_matters(linear, column));
+                    Goal::Seen { of: vec![column], amplitude, beside: beside.clone(), needed }
                 };
-                columns(model, linear, effect).into_iter().filter_map(goal).collect()
+                columns(model, linear, effect).into_iter().map(goal).collect()
             }
             Ask::Known { parameter } => {
                 let base = &model.declared().base;
@@ -265,14 +264,14 @@ fn imitating(
     }
 }
 
-/// Amplitude of one column with which its trace over what can be measured matters; `None` where it
+/// Amplitude of one column with which its trace over what can be measured matters; zero where it
 /// has none.
-fn size_that_matters(linear: &Linear, column: usize) -> Option<f64> {
+fn size_that_matters(linear: &Linear, column: usize) -> f64 {
     let rows: usize = linear.planned.iter().map(DMatrix::nrows).sum();
     let squares: f64 = linear.planned.iter().map(|b| b.column(column).norm_squared()).sum();
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let rms = (squares / rows.max(1) as f64).sqrt();
-    (rms > 0.0).then(|| MATTERS / rms)
+    if rms > 0.0 { MATTERS / rms } else { 0.0 }
 }
 
 fn degrees_of_freedom(linear: &Linear, fitted: usize) -> usize {

@@ -9,6 +9,8 @@ use crate::command::{Case, Ended, truing};
 
 const SPHERE: &str = "kind = \"probe-comp\"\n[surface]\nshape = \"sphere\"\nradius_mm = 25.0\n\
                       [probe]\ntip_radius_mm = 3.0\n[noise]\npoint_mm = 0.001\n";
+/// Touches from far beside the normal tell in a few touches.
+const STEEP: &str = "[plan]\noblique_deg = 45\n";
 /// By how much the ball is larger than declared.
 const LARGER_MM: f64 = 0.008;
 
@@ -28,7 +30,7 @@ fn larger_ball() -> Case {
         let [x, y, z] = [side * cos, side * sin, z].map(|v| v * reach);
         let _ = writeln!(table, "T{},{x:.6},{y:.6},{z:.6}", i + 1);
     }
-    Case::new(&[("case.toml", SPHERE), ("touches.csv", &table)])
+    Case::new(&[("case.toml", &format!("{SPHERE}{STEEP}")), ("touches.csv", &table)])
 }
 
 fn plan(case: &Case, further: &[&str]) -> Ended {
