@@ -116,7 +116,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let outlook = Outlook::of(&question, &*after.model, &final_linear);
     let assessed = assessed(&question, case, &with_plan)?;
     let figures = outlook.figures(&final_goals, [&assessed[0], &assessed[1]]);
-    let reached = reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook));
+    let spent = options.budget.is_some();
+    let reached = reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook), spent);
     let would = (!reached).then(|| would(&design, &question, &goals, offer.noun));
 
     let mut planned = Planned {
@@ -210,16 +211,20 @@ fn assessed(question: &Question, case: &Case, with: &Case) -> Result<[Vec<Assess
 }
 
 /// Whether every ask is answered with the plan: rivals and quantities by the model of the case with
-/// it, effects at the size that matters by the model that they were chosen by.
+/// it, effects at the size that matters by the model that they were chosen by; `spent` where a
+/// budget says how far a quantity goes.
 fn reached(
     question: &Question,
     (goals, design, chosen): (&[(usize, Goal)], &Design, &[usize]),
     (final_goals, outlook): (&[(usize, Goal)], &Outlook<'_>),
+    spent: bool,
 ) -> bool {
     let information = design.with(chosen);
     let met = |index: usize| match &question.asks[index] {
         Ask::Visible { .. } => of(goals, index).all(|goal| design.is_met(goal, &information)),
         Ask::All => true,
+        // As well as the budget lets it is all that is asked then.
+        Ask::Known { .. } if spent => true,
         _ => of(final_goals, index).all(|goal| outlook.meets(goal)),
     };
     let asked = |index: usize| of(goals, index).next().is_some();
