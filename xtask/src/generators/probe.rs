@@ -425,7 +425,9 @@ mod tests {
         };
         let again = touch_again(&session, &touches.iter().map(meant).collect::<Vec<_>>(), 5);
         for (touch, read_mm) in touches.iter().zip(again) {
-            assert_eq!(touch.read_mm, read_mm);
+            let off = add(read_mm, scale(-1.0, touch.read_mm));
+            // The same steps in the same order: nothing but round-off.
+            assert!(norm(&off) < 1e-12, "{off:?}");
         }
     }
 

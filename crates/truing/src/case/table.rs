@@ -139,10 +139,16 @@ impl Table {
             ends.push(text.len());
         };
         for row in 0..self.n_rows() {
-            (0..self.names.len()).for_each(|column| push(self.cell(row, column)));
-            columns.iter().for_each(|(_, cells)| push(&cells[row]));
+            for column in 0..self.names.len() {
+                push(self.cell(row, column));
+            }
+            for (_, cells) in columns {
+                push(&cells[row]);
+            }
         }
-        rows.iter().flatten().for_each(|cell| push(cell));
+        for cell in rows.iter().flatten() {
+            push(cell);
+        }
         let last = self.lines.last().copied().unwrap_or(self.header_line);
         let names = self.names.iter().chain(columns.iter().map(|(name, _)| name));
         Self {

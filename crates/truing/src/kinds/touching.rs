@@ -186,7 +186,7 @@ impl PlanSettings {
         let diagonal_mm = (high - low).norm();
         let spacing_mm = self.spacing_mm.map_or(diagonal_mm / across, |Positive(mm)| mm);
         let counts = (high - low).map(|length| (length / spacing_mm).ceil() + 1.0);
-        if !(counts.product() <= MOST_PLACES) {
+        if counts.product() > MOST_PLACES {
             return None;
         }
         let slack_mm = SLACK * diagonal_mm;
@@ -204,7 +204,7 @@ impl PlanSettings {
                 places.push(place);
             }
         }
-        Some(shuffled(places))
+        Some(shuffled(&places))
     }
 
     fn is_kept_out(&self, at: &Point3<f64>) -> bool {
@@ -249,7 +249,7 @@ fn lattice(
 
 /// The same in an order in which neighbours do not follow each other: every step goes on by the
 /// golden section of all, made coprime to their number.
-pub(crate) fn shuffled<T: Clone>(of: Vec<T>) -> Vec<T> {
+pub(crate) fn shuffled<T: Clone>(of: &[T]) -> Vec<T> {
     let n = of.len();
     let divisor = |mut a: usize, mut b: usize| {
         while b > 0 {
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn every_thing_is_in_the_shuffled_order_once() {
         for n in [0, 1, 2, 3, 10, 97, 618] {
-            let mut order = shuffled((0..n).collect::<Vec<usize>>());
+            let mut order = shuffled(&(0..n).collect::<Vec<usize>>());
             order.sort_unstable();
             assert!(order.iter().copied().eq(0..n), "{n}");
         }

@@ -74,13 +74,12 @@ impl Step {
 impl LoopAnswer {
     /// The answer in a file, or that of a loop that is closed for it.
     pub(super) fn of(case: &Case, path: Option<&Path>) -> Result<Self, Error> {
-        let answer = match path {
-            Some(path) => read(case, path)?,
-            None => {
-                let closed = serde_json::to_value(close_loop(case)?);
-                let closed = closed.expect("an answer is plain data");
-                serde_json::from_value(closed).expect("an answer of the loop has what one reads")
-            }
+        let answer = if let Some(path) = path {
+            read(case, path)?
+        } else {
+            let closed = serde_json::to_value(close_loop(case)?);
+            let closed = closed.expect("an answer is plain data");
+            serde_json::from_value(closed).expect("an answer of the loop has what one reads")
         };
         match answer.steps.iter().find(|step| step.effect.starts_with("input:")) {
             Some(step) => {

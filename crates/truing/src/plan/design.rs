@@ -1,6 +1,6 @@
 //! Which of many measurements serve a question best: optimal design on matrices alone.
 //!
-//! A measurement is a few whitened rows X of the linearised model; its information is XᵀX, and
+//! A measurement is a few whitened rows X of the linearised model; its information is `XᵀX`, and
 //! information adds up. What a design leaves of some columns beside others is a Schur complement of
 //! the sum: its quadratic form is the non-centrality with which an effect stands beside its rival
 //! (T-optimality), its inverse the variance of a parameter (c-optimality), its determinant what is
@@ -116,13 +116,22 @@ impl Design {
         }
     }
 
-    /// The measurements chosen one after another, until the goals are met or there are `most`.
+    /// Whether a goal is met with the chosen, and without any one of them: what rests on a single
+    /// measurement passes for a mistake of that one, and cannot be judged with it left out.
+    pub(super) fn is_safe(&self, goal: &Goal, chosen: &[usize]) -> bool {
+        let all = self.with(chosen);
+        let without = |&one: &usize| self.is_met(goal, &(&all - &self.offered[one]));
+        self.is_met(goal, &all)
+            && (!matches!(goal, Goal::Seen { .. }) || chosen.iter().all(without))
+    }
+
+    /// The measurements chosen one after another, until the goals are safe or there are `most`.
     pub(super) fn forward(&self, goals: &[Goal], most: usize) -> Vec<usize> {
         let present = self.present(goals);
         let mut chosen: Vec<usize> = Vec::new();
         let mut sum = self.measured.clone();
-        let met = |sum: &DMatrix<f64>| goals.iter().all(|goal| self.is_met(goal, sum));
-        while chosen.len() < most.min(self.n_offered()) && !met(&sum) {
+        let safe = |chosen: &[usize]| goals.iter().all(|goal| self.is_safe(goal, chosen));
+        while chosen.len() < most.min(self.n_offered()) && !safe(&chosen) {
             let Some((best, _)) = self.best(goals, &present, &sum, &chosen) else { break };
             sum += &self.offered[best];
             chosen.push(best);
@@ -246,8 +255,11 @@ mod tests {
         let goals = [goal];
         assert!(design.value(&goals[0], &design.with(&[])) < 1e-6);
         assert!(!design.is_met(&goals[0], &design.with(&[0])));
-        let chosen = design.forward(&goals, 3);
-        assert_eq!(chosen, [1]);
+        let chosen = [1];
+        // One alone is not safe; the others show less than is needed.
+        assert!(design.is_met(&goals[0], &design.with(&chosen)));
+        assert!(!design.is_safe(&goals[0], &chosen));
+        assert_eq!(design.forward(&goals, 3)[0], 1);
         // (1, 1, 1, 1)·2 less its part along (1, 1, 1, 0): 4.
         let value = design.value(&goals[0], &design.with(&chosen));
         assert!((value - 4.0).abs() < 1e-6, "{value}");

@@ -93,7 +93,9 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let linear = Linear::of(model, &question.effects(model), counts, noise);
     let mut goals = question.goals(model, &linear, &loop_options);
     if budget.is_some() {
-        goals.iter_mut().for_each(|(_, goal)| spend(goal));
+        for (_, goal) in &mut goals {
+            spend(goal);
+        }
     }
     let design = Design::of(&linear.measured, &linear.planned);
     let hopeful = hopeful(&design, &question, &goals);
@@ -219,9 +221,8 @@ fn reached(
     (final_goals, outlook): (&[(usize, Goal)], &Outlook<'_>),
     spent: bool,
 ) -> bool {
-    let information = design.with(chosen);
     let met = |index: usize| match &question.asks[index] {
-        Ask::Visible { .. } => of(goals, index).all(|goal| design.is_met(goal, &information)),
+        Ask::Visible { .. } => of(goals, index).all(|goal| design.is_safe(goal, chosen)),
         Ask::All => true,
         // As well as the budget lets it is all that is asked then.
         Ask::Known { .. } if spent => true,
@@ -239,9 +240,8 @@ fn of(goals: &[(usize, Goal)], index: usize) -> impl Iterator<Item = &Goal> {
 fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], noun: &str) -> String {
     let all: Vec<Goal> = goals.iter().map(|(_, goal)| goal.clone()).collect();
     let most = design.forward(&all, design.n_offered());
-    let information = design.with(&most);
     let answered = (0..question.asks.len()).all(|ask| of(goals, ask).next().is_some());
-    if answered && all.iter().all(|goal| design.is_met(goal, &information)) {
+    if answered && all.iter().all(|goal| design.is_safe(goal, &most)) {
         return format!("{} would reach it", text::counted(most.len(), noun));
     }
     match &question.advice {

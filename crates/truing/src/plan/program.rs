@@ -7,6 +7,9 @@ use crate::kinds::{PlannedTouch, Reach};
 /// File that the controller writes the touches to.
 pub(super) const LOG: &str = "plan.txt";
 
+/// Turns of a spindle that nobody can tell apart.
+const SAME_TURN_DEG: f64 = 1e-6;
+
 /// The touches as `G38.3` moves, each from a safe height and back to it.
 ///
 /// Every touch begins `approach_mm` before the nominal contact, looks for the surface at its feed as
@@ -25,7 +28,7 @@ pub(super) fn program(names: &[String], touches: &[PlannedTouch], reach: &Reach)
         let start = touch.ball_mm - touch.approach.into_inner() * approach_mm;
         let end = touch.ball_mm + touch.approach.into_inner() * overtravel_mm;
         let _ = writeln!(text, "({name})");
-        if let Some(turn) = touch.spindle_deg.filter(|turn| *turn != turned) {
+        if let Some(turn) = touch.spindle_deg.filter(|turn| (turn - turned).abs() > SAME_TURN_DEG) {
             let _ = writeln!(text, "(MSG, turn the probe in its spindle to {turn} degrees)\nM0");
             turned = turn;
         }

@@ -23,6 +23,11 @@ const QUARTER: f64 = 0.25;
 /// Singular values below this share of the largest are directions that no row shows.
 const FREE: f64 = 1e-9;
 
+/// Word for the rivals of an answer.
+const RIVALS: &str = "rivals";
+/// Word for the effects that an answer calls not observable.
+const UNOBSERVABLE: &str = "unobservable";
+
 /// One thing to find out.
 #[derive(Clone, Debug)]
 pub(super) enum Ask {
@@ -78,22 +83,20 @@ impl Question {
         let of_unseen =
             || unseen.iter().map(|u| Ask::Visible { effect: u.effect.clone() }).collect();
         let of_advice = || unseen.iter().find_map(|u| u.separate_by.as_ref());
-        match wanted {
-            None if !rivals.is_empty() => Ok(question(rivals, "rivals", proposed)),
-            None if unseen.is_empty() => Err(PlanProblem::NothingToAsk),
-            None => Ok(question(of_unseen(), "unobservable", of_advice())),
-            Some("rivals") if rivals.is_empty() => Err(PlanProblem::NoRivals),
-            Some("rivals") => Ok(question(rivals, "rivals", proposed)),
-            Some("unobservable") if unseen.is_empty() => Err(PlanProblem::NothingToAsk),
-            Some("unobservable") => Ok(question(of_unseen(), "unobservable", of_advice())),
-            Some("all") => Ok(question(vec![Ask::All], "all", None)),
-            Some(list) => {
+        let default = if rivals.is_empty() { UNOBSERVABLE } else { RIVALS };
+        match wanted.unwrap_or(default) {
+            RIVALS if rivals.is_empty() => Err(PlanProblem::NoRivals),
+            RIVALS => Ok(question(rivals, RIVALS, proposed)),
+            UNOBSERVABLE if unseen.is_empty() => Err(PlanProblem::NothingToAsk),
+            UNOBSERVABLE => Ok(question(of_unseen(), UNOBSERVABLE, of_advice())),
+            "all" => Ok(question(vec![Ask::All], "all", None)),
+            list => {
                 let mut asks = Vec::new();
                 for name in list.split(',').map(str::trim) {
                     asks.extend(named(name, model, &labels)?);
                 }
-                let advice = unseen.iter().filter(|u| list.contains(&u.effect));
-                Ok(question(asks, list, advice.filter_map(|u| u.separate_by.as_ref()).next()))
+                let mut advice = unseen.iter().filter(|u| list.contains(&u.effect));
+                Ok(question(asks, list, advice.find_map(|u| u.separate_by.as_ref())))
             }
         }
     }

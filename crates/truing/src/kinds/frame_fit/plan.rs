@@ -61,7 +61,7 @@ pub(super) fn offer<const D: usize>(
         names: "point",
         readings: TO[..D].to_vec(),
         columns: Vec::new(),
-        offered: shuffled(offered.collect()),
+        offered: shuffled(&offered.collect::<Vec<_>>()),
         noun: "point",
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

@@ -53,7 +53,7 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
     };
     let levels = Levels::of(case);
     let columns = new_columns(case, &levels, &places);
-    let offered: Vec<Offered> = shuffled(all(case, &levels, &reachable));
+    let offered: Vec<Offered> = shuffled(&all(case, &levels, &reachable));
     let balls = offered.iter().filter_map(|o| o.touch).map(|touch| touch.ball_mm.z);
     let highest = balls.chain(touches.balls.iter().map(|b| b.center_mm.z)).fold(f64::MIN, f64::max);
     // From below, a height over everything is no safe one.
