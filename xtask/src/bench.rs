@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{blunders, coverage, loop_speed, peers, power, shell};
+use crate::{blunders, coverage, loop_speed, next_measurement, peers, power, shell};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
@@ -29,6 +29,8 @@ enum What {
     Power(power::Arguments),
     /// How often 95 % intervals of what is handed back hold the truth, over many simulated cases.
     Coverage(coverage::Arguments),
+    /// How often the right name alone is found once the planned measurements are made.
+    Plan(next_measurement::Arguments),
     /// Mistakes in the input that are named, and sound input that is accused.
     Blunders(blunders::Arguments),
 }
@@ -45,6 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Loop) => loop_speed::run(),
         Some(What::Power(arguments)) => power::run(arguments),
         Some(What::Coverage(arguments)) => coverage::run(arguments),
+        Some(What::Plan(arguments)) => next_measurement::run(arguments),
         Some(What::Blunders(arguments)) => blunders::run(arguments),
         None => match arguments.peers {
             Some(comparison) => peers::run(comparison, arguments.rounds),

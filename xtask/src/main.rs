@@ -16,6 +16,7 @@ mod generators;
 mod handback;
 mod loop_speed;
 mod measured;
+mod next_measurement;
 mod peers;
 mod power;
 mod program;

@@ -9,7 +9,9 @@ use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
 use crate::plausible::ImplausibleResult;
-use crate::{CarryProblem, FileProblem, ImportProblem, Location, Problem, ShapeProblem, Suspect};
+use crate::{
+    CarryProblem, FileProblem, ImportProblem, Location, PlanProblem, Problem, ShapeProblem, Suspect,
+};
 
 /// Why a command could not do what it was asked for.
 #[derive(Debug, thiserror::Error)]
@@ -225,6 +227,14 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// No further measurement can be planned.
+    #[error("{}: {problem}", path.display())]
+    Plan {
+        /// The case, or the answer of the loop.
+        path: PathBuf,
+        /// Why, and what to do.
+        problem: Box<PlanProblem>,
+    },
     /// A list of findings for an index that is not one.
     #[error("{}: {source}; it should hold a list of texts by the name of each page", path.display())]
     Findings {
@@ -256,6 +266,10 @@ impl Error {
 
     pub(crate) fn not_read(path: &Path, problem: FileProblem) -> Self {
         Self::NotRead { path: path.to_owned(), problem }
+    }
+
+    pub(crate) fn plan(path: &Path, problem: PlanProblem) -> Self {
+        Self::Plan { path: path.to_owned(), problem: Box::new(problem) }
     }
 
     pub(crate) fn carry(path: &Path, problem: CarryProblem) -> Self {
@@ -335,6 +349,7 @@ impl Error {
             | Self::OutputTwice { .. }
             | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
+            | Self::Plan { .. }
             | Self::Findings { .. }
             | Self::Exists { .. }
             | Self::NotWritten { .. } => false,

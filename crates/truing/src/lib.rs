@@ -17,6 +17,7 @@ mod interval_width;
 mod kinds;
 mod noise_test;
 mod page;
+mod plan;
 mod plausible;
 mod program;
 mod register;
@@ -72,6 +73,10 @@ pub use kinds::{
 };
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
+pub use plan::{
+    PlanBudget, PlanFigure, PlanOptions, PlanProblem, Planned, PlannedMeasurement,
+    PlannedTouchPlace, plan, write_plan,
+};
 pub use plausible::{ImplausibleResult, plausible};
 pub use program::{Corrected, correct};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};

@@ -177,6 +177,28 @@ pub(crate) fn simulate(mirror: &Mirror) -> Touched {
     out
 }
 
+/// What the machine reads when it touches the mirror again, above places of the mirror, with noise
+/// of its own; of flaws that need no time and no air.
+pub(crate) fn touch_again(mirror: &Mirror, places: &[[f64; 2]], seed: u64) -> Vec<[f64; 3]> {
+    let pose = Pose::random(&mut ChaCha8Rng::seed_from_u64(mirror.seed));
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let air = Air::simulate(mirror.n_points + places.len(), &mut rng);
+    (places.iter().enumerate())
+        .map(|(index, &[x, y])| {
+            let real = pose.map(ball(mirror, &mirror.flaws(), x, y));
+            let error = machine_error(mirror, &pose, real, mirror.n_points + index, &air);
+            let noise = std::array::from_fn(|_| mirror.noise_mm * gaussian(&mut rng));
+            add(add(real, error), noise)
+        })
+        .collect()
+}
+
+/// Places spread evenly over a mirror.
+pub(crate) fn even_places(mirror: &Mirror, count: usize) -> Vec<[f64; 2]> {
+    let grid = Mirror { n_points: count, ..mirror.clone() };
+    places(&grid, &mut ChaCha8Rng::seed_from_u64(mirror.seed))
+}
+
 /// Where and how the mirror lies.
 struct Pose {
     tilts_rad: [f64; 2],

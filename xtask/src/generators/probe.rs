@@ -173,6 +173,49 @@ pub(crate) fn simulate(session: &Session) -> Vec<Touch> {
         .collect()
 }
 
+/// Where a further touch of the same part is meant to be: nominal contact and normal, approach, feed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meant {
+    pub contact_mm: [f64; 3],
+    pub normal: [f64; 3],
+    pub approach: [f64; 3],
+    pub feed_mm_per_min: f64,
+}
+
+/// What the machine reads at further touches after a session, with noise of its own.
+pub(crate) fn touch_again(session: &Session, meant: &[Meant], seed: u64) -> Vec<[f64; 3]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (meant.iter().enumerate())
+        .map(|(index, place)| {
+            let touch = Touch {
+                read_mm: [0.0; 3],
+                approach: place.approach,
+                feed_mm_per_min: place.feed_mm_per_min,
+                air_c: 20.4,
+                humidity_pct: 45.0,
+                is_check: false,
+                signal_mm: 0.0,
+                noise_mm: 0.0,
+                normal: place.normal,
+                contact_mm: place.contact_mm,
+            };
+            let noise = std::array::from_fn(|_| session.noise_mm * gaussian(&mut rng));
+            add(read(session, session.n_touches + index, &touch), noise)
+        })
+        .collect()
+}
+
+/// Places spread evenly over what a session touches, approached along their normals.
+pub(crate) fn even_places(session: &Session, count: usize) -> Vec<Meant> {
+    let grid = Session { n_touches: count, ..session.clone() };
+    (0..count)
+        .map(|place| {
+            let (contact_mm, normal) = nominal(&grid, place);
+            Meant { contact_mm, normal, approach: scale(-1.0, normal), feed_mm_per_min: 100.0 }
+        })
+        .collect()
+}
+
 /// Nominal contact and normal of a place.
 fn nominal(session: &Session, place: usize) -> ([f64; 3], [f64; 3]) {
     let share = (as_f64(place) + 0.5) / as_f64(session.n_touches);
@@ -365,6 +408,26 @@ mod tests {
             for touch in simulate(&session) {
                 assert!(touch.signal_mm.abs() < 1e-10, "{touch:?}");
             }
+        }
+    }
+
+    /// Without noise a touch that is made again where it was made reads the same.
+    #[test]
+    fn a_touch_made_again_reads_the_same() {
+        let flaw = Flaw::Bending(5e-3);
+        let session = Session { flaw, oblique_rad: 0.5, noise_mm: 0.0, ..Session::new(3) };
+        let touches = simulate(&session);
+        let meant = |t: &Touch| Meant {
+            contact_mm: t.contact_mm,
+            normal: t.normal,
+            approach: t.approach,
+            feed_mm_per_min: t.feed_mm_per_min,
+        };
+        let again = touch_again(&session, &touches.iter().map(meant).collect::<Vec<_>>(), 5);
+        for (touch, read_mm) in touches.iter().zip(again) {
+            let off = add(read_mm, scale(-1.0, touch.read_mm));
+            // The same steps in the same order: nothing but round-off.
+            assert!(norm(&off) < 1e-12, "{off:?}");
         }
     }
 

@@ -171,6 +171,23 @@ pub(crate) fn simulate(survey: &Survey) -> Surveyed {
     }
 }
 
+/// Where the tracker sees points that the machine goes to after a survey, with noise of its own;
+/// of defects that need neither time nor temperature.
+pub(crate) fn measure_again(survey: &Survey, from_mm: &[[f64; 3]], seed: u64) -> Vec<[f64; 3]> {
+    // The pose is the first thing that a survey draws.
+    let pose = Pose::random(survey, &mut ChaCha8Rng::seed_from_u64(survey.seed));
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let covariates = Covariates::simulate(from_mm.len(), &mut rng);
+    (from_mm.iter().enumerate())
+        .map(|(index, &from)| {
+            let off = [survey.defect, survey.also]
+                .map(|defect| displacement_of(defect, from, index, &covariates));
+            let noise = std::array::from_fn(|_| survey.noise_mm * gaussian(&mut rng));
+            add(pose.map(add(from, add(off[0], off[1]))), noise)
+        })
+        .collect()
+}
+
 /// Displacement of one point by the defect, in the machine's frame, mm.
 fn displacement_of(defect: Defect, p: [f64; 3], index: usize, covariates: &Covariates) -> [f64; 3] {
     match defect {

@@ -24,6 +24,8 @@ pub(crate) enum Change {
     Swap { column: String, names: [String; 2] },
     /// A column of new numbers.
     Replace { column: String, values: Vec<f64> },
+    /// Columns that the table does not have, with a cell for each of its rows, and rows at the end.
+    Append { columns: Vec<(String, Vec<String>)>, rows: Vec<Vec<String>> },
     /// A setting of `case.toml`, by the path of its keys.
     Setting { path: Vec<&'static str>, value: toml::Value },
 }
@@ -82,6 +84,7 @@ impl Change {
                     }
                 })
             }
+            Self::Append { columns, rows } => table.appended(columns, rows),
             Self::Setting { .. } => table.clone(),
         }
     }
@@ -150,6 +153,17 @@ mod tests {
         let kept = Change::Keep { rows: vec![0, 2] }.of_table(&table());
         assert_eq!(cells(&kept), [["a", "1", "10"], ["c", "3", "30"]]);
         assert_eq!([kept.line(0), kept.line(1)], [2, 4]);
+    }
+
+    #[test]
+    fn rows_and_columns_are_added_at_the_end() {
+        let columns = vec![("z".to_owned(), names(&["7", "8", "9"]))];
+        let rows = vec![names(&["d", "4", "40", "10"])];
+        let longer = Change::Append { columns, rows }.of_table(&table());
+        assert_eq!(longer.names(), ["id", "x", "y", "z"]);
+        assert_eq!(cells(&longer)[2], ["c", "3", "30", "9"]);
+        assert_eq!(cells(&longer)[3], ["d", "4", "40", "10"]);
+        assert_eq!([longer.line(2), longer.line(3)], [4, 5]);
     }
 
     #[test]

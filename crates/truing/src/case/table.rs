@@ -130,6 +130,38 @@ impl Table {
         }
     }
 
+    /// The table with further columns, of one cell per row that it has, and further rows, of one
+    /// cell per column; these have the lines below the last.
+    pub(crate) fn appended(&self, columns: &[(String, Vec<String>)], rows: &[Vec<String>]) -> Self {
+        let (mut text, mut ends) = (String::with_capacity(self.text.len()), Vec::new());
+        let mut push = |cell: &str| {
+            text.push_str(cell);
+            ends.push(text.len());
+        };
+        for row in 0..self.n_rows() {
+            for column in 0..self.names.len() {
+                push(self.cell(row, column));
+            }
+            for (_, cells) in columns {
+                push(&cells[row]);
+            }
+        }
+        for cell in rows.iter().flatten() {
+            push(cell);
+        }
+        let last = self.lines.last().copied().unwrap_or(self.header_line);
+        let names = self.names.iter().chain(columns.iter().map(|(name, _)| name));
+        Self {
+            file: self.file.clone(),
+            names: names.cloned().collect(),
+            header_line: self.header_line,
+            lines: self.lines.iter().copied().chain((1..=rows.len()).map(|n| last + n)).collect(),
+            text,
+            ends,
+            ledger: self.ledger.clone(),
+        }
+    }
+
     pub(crate) fn line(&self, row: usize) -> usize {
         self.lines[row]
     }

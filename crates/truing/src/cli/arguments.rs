@@ -2,9 +2,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use nalgebra::Isometry3;
-use truing::{ColumnMap, Export};
+use truing::{ColumnMap, Export, PlanBudget};
 
-use super::number::{chord, decimals, not_negative, positive};
+use super::number::{budget, chord, decimals, not_negative, positive};
 use super::register::{Register, pose};
 
 /// Solves measured cases of precision machines, and finds what their declared model is missing.
@@ -53,6 +53,9 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Choose what to measure next: what tells rivals apart, makes an effect visible, or a quantity
+    /// better known
+    Plan(Next),
     /// Find where one cloud or mesh lies on another
     Register(Register),
     /// Move a G-code program to where the part of a pose-icp case lies
@@ -191,6 +194,29 @@ pub(crate) struct ForceCard {
     /// Also write a self-contained HTML page with the stable region as a picture
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Next {
+    /// Case folder
+    pub(crate) case: PathBuf,
+    /// What `truing loop CASE --json` printed; without it the loop is closed first
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) answer: Option<PathBuf>,
+    /// rivals, unobservable, all, or names of effects and quantities separated by commas; default:
+    /// rivals if there are any, else what is not observable
+    #[arg(long = "for", value_name = "AIM")]
+    pub(crate) aim: Option<String>,
+    /// Measurements to make at most, as 12, or minutes, as 30min; default: as many as were made
+    #[arg(long, value_name = "N", value_parser = budget)]
+    pub(crate) budget: Option<PlanBudget>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Folder to write the plan to: the case with rows to fill in, and the probing program where
+    /// a machine runs one
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -17,13 +17,14 @@ use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::report::render_index;
 use truing::{
-    Case, Error, Estimates, ForceDesignInput, Header, InputFile, OutputFile, ProbeLogSettings,
-    ReadOptions, TableImport, check, close_loop, correct, design_force, force_report,
-    import_probe_log, import_table, loop_report, plausible, read_case_with, read_findings,
-    read_learnt, read_page, refuse_overlap, solve, solve_report, write_files, write_imported,
+    Case, Error, Estimates, ForceDesignInput, Header, InputFile, OutputFile, PlanOptions,
+    ProbeLogSettings, ReadOptions, TableImport, check, close_loop, correct, design_force,
+    force_report, import_probe_log, import_table, loop_report, plan, plausible, read_case_with,
+    read_findings, read_learnt, read_page, refuse_overlap, solve, solve_report, write_files,
+    write_imported, write_plan,
 };
 
-use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Run, Settings};
+use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings};
 use register::Register;
 use spinner::Spinner;
 
@@ -53,6 +54,7 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             answer((&run, settings), "closing the loop", carrying, close_loop, loop_report)
         }
         Command::Check { case, json } => checked(&case, json, settings),
+        Command::Plan(next) => planned(&next, settings),
         Command::Register(command) => registered(&command, settings),
         Command::Correct { case, program, planned, answer, chord, decimals, output } => {
             let options = ProgramOptions { chord_mm: chord, decimals };
@@ -142,6 +144,18 @@ impl Answer for truing::Registered {
     }
 }
 
+impl Answer for truing::Planned {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn forget_timing(&mut self) {}
+}
+
 impl Answer for truing::Checked {
     fn header(&self) -> &Header {
         &self.header
@@ -215,6 +229,22 @@ fn checked(path: &Path, json: bool, settings: Settings) -> Result<(), Error> {
     let answer = check(&read(path, settings)?)?;
     drop(spinner);
     print(answer, json, settings)
+}
+
+fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
+    let spinner = Spinner::start("planning");
+    let options =
+        PlanOptions { answer: next.answer.clone(), aim: next.aim.clone(), budget: next.budget };
+    let answer = plan(&read(&next.case, settings)?, &options)?;
+    let written = match &next.out {
+        Some(folder) => write_plan(&answer, folder)?,
+        None => Vec::new(),
+    };
+    drop(spinner);
+    let listed: String = written.iter().map(|f| format!("wrote {}\n", f.display())).collect();
+    let is_text = !next.json;
+    print(answer, next.json, settings)?;
+    if is_text { output::text(&listed) } else { Ok(()) }
 }
 
 fn registered(command: &Register, settings: Settings) -> Result<(), Error> {

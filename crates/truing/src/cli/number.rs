@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use truing::PlanBudget;
+
 /// Largest length, in mm: a kilometre is beyond any machine.
 pub(super) const MAX_LENGTH_MM: f64 = 1e6;
 /// Largest angle: what is turned further is a slip.
@@ -12,6 +14,28 @@ const POSITIVE: RangeInclusive<f64> = 1e-12..=1e12;
 const CHORD_MM: RangeInclusive<f64> = 1e-6..=1e3;
 /// Decimals that a controller may read.
 const DECIMALS: RangeInclusive<usize> = 0..=9;
+
+/// Most measurements, and most minutes, that anybody plans at once.
+const MOST_BUDGET: f64 = 1e6;
+
+/// Measurements as `12`, minutes as `30min`.
+pub(super) fn budget(text: &str) -> Result<PlanBudget, String> {
+    let text = text.trim();
+    let minutes = text.strip_suffix("minutes").or_else(|| text.strip_suffix("min"));
+    let of_minutes = |minutes: &str| {
+        let minutes = minutes.trim().parse::<f64>().ok();
+        minutes.filter(|m| *m > 0.0 && *m <= MOST_BUDGET).map(PlanBudget::Minutes)
+    };
+    let of_count = || {
+        let count = text.parse::<u32>().ok().filter(|n| *n > 0 && f64::from(*n) <= MOST_BUDGET)?;
+        Some(PlanBudget::Measurements(usize::try_from(count).ok()?))
+    };
+    minutes.map_or_else(of_count, of_minutes).ok_or_else(|| {
+        format!(
+            "expected a number of measurements, as 12, or minutes, as 30min, up to {MOST_BUDGET:e}"
+        )
+    })
+}
 
 /// A number within limits.
 pub(super) fn within(text: &str, limits: &RangeInclusive<f64>) -> Result<f64, String> {

@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod plan;
 mod poses;
 mod set_ups;
 mod suspects;
@@ -21,6 +22,7 @@ pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformSt
 pub use poses::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 
 use measured::{FrameCase, Sigma, Use};
+use plan::FramePlanSettings;
 use poses::POSES;
 
 pub(crate) const KIND: Kind = Kind {
@@ -52,6 +54,8 @@ struct Settings {
     model: ModelSettings,
     #[serde(default)]
     noise: NoiseSettings,
+    #[serde(default)]
+    plan: FramePlanSettings,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
 }
@@ -130,6 +134,8 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         group_column: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         transform: settings.model.transform.into(),
         handedness: settings.model.handedness.into(),
+        plan: settings.plan,
+        document: document.at_file(),
     };
     let measured: Box<dyn Measured> = Box::new(case);
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: &[PAIRS] })

@@ -4,11 +4,13 @@ mod example;
 mod force_impedance;
 mod frame_fit;
 mod ft_center;
+mod offer;
 mod orientation;
 mod pose_icp;
 mod positioning;
 mod probe_comp;
 mod surface;
+mod touching;
 mod tracker_lm;
 
 use std::fmt;
@@ -42,6 +44,7 @@ pub use tracker_lm::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
 };
 
+pub(crate) use offer::{Offer, Offered, PlannedTouch, Reach};
 pub(crate) use pose_icp::stds;
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
 pub use probe_comp::{
@@ -109,6 +112,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
     /// Whether observations of this kind can repeat each other: not where rows combine several.
     fn repeats_places(&self) -> bool {
         true
+    }
+
+    /// What further measurements the machine can make; `None` where this kind of case cannot say.
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        Ok(None)
     }
 
     /// Curves that the report of this kind shows.

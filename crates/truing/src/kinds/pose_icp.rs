@@ -3,6 +3,7 @@
 mod estimates;
 mod measured;
 mod picture;
+mod plan;
 mod surface;
 mod suspects;
 mod tables;
@@ -18,6 +19,7 @@ use toml::Spanned;
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
 use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
+use crate::kinds::touching::PlanSettings;
 use crate::kinds::{Kind, Measured, Reading};
 
 pub(crate) use estimates::stds;
@@ -55,6 +57,8 @@ struct Settings {
     machine: MachineSettings,
     #[serde(default)]
     noise: NoiseSettings,
+    #[serde(default)]
+    plan: PlanSettings,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
 }
@@ -147,7 +151,9 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let Finite(gamma_deg) = settings.pose.gamma_deg.unwrap_or(zero());
     let of_surface = surface.table;
     let edge = if folder.has(EDGE) { Some(edge(folder, &settings.noise, document)?) } else { None };
-    let case = assemble(surface, points, tip, gamma_deg.to_radians(), edge.as_ref(), &settings)?;
+    warnings.extend(settings.plan.of_probing_alone());
+    let (gamma_rad, at) = (gamma_deg.to_radians(), document.at_file());
+    let case = assemble(surface, points, tip, gamma_rad, edge.as_ref(), &settings, at)?;
     // The edge is read wherever it is there.
     let tables: &[&str] = match of_surface {
         Some(HEIGHTS) => &[POINTS, EDGE, HEIGHTS],
@@ -185,6 +191,7 @@ fn assemble(
     gamma_rad: f64,
     edge: Option<&Edge>,
     settings: &Settings,
+    document: Location,
 ) -> Result<PoseCase, Error> {
     let at = points.file.clone();
     let located = edge
@@ -228,7 +235,8 @@ fn assemble(
     };
     // γ is held by default; a freeform part may show it, and is asked where nobody states it.
     let ask_gamma = surface.shows_gamma && settings.pose.gamma_deg.is_none() && !is_named;
-    Ok(PoseCase { surface, points, start, options, sigma_mm, ask_gamma })
+    let plan = settings.plan.clone();
+    Ok(PoseCase { surface, points, start, options, sigma_mm, ask_gamma, plan, document })
 }
 
 fn named(names: Option<&Spanned<Vec<ParameterName>>>) -> Vec<PoseParameter> {

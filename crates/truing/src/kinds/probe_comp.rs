@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod plan;
 mod qualification;
 mod surface;
 mod suspects;
@@ -15,6 +16,7 @@ use toml::Spanned;
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
 use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
+use crate::kinds::touching::PlanSettings;
 use crate::kinds::{Kind, Reading};
 
 pub use estimates::{
@@ -52,6 +54,8 @@ struct Settings {
     model: ModelSettings,
     #[serde(default)]
     noise: NoiseSettings,
+    #[serde(default)]
+    plan: PlanSettings,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
 }
@@ -136,6 +140,8 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         stylus,
         source,
         sigma_mm,
+        plan: settings.plan,
+        document: document.at_file(),
     };
     let loop_settings = settings.closure;
     Ok(Reading { measured: Box::new(case), loop_settings, warnings, tables })

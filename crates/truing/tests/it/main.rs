@@ -25,6 +25,7 @@ mod linuxcnc;
 mod messages;
 mod met_by_all;
 mod nurbs;
+mod plan;
 mod pose_icp;
 mod pose_icp_messages;
 mod positioning;

@@ -9,11 +9,14 @@ use model_discrepancy::{Closure, Covariate, Origin, Role};
 use nalgebra::{Point, SVector};
 
 use super::estimates::{FrameFitEstimates, HandedBack, PointResidual};
+use super::plan::{FramePlanSettings, offer};
 use super::suspects;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions};
+use crate::kinds::{
+    Fitted, Measured, Observation, Offer, Places, Prepared, Words, empirical_conditions,
+};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
 
@@ -40,6 +43,10 @@ pub(crate) struct FrameCase {
     pub(crate) group_column: Option<String>,
     pub(crate) transform: Transform,
     pub(crate) handedness: Handedness,
+    /// Where points can be measured.
+    pub(crate) plan: FramePlanSettings,
+    /// Where that is declared.
+    pub(crate) document: Location,
 }
 
 /// What is known of the noise.
@@ -78,6 +85,10 @@ impl Measured for FrameCase {
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         if self.dimension == 2 { self.prepare_in::<2>() } else { self.prepare_in::<3>() }
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        if self.dimension == 2 { self.offer_in::<2>() } else { self.offer_in::<3>() }
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
@@ -153,6 +164,11 @@ impl FrameCase {
         let rows = self.rows_to_fit();
         let pairs: Vec<PointPair<D>> = rows.iter().map(|row| self.pair(*row)).collect();
         fit_frame(&pairs, &self.options()).map_err(|e| self.error(e, &rows))
+    }
+
+    fn offer_in<const D: usize>(&self) -> Result<Option<Offer>, Error> {
+        let map = self.fit_frame::<D>()?.target_from_source;
+        offer(self, |from| map.apply(from)).map(Some)
     }
 
     /// `rows` are those that the solver was given.

@@ -14,8 +14,10 @@ use super::picture::{Picture, picture};
 use super::surface::Surface;
 use super::tables::Points;
 use crate::Error;
+use crate::case::Location;
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::kinds::touching::PlanSettings;
+use crate::kinds::{Fitted, Measured, Observation, Offer, Places, Prepared, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
 
@@ -30,6 +32,10 @@ pub(super) struct PoseCase {
     pub(super) sigma_mm: Option<f64>,
     /// Whether γ is estimated where the points show it.
     pub(super) ask_gamma: bool,
+    /// What the machine can do.
+    pub(super) plan: PlanSettings,
+    /// Where that is declared.
+    pub(super) document: Location,
 }
 
 /// The pose with the options under which it was found.
@@ -94,6 +100,11 @@ impl Measured for PoseCase {
         let of = Arc::clone(&model);
         let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &fit));
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        let Located { fit, options, .. } = self.locate()?;
+        super::plan::offer(self, &fit.machine_from_workpiece, options.tip).map(Some)
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

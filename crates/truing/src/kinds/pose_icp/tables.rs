@@ -6,7 +6,7 @@ use super::{EDGE, POINTS};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Problem, group_names};
 
-const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+pub(super) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] = &["point", XYZ[0], XYZ[1], XYZ[2], "use"];
 /// Four side touches and the centre.
 const EDGE_ROWS: usize = 5;

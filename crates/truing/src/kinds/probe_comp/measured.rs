@@ -11,8 +11,10 @@ use super::qualification::QualificationEstimate;
 use super::surface::PartSurface;
 use super::tables::Touches;
 use crate::Error;
+use crate::case::Location;
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::kinds::touching::PlanSettings;
+use crate::kinds::{Fitted, Measured, Observation, Offer, Places, Prepared, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
 
@@ -29,6 +31,10 @@ pub(super) struct ProbeCase {
     pub(super) source: NormalSource,
     /// Declared standard uncertainty of a coordinate.
     pub(super) sigma_mm: Option<f64>,
+    /// What the machine can do.
+    pub(super) plan: PlanSettings,
+    /// Where that is declared.
+    pub(super) document: Location,
 }
 
 /// Contacts, and what they say of the noise.
@@ -93,6 +99,10 @@ impl Measured for ProbeCase {
         let estimates =
             Box::new(move |closure: &Closure| closed(&of, closure, &declared, &sigmas_mm));
         Ok(Prepared { model, covariates, estimates })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        super::plan::offer(self)
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

@@ -11,10 +11,10 @@ use crate::case::{
     Columns, Document, Folder, Location, NumberColumn, Problem, Table, group_names, nearest, quote,
 };
 
-const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
-const GUIDE: [&str; 2] = ["guide_x_mm", "guide_y_mm"];
-const SPINDLE: &str = "spindle_deg";
+pub(super) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+pub(super) const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
+pub(super) const GUIDE: [&str; 2] = ["guide_x_mm", "guide_y_mm"];
+pub(super) const SPINDLE: &str = "spindle_deg";
 const NEEDED: &[&str] = &["touch", XYZ[0], XYZ[1], XYZ[2]];
 const KNOWN: &[&str] = &[
     "touch",
@@ -47,6 +47,7 @@ pub(super) struct Touches {
     /// Whether a touch is only judged.
     pub(super) is_check: Vec<bool>,
     pub(super) have_approach: bool,
+    pub(super) have_spindle: bool,
     pub(super) covariates: Vec<NumberColumn>,
     pub(super) groups: Option<Vec<String>>,
     pub(super) group_column: Option<String>,
@@ -84,6 +85,7 @@ impl Touches {
             lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
             names,
             have_approach: approaches.is_some(),
+            have_spindle: spindle_deg.is_some(),
             balls,
             is_check,
             covariates: extras.covariates,

@@ -1,0 +1,62 @@
+//! Measurements that a machine can make, one row of a table each.
+
+use nalgebra::{Point3, Unit, Vector3};
+
+/// What could be measured next.
+#[derive(Debug)]
+pub(crate) struct Offer {
+    /// Table that the measurements are rows of.
+    pub(crate) table: &'static str,
+    /// Its column of names.
+    pub(crate) names: &'static str,
+    /// Columns that hold what is read: nominal in a plan, empty in the table handed out.
+    pub(crate) readings: Vec<&'static str>,
+    /// Columns that the table does not have, with a cell for each of its rows.
+    pub(crate) columns: Vec<(String, Vec<String>)>,
+    /// In an order in which place and time do not run together.
+    pub(crate) offered: Vec<Offered>,
+    /// What one of them is called.
+    pub(crate) noun: &'static str,
+    /// What one of them takes, where it is declared.
+    pub(crate) minutes: Option<f64>,
+    /// How the machine goes there, where it is sent by a program.
+    pub(crate) reach: Option<Reach>,
+}
+
+/// One measurement.
+#[derive(Clone, Debug)]
+pub(crate) struct Offered {
+    /// Cells by column, readings as the declared model predicts them.
+    pub(crate) cells: Vec<(&'static str, String)>,
+    /// The touch that it is, where it is one.
+    pub(crate) touch: Option<PlannedTouch>,
+}
+
+/// A touch to be made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlannedTouch {
+    /// Nominal contact.
+    pub(crate) contact_mm: Point3<f64>,
+    /// Unit normal there, towards the ball.
+    pub(crate) normal: Unit<Vector3<f64>>,
+    /// Centre of the ball at the contact.
+    pub(crate) ball_mm: Point3<f64>,
+    /// From the ball towards the surface.
+    pub(crate) approach: Unit<Vector3<f64>>,
+    pub(crate) feed_mm_per_min: f64,
+    /// Turn of the probe in its spindle, where it is planned.
+    pub(crate) spindle_deg: Option<f64>,
+}
+
+/// How a machine goes from touch to touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    /// Height at which the ball passes over everything.
+    pub(crate) safe_z_mm: f64,
+    /// Distance from the contact at which a touch begins and to which it goes back.
+    pub(crate) approach_mm: f64,
+    /// How far beyond the nominal contact the ball looks for the surface.
+    pub(crate) overtravel_mm: f64,
+    /// Between safe height and the beginning of a touch.
+    pub(crate) travel_mm_per_min: f64,
+}

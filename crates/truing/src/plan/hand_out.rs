@@ -1,0 +1,68 @@
+//! A plan as what people and machines work by.
+
+use std::path::Path;
+
+use super::planned::{Planned, PlannedMeasurement, PlannedTouchPlace};
+use super::program::program;
+use super::rows::Rows;
+use crate::Case;
+use crate::case::CASE_FILE;
+use crate::file::{MAX_BYTES, read_text};
+use crate::kinds::{Offer, Offered};
+
+/// What is to be measured, one by one.
+pub(super) fn measurements(
+    rows: &Rows,
+    offer: &Offer,
+    chosen: &[usize],
+) -> Vec<PlannedMeasurement> {
+    let one = |(name, &index): (&String, &usize)| {
+        let Offered { cells, touch } = &offer.offered[index];
+        let number = |(column, cell): &(&'static str, String)| Some((*column, cell.parse().ok()?));
+        PlannedMeasurement {
+            name: name.clone(),
+            cells: cells.iter().filter_map(number).collect(),
+            touch: touch.map(|touch| PlannedTouchPlace {
+                contact_mm: touch.contact_mm.into(),
+                normal: touch.normal.into_inner().into(),
+                ball_mm: touch.ball_mm.into(),
+                approach: touch.approach.into_inner().into(),
+                feed_mm_per_min: touch.feed_mm_per_min,
+            }),
+        }
+    };
+    rows.names.iter().zip(chosen).map(one).collect()
+}
+
+/// The files to work by: a case to be filled in, and the program where a machine runs one.
+pub(super) fn hand_out(
+    planned: &mut Planned,
+    case: &Case,
+    offer: &Offer,
+    (rows, csv): (&Rows, &str),
+    chosen: &[usize],
+) {
+    let touches: Vec<_> = chosen.iter().filter_map(|&i| offer.offered[i].touch).collect();
+    if let Some(reach) = offer.reach.filter(|_| !touches.is_empty()) {
+        let text = program(&rows.names, &touches, &reach);
+        planned.files.push(("plan.ngc".to_owned(), text));
+    } else if !touches.is_empty() {
+        planned.warnings.push(
+            "no probing program: the part is touched from below, where no height is safe"
+                .to_owned(),
+        );
+    }
+    planned.files.push((offer.table.to_owned(), csv.to_owned()));
+    let others = case.inputs.iter().filter(|input| {
+        input.file == CASE_FILE
+            || (input.file != offer.table
+                && Path::new(&input.file).extension() != Some("toml".as_ref()))
+    });
+    for input in others {
+        let is_name = Path::new(&input.file).components().count() == 1;
+        match read_text(&input.path, MAX_BYTES).ok().filter(|_| is_name) {
+            Some(text) => planned.files.push((input.file.clone(), text)),
+            None => planned.warnings.push(format!("copy {} to the plan yourself", input.file)),
+        }
+    }
+}

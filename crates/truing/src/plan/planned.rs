@@ -1,0 +1,82 @@
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::Header;
+
+/// Answer of `truing plan`; serialises as its JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Planned {
+    /// Kind of the case.
+    pub kind: &'static str,
+    /// Version of this crate.
+    pub version: &'static str,
+    /// Form, program, inputs and provenance.
+    #[serde(flatten)]
+    pub header: Header,
+    /// What the plan is for: `rivals`, `unobservable`, `all`, or names of effects and quantities.
+    pub aim: String,
+    /// What one measurement is called.
+    pub noun: &'static str,
+    /// Measurements there are.
+    pub measured: usize,
+    /// Measurements planned.
+    pub planned: usize,
+    /// What they take, where `[plan] minutes_per_measurement` says it.
+    pub minutes: Option<f64>,
+    /// Whether the plan reaches its aim.
+    pub reached: bool,
+    /// What would reach it, where the plan does not.
+    pub would: Option<String>,
+    /// What is known without and with the plan.
+    pub figures: Vec<PlanFigure>,
+    /// What to measure, in this order.
+    pub plan: Vec<PlannedMeasurement>,
+    /// Notes the user should read.
+    pub warnings: Vec<String>,
+    /// Files to work by: name and content.
+    #[serde(skip)]
+    pub files: Vec<(String, String)>,
+}
+
+/// One thing that is asked, before and after.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlanFigure {
+    /// Of what.
+    pub of: String,
+    /// `probability` of telling apart, `detectable` size found nine times in ten, or expanded
+    /// `uncertainty` (k = 2).
+    pub measure: &'static str,
+    /// With what is measured; `None` where it is not observable.
+    pub before: Option<f64>,
+    /// With the plan too.
+    pub after: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+}
+
+/// One measurement to make.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedMeasurement {
+    /// Name of its row.
+    pub name: String,
+    /// Cells that are planned, by column; of readings, what the declared model expects.
+    pub cells: BTreeMap<&'static str, f64>,
+    /// The touch that it is, where it is one.
+    pub touch: Option<PlannedTouchPlace>,
+}
+
+/// Where and how a part is to be touched.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PlannedTouchPlace {
+    /// Nominal contact, in coordinates of the part.
+    pub contact_mm: [f64; 3],
+    /// Unit normal there, towards the ball.
+    pub normal: [f64; 3],
+    /// Centre of the ball, in coordinates of the machine.
+    pub ball_mm: [f64; 3],
+    /// From the ball towards the part, in coordinates of the machine.
+    pub approach: [f64; 3],
+    /// Feed of the touch.
+    pub feed_mm_per_min: f64,
+}

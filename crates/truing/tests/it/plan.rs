@@ -1,0 +1,204 @@
+//! `truing plan`: what to measure next, and the loop with it.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use serde_json::Value;
+
+use crate::command::{Case, Ended, truing};
+
+const SPHERE: &str = "kind = \"probe-comp\"\n[surface]\nshape = \"sphere\"\nradius_mm = 25.0\n\
+                      [probe]\ntip_radius_mm = 3.0\n[noise]\npoint_mm = 0.001\n";
+/// Touches from far beside the normal tell in a few touches.
+const STEEP: &str = "[plan]\noblique_deg = 45\n";
+/// By how much the ball is larger than declared.
+const LARGER_MM: f64 = 0.008;
+
+/// A pattern in place of noise: 1 µm, without memory.
+fn noise_mm(i: usize) -> f64 {
+    [3.0, -5.0, 1.0, 4.0, -2.0, 0.0, -4.0, 5.0, 2.0, -1.0, -3.0][i * 7 % 11] * 3e-4
+}
+
+/// Touches along the normals of a sphere, with a ball that is larger.
+fn larger_ball() -> Case {
+    let mut table = String::from("touch,x_mm,y_mm,z_mm\n");
+    for i in 0..24_u32 {
+        let z = (f64::from(i) + 0.5) / 24.0;
+        let (sin, cos) = (2.4 * f64::from(i)).sin_cos();
+        let side = (1.0 - z * z).sqrt();
+        let reach = 28.0 + LARGER_MM + noise_mm(i as usize);
+        let [x, y, z] = [side * cos, side * sin, z].map(|v| v * reach);
+        let _ = writeln!(table, "T{},{x:.6},{y:.6},{z:.6}", i + 1);
+    }
+    Case::new(&[("case.toml", &format!("{SPHERE}{STEEP}")), ("touches.csv", &table)])
+}
+
+fn plan(case: &Case, further: &[&str]) -> Ended {
+    truing(&[&["plan", case.path().to_str().unwrap()], further].concat())
+}
+
+fn json(case: &Case, further: &[&str]) -> Value {
+    let ended = plan(case, &[further, &["--json"]].concat());
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    serde_json::from_str(&ended.stdout).unwrap()
+}
+
+fn message(case: &Case, further: &[&str]) -> String {
+    let ended = plan(case, further);
+    assert_eq!((ended.code, ended.stdout.as_str()), (2, ""), "{}", ended.stderr);
+    ended.one_message().replace(&format!("{}/", case.path().display()), "")
+}
+
+#[test]
+fn rivals_are_told_apart_by_touches_from_beside_the_normal() {
+    let case = larger_ball();
+    let found = case.json("loop");
+    assert_eq!(found["steps"][0]["indistinguishable_from"], serde_json::json!(["pretravel"]));
+    let answer = json(&case, &[]);
+    assert_eq!((answer["aim"].as_str(), answer["reached"].as_bool()), (Some("rivals"), Some(true)));
+    for figure in answer["figures"].as_array().unwrap() {
+        assert_eq!(figure["measure"], "probability");
+        assert!(figure["before"].as_f64().unwrap() < 0.05, "{figure}");
+        assert!(figure["after"].as_f64().unwrap() > 0.9, "{figure}");
+    }
+    let touches = answer["plan"].as_array().unwrap();
+    assert!((1..=24).contains(&touches.len()), "{}", touches.len());
+    assert_eq!(answer["planned"].as_u64(), Some(touches.len() as u64));
+    // Along the normal they would tell nothing.
+    let beside = |touch: &Value| {
+        let of = |list: &Value, k: usize| list[k].as_f64().unwrap();
+        let (n, a) = (&touch["touch"]["normal"], &touch["touch"]["approach"]);
+        (0..3).map(|k| of(n, k) * of(a, k)).sum::<f64>() > -0.9
+    };
+    assert!(touches.iter().all(beside));
+}
+
+#[test]
+fn a_plan_filled_in_names_the_ball_alone() {
+    let case = larger_ball();
+    let folder = case.file("next");
+    let ended = plan(&case, &["--out", folder.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    assert!(ended.stdout.contains("tip-radius, not pretravel"), "{}", ended.stdout);
+    let program = fs::read_to_string(folder.join("plan.ngc")).unwrap();
+    assert!(program.contains("(PROBEOPEN plan.txt)") && program.ends_with("M2\n"));
+    let table = fs::read_to_string(folder.join("touches.csv")).unwrap();
+    let planned = table.lines().filter(|line| line.starts_with('N')).count();
+    assert_eq!(program.matches("G38.3").count(), planned);
+    assert_eq!(table.lines().next(), Some("touch,x_mm,y_mm,z_mm,nx,ny,nz"));
+
+    // What the machine reads, in place of the empty cells: the larger ball, wherever it comes from.
+    let answer = json(&case, &[]);
+    let mut filled = String::new();
+    for line in table.lines() {
+        let Some(n) = line.strip_prefix('N').and_then(|l| l.split_once(",,,,")) else {
+            filled += &format!("{line}\n");
+            continue;
+        };
+        let index = n.0.parse::<usize>().unwrap() - 1;
+        let touch = &answer["plan"][index];
+        assert_eq!(touch["name"], format!("N{}", n.0));
+        let normal: Vec<f64> =
+            (0..3).map(|k| touch["touch"]["normal"][k].as_f64().unwrap()).collect();
+        let reach = 28.0 + LARGER_MM + noise_mm(24 + index);
+        let at: Vec<String> = normal.iter().map(|v| format!("{:.6}", v * reach)).collect();
+        filled += &format!("N{},{},{}\n", n.0, at.join(","), n.1);
+    }
+    fs::write(folder.join("touches.csv"), filled).unwrap();
+    let ended = truing(&["loop", folder.to_str().unwrap(), "--json"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let closed: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(closed["steps"].as_array().unwrap().len(), 1, "{}", closed["steps"]);
+    assert_eq!(closed["steps"][0]["effect"], "tip-radius");
+    assert_eq!(closed["steps"][0]["indistinguishable_from"], serde_json::json!([]));
+
+    // Nothing that is there is replaced.
+    let again = plan(&case, &["--out", folder.to_str().unwrap()]);
+    assert_eq!(again.code, 2);
+    assert!(again.one_message().contains("exists already"), "{}", again.stderr);
+}
+
+#[test]
+fn an_answer_saves_the_loop_and_has_to_be_of_these_data() {
+    let case = larger_ball();
+    let found = case.file("answer.json");
+    fs::write(&found, case.json("loop").to_string()).unwrap();
+    let by_answer = json(&case, &["--answer", found.to_str().unwrap()]);
+    assert_eq!(by_answer["plan"], json(&case, &[])["plan"]);
+    case.replace("touches.csv", "T1,", "T0,");
+    let told = message(&case, &["--answer", found.to_str().unwrap()]);
+    assert_eq!(
+        told,
+        "answer.json: the answer is of other data: `touches.csv` is not the file that it was made from"
+    );
+}
+
+#[test]
+fn a_quantity_is_known_twice_as_well_or_as_the_budget_lets_it() {
+    let case = Case::example("pose-icp");
+    let halved = json(&case, &["--for", "z"]);
+    let figure = &halved["figures"][0];
+    assert_eq!(
+        (figure["of"].as_str(), figure["measure"].as_str()),
+        (Some("z"), Some("uncertainty"))
+    );
+    let of = |figure: &Value, key: &str| figure[key].as_f64().unwrap();
+    let spent = json(&case, &["--for", "z", "--budget", "3"]);
+    assert_eq!((spent["planned"].as_u64(), spent["reached"].as_bool()), (Some(3), Some(true)));
+    assert!(of(&spent["figures"][0], "after") < of(&spent["figures"][0], "before"));
+    if halved["reached"] == true {
+        assert!(of(figure, "after") <= 0.51 * of(figure, "before"), "{figure}");
+    } else {
+        assert!(halved["would"].is_string());
+    }
+}
+
+#[test]
+fn what_a_plane_hides_is_seen_from_points_outside_of_it() {
+    let mut table = String::from("point,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm\n");
+    for i in 0..16_u32 {
+        let [x, y] = [f64::from(i % 4) * 50.0, f64::from(i / 4) * 40.0];
+        let [a, b, c] = [0, 3, 6].map(|k| noise_mm(3 * i as usize + k));
+        let _ = writeln!(table, "P{i},{x},{y},0,{:.5},{:.5},{:.5}", x + a, y + b, c);
+    }
+    let toml = "kind = \"frame-fit\"\n[noise]\npoint_mm = 0.001\n";
+    let case = Case::new(&[("case.toml", toml), ("pairs.csv", &table)]);
+    let flat = json(&case, &["--for", "anisotropic-scale"]);
+    assert_eq!(flat["reached"], false);
+    assert!(flat["would"].as_str().unwrap().contains("no point"), "{}", flat["would"]);
+    case.write("case.toml", format!("{toml}[plan]\nz_mm = [-50, 50]\n"));
+    let deep = json(&case, &["--for", "anisotropic-scale"]);
+    assert_eq!(deep["reached"], true, "{}", deep["would"]);
+    let z = |figure: &&Value| figure["of"].as_str().is_some_and(|of| of.ends_with(": z"));
+    let figure = deep["figures"].as_array().unwrap().iter().find(z).unwrap();
+    assert!(figure["before"].is_null() && figure["after"].is_number(), "{figure}");
+}
+
+#[test]
+fn what_cannot_be_planned_is_said() {
+    let case = larger_ball();
+    let told = message(&case, &["--for", "tip-radus"]);
+    assert!(
+        told.contains("--for `tip-radus`: no such effect or quantity; there are rivals"),
+        "{told}"
+    );
+    let told = message(&case, &["--budget", "5min"]);
+    assert!(told.contains("needs `[plan] minutes_per_measurement`"), "{told}");
+    let of_axis = Case::example("tracker-lm");
+    assert!(
+        message(&of_axis, &[]).contains("no plan can be made for this case of kind tracker-lm")
+    );
+    for (plan, said) in [
+        ("spacing = 3", "unknown key `spacing`"),
+        ("x_mm = [3, 3]", "expected a number and a larger one, [low, high], found [3, 3]"),
+        ("oblique_deg = 80", "expected a number from 0 to 70"),
+        ("keep_out = [[0, 0, 0]]", "expected a number above 0 for the radius"),
+        ("spacing_mm = 0.001", "[plan] makes more than 20000 places; widen `spacing_mm`"),
+        ("keep_out = [[0, 0, 99]]", "`[plan]` leaves no place to measure at"),
+    ] {
+        let case = larger_ball();
+        case.write("case.toml", format!("{SPHERE}[plan]\n{plan}\n"));
+        let told = message(&case, &[]);
+        assert!(told.contains(said), "{plan}: {told}");
+    }
+}

@@ -1,0 +1,158 @@
+//! `cargo xtask bench plan`: the loop, a plan, the planned data from the physics, the loop again.
+
+mod scenes;
+mod table;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+
+use crate::program::{Truing, class_of};
+use crate::shell;
+use scenes::{Scene, situations};
+
+/// How much to run.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Runs per situation.
+    #[arg(long, default_value_t = 100)]
+    runs: usize,
+    /// Only situations whose crate or name contains this; writes no table.
+    #[arg(long)]
+    only: Option<String>,
+    /// A built program, in place of building one.
+    #[arg(long)]
+    program: Option<PathBuf>,
+}
+
+/// Distance between the first seeds of situations, far from those of the other benches.
+const SEEDS_APART: u64 = 10_000;
+/// The first of all.
+const FIRST_SEED: u64 = 970_000_000;
+/// What is added to a seed for the noise of planned and of evenly spread measurements.
+const PLANNED: u64 = 5_000;
+/// See [`PLANNED`].
+const EVEN: u64 = 7_000;
+
+/// One situation.
+pub(crate) struct Situation {
+    pub(crate) krate: &'static str,
+    pub(crate) name: &'static str,
+    /// The effect that there is.
+    pub(crate) truth: &'static str,
+    pub(crate) make: fn(u64) -> Box<dyn Scene>,
+}
+
+/// What the runs of one situation gave.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) krate: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) runs: usize,
+    /// Runs in which the loop named the truth alone before anything was planned.
+    pub(crate) before: usize,
+    /// Runs with a plan, and of these with one that says that it reaches its aim.
+    pub(crate) plans: usize,
+    pub(crate) reached: usize,
+    /// Measurements of all plans.
+    pub(crate) measurements: usize,
+    /// Runs with the truth alone: after the plan, with as many spread evenly, with twice as many.
+    pub(crate) planned: usize,
+    pub(crate) even: usize,
+    pub(crate) even_twice: usize,
+}
+
+/// Runs the situations and writes the table of `docs/plan.md`.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let truing = match &arguments.program {
+        Some(binary) => Truing::at(binary.clone()),
+        None => Truing::build()?,
+    };
+    let folder = shell::root().join("target/plan");
+    let mut tallies = Vec::new();
+    for (index, situation) in (0..).zip(situations()) {
+        let name = format!("{} {}", situation.krate, situation.name);
+        if arguments.only.as_ref().is_some_and(|part| !name.contains(part.as_str())) {
+            continue;
+        }
+        let (krate, name) = (situation.krate, situation.name);
+        let mut tally = Tally { krate, name, runs: arguments.runs, ..Tally::default() };
+        let first = FIRST_SEED + index * SEEDS_APART;
+        for seed in (first..).take(arguments.runs) {
+            one(&truing, &situation, seed, &folder.join(krate), &mut tally)?;
+        }
+        table::print_line(&tally);
+        tallies.push(tally);
+    }
+    if arguments.only.is_none() { table::write(&tallies) } else { Ok(()) }
+}
+
+fn one(
+    truing: &Truing,
+    situation: &Situation,
+    seed: u64,
+    case: &Path,
+    tally: &mut Tally,
+) -> Result<()> {
+    let scene = (situation.make)(seed);
+    write_case(case, &scene.files())?;
+    let found = truing.run(&["loop", text(case)?, "--json", "--threads", "1"])?;
+    if is_alone(&found.json, situation.truth) {
+        tally.before += 1;
+    }
+    let answer = case.join("answer.json");
+    fs::write(&answer, found.json.to_string())?;
+    let mut arguments = vec!["plan", text(case)?, "--json", "--answer", text(&answer)?];
+    if let Some(aim) = scene.aim() {
+        arguments.extend(["--for", aim]);
+    }
+    let plan = truing.run(&arguments)?;
+    if plan.code != Some(0) {
+        // No plan is no success.
+        println!("  {seed}: {}", plan.message);
+        return Ok(());
+    }
+    let list = plan.json["plan"].as_array().context("an answer without a plan")?;
+    if list.is_empty() {
+        println!("  {seed}: no measurement planned: {}", plan.json["would"]);
+        return Ok(());
+    }
+    tally.plans += 1;
+    tally.reached += usize::from(plan.json["reached"] == Value::Bool(true));
+    tally.measurements += list.len();
+    let closed = |files: &[(&'static str, String)]| -> Result<bool> {
+        write_case(case, files)?;
+        let again = truing.run(&["loop", text(case)?, "--json", "--threads", "1"])?;
+        Ok(is_alone(&again.json, situation.truth))
+    };
+    tally.planned += usize::from(closed(&scene.with_plan(list, seed + PLANNED)?)?);
+    tally.even += usize::from(closed(&scene.with_even(list.len(), seed + EVEN))?);
+    tally.even_twice += usize::from(closed(&scene.with_even(2 * list.len(), seed + EVEN))?);
+    Ok(())
+}
+
+/// Whether the effect, without rivals, and nothing else was named.
+fn is_alone(json: &Value, effect: &str) -> bool {
+    let Some([step]) = json["steps"].as_array().map(Vec::as_slice) else { return false };
+    class_of(step) == [effect]
+}
+
+fn text(path: &Path) -> Result<&str> {
+    path.to_str().with_context(|| format!("{} is no text", path.display()))
+}
+
+fn write_case(case: &Path, files: &[(&'static str, String)]) -> Result<()> {
+    if files.is_empty() {
+        bail!("a case without files");
+    }
+    if case.exists() {
+        fs::remove_dir_all(case).with_context(|| format!("cannot empty {}", case.display()))?;
+    }
+    fs::create_dir_all(case).with_context(|| format!("cannot make {}", case.display()))?;
+    for (name, text) in files {
+        fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,231 @@
+//! Cases whose loop ends with rivals, or does not see what there is, and how they go on.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use super::Situation;
+use crate::generators::mirror::{self, Mirror};
+use crate::generators::probe::{self, Meant, Session};
+use crate::generators::probe_tables::{case_toml, touches_csv};
+use crate::generators::survey::{Defect, Survey, measure_again, simulate};
+
+/// Files of a case: names and texts.
+type Files = Vec<(&'static str, String)>;
+
+/// A case that can be measured further.
+pub(crate) trait Scene {
+    /// The case as it stands.
+    fn files(&self) -> Files;
+    /// What the plan is made for, where it is not what the loop leaves open.
+    fn aim(&self) -> Option<&'static str>;
+    /// The case with the planned measurements made.
+    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files>;
+    /// The case with as many measurements as one would spread without a plan.
+    fn with_even(&self, count: usize, seed: u64) -> Files;
+}
+
+pub(super) fn situations() -> Vec<Situation> {
+    let probe = |name, truth, make| Situation { krate: "probe-comp", name, truth, make };
+    let pose = |name, truth, make| Situation { krate: "pose-icp", name, truth, make };
+    let frame = |name, truth, make| Situation { krate: "frame-fit", name, truth, make };
+    vec![
+        probe("ball 8 µm larger, touched along the normal", "tip-radius", |seed| {
+            Box::new(Session { flaw: probe::Flaw::Ball(0.008), ..Session::new(seed) })
+        }),
+        probe("triggers 8 µm late, touched along the normal", "pretravel", |seed| {
+            Box::new(Session { flaw: probe::Flaw::Pretravel(0.008), ..Session::new(seed) })
+        }),
+        probe("three lobes of the part, 6 µm, along the normal", "form", |seed| {
+            Box::new(Session { flaw: probe::Flaw::PartLobes(0.006), ..Session::new(seed) })
+        }),
+        probe("three lobes of the probe, 6 µm, along the normal", "lobing", |seed| {
+            let flaw = probe::Flaw::Lobing([0.005, -0.003]);
+            Box::new(Session { flaw, ..Session::new(seed) })
+        }),
+        pose("conic 0.03 too large, middle of the mirror touched", "conic", |seed| {
+            Box::new(Middle(Mirror { flaw: mirror::Flaw::Conic(0.03), ..Mirror::new(seed) }))
+        }),
+        pose("three lobes of 6 µm, middle of the mirror touched", "trefoil", |seed| {
+            let flaw = mirror::Flaw::Trefoil([5e-3, 3e-3]);
+            Box::new(Middle(Mirror { flaw, ..Mirror::new(seed) }))
+        }),
+        frame("x leans with z, measured in one plane", "shear", |seed| {
+            let defect = Defect::Squareness([0.0, 150e-6, -100e-6]);
+            Box::new(Flat(Survey { defect, ..Survey::new(seed) }))
+        }),
+        frame("z reads long, measured in one plane", "anisotropic-scale", |seed| {
+            let defect = Defect::AxisScale([0.0, 0.0, 200e-6]);
+            Box::new(Flat(Survey { defect, ..Survey::new(seed) }))
+        }),
+    ]
+}
+
+impl Scene for Session {
+    fn files(&self) -> Files {
+        let touches = touches_csv(self, &probe::simulate(self));
+        vec![("case.toml", case_toml(self)), ("touches.csv", touches)]
+    }
+
+    fn aim(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files> {
+        let meant = plan.iter().map(|one| {
+            let touch = &one["touch"];
+            Ok(Meant {
+                contact_mm: triple(&touch["contact_mm"])?,
+                normal: triple(&touch["normal"])?,
+                approach: triple(&touch["approach"])?,
+                feed_mm_per_min: touch["feed_mm_per_min"].as_f64().context("no feed")?,
+            })
+        });
+        Ok(further(self, &meant.collect::<Result<Vec<_>>>()?, seed))
+    }
+
+    fn with_even(&self, count: usize, seed: u64) -> Files {
+        further(self, &probe::even_places(self, count), seed)
+    }
+}
+
+/// The session with more touches, and the approach of every touch beside it.
+fn further(session: &Session, meant: &[Meant], seed: u64) -> Files {
+    let touches = probe::simulate(session);
+    let mut table = String::from("touch,x_mm,y_mm,z_mm,use,time_s,nx,ny,nz\n");
+    let old = touches_csv(session, &touches);
+    for (line, touch) in old.lines().skip(1).zip(&touches) {
+        let [x, y, z] = touch.approach;
+        let _ = writeln!(table, "{line},{x:.6},{y:.6},{z:.6}");
+    }
+    let read = probe::touch_again(session, meant, seed);
+    for (n, (place, [x, y, z])) in meant.iter().zip(read).enumerate() {
+        let time = probe::TOUCH_INTERVAL_S * as_f64(touches.len() + n);
+        let [a, b, c] = place.approach;
+        let _ = writeln!(table, "N{},{x:.5},{y:.5},{z:.5},fit,{time},{a:.6},{b:.6},{c:.6}", n + 1);
+    }
+    vec![("case.toml", case_toml(session)), ("touches.csv", table)]
+}
+
+/// A mirror of which only the middle third was touched.
+#[derive(Debug)]
+struct Middle(Mirror);
+
+/// Share of the places of a mirror that are nearest to its middle.
+const MIDDLE: f64 = 1.0 / 3.0;
+
+impl Middle {
+    fn with(&self, places: &[[f64; 2]], seed: u64) -> Files {
+        let Self(mirror) = self;
+        let whole = mirror::simulate(mirror);
+        let mut table = String::from("point,x_mm,y_mm,z_mm\n");
+        let first = places_of_middle(mirror);
+        let old = mirror::touch_again(mirror, &first, mirror.seed + 1);
+        let new = mirror::touch_again(mirror, places, seed);
+        for (n, [x, y, z]) in old.iter().chain(&new).enumerate() {
+            let _ = writeln!(table, "P{},{x:.5},{y:.5},{z:.5}", n + 1);
+        }
+        let mut files = vec![("case.toml", whole.case_toml), ("points.csv", table)];
+        files.extend(whole.edge_csv.map(|edge| ("edge.csv", edge)));
+        files
+    }
+}
+
+fn places_of_middle(mirror: &Mirror) -> Vec<[f64; 2]> {
+    let places = mirror::even_places(mirror, mirror.n_points);
+    places.into_iter().map(|place| place.map(|v| MIDDLE * v)).collect()
+}
+
+impl Scene for Middle {
+    fn files(&self) -> Files {
+        self.with(&[], 0)
+    }
+
+    fn aim(&self) -> Option<&'static str> {
+        Some(match self.0.flaw {
+            mirror::Flaw::Conic(_) => "conic",
+            _ => "trefoil",
+        })
+    }
+
+    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files> {
+        let places = plan.iter().map(|one| {
+            let [x, y, _] = triple(&one["touch"]["contact_mm"])?;
+            Ok([x, y])
+        });
+        Ok(self.with(&places.collect::<Result<Vec<_>>>()?, seed))
+    }
+
+    fn with_even(&self, count: usize, seed: u64) -> Files {
+        self.with(&mirror::even_places(&self.0, count), seed)
+    }
+}
+
+/// A survey of which all points lie in one plane, z = 0.
+#[derive(Debug)]
+struct Flat(Survey);
+
+/// Where the machine of a survey can go, mm from the middle.
+const REACH_MM: [f64; 3] = [300.0, 200.0, 125.0];
+
+impl Flat {
+    fn with(&self, further: &[[f64; 3]], seed: u64) -> Files {
+        let Self(survey) = self;
+        let surveyed = simulate(survey);
+        let flat: Vec<[f64; 3]> = surveyed.from_mm.iter().map(|[x, y, _]| [*x, *y, 0.0]).collect();
+        let first = measure_again(survey, &flat, survey.seed + 1);
+        let second = measure_again(survey, further, seed);
+        let from = flat.iter().chain(further);
+        let mut table =
+            String::from("point,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm\n");
+        for (n, (from, to)) in from.zip(first.iter().chain(&second)).enumerate() {
+            let ([a, b, c], [x, y, z]) = (from, to);
+            let _ = writeln!(table, "P{},{a:.3},{b:.3},{c:.3},{x:.5},{y:.5},{z:.5}", n + 1);
+        }
+        let [_, _, z] = REACH_MM;
+        let plan = format!("\n[plan]\nz_mm = [{:.1}, {z:.1}]\n", -z);
+        vec![("case.toml", surveyed.case_toml + &plan), ("pairs.csv", table)]
+    }
+}
+
+impl Scene for Flat {
+    fn files(&self) -> Files {
+        self.with(&[], 0)
+    }
+
+    fn aim(&self) -> Option<&'static str> {
+        Some(match self.0.defect {
+            Defect::AxisScale(_) => "anisotropic-scale",
+            _ => "shear",
+        })
+    }
+
+    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files> {
+        let places = plan.iter().map(|one| {
+            let cell = |name: &str| one["cells"][name].as_f64().context("no place");
+            Ok([cell("from_x_mm")?, cell("from_y_mm")?, cell("from_z_mm")?])
+        });
+        Ok(self.with(&places.collect::<Result<Vec<_>>>()?, seed))
+    }
+
+    /// More points in the plane that is at hand, on a sunflower.
+    fn with_even(&self, count: usize, seed: u64) -> Files {
+        let place = |n: usize| {
+            let radius = ((as_f64(n) + 0.5) / as_f64(count)).sqrt();
+            let (sin, cos) = (2.399_963 * as_f64(n)).sin_cos();
+            [REACH_MM[0] * radius * cos, REACH_MM[1] * radius * sin, 0.0]
+        };
+        self.with(&(0..count).map(place).collect::<Vec<_>>(), seed)
+    }
+}
+
+fn triple(value: &Value) -> Result<[f64; 3]> {
+    let at = |n: usize| value[n].as_f64().context("expected three numbers");
+    Ok([at(0)?, at(1)?, at(2)?])
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn as_f64(n: usize) -> f64 {
+    n as f64
+}
