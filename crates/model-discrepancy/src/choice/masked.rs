@@ -24,6 +24,7 @@ pub(crate) fn find_masked(
         .into_iter()
         .filter(|(_, sight)| matches!(sight, LocalEstimability::Estimable(_)))
         .map(|(effect, _)| effect)
+        .filter(|effect| !scoring.banned.contains(effect))
         .collect();
     if !(2..=MOST_READINGS).contains(&seen.len()) {
         return None;

@@ -83,7 +83,7 @@ pub(crate) struct Scoring<'a> {
     /// Significance asked of an adjusted p-value.
     pub(crate) alpha: f64,
     /// Effects that are out of the question.
-    banned: &'a [usize],
+    pub(crate) banned: &'a [usize],
     /// Whether to score hopeless candidates too.
     pub(crate) thorough: bool,
 }
