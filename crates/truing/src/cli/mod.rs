@@ -241,10 +241,13 @@ fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
         None => Vec::new(),
     };
     drop(spinner);
-    let listed: String = written.iter().map(|f| format!("wrote {}\n", f.display())).collect();
+    let listed: Vec<String> = written.iter().map(|f| format!("wrote {}", f.display())).collect();
     let is_text = !next.json;
     print(answer, next.json, settings)?;
-    if is_text { output::text(&listed) } else { Ok(()) }
+    for line in listed.iter().filter(|_| is_text) {
+        output::text(&format_args!("{line}\n"))?;
+    }
+    Ok(())
 }
 
 fn registered(command: &Register, settings: Settings) -> Result<(), Error> {
