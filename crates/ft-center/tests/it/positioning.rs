@@ -19,7 +19,7 @@ struct Published {
     falling: [[f64; 5]; 5],
 }
 
-/// github.com/paulscherrerinstitute/ecmccfg, commit 2e51e0eaf6a2, examples/mcu1025_fat_sat/report.md.
+/// `github.com/paulscherrerinstitute/ecmccfg`, commit 2e51e0eaf6a2, `examples/mcu1025_fat_sat/report.md`.
 const STAGE: Published = Published {
     targets: [15.0, 25.2, 35.4, 45.6, 55.8],
     rising: [
@@ -38,8 +38,8 @@ const STAGE: Published = Published {
     ],
 };
 
-/// github.com/anderssandstrom/ecmc_target_muts_logger, commit 61b551aa5803,
-/// muts/data/week42_22/xyz/target_x_report_8A.md.
+/// `github.com/anderssandstrom/ecmc_target_muts_logger`, commit 61b551aa5803,
+/// `muts/data/week42_22/xyz/target_x_report_8A.md`.
 const TARGET: Published = Published {
     targets: [-4.0, -2.0, 0.0, 2.0, 4.0],
     rising: [
