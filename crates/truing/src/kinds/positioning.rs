@@ -14,7 +14,7 @@ use crate::case::{
 use crate::kinds::{Fitted, Kind, Reading};
 use crate::suspect::{Hypothesis, exchanged_rows, farthest, rows_shifted, signs};
 
-pub(crate) use approach::{approaches, derived, has_directions, names_of, passes};
+pub(crate) use approach::{approaches, derived, has_directions, names_of};
 pub use estimates::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
 };
@@ -101,7 +101,10 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         );
         derived(&positions.targets)
     };
-    let cycles = columns.has("cycle").then(|| columns.texts("cycle")).transpose()?;
+    if columns.has("cycle") {
+        // A label: `[loop] group = "cycle"` leaves whole cycles out.
+        columns.texts("cycle")?;
+    }
     let points = columns.has("point").then(|| columns.texts("point")).transpose()?;
     let lines: Vec<usize> = (0..table.n_rows()).map(|row| table.line(row)).collect();
     let unit = positions.motion.target_unit();
@@ -125,7 +128,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let group = settings.closure.group.as_ref();
     let (groups, group_noun) = match group_names(group, &table, document)? {
         Some(groups) => (groups, group.map_or_else(String::new, |g| g.get_ref().clone())),
-        None => passes(&readings, cycles.as_deref()),
+        None => (readings.iter().map(|r| r.name.clone()).collect(), "reading".to_owned()),
     };
     let measured = PositioningCase {
         file: table.at_file(),

@@ -8,7 +8,7 @@ use super::{CenterEstimate, DISPLACEMENTS, FrameEstimate, Settings, error, unuse
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
-use crate::kinds::positioning::{approaches, has_directions, names_of, passes};
+use crate::kinds::positioning::{approaches, has_directions, names_of};
 use crate::kinds::{
     AxisRunEstimate, Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
@@ -126,27 +126,14 @@ pub(super) fn read(
     }
     warnings.extend(extras.warnings);
     let group = settings.closure.group.as_ref();
-    let cycles: Option<Vec<&str>> = table
-        .column("cycle")
-        .map(|column| (0..table.n_rows()).map(|row| table.cell(row, column)).collect());
-    let (groups, group_noun) = match (group_names(group, &table, document)?, cycles) {
-        (Some(groups), _) => {
-            (Some(groups), group.map_or_else(String::new, |g| g.get_ref().clone()))
-        }
-        (None, Some(cycles)) => {
-            let (groups, noun) = passes(&readings, Some(&cycles));
-            (Some(groups), noun)
-        }
-        (None, None) => (None, "point".to_owned()),
-    };
     let measured = DisplacementCase {
         file: table.at_file(),
         rows,
         readings,
         sigma_mm,
         covariates: extras.covariates,
-        groups,
-        group_noun,
+        groups: group_names(group, &table, document)?,
+        group_noun: group.map_or_else(|| "point".to_owned(), |g| g.get_ref().clone()),
     };
     Ok(Reading {
         measured: Box::new(measured),

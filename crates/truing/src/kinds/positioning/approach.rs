@@ -1,8 +1,8 @@
-//! Which way an axis came, and which readings were made in one pass.
+//! Which way an axis came, and names of readings that repeat a place.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
-use ft_center::{Approach, AxisReading};
+use ft_center::Approach;
 
 use crate::Error;
 use crate::case::{Columns, Table};
@@ -29,9 +29,6 @@ const WORDS: [(&str, Option<Approach>); 19] = [
     ("negative", Some(Approach::Falling)),
     ("↓", Some(Approach::Falling)),
 ];
-
-/// Fewest passes that are left out in turn; of fewer every reading is one by itself.
-const FEWEST_PASSES: usize = 4;
 
 /// Whether a column `direction` says of every row which way the axis came.
 pub(crate) fn has_directions(table: &Table) -> bool {
@@ -71,32 +68,4 @@ pub(crate) fn names_of(given: &[String], lines: &[usize]) -> Vec<String> {
         _ => format!("{name}, line {line}"),
     };
     given.iter().zip(lines).map(name).collect()
-}
-
-/// The pass of every reading, one way in one cycle, and what a group is called.
-///
-/// Without cycles the visits to each target are counted. Too few passes to leave out in turn: every
-/// reading by itself.
-pub(crate) fn passes(readings: &[AxisReading], cycles: Option<&[&str]>) -> (Vec<String>, String) {
-    let way = |reading: &AxisReading| match reading.approach {
-        Some(Approach::Rising) => "rising",
-        Some(Approach::Falling) => "falling",
-        None => "either way",
-    };
-    let mut visits: HashMap<(u64, &str), usize> = HashMap::new();
-    let passes: Vec<String> = (readings.iter().enumerate())
-        .map(|(row, reading)| {
-            let way = way(reading);
-            if let Some(cycles) = cycles {
-                return format!("cycle {}, {way}", cycles[row]);
-            }
-            let visit = visits.entry(((reading.target + 0.0).to_bits(), way)).or_default();
-            *visit += 1;
-            format!("visit {visit}, {way}")
-        })
-        .collect();
-    if passes.iter().collect::<BTreeSet<_>>().len() >= FEWEST_PASSES {
-        return (passes, "pass".to_owned());
-    }
-    (readings.iter().map(|reading| reading.name.clone()).collect(), "reading".to_owned())
 }
