@@ -222,7 +222,7 @@ mod tests {
         let offered = line(&[-1.0, -0.5, 0.0, 0.5, 1.0, -0.9, 0.9]);
         let measured = DMatrix::from_row_slice(2, 2, &[1.0, -0.1, 1.0, 0.1]);
         let design = Design::of(&measured, &offered);
-        let goals = [Goal::Known { of: 1, beside: vec![0], needed: 0.0 }];
+        let goals = [Goal::Known { of: 1, beside: vec![0], needed: 1e-3 }];
         let chosen = design.forward(&goals, 2);
         assert_eq!([chosen[0].min(chosen[1]), chosen[0].max(chosen[1])], [0, 4]);
         // Σ(x − x̄)² of −1, −0.1, 0.1, 1.
