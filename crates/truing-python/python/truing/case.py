@@ -108,7 +108,7 @@ def kinds() -> dict[str, str]:
     """Kinds of cases, and what each is for.
 
     >>> sorted(kinds())
-    ['force-impedance', 'frame-fit', 'ft-center', 'pose-icp', 'probe-comp', 'tracker-lm']
+    ['force-impedance', 'frame-fit', 'ft-center', 'pose-icp', 'positioning', 'probe-comp', 'tracker-lm']
     """
     return dict(_truing.kinds())
 
