@@ -13,9 +13,13 @@ const FIELD: f64 = 1e-12;
 
 #[test]
 fn a_matrix_as_printed_leaves_the_error_that_is_printed() {
-    for folder in Folder::committed("frame-fit") {
+    for folder in Folder::committed("frame-fit").into_iter().filter(|f| f.has("pairs.csv")) {
         let json = close(&folder);
-        applied(&folder, &json).assert_is(&folder.name(), &json);
+        // What is wrong in the input is for the user to put right: the error after is that of the
+        // input put right, which this table is not.
+        if json["verdict"] != "input-wrong" {
+            applied(&folder, &json).assert_is(&folder.name(), &json);
+        }
     }
 }
 
