@@ -49,12 +49,12 @@ pub(crate) fn contradiction(
         return None;
     }
     let before = scatter(context, keep, &System::declared(context.model), base)?;
-    let after = scatter(context, keep, &chosen.system, &chosen.estimate)?;
+    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let after = global_test(&chosen.system, &chosen.estimate, &lin)?;
     let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
     if !after.is_above() || left < EXCESS_LEFT {
         return None;
     }
-    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
     let mut found = not_additive(context, chosen, &lin);
     found.extend(plainly_not_additive(context, chosen, &lin));
     let worst = found.into_iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value))?;

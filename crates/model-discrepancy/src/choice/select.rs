@@ -92,10 +92,11 @@ fn catalogue_passes<'a>(
             holds(judged) && add(chosen, keep, &[judged])
         });
         let pair = if added.is_none() {
+            let stands = |pair: &[Scored; 2]| !one_shape_is_better(context, &scoring, pair);
+            let masked = || find_masked(&scoring, &chosen.system, &chosen.estimate);
             find_pair(&scoring, &pass)
-                .filter(|pair| !one_shape_is_better(context, &scoring, pair))
-                .or_else(|| find_masked(&scoring, &chosen.system, &chosen.estimate))
-                .filter(|pair| !one_shape_is_better(context, &scoring, pair))
+                .filter(stands)
+                .or_else(|| masked().filter(stands))
                 .filter(|[a, b]| !may_be_a_tail(&lin, &lin.basis, &[&a.candidate, &b.candidate]))
                 .filter(|pair| add(chosen, keep, &[&pair[0], &pair[1]]))
         } else {
