@@ -143,8 +143,15 @@ pub fn solve_orbit(
         min_fz_n: gated.min_fz_n,
         span_s,
     };
-    let finite = orbit.center_mm.iter().chain(orbit.covariance_mm2.iter()).all(|v| v.is_finite());
-    if finite { Ok(orbit) } else { Err(FtCenterError::OutOfRange) }
+    if is_finite(&orbit) { Ok(orbit) } else { Err(FtCenterError::OutOfRange) }
+}
+
+fn is_finite(orbit: &Orbit) -> bool {
+    let matrices = orbit.covariance_mm2.iter().chain(orbit.scatter_mm2.iter());
+    let wrench = orbit.mean_wrench.to_vector();
+    let loads = [orbit.free_moment_nmm, orbit.rms_fz_n];
+    let mut numbers = orbit.center_mm.iter().chain(matrices).chain(wrench.iter()).chain(&loads);
+    numbers.all(|v| v.is_finite())
 }
 
 /// The harmonic fit, and how sure the spin is; `None` without spin.
