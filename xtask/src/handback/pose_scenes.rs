@@ -30,6 +30,12 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
     // Steep enough for a larger ball to be something else than a shorter vertex radius or another
     // height.
     let steep = Mirror { radius_mm: 45.0, ..base.clone() };
+    let skew = Mirror {
+        conic: 1.0,
+        radius_mm: 80.0,
+        flaw: Flaw::Squareness([1e-3, 0.0, 0.0]),
+        ..base.clone()
+    };
     // Declared at its true pose, but for what is off: mm and degrees.
     let held = |flaw: Flaw, names: &str, off: [f64; 4]| {
         let scene = Mirror { flaw, ..steep.clone() };
@@ -53,7 +59,8 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
         ("trefoil", files(&with(Flaw::Trefoil([0.008, 0.009])), "")),
         ("scale-x", files(&with(Flaw::MachineScale([4e-4, 0.0, 0.0])), "")),
         ("scale-y", files(&with(Flaw::MachineScale([0.0, -4e-4, 0.0])), "")),
-        ("squareness", files(&with(Flaw::Squareness([3e-4, 0.0, 0.0])), "")),
+        // On a paraboloid it is astigmatism.
+        ("squareness", files(&skew, "")),
         ("drift", files(&with(Flaw::Drift(0.012)), "")),
         ("temperature", files(&Mirror { record_air: true, ..with(Flaw::Growth(0.012)) }, "")),
         ("bad-point", files(&with(Flaw::BadPoint(4, 0.02)), "")),

@@ -42,7 +42,7 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
     let with = |flaw: Flaw| Session { flaw, ..base.clone() };
     vec![
         ("tip-radius", files(&Session { flaw: Flaw::Ball(0.006), ..oblique.clone() })),
-        ("pretravel", files(&Session { flaw: Flaw::Pretravel(0.02), ..oblique.clone() })),
+        ("pretravel", from_two_sides(&Session { flaw: Flaw::Pretravel(0.02), ..oblique.clone() })),
         ("bending", files(&with(Flaw::Bending(0.012)))),
         ("latency", files(&Session { record_feed: true, ..with(Flaw::Latency(3e-3)) })),
         ("lobing", files(&Session { flaw: Flaw::Lobing([0.010, 0.004]), ..oblique.clone() })),
@@ -84,6 +84,16 @@ fn moved(session: &Session, by: fn(&Touch, f64) -> [f64; 3]) -> Files {
     let last = as_f64(touches.len() - 1);
     for (index, touch) in touches.iter_mut().enumerate() {
         touch.read_mm = add(touch.read_mm, by(touch, as_f64(index) / last));
+    }
+    of_touches(session, &touches)
+}
+
+/// Every other touch along its normal: from one side alone a late trigger is a larger ball.
+fn from_two_sides(session: &Session) -> Files {
+    let straight = simulate(&Session { oblique_rad: 0.0, ..session.clone() });
+    let mut touches = simulate(session);
+    for (touch, straight) in touches.iter_mut().zip(straight).step_by(2) {
+        *touch = straight;
     }
     of_touches(session, &touches)
 }

@@ -88,6 +88,7 @@ pub(crate) fn attribute<'a>(
             sight.candidate().or_else(|| hardly(effect).candidate())
         }));
     others.extend(recorded_shapes(context, &lin, &accepted));
+    others.extend(same_levels(context, &lin, &accepted));
     others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
     Some(Attribution { system, accepted, confounded: others })
 }
@@ -123,6 +124,21 @@ fn recorded_shapes(
         found.extend(candidates.map(|(c, _)| c).filter(|c| !order || !another_word(c)));
     }
     found
+}
+
+/// Other columns whose levels part the data as those of an accepted shape of levels do.
+fn same_levels(context: &Context<'_>, lin: &Linear<'_>, accepted: &Candidate) -> Vec<Candidate> {
+    let Source::Empirical(own) = &accepted.source else { return Vec::new() };
+    if own.shape != BY_LEVEL {
+        return Vec::new();
+    }
+    let own_span = span(&lin.basis, accepted);
+    let others = context.covariates.iter().filter(|c| c.name != own.covariate);
+    let levels = others.filter_map(|covariate| {
+        let shape = shapes(lin.layout, covariate).into_iter().find(|s| s.name == BY_LEVEL)?;
+        Some(empirical_candidate(lin, &lin.basis, covariate, &shape)?.0)
+    });
+    levels.filter(|c| same_span(&span(&lin.basis, c), &own_span)).collect()
 }
 
 fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[bool]) -> bool {

@@ -19,6 +19,7 @@ use crate::levels::CATALOGUE_SHARE;
 use crate::levels::LATER;
 use crate::levels::QUARTER;
 use crate::levels::STAY;
+use crate::levels::TIE;
 use crate::levels::WORTH_MENTIONING;
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::rms;
@@ -187,6 +188,12 @@ fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
     order.sort_by(|&a, &b| {
         local(a).cmp(&local(b)).then(judged[a].criterion.total_cmp(&judged[b].criterion))
     });
+    // A tie goes by the order of the catalogue, not by the last digit of the data.
+    let Some(&best) = order.first() else { return order };
+    let is_tied =
+        |i: usize| local(i) == local(best) && judged[i].criterion - judged[best].criterion <= TIE;
+    let tied = order.iter().take_while(|&&i| is_tied(i)).count();
+    order[..tied].sort_unstable();
     order
 }
 

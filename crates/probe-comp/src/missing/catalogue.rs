@@ -171,6 +171,8 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
 }
 
 /// Half of what an axis reads more when it came from below than when it came from above.
+///
+/// From which side the axes came to the first touch is not known: what it reads is its own.
 fn reversal(setting: &Setting<'_>) -> Entry {
     let place = |touch: &MeasuredTouch| touch.touch.center_mm.coords;
     let mut way = Vector3::zeros();
@@ -186,7 +188,8 @@ fn reversal(setting: &Setting<'_>) -> Entry {
     }
     let axes = seen_axes(setting);
     let text = "an axis reads otherwise when it comes to a touch from the other side";
-    let parameters = axes.iter().map(|&k| micrometres(AXES[k])).collect();
+    let names = axes.iter().map(|&k| AXES[k]).chain(["first touch"]);
+    let parameters = names.map(micrometres).collect();
     entry("reversal", text, parameters, Term::Reversal { ways, axes })
 }
 

@@ -17,7 +17,7 @@ pub(crate) enum Term {
     /// The stylus gives way sideways.
     Bending,
     /// An axis stops behind where it is read, on the side that it came from; ways of every touch
-    /// along the axes in `axes`.
+    /// along the axes in `axes`. The first touch, whose ways are not known, is along its own.
     Reversal { ways: Vec<Vector3<f64>>, axes: Vec<usize> },
     /// The machine is read late: it has moved on by this time's travel.
     Latency { speed_mm_per_s: Vec<f64> },
@@ -97,7 +97,9 @@ impl Term {
             Self::Bending => vec![at.sideways()],
             Self::Reversal { ways, axes } => {
                 let way = ways.get(at.observation).copied().unwrap_or_default();
-                axes.iter().map(|&axis| Vector3::ith(axis, way[axis])).collect()
+                let first = if at.observation == 0 { approach } else { Vector3::zeros() };
+                let along = axes.iter().map(|&axis| Vector3::ith(axis, way[axis]));
+                along.chain([first]).collect()
             }
             Self::Latency { speed_mm_per_s } => vec![approach * value(speed_mm_per_s)],
             Self::Shift { axes } => axes.iter().map(|&axis| Vector3::ith(axis, 1.0)).collect(),

@@ -252,7 +252,7 @@ fn case_files() {
         toml("kind = \"frame-fti\"\n"),
         "case.toml, line 1, column 8: unknown kind `frame-fti`; did you mean `frame-fit`?; the \
          kinds are `frame-fit`, `ft-center`, `tracker-lm`, `pose-icp`, `probe-comp`, \
-         `force-impedance`"
+         `force-impedance`, `positioning`"
     );
     assert_eq!(
         toml("kind = \"stylus\"\n"),
