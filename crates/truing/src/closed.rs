@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Prepared};
+use crate::measured::{Fitted, Prepared};
 use crate::noise_test::{Repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;

@@ -8,18 +8,22 @@ mod checked;
 mod closed;
 mod design;
 mod error;
+mod estimated;
 mod estimates;
 mod file;
 mod found_pose;
 mod header;
 mod import;
 mod interval_width;
+mod kind;
 mod kinds;
+mod measured;
 mod noise_test;
 mod page;
 mod plan;
 mod plausible;
 mod program;
+mod read;
 mod register;
 mod regrouped;
 mod residual;
@@ -41,7 +45,7 @@ pub use probe_comp;
 pub use tracker_lm;
 
 pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
-pub use case::{Case, Location, Problem, Provenance, ReadOptions, read_case, read_case_with};
+pub use case::{Location, Problem, Provenance, ReadOptions};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep,
@@ -51,7 +55,8 @@ pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
 };
 pub use error::Error;
-pub use estimates::{Estimates, Export};
+pub use estimated::Export;
+pub use estimates::Estimates;
 pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
 pub use header::{Header, Program};
 pub use import::{
@@ -79,6 +84,7 @@ pub use plan::{
 };
 pub use plausible::{ImplausibleResult, plausible};
 pub use program::{Corrected, correct};
+pub use read::{Case, read_case, read_case_with};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};

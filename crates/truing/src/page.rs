@@ -7,7 +7,7 @@ use model_discrepancy::{Model, State};
 
 use crate::estimates::Estimates;
 use crate::file::read_text;
-use crate::kinds::{Places, Prepared, Words};
+use crate::measured::{Places, Prepared, Words};
 use crate::report::{
     Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
     ReportInput, VectorMap, render,
@@ -155,7 +155,7 @@ fn page(
 
 fn parameters(declared: &Estimates, after: Option<&Estimates>) -> Vec<ParameterRow> {
     let after = after.map(Estimates::parameters).unwrap_or_default();
-    let row = |p: crate::estimates::Estimated| {
+    let row = |p: crate::estimated::Estimated| {
         let found = after.iter().find(|a| a.name == p.name);
         ParameterRow {
             after: found.and_then(|a| Some((a.value, a.std?))),

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use model_discrepancy::{Closure, Model, Role, Row, chi2_interval, independent_share, lag_one};
 use serde::Serialize;
 
-use crate::kinds::Observation;
+use crate::measured::Observation;
 
 /// How far the observations lie from the model.
 ///

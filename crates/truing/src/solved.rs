@@ -4,7 +4,7 @@ use model_discrepancy::Model;
 use serde::Serialize;
 
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Observation};
+use crate::measured::{Fitted, Observation};
 use crate::noise_test::{Repeats, repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;

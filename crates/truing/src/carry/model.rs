@@ -3,7 +3,7 @@ use std::sync::Arc;
 use model_discrepancy::{Closure, Covariate, Declared, Inside, Model, Proposal, State};
 use nalgebra::{DMatrix, DVector};
 
-use crate::kinds::Prepared;
+use crate::measured::Prepared;
 
 /// The case's model with effects of fixed size in what counts as declared.
 ///

@@ -8,11 +8,18 @@ use super::edit::Edit;
 use super::encoding::decode;
 use super::ledger::Ledger;
 use super::nearest::nearest;
-use super::read::ReadOptions;
 use super::table::Table;
 use super::{Location, Problem};
 use crate::file::{MAX_BYTES, read_bytes};
 use crate::{Error, FileProblem, InputFile};
+
+/// What reading a case may do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Whether `case.toml` may name files outside of the folder; not by default, as a case may come
+    /// from anybody.
+    pub allow_outside: bool,
+}
 
 /// A case folder that exists.
 #[derive(Clone, Debug)]

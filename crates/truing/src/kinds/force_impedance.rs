@@ -3,6 +3,7 @@
 mod along_path;
 mod estimates;
 mod measured;
+mod path_estimates;
 mod suspects;
 
 use force_impedance::{
@@ -15,11 +16,12 @@ use crate::Error;
 use crate::case::{
     Columns, Document, Finite, Folder, LoopSettings, Positive, Problem, Table, group_names,
 };
-use crate::kinds::{Kind, Reading};
+use crate::kind::Kind;
+use crate::measured::Reading;
 use measured::LogCase;
 
-pub use along_path::{PathCell, PathError, PathForceEstimates};
 pub use estimates::{ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate};
+pub use path_estimates::{PathCell, PathError, PathForceEstimates};
 
 pub(crate) const KIND: Kind = Kind {
     name: "force-impedance",

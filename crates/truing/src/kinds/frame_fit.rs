@@ -6,6 +6,7 @@ mod plan;
 mod poses;
 mod set_ups;
 mod suspects;
+mod tip;
 
 use std::collections::BTreeSet;
 
@@ -16,10 +17,11 @@ use crate::Error;
 use crate::case::{
     Columns, Document, Folder, LoopSettings, NumberColumn, Positive, Problem, Table, group_names,
 };
-use crate::kinds::{Kind, Measured, Reading};
+use crate::kind::Kind;
+use crate::measured::{Measured, Reading};
 
 pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
-pub use poses::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
+pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 
 use measured::{FrameCase, Sigma, Use};
 use plan::FramePlanSettings;

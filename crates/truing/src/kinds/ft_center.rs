@@ -1,7 +1,9 @@
 //! `ft-center`: where a polishing head presses, by a six-axis force/torque sensor.
 
+mod displacement_estimates;
 mod displacements;
 mod gravity;
+mod gravity_estimates;
 mod presses;
 mod suspects;
 mod wrench;
@@ -11,10 +13,11 @@ use serde::Deserialize;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
-use crate::kinds::{Kind, Reading};
+use crate::kind::Kind;
+use crate::measured::Reading;
 
-pub use displacements::{DisplacementEstimates, DisplacementResidual};
-pub use gravity::{GravityEstimates, LineMiss, WrenchEstimate};
+pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
+pub use gravity_estimates::{GravityEstimates, LineMiss, WrenchEstimate};
 pub use presses::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
 
 pub(crate) const KIND: Kind = Kind {

@@ -13,16 +13,7 @@ mod surface;
 mod touching;
 mod tracker_lm;
 
-use std::fmt;
-use std::sync::Arc;
-
-use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
-
-use crate::Error;
-use crate::case::{Document, Files, Folder, LoopSettings};
-use crate::estimates::Estimates;
-use crate::report::{CurvePlot, Facet, Fact};
-use crate::suspect::{Hypothesis, Yardstick};
+use crate::kind::Kind;
 
 pub use example::write_example;
 pub use force_impedance::{
@@ -52,22 +43,6 @@ pub use probe_comp::{
     QualificationEstimate, TouchEstimate,
 };
 
-/// One kind of case.
-#[derive(Debug)]
-pub(crate) struct Kind {
-    /// Name, as in `case.toml`.
-    pub(crate) name: &'static str,
-    /// What it is for, one line.
-    pub(crate) summary: &'static str,
-    /// Reads the tables and settings of such a case.
-    pub(crate) read: fn(&Folder, &Document) -> Result<Reading, Error>,
-    /// What may be wrong with the input of such a case, the likeliest first; the fit of the case
-    /// as it stands, where it has one.
-    pub(crate) mistakes: fn(&Files, Option<&Fitted>) -> Vec<Hypothesis>,
-    /// Files of a small case that solves as it is: name and content.
-    pub(crate) example: &'static [(&'static str, &'static str)],
-}
-
 /// Every kind, in the order in which they are listed.
 pub(crate) const KINDS: &[Kind] = &[
     frame_fit::KIND,
@@ -82,120 +57,4 @@ pub(crate) const KINDS: &[Kind] = &[
 /// Names of the kinds.
 pub fn kinds() -> impl Iterator<Item = (&'static str, &'static str)> {
     KINDS.iter().map(|kind| (kind.name, kind.summary))
-}
-
-/// What a kind read.
-pub(crate) struct Reading {
-    pub(crate) measured: Box<dyn Measured>,
-    pub(crate) loop_settings: LoopSettings,
-    pub(crate) warnings: Vec<String>,
-    /// Tables that were read.
-    pub(crate) tables: &'static [&'static str],
-}
-
-/// Data of one kind, ready to be solved.
-pub(crate) trait Measured: fmt::Debug + Send + Sync {
-    /// Fits the declared model.
-    fn fit(&self) -> Result<Fitted, Error>;
-
-    /// The declared model as the loop sees it.
-    fn prepare(&self) -> Result<Prepared<'_>, Error>;
-
-    /// The case in words.
-    fn words(&self) -> Words;
-
-    /// What a misfit of the declared model is measured by.
-    fn yardstick(&self, _fitted: &Fitted) -> Yardstick {
-        Yardstick::NONE
-    }
-
-    /// Whether observations of this kind can repeat each other: not where rows combine several.
-    fn repeats_places(&self) -> bool {
-        true
-    }
-
-    /// What further measurements the machine can make; `None` where this kind of case cannot say.
-    fn offer(&self) -> Result<Option<Offer>, Error> {
-        Ok(None)
-    }
-
-    /// Curves that the report of this kind shows.
-    fn curves(&self) -> Vec<CurvePlot> {
-        Vec::new()
-    }
-}
-
-/// The declared model, fitted.
-#[derive(Debug)]
-pub(crate) struct Fitted {
-    pub(crate) estimates: Estimates,
-    /// In the order of the model's observations.
-    pub(crate) observations: Vec<Observation>,
-    /// Unit of the residuals.
-    pub(crate) unit: &'static str,
-    pub(crate) degrees_of_freedom: usize,
-    /// χ² over degrees of freedom where the noise was declared.
-    pub(crate) chi2_per_dof: Option<f64>,
-    pub(crate) warnings: Vec<String>,
-}
-
-/// One point, press or pose with its residual.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Observation {
-    /// One entry per component of the model's layout.
-    pub(crate) residual: Vec<f64>,
-    /// Whether it took part in the fit.
-    pub(crate) fitted: bool,
-}
-
-/// Sentences that say where the empirical corrections of a closure are.
-pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
-    let sentence = |e: &EmpiricalCorrection| {
-        format!(
-            "the correction along {} ({}) knows no cause; it is in the corrections of the readings \
-             alone",
-            e.covariate, e.shape
-        )
-    };
-    closure.empirical.iter().map(sentence).collect()
-}
-
-/// Estimates of a kind with the accepted effects in the model.
-pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Estimates + 'c>;
-
-/// What the loop needs.
-pub(crate) struct Prepared<'c> {
-    pub(crate) model: Arc<dyn Model + Send + 'c>,
-    pub(crate) covariates: Vec<Covariate>,
-    pub(crate) estimates: EstimatesOf<'c>,
-}
-
-/// A case in words, for tables and reports.
-#[derive(Clone, Debug)]
-pub(crate) struct Words {
-    /// The declared model, one paragraph per line.
-    pub(crate) declared: Vec<String>,
-    /// What the residual is.
-    pub(crate) residual: &'static str,
-    /// Components of one observation's residual.
-    pub(crate) components: &'static [&'static str],
-    /// What one group is called.
-    pub(crate) group_noun: String,
-    /// Facts about the measurement.
-    pub(crate) measured: Vec<Fact>,
-    /// Where the observations were made, where that is a plane.
-    pub(crate) places: Option<Places>,
-}
-
-/// Places of the observations in a plane.
-#[derive(Clone, Debug)]
-pub(crate) struct Places {
-    pub(crate) x_title: &'static str,
-    pub(crate) y_title: &'static str,
-    /// One per observation.
-    pub(crate) at: Vec<[f64; 2]>,
-    /// One per observation.
-    pub(crate) names: Vec<String>,
-    /// A surface on which they lie, the farthest facet first; empty where there is none.
-    pub(crate) facets: Vec<Facet>,
 }

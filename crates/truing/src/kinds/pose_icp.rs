@@ -18,9 +18,10 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::kind::Kind;
 use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
 use crate::kinds::touching::PlanSettings;
-use crate::kinds::{Kind, Measured, Reading};
+use crate::measured::{Measured, Reading};
 
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};

@@ -8,10 +8,10 @@ use ft_center::{AxisMotion, AxisReading};
 use serde::Deserialize;
 
 use crate::Error;
-use crate::case::{
-    Columns, Document, Files, Folder, LoopSettings, Positive, Problem, Table, group_names,
-};
-use crate::kinds::{Fitted, Kind, Reading};
+use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, Table, group_names};
+use crate::kind::Files;
+use crate::kind::Kind;
+use crate::measured::{Fitted, Reading};
 use crate::suspect::{Hypothesis, exchanged_rows, farthest, rows_shifted, signs};
 
 pub(crate) use approach::{approaches, derived, has_directions, names_of};

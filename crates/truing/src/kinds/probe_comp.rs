@@ -15,9 +15,10 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::kind::Kind;
 use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
 use crate::kinds::touching::PlanSettings;
-use crate::kinds::{Kind, Reading};
+use crate::measured::Reading;
 
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,

@@ -16,7 +16,8 @@ use tracker_lm::{
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
-use crate::kinds::{Kind, Reading};
+use crate::kind::Kind;
+use crate::measured::Reading;
 
 pub use estimates::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,

@@ -4,8 +4,9 @@ use super::hypothesis::{Hypothesis, Proof};
 use super::named::Suspect;
 use super::physics::Physics;
 use super::search::{Found, Misfit, Plain, Trials};
-use crate::case::{Edit, Files};
-use crate::kinds::Fitted;
+use crate::case::Edit;
+use crate::kind::Files;
+use crate::measured::Fitted;
 use crate::{Case, Error};
 
 /// Mistakes named in one case at most: what needs more was not one case.

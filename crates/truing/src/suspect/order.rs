@@ -1,6 +1,6 @@
 use super::hypothesis::{Hypothesis, listed, owned};
 use crate::case::{Change, Edit, Table};
-use crate::kinds::Fitted;
+use crate::measured::Fitted;
 
 /// Two columns of a table exchanged, every pair of those given.
 pub(crate) fn exchanges(

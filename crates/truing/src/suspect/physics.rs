@@ -31,7 +31,7 @@ pub(super) struct Physics(Option<Closure>);
 impl Physics {
     pub(super) fn of(case: &Case) -> Self {
         let options = case.loop_settings.options();
-        let close = |prepared: crate::kinds::Prepared<'_>| {
+        let close = |prepared: crate::measured::Prepared<'_>| {
             close_loop(&*prepared.model, &prepared.covariates, &options).ok()
         };
         Self(case.measured.prepare().ok().and_then(close))

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Proof};
 use super::yardstick::Yardstick;
-use crate::case::Files;
-use crate::kinds::{Fitted, Measured};
+use crate::kind::Files;
+use crate::measured::{Fitted, Measured};
 use crate::residual::Residual;
 
 /// Refits at most: the longest list of a kind is half as long.

@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use crate::estimates::Estimated;
+use crate::estimated::Estimated;
 use crate::text_table::TextTable;
 
 /// What a log of a polishing head is solved for.

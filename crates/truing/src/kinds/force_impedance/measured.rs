@@ -12,7 +12,7 @@ use super::estimates::{
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
+use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::{Curve, CurvePlot, Fact};
 use crate::suspect::Yardstick;

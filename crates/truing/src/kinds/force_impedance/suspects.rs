@@ -3,8 +3,9 @@
 use super::along_path::PathCase;
 use super::measured::LogCase;
 use super::{CELLS, KNOWN, LENGTHS, LOG, PATH};
-use crate::case::{Files, Table};
-use crate::kinds::Fitted;
+use crate::case::Table;
+use crate::kind::Files;
+use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanges, lengths,
     rows_left_out, rows_shifted, scaled_setting, signs, stretches, units,

@@ -3,7 +3,7 @@ use geometry::{EulerAngles, EulerReading};
 use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 use serde::Serialize;
 
-use crate::estimates::Estimated;
+use crate::estimated::Estimated;
 use crate::text_table::{Cell, TextTable};
 
 /// Share of the other variances below which that of scale or rotation is round-off of the quadratic

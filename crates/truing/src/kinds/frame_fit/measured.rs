@@ -14,8 +14,9 @@ use super::suspects;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{
-    Fitted, Measured, Observation, Offer, Places, Prepared, Words, empirical_conditions,
+use crate::kinds::Offer;
+use crate::measured::{
+    Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
 use crate::report::Fact;
 use crate::suspect::Yardstick;

@@ -5,19 +5,18 @@ use std::sync::Arc;
 use frame_fit::{FrameFitError, KnownDistance, TipFit, TipModel, TipPose, fit_tip};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use nalgebra::{DMatrix, Vector3};
-use serde::Serialize;
 
+use super::tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 use super::{ModelSettings, Settings};
 use crate::Error;
 use crate::case::{
     Columns, Document, Folder, Location, NumberColumn, Positive, Problem, group_names,
 };
-use crate::estimates::{Estimated, Estimates};
+use crate::estimates::Estimates;
 use crate::kinds::orientation::orientations;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::measured::{Fitted, Measured, Observation, Prepared, Reading, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
-use crate::text_table::TextTable;
 
 pub(super) const POSES: &str = "poses.csv";
 pub(super) const DISTANCES: &str = "distances.csv";
@@ -28,84 +27,6 @@ const OF_DISTANCE: &[&str] = &["from", "to", "distance_mm", "std_mm"];
 
 /// Standard uncertainties beyond which a known distance contradicts the poses: once in 16 000.
 const CONTRADICTION: f64 = 4.0;
-
-/// What poses of a flange are solved for.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct TipEstimates {
-    /// Tip in the flange's frame.
-    pub tip_mm: [f64; 3],
-    /// Standard uncertainty of it.
-    pub std_tip_mm: [f64; 3],
-    /// One per place, in the order first touched.
-    pub places: Vec<PlaceEstimate>,
-    /// One per known distance.
-    pub distances: Vec<DistanceResidual>,
-    /// One per pose.
-    pub poses: Vec<PoseResidual>,
-}
-
-/// A place that the tip was held at, base frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "coordinates with their standard uncertainties, as named")]
-pub struct PlaceEstimate {
-    pub place: String,
-    pub x_mm: f64,
-    pub y_mm: f64,
-    pub z_mm: f64,
-    pub std_x_mm: f64,
-    pub std_y_mm: f64,
-    pub std_z_mm: f64,
-}
-
-/// A known distance beside the one found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DistanceResidual {
-    /// One place.
-    pub from: String,
-    /// The other.
-    pub to: String,
-    /// As known.
-    pub known_mm: f64,
-    /// As found.
-    pub found_mm: f64,
-}
-
-/// Residual `p + R·t − c` of one pose, base frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "components, as named")]
-pub struct PoseResidual {
-    pub pose: String,
-    pub place: String,
-    pub dx_mm: f64,
-    pub dy_mm: f64,
-    pub dz_mm: f64,
-}
-
-impl TipEstimates {
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
-        let tip = ["x", "y", "z"].into_iter().zip(self.tip_mm).zip(self.std_tip_mm);
-        let mut all: Vec<Estimated> = tip
-            .map(|((axis, value), std)| {
-                Estimated::new(&format!("tip {axis}"), "mm", value, Some(std))
-            })
-            .collect();
-        all.extend(self.distances.iter().map(|d| {
-            Estimated::new(&format!("distance {} to {}", d.from, d.to), "mm", d.found_mm, None)
-        }));
-        all
-    }
-
-    pub(crate) fn table(&self) -> TextTable {
-        let columns = ["place", "x mm", "y mm", "z mm", "std x mm", "std y mm", "std z mm"];
-        let mut table = TextTable::new("places, base frame", &columns);
-        for p in &self.places {
-            let numbers = [p.x_mm, p.y_mm, p.z_mm, p.std_x_mm, p.std_y_mm, p.std_z_mm];
-            let name = p.place.clone().into();
-            table.push([name].into_iter().chain(numbers.map(Into::into)).collect());
-        }
-        table
-    }
-}
 
 #[derive(Clone, Debug)]
 struct PoseCase {

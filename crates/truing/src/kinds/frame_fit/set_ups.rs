@@ -7,10 +7,11 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::poses::{COORDINATES as POSITION, POSES};
 use super::{FROM, KNOWN, PAIRS, SESSION, TO};
-use crate::case::{Change, Edit, Files, Table};
+use crate::case::{Change, Edit, Table};
 use crate::estimates::Estimates;
-use crate::kinds::Fitted;
+use crate::kind::Files;
 use crate::kinds::orientation::QUATERNION;
+use crate::measured::Fitted;
 use crate::suspect::Hypothesis;
 
 /// Different labels in a column, at most: each costs a fit.

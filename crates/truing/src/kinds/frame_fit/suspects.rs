@@ -6,10 +6,11 @@ use super::measured::FrameCase;
 use super::poses::{COORDINATES as POSITION, DISTANCES, POSES};
 use super::set_ups::{misplaced, relabelled};
 use super::{FROM, PAIRS, TO};
-use crate::case::{Files, Table};
+use crate::case::Table;
 use crate::estimates::Estimates;
-use crate::kinds::Fitted;
+use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
+use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, other_setting,
     rows_shifted, signs, spread_of, swapped_names, units,

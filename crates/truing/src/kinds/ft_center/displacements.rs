@@ -2,69 +2,22 @@ use std::sync::Arc;
 
 use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementModel};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
-use serde::Serialize;
 
-use super::{CenterEstimate, DISPLACEMENTS, FrameEstimate, Settings, error, unused};
+use super::displacement_estimates::{DisplacementEstimates, DisplacementResidual};
+use super::{DISPLACEMENTS, Settings, error, unused};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
+use crate::kinds::AxisRunEstimate;
 use crate::kinds::positioning::{approaches, has_directions, names_of};
-use crate::kinds::{
-    AxisRunEstimate, Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
+use crate::measured::{
+    Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;
-use crate::text_table::TextTable;
 
 const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm", "direction"];
-
-/// What a table of displacements is solved for: nothing but its own residual.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DisplacementEstimates {
-    /// Always `None`: displacements do not place the sensor.
-    pub frame: Option<FrameEstimate>,
-    /// Always empty.
-    pub centers: Vec<CenterEstimate>,
-    /// Where the accepted effects are.
-    pub conditions: Vec<String>,
-    /// Figures by ISO 230-2 and compensation table, where targets repeat or were approached both
-    /// ways; `None` elsewhere.
-    pub run: Option<AxisRunEstimate>,
-    /// One per row.
-    pub points: Vec<DisplacementResidual>,
-}
-
-/// One row of the table.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DisplacementResidual {
-    /// Name of the row.
-    pub point: String,
-    /// How far the machine moved.
-    pub commanded_mm: f64,
-    /// How far the sensor found it to have moved.
-    pub solved_mm: f64,
-    /// What the accepted effects add to `solved_mm`.
-    pub correction_mm: f64,
-    /// `solved − correction`: the displacement with the accepted effects taken off.
-    pub corrected_mm: f64,
-    /// `corrected − commanded`.
-    pub residual_mm: f64,
-}
-
-impl DisplacementEstimates {
-    pub(crate) fn table(&self) -> TextTable {
-        let columns = ["point", "commanded mm", "solved mm", "corrected mm", "residual mm"];
-        let mut table = TextTable::new("displacements", &columns);
-        for p in &self.points {
-            let name = p.point.clone().into();
-            let numbers =
-                [p.commanded_mm, p.solved_mm, p.corrected_mm, p.residual_mm].map(Into::into);
-            table.push([name].into_iter().chain(numbers).collect());
-        }
-        table
-    }
-}
 
 #[derive(Clone, Debug)]
 pub(super) struct DisplacementCase {

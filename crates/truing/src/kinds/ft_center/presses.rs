@@ -17,7 +17,7 @@ use crate::case::{
     Columns, Document, Extras, Finite, Folder, NumberColumn, Positive, Problem, Table, group_name,
     nearest, no_column,
 };
-use crate::kinds::Reading;
+use crate::measured::Reading;
 
 pub use estimates::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
 pub(super) use measured::PressCase;

@@ -6,10 +6,11 @@ use super::displacements::DisplacementCase;
 use super::gravity::GravityCase;
 use super::presses::PressCase;
 use super::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
-use crate::case::{Edit, Files, Table};
+use crate::case::{Edit, Table};
 use crate::estimates::Estimates;
-use crate::kinds::Fitted;
+use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
+use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, channels, cycles, exchanged_rows, exchanges, farthest,
     lengths, other_setting, rows_left_out, rows_shifted, scaled_setting, signs, spread_of, units,
@@ -184,7 +185,7 @@ pub(super) fn gravity_yardstick(case: &GravityCase, fitted: &Fitted) -> Yardstic
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let n = fitted.observations.len().max(1) as f64;
     let square =
-        |o: &crate::kinds::Observation| o.residual.iter().skip(3).map(|r| r * r).sum::<f64>();
+        |o: &crate::measured::Observation| o.residual.iter().skip(3).map(|r| r * r).sum::<f64>();
     let missed = (fitted.observations.iter().map(square).sum::<f64>() / n).sqrt();
     let is_upside_down =
         matches!(&fitted.estimates, Estimates::Gravity(found) if found.weight_n < 0.0);

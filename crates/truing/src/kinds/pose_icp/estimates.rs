@@ -3,7 +3,7 @@ use nalgebra::{Isometry3, Matrix4, Matrix6, Vector3, Vector6};
 use pose_icp::PoseStart;
 use serde::Serialize;
 
-use crate::estimates::Estimated;
+use crate::estimated::Estimated;
 use crate::text_table::{Cell, TextTable};
 
 /// What a `pose-icp` case is solved for.

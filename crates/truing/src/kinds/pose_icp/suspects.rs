@@ -2,11 +2,11 @@
 
 use super::measured::PoseCase;
 use super::{EDGE, POINTS};
-use crate::case::Files;
-use crate::kinds::Fitted;
+use crate::kind::Files;
 use crate::kinds::surface::{
     XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
+use crate::measured::Fitted;
 use crate::suspect::{Hypothesis, Yardstick, lengths, other_setting};
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {

@@ -3,7 +3,7 @@ use std::fmt::Write as _;
 use ft_center::{AxisFigures, AxisMotion, AxisReading, OneWay, TargetFigures, axis_figures};
 use serde::Serialize;
 
-use crate::estimates::{Estimated, Export};
+use crate::estimated::{Estimated, Export};
 use crate::report::{Curve, CurvePlot, ExtraPlot};
 use crate::text_table::TextTable;
 

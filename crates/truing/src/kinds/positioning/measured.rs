@@ -9,7 +9,7 @@ use super::estimates::{AxisRunEstimate, PositionResidual, PositioningEstimates};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
+use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::{Yardstick, spread_of};

@@ -3,7 +3,7 @@ use probe_comp::{Contact, ContactChange};
 use serde::Serialize;
 
 use super::qualification::QualificationEstimate;
-use crate::estimates::Estimated;
+use crate::estimated::Estimated;
 use crate::text_table::{Cell, EXPANDED, TextTable};
 
 /// What a `probe-comp` case is solved for.

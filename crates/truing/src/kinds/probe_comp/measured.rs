@@ -13,8 +13,9 @@ use super::tables::Touches;
 use crate::Error;
 use crate::case::Location;
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::kinds::touching::PlanSettings;
-use crate::kinds::{Fitted, Measured, Observation, Offer, Places, Prepared, Words};
+use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
 

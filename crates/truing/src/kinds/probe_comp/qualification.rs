@@ -6,7 +6,7 @@ use toml::Spanned;
 use super::tables::{Touches, artefact_touches};
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem};
-use crate::estimates::Estimated;
+use crate::estimated::Estimated;
 
 /// Touches of the artefact.
 pub(super) const QUALIFICATION: &str = "qualification.csv";

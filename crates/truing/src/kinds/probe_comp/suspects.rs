@@ -2,11 +2,12 @@
 
 use super::measured::ProbeCase;
 use super::{MICRO, TOUCHES};
-use crate::case::{Files, Table};
-use crate::kinds::Fitted;
+use crate::case::Table;
+use crate::kind::Files;
 use crate::kinds::surface::{
     XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
+use crate::measured::Fitted;
 use crate::suspect::{Hypothesis, Yardstick, exchanges, lengths, other_setting, signs};
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];

@@ -1,7 +1,8 @@
 //! What may be wrong with the numbers of a drawing, or with touches of the part.
 
-use crate::case::{Files, Table};
-use crate::kinds::Fitted;
+use crate::case::Table;
+use crate::kind::Files;
+use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, lengths,
     rows_shifted, scaled_setting, signs, spread_of, units,

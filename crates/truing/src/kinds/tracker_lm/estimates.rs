@@ -5,7 +5,7 @@ use tracker_lm::{
     TargetCalibration, TargetSurvey, axis_errors_csv, heidenhain_table, linuxcnc_compensation,
 };
 
-use crate::estimates::{Estimated, Export};
+use crate::estimated::{Estimated, Export};
 use crate::report::{Curve, CurvePlot, ExtraPlot};
 use crate::text_table::{Cell, TextTable, number};
 

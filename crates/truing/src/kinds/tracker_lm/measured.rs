@@ -11,7 +11,7 @@ use super::estimates::TrackerLmEstimates;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
+use crate::measured::{Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;

@@ -7,7 +7,7 @@ use super::tables::{References, Setup};
 use super::{MOUNTS, RANGES, STATIONS, Settings};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, group_names};
-use crate::kinds::Reading;
+use crate::measured::Reading;
 
 const NEEDED: &[&str] = &["station", "mount", "step", "angle_deg", "displacement_mm"];
 const KNOWN: &[&str] =

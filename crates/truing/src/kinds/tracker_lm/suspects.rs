@@ -7,9 +7,10 @@ use super::measured::TrackerCase;
 use super::tables::PLACE;
 use super::target_case::TargetCase;
 use super::{MOUNTS, RANGES, STATIONS, TARGETS};
-use crate::case::{Files, Table};
+use crate::case::Table;
 use crate::estimates::Estimates;
-use crate::kinds::Fitted;
+use crate::kind::Files;
+use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, rows_shifted, signs,
     spread_of, swapped_names, units,

@@ -12,7 +12,7 @@ use super::measured::{active, reversal};
 use crate::Error;
 use crate::case::Location;
 use crate::estimates::Estimates;
-use crate::kinds::{Fitted, Measured, Observation, Prepared, Words};
+use crate::measured::{Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;

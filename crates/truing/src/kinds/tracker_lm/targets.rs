@@ -9,7 +9,7 @@ use super::target_case::TargetCase;
 use super::{MOUNTS, STATIONS, Settings, TARGETS};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Problem, group_names};
-use crate::kinds::Reading;
+use crate::measured::Reading;
 
 const NEEDED: &[&str] = &["station", "mount", "step", "angle_deg", PLACE[0], PLACE[1], PLACE[2]];
 const KNOWN: &[&str] =

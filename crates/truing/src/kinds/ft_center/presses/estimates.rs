@@ -1,7 +1,7 @@
 use ft_center::{Center, Handedness, HandednessSource, Located, PressRole, SolvedPress};
 use serde::Serialize;
 
-use crate::estimates::Estimated;
+use crate::estimated::Estimated;
 use crate::text_table::{Cell, TextTable};
 
 /// What presses are solved for.

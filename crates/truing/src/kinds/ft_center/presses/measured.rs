@@ -11,7 +11,9 @@ use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::kinds::ft_center::error;
-use crate::kinds::{Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions};
+use crate::measured::{
+    Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
+};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;

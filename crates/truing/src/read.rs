@@ -1,18 +1,20 @@
+//! A case, read.
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use model_discrepancy::LoopError;
 
-use super::document::Document;
-use super::folder::Folder;
-use super::loop_settings::LoopSettings;
-use super::nearest::nearest;
-use super::provenance::Provenance;
-use super::{Edit, Location, Problem, quote};
 use crate::Error;
 use crate::carry::{CarryProblem, Learnt};
+use crate::case::{
+    Document, Edit, Folder, Location, LoopSettings, Problem, Provenance, ReadOptions, nearest,
+    quote,
+};
 use crate::file::{InputFile, digest};
-use crate::kinds::{KINDS, Kind, Measured, Reading};
+use crate::kind::{Files, Kind};
+use crate::kinds::KINDS;
+use crate::measured::Measured;
 use crate::suspect::named_cause;
 
 /// A case that was read and found usable in form.
@@ -31,27 +33,6 @@ pub struct Case {
     pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) read_s: f64,
-}
-
-/// The files of a case, to be read as they stand or with changes.
-#[derive(Clone, Debug)]
-pub(crate) struct Files {
-    pub(crate) folder: Folder,
-    pub(crate) document: Document,
-    pub(crate) kind: &'static Kind,
-}
-
-impl Files {
-    /// The files as they would be with these changes.
-    pub(crate) fn with(&self, edits: &[Edit]) -> Self {
-        let (folder, document) = (self.folder.with(edits), self.document.with(edits));
-        Self { folder, document, kind: self.kind }
-    }
-
-    /// Reads them as their kind does.
-    pub(crate) fn read(&self) -> Result<Reading, Error> {
-        (self.kind.read)(&self.folder, &self.document)
-    }
 }
 
 impl Case {
@@ -139,14 +120,6 @@ impl Case {
 /// [`Error::Case`] with file, line and column of the first thing that is wrong.
 pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
     read_case_with(path, ReadOptions::default())
-}
-
-/// What reading a case may do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReadOptions {
-    /// Whether `case.toml` may name files outside of the folder; not by default, as a case may come
-    /// from anybody.
-    pub allow_outside: bool,
 }
 
 /// Reads a case folder with options.

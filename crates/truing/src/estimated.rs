@@ -1,0 +1,28 @@
+//! One estimated number, and the formats in which tables of them are exported.
+
+/// A table that other programs read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Export {
+    /// Comma-separated values with the names of ISO 230.
+    Csv,
+    /// A compensation file of LinuxCNC, `COMP_FILE_TYPE = 0`.
+    LinuxCnc,
+    /// A plain table in the layout of Heidenhain's, which no control imports.
+    Heidenhain,
+}
+
+/// One estimated number, in the unit it is reported in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Estimated {
+    pub(crate) name: String,
+    pub(crate) unit: &'static str,
+    pub(crate) value: f64,
+    pub(crate) std: Option<f64>,
+}
+
+impl Estimated {
+    pub(crate) fn new(name: &str, unit: &'static str, value: f64, std: Option<f64>) -> Self {
+        Self { name: name.to_owned(), unit, value, std }
+    }
+}

@@ -1,0 +1,43 @@
+//! A kind of case, and files that are read as one.
+
+use crate::Error;
+use crate::case::{Document, Edit, Folder};
+use crate::measured::{Fitted, Reading};
+use crate::suspect::Hypothesis;
+
+/// One kind of case.
+#[derive(Debug)]
+pub(crate) struct Kind {
+    /// Name, as in `case.toml`.
+    pub(crate) name: &'static str,
+    /// What it is for, one line.
+    pub(crate) summary: &'static str,
+    /// Reads the tables and settings of such a case.
+    pub(crate) read: fn(&Folder, &Document) -> Result<Reading, Error>,
+    /// What may be wrong with the input of such a case, the likeliest first; the fit of the case
+    /// as it stands, where it has one.
+    pub(crate) mistakes: fn(&Files, Option<&Fitted>) -> Vec<Hypothesis>,
+    /// Files of a small case that solves as it is: name and content.
+    pub(crate) example: &'static [(&'static str, &'static str)],
+}
+
+/// The files of a case, to be read as they stand or with changes.
+#[derive(Clone, Debug)]
+pub(crate) struct Files {
+    pub(crate) folder: Folder,
+    pub(crate) document: Document,
+    pub(crate) kind: &'static Kind,
+}
+
+impl Files {
+    /// The files as they would be with these changes.
+    pub(crate) fn with(&self, edits: &[Edit]) -> Self {
+        let (folder, document) = (self.folder.with(edits), self.document.with(edits));
+        Self { folder, document, kind: self.kind }
+    }
+
+    /// Reads them as their kind does.
+    pub(crate) fn read(&self) -> Result<Reading, Error> {
+        (self.kind.read)(&self.folder, &self.document)
+    }
+}

@@ -1,0 +1,54 @@
+//! What a table of displacements is solved for.
+
+use serde::Serialize;
+
+use super::{CenterEstimate, FrameEstimate};
+use crate::kinds::AxisRunEstimate;
+use crate::text_table::TextTable;
+
+/// What a table of displacements is solved for: nothing but its own residual.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DisplacementEstimates {
+    /// Always `None`: displacements do not place the sensor.
+    pub frame: Option<FrameEstimate>,
+    /// Always empty.
+    pub centers: Vec<CenterEstimate>,
+    /// Where the accepted effects are.
+    pub conditions: Vec<String>,
+    /// Figures by ISO 230-2 and compensation table, where targets repeat or were approached both
+    /// ways; `None` elsewhere.
+    pub run: Option<AxisRunEstimate>,
+    /// One per row.
+    pub points: Vec<DisplacementResidual>,
+}
+
+/// One row of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DisplacementResidual {
+    /// Name of the row.
+    pub point: String,
+    /// How far the machine moved.
+    pub commanded_mm: f64,
+    /// How far the sensor found it to have moved.
+    pub solved_mm: f64,
+    /// What the accepted effects add to `solved_mm`.
+    pub correction_mm: f64,
+    /// `solved − correction`: the displacement with the accepted effects taken off.
+    pub corrected_mm: f64,
+    /// `corrected − commanded`.
+    pub residual_mm: f64,
+}
+
+impl DisplacementEstimates {
+    pub(crate) fn table(&self) -> TextTable {
+        let columns = ["point", "commanded mm", "solved mm", "corrected mm", "residual mm"];
+        let mut table = TextTable::new("displacements", &columns);
+        for p in &self.points {
+            let name = p.point.clone().into();
+            let numbers =
+                [p.commanded_mm, p.solved_mm, p.corrected_mm, p.residual_mm].map(Into::into);
+            table.push([name].into_iter().chain(numbers).collect());
+        }
+        table
+    }
+}
