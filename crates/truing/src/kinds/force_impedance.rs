@@ -4,24 +4,26 @@ mod along_path;
 mod estimates;
 mod measured;
 mod path_estimates;
+mod settings;
 mod suspects;
 
 use force_impedance::{
     ForceFormula, Head, HeadGeometry, HeadLimits, ImpedanceParameters, LogOptions, LogSample,
 };
 use nalgebra::{Unit, Vector3};
-use serde::Deserialize;
 
 use crate::Error;
-use crate::case::{
-    Columns, Document, Finite, Folder, LoopSettings, Positive, Problem, Table, group_names,
-};
+use crate::case::{Columns, Document, Finite, Folder, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::Reading;
 use measured::LogCase;
 
 pub use estimates::{ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate};
 pub use path_estimates::{PathCell, PathError, PathForceEstimates};
+
+use settings::{
+    CELLS, HeadSettings, ImpedanceSettings, KNOWN, LENGTH_TOL, LENGTHS, LOG, PATH, PAUSE, Settings,
+};
 
 pub(crate) const KIND: Kind = Kind {
     name: "force-impedance",
@@ -33,98 +35,6 @@ pub(crate) const KIND: Kind = Kind {
         ("log.csv", include_str!("../../templates/force-impedance/log.csv")),
     ],
 };
-
-const LOG: &str = "log.csv";
-const PATH: &str = "path.csv";
-const KNOWN: &[&str] = &[
-    "time_s",
-    "l1_mm",
-    "l2_mm",
-    "l3_mm",
-    "l4_mm",
-    "f1_n",
-    "f2_n",
-    "f3_n",
-    "f4_n",
-    "nx",
-    "ny",
-    "nz",
-    "reference_n",
-    "segment",
-];
-const LENGTHS: [&str; 4] = ["l1_mm", "l2_mm", "l3_mm", "l4_mm"];
-const CELLS: [&str; 4] = ["f1_n", "f2_n", "f3_n", "f4_n"];
-
-/// A step in time this many times the usual one is a pause, not a lost sample or two.
-const PAUSE: f64 = 5.0;
-/// Vectors printed with four digits are this close to unit length; others are slips.
-const LENGTH_TOL: f64 = 1e-3;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    #[serde(rename = "kind")]
-    _kind: serde::de::IgnoredAny,
-    #[serde(default)]
-    head: Option<HeadSettings>,
-    #[serde(default)]
-    impedance: Option<ImpedanceSettings>,
-    #[serde(default)]
-    model: ModelSettings,
-    #[serde(default)]
-    noise: NoiseSettings,
-    #[serde(default, rename = "loop")]
-    closure: LoopSettings,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct HeadSettings {
-    tip_to_plane_mm: Positive,
-    plane_to_joint_mm: Positive,
-    head_radius_mm: Positive,
-    bracket_radius_mm: Positive,
-    leg_angles_deg: Option<[Finite; 3]>,
-    weight_n: Option<Finite>,
-    center_of_gravity_mm: Option<Finite>,
-    gravity: Option<[Finite; 3]>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ImpedanceSettings {
-    mass_kg: Positive,
-    damping_ns_per_mm: Positive,
-    stiffness_n_per_mm: Option<Finite>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ModelSettings {
-    force: Option<FormulaName>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum FormulaName {
-    FullBalance,
-    Published,
-}
-
-impl From<FormulaName> for ForceFormula {
-    fn from(name: FormulaName) -> Self {
-        match name {
-            FormulaName::FullBalance => Self::FullBalance,
-            FormulaName::Published => Self::Published,
-        }
-    }
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoiseSettings {
-    force_n: Option<Positive>,
-}
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;

@@ -5,18 +5,16 @@ mod measured;
 mod plan;
 mod poses;
 mod set_ups;
+mod settings;
 mod suspects;
 mod tip;
 
 use std::collections::BTreeSet;
 
 use frame_fit::{Handedness, Transform};
-use serde::Deserialize;
 
 use crate::Error;
-use crate::case::{
-    Columns, Document, Folder, LoopSettings, NumberColumn, Positive, Problem, Table, group_names,
-};
+use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::{Measured, Reading};
 
@@ -24,8 +22,10 @@ pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformSt
 pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 
 use measured::{FrameCase, Sigma, Use};
-use plan::FramePlanSettings;
-use poses::POSES;
+
+use settings::{
+    FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings, TO, TransformName,
+};
 
 pub(crate) const KIND: Kind = Kind {
     name: "frame-fit",
@@ -37,64 +37,6 @@ pub(crate) const KIND: Kind = Kind {
         ("pairs.csv", include_str!("../../templates/frame-fit/pairs.csv")),
     ],
 };
-
-const PAIRS: &str = "pairs.csv";
-const FROM: [&str; 3] = ["from_x_mm", "from_y_mm", "from_z_mm"];
-const TO: [&str; 3] = ["to_x_mm", "to_y_mm", "to_z_mm"];
-const SIGMA: [&str; 3] = ["sigma_x_mm", "sigma_y_mm", "sigma_z_mm"];
-const KNOWN: &[&str] = &[
-    "point", FROM[0], FROM[1], FROM[2], TO[0], TO[1], TO[2], "sigma_mm", SIGMA[0], SIGMA[1],
-    SIGMA[2], "use", "body",
-];
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    #[serde(rename = "kind")]
-    _kind: serde::de::IgnoredAny,
-    #[serde(default)]
-    model: ModelSettings,
-    #[serde(default)]
-    noise: NoiseSettings,
-    #[serde(default)]
-    plan: FramePlanSettings,
-    #[serde(default, rename = "loop")]
-    closure: LoopSettings,
-}
-
-#[derive(Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-struct ModelSettings {
-    #[serde(default)]
-    transform: TransformName,
-    #[serde(default)]
-    handedness: HandednessName,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoiseSettings {
-    point_mm: Option<Positive>,
-}
-
-#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
-#[serde(rename_all = "kebab-case")]
-enum TransformName {
-    None,
-    Translation,
-    #[default]
-    Rigid,
-    Similarity,
-    Affine,
-}
-
-#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
-#[serde(rename_all = "kebab-case")]
-enum HandednessName {
-    #[default]
-    Proper,
-    Improper,
-}
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
@@ -143,8 +85,6 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: &[PAIRS] })
 }
 
-/// Label column that names sessions.
-const SESSION: &str = "session";
 /// Sessions of which each may have been unlike the others.
 const MOST_SESSIONS: usize = 12;
 

@@ -5,20 +5,22 @@ mod displacements;
 mod gravity;
 mod gravity_estimates;
 mod presses;
+mod settings;
 mod suspects;
 mod wrench;
 
-use ft_center::{FtCenterError, Handedness, Noise};
-use serde::Deserialize;
+use ft_center::Noise;
 
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::case::{Document, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
 
 pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
 pub use gravity_estimates::{GravityEstimates, LineMiss, WrenchEstimate};
 pub use presses::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
+
+use settings::{DISPLACEMENTS, GRAVITY, NoiseSettings, PRESSES, Settings, WRENCH};
 
 pub(crate) const KIND: Kind = Kind {
     name: "ft-center",
@@ -31,66 +33,6 @@ pub(crate) const KIND: Kind = Kind {
         ("wrench.csv", include_str!("../../templates/ft-center/wrench.csv")),
     ],
 };
-
-const PRESSES: &str = "presses.csv";
-const WRENCH: &str = "wrench.csv";
-const DISPLACEMENTS: &str = "displacements.csv";
-const GRAVITY: &str = "gravity.csv";
-
-/// Settings of the kind; which of them are needed depends on the tables.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    #[serde(rename = "kind")]
-    _kind: serde::de::IgnoredAny,
-    #[serde(default)]
-    contact: ContactSettings,
-    #[serde(default)]
-    model: ModelSettings,
-    #[serde(default)]
-    noise: NoiseSettings,
-    #[serde(default, rename = "loop")]
-    closure: LoopSettings,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ContactSettings {
-    z0_mm: Option<Finite>,
-    min_fz_n: Option<Positive>,
-    spin_hz: Option<Positive>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ModelSettings {
-    handedness: Option<HandednessName>,
-    gravity: Option<[Finite; 3]>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoiseSettings {
-    force_n: Option<Positive>,
-    moment_nmm: Option<Positive>,
-    displacement_mm: Option<Positive>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum HandednessName {
-    Same,
-    Opposed,
-}
-
-impl From<HandednessName> for Handedness {
-    fn from(name: HandednessName) -> Self {
-        match name {
-            HandednessName::Same => Self::Same,
-            HandednessName::Opposed => Self::Opposed,
-        }
-    }
-}
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
@@ -149,15 +91,4 @@ impl NoiseSettings {
             }
         }
     }
-}
-
-/// Settings that have no meaning for the tables given, as warnings.
-fn unused(settings: &[(&str, bool)], table: &str) -> Vec<String> {
-    (settings.iter().filter(|(_, is_set)| *is_set))
-        .map(|(key, _)| format!("`{key}` is not used with {table}"))
-        .collect()
-}
-
-fn error(at: Location, source: FtCenterError) -> Error {
-    Error::FtCenter { at: Box::new(at), source: Box::new(source) }
 }

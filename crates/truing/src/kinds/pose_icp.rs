@@ -1,9 +1,11 @@
 //! `pose-icp`: where a workpiece lies, from touches of its surface.
 
+mod case;
 mod estimates;
 mod measured;
 mod picture;
 mod plan;
+mod settings;
 mod surface;
 mod suspects;
 mod tables;
@@ -11,23 +13,23 @@ mod tables;
 use geometry::EulerAngles;
 use nalgebra::Vector3;
 use pose_icp::{
-    EdgeTouches, PoseError, PoseOptions, PoseParameter, PoseStart, Tip, TipSide, start_from_touches,
+    EdgeTouches, PoseOptions, PoseParameter, PoseStart, Tip, TipSide, start_from_touches,
 };
-use serde::Deserialize;
 use toml::Spanned;
 
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::case::{Document, Finite, Folder, Location, Positive, Problem};
 use crate::kind::Kind;
-use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
-use crate::kinds::touching::PlanSettings;
+use crate::kinds::surface::{CONTROL, HEIGHTS};
 use crate::measured::{Measured, Reading};
 
+use case::PoseCase;
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
-use measured::PoseCase;
 use surface::read_surface;
 use tables::Points;
+
+use settings::{EDGE, NoiseSettings, POINTS, ParameterName, Settings, SideName, error, zero};
 
 pub(crate) const KIND: Kind = Kind {
     name: "pose-icp",
@@ -40,96 +42,6 @@ pub(crate) const KIND: Kind = Kind {
         ("edge.csv", include_str!("../../templates/pose-icp/edge.csv")),
     ],
 };
-
-const POINTS: &str = "points.csv";
-const EDGE: &str = "edge.csv";
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    #[serde(rename = "kind")]
-    _kind: serde::de::IgnoredAny,
-    surface: SurfaceSettings,
-    #[serde(default)]
-    pose: PoseSettings,
-    #[serde(default)]
-    probe: ProbeSettings,
-    #[serde(default)]
-    machine: MachineSettings,
-    #[serde(default)]
-    noise: NoiseSettings,
-    #[serde(default)]
-    plan: PlanSettings,
-    #[serde(default, rename = "loop")]
-    closure: LoopSettings,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PoseSettings {
-    gamma_deg: Option<Finite>,
-    initial: Option<Initial>,
-    held: Option<Spanned<Vec<ParameterName>>>,
-    known: Option<Spanned<Vec<ParameterName>>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Initial {
-    x_mm: Finite,
-    y_mm: Finite,
-    z_mm: Finite,
-    #[serde(default = "zero")]
-    alpha_deg: Finite,
-    #[serde(default = "zero")]
-    beta_deg: Finite,
-}
-
-fn zero() -> Finite {
-    Finite(0.0)
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ParameterName {
-    X,
-    Y,
-    Z,
-    Alpha,
-    Beta,
-    Gamma,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ProbeSettings {
-    tip_radius_mm: Option<Finite>,
-    #[serde(default)]
-    side: SideName,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MachineSettings {
-    /// False for a laser tracker.
-    axes: Option<bool>,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-enum SideName {
-    #[default]
-    #[serde(rename = "+z")]
-    Above,
-    #[serde(rename = "-z")]
-    Below,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoiseSettings {
-    point_mm: Option<Positive>,
-    edge_mm: Option<Positive>,
-}
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
@@ -264,8 +176,4 @@ impl From<ParameterName> for PoseParameter {
             ParameterName::Gamma => Self::Gamma,
         }
     }
-}
-
-fn error(at: Location, source: PoseError) -> Error {
-    Error::PoseIcp { at: Box::new(at), source: Box::new(source) }
 }

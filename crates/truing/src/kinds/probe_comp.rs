@@ -1,33 +1,34 @@
 //! `probe-comp`: where a ball probe really touched, and how far the part is off there.
 
+mod case;
 mod estimates;
 mod measured;
 mod plan;
 mod qualification;
+mod settings;
 mod surface;
 mod suspects;
 mod tables;
 
 use nalgebra::{Unit, Vector3};
-use probe_comp::{NormalSource, ProbeError, Side};
-use serde::Deserialize;
-use toml::Spanned;
+use probe_comp::{NormalSource, Side};
 
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::kind::Kind;
-use crate::kinds::surface::{CONTROL, HEIGHTS, SurfaceSettings};
-use crate::kinds::touching::PlanSettings;
+use crate::kinds::surface::{CONTROL, HEIGHTS};
 use crate::measured::Reading;
 
+use case::ProbeCase;
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
 };
-use measured::ProbeCase;
+use qualification::corrected;
 pub use qualification::{LobeEstimate, QualificationEstimate};
-use qualification::{QUALIFICATION, QualificationSettings, corrected};
 use surface::{PartSurface, read_surface};
 use tables::Touches;
+
+use settings::{MICRO, NormalName, ProbeSettings, QUALIFICATION, Settings, SideName, TOUCHES};
 
 pub(crate) const KIND: Kind = Kind {
     name: "probe-comp",
@@ -39,67 +40,6 @@ pub(crate) const KIND: Kind = Kind {
         ("touches.csv", include_str!("../../templates/probe-comp/touches.csv")),
     ],
 };
-
-const TOUCHES: &str = "touches.csv";
-const MICRO: &str = "micro.csv";
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    #[serde(rename = "kind")]
-    _kind: serde::de::IgnoredAny,
-    surface: SurfaceSettings,
-    probe: ProbeSettings,
-    qualification: Option<QualificationSettings>,
-    #[serde(default)]
-    model: ModelSettings,
-    #[serde(default)]
-    noise: NoiseSettings,
-    #[serde(default)]
-    plan: PlanSettings,
-    #[serde(default, rename = "loop")]
-    closure: LoopSettings,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ProbeSettings {
-    tip_radius_mm: Spanned<Finite>,
-    side: Option<SideName>,
-    stylus: Option<Spanned<[Finite; 3]>>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-enum SideName {
-    #[serde(rename = "+z")]
-    Above,
-    #[serde(rename = "-z")]
-    Below,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ModelSettings {
-    #[serde(default)]
-    normal: NormalName,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum NormalName {
-    #[default]
-    Nominal,
-    Approach,
-    MicroPlane,
-    Quadric,
-    SurfaceFit,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoiseSettings {
-    point_mm: Option<Positive>,
-}
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
@@ -222,8 +162,4 @@ impl From<NormalName> for NormalSource {
             NormalName::SurfaceFit => Self::SurfaceFit,
         }
     }
-}
-
-fn error(at: Location, source: ProbeError) -> Error {
-    Error::ProbeComp { at: Box::new(at), source: Box::new(source) }
 }

@@ -3,24 +3,29 @@
 mod estimates;
 mod measured;
 mod ranges;
+mod settings;
 mod suspects;
 mod tables;
 mod target_case;
 mod targets;
 
 use nalgebra::{Point3, Vector3};
-use serde::Deserialize;
 use tracker_lm::{
-    AxisLetter, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis, TrackerError,
+    AxisLetter, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis,
 };
 
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Location, LoopSettings, Positive, Problem};
+use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
 
 pub use estimates::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+};
+
+use settings::{
+    DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, Settings, TARGETS,
+    error,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -35,97 +40,6 @@ pub(crate) const KIND: Kind = Kind {
         ("ranges.csv", include_str!("../../templates/tracker-lm/ranges.csv")),
     ],
 };
-
-const STATIONS: &str = "stations.csv";
-const MOUNTS: &str = "mounts.csv";
-const RANGES: &str = "ranges.csv";
-const TARGETS: &str = "targets.csv";
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    #[serde(rename = "kind")]
-    _kind: serde::de::IgnoredAny,
-    axis: AxisSettings,
-    #[serde(default)]
-    model: ModelSettings,
-    #[serde(default)]
-    noise: NoiseSettings,
-    #[serde(default, rename = "loop")]
-    closure: LoopSettings,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AxisSettings {
-    letter: LetterName,
-    origin_mm: [Finite; 3],
-    direction: Option<[Finite; 3]>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ModelSettings {
-    #[serde(default)]
-    formulation: FormulationName,
-    #[serde(default)]
-    dead_path: DeadPathName,
-    #[serde(default)]
-    gauge: GaugeName,
-    #[serde(default)]
-    order: OrderName,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoiseSettings {
-    displacement_mm: Option<Positive>,
-    rigid_mm: Option<Positive>,
-    station_mm: Option<Positive>,
-    range_mm: Option<Positive>,
-    angle_rad: Option<Positive>,
-    point_mm: Option<Positive>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-enum LetterName {
-    A,
-    B,
-    C,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum FormulationName {
-    #[default]
-    Joint,
-    FreePoints,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum DeadPathName {
-    #[default]
-    Lock,
-    Station,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum GaugeName {
-    #[default]
-    Stations,
-    Minimal,
-    Inner,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum OrderName {
-    #[default]
-    Fixed,
-    Rotating,
-}
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
@@ -276,8 +190,4 @@ impl Settings {
         }
         warnings
     }
-}
-
-fn error(at: Location, source: TrackerError) -> Error {
-    Error::TrackerLm { at: Box::new(at), source: Box::new(source) }
 }

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use force_impedance::{ForceImpedanceError, PathModel, PathOptions, PathSample};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 
+use super::ContactForceEstimate;
 use super::path_estimates::{PathCell, PathError, PathForceEstimates};
-use super::{ContactForceEstimate, PATH, Settings};
+use super::settings::{PATH, Settings};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
@@ -218,8 +219,8 @@ impl Measured for PathCase {
         Ok(Prepared { model, covariates, estimates })
     }
 
-    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::path_yardstick(self, fitted)
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        super::suspects::path_yardstick(&self.samples)
     }
 
     fn words(&self) -> Words {

@@ -204,8 +204,8 @@ impl Measured for LogCase {
         Ok(Prepared { model, covariates, estimates })
     }
 
-    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::log_yardstick(self, fitted)
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        super::suspects::log_yardstick(&self.samples)
     }
 
     fn words(&self) -> Words {

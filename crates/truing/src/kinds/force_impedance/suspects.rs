@@ -1,8 +1,8 @@
 //! What may be wrong with a log, or with runs along a path.
 
-use super::along_path::PathCase;
-use super::measured::LogCase;
-use super::{CELLS, KNOWN, LENGTHS, LOG, PATH};
+use force_impedance::{LogSample, PathSample};
+
+use super::settings::{CELLS, KNOWN, LENGTHS, LOG, PATH};
 use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
@@ -111,21 +111,21 @@ fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
     (values.map(|v| v * v).sum::<f64>() / n).sqrt()
 }
 
-pub(super) fn log_yardstick(case: &LogCase, _: &Fitted) -> Yardstick {
-    let reference: Option<Vec<f64>> = case.samples.iter().map(|s| s.reference_n).collect();
+pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
+    let reference: Option<Vec<f64>> = samples.iter().map(|s| s.reference_n).collect();
     let Some(reference) = reference else {
-        let lengths = case.samples.iter().flat_map(|s| s.lengths_mm);
+        let lengths = samples.iter().flat_map(|s| s.lengths_mm);
         let (spread, gross) = (rms(lengths), GROSS_LENGTH);
         return Yardstick { spread, taken_up: 0.0, gross, unmatched: f64::INFINITY };
     };
     // A reference that is too large by its unit makes the force look small beside it.
-    let cells = rms(case.samples.iter().map(|s| s.cells_n[3]));
+    let cells = rms(samples.iter().map(|s| s.cells_n[3]));
     let spread = rms(reference.into_iter()).max(cells);
     Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
 }
 
-pub(super) fn path_yardstick(case: &PathCase, _: &Fitted) -> Yardstick {
-    let reference = rms(case.samples.iter().map(|s| s.reference_n));
-    let spread = reference.max(rms(case.samples.iter().map(|s| s.force_n)));
+pub(super) fn path_yardstick(samples: &[PathSample]) -> Yardstick {
+    let reference = rms(samples.iter().map(|s| s.reference_n));
+    let spread = reference.max(rms(samples.iter().map(|s| s.force_n)));
     Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
 }

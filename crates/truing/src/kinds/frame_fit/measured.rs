@@ -9,7 +9,8 @@ use model_discrepancy::{Closure, Covariate, Origin, Role};
 use nalgebra::{Point, SVector};
 
 use super::estimates::{FrameFitEstimates, HandedBack, PointResidual};
-use super::plan::{FramePlanSettings, offer};
+use super::plan::offer;
+use super::settings::FramePlanSettings;
 use super::suspects;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
@@ -93,7 +94,7 @@ impl Measured for FrameCase {
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        suspects::yardstick(self, fitted)
+        suspects::yardstick([&self.from_mm, &self.to_mm], self.transform, fitted)
     }
 
     fn words(&self) -> Words {
@@ -169,7 +170,7 @@ impl FrameCase {
 
     fn offer_in<const D: usize>(&self) -> Result<Option<Offer>, Error> {
         let map = self.fit_frame::<D>()?.target_from_source;
-        offer(self, |from| map.apply(from)).map(Some)
+        offer((&self.plan, &self.document), &self.from_mm, |from| map.apply(from)).map(Some)
     }
 
     /// `rows` are those that the solver was given.

@@ -3,45 +3,32 @@
 use std::collections::HashSet;
 
 use nalgebra::{Point, Point3, SVector, Vector3};
-use serde::Deserialize;
 
-use super::measured::FrameCase;
-use super::{FROM, PAIRS, TO};
+use super::settings::{FROM, FramePlanSettings, PAIRS, TO};
 use crate::Error;
-use crate::case::{Positive, Problem};
-use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, Range, shuffled};
+use crate::case::{Location, Positive, Problem};
+use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, shuffled};
 use crate::kinds::{Offer, Offered};
 
 /// Points of the lattice along the diagonal of the region, where no spacing is declared.
 const ACROSS: f64 = 6.0;
 
-/// `[plan]`: where points can be measured, in the first frame.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FramePlanSettings {
-    x_mm: Option<Range>,
-    y_mm: Option<Range>,
-    z_mm: Option<Range>,
-    spacing_mm: Option<Positive>,
-    minutes_per_measurement: Option<Positive>,
-}
-
 /// Points of a lattice over the region, and those that were measured already.
 pub(super) fn offer<const D: usize>(
-    case: &FrameCase,
+    (settings, document): (&FramePlanSettings, &Location),
+    from_mm: &[Vec<f64>],
     target_from_source: impl Fn(&Point<f64, D>) -> Point<f64, D>,
 ) -> Result<Offer, Error> {
-    let settings = &case.plan;
     let z_mm = settings.z_mm.filter(|_| D > 2);
     let region = PlanSettings::of_region([settings.x_mm, settings.y_mm, z_mm], settings.spacing_mm);
     let at = |from: &Vec<f64>| {
         Point3::from(Vector3::from_fn(|axis, _| from.get(axis).copied().unwrap_or(0.0)))
     };
-    let measured: Vec<Point3<f64>> = case.from_mm.iter().map(at).collect();
+    let measured: Vec<Point3<f64>> = from_mm.iter().map(at).collect();
     let anywhere = |at: &Point3<f64>| Some(Place { contact_mm: *at, normal: Vector3::z_axis() });
     let Some(places) = region.places(&measured, ACROSS, anywhere) else {
         let message = format!("[plan] makes more than {MOST_PLACES} places; widen `spacing_mm`");
-        return Err(Error::case(case.document.clone(), Problem::WrongValue { message }));
+        return Err(Error::case(document.clone(), Problem::WrongValue { message }));
     };
     let lattice = places.iter().map(|place| place.contact_mm);
     // A place that was visited twice is offered once.

@@ -6,8 +6,8 @@ use frame_fit::{FrameFitError, KnownDistance, TipFit, TipModel, TipPose, fit_tip
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use nalgebra::{DMatrix, Vector3};
 
+use super::settings::{COORDINATES, DISTANCES, ModelSettings, POSES, Settings};
 use super::tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
-use super::{ModelSettings, Settings};
 use crate::Error;
 use crate::case::{
     Columns, Document, Folder, Location, NumberColumn, Positive, Problem, group_names,
@@ -18,9 +18,6 @@ use crate::measured::{Fitted, Measured, Observation, Prepared, Reading, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
 
-pub(super) const POSES: &str = "poses.csv";
-pub(super) const DISTANCES: &str = "distances.csv";
-pub(super) const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] =
     &["pose", "place", COORDINATES[0], COORDINATES[1], COORDINATES[2], "qw", "qx", "qy", "qz"];
 const OF_DISTANCE: &[&str] = &["from", "to", "distance_mm", "std_mm"];

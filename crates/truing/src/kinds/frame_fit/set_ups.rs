@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use frame_fit::{Mislabelled, TipPose, mislabelled};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::poses::{COORDINATES as POSITION, POSES};
-use super::{FROM, KNOWN, PAIRS, SESSION, TO};
+use super::settings::{COORDINATES as POSITION, FROM, KNOWN, PAIRS, POSES, SESSION, TO};
 use crate::case::{Change, Edit, Table};
 use crate::estimates::Estimates;
 use crate::kind::Files;

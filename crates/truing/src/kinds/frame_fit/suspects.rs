@@ -2,10 +2,8 @@
 
 use frame_fit::{TipPose, Transform};
 
-use super::measured::FrameCase;
-use super::poses::{COORDINATES as POSITION, DISTANCES, POSES};
 use super::set_ups::{misplaced, relabelled};
-use super::{FROM, PAIRS, TO};
+use super::settings::{COORDINATES as POSITION, DISTANCES, FROM, PAIRS, POSES, TO};
 use crate::case::Table;
 use crate::estimates::Estimates;
 use crate::kind::Files;
@@ -158,23 +156,27 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     product / (square(a, ma) * square(b, mb)).sqrt().max(f64::MIN_POSITIVE)
 }
 
-pub(super) fn yardstick(case: &FrameCase, fitted: &Fitted) -> Yardstick {
+pub(super) fn yardstick(
+    sides_mm: [&[Vec<f64>]; 2],
+    transform: Transform,
+    fitted: &Fitted,
+) -> Yardstick {
     let spread = |points: &[Vec<f64>]| spread_of(points.iter().map(Vec::as_slice));
-    let spread = spread(&case.from_mm).max(spread(&case.to_mm));
+    let spread = spread(sides_mm[0]).max(spread(sides_mm[1]));
     // Frames that are claimed to be one may be shifted and turned against each other.
-    let is_claimed = matches!(case.transform, Transform::None | Transform::Translation);
+    let is_claimed = matches!(transform, Transform::None | Transform::Translation);
     Yardstick {
         spread,
-        taken_up: if is_distorted(case, fitted) { spread } else { 0.0 },
+        taken_up: if is_distorted(fitted) { spread } else { 0.0 },
         gross: GROSS,
         unmatched: if is_claimed { f64::INFINITY } else { UNMATCHED },
     }
 }
 
 /// Whether a fitted map stretches by more than any machine does.
-fn is_distorted(case: &FrameCase, fitted: &Fitted) -> bool {
+fn is_distorted(fitted: &Fitted) -> bool {
     let Estimates::FrameFit(found) = &fitted.estimates else { return false };
-    let d = case.dimension;
+    let d = found.matrix.len() - 1;
     let linear = nalgebra::DMatrix::from_fn(d, d, |i, j| found.matrix[i][j]);
     let stretches = linear.singular_values();
     stretches.iter().any(|s| (s - 1.0).abs() > USUAL_SCALE)

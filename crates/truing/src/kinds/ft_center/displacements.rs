@@ -4,7 +4,7 @@ use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementMode
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 
 use super::displacement_estimates::{DisplacementEstimates, DisplacementResidual};
-use super::{DISPLACEMENTS, Settings, error, unused};
+use super::settings::{DISPLACEMENTS, Settings, error, unused};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
@@ -177,8 +177,8 @@ impl Measured for DisplacementCase {
         Ok(Prepared { model, covariates, estimates })
     }
 
-    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::displacement_yardstick(self, fitted)
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        super::suspects::displacement_yardstick(&self.rows)
     }
 
     fn words(&self) -> Words {

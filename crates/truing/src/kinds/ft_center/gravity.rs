@@ -9,8 +9,8 @@ use nalgebra::{Unit, Vector3, Vector6};
 
 use super::displacements::recorded;
 use super::gravity_estimates::GravityEstimates;
+use super::settings::{GRAVITY, ModelSettings, Settings, error, unused};
 use super::wrench::wrenches;
-use super::{GRAVITY, ModelSettings, Settings, error, unused};
 use crate::Error;
 use crate::case::{
     Columns, Document, Finite, Folder, Location, NumberColumn, Problem, group_names,
@@ -146,7 +146,7 @@ impl Measured for GravityCase {
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::gravity_yardstick(self, fitted)
+        super::suspects::gravity_yardstick(&self.poses, fitted)
     }
 
     fn words(&self) -> Words {

@@ -10,8 +10,8 @@ use ft_center::{Contact, LocateOptions, OrbitOptions, Press, PressRole, Sample};
 use nalgebra::Point2;
 use toml::Spanned;
 
+use super::settings::{PRESSES, Settings, WRENCH, unused};
 use super::wrench::wrenches;
-use super::{PRESSES, Settings, WRENCH, unused};
 use crate::Error;
 use crate::case::{
     Columns, Document, Extras, Finite, Folder, NumberColumn, Positive, Problem, Table, group_name,

@@ -1,11 +1,8 @@
 //! What may be wrong with presses, displacements or static poses.
 
-use ft_center::PressRole;
+use ft_center::{Displacement, Press, PressRole, StaticPose};
 
-use super::displacements::DisplacementCase;
-use super::gravity::GravityCase;
-use super::presses::PressCase;
-use super::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
+use super::settings::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
 use crate::case::{Edit, Table};
 use crate::estimates::Estimates;
 use crate::kind::Files;
@@ -155,8 +152,8 @@ fn int(value: i64) -> f64 {
     value as f64
 }
 
-pub(super) fn press_yardstick(case: &PressCase, _: &Fitted) -> Yardstick {
-    let places: Vec<[f64; 2]> = (case.presses.iter())
+pub(super) fn press_yardstick(presses: &[Press]) -> Yardstick {
+    let places: Vec<[f64; 2]> = (presses.iter())
         .filter(|p| p.role != PressRole::Locate)
         .map(|p| [p.machine_mm.x, p.machine_mm.y])
         .collect();
@@ -164,21 +161,21 @@ pub(super) fn press_yardstick(case: &PressCase, _: &Fitted) -> Yardstick {
     Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
 }
 
-pub(super) fn displacement_yardstick(case: &DisplacementCase, _: &Fitted) -> Yardstick {
-    let side = |value: fn(&ft_center::Displacement) -> f64| {
-        let points: Vec<[f64; 1]> = case.rows.iter().map(|row| [value(row)]).collect();
+pub(super) fn displacement_yardstick(rows: &[Displacement]) -> Yardstick {
+    let side = |value: fn(&Displacement) -> f64| {
+        let points: Vec<[f64; 1]> = rows.iter().map(|row| [value(row)]).collect();
         spread_of(points.iter().map(<[f64; 1]>::as_slice))
     };
     let spread = side(|row| row.commanded_mm).max(side(|row| row.solved_mm));
     Yardstick { spread, taken_up: 0.0, gross: GROSS_TRAVEL, unmatched: UNMATCHED }
 }
 
-pub(super) fn gravity_yardstick(case: &GravityCase, fitted: &Fitted) -> Yardstick {
+pub(super) fn gravity_yardstick(poses: &[StaticPose], fitted: &Fitted) -> Yardstick {
     let part = |moments: bool| -> Vec<[f64; 3]> {
-        let of = |p: &ft_center::StaticPose| {
+        let of = |p: &StaticPose| {
             if moments { p.wrench.torque_nmm } else { p.wrench.force_n }
         };
-        case.poses.iter().map(|p| of(p).into()).collect()
+        poses.iter().map(|p| of(p).into()).collect()
     };
     let spread = |points: Vec<[f64; 3]>| spread_of(points.iter().map(<[f64; 3]>::as_slice));
     let (forces, moments) = (spread(part(false)), spread(part(true)));

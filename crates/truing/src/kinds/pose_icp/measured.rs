@@ -6,38 +6,19 @@ use model_discrepancy::{
 use nalgebra::{Point3, Vector3};
 use pose_icp::{
     Fitted as FittedPose, MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter,
-    PoseStart, Touch, fit_pose, height_at,
+    Touch, fit_pose, height_at,
 };
 
+use super::case::PoseCase;
 use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, rows, stds};
 use super::picture::{Picture, picture};
-use super::surface::Surface;
-use super::tables::Points;
 use crate::Error;
-use crate::case::Location;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::kinds::touching::PlanSettings;
+use crate::kinds::surface::yardstick_of;
 use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
-
-/// A `pose-icp` case as read.
-#[derive(Debug)]
-pub(super) struct PoseCase {
-    pub(super) surface: Surface,
-    pub(super) points: Points,
-    pub(super) start: PoseStart,
-    pub(super) options: PoseOptions,
-    /// Declared standard uncertainty of a point.
-    pub(super) sigma_mm: Option<f64>,
-    /// Whether γ is estimated where the points show it.
-    pub(super) ask_gamma: bool,
-    /// What the machine can do.
-    pub(super) plan: PlanSettings,
-    /// Where that is declared.
-    pub(super) document: Location,
-}
 
 /// The pose with the options under which it was found.
 struct Located {
@@ -108,8 +89,8 @@ impl Measured for PoseCase {
         super::plan::offer(self, &fit.machine_from_workpiece, options.tip).map(Some)
     }
 
-    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::yardstick(self, fitted)
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        yardstick_of(self.points.centers_mm.iter().map(|p| p.coords.as_slice()))
     }
 
     fn words(&self) -> Words {
@@ -350,6 +331,6 @@ impl PoseCase {
                 at = at.line(*line);
             }
         }
-        super::error(at, source)
+        super::settings::error(at, source)
     }
 }

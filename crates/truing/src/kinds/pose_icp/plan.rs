@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Point3};
 use pose_icp::{Tip, TipSide};
 
-use super::measured::PoseCase;
+use super::case::PoseCase;
+use super::settings::{POINTS, error};
 use super::tables::XYZ;
-use super::{POINTS, error};
 use crate::Error;
 use crate::case::Problem;
 use crate::kinds::touching::{ACROSS, MOST_PLACES, Place};

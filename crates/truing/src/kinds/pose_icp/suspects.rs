@@ -1,13 +1,10 @@
 //! What may be wrong with touches of a part, its drawing or its probe.
 
-use super::measured::PoseCase;
-use super::{EDGE, POINTS};
+use super::settings::{EDGE, POINTS};
 use crate::kind::Files;
-use crate::kinds::surface::{
-    XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
-};
+use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, Yardstick, lengths, other_setting};
+use crate::suspect::{Hypothesis, lengths, other_setting};
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["point", XYZ[0], XYZ[1], XYZ[2]];
@@ -32,8 +29,4 @@ fn sides(files: &Files) -> Vec<Hypothesis> {
     let other = if given.is_some_and(|side| side.as_str() == Some("-z")) { "+z" } else { "-z" };
     let what = format!("wrong, the probe was on the other side of the part: \"{other}\"");
     vec![other_setting(&path, "input:side", &what, toml::Value::String(other.to_owned()))]
-}
-
-pub(super) fn yardstick(case: &PoseCase, _: &Fitted) -> Yardstick {
-    yardstick_of(case.points.centers_mm.iter().map(|p| p.coords.as_slice()))
 }

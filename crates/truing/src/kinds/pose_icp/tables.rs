@@ -2,7 +2,7 @@ use nalgebra::Point3;
 use pose_icp::Touch;
 use toml::Spanned;
 
-use super::{EDGE, POINTS};
+use super::settings::{EDGE, POINTS};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Problem, group_names};
 

@@ -1,42 +1,19 @@
 use std::sync::Arc;
 
 use model_discrepancy::{Closure, Covariate, Origin, Role};
-use nalgebra::{Unit, Vector3};
 use probe_comp::{
     BallTouch, Contact, MeasuredTouch, NormalSource, ProbeError, ProbeModel, ProbeSetup, compensate,
 };
 
+use super::case::ProbeCase;
 use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
-use super::qualification::QualificationEstimate;
-use super::surface::PartSurface;
-use super::tables::Touches;
 use crate::Error;
-use crate::case::Location;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::kinds::touching::PlanSettings;
+use crate::kinds::surface::yardstick_of;
 use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::report::Fact;
 use crate::suspect::Yardstick;
-
-/// A `probe-comp` case as read.
-#[derive(Debug)]
-pub(super) struct ProbeCase {
-    pub(super) surface: PartSurface,
-    pub(super) touches: Touches,
-    /// Radius with which the touches are compensated.
-    pub(super) tip_radius_mm: f64,
-    /// What the probe adds, already taken off the touches.
-    pub(super) qualification: Option<QualificationEstimate>,
-    pub(super) stylus: Unit<Vector3<f64>>,
-    pub(super) source: NormalSource,
-    /// Declared standard uncertainty of a coordinate.
-    pub(super) sigma_mm: Option<f64>,
-    /// What the machine can do.
-    pub(super) plan: PlanSettings,
-    /// Where that is declared.
-    pub(super) document: Location,
-}
 
 /// Contacts, and what they say of the noise.
 struct Compensated {
@@ -106,8 +83,8 @@ impl Measured for ProbeCase {
         super::plan::offer(self)
     }
 
-    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::yardstick(self, fitted)
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        yardstick_of(self.touches.balls.iter().map(|b| b.center_mm.coords.as_slice()))
     }
 
     fn words(&self) -> Words {
@@ -222,7 +199,10 @@ impl ProbeCase {
         let row = |index: usize| rows.map_or(Some(index), |rows| rows.get(index).copied());
         let line = source.touch().and_then(row).and_then(|row| self.touches.lines.get(row));
         let at = self.touches.file.clone();
-        super::error(line.map_or_else(|| at.clone(), |line| at.clone().line(*line)), source)
+        super::settings::error(
+            line.map_or_else(|| at.clone(), |line| at.clone().line(*line)),
+            source,
+        )
     }
 }
 

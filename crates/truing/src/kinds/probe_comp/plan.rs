@@ -5,9 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use probe_comp::{NormalSource, ProbeError, Side};
 
-use super::measured::ProbeCase;
+use super::case::ProbeCase;
+use super::settings::{TOUCHES, error};
 use super::tables::{APPROACH, GUIDE, SPINDLE, XYZ};
-use super::{TOUCHES, error};
 use crate::Error;
 use crate::case::Problem;
 use crate::kinds::touching::{ACROSS, MOST_PLACES, Place, shuffled};

@@ -1,33 +1,12 @@
 use nalgebra::{Unit, Vector3};
 use probe_comp::{BallTouch, ProbeError, ProbeTerms, Qualification, Reference, qualify};
-use serde::{Deserialize, Serialize};
-use toml::Spanned;
+use serde::Serialize;
 
+use super::settings::{ArtefactName, QualificationSettings};
 use super::tables::{Touches, artefact_touches};
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::estimated::Estimated;
-
-/// Touches of the artefact.
-pub(super) const QUALIFICATION: &str = "qualification.csv";
-
-/// `[qualification]`: a calibrated artefact that the same probe touched.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct QualificationSettings {
-    shape: ArtefactName,
-    radius_mm: Positive,
-    axis: Option<Spanned<[Finite; 3]>>,
-    lobes: Option<Vec<u32>>,
-    bending: Option<bool>,
-}
-
-#[derive(Clone, Copy, Deserialize, PartialEq)]
-#[serde(rename_all = "lowercase")]
-enum ArtefactName {
-    Sphere,
-    Ring,
-}
 
 /// Lobes of a probe on three seats.
 const LOBES: [u32; 1] = [3];
@@ -100,7 +79,7 @@ impl QualificationSettings {
                 (_, Some(line)) => artefact.file.clone().line(*line),
                 (_, None) => artefact.file.clone(),
             };
-            super::error(at, source)
+            super::settings::error(at, source)
         })?;
         let estimate = QualificationEstimate::of(&found, &terms, tip_radius_mm);
         Ok((found, estimate))
@@ -131,7 +110,10 @@ pub(super) fn corrected(
     qualification.applied(nominal, &touches.balls).map_err(|source| {
         let line = source.touch().and_then(|row| touches.lines.get(row));
         let at = touches.file.clone();
-        super::error(line.map_or_else(|| at.clone(), |line| at.clone().line(*line)), source)
+        super::settings::error(
+            line.map_or_else(|| at.clone(), |line| at.clone().line(*line)),
+            source,
+        )
     })
 }
 

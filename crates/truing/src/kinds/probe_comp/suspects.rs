@@ -1,14 +1,11 @@
 //! What may be wrong with the touches of a probe, its ball or the drawing of the part.
 
-use super::measured::ProbeCase;
-use super::{MICRO, TOUCHES};
+use super::settings::{MICRO, TOUCHES};
 use crate::case::Table;
 use crate::kind::Files;
-use crate::kinds::surface::{
-    XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
-};
+use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, Yardstick, exchanges, lengths, other_setting, signs};
+use crate::suspect::{Hypothesis, exchanges, lengths, other_setting, signs};
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
 
@@ -68,8 +65,4 @@ fn sides(files: &Files) -> Vec<Hypothesis> {
         other_setting(&path, "input:side", &what, toml::Value::String((*other).to_owned()))
     };
     others.iter().map(one).collect()
-}
-
-pub(super) fn yardstick(case: &ProbeCase, _: &Fitted) -> Yardstick {
-    yardstick_of(case.touches.balls.iter().map(|b| b.center_mm.coords.as_slice()))
 }

@@ -4,8 +4,7 @@ use nalgebra::{Point2, Point3, Unit, Vector3};
 use probe_comp::{BallTouch, Nominal};
 use toml::Spanned;
 
-use super::qualification::QUALIFICATION;
-use super::{MICRO, TOUCHES};
+use super::settings::{MICRO, QUALIFICATION, TOUCHES};
 use crate::Error;
 use crate::case::{
     Columns, Document, Folder, Location, NumberColumn, Problem, Table, group_names, nearest, quote,

@@ -6,8 +6,8 @@ use tracker_lm::{
     calibrate,
 };
 
-use super::error;
 use super::estimates::TrackerLmEstimates;
+use super::settings::error;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
@@ -128,7 +128,7 @@ impl Measured for TrackerCase {
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::range_yardstick(self, fitted)
+        super::suspects::range_yardstick(&self.survey, fitted)
     }
 
     fn repeats_places(&self) -> bool {

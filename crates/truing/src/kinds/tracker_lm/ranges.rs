@@ -3,8 +3,8 @@
 use tracker_lm::{Range, Survey};
 
 use super::measured::TrackerCase;
+use super::settings::{MOUNTS, RANGES, STATIONS, Settings};
 use super::tables::{References, Setup};
-use super::{MOUNTS, RANGES, STATIONS, Settings};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, group_names};
 use crate::measured::Reading;

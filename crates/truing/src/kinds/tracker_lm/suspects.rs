@@ -1,12 +1,11 @@
 //! What may be wrong with a survey of a rotary axis.
 
 use nalgebra::{Point3, Vector3};
+use tracker_lm::{Survey, TargetSurvey};
 
 use super::estimates::TrackerLmEstimates;
-use super::measured::TrackerCase;
+use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
-use super::target_case::TargetCase;
-use super::{MOUNTS, RANGES, STATIONS, TARGETS};
 use crate::case::Table;
 use crate::estimates::Estimates;
 use crate::kind::Files;
@@ -105,8 +104,7 @@ fn direction(files: &Files) -> Option<Vector3<f64>> {
     })
 }
 
-pub(super) fn range_yardstick(case: &TrackerCase, fitted: &Fitted) -> Yardstick {
-    let survey = &case.survey;
+pub(super) fn range_yardstick(survey: &Survey, fitted: &Fitted) -> Yardstick {
     let stations = survey.stations.iter().map(|s| s.nominal_mm).collect();
     let mounts: Vec<_> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
     let read: Vec<[f64; 1]> = survey.ranges.iter().map(|r| [r.displacement_mm]).collect();
@@ -114,8 +112,7 @@ pub(super) fn range_yardstick(case: &TrackerCase, fitted: &Fitted) -> Yardstick 
     yardstick(spread, Some(stations), &mounts, fitted)
 }
 
-pub(super) fn target_yardstick(case: &TargetCase, fitted: &Fitted) -> Yardstick {
-    let survey = &case.survey;
+pub(super) fn target_yardstick(survey: &TargetSurvey, fitted: &Fitted) -> Yardstick {
     let mounts: Vec<Point3<f64>> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
     let spread = spread_of(mounts.iter().map(|p| p.coords.as_slice()));
     yardstick(spread, None, &mounts, fitted)

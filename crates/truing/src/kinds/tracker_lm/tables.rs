@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Point3;
 use tracker_lm::{Approach, Mount, RotaryAxis, Station, Step};
 
-use super::{MOUNTS, STATIONS, Settings};
+use super::settings::{MOUNTS, STATIONS, Settings};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Problem, Table, nearest};
 

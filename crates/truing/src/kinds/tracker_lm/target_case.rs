@@ -6,9 +6,9 @@ use tracker_lm::{
     TargetSurvey, TrackerError, calibrate_targets,
 };
 
-use super::error;
 use super::estimates::TrackerLmEstimates;
 use super::measured::{active, reversal};
+use super::settings::error;
 use crate::Error;
 use crate::case::Location;
 use crate::estimates::Estimates;
@@ -142,7 +142,7 @@ impl Measured for TargetCase {
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        super::suspects::target_yardstick(self, fitted)
+        super::suspects::target_yardstick(&self.survey, fitted)
     }
 
     fn repeats_places(&self) -> bool {

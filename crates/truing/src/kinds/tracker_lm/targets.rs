@@ -4,9 +4,9 @@ use nalgebra::Point3;
 use tracker_lm::{HoldOut, Target, TargetNoise, TargetOptions, TargetRecords, TargetSurvey};
 
 use super::measured::recorded;
+use super::settings::{MOUNTS, STATIONS, Settings, TARGETS};
 use super::tables::{PLACE, References, Setup};
 use super::target_case::TargetCase;
-use super::{MOUNTS, STATIONS, Settings, TARGETS};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Problem, group_names};
 use crate::measured::Reading;

@@ -10,7 +10,7 @@ use super::estimates::FtCenterEstimates;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::ft_center::error;
+use crate::kinds::ft_center::settings::error;
 use crate::measured::{
     Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
@@ -135,8 +135,8 @@ impl Measured for PressCase {
         Ok(Prepared { model, covariates, estimates })
     }
 
-    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
-        crate::kinds::ft_center::suspects::press_yardstick(self, fitted)
+    fn yardstick(&self, _: &Fitted) -> Yardstick {
+        crate::kinds::ft_center::suspects::press_yardstick(&self.presses)
     }
 
     fn words(&self) -> Words {

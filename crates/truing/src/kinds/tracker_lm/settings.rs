@@ -1,0 +1,101 @@
+//! Settings of a case of a tracer, and the names of its tables.
+
+use crate::Error;
+use crate::case::{Finite, Location, LoopSettings, Positive};
+use serde::Deserialize;
+use tracker_lm::TrackerError;
+
+pub(super) const STATIONS: &str = "stations.csv";
+pub(super) const MOUNTS: &str = "mounts.csv";
+pub(super) const RANGES: &str = "ranges.csv";
+pub(super) const TARGETS: &str = "targets.csv";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Settings {
+    #[serde(rename = "kind")]
+    pub(super) _kind: serde::de::IgnoredAny,
+    pub(super) axis: AxisSettings,
+    #[serde(default)]
+    pub(super) model: ModelSettings,
+    #[serde(default)]
+    pub(super) noise: NoiseSettings,
+    #[serde(default, rename = "loop")]
+    pub(super) closure: LoopSettings,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AxisSettings {
+    pub(super) letter: LetterName,
+    pub(super) origin_mm: [Finite; 3],
+    pub(super) direction: Option<[Finite; 3]>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ModelSettings {
+    #[serde(default)]
+    pub(super) formulation: FormulationName,
+    #[serde(default)]
+    pub(super) dead_path: DeadPathName,
+    #[serde(default)]
+    pub(super) gauge: GaugeName,
+    #[serde(default)]
+    pub(super) order: OrderName,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NoiseSettings {
+    pub(super) displacement_mm: Option<Positive>,
+    pub(super) rigid_mm: Option<Positive>,
+    pub(super) station_mm: Option<Positive>,
+    pub(super) range_mm: Option<Positive>,
+    pub(super) angle_rad: Option<Positive>,
+    pub(super) point_mm: Option<Positive>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+pub(super) enum LetterName {
+    A,
+    B,
+    C,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum FormulationName {
+    #[default]
+    Joint,
+    FreePoints,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum DeadPathName {
+    #[default]
+    Lock,
+    Station,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum GaugeName {
+    #[default]
+    Stations,
+    Minimal,
+    Inner,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum OrderName {
+    #[default]
+    Fixed,
+    Rotating,
+}
+
+pub(super) fn error(at: Location, source: TrackerError) -> Error {
+    Error::TrackerLm { at: Box::new(at), source: Box::new(source) }
+}
