@@ -1,6 +1,7 @@
 //! `cargo xtask bench coverage`: how often 95 % intervals of what is handed back hold the truth.
 
 mod machines;
+mod situation;
 mod situations;
 mod table;
 
@@ -13,7 +14,8 @@ use serde_json::Value;
 
 use crate::program::{Truing, class_of, number_at};
 use crate::shell;
-use situations::{Situation, situations};
+use situation::{Situation, Tally};
+use situations::situations;
 
 /// How much to run.
 #[derive(Debug, clap::Args)]
@@ -36,31 +38,6 @@ const COVERAGE_FACTOR: f64 = 1.96;
 const SEEDS_APART: usize = 10_000;
 /// The first of all.
 const FIRST_SEED: usize = 900_000_000;
-
-/// A number whose truth the simulator knows.
-#[derive(Clone, Debug)]
-pub(crate) struct Truth {
-    /// What it is called in the table; several of one name are counted together.
-    pub(crate) name: &'static str,
-    /// Where the answer has it.
-    pub(crate) value: String,
-    /// Where the answer has its standard uncertainty.
-    pub(crate) std: String,
-    /// Where the answer has its 95 % interval, if it may have one that is not symmetric.
-    pub(crate) interval: Option<String>,
-    /// What it should be.
-    pub(crate) known: f64,
-}
-
-/// What the loops of one situation gave.
-pub(crate) struct Tally {
-    pub(crate) situation: Situation,
-    /// Loops in which the right effect, and nothing else, was accepted.
-    pub(crate) named: usize,
-    pub(crate) loops: usize,
-    /// Of every quantity: intervals that hold the truth, and intervals.
-    pub(crate) held: BTreeMap<&'static str, (usize, usize)>,
-}
 
 /// Runs the situations, prints the table and rewrites its block in `docs/validation.md`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {

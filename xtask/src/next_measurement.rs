@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::program::{Truing, class_of};
 use crate::shell;
-use scenes::{Scene, situations};
+use scenes::{Situation, situations};
 
 /// How much to run.
 #[derive(Debug, clap::Args)]
@@ -35,15 +35,6 @@ const FIRST_SEED: u64 = 970_000_000;
 const PLANNED: u64 = 5_000;
 /// See [`PLANNED`].
 const EVEN: u64 = 7_000;
-
-/// One situation.
-pub(crate) struct Situation {
-    pub(crate) krate: &'static str,
-    pub(crate) name: &'static str,
-    /// The effect that there is.
-    pub(crate) truth: &'static str,
-    pub(crate) make: fn(u64) -> Box<dyn Scene>,
-}
 
 /// What the runs of one situation gave.
 #[derive(Debug, Default)]

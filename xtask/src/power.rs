@@ -1,5 +1,6 @@
 //! `cargo xtask bench power`: how often the loop is right, over many simulated cases.
 
+mod cell;
 mod cells;
 mod detectable;
 mod mirror_cells;
@@ -23,7 +24,8 @@ use anyhow::{Context, Result, bail};
 
 use crate::program::Truing;
 use crate::shell;
-use cells::{Cell, Question, cells};
+use cell::{Cell, Question};
+use cells::cells;
 use trial::Trial;
 
 /// How much to run.

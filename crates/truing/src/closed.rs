@@ -2,12 +2,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use model_discrepancy::{
-    Closure, ErrorSummary, HoldOut, NotObservable, Options, ParameterEstimate, Remaining, Step,
-    Verdict,
+    Closure, ErrorSummary, HoldOut, NotObservable, Options, Remaining, Step, Verdict,
 };
 use serde::Serialize;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
+use crate::estimated::LoopParameter;
 use crate::estimates::Estimates;
 use crate::measured::{Fitted, Prepared};
 use crate::noise_test::{Repeats, scatter_warning};
@@ -132,19 +132,6 @@ pub struct LoopStep {
     pub separate_by: Option<String>,
     /// Share of the leave-out repetitions that chose it, or a rival of it.
     pub stability: Option<f64>,
-}
-
-/// One amplitude.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LoopParameter {
-    /// Name.
-    pub name: String,
-    /// Estimate.
-    pub value: f64,
-    /// Unit.
-    pub unit: String,
-    /// Standard uncertainty.
-    pub std: f64,
 }
 
 /// Structure left in the residual.
@@ -378,17 +365,6 @@ impl LoopStep {
             indistinguishable_from: step.indistinguishable_from.clone(),
             separate_by: step.separate_by.clone(),
             stability: step.stability,
-        }
-    }
-}
-
-impl LoopParameter {
-    fn of(parameter: &ParameterEstimate) -> Self {
-        Self {
-            name: parameter.name.clone(),
-            value: parameter.value,
-            unit: parameter.unit.clone(),
-            std: parameter.std,
         }
     }
 }

@@ -1,4 +1,7 @@
-//! One estimated number, and the formats in which tables of them are exported.
+//! Estimated numbers, and the formats in which tables of them are exported.
+
+use model_discrepancy::ParameterEstimate;
+use serde::Serialize;
 
 /// A table that other programs read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,5 +27,29 @@ pub(crate) struct Estimated {
 impl Estimated {
     pub(crate) fn new(name: &str, unit: &'static str, value: f64, std: Option<f64>) -> Self {
         Self { name: name.to_owned(), unit, value, std }
+    }
+}
+
+/// One amplitude.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopParameter {
+    /// Name.
+    pub name: String,
+    /// Estimate.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard uncertainty.
+    pub std: f64,
+}
+
+impl LoopParameter {
+    pub(crate) fn of(parameter: &ParameterEstimate) -> Self {
+        Self {
+            name: parameter.name.clone(),
+            value: parameter.value,
+            unit: parameter.unit.clone(),
+            std: parameter.std,
+        }
     }
 }

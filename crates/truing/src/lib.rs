@@ -48,14 +48,13 @@ pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
 pub use case::{Location, Problem, Provenance, ReadOptions};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
-    Carried, Closed, JudgedRms, LoopNotObservable, LoopParameter, LoopRemaining, LoopStep,
-    LoopTiming, close_loop,
+    Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStep, LoopTiming, close_loop,
 };
 pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
 };
 pub use error::Error;
-pub use estimated::Export;
+pub use estimated::{Export, LoopParameter};
 pub use estimates::Estimates;
 pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
 pub use header::{Header, Program};

@@ -3,7 +3,8 @@
 use std::fmt;
 
 use crate::carry::CarriedEffect;
-use crate::closed::{Carried, JudgedRms, LoopParameter, LoopStep};
+use crate::closed::{Carried, JudgedRms, LoopStep};
+use crate::estimated::LoopParameter;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
 use crate::wording::with_size;

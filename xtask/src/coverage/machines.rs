@@ -1,7 +1,6 @@
 //! Rotary axes, workpieces and touch probes.
 
-use super::situations::{Simulated, Situation, truth};
-use crate::coverage::Truth;
+use super::situation::{Simulated, Situation, Truth, truth};
 use crate::generators::mirror::{self, Mirror};
 use crate::generators::probe::{self, Session};
 use crate::generators::probe_tables;
@@ -14,7 +13,7 @@ const ANGLES: usize = 13;
 const NINE: usize = 12;
 
 pub(super) fn situations() -> Vec<Situation> {
-    use tracer::Defect;
+    use crate::generators::tracer_run::Defect;
     let tracker = |name, effect, make| Situation { krate: "tracker-lm", name, effect, make };
     let pose = |name, effect, make| Situation { krate: "pose-icp", name, effect, make };
     let probe = |name, effect, make| Situation { krate: "probe-comp", name, effect, make };

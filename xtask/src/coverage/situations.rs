@@ -1,25 +1,12 @@
 //! What is simulated, and what the answers should be.
 
 use super::machines;
-use crate::coverage::Truth;
+use super::situation::{Simulated, Situation, Truth, truth};
 use crate::generators::polish::{self, Flaw, Run};
 use crate::generators::polish_tables;
 use crate::generators::press::{self, Fault, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::survey::{self, Defect, Survey};
-
-/// Files of a case, and the truths that belong to it.
-pub(crate) type Simulated = (Vec<(&'static str, String)>, Vec<Truth>);
-
-/// One situation.
-pub(crate) struct Situation {
-    pub(crate) krate: &'static str,
-    /// In words.
-    pub(crate) name: &'static str,
-    /// What the loop must have accepted for its answer to count; `None`: nothing.
-    pub(crate) effect: Option<&'static str>,
-    pub(crate) make: fn(u64) -> Simulated,
-}
 
 /// All situations; effects are so large that the loop misses hardly one.
 pub(crate) fn situations() -> Vec<Situation> {
@@ -76,10 +63,6 @@ pub(crate) fn situations() -> Vec<Situation> {
     ];
     all.extend(machines::situations());
     all
-}
-
-pub(crate) fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {
-    Truth { name, value, std, interval: None, known }
 }
 
 fn of_survey(scene: &Survey) -> Simulated {

@@ -5,7 +5,7 @@ use std::fs;
 
 use anyhow::{Context, Result};
 
-use crate::coverage::Tally;
+use super::situation::Tally;
 use crate::shell;
 
 const PAGE: &str = "docs/validation.md";

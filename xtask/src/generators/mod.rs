@@ -16,6 +16,7 @@ pub(crate) mod survey;
 pub(crate) mod targets;
 pub(crate) mod tracer;
 mod tracer_physics;
+pub(crate) mod tracer_run;
 pub(crate) mod tracer_tables;
 pub(crate) mod vector;
 

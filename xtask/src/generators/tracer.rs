@@ -9,37 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use super::axis_curves::Curves;
 use super::noise::{Colour, Noise, gaussian};
 use super::tracer_physics::{Instant, displaced_mm};
+use super::tracer_run::{Defect, Measured, Reading};
 use super::vector::{add, norm, scale};
-
-/// What is wrong with the measurement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Defect {
-    /// Nothing.
-    None,
-    /// The tracer reads displacements too long, relative.
-    RangeScale(f64),
-    /// The reading creeps after every lock-on: total over a run of one lock, mm, with the
-    /// curve of a first-order settling whose time constant is as long as the run.
-    RangeDrift(f64),
-    /// A station's stand warms: which, and total over the whole measurement, mm.
-    StationDrift(usize, [f64; 3]),
-    /// Play of the drive: the axis stops short by half of this either way, rad, and its bearing
-    /// gives by the displacement, mm.
-    Backlash(f64, [f64; 3]),
-    /// Glass path of the reflectors: mm at grazing incidence, growing with the fourth power of the
-    /// angle beside its square.
-    Incidence(f64),
-    /// The tracer at one station reads too long (a dirty air sensor there): which, relative.
-    BadStation(usize, f64),
-    /// The beam to one reflector is lost at a step and found again: station, mount, step, mm.
-    DeadPathJump(usize, usize, usize, f64),
-    /// A reflector slips in its magnetic nest: which, from which step on, mm.
-    MountSlip(usize, usize, [f64; 3]),
-    /// The wavelength follows the recorded temperature of the air: relative per kelvin.
-    Temperature(f64),
-    /// One reflector's bracket bends under its weight as the axis swings it: mm.
-    Bending(usize, f64),
-}
 
 /// A measurement to simulate.
 #[derive(Clone, Debug)]
@@ -101,36 +72,6 @@ impl Run {
             seed,
         }
     }
-}
-
-/// One reading.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reading {
-    pub station: usize,
-    pub mount: usize,
-    pub step: usize,
-    pub time_s: f64,
-    pub air_c: f64,
-    pub displacement_mm: f64,
-    /// What the defect made of it, mm.
-    pub disturbance_mm: f64,
-}
-
-/// What a run gave.
-#[derive(Clone, Debug)]
-pub(crate) struct Measured {
-    pub origin_mm: [f64; 3],
-    pub direction: [f64; 3],
-    /// True and nominal places.
-    pub stations_mm: Vec<([f64; 3], [f64; 3])>,
-    /// True and nominal places, turning frame.
-    pub mounts_mm: Vec<([f64; 3], [f64; 3])>,
-    /// Angle of every step, degrees, and whether it was reached with rising angles.
-    pub steps: Vec<(f64, bool)>,
-    /// Errors of the axis at every step: displacement mm, rotation rad.
-    pub errors: Vec<([f64; 3], [f64; 3])>,
-    /// In the order measured.
-    pub readings: Vec<Reading>,
 }
 
 /// Corners of the working space in which the tracer stands, mm from the axis' origin.

@@ -1,6 +1,7 @@
 //! Simulated runs of a laser tracer that are committed.
 
-use super::tracer::{Defect, Measured, Run, simulate};
+use super::tracer::{Run, simulate};
+use super::tracer_run::{Defect, Measured};
 use super::tracer_tables::tables;
 use super::{Case, Story, generated, words};
 use crate::expectation::{Expectation, HeldOut, Number};

@@ -1,6 +1,6 @@
 //! Where tracer and reflector really are at one reading, and what the tracer makes of it.
 
-use super::tracer::{Defect, Measured};
+use super::tracer_run::{Defect, Measured};
 use super::vector::{add, cross, norm, rotate, scale};
 
 /// When and of what a reading is.

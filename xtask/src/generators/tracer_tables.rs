@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::tracer::{Measured, Run};
+use super::tracer::Run;
+use super::tracer_run::Measured;
 
 /// Files of a case folder, in the order of its page.
 pub(crate) fn tables(run: &Run, measured: &Measured) -> Vec<(&'static str, String)> {

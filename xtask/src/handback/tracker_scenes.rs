@@ -1,6 +1,7 @@
 //! Small runs of a tracer in which every effect on ranges is accepted at least once.
 
-use crate::generators::tracer::{Defect, Run, simulate};
+use crate::generators::tracer::{Run, simulate};
+use crate::generators::tracer_run::Defect;
 use crate::generators::tracer_tables::tables;
 
 /// Beginnings of ids with subjects.

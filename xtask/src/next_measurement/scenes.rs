@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use super::Situation;
 use crate::generators::mirror::{self, Mirror};
 use crate::generators::probe::{self, Meant, Session};
 use crate::generators::probe_tables::{case_toml, touches_csv};
@@ -24,6 +23,15 @@ pub(crate) trait Scene {
     fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files>;
     /// The case with as many measurements as one would spread without a plan.
     fn with_even(&self, count: usize, seed: u64) -> Files;
+}
+
+/// One situation.
+pub(crate) struct Situation {
+    pub(crate) krate: &'static str,
+    pub(crate) name: &'static str,
+    /// The effect that there is.
+    pub(crate) truth: &'static str,
+    pub(crate) make: fn(u64) -> Box<dyn Scene>,
 }
 
 pub(super) fn situations() -> Vec<Situation> {

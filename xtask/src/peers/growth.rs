@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::solver::{Contender, compare};
+use super::contender::{Contender, compare};
 use super::solver_scene::{self, Size};
 use crate::shell;
 

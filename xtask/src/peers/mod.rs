@@ -1,5 +1,6 @@
 //! `cargo xtask bench --peers`: the same problems for this project and for what others have.
 
+mod contender;
 mod growth;
 mod icp;
 mod icp_contest;

@@ -3,11 +3,10 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
-use serde::Deserialize;
+use anyhow::{Context, Result};
 
+use super::contender::{Contender, Outcome, compare};
 use super::solver_scene::{self, Size};
 use super::{build_outside, growth};
 use crate::shell;
@@ -17,44 +16,10 @@ const SIZES: [Size; 3] = [
     Size { name: "medium", stations: 8, reflectors: 4, steps: 361 },
     Size { name: "large", stations: 8, reflectors: 4, steps: 3601 },
 ];
-/// Relative difference of the costs up to which solvers agree.
-const SAME_COST: f64 = 1e-9;
 /// CPU time that the system's accounting tells from nought.
 const CPU_CLOCK_MS: f64 = 1.0;
 /// Page that is written.
 const PAGE: &str = "docs/benchmarks.md";
-
-/// A solver with its settings.
-pub(super) struct Contender {
-    name: &'static str,
-    threads: usize,
-    /// Program and arguments; `FOLDER` and `RUNS` are filled in.
-    command: Vec<String>,
-    /// File that it leaves beside the problem.
-    solution: &'static str,
-    /// Most steps that it is given.
-    most_steps: usize,
-    /// Most runs in a round.
-    most_runs: usize,
-}
-
-/// What a contender prints per run.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(super) struct Run {
-    pub(super) ms: f64,
-    cpu_ms: f64,
-    cost: f64,
-    evaluations: u32,
-    jacobians: u32,
-    pub(super) peak_kib: u64,
-}
-
-/// The least of all runs of one contender on one problem.
-pub(super) struct Outcome {
-    pub(super) best: Run,
-    /// Root mean square error of a reflector's coordinate against the truth.
-    error_mm: f64,
-}
 
 /// Builds what can be built, runs all in turn, prints and writes the table.
 pub(super) fn run(rounds: usize) -> Result<()> {
@@ -198,75 +163,6 @@ fn install_scipy() -> Result<()> {
         shell::output_of("python3", &["-m", "pip", "install", "--quiet", "scipy"])?;
     }
     Ok(())
-}
-
-/// Runs all in turn, as many rounds as asked for, and checks that all find the same minimum.
-pub(super) fn compare(
-    contenders: &[&Contender],
-    problem: &Path,
-    size: Size,
-    rounds: usize,
-) -> Result<Vec<Outcome>> {
-    let mut runs: Vec<Vec<Run>> = contenders.iter().map(|_| Vec::new()).collect();
-    // Small problems take no time: more runs of them smooth the clock.
-    let repeats = (3601 / size.steps).clamp(2, 50);
-    for round in 0..rounds {
-        eprintln!("── {}: round {} of {rounds}", size.name, round + 1);
-        for (contender, runs) in contenders.iter().zip(&mut runs) {
-            runs.extend(contender.run(problem, repeats.min(contender.most_runs))?);
-        }
-    }
-    let truth = solver_scene::read_numbers(&problem.join("truth.bin"))?;
-    let mut outcomes = Vec::new();
-    for (contender, runs) in contenders.iter().zip(&runs) {
-        let least = |part: fn(&Run) -> f64| runs.iter().map(part).fold(f64::INFINITY, f64::min);
-        let first = *runs.first().context("no runs")?;
-        let best = Run { ms: least(|r| r.ms), cpu_ms: least(|r| r.cpu_ms), ..first };
-        let solution = solver_scene::read_numbers(&problem.join(contender.solution))?;
-        let points = truth.len() - 3 * size.reflectors * size.steps;
-        let error_mm = rms_difference(&solution[points..], &truth[points..]);
-        outcomes.push(Outcome { best, error_mm });
-    }
-    let reference = outcomes[0].best.cost;
-    for (contender, outcome) in contenders.iter().zip(&outcomes) {
-        let difference = (outcome.best.cost / reference - 1.0).abs();
-        ensure!(
-            difference <= SAME_COST,
-            "{} ends at cost {:e} on {}, others at {reference:e}",
-            contender.name,
-            outcome.best.cost,
-            size.name
-        );
-    }
-    Ok(outcomes)
-}
-
-fn rms_difference(a: &[f64], b: &[f64]) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "there are not that many")]
-    let count = a.len() as f64;
-    (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / count).sqrt()
-}
-
-impl Contender {
-    fn run(&self, problem: &Path, repeats: usize) -> Result<Vec<Run>> {
-        let (folder, repeats) = (problem.display().to_string(), repeats.to_string());
-        let arguments = self.command.iter().map(|argument| match argument.as_str() {
-            "FOLDER" => &folder,
-            "RUNS" => &repeats,
-            _ => argument,
-        });
-        let words: Vec<&String> = arguments.collect();
-        let output = Command::new(words[0])
-            .args(&words[1..])
-            .env("RAYON_NUM_THREADS", self.threads.to_string())
-            .env("OMP_NUM_THREADS", self.threads.to_string())
-            .current_dir(shell::root())
-            .output()
-            .with_context(|| format!("cannot start {}", words[0]))?;
-        ensure!(output.status.success(), "{} failed on {folder}", self.name);
-        let lines = String::from_utf8(output.stdout)?;
-        lines.lines().map(|line| serde_json::from_str(line).context("no JSON")).collect()
-    }
 }
 
 fn write_table(

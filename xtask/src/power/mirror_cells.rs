@@ -1,7 +1,7 @@
 //! Situations of `pose-icp`: mirrors touched on a machine.
 
-use super::cells::{Cell, Question, TIMES, direction, sign};
-use super::scene::{Scene, mirror_at};
+use super::cell::{Cell, Question, direction, sign};
+use super::scene::{Scene, TIMES, mirror_at};
 use crate::generators::Colour;
 use crate::generators::mirror::{Flaw, Mirror};
 

@@ -1,8 +1,8 @@
 //! Situations of `probe-comp`: a sphere and a bowl touched by a ball.
 
-use super::cells::{Cell, Question, TIMES, direction, sign};
+use super::cell::{Cell, Question, direction, sign};
 use super::detectable::{Design, smallest};
-use super::scene::Scene;
+use super::scene::{Scene, TIMES};
 use crate::generators::Colour;
 use crate::generators::probe::{Flaw, Session, Shape, simulate};
 

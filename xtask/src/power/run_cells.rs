@@ -1,6 +1,6 @@
 //! Situations of `force-impedance`: a head polishing beside a reference.
 
-use super::cells::{Cell, Question, direction, sign};
+use super::cell::{Cell, Question, direction, sign};
 use super::scene::{Scene, run_at};
 use crate::generators::Colour;
 use crate::generators::polish::{Flaw, Run};

@@ -1,6 +1,5 @@
 //! A simulated case of any kind, and how large its effect must be.
 
-use super::cells::TIMES;
 use super::detectable::{Design, smallest};
 use crate::generators::mirror::{self, Mirror};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
@@ -14,6 +13,9 @@ use crate::generators::targets;
 use crate::generators::tracer;
 use crate::generators::tracer_tables::tables;
 use crate::generators::{probe, probe_tables};
+
+/// How many times its minimal detectable size an effect has.
+pub(crate) const TIMES: f64 = 5.0;
 
 /// What to simulate.
 #[derive(Clone, Debug)]

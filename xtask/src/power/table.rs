@@ -6,7 +6,7 @@ use std::fs;
 use anyhow::{Context, Result};
 
 use super::Tally;
-use super::cells::Question;
+use super::cell::Question;
 use super::wilson::interval;
 use crate::generators::{cases, sha256};
 use crate::shell;

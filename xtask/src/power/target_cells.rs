@@ -1,7 +1,7 @@
 //! Situations of points measured on a rotary axis.
 
-use super::cells::{Cell, Question, TIMES, direction, sign};
-use super::scene::Scene;
+use super::cell::{Cell, Question, direction, sign};
+use super::scene::{Scene, TIMES};
 use super::target_design::survey_at;
 use crate::generators::targets::{Fault, Survey};
 

@@ -1,10 +1,11 @@
 //! Situations of laser-tracer runs.
 
-use super::cells::{Cell, Question, TIMES, direction, sign};
-use super::scene::Scene;
+use super::cell::{Cell, Question, direction, sign};
+use super::scene::{Scene, TIMES};
 use super::tracer_design::run_at;
 use crate::generators::Colour;
-use crate::generators::tracer::{Defect, Run};
+use crate::generators::tracer::Run;
+use crate::generators::tracer_run::Defect;
 
 /// Effects that share the level: half of it is the catalogue's, which holds 4 of the whole, 6 + 6
 /// of stations, 24 jumps and 4 slips.

@@ -1,7 +1,8 @@
 //! How large an effect on a tracer run must be: the run's design, from the geometry alone.
 
 use super::detectable::{Design, smallest};
-use crate::generators::tracer::{Defect, Measured, Reading, Run, simulate};
+use crate::generators::tracer::{Run, simulate};
+use crate::generators::tracer_run::{Defect, Measured, Reading};
 use crate::generators::vector::{add, cross, norm, rotate, scale};
 
 /// Scales the defect, given at a small size, to `times` its minimal detectable size.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::cells::{Cell, Question};
+use super::cell::{Cell, Question};
 use crate::program::{Truing, class_of, number_at};
 
 /// What one case gave.

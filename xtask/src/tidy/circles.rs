@@ -13,9 +13,6 @@ use super::Finding;
 use super::source::{code_only, is_rust};
 use crate::shell;
 
-/// Where circles are left; they are told, and none may come elsewhere.
-const TO_BE_PARTED: [&str; 2] = ["crates/truing", "xtask"];
-
 /// A module's path inside its crate; empty for the root.
 type Module = Vec<String>;
 
@@ -40,8 +37,7 @@ pub(super) fn check(files: &[String]) -> Result<Vec<Finding>> {
         let circle = circle(&needs(&sources))?;
         let names: Vec<String> = circle.iter().map(|module| module.join("::")).collect();
         let text = format!("{package}: files need each other in a circle: {}", names.join(" → "));
-        let to_be_parted = TO_BE_PARTED.contains(&package);
-        Some(if to_be_parted { Finding::warning(text) } else { Finding::error(text) })
+        Some(Finding::error(text))
     };
     Ok(crates.into_iter().filter_map(finding).collect())
 }

@@ -9,7 +9,7 @@ use super::learnt::{Learnt, LearntStep};
 use super::problem::CarryProblem;
 use crate::Error;
 use crate::case::quote;
-use crate::closed::LoopParameter;
+use crate::estimated::LoopParameter;
 use crate::wording::by_sign;
 
 /// Prefix of what the loop corrects along a column without knowing why.

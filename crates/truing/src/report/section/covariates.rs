@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use model_discrepancy::Covariate;
 
 use super::order::mark_layers;
-use super::residual::MOST_COMPONENTS;
-use super::{Context, SMALL, paragraph};
+use super::{Context, MOST_COMPONENTS, SMALL, paragraph};
 use crate::report::axis::{Range, drawable};
 use crate::report::layer::{Layer, mark_sign};
 use crate::report::markup::Markup;

@@ -3,7 +3,7 @@
 use model_discrepancy::{ErrorSummary, HoldOut};
 
 use super::added::step_name;
-use super::headline::hold_out_short;
+use super::verdict::hold_out_short;
 use super::{Cell, Context, Kind, paragraph, table};
 use crate::report::markup::Markup;
 use crate::report::number::{COVERAGE, NONE, significant, with_expanded};

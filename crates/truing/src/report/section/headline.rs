@@ -72,17 +72,6 @@ fn how_held_out(context: &Context, hold_out: HoldOut) -> String {
     }
 }
 
-/// «on 5 points never fitted», for use inside a sentence.
-pub(super) fn hold_out_short(context: &Context, hold_out: HoldOut) -> String {
-    let noun = context.input.group_noun;
-    match hold_out {
-        HoldOut::CheckGroups => {
-            format!("on {} never fitted", counted(context.group_count(Role::Check), noun))
-        }
-        HoldOut::Nested | HoldOut::LeaveOneOut => format!("on {} left out in turn", plural(noun)),
-    }
-}
-
 fn chart(context: &Context, closure: &Closure) -> IntervalChart {
     let row = |name: &str, error: &ErrorSummary, colour| IntervalRow {
         name: name.to_string(),

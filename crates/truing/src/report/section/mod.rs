@@ -41,6 +41,8 @@ const WIDE: f64 = 900.0;
 const NARROW: f64 = 352.0;
 /// Width of a drawing of which several stand side by side.
 const SMALL: f64 = 340.0;
+/// Components drawn: as many as there are colours.
+const MOST_COMPONENTS: usize = 6;
 
 /// Draws for a wide and for a narrow page; the style sheet shows one of the two.
 fn for_both(out: &mut Markup, draw: impl Fn(f64, &str) -> Markup) {

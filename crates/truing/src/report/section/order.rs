@@ -1,7 +1,6 @@
 //! The residual over measured order: one strip per component.
 
-use super::residual::MOST_COMPONENTS;
-use super::{Context, for_both};
+use super::{Context, MOST_COMPONENTS, for_both};
 use crate::report::axis::{Range, Tick, drawable};
 use crate::report::layer::{Layer, MarkStyle};
 use crate::report::markup::{Markup, text_width};

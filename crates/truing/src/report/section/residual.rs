@@ -9,9 +9,6 @@ use crate::report::markup::Markup;
 use crate::report::number::{count, significant};
 use crate::report::reading::Reading;
 
-/// Components drawn: as many as there are colours.
-pub(super) const MOST_COMPONENTS: usize = 6;
-
 /// A residual that fell by more than this is also shown on a scale of its own.
 const FLATTENED: f64 = 4.0;
 

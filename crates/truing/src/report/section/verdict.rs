@@ -1,11 +1,10 @@
 //! The conclusion in one sentence.
 
-use model_discrepancy::{Closure, Verdict};
+use model_discrepancy::{Closure, HoldOut, Role, Verdict};
 
-use super::headline::hold_out_short;
 use super::{Context, sentence};
 use crate::report::markup::Markup;
-use crate::report::number::{percent, significant, with_expanded};
+use crate::report::number::{counted, percent, plural, significant, with_expanded};
 use crate::report::reading::rms;
 
 /// The verdict in words.
@@ -142,5 +141,16 @@ fn verdict_class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::NothingMissing | Verdict::Explained => "good",
         Verdict::StructureRemains | Verdict::NoiseLargerThanDeclared => "open",
+    }
+}
+
+/// «on 5 points never fitted», for use inside a sentence.
+pub(super) fn hold_out_short(context: &Context, hold_out: HoldOut) -> String {
+    let noun = context.input.group_noun;
+    match hold_out {
+        HoldOut::CheckGroups => {
+            format!("on {} never fitted", counted(context.group_count(Role::Check), noun))
+        }
+        HoldOut::Nested | HoldOut::LeaveOneOut => format!("on {} left out in turn", plural(noun)),
     }
 }

@@ -1,0 +1,45 @@
+//! One situation, what is true in it, and what was counted.
+
+use std::collections::BTreeMap;
+
+/// Files of a case, and the truths that belong to it.
+pub(crate) type Simulated = (Vec<(&'static str, String)>, Vec<Truth>);
+
+/// One situation.
+pub(crate) struct Situation {
+    pub(crate) krate: &'static str,
+    /// In words.
+    pub(crate) name: &'static str,
+    /// What the loop must have accepted for its answer to count; `None`: nothing.
+    pub(crate) effect: Option<&'static str>,
+    pub(crate) make: fn(u64) -> Simulated,
+}
+
+/// A number whose truth the simulator knows.
+#[derive(Clone, Debug)]
+pub(crate) struct Truth {
+    /// What it is called in the table; several of one name are counted together.
+    pub(crate) name: &'static str,
+    /// Where the answer has it.
+    pub(crate) value: String,
+    /// Where the answer has its standard uncertainty.
+    pub(crate) std: String,
+    /// Where the answer has its 95 % interval, if it may have one that is not symmetric.
+    pub(crate) interval: Option<String>,
+    /// What it should be.
+    pub(crate) known: f64,
+}
+
+/// What the loops of one situation gave.
+pub(crate) struct Tally {
+    pub(crate) situation: Situation,
+    /// Loops in which the right effect, and nothing else, was accepted.
+    pub(crate) named: usize,
+    pub(crate) loops: usize,
+    /// Of every quantity: intervals that hold the truth, and intervals.
+    pub(crate) held: BTreeMap<&'static str, (usize, usize)>,
+}
+
+pub(crate) fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {
+    Truth { name, value, std, interval: None, known }
+}
