@@ -115,7 +115,13 @@ fn is_named(json: &Value, effect: Option<&str>) -> bool {
     match effect {
         None => steps.is_empty(),
         Some(effect) => {
-            steps.len() == 1 && class_of(&steps[0]).last().is_some_and(|name| *name == effect)
+            let (effect, subject) = match effect.split_once(" [") {
+                Some((effect, subject)) => (effect, subject.strip_suffix(']')),
+                None => (effect, None),
+            };
+            let about = |step: &Value| subject.is_none_or(|s| step["subject"].as_str() == Some(s));
+            let class = |step: &Value| class_of(step).last().is_some_and(|name| *name == effect);
+            steps.len() == 1 && class(&steps[0]) && about(&steps[0])
         }
     }
 }

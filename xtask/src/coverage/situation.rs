@@ -10,7 +10,8 @@ pub(crate) struct Situation {
     pub(crate) krate: &'static str,
     /// In words.
     pub(crate) name: &'static str,
-    /// What the loop must have accepted for its answer to count; `None`: nothing.
+    /// What the loop must have accepted for its answer to count, with its subject in brackets where
+    /// another subject's size is another quantity; `None`: nothing.
     pub(crate) effect: Option<&'static str>,
     pub(crate) make: fn(u64) -> Simulated,
 }

@@ -48,7 +48,7 @@ pub(crate) fn situations() -> Vec<Situation> {
         press("head gives way under load", Some("load-shift"), |seed| {
             of_session(&located(seed, Fault::LoadShift([4e-3, -3e-3])))
         }),
-        log("zero of the axial cell", Some("leg-zero"), |seed| {
+        log("zero of the axial cell", Some("leg-zero [force, axial]"), |seed| {
             of_run(seed, Flaw::CellZero(3, 0.6), 0.6)
         }),
         log("gain of the axial cell", Some("leg-gain"), |seed| {
