@@ -104,7 +104,7 @@ fn near_sphere() -> Case {
                  sphere of radius R − r: on this near-sphere that is a vertex radius 12 µm shorter, \
                  and only a measurement of either can tell.";
     let expect = Expectation {
-        says: words(&["tip-radius", "vertex-radius", "measure the vertex radius"]),
+        says: words(&["tip-radius", "vertex-radius", "calibrate the tip"]),
         ..named(&["tip-radius", "vertex-radius"])
     };
     mirror_case("near-sphere", &mirror, "Ball or radius, on a near-sphere", truth, expect)

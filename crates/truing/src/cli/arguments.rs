@@ -12,7 +12,7 @@ use super::register::{Register, pose};
 /// Exit codes: 0 solved, 2 the input is unusable (one message says why), 3 solvable in form but
 /// not determined by the data (the message names the free direction).
 #[derive(Debug, Parser)]
-#[command(version, about)]
+#[command(version, about, after_help = kinds_in_words())]
 pub(crate) struct Arguments {
     /// Threads to use at most; results do not depend on it
     #[arg(
@@ -105,6 +105,7 @@ pub(crate) enum Command {
         what: Import,
     },
     /// Write a small commented case to start from
+    #[command(after_help = kinds_in_words())]
     Init {
         /// Kind of case; tracker-lm-targets for one with points in place of displacements
         kind: String,
@@ -112,6 +113,22 @@ pub(crate) enum Command {
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
+    /// Print what completes the words of this program in a shell
+    Completions {
+        /// Shell to complete in
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page of the program or of one of its commands, in roff
+    Man {
+        /// One of the commands; default: the program
+        command: Option<String>,
+    },
+}
+
+/// Every kind of case with what it is for, one a line.
+fn kinds_in_words() -> String {
+    let lines = truing::kinds().map(|(name, summary)| format!("  {name:<16} {summary}"));
+    format!("Kinds:\n{}", lines.collect::<Vec<_>>().join("\n"))
 }
 
 #[derive(Debug, Subcommand)]

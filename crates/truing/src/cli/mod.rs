@@ -10,7 +10,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use nalgebra::Isometry3;
 use pose_icp::ProgramOptions;
 use serde::Serialize;
@@ -77,6 +77,8 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             foreign_table(&file, &TableImport { kind, table, map }, out.as_deref())
         }
         Command::Init { kind, folder } => init(&kind, folder.as_deref()),
+        Command::Completions { shell } => completions(shell),
+        Command::Man { command } => manual_page(command.as_deref()),
     }
 }
 
@@ -389,6 +391,34 @@ fn foreign_table(file: &Path, import: &TableImport, out: Option<&Path>) -> Resul
     ))?;
     output::notes(&imported.notes);
     Ok(())
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<(), Error> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "truing", &mut script);
+    output::text(&String::from_utf8_lossy(&script))
+}
+
+fn manual_page(of: Option<&str>) -> Result<(), Error> {
+    let mut command = Arguments::command();
+    command.build();
+    let command = match of {
+        None => command,
+        Some(name) => match command.find_subcommand(name) {
+            Some(found) => found.clone(),
+            None => {
+                let known = command.get_subcommands().map(clap::Command::get_name);
+                let known = known.filter(|n| *n != "help").collect::<Vec<_>>().join(", ");
+                let message = format!("no command {name:?}; the commands are {known}");
+                command.error(clap::error::ErrorKind::InvalidValue, message).exit()
+            }
+        },
+    };
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command)
+        .render(&mut page)
+        .map_err(|e| Error::NotWritten { path: "standard output".into(), reason: e.kind() })?;
+    output::text(&String::from_utf8_lossy(&page))
 }
 
 fn init(kind: &str, folder: Option<&Path>) -> Result<(), Error> {

@@ -36,6 +36,7 @@ mod reading;
 mod register;
 mod repeats;
 mod set_ups;
+mod shell;
 mod suspects;
 mod tables;
 mod tracker_lm;

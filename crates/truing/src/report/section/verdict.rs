@@ -7,6 +7,9 @@ use crate::report::markup::Markup;
 use crate::report::number::{counted, percent, plural, significant, with_expanded};
 use crate::report::reading::rms;
 
+/// Amplitudes of one effect whose sizes the first sentence gives.
+const MOST_SIZES: usize = 4;
+
 /// The verdict in words.
 pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
     match verdict {
@@ -70,8 +73,13 @@ fn closed(out: &mut Markup, context: &Context, closure: &Closure) {
             effect_names(out, closure);
             out.text(", and something more that has no name here.");
         }
-        Verdict::NoiseLargerThanDeclared => {
+        Verdict::NoiseLargerThanDeclared if closure.steps.is_empty() => {
             out.text("No structure is left, but more noise than was declared.");
+        }
+        Verdict::NoiseLargerThanDeclared => {
+            out.text("The declared model lacks ");
+            effect_names(out, closure);
+            out.text("; then no structure is left, but more noise than was declared.");
         }
     }
     error_sentence(out, context, closure);
@@ -119,9 +127,14 @@ fn effect_names(out: &mut Markup, closure: &Closure) {
             1 => out.text(" (or another effect that looks the same here)"),
             n => out.text(&format!(" (or one of {n} effects that look the same here)")),
         }
-        if let [p] = &step.parameters[..] {
+        let sized = step.parameters.iter().take(MOST_SIZES).map(|p| {
             let (value, expanded) = with_expanded(p.value, p.std);
-            out.text(&format!(", {value}\u{a0}±\u{a0}{expanded} {}", p.unit));
+            let name = if step.parameters.len() == 1 { "" } else { &p.name };
+            format!("{name} {value}\u{a0}±\u{a0}{expanded} {}", p.unit).trim().to_owned()
+        });
+        let sizes: Vec<String> = sized.collect();
+        if !sizes.is_empty() {
+            out.text(&format!(", {} (k\u{a0}=\u{a0}2)", sizes.join(", ")));
         }
     }
 }
