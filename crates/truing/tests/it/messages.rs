@@ -257,7 +257,7 @@ fn case_files() {
     assert_eq!(
         toml("kind = \"stylus\"\n"),
         "case.toml, line 1, column 8: unknown kind `stylus`; the kinds are `frame-fit`, \
-         `ft-center`, `tracker-lm`, `pose-icp`, `probe-comp`, `force-impedance`"
+         `ft-center`, `tracker-lm`, `pose-icp`, `probe-comp`, `force-impedance`, `positioning`"
     );
     assert!(toml("kind = \"frame-fit\n").starts_with("case.toml, line 1, column "));
     assert!(toml("kind = \"frame-fit\"\n[noise\n").contains("line 2"));
