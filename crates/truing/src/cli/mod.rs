@@ -400,19 +400,14 @@ fn completions(shell: clap_complete::Shell) -> Result<(), Error> {
 }
 
 fn manual_page(of: Option<&str>) -> Result<(), Error> {
-    let mut command = Arguments::command();
-    command.build();
-    let command = match of {
-        None => command,
-        Some(name) => match command.find_subcommand(name) {
-            Some(found) => found.clone(),
-            None => {
-                let known = command.get_subcommands().map(clap::Command::get_name);
-                let known = known.filter(|n| *n != "help").collect::<Vec<_>>().join(", ");
-                let message = format!("no command {name:?}; the commands are {known}");
-                command.error(clap::error::ErrorKind::InvalidValue, message).exit()
-            }
-        },
+    let mut program = Arguments::command();
+    program.build();
+    let found = of.map_or(Some(&program), |name| program.find_subcommand(name)).cloned();
+    let Some(command) = found else {
+        let known = program.get_subcommands().map(clap::Command::get_name);
+        let known = known.filter(|name| *name != "help").collect::<Vec<_>>().join(", ");
+        let message = format!("no command {:?}; the commands are {known}", of.unwrap_or_default());
+        program.error(clap::error::ErrorKind::InvalidValue, message).exit()
     };
     let mut page = Vec::new();
     clap_mangen::Man::new(command)
