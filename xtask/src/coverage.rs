@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::program::{Truing, class_of, number_at};
+use crate::program::{Truing, class_of, label_of, number_at};
 use crate::shell;
 use situation::{Situation, Tally};
 use situations::situations;
@@ -115,13 +115,9 @@ fn is_named(json: &Value, effect: Option<&str>) -> bool {
     match effect {
         None => steps.is_empty(),
         Some(effect) => {
-            let (effect, subject) = match effect.split_once(" [") {
-                Some((effect, subject)) => (effect, subject.strip_suffix(']')),
-                None => (effect, None),
-            };
-            let about = |step: &Value| subject.is_none_or(|s| step["subject"].as_str() == Some(s));
             let class = |step: &Value| class_of(step).last().is_some_and(|name| *name == effect);
-            steps.len() == 1 && class(&steps[0]) && about(&steps[0])
+            let label = |step: &Value| label_of(step).is_some_and(|label| label == effect);
+            steps.len() == 1 && (class(&steps[0]) || label(&steps[0]))
         }
     }
 }

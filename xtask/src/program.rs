@@ -106,6 +106,13 @@ pub(crate) fn class_of(step: &Value) -> Vec<&str> {
     class.into_iter().map(without_subject).collect()
 }
 
+/// Id of an added effect, its subject in brackets where it has one; `None` where there is no id.
+pub(crate) fn label_of(step: &Value) -> Option<String> {
+    let id = step["effect"].as_str()?;
+    let subject = step["subject"].as_str();
+    Some(subject.map_or_else(|| id.to_owned(), |subject| format!("{id} [{subject}]")))
+}
+
 /// `bad-point` of `bad-point [P09]` or `bad-point (P09)`.
 pub(crate) fn without_subject(effect: &str) -> &str {
     effect.split([' ', '[', '(']).next().unwrap_or(effect)

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 use super::folder::Folder;
-use crate::program::Truing;
+use crate::program::{Truing, label_of};
 
 static TRUING: OnceLock<Truing> = OnceLock::new();
 
@@ -46,10 +46,7 @@ pub(super) fn close(folder: &Folder) -> Value {
 /// Effects that were accepted, as `id` or `id [subject]`.
 pub(super) fn accepted(json: &Value) -> Vec<String> {
     let steps = json["steps"].as_array().expect("steps");
-    let label = |step: &Value| {
-        let id = step["effect"].as_str().expect("an id").to_owned();
-        step["subject"].as_str().map_or_else(|| id.clone(), |subject| format!("{id} [{subject}]"))
-    };
+    let label = |step: &Value| label_of(step).expect("an id");
     steps.iter().map(label).collect()
 }
 

@@ -1,8 +1,9 @@
 //! Settings of a case of a head, and the names of its tables and columns.
 
-use crate::case::{Finite, LoopSettings, Positive};
 use force_impedance::ForceFormula;
 use serde::Deserialize;
+
+use crate::case::{Finite, LoopSettings, Positive};
 
 pub(super) const LOG: &str = "log.csv";
 pub(super) const PATH: &str = "path.csv";

@@ -1,8 +1,9 @@
 //! Settings of a case of two frames, and the names of its tables and columns.
 
+use serde::Deserialize;
+
 use crate::case::{LoopSettings, Positive};
 use crate::kinds::touching::Range;
-use serde::Deserialize;
 
 pub(super) const POSES: &str = "poses.csv";
 pub(super) const DISTANCES: &str = "distances.csv";

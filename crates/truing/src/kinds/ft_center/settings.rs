@@ -1,9 +1,10 @@
 //! Settings of a case of a sensor, and the names of its tables.
 
-use crate::Error;
-use crate::case::{Finite, Location, LoopSettings, Positive};
 use ft_center::{FtCenterError, Handedness};
 use serde::Deserialize;
+
+use crate::Error;
+use crate::case::{Finite, Location, LoopSettings, Positive};
 
 pub(super) const PRESSES: &str = "presses.csv";
 pub(super) const WRENCH: &str = "wrench.csv";

@@ -1,10 +1,11 @@
 //! A case of this kind, as read.
 
+use pose_icp::{PoseOptions, PoseStart};
+
 use super::surface::Surface;
 use super::tables::Points;
 use crate::case::Location;
 use crate::kinds::touching::PlanSettings;
-use pose_icp::{PoseOptions, PoseStart};
 
 /// A `pose-icp` case as read.
 #[derive(Debug)]

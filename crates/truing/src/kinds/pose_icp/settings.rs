@@ -1,12 +1,13 @@
 //! Settings of a case of a part, and the names of its tables.
 
+use pose_icp::PoseError;
+use serde::Deserialize;
+use toml::Spanned;
+
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
 use crate::kinds::surface::SurfaceSettings;
 use crate::kinds::touching::PlanSettings;
-use pose_icp::PoseError;
-use serde::Deserialize;
-use toml::Spanned;
 
 pub(super) const POINTS: &str = "points.csv";
 pub(super) const EDGE: &str = "edge.csv";

@@ -1,12 +1,13 @@
 //! A case of this kind, as read.
 
+use nalgebra::{Unit, Vector3};
+use probe_comp::NormalSource;
+
 use super::qualification::QualificationEstimate;
 use super::surface::PartSurface;
 use super::tables::Touches;
 use crate::case::Location;
 use crate::kinds::touching::PlanSettings;
-use nalgebra::{Unit, Vector3};
-use probe_comp::NormalSource;
 
 /// A `probe-comp` case as read.
 #[derive(Debug)]

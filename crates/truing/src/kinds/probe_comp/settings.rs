@@ -1,15 +1,18 @@
 //! Settings of a case of a probe, and the names of its tables.
 
-use crate::Error;
-use crate::case::{Finite, Location, LoopSettings, Positive};
-use crate::kinds::surface::SurfaceSettings;
-use crate::kinds::touching::PlanSettings;
 use probe_comp::ProbeError;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::Error;
+use crate::case::{Finite, Location, LoopSettings, Positive};
+use crate::kinds::surface::SurfaceSettings;
+use crate::kinds::touching::PlanSettings;
+
 pub(super) const TOUCHES: &str = "touches.csv";
 pub(super) const MICRO: &str = "micro.csv";
+/// Touches of the artefact.
+pub(super) const QUALIFICATION: &str = "qualification.csv";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -72,9 +75,6 @@ pub(super) struct NoiseSettings {
 pub(super) fn error(at: Location, source: ProbeError) -> Error {
     Error::ProbeComp { at: Box::new(at), source: Box::new(source) }
 }
-
-/// Touches of the artefact.
-pub(super) const QUALIFICATION: &str = "qualification.csv";
 
 /// `[qualification]`: a calibrated artefact that the same probe touched.
 #[derive(Deserialize)]

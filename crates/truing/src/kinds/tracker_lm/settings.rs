@@ -1,9 +1,10 @@
 //! Settings of a case of a tracer, and the names of its tables.
 
-use crate::Error;
-use crate::case::{Finite, Location, LoopSettings, Positive};
 use serde::Deserialize;
 use tracker_lm::TrackerError;
+
+use crate::Error;
+use crate::case::{Finite, Location, LoopSettings, Positive};
 
 pub(super) const STATIONS: &str = "stations.csv";
 pub(super) const MOUNTS: &str = "mounts.csv";
