@@ -17,6 +17,8 @@ mod pose_icp;
 mod pose_scenes;
 mod probe_comp;
 mod probe_scenes;
+mod target_scenes;
+mod targets;
 mod tracker_lm;
 mod tracker_scenes;
 

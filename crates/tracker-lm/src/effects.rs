@@ -6,9 +6,9 @@
 use std::collections::HashMap;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Scope};
-use nalgebra::Vector3;
 
 use crate::change::{Change, Offered};
+use crate::moves::{Moves, Part};
 use crate::sights::Sight;
 use crate::{Approach, Range, Step, Survey};
 
@@ -23,6 +23,8 @@ pub(crate) struct Entry {
     pub(crate) effect: Effect,
     /// One row per range, one value per amplitude, mm.
     pub(crate) columns: Vec<Vec<f64>>,
+    /// What the amplitudes move, where they are not of the readings.
+    pub(crate) moves: Option<Moves>,
 }
 
 /// What the catalogue is made from.
@@ -72,7 +74,26 @@ impl Scene<'_> {
         // Angles met from one side, and stations that see little, show nothing of some.
         let scope = Scope::SomeDesigns;
         let effect = Effect { subject, scope, description, ..Effect::new(id, "", parameters) };
-        Entry { effect, columns: (0..self.survey.ranges.len()).map(column).collect() }
+        let columns = (0..self.survey.ranges.len()).map(column).collect();
+        Entry { effect, columns, moves: None }
+    }
+
+    /// An effect on the geometry: one unit moves its part of every range by `share`.
+    fn entry_that_moves(
+        &self,
+        id: &str,
+        subject: Option<String>,
+        description: String,
+        parameters: Vec<Parameter>,
+        (part, share): (Part, impl Fn(usize) -> f64),
+    ) -> Entry {
+        let moves = Moves { part, share: (0..self.survey.ranges.len()).map(share).collect() };
+        let column = |r: usize| {
+            let slopes = part.slopes(&self.sights[r]);
+            slopes.iter().map(|slope| moves.share[r] * slope).collect()
+        };
+        let entry = self.entry(id, subject, description, parameters, column);
+        Entry { moves: Some(moves), ..entry }
     }
 
     /// An effect on the readings, from the mean over each dead path on: the mean is the dead path's,
@@ -200,13 +221,11 @@ fn backlash(scene: &Scene<'_>) -> Entry {
             }
         })
         .collect();
-    scene.entry("backlash", None, text.to_owned(), parameters, |r| {
-        let half = match scene.approaches[scene.survey.ranges[r].step] {
-            Approach::Positive => 0.5,
-            Approach::Negative => -0.5,
-        };
-        scene.sights[r].by_error.iter().map(|v| half * v).collect()
-    })
+    let half = |r: usize| match scene.approaches[scene.survey.ranges[r].step] {
+        Approach::Positive => 0.5,
+        Approach::Negative => -0.5,
+    };
+    scene.entry_that_moves("backlash", None, text.to_owned(), parameters, (Part::Error, half))
 }
 
 /// Path in the reflector that grows with the angle at which the beam meets it: with the square of the
@@ -243,11 +262,11 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let text = format!("station {name} moves steadily while it measures");
     let (unit, factor) = scene.rate();
     let subject = Some(name.clone());
-    scene.entry("station-drift", subject, text, coordinates(unit, factor), |r| {
-        let is_own = scene.survey.ranges[r].station == station;
-        let moved = if is_own { -scene.sights[r].beam * scene.time[r] } else { Vector3::zeros() };
-        moved.iter().copied().collect()
-    })
+    let parameters = coordinates(unit, factor);
+    let since = |r: usize| {
+        if scene.survey.ranges[r].station == station { scene.time[r] } else { 0.0 }
+    };
+    scene.entry_that_moves("station-drift", subject, text, parameters, (Part::Station, since))
 }
 
 /// Of all stands alike, or of the machine against them, as on a floor that warms up.
@@ -258,9 +277,9 @@ fn common_drift(scene: &Scene<'_>) -> Entry {
             .to_owned();
     let (unit, factor) = scene.rate();
     let since = scene.since_middle();
-    scene.entry("station-drift", None, text, coordinates(unit, factor), |r| {
-        (-scene.sights[r].beam * since[r]).iter().copied().collect()
-    })
+    let parameters = coordinates(unit, factor);
+    let since = |r: usize| since[r];
+    scene.entry_that_moves("station-drift", None, text, parameters, (Part::Station, since))
 }
 
 fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
@@ -324,11 +343,9 @@ fn changed(scene: &Scene<'_>, change: Change) -> Entry {
                 "reflector {name} slips in its mount before {station_name} sees it at step {at}"
             );
             let subject = Some(format!("{name} at {at} from {station_name}"));
-            scene.entry("mount-slip", subject, text, coordinates("µm", 1e3), |r| {
-                let touched = change.touches(survey, r);
-                let moved = if touched { scene.sights[r].by_mount } else { Vector3::zeros() };
-                moved.iter().copied().collect()
-            })
+            let slipped = |r: usize| f64::from(u8::from(change.touches(survey, r)));
+            let parameters = coordinates("µm", 1e3);
+            scene.entry_that_moves("mount-slip", subject, text, parameters, (Part::Mount, slipped))
         }
     }
 }

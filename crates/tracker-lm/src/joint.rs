@@ -5,9 +5,10 @@
 
 use geometry::so3;
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
-use nalgebra::{Matrix3, Point3, Translation3, Vector3};
+use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
 
 use crate::gauge::StationChart;
+use crate::moves::Shift;
 use crate::network::Network;
 use crate::spread::Columns;
 use crate::start::Start;
@@ -25,12 +26,16 @@ pub(crate) struct Joint<'a> {
     pub(crate) ranges_of: Vec<Vec<usize>>,
     patterns: Vec<Pattern>,
     pattern_of: Vec<usize>,
+    /// What effects of known size move, range by range; empty where there are none.
+    shifts: Vec<Shift>,
 }
 
 /// Derivatives of one range.
 pub(crate) struct Slopes {
     pub(crate) residual_mm: f64,
-    /// From the station to the target: derivative by the error's displacement.
+    /// From the station to the target.
+    pub(crate) along_mm: Vector3<f64>,
+    /// Its unit vector: derivative by the error's displacement.
     pub(crate) beam: Vector3<f64>,
     pub(crate) by_rotation: Vector3<f64>,
     pub(crate) by_mount: Vector3<f64>,
@@ -59,9 +64,15 @@ impl<'a> Joint<'a> {
             ranges_of,
             patterns: Vec::new(),
             pattern_of: Vec::new(),
+            shifts: Vec::new(),
         };
         joint.find_patterns();
         joint
+    }
+
+    /// With effects of known size in the geometry.
+    pub(crate) fn shifted(self, shifts: Vec<Shift>) -> Self {
+        Self { shifts, ..self }
     }
 
     /// One pattern for all blocks that see the same.
@@ -131,42 +142,64 @@ impl<'a> Joint<'a> {
     #[inline]
     fn residual_mm(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> f64 {
         let r = &self.network.survey.ranges[range];
-        let target = self.target_mm(r.mount, angle, shared, block).0;
-        let path = (target - self.chart.position_mm(r.station, shared)).norm();
+        let path = self.lines(range, angle, shared, block).0.norm();
         path - shared[self.dead_path_start() + self.network.dead_path_of[range]] - r.displacement_mm
     }
 
-    /// A target point, and its arm from the displaced axis, in the machine frame.
+    /// The reflector of a range, in the frame that turns with the axis.
     #[inline]
-    fn target_mm(
-        &self,
-        mount: usize,
-        angle: usize,
-        shared: &[f64],
-        block: &Block,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let at = self.mount_start() + 3 * mount;
-        let body = Vector3::new(shared[at], shared[at + 1], shared[at + 2]);
-        let arm = block.turned * (self.rotations[angle] * body);
-        (self.network.survey.axis.origin_mm.coords + block.displacement_mm + arm, arm)
+    pub(crate) fn body_mm(&self, range: usize, shared: &[f64]) -> Vector3<f64> {
+        let at = self.mount_start() + 3 * self.network.survey.ranges[range].mount;
+        let moved = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.mount_mm);
+        Vector3::new(shared[at], shared[at + 1], shared[at + 2]) + moved
     }
 
+    /// From the station to the target, and from the displaced axis to it, in the machine frame.
     #[inline]
-    pub(crate) fn slopes(
+    fn lines(
         &self,
         range: usize,
         angle: usize,
         shared: &[f64],
         block: &Block,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let station = self.network.survey.ranges[range].station;
+        let moved = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.station_mm);
+        let station = self.chart.position_mm(station, shared) + moved;
+        let arm = block.turned * (self.rotations[angle] * self.body_mm(range, shared));
+        let target = self.network.survey.axis.origin_mm.coords + block.displacement_mm + arm;
+        (target - station, arm)
+    }
+
+    /// The block that a range sees where effects add to the errors of its angle.
+    #[inline]
+    fn shifted_block(&self, range: usize, point: &[f64]) -> Option<Block> {
+        let shift = self.shifts.get(range)?;
+        Some(Block::of((Vector6::from_column_slice(point) + shift.error).as_slice()))
+    }
+
+    /// Residual and derivatives of a range at the errors `point` of its angle.
+    pub(crate) fn slopes_at(
+        &self,
+        range: usize,
+        angle: usize,
+        shared: &[f64],
+        point: &[f64],
     ) -> Slopes {
+        let own = self.shifted_block(range, point).unwrap_or_else(|| Block::of(point));
+        self.slopes(range, angle, shared, &own)
+    }
+
+    #[inline]
+    fn slopes(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> Slopes {
         let r = &self.network.survey.ranges[range];
-        let (target, arm) = self.target_mm(r.mount, angle, shared, block);
-        let along = target - self.chart.position_mm(r.station, shared);
+        let (along, arm) = self.lines(range, angle, shared, block);
         let path = along.norm();
         let beam = along / path;
         let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
         Slopes {
             residual_mm: path - dead_path - r.displacement_mm,
+            along_mm: along,
             beam,
             by_rotation: block.jacobian.tr_mul(&arm.cross(&beam)),
             by_mount: self.rotations[angle].tr_mul(&block.turned.tr_mul(&beam)),
@@ -175,14 +208,14 @@ impl<'a> Joint<'a> {
 }
 
 /// What all rows of an angle share.
-pub(crate) struct Block {
+struct Block {
     displacement_mm: Vector3<f64>,
     turned: Matrix3<f64>,
     jacobian: Matrix3<f64>,
 }
 
 impl Block {
-    pub(crate) fn of(point: &[f64]) -> Self {
+    fn of(point: &[f64]) -> Self {
         let rotation = Vector3::new(point[3], point[4], point[5]);
         Self {
             displacement_mm: Vector3::new(point[0], point[1], point[2]),
@@ -216,7 +249,9 @@ impl BorderedProblem for Joint<'_> {
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let own = Block::of(point);
         for (&range, out) in self.ranges_of[block].iter().zip(out) {
-            *out = self.residual_mm(range, block, shared, &own) / self.sigma_mm;
+            let shifted = self.shifted_block(range, point);
+            let own = shifted.as_ref().unwrap_or(&own);
+            *out = self.residual_mm(range, block, shared, own) / self.sigma_mm;
         }
     }
 
@@ -225,7 +260,9 @@ impl BorderedProblem for Joint<'_> {
         let weight = 1.0 / self.sigma_mm;
         let mut at = 0;
         for (row, &range) in self.ranges_of[block].iter().enumerate() {
-            let slopes = self.slopes(range, block, shared, &own);
+            let shifted = self.shifted_block(range, point);
+            let own = shifted.as_ref().unwrap_or(&own);
+            let slopes = self.slopes(range, block, shared, own);
             rows.residuals[row] = weight * slopes.residual_mm;
             for axis in 0..3 {
                 rows.by_block[6 * row + axis] = weight * slopes.beam[axis];

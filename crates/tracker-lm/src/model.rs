@@ -2,6 +2,8 @@
 
 mod discrepancy;
 
+use std::collections::HashSet;
+
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
     Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Role, Row,
@@ -12,10 +14,12 @@ use crate::calibrate::fitted_joint;
 use crate::change::Offered;
 use crate::changes::{Fitted, changes};
 use crate::effects::{Entry, Scene, approaches, catalogue};
+use crate::found::without;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
+use crate::moves::{Moves, Shift};
 use crate::network::Network;
-use crate::reduction::{Reduction, residual_column};
+use crate::reduction::{Reduction, one_column};
 use crate::sights::{Sight, sights};
 use crate::{Calibration, Options, Survey, TrackerError};
 
@@ -25,8 +29,9 @@ use crate::{Calibration, Options, Survey, TrackerError};
 /// errors of every angle are taken out of the rows (an orthogonal transformation, angle by
 /// angle, that leaves the noise white), so that a step that is left out is predicted from the
 /// others and from what its own ranges say of its own errors. Each row is tied to one range; six
-/// ranges of an angle have none. Rows are linear in parameters and amplitudes: at the solution
-/// what is left of them beyond is below a nanometre for changes under 30 µm.
+/// ranges of an angle have none. Rows are linear in parameters and amplitudes: what is left of them
+/// beyond is below a nanometre for changes under 30 µm. [`Self::about_found`] gives the model anew
+/// about what a loop has found, where that is further away.
 ///
 /// The formulation asked for does not matter here: rigid body, six errors per angle.
 #[derive(Clone, Debug)]
@@ -40,6 +45,10 @@ pub struct TrackerModel {
     linear: LinearModel,
     /// Columns of every effect, range by range, mm.
     pub(crate) columns: Vec<Vec<Vec<f64>>>,
+    /// What every effect moves, where it is of the geometry.
+    pub(crate) moves: Vec<Option<Moves>>,
+    /// Residual of every range where parameters and amplitudes are zero.
+    pub(crate) residuals_mm: Vec<f64>,
 }
 
 /// What was recorded beside the ranges, one value each.
@@ -52,9 +61,21 @@ pub(crate) struct Recorded {
 /// The solution about which the model is linear.
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
+    /// Of the declared model.
     pub(crate) calibration: Calibration,
     /// `[stations, dead paths, reflectors]`, and the errors of every angle.
     pub(crate) point: BorderedPoint,
+    /// What effects that are part of the solution move, range by range; empty where there are none.
+    pub(crate) shifts: Vec<Shift>,
+}
+
+/// What a model about one solution leaves to that about another.
+#[derive(Clone, Debug)]
+pub(crate) struct Choices {
+    /// Changes in the catalogue.
+    pub(crate) changes: Vec<Offered>,
+    /// Ranges that rows are tied to; `None` leaves it to the geometry.
+    pub(crate) tied: Option<HashSet<usize>>,
 }
 
 impl TrackerModel {
@@ -80,26 +101,27 @@ impl TrackerModel {
             }
         }
         let (calibration, point) = fitted_joint(&survey, options)?;
-        let solved = Solved { calibration, point };
+        let solved = Solved { calibration, point, shifts: Vec::new() };
         Self::about(survey, *options, Recorded { time_s, covariates }, solved, None)
     }
 
-    /// The model about a known solution; `changes` are those of another model, where given.
+    /// The model about a known solution, with the choices of another model, where given.
     pub(crate) fn about(
         survey: Survey,
         options: Options,
         recorded: Recorded,
         solved: Solved,
-        changes: Option<&[Offered]>,
+        choices: Option<&Choices>,
     ) -> Result<Self, TrackerError> {
         let network = Network::new(&survey, &options)?;
         let nominal: Vec<Point3<f64>> = survey.stations.iter().map(|s| s.nominal_mm).collect();
         let chart = StationChart::new(&nominal, &options)?;
         let point = &solved.point;
         let sigma_mm = solved.calibration.displacement_mm;
-        let joint = Joint::new(&network, &chart, sigma_mm);
+        let joint = Joint::new(&network, &chart, sigma_mm).shifted(solved.shifts.clone());
         let sights = sights(&joint, point);
-        let reduction = Reduction::new(&joint, &sights)?;
+        let reduction =
+            Reduction::new(&joint, &sights, choices.and_then(|choices| choices.tied.as_ref()))?;
         let with_prior = |rows: &DMatrix<f64>, prior: &DMatrix<f64>| {
             DMatrix::from_fn(rows.nrows() + prior.nrows(), rows.ncols(), |i, j| {
                 if i < rows.nrows() { rows[(i, j)] } else { prior[(i - rows.nrows(), j)] }
@@ -107,16 +129,17 @@ impl TrackerModel {
         };
         let (prior_residual, prior_jacobian) = prior_rows(&chart, point);
         let jacobian = with_prior(&reduction.by_shared(&joint, point, sigma_mm), &prior_jacobian);
-        let residual = with_prior(&reduction.columns(&residual_column(&sights)), &prior_residual);
+        let residuals_mm = without(&solved.shifts, &sights);
+        let residual = with_prior(&reduction.columns(&one_column(&residuals_mm)), &prior_residual);
         let residual = residual.column(0).into_owned();
         let layout = layout(&network, &reduction, &chart, sigma_mm, &options);
-        let changes = changes.map_or_else(
+        let changes = choices.map_or_else(
             || {
                 found_changes(
                     &network, &sights, &reduction, &layout, &residual, &jacobian, sigma_mm,
                 )
             },
-            <[Offered]>::to_vec,
+            |choices| choices.changes.clone(),
         );
         let time = elapsed(survey.ranges.len(), recorded.time_s.as_deref());
         let approaches = approaches(&survey.steps);
@@ -136,7 +159,12 @@ impl TrackerModel {
             entries.iter().map(|e| with_prior(&reduction.columns(&e.columns), &none(e))).collect();
         let base = base(&joint);
         let records = locks(&survey, layout.observations.len());
-        let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
+        let (mut effects, mut columns, mut moves) = (Vec::new(), Vec::new(), Vec::new());
+        for entry in entries {
+            effects.push(entry.effect);
+            columns.push(entry.columns);
+            moves.push(entry.moves);
+        }
         let declared = Declared {
             // None repeats another: a row combines readings of several angles once what ties them is
             // taken out.
@@ -147,7 +175,24 @@ impl TrackerModel {
         };
         let extended = Vec::new();
         let linear = LinearModel { declared, residual, base: jacobian, tangents, extended };
-        Ok(Self { survey, options, recorded, solved, sights, changes, linear, columns })
+        Ok(Self {
+            survey,
+            options,
+            recorded,
+            solved,
+            sights,
+            changes,
+            linear,
+            columns,
+            moves,
+            residuals_mm,
+        })
+    }
+
+    pub(crate) fn choices(&self) -> Choices {
+        let rows = self.declared().layout.rows.iter().map(|row| row.observation);
+        let tied = rows.filter(|&range| range < self.survey.ranges.len()).collect();
+        Choices { changes: self.changes.clone(), tied: Some(tied) }
     }
 
     /// The declared model's calibration.

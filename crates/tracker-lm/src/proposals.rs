@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::effects::approaches;
 use crate::gauge::StationChart;
-use crate::model::{Recorded, Solved};
+use crate::model::{Choices, Recorded, Solved};
 use crate::{Approach, Gauge, Options, Step, Survey, TrackerModel};
 
 /// How well a coordinate measuring machine, or a compensated machine tool, knows a place.
@@ -68,8 +68,13 @@ fn again(model: &TrackerModel, order: &[usize], reversed: bool) -> Option<Tracke
     if let Some(times) = &mut recorded.time_s {
         continue_times(times, &model.survey, &extra_times);
     }
-    TrackerModel::about(survey, model.options, recorded, model.solved.clone(), Some(&model.changes))
-        .ok()
+    let mut solved = model.solved.clone();
+    if !solved.shifts.is_empty() {
+        let repeated: Vec<_> = extra_times.iter().map(|(r, ..)| solved.shifts[*r]).collect();
+        solved.shifts.extend(repeated);
+    }
+    let choices = Choices { tied: None, ..model.choices() };
+    TrackerModel::about(survey, model.options, recorded, solved, Some(&choices)).ok()
 }
 
 /// Times of repeated ranges: as late after the run as the step's place in the new order says.
@@ -94,13 +99,14 @@ fn known_stations(model: &TrackerModel) -> Option<TrackerModel> {
     let nominal: Vec<Point3<f64>> = model.survey.stations.iter().map(|s| s.nominal_mm).collect();
     let chart = StationChart::new(&nominal, &options).ok()?;
     let old = StationChart::new(&nominal, &model.options).ok()?;
-    let stations: Vec<Vector3<f64>> =
-        model.solved.calibration.stations.iter().map(|s| s.position_mm.coords).collect();
     let point = &model.solved.point;
+    let stations: Vec<Vector3<f64>> =
+        (0..nominal.len()).map(|i| old.position_mm(i, &point.shared)).collect();
     let rest = point.shared[old.dim()..].iter().copied();
     let shared = chart.parameters(&stations).iter().copied().chain(rest).collect();
     let point = BorderedPoint { shared, blocks: point.blocks.clone() };
-    let solved = Solved { point, calibration: model.solved.calibration.clone() };
+    let solved = Solved { point, ..model.solved.clone() };
     let recorded: Recorded = model.recorded.clone();
-    TrackerModel::about(model.survey.clone(), options, recorded, solved, Some(&model.changes)).ok()
+    let choices = Choices { tied: None, ..model.choices() };
+    TrackerModel::about(model.survey.clone(), options, recorded, solved, Some(&choices)).ok()
 }

@@ -1,5 +1,7 @@
 //! All rows of a joint bundle at its solution, with the errors of every angle taken out.
 
+use std::collections::HashSet;
+
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::Projected;
 use nalgebra::{DMatrix, DVector, Vector6};
@@ -37,7 +39,12 @@ impl AngleRows {
 }
 
 impl Reduction {
-    pub(crate) fn new(joint: &Joint<'_>, sights: &[Sight]) -> Result<Self, TrackerError> {
+    /// Rows are tied to the ranges `tied`, where given and where these leave the errors determined.
+    pub(crate) fn new(
+        joint: &Joint<'_>,
+        sights: &[Sight],
+        tied: Option<&HashSet<usize>>,
+    ) -> Result<Self, TrackerError> {
         let network = joint.network;
         let mut angles = Vec::with_capacity(joint.ranges_of.len());
         let mut range_of_row = Vec::new();
@@ -50,8 +57,11 @@ impl Reduction {
             let reduced = if k == 0 {
                 None
             } else {
-                let has_lock = |&i: &usize| given_up.contains(&lock(network, ranges[i]));
-                let same: Vec<usize> = (0..visits[0]).filter(has_lock).collect();
+                let is_free = |&i: &usize| match tied {
+                    Some(tied) => !tied.contains(&ranges[i]),
+                    None => given_up.contains(&lock(network, ranges[i])),
+                };
+                let same: Vec<usize> = (0..visits[0]).filter(is_free).collect();
                 Some(reduce(&by_error, &visits, &same).ok_or_else(|| undetermined(network, k))?)
             };
             let rows = AngleRows { ranges: ranges.clone(), reduced, start: range_of_row.len() };
@@ -156,9 +166,9 @@ fn undetermined(network: &Network<'_>, angle: usize) -> TrackerError {
     }
 }
 
-/// Residuals of all ranges as a single column.
-pub(crate) fn residual_column(sights: &[Sight]) -> Vec<Vec<f64>> {
-    sights.iter().map(|s| vec![s.residual_mm]).collect()
+/// One value per range as a single column.
+pub(crate) fn one_column(values: &[f64]) -> Vec<Vec<f64>> {
+    values.iter().map(|value| vec![*value]).collect()
 }
 
 /// Least-squares answer of an angle's errors to changes of its ranges' residuals, `6 × ranges`.

@@ -14,7 +14,9 @@ const ON_AXIS_MM: f64 = 1.0;
 pub(crate) struct Sight {
     /// `|P − S| − (l + L)`.
     pub(crate) residual_mm: f64,
-    /// Unit vector from the station to the target.
+    /// From the station to the target.
+    pub(crate) along_mm: Vector3<f64>,
+    /// Its unit vector.
     pub(crate) beam: Vector3<f64>,
     /// Derivative by the six errors of its angle.
     pub(crate) by_error: Vector6<f64>,
@@ -31,11 +33,11 @@ pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
     for (angle, ranges) in joint.ranges_of.iter().enumerate() {
         let block = &at.blocks[6 * angle..6 * angle + 6];
         for &range in ranges {
-            let slopes = joint.slopes(range, angle, &at.shared, &crate::joint::Block::of(block));
-            let start = joint.mount_start() + 3 * survey.ranges[range].mount;
-            let body = Vector3::from_column_slice(&at.shared[start..start + 3]);
+            let slopes = joint.slopes_at(range, angle, &at.shared, block);
+            let body = joint.body_mm(range, &at.shared);
             sights[range] = Some(Sight {
                 residual_mm: slopes.residual_mm,
+                along_mm: slopes.along_mm,
                 beam: slopes.beam,
                 by_error: Vector6::from_iterator(
                     slopes.beam.iter().chain(slopes.by_rotation.iter()).copied(),

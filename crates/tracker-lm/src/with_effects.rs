@@ -1,5 +1,6 @@
 //! The calibration with accepted effects in the model.
 
+use least_squares::BorderedProblem;
 use model_discrepancy::{Closure, Column, std_over_names};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 
@@ -36,32 +37,45 @@ impl TrackerModel {
     }
 
     fn calibration_by(&self, closure: &Closure) -> Option<Calibration> {
-        let (state, covariance) = (&closure.state, &closure.covariance);
+        let network = Network::new(&self.survey, &self.options).ok()?;
+        let nominal: Vec<_> = self.survey.stations.iter().map(|s| s.nominal_mm).collect();
+        let chart = StationChart::new(&nominal, &self.options).ok()?;
+        let (moved, angles) = self.follow(&network, &chart, closure)?;
+        let m = moved.len();
+        if closure.covariance.nrows() < m {
+            return None;
+        }
+        let covariance = closure.covariance.view((0, 0), (m, m)).into_owned();
+        Some(self.put_together(&network, &chart, &angles, &moved, &covariance))
+    }
+
+    /// `[shared, amplitudes]` as far as a closure moves them, and what every angle makes of it.
+    pub(crate) fn follow(
+        &self,
+        network: &Network<'_>,
+        chart: &StationChart,
+        closure: &Closure,
+    ) -> Option<(DVector<f64>, Vec<AngleChange>)> {
+        let state = &closure.state;
         let amplitude = |column: &Column| match *column {
             Column::Amplitude { effect, parameter } => Some((effect, parameter)),
             _ => None,
         };
         let active: Vec<_> = closure.columns.iter().filter_map(amplitude).collect();
-        let active = active.as_slice();
-        let network = Network::new(&self.survey, &self.options).ok()?;
-        let nominal: Vec<_> = self.survey.stations.iter().map(|s| s.nominal_mm).collect();
-        let chart = StationChart::new(&nominal, &self.options).ok()?;
-        let joint = Joint::new(&network, &chart, 1.0);
+        let joint = Joint::new(network, chart, 1.0).shifted(self.solved.shifts.clone());
         let n = state.base.len();
-        let m = n + active.len();
-        if covariance.nrows() < m || state.amplitudes.len() != self.columns.len() {
+        if state.amplitudes.len() != self.columns.len() || n != joint.shared_dim() {
             return None;
         }
-        let covariance = covariance.view((0, 0), (m, m)).into_owned();
-        let mut moved = DVector::zeros(m);
+        let mut moved = DVector::zeros(n + active.len());
         moved.rows_mut(0, n).copy_from(&state.base);
         for (i, &(effect, amplitude)) in active.iter().enumerate() {
             moved[n + i] = state.amplitudes[effect][amplitude];
         }
         let angles = (0..network.angles.len())
-            .map(|k| self.angle(&joint, k, active, &moved, closure.variance_factor))
+            .map(|k| self.angle(&joint, k, &active, &moved, closure.variance_factor))
             .collect::<Option<Vec<_>>>()?;
-        Some(self.put_together(&network, &chart, &angles, &moved, &covariance))
+        Some((moved, angles))
     }
 
     /// How the errors and residuals of an angle follow `[shared, amplitudes]`.
@@ -86,7 +100,7 @@ impl TrackerModel {
         let before = Vector6::from_column_slice(&self.solved.point.blocks[6 * k..6 * k + 6]);
         let mut residuals_mm = &by_all * moved;
         for (row, &range) in ranges.iter().enumerate() {
-            residuals_mm[row] += self.sights[range].residual_mm;
+            residuals_mm[row] += self.residuals_mm[range];
         }
         if k == 0 {
             let follows = DMatrix::zeros(6, moved.len());
@@ -202,9 +216,9 @@ fn stretch<const N: usize>(covariance: &mut SMatrix<f64, N, N>, away: impl Fn(us
 }
 
 /// One angle with the effects in the model.
-struct AngleChange {
+pub(crate) struct AngleChange {
     /// Fixed frame.
-    error: Vector6<f64>,
+    pub(crate) error: Vector6<f64>,
     /// `∂ error / ∂ [shared, amplitudes]`.
     follows: DMatrix<f64>,
     /// Covariance with these fixed.

@@ -13,6 +13,7 @@ use crate::measured::{Fitted, Prepared};
 use crate::noise_test::{Repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;
+use crate::settled::{Settled, settled};
 use crate::suspect::{Examined, Suspect, examine, named_cause};
 use crate::wording::by_sign;
 use crate::{Case, Error, Header, IntervalWidth};
@@ -164,19 +165,19 @@ pub struct LoopNotObservable {
 pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     let started = Instant::now();
     let declared = case.fit()?;
-    let Examined { suspects, corrected, mut closure } = examine(case, &declared)?;
+    let Examined { suspects, corrected, mut closed } = examine(case, &declared)?;
     if suspects.is_empty() {
-        return close(case, &declared, (&case.loop_settings.options(), closure), started);
+        return close(case, &declared, (&case.loop_settings.options(), closed), started);
     }
     let mended = corrected.as_ref().unwrap_or(case);
     let mut options = mended.loop_settings.options();
     if corrected.is_none() {
         // Physics would only be fitted to the mistake.
         options.max_steps = 0;
-        closure = None;
+        closed = None;
     }
     let fitted = mended.measured.fit();
-    let closed = fitted.and_then(|fitted| close(mended, &fitted, (&options, closure), started));
+    let closed = fitted.and_then(|fitted| close(mended, &fitted, (&options, closed), started));
     let mut closed = closed.map_err(|source| {
         let suspect = suspects[0].clone();
         Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
@@ -234,23 +235,26 @@ fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
 fn close(
     case: &Case,
     declared: &Fitted,
-    (options, made): (&Options, Option<Closure>),
+    (options, made): (&Options, Option<Settled>),
     started: Instant,
 ) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
-    let close = |prepared: &Prepared<'_>, options: &Options| {
-        model_discrepancy::close_loop(&*prepared.model, &prepared.covariates, options)
-            .map_err(|source| case.loop_error(source))
-    };
-    let closure = match made.filter(|_| case.learnt.is_none()) {
-        Some(made) => made,
-        None => close(&prepared, options)?,
+    let made = made.filter(|_| case.learnt.is_none());
+    let (Settled { closure, .. }, prepared) = match made {
+        Some(made) => {
+            let prepared = made.on(prepared);
+            (made, prepared)
+        }
+        None => settled(prepared, options).map_err(|source| case.loop_error(source))?,
     };
     let estimates = (prepared.estimates)(&closure);
     let before = JudgedRms::of(&closure.before);
     let (mut carried, mut doubts) = (None, Vec::new());
     if let Some((learnt, matched)) = case.learnt.as_ref().zip(matched) {
-        let plain = close(&case.measured.prepare()?, &Options { max_steps: 0, ..options.clone() })?;
+        let plain = case.measured.prepare()?;
+        let options = Options { max_steps: 0, ..options.clone() };
+        let plain = model_discrepancy::close_loop(&*plain.model, &plain.covariates, &options)
+            .map_err(|source| case.loop_error(source))?;
         carried = Some(Carried {
             from: learnt.from.display().to_string(),
             effects: matched.effects,

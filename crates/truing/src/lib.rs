@@ -27,6 +27,7 @@ mod read;
 mod register;
 mod regrouped;
 mod residual;
+mod settled;
 mod shape;
 mod solved;
 mod suspect;

@@ -56,6 +56,15 @@ pub(super) fn step<'a>(json: &'a Value, id: &str, subject: Option<&str>) -> Opti
     steps.iter().find(|s| s["effect"] == id && s["subject"].as_str() == subject)
 }
 
+/// Accepted effects of an id, with their subjects.
+pub(super) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value)> {
+    let steps = json["steps"].as_array().expect("steps").iter();
+    steps
+        .filter(|s| s["effect"] == id)
+        .map(|s| (s["subject"].as_str().expect("a subject"), s))
+        .collect()
+}
+
 /// Amplitude of that name in the unit printed; zero where it was not estimated.
 pub(super) fn amplitude(step: &Value, name: &str) -> f64 {
     let parameters = step["parameters"].as_array().expect("parameters");

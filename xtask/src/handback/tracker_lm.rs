@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::Left;
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, step};
+use super::loops::{accepted, amplitude, close, step, subjects};
 use super::tracker_scenes::{EFFECTS, scenes};
 use crate::generators::vector::{add, cross, dot, norm, rotate, scale};
 
@@ -29,8 +29,9 @@ fn every_effect_on_ranges_is_in_what_is_printed() {
     assert!(missing.is_empty(), "never accepted: {missing:?}");
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const ERRORS: [&str; 6] = ["e_x_mm", "e_y_mm", "e_z_mm", "e_a_rad", "e_b_rad", "e_c_rad"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const ERRORS: [&str; 6] =
+    ["e_x_mm", "e_y_mm", "e_z_mm", "e_a_rad", "e_b_rad", "e_c_rad"];
 
 /// Index of refraction that the shape of a prism's path is taken with.
 const GLASS: f64 = 1.515;
@@ -38,24 +39,8 @@ const GLASS: f64 = 1.515;
 /// Nearer to the axis than this, in mm, a reflector looks along it.
 const ON_AXIS_MM: f64 = 1.0;
 
-/// What the nonlinear residual may differ by where effects were accepted, mm: the loop's rows are
-/// linear about the declared solution, and incidence keeps the directions that it has there. Without
-/// effects nothing is linear, and the agreement is that of every kind.
-const NOT_LINEAR_MM: f64 = 2e-7;
-
 fn assert_is(folder: &Folder, json: &Value) {
-    let left = applied(folder, json);
-    if accepted(json).is_empty() {
-        left.assert_is(&folder.name(), json);
-        return;
-    }
-    let own = super::rms(&left.fitted);
-    let printed = json["after"]["train_rms"].as_f64().expect("an error after");
-    assert!(
-        (own - printed).abs() < NOT_LINEAR_MM,
-        "{}: rms is {own:e} mm with what was printed applied, and said to be {printed:e} mm",
-        folder.name()
-    );
+    applied(folder, json).assert_is(&folder.name(), json);
 }
 
 /// One survey, and what was found of it.
@@ -257,15 +242,6 @@ struct Sight {
     length: f64,
     /// Between the beam and where the reflector looks.
     cosine: f64,
-}
-
-/// Accepted effects of an id, with their subjects.
-fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value)> {
-    let steps = json["steps"].as_array().expect("steps").iter();
-    steps
-        .filter(|s| s["effect"] == id)
-        .map(|s| (s["subject"].as_str().expect("a subject"), s))
-        .collect()
 }
 
 /// `|P − S| − displacement + effects` less the dead path; what of it the six errors of every angle

@@ -45,6 +45,9 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
         ),
         ("dead-path-jump", files(&run(708, Defect::DeadPathJump(1, 2, 6, 0.006)))),
         ("mount-slip", files(&run(709, Defect::MountSlip(1, 6, [0.02, 0.015, -0.02])))),
+        // So far that rows are not linear from one to the other.
+        ("beam-lost-for-20-mm", files(&run(710, Defect::DeadPathJump(1, 2, 6, 20.0)))),
+        ("mount-knocked-by-2-mm", files(&run(711, Defect::MountSlip(1, 6, [1.0, 1.5, -1.0])))),
     ]
 }
 

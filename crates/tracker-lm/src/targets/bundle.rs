@@ -147,6 +147,12 @@ impl<'a> Bundle<'a> {
         Sight::new(&place, t, &self.weights[target])
     }
 
+    /// Geometry of a reading at a point.
+    pub(super) fn sight_at(&self, target: usize, at: &BorderedPoint) -> Sight {
+        let k = self.angle_of_step[self.survey.targets[target].step];
+        self.sight(target, &at.shared, &ErrorAt::new(&at.blocks[SIX * k..SIX * (k + 1)]))
+    }
+
     /// Residual with the effects in the model, over its standard uncertainty.
     fn whitened(&self, target: usize, sight: &Sight, shared: &[f64]) -> Vector3<f64> {
         let mut residual = sight.residual_mm;

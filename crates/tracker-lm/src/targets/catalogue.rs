@@ -89,7 +89,7 @@ fn backlash(scene: &Scene<'_>) -> Entry {
             Approach::Positive => 0.5,
             Approach::Negative => -0.5,
         };
-        scene.sights[n].by_error.column(c) * half
+        scene.sights[n].by_axis_motion(c) * half
     })
 }
 
@@ -174,7 +174,7 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     }
     scene.entry("station-drift", Some(name.clone()), text, parameters, |n, c| {
         let is_own = scene.survey.targets[n].station == station;
-        scene.sights[n].by_station.column(c) * (f64::from(u8::from(is_own)) * scene.time[n])
+        scene.sights[n].by_station_motion(c) * (f64::from(u8::from(is_own)) * scene.time[n])
     })
 }
 
@@ -216,13 +216,16 @@ fn faulty(scene: &Scene<'_>, fault: Fault) -> Entry {
     let (id, subject, text) = match fault {
         Fault::Slip(_) => (
             "mount-slip",
-            format!("{mount} at {step}"),
-            format!("reflector {mount} slips in its mount before step {step}"),
+            format!("{mount} at {step} from {station}"),
+            format!("reflector {mount} slips in its mount before {station} sees it at step {step}"),
         ),
         Fault::BadPoint(_) => (
             "bad-point",
             format!("{mount} at {step} from {station}"),
-            format!("the reading of {mount} at step {step} from {station} is wrong"),
+            format!(
+                "the reading of {mount} at step {step} from {station} is off, by so much along the \
+                 axes of the station"
+            ),
         ),
     };
     scene.entry(id, Some(subject), text, coordinates("µm", 1e3), |n, c| {

@@ -60,7 +60,8 @@ impl Fault {
                 let is_own = survey.targets[target].mount == survey.targets[from].mount;
                 sights[target].by_mount.column(c) * f64::from(u8::from(is_own && target >= from))
             }
-            Self::BadPoint(reading) => Vector3::ith(c, f64::from(u8::from(target == reading))),
+            Self::BadPoint(reading) if target == reading => sights[target].by_reading(c),
+            Self::BadPoint(_) => Vector3::zeros(),
         }
     }
 }

@@ -1,5 +1,8 @@
 //! The declared model of a survey of points, as the loop sees it.
 
+use std::collections::HashSet;
+
+use least_squares::BorderedPoint;
 use model_discrepancy::{
     Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Parameter, Proposal,
     Role, Row, State,
@@ -9,11 +12,12 @@ use nalgebra::{DMatrix, DVector};
 use super::bundle::Bundle;
 use super::calibrate::fitted;
 use super::catalogue::{Scene, catalogue};
-use super::faults::{Fitted, faults};
+use super::faults::{Fault, Fitted, faults};
 use super::rows::Rows;
-use super::sight::{ErrorAt, Sight};
+use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
 use crate::TrackerError;
+use crate::found::NEAR_MM;
 use crate::model::elapsed;
 use crate::network::angles;
 
@@ -37,11 +41,25 @@ pub struct TargetRecords {
 #[derive(Clone, Debug)]
 pub struct TargetModel {
     survey: TargetSurvey,
+    records: TargetRecords,
+    hold_out: HoldOut,
     options: TargetOptions,
+    /// Of the declared model.
     calibration: TargetCalibration,
+    /// About which rows are linear.
+    point: BorderedPoint,
+    faults: Vec<Fault>,
     linear: LinearModel,
     /// By effect and amplitude: three components per reading, mm.
     columns: Vec<Vec<Vec<f64>>>,
+}
+
+/// What a model about one solution leaves to that about another.
+struct Choices {
+    /// Faults in the catalogue.
+    faults: Vec<Fault>,
+    /// Readings and components that rows are tied to.
+    tied: HashSet<(usize, usize)>,
 }
 
 impl TargetModel {
@@ -59,21 +77,30 @@ impl TargetModel {
         options: &TargetOptions,
     ) -> Result<Self, TrackerError> {
         check_records(&survey, records)?;
-        let (calibration, point) = fitted(&survey, options, &[])?;
+        let solved = fitted(&survey, options, &[])?;
+        Self::about(survey, records.clone(), hold_out, *options, solved, None)
+    }
+
+    /// The model about a point, with the choices of another model, where given.
+    fn about(
+        survey: TargetSurvey,
+        records: TargetRecords,
+        hold_out: HoldOut,
+        options: TargetOptions,
+        (calibration, point): (TargetCalibration, BorderedPoint),
+        choices: Option<&Choices>,
+    ) -> Result<Self, TrackerError> {
         let sigma_mm = calibration.point_mm.unwrap_or(1.0);
-        let bundle = Bundle::new(&survey, options, sigma_mm, Vec::new())?;
-        let sights: Vec<Sight> = (0..survey.targets.len())
-            .map(|n| {
-                let k = bundle.angle_of_step[survey.targets[n].step];
-                bundle.sight(n, &point.shared, &ErrorAt::new(&point.blocks[6 * k..6 * k + 6]))
-            })
-            .collect();
-        let rows = Rows::new(&bundle, &sights, hold_out)?;
+        let bundle = Bundle::new(&survey, &options, sigma_mm, Vec::new())?;
+        let sights: Vec<Sight> =
+            (0..survey.targets.len()).map(|n| bundle.sight_at(n, &point)).collect();
+        let tied = choices.map(|choices| &choices.tied);
+        let rows = Rows::new(&bundle, &sights, hold_out, tied)?;
         let (base, by_base) = base(&bundle, hold_out);
         let jacobian = rows.columns(base.len(), |n, c, p| by_base(&sights[n], n, c, p));
         let residual = rows.columns(1, |n, c, _| sights[n].residual_mm[c]).column(0).into_owned();
         let layout = layout(&survey, &rows, hold_out, calibration.point_mm.is_none());
-        let found = {
+        let find = || {
             let (basis, left) = beside(&rows, &jacobian, &residual);
             faults(&Fitted {
                 survey: &survey,
@@ -84,6 +111,7 @@ impl TargetModel {
                 hold_out,
             })
         };
+        let faults = choices.map_or_else(find, |choices| choices.faults.clone());
         let time = elapsed(survey.targets.len(), records.time_s.as_deref());
         let one_body = vec![String::new(); survey.mounts.len()];
         let scene = Scene {
@@ -94,11 +122,10 @@ impl TargetModel {
             covariates: &records.covariates,
             bodies: if records.bodies.is_empty() { &one_body } else { &records.bodies },
         };
-        let entries = catalogue(&scene, &found);
+        let entries = catalogue(&scene, &faults);
         let tangents = entries.iter().map(|e| tangent(&rows, &e.columns)).collect();
         drop(by_base);
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
-        let options = *options;
         let declared = Declared {
             // None repeats another: a row combines readings of several angles once what ties them is
             // taken out.
@@ -107,7 +134,41 @@ impl TargetModel {
         };
         let extended = Vec::new();
         let linear = LinearModel { declared, residual, base: jacobian, tangents, extended };
-        Ok(Self { survey, options, calibration, linear, columns })
+        Ok(Self { survey, records, hold_out, options, calibration, point, faults, linear, columns })
+    }
+
+    /// The model about the calibration with amplitudes of effects among the unknowns; `None` where
+    /// it is near that already, where nothing is, and where there is none.
+    ///
+    /// Columns are then those of what was found, and not of the declared solution.
+    #[must_use]
+    pub fn about_found(&self, active: &[(usize, usize)]) -> Option<Self> {
+        if active.is_empty() {
+            return None;
+        }
+        let (_, mut point) = fitted(&self.survey, &self.options, &self.extras(active)).ok()?;
+        point.shared.truncate(self.point.shared.len());
+        let sigma_mm = self.calibration.point_mm.unwrap_or(1.0);
+        let bundle = Bundle::new(&self.survey, &self.options, sigma_mm, Vec::new()).ok()?;
+        let away = |n: usize| {
+            let [there, here] = [&point, &self.point].map(|at| bundle.sight_at(n, at).predicted_mm);
+            (there - here).norm()
+        };
+        if (0..self.survey.targets.len()).map(away).fold(0.0, f64::max) < NEAR_MM {
+            return None;
+        }
+        let (survey, records) = (self.survey.clone(), self.records.clone());
+        let solved = (self.calibration.clone(), point);
+        let (hold_out, options) = (self.hold_out, self.options);
+        let rows = self.declared().layout.rows.iter();
+        let tied = rows.map(|row| (row.observation, row.component)).collect();
+        let choices = Choices { faults: self.faults.clone(), tied };
+        let about = Self::about(survey, records, hold_out, options, solved, Some(&choices));
+        about.ok().filter(|about| about.declared().layout == self.declared().layout)
+    }
+
+    fn extras(&self, active: &[(usize, usize)]) -> Vec<Vec<f64>> {
+        active.iter().map(|&(effect, p)| self.columns[effect][p].clone()).collect()
     }
 
     /// The declared model's calibration.
@@ -134,9 +195,7 @@ impl TargetModel {
         &self,
         active: &[(usize, usize)],
     ) -> Result<(TargetCalibration, Vec<f64>), TrackerError> {
-        let extras: Vec<Vec<f64>> =
-            active.iter().map(|&(effect, p)| self.columns[effect][p].clone()).collect();
-        let (calibration, point) = fitted(&self.survey, &self.options, &extras)?;
+        let (calibration, point) = fitted(&self.survey, &self.options, &self.extras(active))?;
         let amplitudes = point.shared[point.shared.len() - active.len()..].to_vec();
         Ok((calibration, amplitudes))
     }

@@ -1,6 +1,8 @@
 //! All rows at a solution, with what belongs to a unit alone taken out of it: the six errors of
 //! an angle, or the place of a reflector.
 
+use std::collections::HashSet;
+
 use nalgebra::DMatrix;
 
 use super::HoldOut;
@@ -31,10 +33,12 @@ struct Unit {
 }
 
 impl Rows {
+    /// Rows are tied to the components `tied`, where given and where these leave the rest determined.
     pub(super) fn new(
         bundle: &Bundle<'_>,
         sights: &[Sight],
         hold_out: HoldOut,
+        tied: Option<&HashSet<(usize, usize)>>,
     ) -> Result<Self, TrackerError> {
         let mut rows = Self { units: Vec::new(), tied_to: Vec::new(), sigma_mm: Vec::new() };
         match hold_out {
@@ -48,7 +52,7 @@ impl Rows {
                         angle_deg: angle.angle_rad.to_degrees(),
                         free: bundle.survey.axis.letter.error_names().to_vec(),
                     };
-                    rows.add(bundle, &visits, own).ok_or_else(free)?;
+                    rows.add(bundle, &visits, own, tied).ok_or_else(free)?;
                 }
             }
             HoldOut::Mount => {
@@ -58,7 +62,7 @@ impl Rows {
                         visits(bundle, &steps, |n| bundle.survey.targets[n].mount == mount);
                     let own =
                         Some(|n: usize| DMatrix::from_fn(3, 3, |i, j| sights[n].by_mount[(i, j)]));
-                    rows.add(bundle, &visits, own).ok_or(TrackerError::NotFinite)?;
+                    rows.add(bundle, &visits, own, tied).ok_or(TrackerError::NotFinite)?;
                 }
             }
         }
@@ -71,6 +75,7 @@ impl Rows {
         bundle: &Bundle<'_>,
         visits: &[Vec<usize>],
         own: Option<impl Fn(usize) -> DMatrix<f64>>,
+        tied: Option<&HashSet<(usize, usize)>>,
     ) -> Option<()> {
         let of: Vec<(usize, usize)> =
             visits.iter().flatten().flat_map(|&n| (0..3).map(move |c| (n, c))).collect();
@@ -84,7 +89,9 @@ impl Rows {
                     blocks[i / 3][(i % 3, j)] / sigma_mm[i]
                 });
                 let counts: Vec<usize> = visits.iter().map(|v| 3 * v.len()).collect();
-                Some(reduce(&design, &counts, &[])?)
+                let is_free = |i: &usize| tied.is_some_and(|tied| !tied.contains(&of[*i]));
+                let free: Vec<usize> = (0..of.len()).filter(is_free).collect();
+                Some(reduce(&design, &counts, &free)?)
             }
         };
         let tied: Vec<usize> =

@@ -90,10 +90,18 @@ impl ErrorAt {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sight {
     pub(super) residual_mm: Vector3<f64>,
-    /// By displacement and rotation of the station.
+    /// By displacement of the station and by the parameters of its rotation.
     pub(super) by_station: SMatrix<f64, 3, 6>,
     pub(super) by_mount: Matrix3<f64>,
+    /// By displacement of the axis and by the parameters of its rotation.
     pub(super) by_error: SMatrix<f64, 3, 6>,
+    /// Directions of a reading from the axes of the machine.
+    to_rows: Matrix3<f64>,
+    /// From the station to the predicted point, and from the displaced axis, machine frame.
+    beam_mm: Vector3<f64>,
+    arm_mm: Vector3<f64>,
+    /// Directions of a reading from the axes of the station.
+    from_station: Matrix3<f64>,
     /// The reflector in the turning frame.
     pub(super) body_mm: Vector3<f64>,
     /// The predicted point.
@@ -131,9 +139,30 @@ impl Sight {
             by_station,
             by_mount: to_rows * error.turned * nominal,
             by_error,
+            to_rows,
+            beam_mm: beam,
+            arm_mm: arm,
+            from_station: weights.directions,
             body_mm: *body_mm,
             predicted_mm,
         }
+    }
+
+    /// What a small displacement or rotation of the station does, about the axes of the machine.
+    pub(super) fn by_station_motion(&self, coordinate: usize) -> Vector3<f64> {
+        let along = Vector3::ith(coordinate % 3, 1.0);
+        self.to_rows * if coordinate < 3 { -along } else { self.beam_mm.cross(&along) }
+    }
+
+    /// What a small displacement or rotation of the axis does, about the axes of the machine.
+    pub(super) fn by_axis_motion(&self, coordinate: usize) -> Vector3<f64> {
+        let along = Vector3::ith(coordinate % 3, 1.0);
+        self.to_rows * if coordinate < 3 { along } else { along.cross(&self.arm_mm) }
+    }
+
+    /// A reading that is off along an axis of the station.
+    pub(super) fn by_reading(&self, coordinate: usize) -> Vector3<f64> {
+        self.from_station.column(coordinate).into_owned()
     }
 
     /// Derivative by displacement and rotation of the reflector's body in the turning frame.

@@ -1,9 +1,9 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, Declared, Inside, Model, Proposal, State};
+use model_discrepancy::{Closure, Declared, Inside, Model, Proposal, State};
 use nalgebra::{DMatrix, DVector};
 
-use crate::measured::Prepared;
+use crate::measured::{About, Prepared};
 
 /// The case's model with effects of fixed size in what counts as declared.
 ///
@@ -15,15 +15,21 @@ struct Carrying<'c> {
 
 /// What the loop needs, with `carried` amplitudes in the declared model.
 pub(crate) fn carrying(prepared: Prepared<'_>, carried: Vec<DVector<f64>>) -> Prepared<'_> {
-    let Prepared { model, covariates, estimates } = prepared;
-    let on_top = carried.clone();
-    let estimates = Box::new(move |closure: &Closure| {
-        let mut closure = closure.clone();
-        closure.state = with(&closure.state, &on_top);
-        estimates(&closure)
+    let Prepared { model, covariates, estimates, about } = prepared;
+    let on_top = |carried: &[DVector<f64>], closure: &Closure| {
+        let state = with(&closure.state, carried);
+        Closure { state, ..closure.clone() }
+    };
+    let own = carried.clone();
+    let estimates = Box::new(move |closure: &Closure| estimates(&on_top(&own, closure)));
+    let own = carried.clone();
+    let about = about.map(|about| -> About<'_> {
+        Box::new(move |closure| {
+            let there = about(&on_top(&own, closure))?;
+            Some(carrying(there, own.clone()))
+        })
     });
-    let covariates: Vec<Covariate> = covariates;
-    Prepared { model: Arc::new(Carrying { inner: model, carried }), covariates, estimates }
+    Prepared { model: Arc::new(Carrying { inner: model, carried }), covariates, estimates, about }
 }
 
 fn with(at: &State, carried: &[DVector<f64>]) -> State {

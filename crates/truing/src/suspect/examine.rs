@@ -1,5 +1,3 @@
-use model_discrepancy::Closure;
-
 use super::hypothesis::{Hypothesis, Proof};
 use super::named::Suspect;
 use super::physics::Physics;
@@ -7,6 +5,7 @@ use super::search::{Found, Misfit, Plain, Trials};
 use crate::case::Edit;
 use crate::kind::Files;
 use crate::measured::Fitted;
+use crate::settled::Settled;
 use crate::{Case, Error};
 
 /// Mistakes named in one case at most: what needs more was not one case.
@@ -19,7 +18,7 @@ pub(crate) struct Examined {
     /// The case as it would be with every mistake mended that can be; `None` where none can.
     pub(crate) corrected: Option<Case>,
     /// The loop closed on that case with nothing carried to it, where it had to be.
-    pub(crate) closure: Option<Closure>,
+    pub(crate) closed: Option<Settled>,
 }
 
 /// Looks for mistakes in the input of a case that can be fitted.
@@ -46,7 +45,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         examined.corrected = Some(case.with(&edits)?);
         physics = after;
     }
-    examined.closure = physics.and_then(Physics::closure);
+    examined.closed = physics.and_then(Physics::closed);
     Ok(examined)
 }
 

@@ -1,10 +1,11 @@
 //! What the loop's physics makes of a case, worked out once.
 
-use model_discrepancy::{Closure, Verdict, close_loop};
+use model_discrepancy::{Closure, Verdict};
 
 use super::hypothesis::Proof;
 use super::search::{Found, Misfit, Plain, Trials, is_evident};
 use crate::Case;
+use crate::settled::{Settled, settled};
 
 /// Physics loses to a mistake that is like it in size only where it leaves this much more.
 const PHYSICS_LEAVES: f64 = 1.5;
@@ -26,14 +27,12 @@ const HELPS: f64 = 1.3;
 const HELPS_MOST: f64 = 3.0;
 
 /// The loop closed on a case with nothing carried to it.
-pub(super) struct Physics(Option<Closure>);
+pub(super) struct Physics(Option<Settled>);
 
 impl Physics {
     pub(super) fn of(case: &Case) -> Self {
         let options = case.loop_settings.options();
-        let close = |prepared: crate::measured::Prepared<'_>| {
-            close_loop(&*prepared.model, &prepared.covariates, &options).ok()
-        };
+        let close = |prepared| settled(prepared, &options).ok().map(|(settled, _)| settled);
         Self(case.measured.prepare().ok().and_then(close))
     }
 
@@ -42,26 +41,30 @@ impl Physics {
         trials.helping(plain, HELPS, MOST_CLOSED)
     }
 
-    pub(super) fn closure(self) -> Option<Closure> {
+    pub(super) fn closed(self) -> Option<Settled> {
         self.0
     }
 
+    fn closure(&self) -> Option<&Closure> {
+        self.0.as_ref().map(|settled| &settled.closure)
+    }
+
     fn left(&self) -> Option<f64> {
-        self.0.as_ref().map(|closure| closure.after.train_rms)
+        self.closure().map(|closure| closure.after.train_rms)
     }
 
     fn steps(&self) -> usize {
-        self.0.as_ref().map_or(0, |closure| closure.steps.len())
+        self.closure().map_or(0, |closure| closure.steps.len())
     }
 
     fn is_explained(&self) -> bool {
         let sound = [Verdict::NothingMissing, Verdict::Explained];
-        self.0.as_ref().is_some_and(|closure| sound.contains(&closure.verdict))
+        self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }
 
     /// Whether it takes most of the misfit: of tables that do not belong together it takes little.
     pub(super) fn takes_most(&self) -> bool {
-        self.0.as_ref().is_some_and(|c| c.after.train_rms <= EXPLAINED * c.before.train_rms)
+        self.closure().is_some_and(|c| c.after.train_rms <= EXPLAINED * c.before.train_rms)
     }
 
     /// Whether it leaves clearly more than a mistake that explains everything alone.

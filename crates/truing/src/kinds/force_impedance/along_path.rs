@@ -216,7 +216,7 @@ impl Measured for PathCase {
             let correction_n: Vec<f64> = both.map(|(before, after)| before - after).collect();
             self.estimates(&concrete, Some(&correction_n), empirical_conditions(closure))
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

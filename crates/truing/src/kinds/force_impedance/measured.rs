@@ -201,7 +201,7 @@ impl Measured for LogCase {
             let residuals_n = residuals_n.as_deref();
             self.estimates(solved, residuals_n, &corrections_n, (conditions, blocks))
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

@@ -288,7 +288,7 @@ impl FrameCase {
             let of = of.with_effects(&closure.state, &closure.columns, &closure.covariance);
             self.with_effects(of, closure)
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     /// The map with the accepted effects, and for every point what it leaves to a correction.

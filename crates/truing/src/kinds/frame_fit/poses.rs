@@ -258,7 +258,7 @@ impl Measured for PoseCase {
             let residual = |row: usize, axis: usize| closure.residuals_after[3 * row + axis];
             self.estimates((tip_mm, &places), &closure.covariance, residual)
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

@@ -142,7 +142,7 @@ impl Measured for GravityCase {
                 conditions,
             ))
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

@@ -81,7 +81,7 @@ impl Measured for PoseCase {
         let model = Arc::new(model);
         let of = Arc::clone(&model);
         let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &fit));
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

@@ -107,7 +107,7 @@ impl Measured for PositioningCase {
         let estimates = Box::new(move |closure: &Closure| {
             self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

@@ -76,7 +76,7 @@ impl Measured for ProbeCase {
         let of = Arc::clone(&model);
         let estimates =
             Box::new(move |closure: &Closure| closed(&of, closure, &declared, &sigmas_mm));
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

@@ -44,6 +44,10 @@ pub struct StationEstimate {
     pub y_mm: f64,
     /// Its z coordinate.
     pub z_mm: f64,
+    /// Rows of the rotation matrix, machine frame from the station's own, of a tracker that measures
+    /// points; ranges do not say how a station is turned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<[[f64; 3]; 3]>,
     /// Standard uncertainty of a coordinate, root mean square over the three.
     pub std_mm: f64,
     /// Standard uncertainties of x, y and z.
@@ -108,6 +112,8 @@ struct Parts<'a> {
     letter: AxisLetter,
     direction: [f64; 3],
     stations: Vec<Placed<'a>>,
+    /// Of every station, machine frame from its own; empty where ranges were measured.
+    rotations: Vec<Matrix3<f64>>,
     mounts: Vec<Placed<'a>>,
     points: usize,
     errors: &'a [AxisError],
@@ -127,6 +133,7 @@ impl TrackerLmEstimates {
             letter: survey.axis.letter,
             direction: survey.axis.direction.into_inner().into(),
             stations: named.map(|(s, at)| (&s.name, at.position_mm, at.covariance_mm2)).collect(),
+            rotations: Vec::new(),
             mounts: mounts(&survey.mounts, &found.mounts),
             points: found.n_points,
             errors: &found.axis_errors,
@@ -142,11 +149,15 @@ impl TrackerLmEstimates {
     ) -> Self {
         let named = survey.stations.iter().zip(&found.stations);
         let at = |pose: &StationPose| Point3::from(pose.machine_from_station.translation.vector);
+        let turned = |pose: &StationPose| {
+            pose.machine_from_station.rotation.to_rotation_matrix().into_inner()
+        };
         let stations = named.map(|(s, pose)| (&s.name, at(pose), pose.covariance_mm2)).collect();
         Self::from_parts(&Parts {
             letter: survey.axis.letter,
             direction: survey.axis.direction.into_inner().into(),
             stations,
+            rotations: found.stations.iter().map(turned).collect(),
             mounts: mounts(&survey.mounts, &found.mounts),
             points: found.n_points,
             errors: &found.axis_errors,
@@ -163,7 +174,12 @@ impl TrackerLmEstimates {
             std: location.covariance.diagonal().map(|v| v.max(0.0).sqrt()).into(),
         });
         let std_mm = |spread: &Matrix3<f64>| (spread.trace() / 3.0).max(0.0).sqrt();
-        let stations = parts.stations.iter().map(|(name, at, spread)| StationEstimate {
+        let rows = |turned: &Matrix3<f64>| {
+            std::array::from_fn(|i| std::array::from_fn(|j| turned[(i, j)]))
+        };
+        let all = parts.stations.iter().enumerate();
+        let stations = all.map(|(i, (name, at, spread))| StationEstimate {
+            rotation: parts.rotations.get(i).map(rows),
             station: (*name).clone(),
             x_mm: at.x,
             y_mm: at.y,

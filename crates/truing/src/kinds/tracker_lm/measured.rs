@@ -1,6 +1,6 @@
 use std::sync::{Arc, OnceLock};
 
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Column, Covariate, Model, Origin};
 use tracker_lm::{
     Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError, TrackerModel,
     calibrate,
@@ -11,7 +11,7 @@ use super::settings::error;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::measured::{Fitted, Measured, Observation, Prepared, Words};
+use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;
@@ -87,6 +87,29 @@ impl TrackerCase {
     }
 }
 
+impl TrackerCase {
+    fn prepared(&self, model: TrackerModel) -> Prepared<'_> {
+        let concrete = Arc::new(model);
+        let recorded = recorded(self.time_s.as_ref(), &self.covariates);
+        let mut covariates = concrete.coordinates();
+        covariates.extend(recorded.iter().map(|c| concrete.padded(c)));
+        let mut model: Arc<dyn Model + Send> = Arc::<TrackerModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let solved = Arc::clone(&concrete);
+        let estimates = Box::new(move |closure: &Closure| {
+            let found = solved.calibration_with(closure);
+            let found = found.as_ref().unwrap_or(solved.calibration());
+            let reversal = reversal(&*solved, closure);
+            Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, reversal))
+        });
+        let about: About<'_> =
+            Box::new(move |closure| Some(self.prepared(concrete.about_found(closure)?)));
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+}
+
 impl Measured for TrackerCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let found = self.solved()?;
@@ -111,20 +134,7 @@ impl Measured for TrackerCase {
             &self.options,
         )
         .map_err(|e| self.error(e))?;
-        let concrete = Arc::new(model);
-        let mut covariates = concrete.coordinates();
-        covariates.extend(recorded.iter().map(|c| concrete.padded(c)));
-        let mut model: Arc<dyn Model + Send> = Arc::<TrackerModel>::clone(&concrete);
-        if let Some(groups) = &self.groups {
-            model = Arc::new(Regrouped::new(model, groups));
-        }
-        let estimates = Box::new(move |closure: &Closure| {
-            let found = concrete.calibration_with(closure);
-            let found = found.as_ref().unwrap_or(concrete.calibration());
-            let reversal = reversal(&*concrete, closure);
-            Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, reversal))
-        });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(self.prepared(model))
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
@@ -200,27 +210,13 @@ pub(super) fn recorded(time_s: Option<&Vec<f64>>, columns: &[NumberColumn]) -> V
         .collect()
 }
 
-/// Amplitudes of the accepted effects, in the order of the closure's covariance.
-pub(super) fn active(model: &dyn Model, closure: &Closure) -> Vec<(usize, usize)> {
-    let mut active = Vec::new();
-    for step in &closure.steps {
-        let effect = model
-            .declared()
-            .effects
-            .iter()
-            .position(|e| e.id == step.effect && e.subject == step.subject);
-        let Some(effect) = effect else { continue };
-        for parameter in &step.parameters {
-            let known = model.declared().effects[effect].parameters.iter();
-            active.extend(
-                known
-                    .enumerate()
-                    .filter(|(_, p)| p.name == parameter.name)
-                    .map(|(i, _)| (effect, i)),
-            );
-        }
-    }
-    active
+/// Amplitudes of the accepted effects, as indices of effect and parameter.
+pub(super) fn active(closure: &Closure) -> Vec<(usize, usize)> {
+    let amplitude = |column: &Column| match *column {
+        Column::Amplitude { effect, parameter } => Some((effect, parameter)),
+        _ => None,
+    };
+    closure.columns.iter().filter_map(amplitude).collect()
 }
 
 /// Difference of the six errors between the two ways, where backlash was accepted.

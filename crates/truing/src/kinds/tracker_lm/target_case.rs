@@ -12,7 +12,7 @@ use super::settings::error;
 use crate::Error;
 use crate::case::Location;
 use crate::estimates::Estimates;
-use crate::measured::{Fitted, Measured, Observation, Prepared, Words};
+use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::report::Fact;
 use crate::suspect::Yardstick;
@@ -95,6 +95,34 @@ impl TargetCase {
     }
 }
 
+impl TargetCase {
+    fn prepared(&self, model: TargetModel) -> Prepared<'_> {
+        let concrete = Arc::new(model);
+        let mut covariates = concrete.coordinates();
+        if let Some(values) = &self.records.time_s {
+            let (name, values) = ("time_s".to_owned(), values.clone());
+            covariates.push(Covariate { name, values, origin: Origin::Recorded });
+        }
+        covariates.extend(self.records.covariates.iter().cloned());
+        let mut model: Arc<dyn Model + Send> = Arc::<TargetModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let solved = Arc::clone(&concrete);
+        let estimates = Box::new(move |closure: &Closure| {
+            let found = solved.calibration_with(&active(closure)).map(|(found, _)| found);
+            let found = found.as_ref().unwrap_or(solved.calibration());
+            let reversal = reversal(&*solved, closure);
+            Estimates::TrackerLm(TrackerLmEstimates::of_targets(&self.survey, found, reversal))
+        });
+        let about: About<'_> = Box::new(move |closure| {
+            let there = concrete.about_found(&active(closure))?;
+            Some(self.prepared(there))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+}
+
 impl Measured for TargetCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let found = self.solved()?;
@@ -120,25 +148,7 @@ impl Measured for TargetCase {
         let survey = self.survey.clone();
         let model = TargetModel::new(survey, &self.records, self.hold_out, &self.options)
             .map_err(|e| self.error(e))?;
-        let concrete = Arc::new(model);
-        let mut covariates = concrete.coordinates();
-        if let Some(values) = &self.records.time_s {
-            let (name, values) = ("time_s".to_owned(), values.clone());
-            covariates.push(Covariate { name, values, origin: Origin::Recorded });
-        }
-        covariates.extend(self.records.covariates.iter().cloned());
-        let mut model: Arc<dyn Model + Send> = Arc::<TargetModel>::clone(&concrete);
-        if let Some(groups) = &self.groups {
-            model = Arc::new(Regrouped::new(model, groups));
-        }
-        let estimates = Box::new(move |closure: &Closure| {
-            let active = active(&*concrete, closure);
-            let found = concrete.calibration_with(&active).map(|(found, _)| found);
-            let found = found.as_ref().unwrap_or(concrete.calibration());
-            let reversal = reversal(&*concrete, closure);
-            Estimates::TrackerLm(TrackerLmEstimates::of_targets(&self.survey, found, reversal))
-        });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(self.prepared(model))
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

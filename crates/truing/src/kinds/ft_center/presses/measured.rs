@@ -132,7 +132,7 @@ impl Measured for PressCase {
             located.conditions.extend(empirical_conditions(closure));
             Estimates::FtCenter(FtCenterEstimates::of(&located, presses))
         });
-        Ok(Prepared { model, covariates, estimates })
+        Ok(Prepared { model, covariates, estimates, about: None })
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {
