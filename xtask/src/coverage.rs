@@ -31,9 +31,6 @@ pub(crate) struct Arguments {
     program: Option<PathBuf>,
 }
 
-/// Standard uncertainties on either side that hold 95 % of a normal distribution.
-const COVERAGE_FACTOR: f64 = 1.96;
-
 /// Distance between the first seeds of situations, far from those of `bench power`.
 const SEEDS_APART: usize = 10_000;
 /// The first of all.
@@ -78,11 +75,12 @@ fn tally(
             continue;
         }
         tally.named += 1;
+        let factor = number_at(&json, "interval.coverage_factor").context("no coverage factor")?;
         for truth in truths {
             let number = |path: &str| number_at(&json, path).with_context(|| path.to_owned());
             let (value, std) = (number(&truth.value)?, number(&truth.std)?);
             let (held, all) = tally.held.entry(truth.name).or_default();
-            let reach = COVERAGE_FACTOR * std;
+            let reach = factor * std;
             let end = |n: usize| {
                 let interval = truth.interval.as_ref()?;
                 number_at(&json, &format!("{interval}.{n}"))

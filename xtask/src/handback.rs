@@ -6,6 +6,7 @@
 //! are those of `docs/`. Every committed case is checked, and small cases made for the purpose, in
 //! which every effect of the catalogues is accepted at least once.
 
+mod exports;
 mod folder;
 mod force_impedance;
 mod frame_fit;

@@ -24,7 +24,7 @@ pub fn axis_errors_csv(letter: AxisLetter, errors: &[AxisError]) -> String {
     for error in ascending(errors) {
         let _ = write!(text, "{}", error.angle_rad.to_degrees());
         for value in error.error.iter().chain(error.sigmas().iter()) {
-            let _ = write!(text, ",{value:.6e}");
+            let _ = write!(text, ",{value:.9e}");
         }
         text.push('\n');
     }
@@ -55,7 +55,7 @@ pub fn linuxcnc_compensation(
         let half = 0.5 * reversal[own];
         let [forward, reverse] =
             [half, -half].map(|way| at + (error.error[own] + way).to_degrees());
-        let _ = writeln!(text, "{at:.6} {forward:.6} {reverse:.6}");
+        let _ = writeln!(text, "{at:.9} {forward:.9} {reverse:.9}");
     }
     text
 }

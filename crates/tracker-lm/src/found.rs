@@ -7,23 +7,13 @@ use crate::TrackerModel;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
 use crate::model::Solved;
-use crate::moves::Shift;
 use crate::network::Network;
-use crate::sights::{Sight, sights};
+use crate::shift::Shift;
+use crate::sights::sights;
 
 /// Nearer to what was found than this, in mm, the model is as good as about it: across a beam of
 /// half a metre it bends a row by 10⁻¹³ mm, the round-off of a range.
 pub(crate) const NEAR_MM: f64 = 1e-5;
-
-/// Residuals of all ranges without what `shifts` move, as far as rows are linear, mm.
-pub(crate) fn without(shifts: &[Shift], sights: &[Sight]) -> Vec<f64> {
-    let mut residuals: Vec<f64> = sights.iter().map(|s| s.residual_mm).collect();
-    for ((residual, sight), shift) in residuals.iter_mut().zip(sights).zip(shifts) {
-        *residual -= sight.by_error.dot(&shift.error) - sight.beam.dot(&shift.station_mm)
-            + sight.by_mount.dot(&shift.mount_mm);
-    }
-    residuals
-}
 
 impl TrackerModel {
     /// The model about what a loop on it has found; `None` where it is near that already, where
@@ -66,7 +56,7 @@ impl TrackerModel {
         for (moves, amplitudes) in self.moves.iter().zip(&closure.state.amplitudes) {
             let Some(moves) = moves else { continue };
             for (range, shift) in shifts.iter_mut().enumerate() {
-                shift.add(moves, amplitudes, range);
+                moves.shift(shift, amplitudes, range);
             }
         }
         shifts

@@ -8,8 +8,8 @@ use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
 
 use crate::gauge::StationChart;
-use crate::moves::Shift;
 use crate::network::Network;
+use crate::shift::Shift;
 use crate::spread::Columns;
 use crate::start::Start;
 

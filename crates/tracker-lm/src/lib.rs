@@ -53,6 +53,7 @@ mod proposals;
 mod reduce;
 mod reduction;
 mod search;
+mod shift;
 mod sights;
 mod spread;
 mod start;

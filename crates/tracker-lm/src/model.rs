@@ -14,13 +14,13 @@ use crate::calibrate::fitted_joint;
 use crate::change::Offered;
 use crate::changes::{Fitted, changes};
 use crate::effects::{Entry, Scene, approaches, catalogue};
-use crate::found::without;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::moves::{Moves, Shift};
+use crate::moves::Moves;
 use crate::network::Network;
 use crate::reduction::{Reduction, one_column};
-use crate::sights::{Sight, sights};
+use crate::shift::Shift;
+use crate::sights::{Sight, sights, without};
 use crate::{Calibration, Options, Survey, TrackerError};
 
 /// The joint bundle of a survey about its solution, and the effects that it leaves out.

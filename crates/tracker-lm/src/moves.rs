@@ -2,6 +2,7 @@
 
 use nalgebra::{DVector, Vector3, Vector6};
 
+use crate::shift::Shift;
 use crate::sights::Sight;
 
 /// Part of a range's geometry.
@@ -34,24 +35,17 @@ pub(crate) struct Moves {
     pub(crate) share: Vec<f64>,
 }
 
-/// Where accepted effects put the parts of one range, beside where the parameters have them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Shift {
-    /// Displacement in mm, rotation in rad.
-    pub(crate) error: Vector6<f64>,
-    pub(crate) station_mm: Vector3<f64>,
-    pub(crate) mount_mm: Vector3<f64>,
-}
-
-impl Shift {
-    /// Adds what amplitudes of an effect do to a range.
-    pub(crate) fn add(&mut self, moves: &Moves, amplitudes: &DVector<f64>, range: usize) {
-        let share = moves.share[range];
+impl Moves {
+    /// Adds what amplitudes of the effect do to a range.
+    pub(crate) fn shift(&self, shift: &mut Shift, amplitudes: &DVector<f64>, range: usize) {
+        let share = self.share[range];
         let three = || share * Vector3::from_iterator(amplitudes.iter().copied());
-        match moves.part {
-            Part::Error => self.error += share * Vector6::from_iterator(amplitudes.iter().copied()),
-            Part::Station => self.station_mm += three(),
-            Part::Mount => self.mount_mm += three(),
+        match self.part {
+            Part::Error => {
+                shift.error += share * Vector6::from_iterator(amplitudes.iter().copied());
+            }
+            Part::Station => shift.station_mm += three(),
+            Part::Mount => shift.mount_mm += three(),
         }
     }
 }

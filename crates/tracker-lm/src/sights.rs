@@ -5,6 +5,7 @@ use nalgebra::{Vector3, Vector6};
 
 use crate::Survey;
 use crate::joint::Joint;
+use crate::shift::Shift;
 
 /// Nearer to the axis than this a reflector has no side that faces outward.
 const ON_AXIS_MM: f64 = 1.0;
@@ -52,6 +53,16 @@ pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
         .into_iter()
         .map(|s| s.expect("every range has a step, and every step an angle"))
         .collect()
+}
+
+/// Residuals of all ranges without what `shifts` move, as far as rows are linear, mm.
+pub(crate) fn without(shifts: &[Shift], sights: &[Sight]) -> Vec<f64> {
+    let mut residuals: Vec<f64> = sights.iter().map(|s| s.residual_mm).collect();
+    for ((residual, sight), shift) in residuals.iter_mut().zip(sights).zip(shifts) {
+        *residual -= sight.by_error.dot(&shift.error) - sight.beam.dot(&shift.station_mm)
+            + sight.by_mount.dot(&shift.mount_mm);
+    }
+    residuals
 }
 
 /// Direction in which a reflector is taken to look, in the turning frame.

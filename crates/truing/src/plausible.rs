@@ -31,6 +31,9 @@ const MAX_POSITION_ARCSEC: f64 = 3600.0;
 /// Farthest from its flange or sensor that a tool is held: the reach of a large robot.
 const MAX_TOOL_MM: f64 = 3000.0;
 
+/// Farthest from the machine's zero that a workpiece lies: the bed of the longest gantry.
+const MAX_PLACE_MM: f64 = 1e5;
+
 /// Largest share by which the axes of a machine are wrong in length or square: what is found of
 /// better ones without any compensation is a tenth of it.
 const MAX_AXES: f64 = 0.02;
@@ -138,6 +141,18 @@ pub enum ImplausibleResult {
         /// The bound.
         limit_mm: f64,
     },
+    /// A workpiece farther away than any machine is long.
+    #[error(
+        "the workpiece lies {:.0} m from the zero of its readings, farther than any machine is long \
+         ({:.0} m): check the units of `points.csv` and `[start]`",
+        found_mm / 1000.0, limit_mm / 1000.0
+    )]
+    Place {
+        /// Distance.
+        found_mm: f64,
+        /// The bound.
+        limit_mm: f64,
+    },
     /// Axes worse than those of any machine.
     #[error(
         "the machine's axes as found change lengths and angles by {:.1} %, more than any machine is \
@@ -181,7 +196,8 @@ pub fn plausible(estimates: &Estimates, max_correction_deg: Option<f64>) -> Resu
         Estimates::Tip(found) => of_tip(found),
         Estimates::PoseIcp(found) => of_pose(found),
         Estimates::ProbeComp(found) => of_touches(found),
-        // A frame may be anywhere and of any unit, and a force any that the cell can read.
+        // A frame may be anywhere, grids of land surveys being thousands of kilometres from their
+        // zero, and a force any that the cell can read.
         Estimates::FrameFit(_) | Estimates::ForceImpedance(_) | Estimates::PathForce(_) => None,
     };
     problem.map_or(Ok(()), |problem| Err(Error::Implausible { problem: Box::new(problem) }))
@@ -225,6 +241,17 @@ fn too_long(what: &'static str, from: &'static str, at_mm: [f64; 3]) -> Option<I
 }
 
 fn of_pose(found: &PoseIcpEstimates) -> Option<ImplausibleResult> {
+    let place = [0, 1, 2].map(|row| found.matrix[row][3]);
+    too_far(place).or_else(|| of_axes(found))
+}
+
+fn too_far(place_mm: [f64; 3]) -> Option<ImplausibleResult> {
+    let found_mm = place_mm.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let limit_mm = MAX_PLACE_MM;
+    (found_mm > limit_mm).then_some(ImplausibleResult::Place { found_mm, limit_mm })
+}
+
+fn of_axes(found: &PoseIcpEstimates) -> Option<ImplausibleResult> {
     of_reading(&Matrix3::from_fn(|row, column| found.matrix[row][column]))
 }
 
@@ -294,7 +321,7 @@ fn slope(points: &[[f64; 2]]) -> f64 {
 mod tests {
     use nalgebra::{Matrix3, Rotation3};
 
-    use super::{ImplausibleResult, of_reading, slope, too_long};
+    use super::{ImplausibleResult, of_reading, slope, too_far, too_long};
 
     #[test]
     fn axes_of_a_turned_part_may_be_wrong_by_a_hundredth_and_not_by_all() {
@@ -313,6 +340,13 @@ mod tests {
         assert_eq!(too_long("the tip", "the flange", [900.0, 0.0, 1200.0]), None);
         let found = too_long("the tip", "the flange", [0.0, 2e6, 0.0]).expect("two kilometres");
         assert!(found.to_string().contains("the tip lies 2000000 mm from the flange"), "{found}");
+    }
+
+    #[test]
+    fn a_workpiece_beyond_the_horizon_is_named() {
+        assert_eq!(too_far([4e4, -2e4, 900.0]), None);
+        let found = too_far([0.0, 3e6, 0.0]).expect("three kilometres");
+        assert!(found.to_string().contains("lies 3000 m from the zero"), "{found}");
     }
 
     #[test]

@@ -56,7 +56,7 @@ fn block(tallies: &[Tally]) -> Result<String> {
     let commit = shell::output_of("git", &["rev-parse", "--short=12", "HEAD"])?;
     let mut block = format!(
         "\nCommit `{}`. Loops in which the right effect and nothing else was accepted, and how many \
-         of their 95 % intervals (k = 1.96) hold the truth.\n\n\
+         of their 95 % intervals hold the truth.\n\n\
          | situation | loops | quantity | hold the truth |\n|---|---|---|---|\n",
         commit.trim()
     );

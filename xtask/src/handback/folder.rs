@@ -63,11 +63,15 @@ impl Folder {
 
 impl Table {
     fn read(path: &Path) -> Self {
+        Self::of(&std::fs::read_to_string(path).expect("a table"))
+    }
+
+    /// From text.
+    pub(super) fn of(text: &str) -> Self {
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
             .trim(csv::Trim::All)
-            .from_path(path)
-            .expect("a table");
+            .from_reader(text.as_bytes());
         let names: Vec<String> =
             reader.headers().expect("a header").iter().map(str::to_owned).collect();
         let mut columns: BTreeMap<String, Vec<String>> =

@@ -43,6 +43,25 @@ pub(super) fn close(folder: &Folder) -> Value {
     answer.json
 }
 
+/// Closes the loop and writes a table; the answer and the table, `None` where it is refused as no
+/// correction.
+pub(super) fn exported(folder: &Folder, option: &str, file: &str) -> Option<(Value, String)> {
+    let name = folder.path.file_name().expect("a folder");
+    let written = Folder::written(&format!("exports/{}", name.display()), &[]).path.join(file);
+    let arguments = [
+        "loop".as_ref(),
+        folder.path.as_os_str(),
+        "--json".as_ref(),
+        option.as_ref(),
+        written.as_os_str(),
+    ];
+    let answer = truing().run(&arguments).expect("truing starts");
+    let is_refused = answer.message.contains("--max-correction");
+    assert!(answer.code == Some(0) || is_refused, "{}: {}", folder.name(), answer.message);
+    let text = std::fs::read_to_string(&written).ok()?;
+    Some((answer.json, text))
+}
+
 /// Effects that were accepted, as `id` or `id [subject]`.
 pub(super) fn accepted(json: &Value) -> Vec<String> {
     let steps = json["steps"].as_array().expect("steps");

@@ -3,6 +3,7 @@
 use crate::Origin;
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
+use crate::algebra::f_tail::f_tail;
 use crate::algebra::system::{System, rows_of};
 use crate::choice::candidate::{
     Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
@@ -13,6 +14,7 @@ use crate::choice::score::{empirical_candidate, excluded, shape_again};
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::choice::shape::{BY_LEVEL, shapes};
+use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
 use crate::levels::DECIDED;
 use crate::levels::MIN_KEPT_CONFOUNDED;
@@ -155,6 +157,9 @@ fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[b
         return false;
     }
     let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
+    if leaves_twice(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &beside) {
+        return false;
+    }
     let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
     match needed {
         None => true,
@@ -169,6 +174,20 @@ fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[b
             c.difference <= c.std
         }
     }
+}
+
+/// Factor of the sum of squares that no rival leaves: twice the error. Noise with memory moves it by
+/// less, whatever its law, and the few groups in which two jumps a reading apart differ need not agree.
+const TWICE: f64 = 4.0;
+
+/// Whether a rival leaves clearly more than the accepted effect does.
+fn leaves_twice(lin: &Linear<'_>, own: &Basis, other: &Basis) -> bool {
+    let [(own, own_dof), (other, other_dof)] = [own, other].map(|basis| {
+        let dof = lin.residual.len().saturating_sub(basis.dim());
+        (basis.reject(&lin.residual).norm_squared(), count(dof.max(1)))
+    });
+    let ratio = (other / other_dof) / (own / own_dof);
+    ratio >= TWICE && f_tail(ratio, other_dof, own_dof) <= DECIDED
 }
 
 fn span(base: &Basis, candidate: &Candidate) -> nalgebra::DMatrix<f64> {

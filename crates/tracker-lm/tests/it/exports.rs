@@ -31,11 +31,11 @@ fn csv_has_the_names_of_iso_230() {
 fn linuxcnc_reads_ascending_triplets() {
     let reversal = Vector6::new(0.0, 0.0, 0.0, 0.0, 4e-4_f64.to_radians(), 0.0);
     let text = linuxcnc_compensation(AxisLetter::B, &errors(3), &reversal);
-    assert_eq!(text.lines().next(), Some("0.000000 0.001200 0.000800"));
-    assert_eq!(text.lines().last(), Some("2.000000 2.001200 2.000800"));
+    assert_eq!(text.lines().next(), Some("0.000000000 0.001200000 0.000800000"));
+    assert_eq!(text.lines().last(), Some("2.000000000 2.001200000 2.000800000"));
     let many = linuxcnc_compensation(AxisLetter::B, &errors(721), &reversal);
     assert!(many.lines().count() <= 256);
-    assert!(many.lines().last().unwrap().starts_with("720.000000 "));
+    assert!(many.lines().last().unwrap().starts_with("720.000000000 "));
 }
 
 #[test]

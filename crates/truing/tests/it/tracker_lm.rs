@@ -78,7 +78,11 @@ fn files_are_written_beside_the_answer() {
     ]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     assert!(fs::read_to_string(csv).unwrap().starts_with("angle_deg,EXB_mm,"));
-    assert!(fs::read_to_string(comp).unwrap().starts_with("-90.000000 -90.000000 -90.000000\n"));
+    assert!(
+        fs::read_to_string(comp)
+            .unwrap()
+            .starts_with("-90.000000000 -90.000000000 -90.000000000\n")
+    );
     let tab = fs::read_to_string(tab).unwrap();
     assert!(tab.starts_with("; ") && tab.contains("\nBEGIN ERRORS_B.TAB MM\n"), "{tab}");
     let page = fs::read_to_string(page).unwrap();

@@ -213,7 +213,7 @@ impl AxisRunEstimate {
             "target_{at},mean_{unit},reversal_{unit},mean_rising_{unit},std_rising_{unit},n_rising,\
              mean_falling_{unit},std_falling_{unit},n_falling\n"
         );
-        let cell = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:.6e}"));
+        let cell = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:.9e}"));
         for t in &self.targets {
             let cells = [
                 t.target.to_string(),
@@ -244,7 +244,7 @@ impl AxisRunEstimate {
             let [forward, reverse] = [t.mean_rising, t.mean_falling]
                 .map(|mean| t.target + factor * mean.unwrap_or(t.mean));
             // A string takes every character.
-            let _ = writeln!(text, "{:.6} {forward:.6} {reverse:.6}", t.target);
+            let _ = writeln!(text, "{:.9} {forward:.9} {reverse:.9}", t.target);
         }
         text
     }

@@ -1,0 +1,70 @@
+//! Tables that other programs read say what the JSON says.
+
+use serde_json::Value;
+
+use super::AGREEMENT;
+use super::folder::{Folder, Table};
+use super::loops::{amplitude, exported, step};
+use super::tracker_lm::ERRORS;
+
+/// Half of the last of nine decimals of a degree.
+const LAST_DIGIT_DEG: f64 = 0.5e-9;
+
+#[test]
+fn errors_of_an_axis_as_csv_are_those_that_are_printed() {
+    for folder in Folder::committed("tracker-lm") {
+        let Some((json, text)) = exported(&folder, "--errors", "errors.csv") else { continue };
+        let table = Table::of(&text);
+        let letter = letter(&folder);
+        for (row, error) in ascending(&json).into_iter().enumerate() {
+            for name in ERRORS {
+                // `e_x_mm` is `EXB_mm`.
+                let (_, rest) = name.split_once('_').expect("an error");
+                let (axis, unit) = rest.split_once('_').expect("with a unit");
+                let column = format!("E{}{letter}_{unit}", axis.to_uppercase());
+                for (column, printed) in [
+                    (column.clone(), &error[name]),
+                    (format!("std_{column}"), &error[format!("std_{name}")]),
+                ] {
+                    let written = table.numbers(&column)[row];
+                    let printed = printed.as_f64().expect("a number");
+                    let allowed = AGREEMENT * printed.abs();
+                    assert!((written - printed).abs() <= allowed, "{}: {column}", folder.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_compensation_is_the_axis_own_rotation_and_its_reversal() {
+    for folder in Folder::committed("tracker-lm") {
+        let Some((json, text)) = exported(&folder, "--compensation", "axis.comp") else { continue };
+        let letter = letter(&folder);
+        let own = format!("e_{}_rad", ["a", "b", "c"]["ABC".find(&letter).expect("a rotary axis")]);
+        let reversal = step(&json, "backlash", None)
+            .map_or(0.0, |play| 1e-6 * amplitude(play, &format!("E{letter}{letter}")));
+        for (line, error) in text.lines().zip(ascending(&json)) {
+            let triplet: Vec<f64> = line.split(' ').map(|v| v.parse().expect("a number")).collect();
+            let at = error["angle_deg"].as_f64().expect("a number");
+            let is = error[&own].as_f64().expect("a number");
+            let ways = [0.5, -0.5].map(|way| at + (is + way * reversal).to_degrees());
+            for (written, printed) in triplet.iter().zip([at, ways[0], ways[1]]) {
+                let allowed = LAST_DIGIT_DEG + f64::EPSILON * printed.abs();
+                assert!((written - printed).abs() <= 2.0 * allowed, "{}: {line}", folder.name());
+            }
+        }
+    }
+}
+
+fn letter(folder: &Folder) -> String {
+    folder.document()["axis"]["letter"].as_str().expect("a letter").to_owned()
+}
+
+fn ascending(json: &Value) -> Vec<&Value> {
+    let mut all: Vec<&Value> =
+        json["estimates"]["axis_errors"].as_array().expect("errors").iter().collect();
+    let angle = |error: &Value| error["angle_deg"].as_f64().expect("a number");
+    all.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    all
+}
