@@ -50,7 +50,7 @@ impl Settled {
     }
 }
 
-impl<'c> Prepared<'c> {
+impl Prepared<'_> {
     fn there(&self, closure: &Closure) -> Option<Self> {
         self.about.as_ref().and_then(|about| about(closure))
     }

@@ -1,5 +1,6 @@
 //! `truing loop`, and what it found.
 
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use serde_json::Value;
@@ -43,23 +44,24 @@ pub(super) fn close(folder: &Folder) -> Value {
     answer.json
 }
 
-/// Closes the loop and writes a table; the answer and the table, `None` where it is refused as no
-/// correction.
-pub(super) fn exported(folder: &Folder, option: &str, file: &str) -> Option<(Value, String)> {
+/// Closes the loop and writes tables by options; the answer and the tables, `None` where these are
+/// refused as no correction.
+pub(super) fn exported<const N: usize>(
+    folder: &Folder,
+    tables: [(&str, &str); N],
+) -> Option<(Value, [String; N])> {
     let name = folder.path.file_name().expect("a folder");
-    let written = Folder::written(&format!("exports/{}", name.display()), &[]).path.join(file);
-    let arguments = [
-        "loop".as_ref(),
-        folder.path.as_os_str(),
-        "--json".as_ref(),
-        option.as_ref(),
-        written.as_os_str(),
-    ];
+    let written = Folder::written(&format!("exports/{}", name.display()), &[]).path;
+    let files = tables.map(|(option, file)| (option, written.join(file)));
+    let mut arguments = vec!["loop".as_ref(), folder.path.as_os_str(), "--json".as_ref()];
+    arguments.extend(files.iter().flat_map(|(option, file)| [option.as_ref(), file.as_os_str()]));
     let answer = truing().run(&arguments).expect("truing starts");
-    let is_refused = answer.message.contains("--max-correction");
-    assert!(answer.code == Some(0) || is_refused, "{}: {}", folder.name(), answer.message);
-    let text = std::fs::read_to_string(&written).ok()?;
-    Some((answer.json, text))
+    if answer.code == Some(2) && answer.message.contains("--max-correction") {
+        return None;
+    }
+    assert_eq!(answer.code, Some(0), "{}: {}", folder.name(), answer.message);
+    let read = |(_, file): (&str, PathBuf)| std::fs::read_to_string(file).expect("it was written");
+    Some((answer.json, files.map(read)))
 }
 
 /// Effects that were accepted, as `id` or `id [subject]`.

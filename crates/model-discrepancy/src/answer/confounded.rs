@@ -152,9 +152,10 @@ fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[b
     if same_span(&own, &other) {
         return true;
     }
-    // A wider effect that contains the accepted one adds nothing to it.
+    // A wider effect that contains the accepted one adds nothing to it, unless one amplitude of it
+    // is the accepted one under another name.
     if inside(&own, &other) {
-        return false;
+        return is_one_amplitude(lin, &own, rival);
     }
     let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
     if leaves_twice(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &beside) {
@@ -174,6 +175,15 @@ fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[b
             c.difference <= c.std
         }
     }
+}
+
+/// Whether a single amplitude of a rival spans what the accepted effect does.
+fn is_one_amplitude(lin: &Linear<'_>, own: &nalgebra::DMatrix<f64>, rival: &Candidate) -> bool {
+    own.ncols() == 1
+        && rival.tangent.column_iter().any(|column| {
+            let alone = lin.basis.reject_columns(&column.columns(0, 1).into_owned());
+            same_span(&Basis::of(&alone, NEW_DIRECTION.sqrt()).matrix(), own)
+        })
 }
 
 /// Factor of the sum of squares that no rival leaves: twice the error. Noise with memory moves it by

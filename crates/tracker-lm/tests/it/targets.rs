@@ -294,7 +294,7 @@ fn a_reflector_that_slips_is_found_where_it_slips() {
     let scene = simulate(&Plan { slip_mm: 0.2, ..PLAN }, 15);
     let (_, closure) = closed(&scene, HoldOut::Step, &[], &polar());
     assert_eq!(names(&closure), ["mount-slip"]);
-    assert_eq!(closure.steps[0].subject.as_deref(), Some("1 at 7"));
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("1 at 7 from 0"));
 }
 
 #[test]
