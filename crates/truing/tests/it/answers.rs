@@ -335,7 +335,7 @@ fn a_mirrored_frame_is_said_by_every_command() {
         assert!(warnings.contains("set `[model] handedness = \\\"improper\\\"`"), "{warnings}");
     }
     case.replace("case.toml", "# handedness = \"proper\"", "handedness = \"improper\"");
-    let answer = case.json("solve");
+    let answer = case.json("loop");
     assert_eq!(answer["warnings"], json!([]));
     assert_eq!(answer["estimates"]["handedness"], "improper");
     assert_eq!(answer["estimates"]["angles_deg"], Value::Null, "a reflection has no angles");

@@ -49,7 +49,7 @@ fn probe_noise_and_pose() {
     says(
         tip,
         "tip_radius_mm = 600.0",
-        "points.csv, line 6: a tip of radius 600 mm cannot touch the surface at touch 1, where its \
+        "points.csv, line 7: a tip of radius 600 mm cannot touch the surface at touch 1, where its \
          radius of curvature is 480.000 mm; use a smaller ball",
     );
     says(tip, "tip_radius_mm = 3.0\nside = \"up\"", "expected one of `+z`, `-z`, found `up`");
@@ -68,11 +68,11 @@ fn probe_noise_and_pose() {
 fn touches() {
     let says = |from: &str, to: &str, expected: &str| says("points.csv", from, to, expected);
     let line = "P7,-470.5383";
-    says(line, "P7,nan", "line 12, column 2 (`x_mm`): expected a number in mm");
-    says(line, "P6,-470.5383", "duplicate point `P6`, first used in line 11");
+    says(line, "P7,nan", "line 13, column 2 (`x_mm`): expected a number in mm");
+    says(line, "P6,-470.5383", "duplicate point `P6`, first used in line 12");
     // A touch is counted as the table has it, check points included.
-    says(line, "P7,-470538300", "line 12: touch 7: coordinate -470538300 mm is not a finite");
-    says(line, "P7,-390.5383", "line 12: touch 7 lies outside the aperture: it meets the surface");
+    says(line, "P7,-470538300", "line 13: touch 7: coordinate -470538300 mm is not a finite");
+    says(line, "P7,-390.5383", "line 13: touch 7 lies outside the aperture: it meets the surface");
     says("z_mm", "z_cm", "column `z_cm` is not in the unit expected: give it in mm");
 }
 

@@ -56,7 +56,9 @@ fn the_answer_has_the_keys_of_the_contract() {
         assert!(errors[1][format!("std_{name}")].as_f64().unwrap() > 0.0);
     }
     assert_eq!(answer["residual"]["n"], 15 * errors.len());
-    assert!(answer["residual"]["rms"].as_f64().unwrap() < 0.001);
+    // What is hidden in the example is in the residual, until the loop finds it.
+    assert!(answer["residual"]["rms"].as_f64().unwrap() > 0.001);
+    assert!(case.json("loop")["residual"]["rms"].as_f64().unwrap() < 0.001);
 }
 
 #[test]
