@@ -45,6 +45,9 @@ const HEIGHT: usize = 2;
 const TILTS: usize = 3;
 /// Root of χ² that 5 % exceed with two degrees of freedom, over that with one: 2.448 / 1.960.
 const LEVEL: f64 = 1.249;
+/// Standard uncertainties away from level at which this is over. The Rice distribution has it at one
+/// where both tilts are known alike; the touches of a near-sphere know one better than the other.
+const LEVEL_REACH: f64 = 2.0;
 /// Times its linear width at which an interval counts as without end.
 const ENDLESS: f64 = 30.0;
 
@@ -75,12 +78,10 @@ impl PoseModel {
         let mut held = Held::new(self, fitted, coordinate, HELD_SHARE * sigma);
         let mut at = DVector::zeros(fitted.columns.len());
         let (least, estimate) = (held.chi2(&at), held.coordinate(&at));
-        let spread = held.spread(&at);
-        let cheapest = spread.cheapest(coordinate);
+        let cheapest = held.spread(&at).cheapest(coordinate);
         // Height is the only coordinate that both tilts change in second order alone.
-        let level = (coordinate == HEIGHT).then(|| spread.tilt_information()).flatten();
         let factor_at = |held: &Held<'_>, point: &DVector<f64>| {
-            factor * level.map_or(1.0, |information| held.beside_level(point, &information))
+            if coordinate == HEIGHT { factor * held.beside_level(point) } else { factor }
         };
         let (mut inside, mut outside) = (0.0, f64::INFINITY);
         let mut distance = factor * sigma;
@@ -216,14 +217,16 @@ impl<'a> Held<'a> {
     /// Factor by which an interval of the height is wider where the part may lie level.
     ///
     /// Tilts lift the vertex by `R (α² + β²) / 2`. Of a height at which both are zero χ² has two
-    /// degrees of freedom instead of one, as the estimate may err in either tilt; from one standard
-    /// uncertainty away from level on (`information` is the inverse covariance of both) the Rice
-    /// distribution has the interval of one degree again.
-    fn beside_level(&self, steps: &DVector<f64>, information: &Matrix2<f64>) -> f64 {
+    /// degrees of freedom instead of one, as the estimate may err in either tilt; farther
+    /// from level the Rice distribution has the interval of one degree again. How
+    /// well the touches show a tilt is taken where the height is held: a level near-sphere shows it
+    /// worse than a tilted one, and the estimate is always too far from level.
+    fn beside_level(&self, steps: &DVector<f64>) -> f64 {
+        let Some(information) = self.spread(steps).tilt_information() else { return 1.0 };
         let angles = self.model.pose_at(&self.state(steps)).angles;
         let tilts = Vector2::new(angles.alpha_rad, angles.beta_rad);
         let away = tilts.dot(&(information * tilts)).max(0.0).sqrt();
-        1.0 + (LEVEL - 1.0) * (1.0 - away).max(0.0)
+        1.0 + (LEVEL - 1.0) * (1.0 - away / LEVEL_REACH).max(0.0)
     }
 
     fn by_steps(&self, steps: &DVector<f64>) -> DMatrix<f64> {
