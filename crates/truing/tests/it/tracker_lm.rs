@@ -61,6 +61,48 @@ fn the_answer_has_the_keys_of_the_contract() {
     assert!(case.json("loop")["residual"]["rms"].as_f64().unwrap() < 0.001);
 }
 
+/// A place on the grid of a land survey, mm.
+const GRID_MM: [f64; 3] = [4_157_870_237.0, 671_429_132.0, -774_958_256.0];
+
+/// Half of the last digit that a double has for such a number, and as much again for a sum.
+const GRID_DIGIT_MM: f64 = 1e-6;
+
+#[test]
+fn an_axis_on_the_grid_of_a_land_survey_is_calibrated_as_one_at_the_zero() {
+    let near = case(STATIONS, MOUNTS, RANGES).json("solve");
+    let mut header = true;
+    let moved = STATIONS.lines().map(|line| {
+        if line.starts_with('#') || std::mem::take(&mut header) {
+            return format!("{line}\n");
+        }
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for (cell, by) in cells[1..4].iter_mut().zip(GRID_MM) {
+            *cell = (cell.parse::<f64>().unwrap() + by).to_string();
+        }
+        cells.join(",") + "\n"
+    });
+    let far = case(&moved.collect::<String>(), MOUNTS, RANGES);
+    let origin = [418.899, 409.057, 767.388];
+    let moved: Vec<String> =
+        origin.iter().zip(GRID_MM).map(|(v, by)| format!("{:.6}", v + by)).collect();
+    far.replace("case.toml", "[418.899, 409.057, 767.388]", &format!("[{}]", moved.join(", ")));
+    let far = far.json("solve");
+    let (near, far) = (&near["estimates"], &far["estimates"]);
+    let number = |value: &Value| value.as_f64().unwrap();
+    for (k, error) in near["axis_errors"].as_array().unwrap().iter().enumerate() {
+        for name in ["e_x_mm", "e_y_mm", "e_z_mm"] {
+            let off = number(&far["axis_errors"][k][name]) - number(&error[name]);
+            assert!(off.abs() < 10.0 * GRID_DIGIT_MM, "{name} at {k}: {off}");
+        }
+    }
+    for (k, station) in near["stations"].as_array().unwrap().iter().enumerate() {
+        for (name, by) in ["x_mm", "y_mm", "z_mm"].iter().zip(GRID_MM) {
+            let off = number(&far["stations"][k][name]) - by - number(&station[name]);
+            assert!(off.abs() < 10.0 * GRID_DIGIT_MM, "{name} of station {k}: {off}");
+        }
+    }
+}
+
 #[test]
 fn files_are_written_beside_the_answer() {
     let case = case(STATIONS, MOUNTS, RANGES);

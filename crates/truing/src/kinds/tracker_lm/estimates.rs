@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, Point3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Serialize;
 use tracker_lm::{
     AxisError, AxisLetter, AxisLocation, Calibration, Mount, StationPose, Survey,
@@ -164,6 +164,16 @@ impl TrackerLmEstimates {
             location: found.location.as_ref(),
             reversal,
         })
+    }
+
+    /// With stations counted from a zero so far away.
+    pub(crate) fn moved(mut self, away_mm: Vector3<f64>) -> Self {
+        for station in &mut self.stations {
+            station.x_mm += away_mm.x;
+            station.y_mm += away_mm.y;
+            station.z_mm += away_mm.z;
+        }
+        self
     }
 
     fn from_parts(parts: &Parts<'_>) -> Self {

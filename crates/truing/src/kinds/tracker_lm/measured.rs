@@ -1,6 +1,7 @@
 use std::sync::{Arc, OnceLock};
 
 use model_discrepancy::{Closure, Column, Covariate, Model, Origin};
+use nalgebra::Vector3;
 use tracker_lm::{
     Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError, TrackerModel,
     calibrate,
@@ -29,6 +30,8 @@ pub(super) struct TrackerCase {
     /// One name per range.
     pub(super) groups: Option<Vec<String>>,
     pub(super) group_noun: Option<String>,
+    /// From the machine's zero to that of the survey.
+    pub(super) away_mm: Vector3<f64>,
     pub(super) solved: OnceLock<Calibration>,
 }
 
@@ -88,6 +91,11 @@ impl TrackerCase {
 }
 
 impl TrackerCase {
+    fn estimates(&self, found: &Calibration, reversal: Option<[f64; 6]>) -> Estimates {
+        let near = TrackerLmEstimates::of(&self.survey, found, reversal);
+        Estimates::TrackerLm(near.moved(self.away_mm))
+    }
+
     fn prepared(&self, model: TrackerModel) -> Prepared<'_> {
         let concrete = Arc::new(model);
         let recorded = recorded(self.time_s.as_ref(), &self.covariates);
@@ -102,7 +110,7 @@ impl TrackerCase {
             let found = solved.calibration_with(closure);
             let found = found.as_ref().unwrap_or(solved.calibration());
             let reversal = reversal(&*solved, closure);
-            Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, reversal))
+            self.estimates(found, reversal)
         });
         let about: About<'_> =
             Box::new(move |closure| Some(self.prepared(concrete.about_found(closure)?)));
@@ -121,7 +129,7 @@ impl Measured for TrackerCase {
             degrees_of_freedom: found.degrees_of_freedom,
             chi2_per_dof: declared.then_some(found.variance_factor),
             warnings: self.warnings(found),
-            estimates: Estimates::TrackerLm(TrackerLmEstimates::of(&self.survey, found, None)),
+            estimates: self.estimates(found, None),
         })
     }
 

@@ -36,7 +36,7 @@ pub(super) fn read(
             displacement_mm: displacements_mm[row],
         })
         .collect();
-    let Setup { axis, stations, mounts, .. } = setup;
+    let Setup { axis, stations, mounts, away_mm, .. } = setup;
     let case = TrackerCase {
         file: table.at_file(),
         lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
@@ -46,6 +46,7 @@ pub(super) fn read(
         covariates: extras.covariates,
         groups,
         group_noun: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
+        away_mm,
         solved: std::sync::OnceLock::new(),
     };
     Ok(Reading {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use tracker_lm::{Approach, Mount, RotaryAxis, Station, Step};
 
 use super::settings::{MOUNTS, STATIONS, Settings};
@@ -30,6 +30,8 @@ pub(super) struct Setup {
     pub(super) mounts: Vec<Mount>,
     /// Body that each mount is on; empty where the table does not say.
     pub(super) bodies: Vec<String>,
+    /// From the machine's zero to that of axis and stations here.
+    pub(super) away_mm: Vector3<f64>,
     stations_table: Table,
     mounts_table: Table,
 }
@@ -49,16 +51,18 @@ impl Setup {
         document: &Document,
         settings: &Settings,
     ) -> Result<Self, Error> {
-        let axis = settings.axis(document)?;
+        let mut axis = settings.axis(document)?;
+        let away_mm = away(&axis);
+        axis.origin_mm -= away_mm;
         let stations_table = folder.table(STATIONS, &KNOWN_STATIONS[..4])?;
         let (stations, _) = places(&stations_table, KNOWN_STATIONS, "station")?;
         let mounts_table = folder.table(MOUNTS, &KNOWN_MOUNTS[..4])?;
         let (mounts, bodies) = places(&mounts_table, KNOWN_MOUNTS, "mount")?;
-        let stations =
-            stations.into_iter().map(|(name, nominal_mm)| Station { name, nominal_mm }).collect();
+        let near = |(name, at)| Station { name, nominal_mm: at - away_mm };
+        let stations = stations.into_iter().map(near).collect();
         let mounts =
             mounts.into_iter().map(|(name, nominal_mm)| Mount { name, nominal_mm }).collect();
-        Ok(Self { axis, stations, mounts, bodies, stations_table, mounts_table })
+        Ok(Self { axis, stations, mounts, bodies, away_mm, stations_table, mounts_table })
     }
 
     /// Takes the columns that readings of both kinds have.
@@ -81,6 +85,16 @@ impl Setup {
         let (steps, step_of) = steps(table, &step_names, &angles_deg, &approaches)?;
         Ok(References { station_of, mount_of, steps, step_of, time_s })
     }
+}
+
+/// Farther from its zero than this an axis is counted from its own origin: the grid of a land survey
+/// would take the digits that the errors of the axis need.
+const FAR_MM: f64 = 1e6;
+
+/// What axis and stations are moved by so that digits are left for them.
+fn away(axis: &RotaryAxis) -> Vector3<f64> {
+    let origin = axis.origin_mm.coords;
+    if origin.amax() > FAR_MM { origin } else { Vector3::zeros() }
 }
 
 /// A name with its nominal place.

@@ -1,6 +1,7 @@
 use std::sync::{Arc, OnceLock};
 
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use nalgebra::Vector3;
 use tracker_lm::{
     HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
     TargetSurvey, TrackerError, calibrate_targets,
@@ -30,6 +31,8 @@ pub(super) struct TargetCase {
     /// One name per reading.
     pub(super) groups: Option<Vec<String>>,
     pub(super) group_noun: Option<String>,
+    /// From the machine's zero to that of the survey.
+    pub(super) away_mm: Vector3<f64>,
     pub(super) solved: OnceLock<TargetCalibration>,
 }
 
@@ -96,6 +99,11 @@ impl TargetCase {
 }
 
 impl TargetCase {
+    fn estimates(&self, found: &TargetCalibration, reversal: Option<[f64; 6]>) -> Estimates {
+        let near = TrackerLmEstimates::of_targets(&self.survey, found, reversal);
+        Estimates::TrackerLm(near.moved(self.away_mm))
+    }
+
     fn prepared(&self, model: TargetModel) -> Prepared<'_> {
         let concrete = Arc::new(model);
         let mut covariates = concrete.coordinates();
@@ -113,7 +121,7 @@ impl TargetCase {
             let found = solved.calibration_with(&active(closure)).map(|(found, _)| found);
             let found = found.as_ref().unwrap_or(solved.calibration());
             let reversal = reversal(&*solved, closure);
-            Estimates::TrackerLm(TrackerLmEstimates::of_targets(&self.survey, found, reversal))
+            self.estimates(found, reversal)
         });
         let about: About<'_> = Box::new(move |closure| {
             let there = concrete.about_found(&active(closure))?;
@@ -126,7 +134,7 @@ impl TargetCase {
 impl Measured for TargetCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let found = self.solved()?;
-        let observation = |r: &nalgebra::Vector3<f64>| Observation {
+        let observation = |r: &Vector3<f64>| Observation {
             residual: vec![r.x, r.y, r.z],
             fitted: true,
         };
@@ -136,11 +144,7 @@ impl Measured for TargetCase {
             degrees_of_freedom: found.degrees_of_freedom,
             chi2_per_dof: found.point_mm.is_none().then_some(found.variance_factor),
             warnings: self.warnings(found),
-            estimates: Estimates::TrackerLm(TrackerLmEstimates::of_targets(
-                &self.survey,
-                found,
-                None,
-            )),
+            estimates: self.estimates(found, None),
         })
     }
 

@@ -42,7 +42,7 @@ pub(super) fn read(
         })
         .collect();
     let hold_out = hold_out(groups.as_deref(), &mount_of, setup.mounts.len());
-    let Setup { axis, stations, mounts, bodies, .. } = setup;
+    let Setup { axis, stations, mounts, bodies, away_mm, .. } = setup;
     let covariates = recorded(None, &extras.covariates);
     let case = TargetCase {
         file: table.at_file(),
@@ -53,6 +53,7 @@ pub(super) fn read(
         hold_out,
         groups,
         group_noun: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
+        away_mm,
         solved: std::sync::OnceLock::new(),
     };
     Ok(Reading {
