@@ -134,10 +134,8 @@ impl TargetCase {
 impl Measured for TargetCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let found = self.solved()?;
-        let observation = |r: &Vector3<f64>| Observation {
-            residual: vec![r.x, r.y, r.z],
-            fitted: true,
-        };
+        let observation =
+            |r: &Vector3<f64>| Observation { residual: vec![r.x, r.y, r.z], fitted: true };
         Ok(Fitted {
             observations: found.residuals_mm.iter().map(observation).collect(),
             unit: "mm",
