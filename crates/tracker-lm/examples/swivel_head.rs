@@ -68,6 +68,6 @@ fn main() -> Result<(), tracker_lm::TrackerError> {
     assert!((found.rms_mm() / 5e-4 - 1.0).abs() < 0.2);
     let file =
         linuxcnc_compensation(AxisLetter::B, &found.axis_errors, &nalgebra::Vector6::zeros());
-    assert!(file.starts_with("-90.000000 -90.000000 -90.000000\n"));
+    assert!(file.starts_with("-90.000000000 -90.000000000 -90.000000000\n"));
     Ok(())
 }
