@@ -217,10 +217,10 @@ impl<'a> Held<'a> {
     /// Factor by which an interval of the height is wider where the part may lie level.
     ///
     /// Tilts lift the vertex by `R (α² + β²) / 2`. Of a height at which both are zero χ² has two
-    /// degrees of freedom instead of one, as the estimate may err in either tilt; farther
-    /// from level the Rice distribution has the interval of one degree again. How
-    /// well the touches show a tilt is taken where the height is held: a level near-sphere shows it
-    /// worse than a tilted one, and the estimate is always too far from level.
+    /// degrees of freedom instead of one, as the estimate may err in either tilt; farther from level
+    /// the Rice distribution has the interval of one degree again. How well the touches show a tilt
+    /// is taken where the height is held: a level near-sphere shows it worse than a tilted one, and
+    /// the estimate is always too far from level.
     fn beside_level(&self, steps: &DVector<f64>) -> f64 {
         let Some(information) = self.spread(steps).tilt_information() else { return 1.0 };
         let angles = self.model.pose_at(&self.state(steps)).angles;
