@@ -144,7 +144,7 @@ pub enum ImplausibleResult {
     /// A workpiece farther away than any machine is long.
     #[error(
         "the workpiece lies {:.0} m from the zero of its readings, farther than any machine is long \
-         ({:.0} m): check the units of `points.csv` and `[start]`",
+         ({:.0} m): check the units of `points.csv`",
         found_mm / 1000.0, limit_mm / 1000.0
     )]
     Place {
