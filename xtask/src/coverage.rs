@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::program::{Truing, class_of, label_of, number_at};
 use crate::shell;
-use situation::{Situation, Tally};
+use situation::{Held, Situation, Tally};
 use situations::situations;
 
 /// How much to run.
@@ -76,18 +76,22 @@ fn tally(
         }
         tally.named += 1;
         let factor = number_at(&json, "interval.coverage_factor").context("no coverage factor")?;
+        let mut held: BTreeMap<_, Held> = BTreeMap::new();
         for truth in truths {
             let number = |path: &str| number_at(&json, path).with_context(|| path.to_owned());
             let (value, std) = (number(&truth.value)?, number(&truth.std)?);
-            let (held, all) = tally.held.entry(truth.name).or_default();
             let reach = factor * std;
             let end = |n: usize| {
                 let interval = truth.interval.as_ref()?;
                 number_at(&json, &format!("{interval}.{n}"))
             };
             let (low, high) = (end(0).unwrap_or(value - reach), end(1).unwrap_or(value + reach));
-            *held += usize::from((low..=high).contains(&truth.known));
-            *all += 1;
+            let of_name = held.entry(truth.name).or_default();
+            of_name.held += u32::from((low..=high).contains(&truth.known));
+            of_name.all += 1;
+        }
+        for (name, of_loop) in held {
+            tally.held.entry(name).or_default().push(of_loop);
         }
     }
     Ok(tally)

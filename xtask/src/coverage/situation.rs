@@ -37,8 +37,35 @@ pub(crate) struct Tally {
     /// Loops in which the right effect, and nothing else, was accepted.
     pub(crate) named: usize,
     pub(crate) loops: usize,
-    /// Of every quantity: intervals that hold the truth, and intervals.
-    pub(crate) held: BTreeMap<&'static str, (usize, usize)>,
+    /// Of every quantity, loop by loop.
+    pub(crate) held: BTreeMap<&'static str, Vec<Held>>,
+}
+
+/// One quantity in one loop.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Held {
+    /// Intervals that hold the truth.
+    pub(crate) held: u32,
+    /// Intervals.
+    pub(crate) all: u32,
+}
+
+/// How often intervals of one quantity hold the truth.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coverage {
+    pub(crate) share: f64,
+    /// Standard error of the share; intervals of one loop are not independent, loops are.
+    pub(crate) std: f64,
+    pub(crate) intervals: u32,
+}
+
+/// The share of all intervals, and its standard error by loops (a ratio estimate).
+pub(crate) fn coverage(loops: &[Held]) -> Coverage {
+    let intervals = loops.iter().map(|l| l.all).sum();
+    let share = f64::from(loops.iter().map(|l| l.held).sum::<u32>()) / f64::from(intervals);
+    let square = |l: &Held| (f64::from(l.held) - share * f64::from(l.all)).powi(2);
+    let std = loops.iter().map(square).sum::<f64>().sqrt() / f64::from(intervals);
+    Coverage { share, std, intervals }
 }
 
 pub(crate) fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {

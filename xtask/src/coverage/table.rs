@@ -5,7 +5,7 @@ use std::fs;
 
 use anyhow::{Context, Result};
 
-use super::situation::Tally;
+use super::situation::{Tally, coverage};
 use crate::shell;
 
 const PAGE: &str = "docs/validation.md";
@@ -13,19 +13,17 @@ const PAGE: &str = "docs/validation.md";
 /// Coverage that is asked of a 95 % interval.
 const ASKED: std::ops::RangeInclusive<f64> = 0.93..=0.97;
 
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn share(held: usize, all: usize) -> f64 {
-    held as f64 / all as f64
-}
-
 /// One line per quantity.
 pub(crate) fn print_lines(tally: &Tally) {
-    for (name, (held, all)) in &tally.held {
+    for (name, loops) in &tally.held {
+        let covered = coverage(loops);
         println!(
-            "{}  {}  {name}  {:.1} % of {all} ({} of {} loops)",
+            "{}  {}  {name}  {:.1} ± {:.1} % of {} ({} of {} loops)",
             tally.situation.krate,
             tally.situation.name,
-            100.0 * share(*held, *all),
+            100.0 * covered.share,
+            100.0 * covered.std,
+            covered.intervals,
             tally.named,
             tally.loops
         );
@@ -56,18 +54,19 @@ fn block(tallies: &[Tally]) -> Result<String> {
     let commit = shell::output_of("git", &["rev-parse", "--short=12", "HEAD"])?;
     let mut block = format!(
         "\nCommit `{}`. Loops in which the right effect and nothing else was accepted, and how many \
-         of their 95 % intervals hold the truth.\n\n\
+         of their 95 % intervals hold the truth, ± one standard error by loops.\n\n\
          | situation | loops | quantity | hold the truth |\n|---|---|---|---|\n",
         commit.trim()
     );
     for tally in tallies {
-        for (name, (held, all)) in &tally.held {
-            let covered = share(*held, *all);
-            let mark = if ASKED.contains(&covered) { "" } else { " **missed**" };
-            let (percent, named, loops) = (100.0 * covered, tally.named, tally.loops);
+        for (name, loops) in &tally.held {
+            let covered = coverage(loops);
+            let mark = if ASKED.contains(&covered.share) { "" } else { " **missed**" };
+            let (percent, std) = (100.0 * covered.share, 100.0 * covered.std);
+            let (named, loops, all) = (tally.named, tally.loops, covered.intervals);
             let _ = writeln!(
                 block,
-                "| {} | {named} of {loops} | {name} | {percent:.1} % of {all}{mark} |",
+                "| {} | {named} of {loops} | {name} | {percent:.1} ± {std:.1} % of {all}{mark} |",
                 tally.situation.name
             );
         }
