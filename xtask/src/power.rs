@@ -3,6 +3,7 @@
 mod cell;
 mod cells;
 mod detectable;
+mod harder_cells;
 mod mirror_cells;
 mod probe_cells;
 mod run_cells;
@@ -16,6 +17,7 @@ mod trial;
 mod wilson;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, thread};
@@ -40,6 +42,9 @@ pub(crate) struct Arguments {
     /// Only cells whose crate or situation contains this; documents only crates run in full.
     #[arg(long)]
     only: Option<String>,
+    /// A built program; default: it is built.
+    #[arg(long)]
+    binary: Option<PathBuf>,
 }
 
 /// Processes that run at the same time.
@@ -64,6 +69,7 @@ impl Tally {
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let share = self.hits as f64 / self.trials as f64;
         match self.cell.question {
+            Question::Honest(_) => share >= 0.95,
             Question::Named(_) => share >= 0.95 && self.ratio <= 1.1,
             Question::BothNamed(_) => share >= 0.9 && self.ratio <= 1.1,
             Question::FalseAddition | Question::ConfidentWrongName | Question::OtherName(_) => {
@@ -78,7 +84,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.seeds == 0 {
         bail!("at least one seed per cell is needed");
     }
-    let truing = Truing::build()?;
+    let truing = match &arguments.binary {
+        Some(binary) => Truing::at(binary.clone()),
+        None => Truing::build()?,
+    };
     let wanted = |cell: &Cell| {
         let name = format!("{} {}", cell.krate, cell.situation);
         arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))

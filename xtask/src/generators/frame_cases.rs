@@ -43,6 +43,7 @@ fn survey_case(
         Colour::White => "white",
         Colour::Ar1(_) => "correlated from point to point",
         Colour::Pink => "1/f",
+        Colour::HeavyTails => "Student's t with three degrees of freedom",
     };
     let truth = format!("{truth} Noise {} µm per coordinate, {noise}.", survey.noise_mm * 1e3);
     generated(&format!("frame-fit/{folder}"), survey.seed, tables, Story { title, truth, expect })

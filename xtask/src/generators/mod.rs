@@ -7,6 +7,7 @@ pub(crate) mod oracle;
 pub(crate) mod polish;
 pub(crate) mod polish_head;
 pub(crate) mod polish_tables;
+pub(crate) mod positions;
 pub(crate) mod press;
 pub(crate) mod press_tables;
 pub(crate) mod probe;

@@ -1,7 +1,7 @@
-//! Stationary Gaussian noise, white or coloured.
+//! Stationary noise, white, coloured or heavy-tailed.
 
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, StudentT};
 
 /// How successive values depend on each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub(crate) enum Colour {
     /// 1/f over three decades: autoregressions with time constants 1, 4, 16, 64 and 256 samples,
     /// of equal variance.
     Pink,
+    /// Independent values of Student's t with three degrees of freedom: single readings far off.
+    HeavyTails,
 }
 
 /// Correlation of neighbours in each part of [`Colour::Pink`]: exp(−1/τ).
@@ -22,6 +24,7 @@ const PINK_CORRELATIONS: [f64; 5] =
 /// A source of noise of unit standard deviation from its first value on.
 #[derive(Clone, Debug)]
 pub(crate) struct Noise {
+    heavy_tails: bool,
     correlations: Vec<f64>,
     states: Vec<f64>,
 }
@@ -30,16 +33,19 @@ impl Noise {
     /// Starts in the stationary distribution, so that early values are as noisy as late ones.
     pub(crate) fn new(colour: Colour, rng: &mut ChaCha8Rng) -> Self {
         let correlations = match colour {
-            Colour::White => vec![0.0],
+            Colour::White | Colour::HeavyTails => vec![0.0],
             Colour::Ar1(correlation) => vec![correlation],
             Colour::Pink => PINK_CORRELATIONS.to_vec(),
         };
         let states = correlations.iter().map(|_| gaussian(rng)).collect();
-        Self { correlations, states }
+        Self { heavy_tails: colour == Colour::HeavyTails, correlations, states }
     }
 
     /// The next value.
     pub(crate) fn next(&mut self, rng: &mut ChaCha8Rng) -> f64 {
+        if self.heavy_tails {
+            return student(rng);
+        }
         for (state, &correlation) in self.states.iter_mut().zip(&self.correlations) {
             *state =
                 correlation * *state + (1.0 - correlation * correlation).sqrt() * gaussian(rng);
@@ -48,6 +54,13 @@ impl Noise {
         let n_parts = self.states.len() as f64;
         self.states.iter().sum::<f64>() / n_parts.sqrt()
     }
+}
+
+/// One value of Student's t with three degrees of freedom over its standard deviation, √3.
+fn student(rng: &mut ChaCha8Rng) -> f64 {
+    let law = StudentT::new(3.0).expect("three is positive");
+    let value: f64 = law.sample(rng);
+    value / 3.0_f64.sqrt()
 }
 
 /// One standard normal value.
@@ -59,6 +72,16 @@ pub(crate) fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
 mod tests {
     use super::*;
     use rand::SeedableRng;
+
+    /// Beyond the 97.5 % quantile of t₃ to either side lies one value in twenty: 200 ± 14 of 4000.
+    #[test]
+    fn heavy_tails_are_those_of_three_degrees_of_freedom() {
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let mut noise = Noise::new(Colour::HeavyTails, &mut rng);
+        let far = |value: f64| value.abs() > 3.182_446 / 3.0_f64.sqrt();
+        let beyond = (0..4000).filter(|_| far(noise.next(&mut rng))).count();
+        assert!((150..250).contains(&beyond), "{beyond}");
+    }
 
     /// Of 4000 values of correlation ρ the lag-one coefficient is known to about 1/√4000 = 0.016,
     /// and the variance of the least independent source here (pink) to about 0.25.

@@ -35,6 +35,11 @@ pub(crate) enum Flaw {
     Play(f64),
     /// The axial cell follows a humidity that only the table knows, N per percent.
     Humidity(f64),
+    /// The reference reads too high in one strip: which, N.
+    Strip(usize, f64),
+    /// The zero of the axial cell settles, N at the start: six tenths of it with a time constant of
+    /// a twelfth of the run, the rest with one of half the run.
+    Settling(f64),
     /// The axial cell follows the temperature of the air from 20 °C, N/K.
     Warmth(f64),
 }
@@ -236,16 +241,24 @@ impl Rig<'_> {
                 Flaw::CellCurvature(per_n) => cells_n[3] *= 1.0 + per_n * cells_n[3],
                 Flaw::Humidity(n) => cells_n[3] += n * (humidity_pct - 45.0),
                 Flaw::Warmth(n) => cells_n[3] += n * (air_c - 20.0),
-                Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {}
+                Flaw::Settling(n) => {
+                    let share = time_s / self.run_s;
+                    cells_n[3] += n * (0.6 * (-12.0 * share).exp() + 0.4 * (-2.0 * share).exp());
+                }
+                Flaw::Strip(..) | Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {}
             }
         }
         let late_s: f64 =
             flaws.iter().map(|f| if let Flaw::Delay(late_s) = f { *late_s } else { 0.0 }).sum();
         let mut reference_n = self.instant(segment, since_s - late_s).press_n;
         for flaw in flaws {
-            if let Flaw::Play(width_n) = flaw {
-                *play_n = play_n.clamp(reference_n - width_n, reference_n + width_n);
-                reference_n = *play_n;
+            match flaw {
+                Flaw::Play(width_n) => {
+                    *play_n = play_n.clamp(reference_n - width_n, reference_n + width_n);
+                    reference_n = *play_n;
+                }
+                Flaw::Strip(off, high_n) if off == segment => reference_n += high_n,
+                _ => {}
             }
         }
         Sample {

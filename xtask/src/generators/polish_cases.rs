@@ -46,6 +46,7 @@ fn run_case(
             Colour::White => "white",
             Colour::Ar1(_) => "correlated from sample to sample",
             Colour::Pink => "1/f",
+            Colour::HeavyTails => "Student's t with three degrees of freedom",
         }
     );
     generated(

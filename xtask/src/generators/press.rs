@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::noise::{Colour, Noise, gaussian};
+use super::noise::{Colour, Noise};
 use super::vector::{add, cross, rotate};
 
 /// What is wrong with the sensor, its fixture or the machine.
@@ -40,6 +40,11 @@ pub(crate) enum Fault {
     /// The spindle housing warms and moves the head, machine frame, mm in the end; first-order
     /// warming with a time constant of a third of the session.
     SpindleGrowth([f64; 2]),
+    /// The moment bridges are warm in the presses at the highest load: bias of mx and my there,
+    /// N·mm.
+    WarmLoad([f64; 2]),
+    /// The pad slips along the drag, where that is more than a tenth of the load: mm.
+    Slip(f64),
     /// The normal force reads `fz·(1 + factor·|fz|)`, 1/N.
     ForceCurvature(f64),
 }
@@ -69,6 +74,8 @@ pub(crate) struct Session {
     /// Sideways drag over the load while the head feeds; its direction changes from press to
     /// press.
     pub drag: f64,
+    /// Whether the drag differs from press to press, from nothing to twice as much.
+    pub drag_varies: bool,
     /// Samples per press.
     pub n_samples: usize,
     /// Samples per second.
@@ -79,6 +86,8 @@ pub(crate) struct Session {
     pub moment_noise_nmm: f64,
     /// Dependence of successive samples of the sensor.
     pub colour: Colour,
+    /// Law of the head's seat.
+    pub seat: Colour,
     /// Standard deviation of the head's seat from press to press, each axis, mm.
     pub seat_mm: f64,
     /// Radius of the orbit of the pressure centre, mm.
@@ -106,11 +115,13 @@ impl Session {
             n_locate: 0,
             loads_n: vec![20.0, 60.0],
             drag: 0.08,
+            drag_varies: false,
             n_samples: 64,
             rate_hz: 50.0,
             force_noise_n: 0.02,
             moment_noise_nmm: 1.0,
             colour: Colour::White,
+            seat: Colour::White,
             seat_mm: 0.008,
             wobble_mm: 0.6,
             head_offset_mm: [0.0; 2],
@@ -174,6 +185,8 @@ const PRESS_INTERVAL_S: f64 = 90.0;
 const N_APPROACH: usize = 3;
 /// The presses lie within a square of this half width around the sensor, mm.
 const REACH_MM: f64 = 30.0;
+/// Drag over load up to which the pad sticks.
+const STICKS: f64 = 0.1;
 /// Load at which the lateral compliance is counted from, N.
 pub(crate) const REFERENCE_LOAD_N: f64 = 40.0;
 
@@ -201,6 +214,7 @@ struct Planned {
     role: Role,
     commanded_mm: [f64; 2],
     load_n: f64,
+    drag: f64,
     drag_rad: f64,
 }
 
@@ -231,6 +245,11 @@ fn plan(session: &Session, sensor_mm: [f64; 2], rng: &mut ChaCha8Rng) -> Vec<Pla
                 role,
                 commanded_mm: [sensor_mm[0] + x, sensor_mm[1] + y],
                 load_n: session.loads_n[rng.random_range(0..session.loads_n.len())],
+                drag: if session.drag_varies {
+                    session.drag * rng.random_range(0.0..2.0)
+                } else {
+                    session.drag
+                },
                 drag_rad: GOLDEN_RAD * as_f64(index),
             }
         })
@@ -281,6 +300,9 @@ impl Rig<'_> {
             let wrench =
                 if in_contact { self.wrench(center_mm, &head, time_s, wobble) } else { [0.0; 6] };
             let mut reading = self.sense(wrench, (start_s + time_s) / session_s, play);
+            for (channel, bias_nmm) in self.warm_nmm(planned).into_iter().enumerate() {
+                reading[3 + channel] += bias_nmm;
+            }
             for (channel, value) in reading.iter_mut().enumerate() {
                 let std =
                     if channel < 3 { session.force_noise_n } else { session.moment_noise_nmm };
@@ -293,18 +315,32 @@ impl Rig<'_> {
         Press { role: planned.role, commanded_mm: planned.commanded_mm, spin_hz, samples }
     }
 
+    /// Bias of mx and my in one press.
+    fn warm_nmm(&self, planned: &Planned) -> [f64; 2] {
+        let highest = self.session.loads_n.iter().copied().fold(0.0, f64::max);
+        let of = |fault: Fault| match fault {
+            Fault::WarmLoad(bias) if planned.load_n >= highest => bias,
+            _ => [0.0; 2],
+        };
+        let [first, second] = self.session.faults().map(of);
+        [first[0] + second[0], first[1] + second[1]]
+    }
+
     /// Where the head really goes, machine frame.
     fn center(&self, planned: &Planned, progress: f64, rng: &mut ChaCha8Rng) -> [f64; 2] {
         let offset = match planned.role {
             Role::Locate => self.session.head_offset_mm,
             _ => [0.0; 2],
         };
+        let along = [planned.drag_rad.cos(), planned.drag_rad.sin()];
+        let mut seats = Noise::new(self.session.seat, &mut rng.clone());
         std::array::from_fn(|axis| {
             let commanded = planned.commanded_mm[axis];
-            let seat = self.session.seat_mm * gaussian(rng);
+            let seat = self.session.seat_mm * seats.next(rng);
             let shift = |fault: Fault| match fault {
                 Fault::FrameScale(s) => s * commanded,
                 Fault::LoadShift(per_n) => per_n[axis] * (planned.load_n - REFERENCE_LOAD_N),
+                Fault::Slip(mm) if planned.drag > STICKS => mm * along[axis],
                 Fault::SpindleGrowth(end) => end[axis] * (1.0 - (-3.0 * progress).exp()),
                 _ => 0.0,
             };
@@ -385,7 +421,7 @@ struct Contact {
 
 impl Head {
     fn new(session: &Session, spin_hz: f64, planned: &Planned, rng: &mut ChaCha8Rng) -> Self {
-        let drag = session.drag;
+        let drag = planned.drag;
         Self {
             wobble_mm: session.wobble_mm,
             spin_rad_per_s: TAU * spin_hz,

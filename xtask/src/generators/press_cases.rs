@@ -49,6 +49,7 @@ fn session_case(
             Colour::White => "white",
             Colour::Ar1(_) => "correlated from sample to sample",
             Colour::Pink => "1/f",
+            Colour::HeavyTails => "Student's t with three degrees of freedom",
         }
     );
     generated(&format!("ft-center/{folder}"), session.seed, tables, Story { title, truth, expect })

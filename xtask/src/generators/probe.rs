@@ -40,6 +40,10 @@ pub(crate) enum Flaw {
     PartLobes(f64),
     /// A planed part: waves along x, mm, of this length, mm.
     Waves(f64, f64),
+    /// A patch of the part is low: mm, and its width, mm.
+    Patch(f64, f64),
+    /// The x axis stops on either side of where it is read, by the way it came, this far apart, mm.
+    Reversal(f64),
     /// The ball swells with the humidity, mm per percent.
     Humidity(f64),
 }
@@ -143,6 +147,7 @@ pub(crate) fn simulate(session: &Session) -> Vec<Touch> {
         size * (phase + TAU * periods * as_f64(i) / as_f64(n)).sin() + 0.1 * size * gaussian(rng)
     };
     let mut noises: Vec<Noise> = (0..3).map(|_| Noise::new(session.colour, &mut rng)).collect();
+    let mut last_x_mm = None;
     order
         .iter()
         .enumerate()
@@ -161,7 +166,9 @@ pub(crate) fn simulate(session: &Session) -> Vec<Touch> {
                 normal,
                 contact_mm,
             };
-            let clean = read(session, index, &touch);
+            let mut clean = read(session, index, &touch);
+            let x_mm = clean[0];
+            clean[0] += reversed_mm(session, x_mm - last_x_mm.replace(x_mm).unwrap_or(x_mm));
             let nominal_center = add(contact_mm, scale(session.tip_mm, normal));
             touch.signal_mm = dot(add(clean, scale(-1.0, nominal_center)), normal);
             let noise: [f64; 3] =
@@ -259,6 +266,15 @@ fn read(session: &Session, index: usize, touch: &Touch) -> [f64; 3] {
     }
     let of_machine = session.flaws().map(|flaw| machine_error(flaw, session, index, center, touch));
     add(center, add(of_machine[0], of_machine[1]))
+}
+
+/// Where x stops beside where it is read, after a move by this much.
+fn reversed_mm(session: &Session, moved_mm: f64) -> f64 {
+    let of = |flaw: Flaw| match flaw {
+        Flaw::Reversal(apart_mm) if moved_mm != 0.0 => 0.5 * apart_mm * moved_mm.signum(),
+        _ => 0.0,
+    };
+    session.flaws().map(of).iter().sum()
 }
 
 /// How far from the contact the probe triggers.
@@ -372,9 +388,21 @@ fn form(session: &Session, place: [f64; 3], at: [f64; 3]) -> f64 {
             size * place[0] * (place[0] * place[0] - 3.0 * place[1] * place[1])
         }
         Flaw::Waves(size, length) => size * (TAU * at[0] / length).cos(),
+        Flaw::Patch(low, width) => {
+            let off = add(at, scale(-1.0, patch_mm(session)));
+            -low * (-off.iter().map(|v| v * v).sum::<f64>() / (width * width)).exp()
+        }
         _ => 0.0,
     });
     of[0] + of[1]
+}
+
+/// The middle of a patch, half way between the top and the rim of what is touched.
+fn patch_mm(session: &Session) -> [f64; 3] {
+    match session.shape {
+        Shape::Sphere { radius_mm } => scale(radius_mm, [0.6, -0.35, (1.0f64 - 0.4825).sqrt()]),
+        Shape::Bowl { radius_mm } => [20.0, -12.0, 544.0 / (2.0 * radius_mm)],
+    }
 }
 
 fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {

@@ -44,6 +44,12 @@ pub(crate) enum Defect {
     /// The machine's scales grow with the air temperature, which is recorded: relative per kelvin
     /// away from 20 °C.
     Expansion(f64),
+    /// The machine is longer in the last third of the survey, a session that nobody recorded the
+    /// temperature of: relative.
+    WarmSession(f64),
+    /// Every place of the machine has an error of its own, along x, that is the same whenever it
+    /// goes there: standard deviation, mm.
+    Profile(f64),
     /// A mount of carbon-fibre composite swells with humidity: mm per percent, along z.
     Humidity(f64),
 }
@@ -74,6 +80,8 @@ pub(crate) struct Survey {
     pub handedness: Option<&'static str>,
     /// Whether the air temperature is recorded, which drives nothing.
     pub record_air: bool,
+    /// How often all places are visited, one round a session; the number of points is that of all.
+    pub rounds: usize,
     /// What is wrong.
     pub defect: Defect,
     /// What else is wrong.
@@ -97,6 +105,7 @@ impl Survey {
             transform: "rigid",
             handedness: None,
             record_air: false,
+            rounds: 1,
             defect: Defect::None,
             also: Defect::None,
             seed,
@@ -137,7 +146,8 @@ pub(crate) fn simulate(survey: &Survey) -> Surveyed {
     let mut rng = ChaCha8Rng::seed_from_u64(survey.seed);
     let pose = Pose::random(survey, &mut rng);
     let n_points = survey.n_fit + survey.n_check;
-    let from_mm = spread_points(n_points, survey.planar, &mut rng);
+    let places = spread_points(n_points / survey.rounds, survey.planar, &mut rng);
+    let from_mm: Vec<[f64; 3]> = places.iter().copied().cycle().take(n_points).collect();
     let is_check = check_points(survey.n_fit, survey.n_check);
     let covariates = Covariates::simulate(n_points, &mut rng);
     let mut noises: Vec<Noise> = (0..3).map(|_| Noise::new(survey.colour, &mut rng)).collect();
@@ -222,11 +232,30 @@ fn displacement_of(defect: Defect, p: [f64; 3], index: usize, covariates: &Covar
         Defect::LeadScrew(amplitude, period) => {
             [amplitude * (std::f64::consts::TAU * p[0] / period).sin(), 0.0, 0.0]
         }
+        Defect::WarmSession(strain) if session_of(index, covariates.air_c.len()) == SESSIONS - 1 => {
+            scale(strain, p)
+        }
+        Defect::WarmSession(_) => [0.0; 3],
+        Defect::Profile(size) => [size * place_noise(p), 0.0, 0.0],
         Defect::Expansion(per_k) => scale(per_k * (covariates.air_c[index] - 20.0), p),
         Defect::Humidity(per_percent) => {
             [0.0, 0.0, per_percent * (covariates.humidity_pct[index] - 50.0)]
         }
     }
+}
+
+/// Sessions of a survey in which one is warm.
+const SESSIONS: usize = 3;
+
+/// The session of a point.
+fn session_of(index: usize, n_points: usize) -> usize {
+    SESSIONS * index / n_points
+}
+
+/// A standard normal number that belongs to a place.
+fn place_noise(p: [f64; 3]) -> f64 {
+    let bits = p.iter().fold(0u64, |bits, v| bits.rotate_left(21) ^ v.to_bits());
+    gaussian(&mut ChaCha8Rng::seed_from_u64(bits))
 }
 
 /// Where the tracker stands.
@@ -349,7 +378,8 @@ fn pairs_csv(
     let axes = &["x", "y", "z"][..n_axes];
     let with = |of: fn(&Defect) -> bool| of(&survey.defect) || of(&survey.also);
     let with_humidity = with(|d| matches!(d, Defect::Humidity(_)));
-    let with_time = with(|d| matches!(d, Defect::Drift(_)));
+    let with_time = with(|d| matches!(d, Defect::Drift(_) | Defect::WarmSession(_)));
+    let with_session = with(|d| matches!(d, Defect::WarmSession(_)));
     let mut text = "point".to_owned();
     for side in ["from", "to"] {
         for axis in axes {
@@ -359,6 +389,8 @@ fn pairs_csv(
     text.push_str(",use");
     text.push_str(if with_humidity { ",humidity_pct" } else { "" });
     text.push_str(if with_time { ",time_s" } else { "" });
+    text.push_str(if with_session { ",session" } else { "" });
+    text.push_str(if survey.rounds > 1 { ",round,target" } else { "" });
     text.push_str(if survey.record_air { ",air_c" } else { "" });
     text.push('\n');
     for (index, (from, to)) in from_mm.iter().zip(to_mm).enumerate() {
@@ -375,6 +407,13 @@ fn pairs_csv(
         }
         if with_time {
             let _ = write!(text, ",{:.0}", POINT_INTERVAL_S * as_f64(index));
+        }
+        if with_session {
+            let _ = write!(text, ",s{}", session_of(index, from_mm.len()) + 1);
+        }
+        if survey.rounds > 1 {
+            let n_places = from_mm.len() / survey.rounds;
+            let _ = write!(text, ",r{},T{:02}", index / n_places + 1, index % n_places + 1);
         }
         if survey.record_air {
             let _ = write!(text, ",{:.2}", covariates.air_c[index]);

@@ -12,6 +12,8 @@ pub(crate) enum Defect {
     RangeDrift(f64),
     /// A station's stand warms: which, and total over the whole measurement, mm.
     StationDrift(usize, [f64; 3]),
+    /// Every stand warms, each in a direction of its own: total, mm.
+    StandsDrift(f64),
     /// Play of the drive: the axis stops short by half of this either way, rad, and its bearing
     /// gives by the displacement, mm.
     Backlash(f64, [f64; 3]),

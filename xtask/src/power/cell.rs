@@ -17,6 +17,9 @@ pub(crate) enum Question {
     /// How often an effect of the catalogue is added, with no covariate among its rivals, and the
     /// matter called explained.
     ConfidentWrongName,
+    /// How often the answer is right or honest: every name that is added is one of these (or starts
+    /// with it), or a column without a cause, and what is left unexplained is said to be.
+    Honest(&'static [&'static str]),
     /// The same of an effect that the design hardly sees: how often it is not in a class.
     OtherName(&'static str),
 }

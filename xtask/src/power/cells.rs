@@ -17,6 +17,7 @@ pub(crate) fn cells() -> Vec<Cell> {
     cells.extend(super::tracer_cells::cells());
     cells.extend(super::target_cells::cells());
     cells.extend(super::probe_cells::cells());
+    cells.extend(super::harder_cells::cells());
     cells
 }
 

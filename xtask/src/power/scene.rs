@@ -5,6 +5,7 @@ use crate::generators::mirror::{self, Mirror};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
 use crate::generators::polish::{self, Run};
 use crate::generators::polish_tables;
+use crate::generators::positions::{self, Positions};
 use crate::generators::press::{self, Fault, Recorded, Role, Session};
 use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
 use crate::generators::strokes::{Strokes, path_csv};
@@ -28,6 +29,7 @@ pub(crate) enum Scene {
     Tracer(tracer::Run),
     Targets(targets::Survey),
     Probe(probe::Session),
+    Positions(Positions),
 }
 
 /// A case folder, and the error on its check groups that the noise alone makes.
@@ -58,6 +60,9 @@ impl Scene {
                     ],
                     noise: probe::check_noise_mm(&touches),
                 }
+            }
+            Self::Positions(scene) => {
+                Simulated { files: positions::tables(scene), noise: scene.noise_mm }
             }
             Self::Strokes(scene) => Simulated {
                 files: vec![

@@ -33,6 +33,8 @@ fn columns(tally: &Tally) -> [String; 5] {
         Question::Named(effect) => format!("{effect} named ≥ 95 %"),
         Question::BothNamed([first, second]) => format!("{first} and {second} named ≥ 90 %"),
         Question::ConfidentWrongName => "confident wrong names ≤ 5 %".to_owned(),
+        Question::Honest([]) => "left unnamed, and said so ≥ 95 %".to_owned(),
+        Question::Honest([effect, ..]) => format!("{effect} named, or said to be left ≥ 95 %"),
         Question::OtherName(effect) => format!("confident names without {effect} ≤ 5 %"),
     };
     let (low, high) = interval(tally.hits, tally.trials);

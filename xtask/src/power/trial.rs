@@ -40,7 +40,9 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
     ])?;
     if answer.code != Some(0) {
         // No answer counts against every question.
-        let hit = !matches!(cell.question, Question::Named(_) | Question::BothNamed(_));
+        let asks_for_names =
+            matches!(cell.question, Question::Named(_) | Question::BothNamed(_) | Question::Honest(_));
+        let hit = !asks_for_names;
         return Ok(Trial { hit, ratio: None, answer: failure(&answer.message) });
     }
     let steps = answer.json["steps"].as_array().cloned().unwrap_or_default();
@@ -59,6 +61,15 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
                 && classes.iter().all(names_one)
                 && truths.iter().all(is_named)
         }
+        Question::Honest(truths) => {
+            let is_true = |class: &&Vec<&str>| {
+                class.iter().any(|name| truths.iter().any(|truth| name.contains(truth)))
+            };
+            let n_true = classes.iter().filter(is_true).count();
+            let rest: Vec<_> = classes.iter().filter(|class| !is_true(class)).collect();
+            let says_so = ["structure-remains", "noise-larger-than-declared"].contains(&verdict);
+            rest.iter().all(|class| is_column(class)) && (n_true > 0 || says_so)
+        }
         Question::ConfidentWrongName => {
             verdict == "explained" && classes.iter().any(|class| names_catalogue_alone(class))
         }
@@ -74,6 +85,11 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
         ratio: held_out.map(|error| error / simulated.noise),
         answer: format!("{} → {verdict}", names.join(" + ")),
     })
+}
+
+/// Whether a class holds columns of the data alone, and not the order of the readings.
+fn is_column(class: &[&str]) -> bool {
+    class.iter().all(|name| name.starts_with("covariate:") && !name.contains("order"))
 }
 
 /// Whether a class holds names of the catalogue and no covariate: one with a covariate among its
