@@ -38,10 +38,18 @@ pub(crate) const NOT_ADDITIVE: f64 = 0.01;
 /// small that noise whose variance is a few times what memory leaves of it does not reach it.
 pub(crate) const PLAINLY_NOT_ADDITIVE: f64 = 1e-6;
 
-/// Share of the excess of χ² over its expectation that names may leave and still stand although
+/// Share of the misfit that names may leave and still stand although
 /// they are not what they promise: a drift that is not quite even leaves some hundredths, and is a
 /// drift.
 pub(crate) const EXCESS_LEFT: f64 = 0.05;
+
+/// The same where no noise was declared: what a departure takes is noise, too, and data from a
+/// machine have some of everything.
+pub(crate) const EXCESS_LEFT_UNDECLARED: f64 = 0.1;
+
+/// Share of that excess that names must leave, beside structure, to be taken back for it alone: what
+/// has no name is then larger than what has.
+pub(crate) const MOSTLY_LEFT: f64 = 0.5;
 
 /// Significance from which on check groups are predicted too badly.
 pub(crate) const BADLY_PREDICTED: f64 = 0.005;

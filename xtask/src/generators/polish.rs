@@ -245,7 +245,8 @@ impl Rig<'_> {
                     let share = time_s / self.run_s;
                     cells_n[3] += n * (0.6 * (-12.0 * share).exp() + 0.4 * (-2.0 * share).exp());
                 }
-                Flaw::Strip(..) | Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {}
+                Flaw::Strip(..) | Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {
+                }
             }
         }
         let late_s: f64 =

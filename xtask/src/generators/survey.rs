@@ -232,7 +232,9 @@ fn displacement_of(defect: Defect, p: [f64; 3], index: usize, covariates: &Covar
         Defect::LeadScrew(amplitude, period) => {
             [amplitude * (std::f64::consts::TAU * p[0] / period).sin(), 0.0, 0.0]
         }
-        Defect::WarmSession(strain) if session_of(index, covariates.air_c.len()) == SESSIONS - 1 => {
+        Defect::WarmSession(strain)
+            if session_of(index, covariates.air_c.len()) == SESSIONS - 1 =>
+        {
             scale(strain, p)
         }
         Defect::WarmSession(_) => [0.0; 3],

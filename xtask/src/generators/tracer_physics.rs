@@ -50,7 +50,9 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
             }
             Defect::StandsDrift(total) => {
                 // Directions a golden angle apart about the vertical.
-                let (sin, cos) = (2.399_963 * f64::from(u32::try_from(at.station).expect("a dozen at most"))).sin_cos();
+                let (sin, cos) = (2.399_963
+                    * f64::from(u32::try_from(at.station).expect("a dozen at most")))
+                .sin_cos();
                 let way = [0.8 * cos, 0.8 * sin, if at.station % 2 == 0 { 0.6 } else { -0.6 }];
                 station = add(station, scale(settling(at.share) * total, way));
             }

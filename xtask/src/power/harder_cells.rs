@@ -136,7 +136,8 @@ fn outside_polishing() -> Vec<Cell> {
 /// Three loads, and a drag that differs from press to press.
 fn varied(seed: u64) -> Session {
     let loads_n = vec![20.0, 35.0, 60.0];
-    Session { loads_n, n_frame: 36, n_check: 12, drag_varies: true, ..Session::new(seed) }
+    let base = Session { n_frame: 36, n_check: 12, declare_noise: true, ..Session::new(seed) };
+    Session { loads_n, drag_varies: true, ..base }
 }
 
 /// The names of a power error of a mirror.
@@ -173,8 +174,8 @@ fn outside_machines() -> Vec<Cell> {
             let defect = tracer_run::Defect::StandsDrift(0.03);
             Scene::Tracer(tracer::Run { defect, ..there_and_back(seed) })
         }),
-        cell(OUTSIDE, "tracker-lm: one stand drifts by 1 mm", Named("station-drift"), |seed| {
-            let d = direction(seed);
+        cell(OUTSIDE, "tracker-lm: one stand drifts by 0.1 mm", Named("station-drift"), |seed| {
+            let d = direction(seed).map(|v| 0.1 * v);
             let defect = tracer_run::Defect::StationDrift(2, d);
             Scene::Tracer(tracer::Run { defect, n_angles: 19, ..tracer::Run::new(seed) })
         }),

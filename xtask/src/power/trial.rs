@@ -40,8 +40,10 @@ pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Res
     ])?;
     if answer.code != Some(0) {
         // No answer counts against every question.
-        let asks_for_names =
-            matches!(cell.question, Question::Named(_) | Question::BothNamed(_) | Question::Honest(_));
+        let asks_for_names = matches!(
+            cell.question,
+            Question::Named(_) | Question::BothNamed(_) | Question::Honest(_)
+        );
         let hit = !asks_for_names;
         return Ok(Trial { hit, ratio: None, answer: failure(&answer.message) });
     }

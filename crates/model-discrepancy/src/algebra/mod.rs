@@ -8,5 +8,6 @@ pub(crate) mod coverage;
 pub(crate) mod f_tail;
 pub(crate) mod linearised;
 pub(crate) mod raw_observations;
+pub(crate) mod reading;
 pub(crate) mod silent;
 pub(crate) mod system;

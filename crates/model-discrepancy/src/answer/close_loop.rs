@@ -4,7 +4,7 @@ use crate::algebra::silent::silent_components;
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
-use crate::answer::contradiction::{chosen_instead, contradiction};
+use crate::answer::contradiction::{chosen_instead, contradiction, without_names};
 use crate::answer::estimate::{covariance, noise_level, parameter_estimates};
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::separation::{Further, Imitation, all_fitted, separate_by};
@@ -55,12 +55,12 @@ pub fn close_loop(
     let (covariates, silent) = (&covariates[..], &silent[..]);
     let open = Context { model, covariates, options, silent, banned: &[], thorough: true };
     let first = select(&open, &keep, &base);
-    let contradiction = contradiction(&open, &keep, &base, &first);
+    let contradicted = contradiction(&open, &keep, &base, &first);
     let named = first.system.active.iter().map(|active| active.effect);
-    let banned: Vec<usize> = named.filter(|_| contradiction.is_some()).collect();
+    let banned: Vec<usize> = named.filter(|_| contradicted.is_some()).collect();
     let context = Context { banned: &banned, ..open };
-    let (mut chosen, instead) = match contradiction {
-        Some(contradiction) => chosen_instead(&context, &keep, &base, &first, contradiction),
+    let (mut chosen, instead) = match contradicted {
+        Some(contradicted) => chosen_instead(&context, &keep, &base, &first, contradicted),
         None => (first, None),
     };
     let mut taken_back: Vec<Remaining> = instead.into_iter().collect();
@@ -73,6 +73,10 @@ pub fn close_loop(
         let Some((i, share, without)) = without else { break (attributions, summaries) };
         taken_back.push(left_over(&context, &chosen.added[i], share));
         chosen = without;
+        if let Some(contradicted) = contradiction(&context, &keep, &base, &chosen) {
+            chosen = without_names(&context, &keep, &chosen).unwrap_or(chosen);
+            taken_back.push(contradicted);
+        }
     };
     let steps = steps(&context, &keep, &chosen, &attributions, &summaries);
     let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, silent);
@@ -263,7 +267,7 @@ fn remaining(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
             }
         }
     }
-    found.extend(not_additive(context, chosen, lin));
+    found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
     found.extend(structure(context, lin));
     found.extend(badly_predicted(context, chosen, lin));
     found.extend(context.model.declared().findings.clone());

@@ -1,63 +1,65 @@
 //! Names that the data contradict: parts of something that has none in the catalogue.
 
 use crate::Remaining;
-use crate::algebra::system::{Estimate, System};
+use crate::algebra::system::{Estimate, System, rows_of};
+use crate::answer::structure::structure;
 use crate::choice::additivity::{not_additive, plainly_not_additive};
 use crate::choice::candidate::label;
 use crate::choice::context::Context;
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
-use crate::levels::EXCESS_LEFT;
+use crate::levels::{EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, MOSTLY_LEFT};
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
 
 /// The selection in place of one that the data contradict, and what is said of it where nothing else
 /// explains the data either: `context` bans what was named.
 ///
-/// Where another choice does not reach the declared noise, nothing is named.
+/// Where another choice does not reach the declared noise, or without that the same misfit, nothing
+/// is named.
 pub(crate) fn chosen_instead<'a>(
     context: &Context<'a>,
     keep: &[bool],
     base: &Estimate,
     chosen: &Selected<'a>,
-    contradiction: Remaining,
+    contradicted: Remaining,
 ) -> (Selected<'a>, Option<Remaining>) {
     let again = select(context, keep, base);
-    let reached = scatter(context, keep, &again.system, &again.estimate);
-    if !again.added.is_empty() && reached.is_some_and(|test| !test.is_above()) {
+    let reached = match scatter(context, keep, &again.system, &again.estimate) {
+        Some(test) => !test.is_above(),
+        None => {
+            let misfit = |of: &Selected<'_>| misfit(keep, &of.system, &of.estimate);
+            misfit(&again) <= misfit(chosen)
+        }
+    };
+    if !again.added.is_empty() && reached && contradiction(context, keep, base, &again).is_none() {
         return (again, None);
     }
     let plain = without_names(context, keep, chosen).unwrap_or_else(|| chosen.clone());
-    (plain, Some(contradiction))
+    (plain, Some(contradicted))
 }
 
-/// Where one of the named effects is not what its name promises, and all of them leave a visible
-/// part of the misfit.
+/// Where one of the named effects is not what its name promises, or something larger than all of
+/// them has no name.
 ///
 /// Greedy choice takes a shape that is in no catalogue apart into effects that each explain a piece:
-/// a low patch into an ellipsoid, lobes and a travel. What gives them away is that they neither
-/// reach the declared noise nor keep their own proportions. Without declared noise nothing is
-/// decided here.
+/// a low patch into an ellipsoid, lobes and a travel; a head that slips into a platform that is
+/// higher. What gives them away is that they do not keep their own proportions, and that a visible
+/// part of the misfit follows these departures; or that they do not reach the declared noise, and
+/// leave most of the misfit to neighbours that agree.
 pub(crate) fn contradiction(
     context: &Context<'_>,
     keep: &[bool],
     base: &Estimate,
     chosen: &Selected<'_>,
 ) -> Option<Remaining> {
-    let effects = &context.model.declared().effects;
-    if !context.model.declared().layout.sigma_declared || chosen.system.active.is_empty() {
+    if chosen.system.active.is_empty() {
         return None;
     }
-    let before = scatter(context, keep, &System::declared(context.model), base)?;
     let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
-    let after = global_test(&chosen.system, &chosen.estimate, &lin)?;
-    let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
-    if !after.is_above() || left < EXCESS_LEFT {
-        return None;
-    }
-    let mut found = not_additive(context, chosen, &lin);
-    found.extend(plainly_not_additive(context, chosen, &lin));
-    let worst = found.into_iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value))?;
+    let (worst, left) = departed(context, keep, base, chosen, &lin)
+        .or_else(|| left_above(context, keep, base, chosen, &lin))?;
+    let effects = &context.model.declared().effects;
     let name = |effect: usize| label(&effects[effect].id, effects[effect].subject.as_deref());
     let names: Vec<String> = chosen.system.active.iter().map(|a| name(a.effect)).collect();
     let shape = format!(
@@ -69,6 +71,57 @@ pub(crate) fn contradiction(
     Some(Remaining { shape, ..worst })
 }
 
+/// The departure of a name that takes most of the misfit, and its share of that.
+fn departed(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Option<(Remaining, f64)> {
+    let before = misfit(keep, &System::declared(context.model), base);
+    let after = misfit(keep, &chosen.system, &chosen.estimate);
+    // What the departure takes, in the same units.
+    let clean = lin.clean_residual().norm_squared();
+    let share = |explained: f64| {
+        let taken = explained / clean * after;
+        taken / (before - after + taken)
+    };
+    let found = not_additive(context, chosen, lin).into_iter();
+    let (worst, left) =
+        found.map(|d| (d.remaining, share(d.explained))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let most = if lin.layout.sigma_declared { EXCESS_LEFT } else { EXCESS_LEFT_UNDECLARED };
+    (left >= most).then_some((worst, left))
+}
+
+/// The structure that is left above the declared noise, and its share of what was before.
+fn left_above(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Option<(Remaining, f64)> {
+    let before = scatter(context, keep, &System::declared(context.model), base)?;
+    let after = global_test(&chosen.system, &chosen.estimate, lin)?;
+    let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
+    if !after.is_above() || left < EXCESS_LEFT {
+        return None;
+    }
+    let departures = plainly_not_additive(context, chosen, lin).into_iter().map(|d| d.remaining);
+    let agreeing = (left >= MOSTLY_LEFT).then(|| structure(context, lin));
+    let found = departures.chain(agreeing.into_iter().flatten());
+    found.min_by(|a, b| a.p_value.total_cmp(&b.p_value)).map(|worst| (worst, left))
+}
+
+/// Sum of squared residuals over the uncertainties of their rows, without any scatter between
+/// observations.
+fn misfit(keep: &[bool], system: &System<'_>, at: &Estimate) -> f64 {
+    let layout = &system.model.declared().layout;
+    let all = system.residuals(at);
+    rows_of(layout, keep).iter().map(|&row| (all[row] / layout.rows[row].sigma).powi(2)).sum()
+}
+
 fn scatter(
     context: &Context<'_>,
     keep: &[bool],
@@ -78,7 +131,8 @@ fn scatter(
     global_test(system, at, &Linear::of(system, at, keep, context.silent))
 }
 
-fn without_names<'a>(
+/// The selection without every effect that has a name; `None` where that cannot be fitted.
+pub(crate) fn without_names<'a>(
     context: &Context<'a>,
     keep: &[bool],
     chosen: &Selected<'a>,

@@ -14,6 +14,13 @@ use crate::tests::f_test::f_test;
 use crate::tests::significance::{Reach, significance};
 use crate::{Covariate, Model, Remaining};
 
+/// A named effect that is not what its name promises.
+pub(crate) struct Departure {
+    pub(crate) remaining: Remaining,
+    /// What it takes from the squared residual, whitened.
+    pub(crate) explained: f64,
+}
+
 /// Tests, for each named effect, whether the residual still follows its trace where it should not:
 /// odd powers of the trace itself, or the trace growing along a covariate.
 ///
@@ -26,7 +33,7 @@ pub(crate) fn not_additive(
     context: &Context<'_>,
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
-) -> Vec<Remaining> {
+) -> Vec<Departure> {
     departures(context, chosen, lin, NOT_ADDITIVE, |tangent, level| {
         Some(significance(lin, &lin.basis, tangent, Reach::Many, level)?.p_value)
     })
@@ -38,7 +45,7 @@ pub(crate) fn plainly_not_additive(
     context: &Context<'_>,
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
-) -> Vec<Remaining> {
+) -> Vec<Departure> {
     let residual = lin.basis.reject(&lin.residual);
     departures(context, chosen, lin, PLAINLY_NOT_ADDITIVE, |tangent, _| {
         let beside = Basis::of(&lin.basis.reject_columns(tangent), NEW_DIRECTION);
@@ -53,7 +60,7 @@ fn departures(
     lin: &Linear<'_>,
     all: f64,
     test: impl Fn(&DMatrix<f64>, f64) -> Option<f64>,
-) -> Vec<Remaining> {
+) -> Vec<Departure> {
     let traces: Vec<_> =
         chosen.system.active.iter().filter_map(|a| trace(context.model, chosen, lin, a)).collect();
     let along: Vec<_> = context.covariates.iter().map(|c| (&c.name, centred(lin, c))).collect();
@@ -61,15 +68,16 @@ fn departures(
     let mut found = Vec::new();
     for (name, share) in traces {
         let powers = DMatrix::from_columns(&[share.map(|f| f * f * f), share.map(|f| f * f.abs())]);
-        let left = |tangent: &DMatrix<f64>| test(tangent, level).filter(|p| *p <= level);
-        let mut push = |shape: String, p_value: Option<f64>| {
-            let covariate = name.to_owned();
-            found.extend(p_value.map(|p_value| Remaining { covariate, shape, p_value }));
+        let mut ask = |shape: String, tangent: &DMatrix<f64>| {
+            let Some(p_value) = test(tangent, level).filter(|p| *p <= level) else { return };
+            let beside = Basis::of(&lin.basis.reject_columns(tangent), NEW_DIRECTION);
+            let remaining = Remaining { covariate: name.to_owned(), shape, p_value };
+            found.push(Departure { remaining, explained: beside.explained(&lin.residual) });
         };
-        push("not proportional to the effect named".to_owned(), left(&powers));
+        ask("not proportional to the effect named".to_owned(), &powers);
         for (column, values) in &along {
             let growing = DMatrix::from_columns(&[share.component_mul(values)]);
-            push(format!("of another size along {column}"), left(&growing));
+            ask(format!("of another size along {column}"), &growing);
         }
     }
     found

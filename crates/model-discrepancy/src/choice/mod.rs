@@ -15,3 +15,4 @@ pub(crate) mod screening;
 pub(crate) mod select;
 pub(crate) mod selected;
 pub(crate) mod shape;
+pub(crate) mod tail;

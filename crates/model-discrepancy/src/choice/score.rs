@@ -16,16 +16,15 @@ use crate::choice::interruption::{breaks, interrupted, strongest as strongest_br
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
 use crate::choice::screening::Screening;
 use crate::choice::shape::{Shape, apart, correction, periods, shapes};
+use crate::choice::tail::{is_one_tail, may_be_a_tail};
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
-use crate::levels::IN_TAILS;
 use crate::levels::MIN_SHAPE_KEPT;
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::Significance;
 use crate::tests::hold_out::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::tests::significance::{Asked, Reach, significance_beside};
-use crate::tests::tails::chance_in_tails;
 use crate::{Covariate, Origin};
 
 /// Change of an error on groups left out, whitened and squared or as a share, that is round-off: an
@@ -263,29 +262,6 @@ fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trial
     Trials { tests: count(tests), families }
 }
 
-/// Whether any of `candidates` is a single reading as far off as noise with heavy tails puts one.
-pub(crate) fn may_be_a_tail(lin: &Linear<'_>, base: &Basis, candidates: &[&Candidate]) -> bool {
-    let single: Vec<usize> =
-        candidates.iter().filter_map(|candidate| only_observation(lin, candidate)).collect();
-    if single.is_empty() {
-        return false;
-    }
-    let mut beside = base.clone();
-    for candidate in candidates {
-        beside = beside.with(&candidate.tangent, NEW_DIRECTION);
-    }
-    single.into_iter().any(|observation| chance_in_tails(lin, &beside, observation) > IN_TAILS)
-}
-
-/// The one observation that a candidate moves; `None` where it moves more.
-fn only_observation(lin: &Linear<'_>, candidate: &Candidate) -> Option<usize> {
-    candidate.home?;
-    let moved = (0..lin.rows.len()).filter(|&i| candidate.tangent.row(i).iter().any(|v| *v != 0.0));
-    let mut observations = moved.map(|i| lin.layout.rows[lin.rows[i]].observation);
-    let first = observations.next()?;
-    observations.all(|o| o == first).then_some(first)
-}
-
 /// Judges beside a base and what this leaves of the data.
 pub(crate) fn judge(
     scoring: &Scoring<'_>,
@@ -299,7 +275,9 @@ pub(crate) fn judge(
     let asked = Asked { reach: candidate.reach, searched: candidate.searched, level };
     let test = significance_beside(lin, base, residual, &candidate.beside, asked)?;
     let mut adjusted = (test.p_value * trials).min(1.0);
-    if adjusted <= scoring.alpha && may_be_a_tail(lin, base, &[&candidate]) {
+    if adjusted <= scoring.alpha
+        && (may_be_a_tail(lin, base, &[&candidate]) || is_one_tail(lin, base, residual, &candidate))
+    {
         adjusted = 1.0;
     }
     let n = count(lin.rows.len());

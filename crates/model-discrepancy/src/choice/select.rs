@@ -9,11 +9,10 @@ use crate::choice::detectable::detectable_rms;
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::replace::replace_superseded;
-use crate::choice::score::{
-    ScorePass, Scored, Scoring, may_be_a_tail, score_catalogue, score_covariates,
-};
+use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
 use crate::choice::selected::{Added, Selected, What};
 use crate::choice::shape::is_of_levels;
+use crate::choice::tail::may_be_a_tail;
 use crate::count::count;
 use crate::levels::CATALOGUE_SHARE;
 use crate::levels::LATER;
@@ -115,15 +114,16 @@ fn catalogue_passes<'a>(
 
 /// Whether a single shape along a covariate describes the data better than two named effects.
 fn one_shape_is_better(context: &Context<'_>, scoring: &Scoring<'_>, pair: &[Scored; 2]) -> bool {
-    better_shape(context, scoring, pair[0].criterion, |_| true).is_some()
+    better_shape(context, scoring, (pair[0].criterion, 0), |_| true).is_some()
 }
 
 /// The shape along a covariate that describes the data best of those whose names `counts`, where it
-/// does so clearly better than what has this criterion.
+/// does so clearly better than effects of this criterion and so many directions; with no more
+/// directions than these, where it does so no worse.
 fn better_shape(
     context: &Context<'_>,
     scoring: &Scoring<'_>,
-    than: f64,
+    (than, directions): (f64, usize),
     counts: impl Fn(&str) -> bool,
 ) -> Option<Scored> {
     let judged = score_covariates(context, scoring);
@@ -135,9 +135,14 @@ fn better_shape(
         if !counts(&shape.shape) {
             return f64::INFINITY;
         }
-        // Unlike effects, a shape brings its constants along: they count here.
         let left = (judged.test.variance * count(judged.test.dof) / before).max(f64::MIN_POSITIVE);
-        n * left.ln() + count(judged.test.directions + shape.constants) * n.ln()
+        let (free, own) = (judged.test.directions, shape.constants);
+        if free <= directions {
+            // As many laws as levels: they pass through any values, and their names say nothing.
+            return n * left.ln() + count(free) * n.ln() - 2.0 * WORTH_MENTIONING;
+        }
+        // Unlike effects, a shape brings its constants along: they count here.
+        n * left.ln() + count(free + own) * n.ln()
     };
     let all = order.iter().map(|&i| (criterion(&judged[i]), i));
     let (best, i) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -165,9 +170,8 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
     let criterion = n * left.max(f64::MIN_POSITIVE).ln() + count(directions) * n.ln();
     let alpha = context.options.alpha * QUARTER;
     let scoring = Scoring::new(context, &plain.system, &plain.estimate, &lin, alpha);
-    let Some(shape) = better_shape(context, &scoring, criterion, is_of_levels) else {
-        return false;
-    };
+    let than = (criterion, directions);
+    let Some(shape) = better_shape(context, &scoring, than, is_of_levels) else { return false };
     if !add(&mut plain, keep, &[&shape]) {
         return false;
     }

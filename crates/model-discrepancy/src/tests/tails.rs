@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
 use crate::algebra::basis::Basis;
+use crate::algebra::reading::Reading;
 use crate::count::count;
 use crate::levels::HEAVY_TAILS;
 use crate::noise::linear::Linear;
@@ -21,10 +22,10 @@ const LARGEST: f64 = 1.5;
 /// Share of all readings that are mistakes, as a rule: they lie anywhere.
 const MISTAKEN: f64 = 0.01;
 
-/// Fewest rows that say anything of the tails.
+/// Fewest readings that say anything of the tails.
 const MIN_ROWS: usize = 12;
 
-/// Leverage beyond which a row has no residual of its own.
+/// Leverage beyond which a reading has no residual of its own.
 const FOLLOWED: f64 = 0.95;
 
 /// Chance that the noise alone puts any row as far off as the worst one of `observation`.
@@ -35,15 +36,15 @@ const FOLLOWED: f64 = 0.95;
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
-    let own: Vec<usize> = (0..lin.rows.len()).filter(|&i| of(lin, i) == observation).collect();
+    let (own, others): (Vec<Reading>, Vec<Reading>) =
+        lin.readings().into_iter().partition(|r| r.observation == observation);
     let farthest = studentized(lin, &lin.basis, &own).into_iter().map(f64::abs).fold(0.0, f64::max);
-    let others: Vec<usize> = (0..lin.rows.len()).filter(|&i| of(lin, i) != observation).collect();
     let rest = studentized(lin, beside, &others);
     if rest.len() < MIN_ROWS {
         return 0.0;
     }
     let laws = weighed(&rest, farthest);
-    let n = count(lin.rows.len());
+    let n = count(own.len() + others.len());
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
     laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>().clamp(0.0, 1.0)
 }
@@ -51,8 +52,7 @@ pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usi
 /// Degrees of freedom of Student's t that the residual shows, on the whole, where a normal law is
 /// out of the question.
 pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
-    let all: Vec<usize> = (0..lin.rows.len()).collect();
-    let rows = studentized(lin, &lin.basis, &all);
+    let rows = studentized(lin, &lin.basis, &lin.readings());
     if rows.len() < MIN_ROWS {
         return None;
     }
@@ -126,20 +126,14 @@ fn weighed(rows: &[f64], farthest: f64) -> Vec<(Law, f64)> {
     laws
 }
 
-fn of(lin: &Linear<'_>, row: usize) -> usize {
-    lin.layout.rows[lin.rows[row]].observation
-}
-
-/// Residual over its own standard uncertainty of each of `rows` that has one.
-fn studentized(lin: &Linear<'_>, beside: &Basis, rows: &[usize]) -> Vec<f64> {
+/// Residual over its own standard uncertainty of each reading that has one.
+fn studentized(lin: &Linear<'_>, beside: &Basis, readings: &[Reading]) -> Vec<f64> {
     let residual: DVector<f64> = beside.reject(&lin.residual);
-    let q = beside.rows(rows);
-    let of_row = |(at, &i): (usize, &usize)| {
-        let leverage = q.row(at).norm_squared();
-        let reported = lin.layout.rows[lin.rows[i]].reported;
-        (reported && leverage < FOLLOWED).then(|| residual[i] / (1.0 - leverage).sqrt())
+    let of_reading = |reading: &Reading| {
+        let left = reading.left_by(beside);
+        (left > 1.0 - FOLLOWED).then(|| reading.of(&residual) / left.sqrt())
     };
-    rows.iter().enumerate().filter_map(of_row).collect()
+    readings.iter().filter_map(of_reading).collect()
 }
 
 #[cfg(test)]
