@@ -1,0 +1,78 @@
+//! Candidates that are nothing but one reading far off, which may be the tail of the noise.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::algebra::basis::{Basis, NEW_DIRECTION};
+use crate::algebra::reading::Reading;
+use crate::choice::candidate::Candidate;
+use crate::levels::{IN_TAILS, STAY};
+use crate::noise::linear::Linear;
+use crate::tests::f_test::f_test_of;
+use crate::tests::tails::chance_in_tails;
+
+/// Whether any of `candidates` is a single reading as far off as noise with heavy tails puts one.
+pub(crate) fn may_be_a_tail(lin: &Linear<'_>, base: &Basis, candidates: &[&Candidate]) -> bool {
+    let single: Vec<usize> =
+        candidates.iter().filter_map(|candidate| only_observation(lin, candidate)).collect();
+    if single.is_empty() {
+        return false;
+    }
+    let mut beside = base.clone();
+    for candidate in candidates {
+        beside = beside.with(&candidate.tangent, NEW_DIRECTION);
+    }
+    single.into_iter().any(|observation| chance_in_tails(lin, &beside, observation) > IN_TAILS)
+}
+
+/// The one observation that a candidate moves; `None` where it moves more.
+fn only_observation(lin: &Linear<'_>, candidate: &Candidate) -> Option<usize> {
+    candidate.home?;
+    let moved = (0..lin.rows.len()).filter(|&i| candidate.tangent.row(i).iter().any(|v| *v != 0.0));
+    let mut observations = moved.map(|i| lin.layout.rows[lin.rows[i]].observation);
+    let first = observations.next()?;
+    observations.all(|o| o == first).then_some(first)
+}
+
+/// Whether a candidate that moves many readings is nothing without one of them, and this one no
+/// farther off than noise with heavy tails puts one: a beam that is said to have jumped at the last
+/// angle, a smooth error that a single corner shows.
+pub(crate) fn is_one_tail(
+    lin: &Linear<'_>,
+    base: &Basis,
+    residual: &DVector<f64>,
+    candidate: &Candidate,
+) -> bool {
+    let Some(observation) = carried_by(lin, base, residual, candidate) else { return false };
+    let beside = base.with(&candidate.tangent, NEW_DIRECTION);
+    chance_in_tails(lin, &beside, observation) > IN_TAILS
+}
+
+/// The observation without which nothing is left of a candidate.
+fn carried_by(
+    lin: &Linear<'_>,
+    base: &Basis,
+    residual: &DVector<f64>,
+    candidate: &Candidate,
+) -> Option<usize> {
+    let added = Basis::of(&candidate.beside, NEW_DIRECTION.sqrt());
+    let explained = residual - added.reject(residual);
+    let readings = lin.readings();
+    let square = |r: &&Reading| r.of(&explained).powi(2) / r.left_by(&lin.basis);
+    let is_free = |r: &&Reading| r.left_by(&lin.basis) > 0.0;
+    let farthest =
+        readings.iter().filter(is_free).max_by(|a, b| square(a).total_cmp(&square(b)))?;
+    let observation = farthest.observation;
+    let own = readings.iter().filter(|r| r.observation == observation);
+    let columns: Vec<_> = own.map(|r| r.column(lin.rows.len())).collect();
+    let alone = DMatrix::from_columns(&columns);
+    let without = base.with(&alone, NEW_DIRECTION);
+    let full = without.with(&candidate.beside, NEW_DIRECTION.sqrt());
+    let test = f_test_of(
+        full.explained_from(without.dim(), residual),
+        full.dim() - without.dim(),
+        without.reject(residual).norm_squared(),
+        residual.len(),
+        without.dim(),
+    );
+    test.is_none_or(|test| test.p_value > STAY).then_some(observation)
+}
