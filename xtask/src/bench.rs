@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{blunders, coverage, loop_speed, next_measurement, peers, power, shell};
+use crate::{blunders, coverage, loop_speed, next_measurement, peers, power, shell, stability};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
@@ -33,6 +33,8 @@ enum What {
     Plan(next_measurement::Arguments),
     /// Mistakes in the input that are named, and sound input that is accused.
     Blunders(blunders::Arguments),
+    /// Whether answers stay when every reading moves within its last digit.
+    Stability(stability::Arguments),
 }
 
 /// Name of the bench of least-squares that measures accuracy, not time.
@@ -49,6 +51,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Coverage(arguments)) => coverage::run(arguments),
         Some(What::Plan(arguments)) => next_measurement::run(arguments),
         Some(What::Blunders(arguments)) => blunders::run(arguments),
+        Some(What::Stability(arguments)) => stability::run(arguments),
         None => match arguments.peers {
             Some(comparison) => peers::run(comparison, arguments.rounds),
             None => criterion(&["--quick", "--noplot"]),

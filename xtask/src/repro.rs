@@ -48,7 +48,7 @@ pub(crate) fn run() -> Result<()> {
 
 /// Folders `fixtures/<crate>/<case>` that `truing` can read: measured data in the order in which
 /// they are shown, then the others, sorted.
-fn case_folders() -> Result<Vec<PathBuf>> {
+pub(crate) fn case_folders() -> Result<Vec<PathBuf>> {
     let mut folders: Vec<PathBuf> =
         measured::folders().map(|folder| Path::new("fixtures").join(folder)).collect();
     for file in shell::source_files()? {
