@@ -232,12 +232,10 @@ fn displacement_of(defect: Defect, p: [f64; 3], index: usize, covariates: &Covar
         Defect::LeadScrew(amplitude, period) => {
             [amplitude * (std::f64::consts::TAU * p[0] / period).sin(), 0.0, 0.0]
         }
-        Defect::WarmSession(strain)
-            if session_of(index, covariates.air_c.len()) == SESSIONS - 1 =>
-        {
-            scale(strain, p)
+        Defect::WarmSession(strain) => {
+            let is_warm = session_of(index, covariates.air_c.len()) == SESSIONS - 1;
+            scale(if is_warm { strain } else { 0.0 }, p)
         }
-        Defect::WarmSession(_) => [0.0; 3],
         Defect::Profile(size) => [size * place_noise(p), 0.0, 0.0],
         Defect::Expansion(per_k) => scale(per_k * (covariates.air_c[index] - 20.0), p),
         Defect::Humidity(per_percent) => {

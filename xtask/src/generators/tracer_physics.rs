@@ -53,7 +53,8 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
                 let (sin, cos) = (2.399_963
                     * f64::from(u32::try_from(at.station).expect("a dozen at most")))
                 .sin_cos();
-                let way = [0.8 * cos, 0.8 * sin, if at.station % 2 == 0 { 0.6 } else { -0.6 }];
+                let way =
+                    [0.8 * cos, 0.8 * sin, if at.station.is_multiple_of(2) { 0.6 } else { -0.6 }];
                 station = add(station, scale(settling(at.share) * total, way));
             }
             Defect::StationDrift(warm, total) if warm == at.station => {
