@@ -14,7 +14,7 @@ use crate::answer::verdict::verdict;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
-use crate::choice::score::{Scoring, excluded, score_covariates};
+use crate::choice::score::{Scoring, home_of_bad, score_covariates};
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
@@ -68,11 +68,19 @@ pub fn close_loop(
         let attributions: Vec<_> =
             chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
         let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
-        let without = least_stable(&summaries.stability)
-            .and_then(|(i, share)| Some((i, share, without(&context, &keep, &chosen, i)?)));
-        let Some((i, share, without)) = without else { break (attributions, summaries) };
-        taken_back.push(left_over(&context, &chosen.added[i], share));
-        chosen = without;
+        let unstable = least_stable(&summaries.stability)
+            .map(|(i, share)| (i, left_over(&context, &chosen.added[i], found_again(share))));
+        let gainless = || {
+            let i =
+                last_of_many(&context, &keep, &chosen).filter(|_| !summaries.predicts_better)?;
+            Some((i, left_over(&context, &chosen.added[i], NO_GAIN.to_owned())))
+        };
+        let back = unstable
+            .or_else(gainless)
+            .and_then(|(i, why)| Some((why, without(&context, &keep, &chosen, i)?)));
+        let Some((why, rest)) = back else { break (attributions, summaries) };
+        taken_back.push(why);
+        chosen = rest;
         if let Some(contradicted) = contradiction(&context, &keep, &base, &chosen) {
             chosen = without_names(&context, &keep, &chosen).unwrap_or(chosen);
             taken_back.push(contradicted);
@@ -85,7 +93,6 @@ pub fn close_loop(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
     remaining.extend(taken_back);
-    remaining.extend(no_gain(&context, &chosen, &lin, &summaries));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&context, &chosen, silent);
@@ -129,8 +136,29 @@ fn least_stable(stability: &[Option<f64>]) -> Option<(usize, f64)> {
     known.filter(|(_, share)| *share < FOUND_AGAIN).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// An addition that hangs on single groups, as something left.
-fn left_over(context: &Context<'_>, added: &Added, share: f64) -> Remaining {
+/// Why something is left over that does not lower the error on data that the fit did not see.
+const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
+
+fn found_again(share: f64) -> String {
+    format!(
+        "found again in {:.0} % of the repetitions without some groups: too few to add it",
+        100.0 * share
+    )
+}
+
+/// The last addition that moves more than one reading: without a bad one, which is no part of the
+/// model, others are predicted better or worse by chance.
+fn last_of_many(context: &Context<'_>, keep: &[bool], chosen: &Selected<'_>) -> Option<usize> {
+    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let is_of_many = |added: &Added| match added.what {
+        What::Effect(effect) => home_of_bad(context, &chosen.estimate, &lin, effect).is_none(),
+        What::Empirical(..) => true,
+    };
+    chosen.added.iter().rposition(is_of_many)
+}
+
+/// An addition that is not made, as something left.
+fn left_over(context: &Context<'_>, added: &Added, shape: String) -> Remaining {
     let covariate = match &added.what {
         What::Effect(e) => {
             let effect = &context.model.declared().effects[*e];
@@ -138,31 +166,7 @@ fn left_over(context: &Context<'_>, added: &Added, share: f64) -> Remaining {
         }
         What::Empirical(covariate, _) => covariate.clone(),
     };
-    let shape = format!(
-        "found again in {:.0} % of the repetitions without some groups: too few to add it",
-        100.0 * share
-    );
     Remaining { covariate, shape, p_value: added.p_value }
-}
-
-/// What was added, where data that the fit did not see are not predicted any better.
-///
-/// Single bad readings are no part of the model: without them others are predicted better or worse
-/// by chance.
-fn no_gain(
-    context: &Context<'_>,
-    chosen: &Selected<'_>,
-    lin: &Linear<'_>,
-    summaries: &Summaries,
-) -> Option<Remaining> {
-    let p_value = chosen.added.iter().map(|a| a.p_value).reduce(f64::max)?;
-    let bad = excluded(context, &chosen.system, &chosen.estimate, lin);
-    let all_single = bad.into_iter().filter(|&is_bad| is_bad).count() >= chosen.added.len();
-    (!summaries.predicts_better && !all_single).then(|| Remaining {
-        covariate: "unseen groups".to_owned(),
-        shape: "what was added does not predict them any better".to_owned(),
-        p_value,
-    })
 }
 
 /// Most other names that are fitted: with more, the name says nothing anyway.

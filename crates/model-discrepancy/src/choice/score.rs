@@ -139,17 +139,27 @@ pub(crate) fn excluded(
     lin: &Linear<'_>,
 ) -> Vec<bool> {
     let mut excluded = vec![false; lin.clusters.len()];
-    let effects = &context.model.declared().effects;
-    for active in system.active.iter().filter(|a| effects[a.effect].subject.is_some()) {
-        let tangent = lin.tangent(&whole_tangent(context.model, &at.state, active.effect));
-        let touched: Vec<_> = (0..lin.clusters.len())
-            .filter(|&c| lin.clusters[c].iter().any(|&i| tangent.row(i).iter().any(|&v| v != 0.0)))
-            .collect();
-        if let [only] = touched[..] {
+    for active in &system.active {
+        if let Some(only) = home_of_bad(context, at, lin, active.effect) {
             excluded[only] = true;
         }
     }
     excluded
+}
+
+/// The one cluster that an effect with a subject moves: one bad reading, which says nothing of others.
+pub(crate) fn home_of_bad(
+    context: &Context<'_>,
+    at: &Estimate,
+    lin: &Linear<'_>,
+    effect: usize,
+) -> Option<usize> {
+    context.model.declared().effects[effect].subject.as_ref()?;
+    let tangent = lin.tangent(&whole_tangent(context.model, &at.state, effect));
+    let moved =
+        |&c: &usize| lin.clusters[c].iter().any(|&i| tangent.row(i).iter().any(|&v| v != 0.0));
+    let mut touched = (0..lin.clusters.len()).filter(moved);
+    touched.next().filter(|_| touched.next().is_none())
 }
 
 /// Scores every effect of the catalogue that is not in the system.
