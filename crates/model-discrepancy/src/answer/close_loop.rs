@@ -71,8 +71,7 @@ pub fn close_loop(
         let unstable = least_stable(&summaries.stability)
             .map(|(i, share)| (i, left_over(&context, &chosen.added[i], found_again(share))));
         let gainless = || {
-            let i =
-                last_of_many(&context, &keep, &chosen).filter(|_| !summaries.predicts_better)?;
+            let i = last_of_many(&context, &keep, &chosen).filter(|_| !summaries.holds_repeated)?;
             Some((i, left_over(&context, &chosen.added[i], NO_GAIN.to_owned())))
         };
         let back = unstable
@@ -93,6 +92,9 @@ pub fn close_loop(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
     remaining.extend(taken_back);
+    // Check groups choose nothing: what does not predict them stands, and explains nothing.
+    let many = last_of_many(&context, &keep, &chosen).filter(|_| !summaries.predicts_better);
+    remaining.extend(many.map(|_| no_gain(&chosen)));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&context, &chosen, silent);
@@ -138,6 +140,15 @@ fn least_stable(stability: &[Option<f64>]) -> Option<(usize, f64)> {
 
 /// Why something is left over that does not lower the error on data that the fit did not see.
 const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
+
+/// What was added, where check groups are not predicted any better.
+fn no_gain(chosen: &Selected<'_>) -> Remaining {
+    Remaining {
+        covariate: "unseen groups".to_owned(),
+        shape: "what was added does not predict them any better".to_owned(),
+        p_value: chosen.added.iter().map(|a| a.p_value).fold(0.0, f64::max),
+    }
+}
 
 fn found_again(share: f64) -> String {
     format!(

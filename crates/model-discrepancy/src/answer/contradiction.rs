@@ -25,11 +25,6 @@ pub(crate) fn chosen_instead<'a>(
     contradicted: Remaining,
 ) -> (Selected<'a>, Option<Remaining>) {
     let again = select(context, keep, base);
-    eprintln!(
-        "again {:?} {:?}",
-        again.added,
-        scatter(context, keep, &again.system, &again.estimate)
-    );
     let reached = match scatter(context, keep, &again.system, &again.estimate) {
         Some(test) => !test.is_above(),
         None => {
