@@ -26,7 +26,7 @@ use crate::tests::lack_of_fit::{LackOfFit, Places};
 use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
-    Alternative, Closure, Covariate, Model, NotObservable, Options, Origin, Outcome, Pass,
+    Alternative, Closure, Covariate, HoldOut, Model, NotObservable, Options, Origin, Outcome, Pass,
     Remaining, Role, Step,
 };
 
@@ -70,8 +70,11 @@ pub fn close_loop(
         let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
         let unstable = least_stable(&summaries.stability)
             .map(|(i, share)| (i, left_over(&context, &chosen.added[i], found_again(share))));
+        // Check groups choose nothing.
+        let may_choose = summaries.after.hold_out != HoldOut::CheckGroups;
         let gainless = || {
-            let i = last_of_many(&context, &keep, &chosen).filter(|_| !summaries.holds_repeated)?;
+            let i = last_of_many(&context, &keep, &chosen)
+                .filter(|_| may_choose && !summaries.predicts_better)?;
             Some((i, left_over(&context, &chosen.added[i], NO_GAIN.to_owned())))
         };
         let back = unstable
@@ -92,7 +95,7 @@ pub fn close_loop(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
     remaining.extend(taken_back);
-    // Check groups choose nothing: what does not predict them stands, and explains nothing.
+    // What does not predict check groups stands, and explains nothing.
     let many = last_of_many(&context, &keep, &chosen).filter(|_| !summaries.predicts_better);
     remaining.extend(many.map(|_| no_gain(&chosen)));
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);

@@ -27,8 +27,6 @@ pub(crate) struct Summaries {
     /// Whether unseen groups are predicted better after than before, by the squared errors of all
     /// rows in units of their noise: what shows in rows that are not reported counts, too.
     pub(crate) predicts_better: bool,
-    /// The same of fitted groups that the whole choice was repeated without; true where it was not.
-    pub(crate) holds_repeated: bool,
     /// Per added effect: share of the repetitions that chose it or one of its rivals.
     pub(crate) stability: Vec<Option<f64>>,
     pub(crate) warnings: Vec<String>,
@@ -62,7 +60,7 @@ pub(crate) fn summarise(
             )
         })
         .collect();
-    let Unseen { hold_out, mut errors, stability, holds_repeated } =
+    let (hold_out, mut errors, stability) =
         unseen_errors(context, keep, base, chosen, attributions, &skip_groups);
     if chosen.added.is_empty() {
         // Repetitions may still add what was taken back.
@@ -90,7 +88,6 @@ pub(crate) fn summarise(
         before: summary(&declared, base, &errors[0]),
         after: summary(&chosen.system, &chosen.estimate, &errors[1]),
         predicts_better: predicts_better(&errors),
-        holds_repeated,
         stability,
         warnings,
     }
@@ -101,13 +98,7 @@ fn predicts_better([before, after]: &[Vec<Option<GroupError>>; 2]) -> bool {
     both.map(|(before, after)| after.whitened - before.whitened).sum::<f64>() < 0.0
 }
 
-/// Errors of the declared and the final model on data they never saw.
-struct Unseen {
-    hold_out: HoldOut,
-    errors: [Vec<Option<GroupError>>; 2],
-    stability: Vec<Option<f64>>,
-    holds_repeated: bool,
-}
+type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);
 
 fn unseen_errors(
     context: &Context<'_>,
@@ -124,16 +115,14 @@ fn unseen_errors(
     let nested = context.options.nested && fitted.len() >= MIN_NESTED_GROUPS;
     let repeated = (nested && (checks.is_empty() || !chosen.added.is_empty()))
         .then(|| nested_errors(context, keep, base, chosen, attributions, &fitted, skip_groups));
-    let holds_repeated = repeated.as_ref().is_none_or(|(errors, _)| predicts_better(errors));
     if !checks.is_empty() {
         let before = reported_errors(&declared, base, &checks);
         let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
         let stability = repeated.map_or(vec![None; chosen.added.len()], |(_, stability)| stability);
-        let (hold_out, errors) = (HoldOut::CheckGroups, [before, after]);
-        return Unseen { hold_out, errors, stability, holds_repeated };
+        return (HoldOut::CheckGroups, [before, after], stability);
     }
     if let Some((errors, stability)) = repeated {
-        return Unseen { hold_out: HoldOut::Nested, errors, stability, holds_repeated };
+        return (HoldOut::Nested, errors, stability);
     }
     let single = |system: &System<'_>, at: &Estimate| {
         let lin = Linear::of(system, at, keep, context.silent);
@@ -141,8 +130,7 @@ fn unseen_errors(
         leave_out(&lin, &lin.basis, &folds(lin.clusters.len(), CHOICE_FOLDS), &skip)
     };
     let errors = [single(&declared, base), single(&chosen.system, &chosen.estimate)];
-    let (hold_out, stability) = (HoldOut::LeaveOneOut, vec![None; chosen.added.len()]);
-    Unseen { hold_out, errors, stability, holds_repeated }
+    (HoldOut::LeaveOneOut, errors, vec![None; chosen.added.len()])
 }
 
 /// Repeats the whole choice without each fold and predicts the fold.
