@@ -24,6 +24,8 @@ pub(super) fn cells() -> Vec<Cell> {
 const TAILS: &str = "heavy tails";
 const REPEATS: &str = "repeated places";
 const OUTSIDE: &str = "outside the catalogue";
+/// By itself: a loop takes some ten seconds.
+const OUTSIDE_TRACKER: &str = "outside the catalogue, rotary axes";
 
 fn cell(
     krate: &'static str,
@@ -170,15 +172,20 @@ fn outside_machines() -> Vec<Cell> {
             let flaw = probe::Flaw::Patch(6e-3, 8.0);
             Scene::Probe(probe::Session { flaw, n_touches: 128, ..probe::Session::new(seed) })
         }),
-        cell(OUTSIDE, "tracker-lm: every stand drifts by 30 µm", Honest(STANDS), |seed| {
+        cell(OUTSIDE_TRACKER, "tracker-lm: every stand drifts by 30 µm", Honest(STANDS), |seed| {
             let defect = tracer_run::Defect::StandsDrift(0.03);
             Scene::Tracer(tracer::Run { defect, ..there_and_back(seed) })
         }),
-        cell(OUTSIDE, "tracker-lm: one stand drifts by 0.1 mm", Named("station-drift"), |seed| {
-            let d = direction(seed).map(|v| 0.1 * v);
-            let defect = tracer_run::Defect::StationDrift(2, d);
-            Scene::Tracer(tracer::Run { defect, n_angles: 19, ..tracer::Run::new(seed) })
-        }),
+        cell(
+            OUTSIDE_TRACKER,
+            "tracker-lm: one stand drifts by 0.1 mm",
+            Named("station-drift"),
+            |seed| {
+                let d = direction(seed).map(|v| 0.1 * v);
+                let defect = tracer_run::Defect::StationDrift(2, d);
+                Scene::Tracer(tracer::Run { defect, n_angles: 19, ..tracer::Run::new(seed) })
+            },
+        ),
     ]
 }
 

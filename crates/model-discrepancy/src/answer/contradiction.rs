@@ -25,13 +25,9 @@ pub(crate) fn chosen_instead<'a>(
     contradicted: Remaining,
 ) -> (Selected<'a>, Option<Remaining>) {
     let again = select(context, keep, base);
-    let reached = match scatter(context, keep, &again.system, &again.estimate) {
-        Some(test) => !test.is_above(),
-        None => {
-            let misfit = |of: &Selected<'_>| misfit(keep, &of.system, &of.estimate);
-            misfit(&again) <= misfit(chosen)
-        }
-    };
+    let left = |by: &Selected<'_>| misfit(keep, &by.system, &by.estimate);
+    let reached = scatter(context, keep, &again.system, &again.estimate)
+        .map_or_else(|| left(&again) <= left(chosen), |test| !test.is_above());
     if !again.added.is_empty() && reached && contradiction(context, keep, base, &again).is_none() {
         return (again, None);
     }
