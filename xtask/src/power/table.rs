@@ -45,7 +45,7 @@ fn columns(tally: &Tally) -> [String; 5] {
         tally.cell.situation.to_owned(),
         question,
         format!("{share:.1} % [{:.1}, {:.1}]", 100.0 * low, 100.0 * high),
-        format!("{:.2}", tally.ratio),
+        if tally.ratio.is_finite() { format!("{:.2}", tally.ratio) } else { "–".to_owned() },
     ]
 }
 
