@@ -74,10 +74,7 @@ struct Tally {
 
 /// Runs all of them.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let truing = match &arguments.binary {
-        Some(binary) => Truing::at(binary.clone()),
-        None => Truing::build()?,
-    };
+    let truing = Truing::given(arguments.binary.as_deref())?;
     let folder = shell::root().join("target").join("blunders");
     let wanted = |kind: &str| arguments.only.as_ref().is_none_or(|only| kind.contains(only));
     let (mut rows, mut missed) = (String::new(), Vec::new());

@@ -57,10 +57,7 @@ pub(crate) struct Tally {
 
 /// Runs the situations and writes the table of `docs/plan.md`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let truing = match &arguments.program {
-        Some(binary) => Truing::at(binary.clone()),
-        None => Truing::build()?,
-    };
+    let truing = Truing::given(arguments.program.as_deref())?;
     let folder = shell::root().join("target/plan");
     let mut tallies = Vec::new();
     for (index, situation) in (0..).zip(situations()) {

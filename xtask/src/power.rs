@@ -84,10 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.seeds == 0 {
         bail!("at least one seed per cell is needed");
     }
-    let truing = match &arguments.binary {
-        Some(binary) => Truing::at(binary.clone()),
-        None => Truing::build()?,
-    };
+    let truing = Truing::given(arguments.binary.as_deref())?;
     let wanted = |cell: &Cell| {
         let name = format!("{} {}", cell.krate, cell.situation);
         arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))

@@ -50,9 +50,9 @@ impl Truing {
         Ok(Self { binary })
     }
 
-    /// One that is built.
-    pub(crate) fn at(binary: PathBuf) -> Self {
-        Self { binary }
+    /// One that is built already, or else built now.
+    pub(crate) fn given(binary: Option<&Path>) -> Result<Self> {
+        binary.map_or_else(Self::build, |binary| Ok(Self { binary: binary.to_path_buf() }))
     }
 
     /// Runs one command.

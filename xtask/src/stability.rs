@@ -47,10 +47,7 @@ struct Said {
 
 /// Runs all cases and fails where an answer changes.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let truing = match &arguments.binary {
-        Some(binary) => Truing::at(binary.clone()),
-        None => Truing::build()?,
-    };
+    let truing = Truing::given(arguments.binary.as_deref())?;
     let wanted = |folder: &PathBuf| {
         let name = folder.to_string_lossy();
         arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))
