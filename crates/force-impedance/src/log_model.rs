@@ -4,7 +4,9 @@ mod discrepancy;
 
 use std::sync::Arc;
 
-use model_discrepancy::{Covariate, Declared, Group, Layout, Origin, Role, Row, State};
+use model_discrepancy::{
+    Covariate, Declared, Group, Layout, Origin, Role, Row, State, resolution_of,
+};
 
 use crate::log_blocks::{Block, Recorded, blocks, groups, ranges};
 use crate::log_delay::Record;
@@ -92,11 +94,15 @@ impl LogModel {
         };
         let blocks = blocks(&log, ranges(samples));
         let (records, record_of) = records(samples, &log.solved, &blocks);
+        // The residual is a force where a reference was read, else a length.
+        let read = |s: &LogSample| if s.reference_n.is_some() { s.cells_n } else { s.lengths_mm };
+        let averaged = crate::count(samples.len()) / crate::count(blocks.len());
         let mut model = Self {
             declared: Declared {
                 effects: catalogue.iter().map(|e| e.description(&names)).collect(),
                 // Cells and reference read on from segment to segment.
                 records: Some(vec![0; blocks.len()]),
+                resolution: resolution_of(samples.iter().flat_map(read)) / averaged.sqrt(),
                 ..Declared::default()
             },
             catalogue,

@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
-    Row, Scope, State, independent_share, lag_one,
+    Row, Scope, State, independent_share, lag_one, resolution_of,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -85,11 +85,14 @@ impl PathModel {
         }
         let effects = catalogue.iter().map(|e| description(*e, &stretch)).collect();
         let layout = layout(&cells, options);
+        let of_reading = resolution_of(samples.iter().map(|s| s.force_n));
+        let averaged = crate::count(samples.len()) / crate::count(cells.len());
         let declared = Declared {
             // A run each: between runs the tool leaves the workpiece.
             records: Some(layout.observations.clone()),
             // Every run goes over the same cells.
             places: Some(cells.iter().map(|cell| cell.place).collect()),
+            resolution: of_reading / averaged.sqrt(),
             ..Declared::new(layout, Vec::new(), effects)
         };
         let readings = readings(samples, &cells, &stretch);

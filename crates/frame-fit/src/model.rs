@@ -2,7 +2,9 @@
 
 mod discrepancy;
 
-use model_discrepancy::{Covariate, Declared, Group, Layout, Origin, Parameter, Role, Row, State};
+use model_discrepancy::{
+    Covariate, Declared, Group, Layout, Origin, Parameter, Role, Row, State, resolution_of,
+};
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
 use crate::effects::{self, Entry};
@@ -87,7 +89,11 @@ impl<const D: usize> FrameModel<D> {
         let (effects, terms) =
             entries.into_iter().map(|Entry { effect, term }| (effect, term)).unzip();
         let base = motions.iter().map(|m| base_parameter(*m)).collect();
-        let declared = Declared::new(layout(&points, options.noise), base, effects);
+        let measured = points.iter().flat_map(|p| p.pair.target_mm.iter().copied());
+        let declared = Declared {
+            resolution: resolution_of(measured),
+            ..Declared::new(layout(&points, options.noise), base, effects)
+        };
         Self {
             pivot_mm: reference.apply(&spread.centroid_mm).coords,
             fixed_mm: effects::fixed_point(transform, &spread),

@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
-    Row, Scope, State,
+    Row, Scope, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -72,7 +72,10 @@ impl TipModel {
         let (effects, terms) = catalogue(&design, labels).into_iter().unzip();
         let layout = layout(&design, groups, fit.sigma_mm, sigma_mm.is_some());
         Ok(Self {
-            declared: Declared::new(layout, base(&fit), effects),
+            declared: Declared {
+                resolution: resolution_of(poses.iter().flat_map(|p| p.position_mm.data.0[0])),
+                ..Declared::new(layout, base(&fit), effects)
+            },
             progress: progress(poses.len(), time),
             design,
             fit,

@@ -1,6 +1,6 @@
 //! A positioning run as a model for the loop.
 
-use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Origin};
+use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Origin, resolution_of};
 use nalgebra::{DMatrix, DVector};
 
 use crate::axis_effects::{AxisRun, AxisTerm};
@@ -28,7 +28,10 @@ pub fn positioning_model(
     let effects = terms.into_iter().map(|term| term.effect).collect();
     let n = run.readings.len();
     Ok(LinearModel {
-        declared: Declared::new(layout, Vec::new(), effects),
+        declared: Declared {
+            resolution: resolution_of(run.readings.iter().map(|r| r.deviation)),
+            ..Declared::new(layout, Vec::new(), effects)
+        },
         residual: DVector::from_iterator(n, run.readings.iter().map(|r| r.deviation)),
         base: DMatrix::zeros(n, 0),
         tangents,

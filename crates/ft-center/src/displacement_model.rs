@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, Scope,
-    State,
+    State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -107,7 +107,10 @@ impl DisplacementModel {
             ..Layout::default()
         };
         let effects = KINDS.iter().map(|kind| kind.effect()).collect();
-        let declared = Declared::new(layout, Vec::new(), effects);
+        let declared = Declared {
+            resolution: resolution_of(rows.iter().map(|r| r.solved_mm)),
+            ..Declared::new(layout, Vec::new(), effects)
+        };
         let mut model = Self { declared, rows: Vec::new(), axis: Vec::new() };
         for r in rows {
             let observed = Observed::Moved {

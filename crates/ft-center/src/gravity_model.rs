@@ -3,7 +3,7 @@
 use geometry::Wrench;
 use model_discrepancy::{
     Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
-    Row, State,
+    Row, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
 
@@ -66,6 +66,9 @@ impl GravityModel {
         Ok(Self {
             declared: Declared {
                 start: start(&calibrated),
+                resolution: resolution_of(
+                    poses.iter().flat_map(|p| p.wrench.force_n.iter().copied()),
+                ),
                 ..Declared::new(layout(poses, options, &calibrated), base(), described)
             },
             effects,

@@ -74,13 +74,13 @@ pub use answer::assess::{Assessment, Visibility, assess};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{
     Alternative, Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass,
-    Score, Step, Verdict,
+    Score, Stability, Step, Verdict,
 };
 pub use error::LoopError;
 pub use model::{
     Covariate, Declared, Differenced, Effect, Group, Inside, Layout, LinearModel, Model, Origin,
     Parameter, Projected, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
-    whole_tangent,
+    resolution_of, whole_tangent,
 };
 pub use nalgebra;
 pub use options::Options;

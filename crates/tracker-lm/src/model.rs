@@ -7,6 +7,7 @@ use std::collections::HashSet;
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
     Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Role, Row,
+    resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3};
 
@@ -171,6 +172,7 @@ impl TrackerModel {
             places: Some((0..layout.observations.len()).collect()),
             records: Some(records),
             projected: reduction.projected(),
+            resolution: resolution_of(survey.ranges.iter().map(|r| r.displacement_mm)),
             ..Declared::new(layout, base, effects)
         };
         let extended = Vec::new();

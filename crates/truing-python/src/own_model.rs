@@ -213,6 +213,9 @@ fn step<'py>(py: Python<'py>, of: &Step) -> PyResult<Bound<'py, PyDict>> {
     found.set_item("train_rms", of.train_rms)?;
     found.set_item("indistinguishable_from", &of.indistinguishable_from)?;
     found.set_item("separate_by", &of.separate_by)?;
-    found.set_item("stability", of.stability)?;
+    let stability = PyDict::new(py);
+    stability.set_item("resampled", of.stability.resampled)?;
+    stability.set_item("perturbed", of.stability.perturbed)?;
+    found.set_item("stability", stability)?;
     Ok(found)
 }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use model_discrepancy::{
-    Closure, ErrorSummary, HoldOut, NotObservable, Options, Remaining, Step, Verdict,
+    Closure, ErrorSummary, HoldOut, NotObservable, Options, Remaining, Stability, Step, Verdict,
 };
 use serde::Serialize;
 
@@ -131,8 +131,18 @@ pub struct LoopStep {
     pub indistinguishable_from: Vec<String>,
     /// The measurement that would tell them apart.
     pub separate_by: Option<String>,
-    /// Share of the leave-out repetitions that chose it, or a rival of it.
-    pub stability: Option<f64>,
+    /// How often it, or a rival of it, is found again.
+    pub stability: LoopStability,
+}
+
+/// Shares of the repetitions that find a step, or a rival of it, again; `None` where the choice was
+/// not repeated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LoopStability {
+    /// Of those without some groups.
+    pub resampled: Option<f64>,
+    /// Of those with every reading moved by up to half of its last recorded decimal.
+    pub perturbed: Option<f64>,
 }
 
 /// Structure left in the residual.
@@ -352,7 +362,7 @@ impl LoopStep {
             train_rms: after.train_rms,
             indistinguishable_from: suspect.indistinguishable_from.clone(),
             separate_by: None,
-            stability: None,
+            stability: LoopStability::default(),
         }
     }
 
@@ -368,8 +378,15 @@ impl LoopStep {
             train_rms: step.train_rms,
             indistinguishable_from: step.indistinguishable_from.clone(),
             separate_by: step.separate_by.clone(),
-            stability: step.stability,
+            stability: LoopStability::of(step.stability),
         }
+    }
+}
+
+impl LoopStability {
+    fn of(stability: Stability) -> Self {
+        let Stability { resampled, perturbed } = stability;
+        Self { resampled, perturbed }
     }
 }
 

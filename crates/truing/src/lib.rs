@@ -49,7 +49,8 @@ pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
 pub use case::{Location, Problem, Provenance, ReadOptions};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
-    Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStep, LoopTiming, close_loop,
+    Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStability, LoopStep,
+    LoopTiming, close_loop,
 };
 pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,

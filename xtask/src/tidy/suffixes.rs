@@ -17,7 +17,7 @@ const UNITS: [&str; 23] = [
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised
 /// residual of a robust loss, a twist mixes mm and rad; `u` and `v` are places by the knots of a spline;
 /// target, deviation and lead are those of an axis, which is linear or rotary.
-const DIMENSIONLESS: [&str; 90] = [
+const DIMENSIONLESS: [&str; 92] = [
     "absorbed",
     "alpha",
     "amplitude",
@@ -88,7 +88,9 @@ const DIMENSIONLESS: [&str; 90] = [
     "singular_values",
     "slope",
     "spread",
-    "stability",
+    "resampled",
+    "perturbed",
+    "resolution",
     "start",
     "statistic",
     "std",

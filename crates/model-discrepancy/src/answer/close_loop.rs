@@ -27,7 +27,7 @@ use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Alternative, Closure, Covariate, HoldOut, Model, NotObservable, Options, Origin, Outcome, Pass,
-    Remaining, Role, Step,
+    Remaining, Role, Stability, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -69,7 +69,7 @@ pub fn close_loop(
             chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
         let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
         let unstable = least_stable(&summaries.stability)
-            .map(|(i, share)| (i, left_over(&context, &chosen.added[i], found_again(share))));
+            .map(|(i, why)| (i, left_over(&context, &chosen.added[i], why)));
         // Check groups choose nothing.
         let may_choose = summaries.after.hold_out != HoldOut::CheckGroups;
         let gainless = || {
@@ -135,10 +135,24 @@ pub fn close_loop(
     })
 }
 
-/// The addition that the fewest repetitions find again, where that is fewer than half of them.
-fn least_stable(stability: &[Option<f64>]) -> Option<(usize, f64)> {
-    let known = stability.iter().enumerate().filter_map(|(i, share)| Some((i, (*share)?)));
-    known.filter(|(_, share)| *share < FOUND_AGAIN).min_by(|a, b| a.1.total_cmp(&b.1))
+/// The addition that the fewest repetitions find again, where that is fewer than half of them, and
+/// why that is too few.
+fn least_stable(stability: &[Stability]) -> Option<(usize, String)> {
+    let one = |(i, s): (usize, &Stability)| {
+        [
+            (s.resampled, "without some groups"),
+            (s.perturbed, "with readings moved within their resolution"),
+        ]
+        .map(|(share, repetitions)| Some((i, share?, repetitions)))
+    };
+    let known = stability.iter().enumerate().flat_map(one).flatten();
+    let (i, share, repetitions) =
+        known.filter(|(_, share, _)| *share < FOUND_AGAIN).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let share = 100.0 * share;
+    Some((
+        i,
+        format!("found again in {share:.0} % of the repetitions {repetitions}: too few to add it"),
+    ))
 }
 
 /// Why something is left over that does not lower the error on data that the fit did not see.
@@ -151,13 +165,6 @@ fn no_gain(chosen: &Selected<'_>) -> Remaining {
         shape: "what was added does not predict them any better".to_owned(),
         p_value: chosen.added.iter().map(|a| a.p_value).fold(0.0, f64::max),
     }
-}
-
-fn found_again(share: f64) -> String {
-    format!(
-        "found again in {:.0} % of the repetitions without some groups: too few to add it",
-        100.0 * share
-    )
 }
 
 /// The last addition that moves more than one reading: without a bad one, which is no part of the
@@ -230,7 +237,7 @@ fn steps(
             train_rms: errors[i].train_rms,
             indistinguishable_from: names,
             separate_by,
-            stability: summaries.stability.get(i).copied().flatten(),
+            stability: summaries.stability.get(i).copied().unwrap_or_default(),
         }
     };
     chosen.added.iter().enumerate().map(step).collect()

@@ -117,9 +117,18 @@ pub struct Step {
     pub indistinguishable_from: Vec<String>,
     /// The measurement that would tell them apart.
     pub separate_by: Option<String>,
-    /// Share of the leave-out repetitions in which this effect, or one of its rivals, was
-    /// chosen; `None` where the choice was not repeated.
-    pub stability: Option<f64>,
+    /// How often this effect, or one of its rivals, is found again.
+    pub stability: Stability,
+}
+
+/// Shares of the repetitions of a choice that find the same effect, or one of its rivals.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stability {
+    /// Of those without some groups; `None` where there are too few groups, or repetitions are off.
+    pub resampled: Option<f64>,
+    /// Of those with every reading moved within [`Declared::resolution`](crate::Declared::resolution);
+    /// `None` where repetitions are off.
+    pub perturbed: Option<f64>,
 }
 
 /// One amplitude, in report units.

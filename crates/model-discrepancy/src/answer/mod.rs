@@ -8,6 +8,7 @@ pub(crate) mod confusable;
 pub(crate) mod contradiction;
 pub(crate) mod estimate;
 pub(crate) mod external_validation;
+mod found_again;
 pub(crate) mod separation;
 pub(crate) mod structure;
 pub(crate) mod summary;

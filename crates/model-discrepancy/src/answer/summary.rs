@@ -5,17 +5,16 @@ use rayon::prelude::*;
 
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::Attribution;
-use crate::choice::candidate::Source;
+use crate::answer::found_again::{shares, whats, where_readings_move};
 use crate::choice::context::Context;
 use crate::choice::score::excluded;
 use crate::choice::select::select;
 use crate::choice::selected::{Selected, What};
-use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
 use crate::noise::linear::Linear;
 use crate::tests::global_test::global_test;
 use crate::tests::hold_out::{GroupError, folds, leave_out, rms};
-use crate::{ErrorSummary, HoldOut, Role};
+use crate::{ErrorSummary, HoldOut, Role, Stability};
 
 /// Repetitions of the choice at most; each leaves out every so-manieth group.
 const MAX_NESTED_FOLDS: usize = 24;
@@ -27,8 +26,8 @@ pub(crate) struct Summaries {
     /// Whether unseen groups are predicted better after than before, by the squared errors of all
     /// rows in units of their noise: what shows in rows that are not reported counts, too.
     pub(crate) predicts_better: bool,
-    /// Per added effect: share of the repetitions that chose it or one of its rivals.
-    pub(crate) stability: Vec<Option<f64>>,
+    /// Of every addition.
+    pub(crate) stability: Vec<Stability>,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -60,8 +59,14 @@ pub(crate) fn summarise(
             )
         })
         .collect();
-    let (hold_out, mut errors, stability) =
+    let (hold_out, mut errors, resampled) =
         unseen_errors(context, keep, base, chosen, attributions, &skip_groups);
+    let perturbed = if context.options.nested {
+        where_readings_move(context, keep, base, chosen, attributions)
+    } else {
+        vec![None; chosen.added.len()]
+    };
+    let stability = resampled.into_iter().zip(perturbed);
     if chosen.added.is_empty() {
         // Repetitions may still add what was taken back.
         let [before, after] = &mut errors;
@@ -88,7 +93,9 @@ pub(crate) fn summarise(
         before: summary(&declared, base, &errors[0]),
         after: summary(&chosen.system, &chosen.estimate, &errors[1]),
         predicts_better: predicts_better(&errors),
-        stability,
+        stability: stability
+            .map(|(resampled, perturbed)| Stability { resampled, perturbed })
+            .collect(),
         warnings,
     }
 }
@@ -158,21 +165,14 @@ fn nested_errors(
         })
         .collect();
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
-    let mut votes = vec![0_usize; chosen.added.len()];
     for (members, repetition) in &repetitions {
-        let accepted = chosen.added.iter().zip(attributions);
-        for (vote, (added, attribution)) in votes.iter_mut().zip(accepted) {
-            let same = |again: &What| agrees(again, &added.what, attribution.as_ref());
-            *vote += usize::from(repetition.added.iter().any(same));
-        }
         for (k, &i) in members.iter().enumerate() {
             errors[0][i] = repetition.before[k];
             errors[1][i] = repetition.after[k];
         }
     }
-    let repeated = repetitions.len();
-    let share = |v: usize| (repeated > 0).then(|| count(v) / count(repeated));
-    (errors, votes.into_iter().map(share).collect())
+    let choices: Vec<_> = repetitions.into_iter().map(|(_, r)| r.added).collect();
+    (errors, shares(chosen, attributions, &choices))
 }
 
 /// The choice made without some groups, and the errors of both models on them.
@@ -200,22 +200,8 @@ fn repeat_without(
     Some(Repetition {
         before: reported_errors(&declared, &without, left_out),
         after: reported_errors(&again.system, &again.estimate, left_out),
-        added: again.added.into_iter().map(|a| a.what).collect(),
+        added: whats(again),
     })
-}
-
-/// Whether a repetition found the same effect, or one that counts as the same.
-fn agrees(again: &What, added: &What, attribution: Option<&Attribution<'_>>) -> bool {
-    let rival = |r: &crate::choice::candidate::Candidate| match (&r.source, again) {
-        (Source::Effect(a), What::Effect(e)) => a.effect == *e,
-        (Source::Empirical(a), What::Empirical(covariate, _)) => a.covariate == *covariate,
-        _ => false,
-    };
-    let same = match (again, added) {
-        (What::Empirical(a, _), What::Empirical(b, _)) => a == b,
-        _ => again == added,
-    };
-    same || attribution.is_some_and(|a| a.confounded.iter().any(rival))
 }
 
 /// Reported squared error of each group of `groups`.

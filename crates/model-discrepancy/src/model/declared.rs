@@ -48,6 +48,9 @@ pub struct Declared {
     /// The place of each observation, where coordinates alone do not say which repeat each other:
     /// equal numbers were made at one place, under one load, along one beam.
     pub places: Option<Vec<usize>>,
+    /// How finely the readings are recorded, in the unit of the reported rows; 0 where they are
+    /// means of many. What is accepted must be found again where they are moved within it.
+    pub resolution: f64,
 }
 
 impl Declared {

@@ -7,6 +7,8 @@ mod differences;
 mod effect;
 mod inside;
 mod linear;
+pub(crate) mod moved;
+mod resolution;
 pub(crate) mod validate;
 
 use nalgebra::{DMatrix, DVector};
@@ -18,6 +20,7 @@ pub use differences::Differenced;
 pub use effect::{Effect, Parameter, Scope};
 pub use inside::Inside;
 pub use linear::LinearModel;
+pub use resolution::resolution_of;
 
 /// A declared model with its data, and the effects that it leaves out.
 ///

@@ -29,7 +29,25 @@ fn nested_error_is_near_the_noise_floor() {
     // 72 residuals: the floor itself is known to 1/√144 = 8 %, the fit of 7 parameters adds 5 %.
     assert!(closure.after.held_out_rms < 1.3 * floor, "{}", closure.after.held_out_rms);
     assert!(closure.before.held_out_rms > 1.4 * closure.after.held_out_rms);
-    assert_eq!(closure.steps[0].stability, Some(1.0));
+    assert_eq!(closure.steps[0].stability.resampled, Some(1.0));
+}
+
+/// A scale of 80 ppm moves points 400 mm from their middle by 30 µm: far more than a decimal of 1 µm
+/// hides, far less than one of 1 mm.
+#[test]
+fn what_the_last_decimal_hides_is_not_added() {
+    let (mut model, points) = scaled_body(5, 24);
+    model.declared.resolution = 1e-3;
+    let closure = close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+    assert_eq!(closure.steps[0].effect, "scale");
+    assert_eq!(closure.steps[0].stability.perturbed, Some(1.0));
+
+    model.declared.resolution = 1.0;
+    let coarse = close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+    assert!(coarse.steps.is_empty(), "{:?}", coarse.steps);
+    let left = coarse.remaining.iter().find(|r| r.covariate == "scale").unwrap();
+    assert!(left.shape.contains("readings moved within their resolution"), "{}", left.shape);
+    assert_ne!(coarse.verdict, Verdict::NothingMissing);
 }
 
 #[test]

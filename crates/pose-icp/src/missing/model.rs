@@ -2,7 +2,7 @@ use geometry::Foot;
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Role, Row, State, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -106,7 +106,11 @@ impl PoseModel {
             .flat_map(|_| free.iter().map(|&i| base_parameter(PoseParameter::ALL[i])))
             .collect();
         let layout = layout(&touches, &setups, &standards, options.noise);
-        let declared = Declared::new(layout, base, effects);
+        let measured = touches.iter().flat_map(|t| t.touch.center_mm.iter().copied());
+        let declared = Declared {
+            resolution: resolution_of(measured),
+            ..Declared::new(layout, base, effects)
+        };
         let options = options.clone();
         Ok(Self {
             part,

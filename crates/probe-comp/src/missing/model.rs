@@ -1,4 +1,6 @@
-use model_discrepancy::{Covariate, Declared, Effect, Group, Layout, Origin, Role, Row, State};
+use model_discrepancy::{
+    Covariate, Declared, Effect, Group, Layout, Origin, Role, Row, State, resolution_of,
+};
 mod discrepancy;
 
 use nalgebra::{Point3, Unit, Vector3};
@@ -113,8 +115,12 @@ impl ProbeModel {
         let mut normals: Vec<_> = feet.iter().map(|foot| foot.normal.into_inner()).collect();
         // What was measured by other means looks nowhere.
         normals.resize(layout.observations.len(), Vector3::zeros());
-        let declared =
-            Declared { directions: Some(normals), ..Declared::new(layout, Vec::new(), effects) };
+        let measured = touches.iter().flat_map(|t| t.touch.center_mm.iter().copied());
+        let declared = Declared {
+            directions: Some(normals),
+            resolution: resolution_of(measured),
+            ..Declared::new(layout, Vec::new(), effects)
+        };
         Ok(Self {
             setup,
             touches,

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use least_squares::BorderedPoint;
 use model_discrepancy::{
     Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Parameter, Proposal,
-    Role, Row, State,
+    Role, Row, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -130,6 +130,7 @@ impl TargetModel {
             // None repeats another: a row combines readings of several angles once what ties them is
             // taken out.
             places: Some((0..layout.observations.len()).collect()),
+            resolution: resolution_of(survey.targets.iter().flat_map(|t| t.at_mm.iter().copied())),
             ..Declared::new(layout, base, effects)
         };
         let extended = Vec::new();

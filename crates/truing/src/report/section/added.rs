@@ -89,13 +89,20 @@ fn sureness(context: &Context, step: &Step) -> Vec<String> {
             shown(step.train_rms)
         ),
     ];
-    lines.push(match step.stability {
+    lines.push(match step.stability.resampled {
         Some(share) => format!(
             "Chosen, it or one of its rivals, in {} of the repetitions with groups left out.",
             percent(share)
         ),
         None => "The choice was not repeated with groups left out.".to_string(),
     });
+    lines.extend(step.stability.perturbed.map(|share| {
+        format!(
+            "Chosen, it or one of its rivals, in {} of the repetitions with every reading moved by \
+             up to half of its last recorded decimal.",
+            percent(share)
+        )
+    }));
     lines
 }
 

@@ -186,7 +186,7 @@ fn values_that_are_not_numbers_are_not_drawn() {
         sample.closure.before.chi2_per_dof = Some(bad);
         sample.closure.steps[0].p_value = bad;
         sample.closure.steps[0].parameters[0].std = bad;
-        sample.closure.steps[0].stability = Some(bad);
+        sample.closure.steps[0].stability.resampled = Some(bad);
         sample.closure.confusability[(1, 2)] = bad;
         for (i, score) in sample.closure.passes[0].scores.iter_mut().enumerate() {
             match i % 4 {

@@ -1,6 +1,8 @@
 //! Four displacements as they were printed.
 
-use model_discrepancy::{Closure, Group, HoldOut, Layout, Outcome, Pass, Role, Row, Step, Verdict};
+use model_discrepancy::{
+    Closure, Group, HoldOut, Layout, Outcome, Pass, Role, Row, Stability, Step, Verdict,
+};
 use nalgebra::DMatrix;
 
 use super::{
@@ -42,7 +44,7 @@ pub(crate) fn four_displacements() -> Sample {
                 train_rms: 0.121,
                 indistinguishable_from: strings(&["force-gain", "frame-scale"]),
                 separate_by: Some("press at a second load".into()),
-                stability: None,
+                stability: Stability::default(),
             },
             Step {
                 effect: "datum-offset".into(),
@@ -54,7 +56,7 @@ pub(crate) fn four_displacements() -> Sample {
                 train_rms: fitted(&after),
                 indistinguishable_from: vec![],
                 separate_by: None,
-                stability: None,
+                stability: Stability::default(),
             },
         ],
         passes: vec![

@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Closure, Group, HoldOut, Layout, NotObservable, Outcome, Pass, Remaining, Role, Row, Score,
-    Step, Verdict,
+    Stability, Step, Verdict,
 };
 use nalgebra::DMatrix;
 use rand::SeedableRng;
@@ -104,7 +104,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             train_rms: error_after.train_rms,
             indistinguishable_from: strings(&["covariate:temperature_c"]),
             separate_by: Some("repeat the first press at the end, once the sensor is cold".into()),
-            stability: Some(0.93),
+            stability: Stability { resampled: Some(0.93), perturbed: Some(1.0) },
         }],
         passes: vec![pass(error_before.held_out_rms, error_after.held_out_rms)],
         before: error_before,

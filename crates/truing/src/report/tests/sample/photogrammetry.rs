@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Closure, Covariate, ErrorSummary, Group, HoldOut, Layout, NotObservable, Outcome, Pass, Role,
-    Row, Score, Step, Verdict,
+    Row, Score, Stability, Step, Verdict,
 };
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -150,7 +150,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             train_rms: 0.0342,
             indistinguishable_from: vec![],
             separate_by: None,
-            stability: Some(1.0),
+            stability: Stability { resampled: Some(1.0), perturbed: Some(1.0) },
         }],
         passes: vec![first_pass(), second_pass()],
         verdict: Verdict::Explained,

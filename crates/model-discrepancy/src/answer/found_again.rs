@@ -1,0 +1,75 @@
+//! How often what was chosen is chosen again.
+
+use rayon::prelude::*;
+
+use crate::algebra::system::{Estimate, System, rows_of};
+use crate::answer::confounded::Attribution;
+use crate::choice::candidate::{Candidate, Source};
+use crate::choice::context::Context;
+use crate::choice::select::select;
+use crate::choice::selected::{Selected, What};
+use crate::count::count;
+use crate::model::moved::Moved;
+
+/// Repetitions with moved readings.
+const TIMES_MOVED: usize = 8;
+
+/// Per addition: share of the choices with every reading moved within its resolution that find it,
+/// or a rival of it, again.
+pub(crate) fn where_readings_move(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+) -> Vec<Option<f64>> {
+    if chosen.added.is_empty() {
+        return Vec::new();
+    }
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let choices: Vec<_> = (0..TIMES_MOVED)
+        .into_par_iter()
+        .filter_map(|times| {
+            let moved = Moved::within_resolution(context.model, times);
+            let context = Context { model: &moved, thorough: false, ..*context };
+            let declared = System::declared(&moved).fit_anew(&rows, base).ok()?;
+            Some(whats(select(&context, keep, &declared)))
+        })
+        .collect();
+    shares(chosen, attributions, &choices)
+}
+
+/// What was added.
+pub(crate) fn whats(chosen: Selected<'_>) -> Vec<What> {
+    chosen.added.into_iter().map(|a| a.what).collect()
+}
+
+/// Per addition: share of the choices that find it, or a rival of it, again; `None` of no choices.
+pub(crate) fn shares(
+    chosen: &Selected<'_>,
+    attributions: &[Option<Attribution<'_>>],
+    choices: &[Vec<What>],
+) -> Vec<Option<f64>> {
+    let share = |(added, attribution): (&What, &Option<Attribution<'_>>)| {
+        let again = |choice: &&Vec<What>| {
+            choice.iter().any(|again| agrees(again, added, attribution.as_ref()))
+        };
+        let found = choices.iter().filter(again).count();
+        (!choices.is_empty()).then(|| count(found) / count(choices.len()))
+    };
+    chosen.added.iter().map(|a| &a.what).zip(attributions).map(share).collect()
+}
+
+/// Whether a repetition found the same effect, or one that counts as the same.
+fn agrees(again: &What, added: &What, attribution: Option<&Attribution<'_>>) -> bool {
+    let rival = |r: &Candidate| match (&r.source, again) {
+        (Source::Effect(a), What::Effect(e)) => a.effect == *e,
+        (Source::Empirical(a), What::Empirical(covariate, _)) => a.covariate == *covariate,
+        _ => false,
+    };
+    let same = match (again, added) {
+        (What::Empirical(a, _), What::Empirical(b, _)) => a == b,
+        _ => again == added,
+    };
+    same || attribution.is_some_and(|a| a.confounded.iter().any(rival))
+}
