@@ -3,7 +3,9 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{blunders, coverage, loop_speed, next_measurement, peers, power, shell, stability};
+use crate::{
+    blunders, coverage, loop_speed, next_measurement, peers, power, shell, smallest_size, stability,
+};
 
 /// What to measure.
 #[derive(Debug, clap::Args)]
@@ -33,6 +35,8 @@ enum What {
     Plan(next_measurement::Arguments),
     /// Mistakes in the input that are named, and sound input that is accused.
     Blunders(blunders::Arguments),
+    /// How often an effect of the size that `truing check` states is named.
+    SmallestSize(smallest_size::Arguments),
     /// Whether answers stay when every reading moves within its last digit.
     Stability(stability::Arguments),
 }
@@ -51,6 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Coverage(arguments)) => coverage::run(arguments),
         Some(What::Plan(arguments)) => next_measurement::run(arguments),
         Some(What::Blunders(arguments)) => blunders::run(arguments),
+        Some(What::SmallestSize(arguments)) => smallest_size::run(arguments),
         Some(What::Stability(arguments)) => stability::run(arguments),
         None => match arguments.peers {
             Some(comparison) => peers::run(comparison, arguments.rounds),

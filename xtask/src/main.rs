@@ -24,6 +24,7 @@ mod realtime;
 mod repro;
 mod schema;
 mod shell;
+mod smallest_size;
 mod stability;
 mod test;
 mod tidy;

@@ -14,7 +14,7 @@ mod target_design;
 mod tracer_cells;
 mod tracer_design;
 mod trial;
-mod wilson;
+pub(crate) mod wilson;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

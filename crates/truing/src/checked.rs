@@ -1,4 +1,4 @@
-use model_discrepancy::{Assessment, LoopError, Role, Visibility, assess};
+use model_discrepancy::{Assessment, LoopError, MOST_SIMULATED, Role, Visibility, assess};
 use serde::Serialize;
 
 use crate::noise_test::Repeats;
@@ -80,7 +80,7 @@ pub struct ObservableEffect {
     pub description: String,
     /// Share of it that the declared model absorbs, 0 to 1.
     pub absorbed: f64,
-    /// Smallest sizes that are found 9 times in 10.
+    /// Smallest sizes that the loop names 9 times in 10.
     pub detectable: Vec<Detectable>,
     /// The same as rms residual over the observations, in the residual's unit.
     pub detectable_rms: f64,
@@ -88,7 +88,7 @@ pub struct ObservableEffect {
     pub same_as: Vec<String>,
 }
 
-/// Smallest size of one amplitude that is found 9 times in 10.
+/// Smallest size of one amplitude that the loop names 9 times in 10.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Detectable {
     /// Name of the amplitude.
@@ -150,11 +150,17 @@ pub fn check(case: &Case) -> Result<Checked, Error> {
         not_observable: Vec::new(),
         warnings,
     };
+    if checked.counts.equations > MOST_SIMULATED && !assessments.is_empty() {
+        checked.warnings.push(NOT_SIMULATED.to_owned());
+    }
     for assessment in assessments {
         checked.sort_in(assessment);
     }
     Ok(checked)
 }
+
+const NOT_SIMULATED: &str = "more equations than are simulated: smallest sizes are what the F test alone finds 9 times in \
+                             10; the loop names an effect from a somewhat larger one on";
 
 impl Checked {
     fn sort_in(&mut self, assessment: Assessment) {

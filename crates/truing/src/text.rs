@@ -271,7 +271,7 @@ impl Checked {
     fn write_effects(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.observable.is_empty() {
             let columns = ["effect", "parameter", "smallest size", "unit", "absorbed", "same as"];
-            let title = "would be found, 9 times in 10, from this size";
+            let title = "would be named, 9 times in 10, from this size";
             let mut table = TextTable::of_quantities(title, &columns);
             for (effect, things) in families(&self.observable) {
                 let name = if things > 1 {

@@ -11,6 +11,7 @@ use crate::algebra::system::{Estimate, System, rows_of, whitened};
 use crate::{Layout, Projected, Role};
 
 /// Whitened residual and tangents on the rows that take part in inference.
+#[derive(Clone)]
 pub(crate) struct Linearised<'a> {
     pub(crate) layout: &'a Layout,
     /// Row numbers in the layout.

@@ -1,19 +1,26 @@
 //! What a design can see, before or without any finding.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
 use crate::algebra::system::{Estimate, System, rows_of};
+use crate::answer::named_size::Simulation;
 use crate::answer::separation::{Further, Imitation, all_fitted};
-use crate::choice::candidate::{Estimability, Source, catalogue, classes, label};
+use crate::choice::candidate::{Candidate, Estimability, Source, catalogue, classes, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::{
     detectable_amplitudes, detectable_rms, local_detectable_amplitudes, local_detectable_rms,
     noncentrality,
 };
-use crate::choice::one_observation::{LocalEstimability, local_effects};
-use crate::choice::score::{Scored, Scoring, score_catalogue};
+use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
+use crate::choice::score::{Candidates, ScorePass, Scored, Scoring, score_catalogue};
 use crate::error::LoopError;
 use crate::levels::CATALOGUE_SHARE;
 use crate::model::validate::validate;
 use crate::noise::linear::Linear;
+use crate::tests::significance::Reach;
 use crate::{Model, Options};
 
 /// What the design sees of one effect.
@@ -36,8 +43,9 @@ pub struct Assessment {
 pub enum Visibility {
     /// It would be found.
     Visible {
-        /// Smallest amplitude of each parameter alone that is found 9 times in 10 at the noise of
-        /// these data, in report units: name, value, unit.
+        /// Smallest amplitude of each parameter alone that the loop names 9 times in 10 at the noise of
+        /// these data, in report units: name, value, unit. By simulation where there are at most
+        /// [`MOST_SIMULATED`] rows, else what the F test alone finds.
         detectable: Vec<(String, f64, String)>,
         /// The same as rms of the effect over the observations, in the residual's unit.
         detectable_rms: f64,
@@ -52,6 +60,9 @@ pub enum Visibility {
         separate_by: Option<String>,
     },
 }
+
+/// Most rows of a design on which the choice is simulated.
+pub const MOST_SIMULATED: usize = 1000;
 
 /// Assesses every effect of the catalogue at the fitted declared model.
 ///
@@ -69,11 +80,14 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let lin = Linear::of(&system, &at, &keep, context.silent);
     let scoring = Scoring::new(&context, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let pass = score_catalogue(&system, &at, &scoring);
+    let simulation = Simulation::new(&context, (&system, &at), &lin, scoring.alpha);
     let assessor = Assessor {
+        factors: factors(&simulation, &pass),
         system: &system,
         at: &at,
         lin: &lin,
         alpha: pass.alpha_single,
+        candidates: &pass.candidates,
         further: Further::new(model, &[]),
         imitation: Imitation::new(&system, &at, &lin),
     };
@@ -85,12 +99,52 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     Ok(assessments)
 }
 
+/// For every effect its factor; where there are many of an id, that of the first of them.
+fn factors(simulation: &Simulation<'_>, pass: &ScorePass) -> BTreeMap<String, f64> {
+    let (system, at, lin) = (simulation.system, simulation.at, simulation.lin);
+    if lin.rows.len() > MOST_SIMULATED {
+        return BTreeMap::new();
+    }
+    let local = local_effects(system, at, lin);
+    let local =
+        local.into_iter().filter_map(|(e, _)| full_candidate(system, at, lin, e).candidate());
+    let mut firsts: BTreeMap<String, (usize, Cow<'_, Candidates>)> = BTreeMap::new();
+    for (i, candidate) in pass.candidates.all.iter().enumerate() {
+        firsts
+            .entry(key(candidate, &pass.candidates))
+            .or_insert((i, Cow::Borrowed(&pass.candidates)));
+    }
+    for candidate in local {
+        if !firsts.contains_key(&candidate.id) {
+            let (key, i) = (candidate.id.clone(), pass.candidates.all.len());
+            firsts.insert(key, (i, Cow::Owned(pass.candidates.with(candidate))));
+        }
+    }
+    let of = |(key, (i, among)): (String, (usize, Cow<'_, Candidates>))| {
+        (key, simulation.factor(&among, i, pass.alpha_single))
+    };
+    firsts.into_par_iter().map(of).collect()
+}
+
+/// Of an id with this many subjects each is like the others: stations, channels of a kind.
+const MANY: usize = 5;
+
+/// The label; the id where there are many of it, or each lives in one group.
+fn key(candidate: &Candidate, among: &Candidates) -> String {
+    let of_id = among.all.iter().filter(|other| other.id == candidate.id).count();
+    let is_one_of_many = of_id >= MANY || candidate.reach == Reach::One;
+    if is_one_of_many { candidate.id.clone() } else { candidate.label() }
+}
+
 /// The fitted declared model, and the significance asked of one p-value.
 struct Assessor<'a> {
     system: &'a System<'a>,
     at: &'a Estimate,
     lin: &'a Linear<'a>,
+    /// By [`key`], how many times the size that the F test alone finds the whole choice asks for.
+    factors: BTreeMap<String, f64>,
     alpha: f64,
+    candidates: &'a Candidates,
     further: Further<'a>,
     imitation: Imitation<'a>,
 }
@@ -112,18 +166,24 @@ impl Assessor<'_> {
                 let own = candidate.label();
                 let test = judged.iter().find(|j| j.candidate.label() == own)?.test;
                 let Source::Effect(active) = &candidate.source else { return None };
-                let amplitudes = detectable_amplitudes(self.lin, &test, candidate, self.alpha);
+                let factor = self.factor(&key(candidate, self.candidates));
+                let amplitudes =
+                    factor * detectable_amplitudes(self.lin, &test, candidate, self.alpha);
                 let position = seen.iter().position(|c| c.label() == own)?;
                 let twin = |&i: &usize| position != i && class[position] == class[i];
                 let visible = Visibility::Visible {
                     detectable: self.reported(*e, &active.parameters, amplitudes.as_slice()),
-                    detectable_rms: detectable_rms(self.lin, &test, candidate, self.alpha),
+                    detectable_rms: factor * detectable_rms(self.lin, &test, candidate, self.alpha),
                     same_as: (0..seen.len()).filter(twin).map(|i| seen[i].label()).collect(),
                 };
                 Some(self.assessment(*e, candidate.absorbed(&self.lin.basis), visible))
             }
         };
         sights.iter().filter_map(assess).collect()
+    }
+
+    fn factor(&self, id: &str) -> f64 {
+        self.factors.get(id).copied().unwrap_or(1.0)
     }
 
     /// Effects that move one observation each.
@@ -141,10 +201,14 @@ impl Assessor<'_> {
             LocalEstimability::NotEstimable(absorbed) => self.hidden(e, absorbed),
             LocalEstimability::Estimable(local) => {
                 let lambda = lambda(local.test.directions, local.test.dof);
-                let amplitudes = local_detectable_amplitudes(&local, lambda);
+                let factor = self.factor(&self.system.model.declared().effects[e].id);
+                let amplitudes: Vec<f64> = local_detectable_amplitudes(&local, lambda)
+                    .into_iter()
+                    .map(|size| factor * size)
+                    .collect();
                 let visible = Visibility::Visible {
                     detectable: self.reported(e, &local.parameters, &amplitudes),
-                    detectable_rms: local_detectable_rms(self.lin, &local, lambda),
+                    detectable_rms: factor * local_detectable_rms(self.lin, &local, lambda),
                     same_as: Vec::new(),
                 };
                 self.assessment(e, local.absorbed, visible)

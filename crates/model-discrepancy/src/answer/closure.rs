@@ -164,7 +164,7 @@ pub struct Score {
     pub p_value: f64,
     /// Error on groups left out in turn, were it added.
     pub held_out_rms: f64,
-    /// Smallest amplitude that would be found 9 times in 10, as rms residual in report units.
+    /// Smallest amplitude that the F test alone finds 9 times in 10, as rms residual in report units.
     pub detectable_rms: f64,
     /// Why it was not added, or that it was.
     pub outcome: Outcome,

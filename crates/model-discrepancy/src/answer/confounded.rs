@@ -143,7 +143,12 @@ fn same_levels(context: &Context<'_>, lin: &Linear<'_>, accepted: &Candidate) ->
     levels.filter(|c| same_span(&span(&lin.basis, c), &own_span)).collect()
 }
 
-fn is_rival(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate, skip: &[bool]) -> bool {
+pub(crate) fn is_rival(
+    lin: &Linear<'_>,
+    accepted: &Candidate,
+    rival: &Candidate,
+    skip: &[bool],
+) -> bool {
     let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
     if alone.is_none_or(|t| t.p_value > DECIDED) {
         return false;

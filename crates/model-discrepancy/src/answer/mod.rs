@@ -9,6 +9,7 @@ pub(crate) mod contradiction;
 pub(crate) mod estimate;
 pub(crate) mod external_validation;
 mod found_again;
+mod named_size;
 pub(crate) mod separation;
 pub(crate) mod structure;
 pub(crate) mod summary;

@@ -125,6 +125,7 @@ impl<'a> Scoring<'a> {
 /// One pass over the catalogue or over the covariates.
 pub(crate) struct ScorePass {
     pub(crate) judged: Vec<Scored>,
+    pub(crate) candidates: Candidates,
     /// Effects the design cannot see, with the share absorbed.
     pub(crate) not_estimable: Vec<(usize, f64)>,
     /// Significance asked of one p-value.
@@ -198,15 +199,40 @@ pub(crate) fn score_catalogue(
     }
     let class = classes(&candidates);
     let trials = trials(&candidates, &class, &locals);
-    let judged = candidates
-        .into_iter()
-        .zip(class)
-        .filter_map(|(candidate, class)| {
-            let family = trials.family(&candidate);
-            judge(scoring, (&lin.basis, &scoring.clean), candidate, class, trials.tests * family)
-        })
-        .collect();
-    ScorePass { judged, not_estimable, alpha_single: scoring.alpha / trials.tests.max(1.0) }
+    let alpha_single = scoring.alpha / trials.tests.max(1.0);
+    let candidates = Candidates { all: candidates, class, trials };
+    let judged = (0..candidates.all.len()).filter_map(|i| candidates.judged(scoring, i)).collect();
+    ScorePass { judged, candidates, not_estimable, alpha_single }
+}
+
+/// What a pass judges, and beside how much else.
+#[derive(Clone)]
+pub(crate) struct Candidates {
+    pub(crate) all: Vec<Candidate>,
+    /// Class of each.
+    class: Vec<usize>,
+    trials: Trials,
+}
+
+impl Candidates {
+    /// The same, and one more.
+    pub(crate) fn with(&self, candidate: Candidate) -> Self {
+        let mut more = self.clone();
+        more.class.push(more.all.len());
+        more.all.push(candidate);
+        more
+    }
+
+    /// The one at a place in the list.
+    pub(crate) fn judged(&self, scoring: &Scoring<'_>, i: usize) -> Option<Scored> {
+        let base = (&scoring.lin.basis, &scoring.clean);
+        judge(scoring, base, self.all[i].clone(), self.class[i], self.trials_of(&self.all[i]))
+    }
+
+    /// By how much the p-value of one counts more for how much else is judged.
+    pub(crate) fn trials_of(&self, candidate: &Candidate) -> f64 {
+        self.trials.tests * self.trials.family(candidate)
+    }
 }
 
 /// Candidates that move one observation each, by id: effect and p-value on its own.
@@ -236,6 +262,7 @@ impl Families {
 }
 
 /// How many independent things a pass looks at.
+#[derive(Clone)]
 struct Trials {
     tests: f64,
     /// Id and size of each family of candidates that live in one group each.
@@ -290,10 +317,7 @@ pub(crate) fn judge(
     {
         adjusted = 1.0;
     }
-    let n = count(lin.rows.len());
-    let rss_after = test.variance * count(test.dof);
-    let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
-    let criterion = n * ratio.ln() + count(test.directions) * n.ln();
+    let criterion = criterion(lin.rows.len(), &test);
     let mut judged = Scored {
         class,
         asked,
@@ -316,6 +340,14 @@ pub(crate) fn judge(
         judged.held_out = Some(held_out);
     }
     Some(judged)
+}
+
+/// Bayesian information criterion of so many rows, relative to nothing added.
+pub(crate) fn criterion(rows: usize, test: &Significance) -> f64 {
+    let n = count(rows);
+    let rss_after = test.variance * count(test.dof);
+    let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
+    n * ratio.ln() + count(test.directions) * n.ln()
 }
 
 /// Whether half of what a candidate adds to judged readings, in units of their noise, is in rows

@@ -184,7 +184,7 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
 ///
 /// What shows in many groups goes before what lives in one: a few extreme points describe a
 /// smooth effect well, the other way round is refused by the scatter between groups.
-fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
+pub(crate) fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
     let mut order: Vec<_> = (0..judged.len())
         .filter(|&i| judged[i].adjusted <= alpha && judged[i].generalises())
         .collect();
@@ -202,7 +202,7 @@ fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
 }
 
 /// Moves a candidate with fewer amplitudes to the front when the best adds nothing to it.
-fn prefer_simpler(lin: &Linear<'_>, judged: &[Scored], order: &mut [usize]) {
+pub(crate) fn prefer_simpler(lin: &Linear<'_>, judged: &[Scored], order: &mut [usize]) {
     let Some(&best) = order.first() else { return };
     let directions = |i: usize| judged[i].test.directions;
     let mut simpler: Vec<usize> = (1..order.len())

@@ -30,7 +30,7 @@ impl<'a> Moved<'a> {
 
 /// The `n`-th of a fixed sequence without visible order, evenly spread over 0 to 1 (`SplitMix64`:
 /// Steele, Lea and Flood 2014, figure 16).
-fn evenly(n: usize) -> f64 {
+pub(crate) fn evenly(n: usize) -> f64 {
     const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
     let mut z = GAMMA.wrapping_mul(n as u64 + 1);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,6 +1,9 @@
 //! A linearised system with the noise models under which it is tested.
 
 use std::ops::Deref;
+use std::sync::Arc;
+
+use nalgebra::DVector;
 
 use crate::algebra::linearised::Linearised;
 use crate::algebra::system::{Estimate, System};
@@ -9,7 +12,7 @@ use crate::noise::noise_models::NoiseModels;
 /// Rows that take part in inference; a noise model is worked out when first asked for.
 pub(crate) struct Linear<'a> {
     rows: Linearised<'a>,
-    pub(crate) noise: NoiseModels,
+    pub(crate) noise: Arc<NoiseModels>,
 }
 
 impl<'a> Linear<'a> {
@@ -17,11 +20,18 @@ impl<'a> Linear<'a> {
     pub(crate) fn of(system: &System<'a>, at: &Estimate, keep: &[bool], silent: &[bool]) -> Self {
         Self::from(Linearised::of(system, at, keep, silent))
     }
+
+    /// The same rows with another whitened residual.
+    pub(crate) fn with_residual(&self, residual: DVector<f64>) -> Self {
+        let mut rows = self.rows.clone();
+        rows.residual = residual;
+        Self { rows, noise: Arc::clone(&self.noise) }
+    }
 }
 
 impl<'a> From<Linearised<'a>> for Linear<'a> {
     fn from(rows: Linearised<'a>) -> Self {
-        Self { rows, noise: NoiseModels::default() }
+        Self { rows, noise: Arc::default() }
     }
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn scores(out: &mut Markup, context: &Context) {
         "quiet",
         "p before correction for the size of the catalogue. Absorbed: share of the effect that \
          the declared model takes up and so hides. Detectable from: smallest effect, as rms \
-         residual, that would be found 9 times in 10. Of effects that move one reading each, \
+         residual, that the F test alone would find 9 times in 10. Of effects that move one reading each, \
          the strongest and the significant ones are listed.",
     );
     let mut shown: Option<&Pass> = None;
