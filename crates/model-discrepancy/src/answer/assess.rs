@@ -62,7 +62,7 @@ pub enum Visibility {
 }
 
 /// Most rows of a design on which the choice is simulated.
-pub const MOST_SIMULATED: usize = 1000;
+pub const MOST_SIMULATED: usize = 600;
 
 /// Assesses every effect of the catalogue at the fitted declared model.
 ///
