@@ -70,7 +70,7 @@ mod answer;
 pub use algebra::between_variance::between_variance;
 pub use algebra::columns::{Column, EmpiricalCorrection};
 pub use algebra::coverage::{coverage_factor, std_over_names};
-pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess};
+pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{
     Alternative, Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass,

@@ -70,6 +70,19 @@ pub const MOST_SIMULATED: usize = 600;
 ///
 /// As [`close_loop`](crate::close_loop).
 pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, LoopError> {
+    assess_those(model, options, |_| true)
+}
+
+/// [`assess`] of the effects whose id, with the subject in brackets where there is one, is `wanted`.
+///
+/// # Errors
+///
+/// As [`close_loop`](crate::close_loop).
+pub fn assess_those(
+    model: &dyn Model,
+    options: &Options,
+    wanted: impl Fn(&str) -> bool,
+) -> Result<Vec<Assessment>, LoopError> {
     validate(model, &[])?;
     let keep = all_fitted(model);
     let system = System::declared(model);
@@ -82,7 +95,7 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     let pass = score_catalogue(&system, &at, &scoring);
     let simulation = Simulation::new(&context, (&system, &at), &lin, scoring.alpha);
     let assessor = Assessor {
-        factors: factors(&simulation, &pass),
+        factors: factors(&simulation, &pass, &wanted),
         system: &system,
         at: &at,
         lin: &lin,
@@ -93,14 +106,19 @@ pub fn assess(model: &dyn Model, options: &Options) -> Result<Vec<Assessment>, L
     };
     let mut assessments = assessor.of_many(&pass.judged);
     assessments.extend(assessor.of_one());
+    assessments.retain(|a| wanted(&label(&a.effect, a.subject.as_deref())));
     assessments.sort_by(|a, b| {
         label(&a.effect, a.subject.as_deref()).cmp(&label(&b.effect, b.subject.as_deref()))
     });
     Ok(assessments)
 }
 
-/// For every effect its factor; where there are many of an id, that of the first of them.
-fn factors(simulation: &Simulation<'_>, pass: &ScorePass) -> BTreeMap<String, f64> {
+/// For every effect wanted its factor; where there are many of an id, that of the first of them.
+fn factors(
+    simulation: &Simulation<'_>,
+    pass: &ScorePass,
+    wanted: &impl Fn(&str) -> bool,
+) -> BTreeMap<String, f64> {
     let (system, at, lin) = (simulation.system, simulation.at, simulation.lin);
     if lin.rows.len() > MOST_SIMULATED {
         return BTreeMap::new();
@@ -108,13 +126,15 @@ fn factors(simulation: &Simulation<'_>, pass: &ScorePass) -> BTreeMap<String, f6
     let local = local_effects(system, at, lin);
     let local =
         local.into_iter().filter_map(|(e, _)| full_candidate(system, at, lin, e).candidate());
+    let is_wanted = |c: &Candidate| wanted(&c.label());
     let mut firsts: BTreeMap<String, (usize, Cow<'_, Candidates>)> = BTreeMap::new();
-    for (i, candidate) in pass.candidates.all.iter().enumerate() {
+    let of_many = pass.candidates.all.iter().enumerate();
+    for (i, candidate) in of_many.filter(|(_, c)| is_wanted(c)) {
         firsts
             .entry(key(candidate, &pass.candidates))
             .or_insert((i, Cow::Borrowed(&pass.candidates)));
     }
-    for candidate in local {
+    for candidate in local.filter(is_wanted) {
         if !firsts.contains_key(&candidate.id) {
             let (key, i) = (candidate.id.clone(), pass.candidates.all.len());
             firsts.insert(key, (i, Cow::Owned(pass.candidates.with(candidate))));

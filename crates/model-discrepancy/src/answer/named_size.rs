@@ -20,11 +20,12 @@ use crate::tests::significance::{Reach, holds_in_readings};
 
 /// Simulated data sets for each effect.
 const DATA_SETS: usize = 40;
-/// The size in one of them is looked for between these factors of the F test's own; below the second
-/// it mostly is.
-const FACTORS: [f64; 3] = [0.7, 1.4, 5.6];
-/// Ratio of two factors that are not told apart any more.
-const CLOSE: f64 = 1.1;
+/// Ratio of the sizes that are tried, the first of which is what the F test alone finds; and where
+/// that is far from enough.
+const NEXT: f64 = 1.1;
+const FAR: f64 = 1.5;
+/// The largest factor that is tried.
+const MOST: f64 = 8.0;
 /// Share of the answers with the right name that have no other beside it: what is added later counts
 /// against the whole answer.
 const NOTHING_ELSE: f64 = 0.95;
@@ -52,14 +53,15 @@ impl<'a> Simulation<'a> {
         let dof = n.saturating_sub(lin.basis.dim()).max(1);
         let sigma = (lin.clean_residual().norm_squared() / count(dof)).sqrt();
         let normal = Normal::standard();
-        // Half a step from either end, which no normal number reaches.
+        // The ends of the interval are no normal numbers.
         let one = |i: usize| sigma * normal.inverse_cdf(evenly(i).clamp(1e-9, 1.0 - 1e-9));
         let set = |k: usize| lin.basis.reject(&DVector::from_fn(n, |i, _| one(k * n + i)));
         Self { context, system, at, lin, alpha, sigma, noise: (0..DATA_SETS).map(set).collect() }
     }
 
-    /// For the candidate at a place in the list: factor from the size that an F test at the level `alpha` finds nine times in ten to the one
-    /// that is named as often; each data set has one amplitude alone.
+    /// For the candidate at a place in the list: factor from the size that an F test at the level
+    /// `alpha` finds nine times in ten to the one that is named as often; each data set has one
+    /// amplitude alone.
     pub(crate) fn factor(&self, candidates: &Candidates, index: usize, alpha: f64) -> f64 {
         let span = |c: &Candidate| Basis::of(&c.beside, NEW_DIRECTION.sqrt());
         let among = Among { candidates, spans: candidates.all.iter().map(span).collect() };
@@ -67,29 +69,19 @@ impl<'a> Simulation<'a> {
         let amplitudes = of.beside.ncols();
         let dof = self.lin.rows.len().saturating_sub(self.lin.basis.dim() + amplitudes).max(1);
         let length = self.sigma * noncentrality(alpha / of.searched, amplitudes, dof).sqrt();
-        let least = |k: usize| {
-            let signal = of.beside.column(k % amplitudes).normalize() * length;
-            let is_named =
-                |factor: f64| self.is_named(&among, index, &self.noise[k] + factor * &signal);
-            let [least, mostly, most] = FACTORS;
-            let (mut low, mut high) =
-                if is_named(mostly) { (least, mostly) } else { (mostly, most) };
-            while high > CLOSE * low {
-                let middle = (low * high).sqrt();
-                if is_named(middle) { high = middle } else { low = middle }
+        let mut left: Vec<usize> = (0..DATA_SETS).collect();
+        let mut factor = 1.0;
+        loop {
+            left.retain(|&k| {
+                let signal = of.beside.column(k % amplitudes).normalize() * (length * factor);
+                !self.is_named(&among, index, &self.noise[k] + signal)
+            });
+            let missed = count(left.len()) / count(DATA_SETS);
+            if missed <= 1.0 - POWER / NOTHING_ELSE || factor > MOST {
+                return factor;
             }
-            (low * high).sqrt()
-        };
-        let mut all: Vec<f64> = (0..DATA_SETS).map(least).collect();
-        all.sort_by(f64::total_cmp);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a share of a count"
-        )]
-        let at = (POWER / NOTHING_ELSE * count(DATA_SETS)) as usize;
-        // The mean of the three about it scatters less than the one.
-        all[at - 2..=at].iter().sum::<f64>() / 3.0
+            factor *= if factor < FAR { NEXT } else { FAR };
+        }
     }
 
     /// Whether the first choice is the candidate at a place in the list, or one of which it is a rival.

@@ -20,7 +20,7 @@ mod text;
 
 use std::path::{Path, PathBuf};
 
-use model_discrepancy::{Assessment, Model, assess};
+use model_discrepancy::{Assessment, Model, assess_those};
 
 use crate::file::write_new;
 use crate::{Case, Error, Header};
@@ -201,12 +201,15 @@ fn components(model: &dyn Model) -> usize {
 
 /// What the design sees without and with the plan, where that is asked.
 fn assessed(question: &Question, case: &Case, with: &Case) -> Result<[Vec<Assessment>; 2], Error> {
+    let asked = |label: &str| {
+        question.asks.iter().any(|ask| matches!(ask, Ask::Visible { effect } if effect == label))
+    };
     if !question.asks.iter().any(|ask| matches!(ask, Ask::Visible { .. })) {
         return Ok([Vec::new(), Vec::new()]);
     }
     let of = |case: &Case| {
         let prepared = case.measured.prepare()?;
-        let assessed = assess(&*prepared.model, &case.loop_settings.options());
+        let assessed = assess_those(&*prepared.model, &case.loop_settings.options(), asked);
         assessed.map_err(|source| case.loop_error(source))
     };
     Ok([of(case)?, of(with)?])
