@@ -70,7 +70,7 @@ impl<'a> Simulation<'a> {
         let dof = self.lin.rows.len().saturating_sub(self.lin.basis.dim() + amplitudes).max(1);
         let length = self.sigma * noncentrality(alpha / of.searched, amplitudes, dof).sqrt();
         let mut left: Vec<usize> = (0..DATA_SETS).collect();
-        let mut factor = 1.0;
+        let (mut before, mut factor) = (1.0_f64, 1.0);
         loop {
             left.retain(|&k| {
                 let signal = of.beside.column(k % amplitudes).normalize() * (length * factor);
@@ -78,8 +78,9 @@ impl<'a> Simulation<'a> {
             });
             let missed = count(left.len()) / count(DATA_SETS);
             if missed <= 1.0 - POWER / NOTHING_ELSE || factor > MOST {
-                return factor;
+                return (before * factor).sqrt();
             }
+            before = factor;
             factor *= if factor < FAR { NEXT } else { FAR };
         }
     }
