@@ -17,7 +17,8 @@ mod trial;
 pub(crate) mod wilson;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, thread};
@@ -108,22 +109,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 /// Runs the seeds of one cell on all workers.
 fn trials(truing: &Truing, cell: &Cell, first: usize, n_seeds: usize) -> Result<Vec<Trial>> {
-    let next = AtomicUsize::new(0);
-    let trials = Mutex::new(Vec::with_capacity(n_seeds));
+    let folder = shell::root().join("target/power");
+    over_seeds(first..first + n_seeds, &folder, |seed, folder| {
+        trial::run(truing, cell, seed, folder)
+    })
+}
+
+/// What every seed gives, on all workers, each with a folder of its own below `root`.
+pub(crate) fn over_seeds<T: Send>(
+    seeds: Range<usize>,
+    root: &Path,
+    trial: impl Fn(u64, &Path) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let next = AtomicUsize::new(seeds.start);
+    let trials = Mutex::new(Vec::with_capacity(seeds.len()));
     let work = |worker: usize| -> Result<()> {
-        let folder = shell::root().join(format!("target/power/{worker}"));
-        fs::create_dir_all(&folder).context("cannot make target/power")?;
+        let folder = root.join(worker.to_string());
+        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
         loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= n_seeds {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= seeds.end {
                 return Ok(());
             }
-            let seed = u64::try_from(first + index).context("seed too large")?;
-            let trial = trial::run(truing, cell, seed, &folder)?;
+            let trial = trial(u64::try_from(seed).context("seed too large")?, &folder)?;
             trials.lock().expect("no worker panics").push(trial);
         }
     };
     thread::scope(|scope| {
+        let work = &work;
         let workers: Vec<_> = (0..N_WORKERS).map(|w| scope.spawn(move || work(w))).collect();
         workers.into_iter().try_for_each(|w| w.join().expect("no worker panics"))
     })?;

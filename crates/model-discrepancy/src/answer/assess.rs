@@ -93,9 +93,14 @@ pub fn assess_those(
     let lin = Linear::of(&system, &at, &keep, context.silent);
     let scoring = Scoring::new(&context, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let pass = score_catalogue(&system, &at, &scoring);
-    let simulation = Simulation::new(&context, (&system, &at), &lin, scoring.alpha);
+    let factors = if lin.rows.len() > MOST_SIMULATED {
+        BTreeMap::new()
+    } else {
+        let simulation = Simulation::new(&context, (&system, &at), &lin, scoring.alpha);
+        factors(&simulation, &pass, &wanted)
+    };
     let assessor = Assessor {
-        factors: factors(&simulation, &pass, &wanted),
+        factors,
         system: &system,
         at: &at,
         lin: &lin,
@@ -120,12 +125,8 @@ fn factors(
     wanted: &impl Fn(&str) -> bool,
 ) -> BTreeMap<String, f64> {
     let (system, at, lin) = (simulation.system, simulation.at, simulation.lin);
-    if lin.rows.len() > MOST_SIMULATED {
-        return BTreeMap::new();
-    }
-    let local = local_effects(system, at, lin);
-    let local =
-        local.into_iter().filter_map(|(e, _)| full_candidate(system, at, lin, e).candidate());
+    let local = local_effects(system, at, lin).into_iter();
+    let local = local.filter_map(|(e, _)| full_candidate(system, at, lin, e).candidate());
     let is_wanted = |c: &Candidate| wanted(&c.label());
     let mut firsts: BTreeMap<String, (usize, Cow<'_, Candidates>)> = BTreeMap::new();
     let of_many = pass.candidates.all.iter().enumerate();
