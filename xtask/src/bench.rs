@@ -1,7 +1,6 @@
 //! `cargo xtask bench`: speed, solver suites, or the statistics of the loop.
 
 use anyhow::{Context, Result};
-use serde_json::Value;
 
 use crate::{
     blunders, coverage, loop_speed, next_measurement, peers, power, shell, smallest_size, stability,
@@ -69,28 +68,21 @@ pub(crate) fn smoke() -> Result<()> {
     criterion(&["--test"])
 }
 
+/// One build for all: what a bench measures does not depend on the features of other crates.
 fn criterion(options: &[&str]) -> Result<()> {
-    for (package, bench) in benches()? {
-        if bench != SUITES {
-            let start = ["bench", "--package", &package, "--bench", &bench, "--"];
-            shell::cargo(&[&start[..], options].concat())?;
-        }
-    }
-    Ok(())
+    let benches = benches()?;
+    let timed = benches.iter().filter(|bench| *bench != SUITES);
+    let chosen = timed.flat_map(|bench| ["--bench", bench]);
+    let mut arguments = vec!["bench", "--workspace", "--all-features"];
+    arguments.extend(chosen.chain(["--"]).chain(options.iter().copied()));
+    shell::cargo(&arguments)
 }
 
-/// Package and name of every bench.
-fn benches() -> Result<Vec<(String, String)>> {
+/// Name of every bench.
+fn benches() -> Result<Vec<String>> {
     let metadata = shell::metadata(false)?;
     let packages = metadata["packages"].as_array().context("no packages")?;
-    let mut benches = Vec::new();
-    for package in packages {
-        let targets = package["targets"].as_array().context("no targets")?;
-        let is_bench = |target: &&Value| target["kind"][0] == "bench";
-        for target in targets.iter().filter(is_bench) {
-            let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-            benches.push((text(&package["name"]), text(&target["name"])));
-        }
-    }
-    Ok(benches)
+    let targets = packages.iter().filter_map(|package| package["targets"].as_array()).flatten();
+    let benches = targets.filter(|target| target["kind"][0] == "bench");
+    Ok(benches.filter_map(|target| Some(target["name"].as_str()?.to_owned())).collect())
 }

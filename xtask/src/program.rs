@@ -26,12 +26,14 @@ pub(crate) struct Answer {
 }
 
 impl Truing {
-    /// Builds it in the release profile; `TRUING_PROGRAM` names one that is built already.
+    /// Builds it in the release profile, with the features that `cargo xtask test` builds it with;
+    /// `TRUING_PROGRAM` names one that is built already.
     pub(crate) fn build() -> Result<Self> {
         if let Some(binary) = std::env::var_os("TRUING_PROGRAM") {
             return Ok(Self { binary: std::path::absolute(PathBuf::from(binary))? });
         }
-        shell::cargo(&["build", "--release", "--package", "truing"])?;
+        let workspace = ["--workspace", "--all-features"];
+        shell::cargo(&[&["build", "--release", "--bin", "truing"][..], &workspace].concat())?;
         let metadata = shell::metadata(false)?;
         let target = metadata["target_directory"].as_str().context("no target directory")?;
         let name = format!("truing{}", std::env::consts::EXE_SUFFIX);

@@ -1,4 +1,7 @@
 //! `cargo xtask test`: every test, doc test and example of the workspace.
+//!
+//! All in the release profile: it is what `cargo xtask repro` and the benches build too, so that
+//! a clean checkout compiles everything once, and hundreds of loops are closed at full speed.
 
 use anyhow::{Context, Result};
 use serde_json::Value;
@@ -17,8 +20,9 @@ pub(crate) fn run() -> Result<()> {
     println!(
         "not run here: benchmarks (cargo xtask bench), fixtures through truing (cargo xtask repro)"
     );
-    shell::cargo(&["test", "--workspace", "--all-features", "--doc"])?;
-    shell::cargo(&["test", "--workspace", "--all-features", "--lib", "--bins", "--tests"])
+    let test = ["test", "--release", "--workspace", "--all-features"];
+    shell::cargo(&[&test[..], &["--doc"]].concat())?;
+    shell::cargo(&[&test[..], &["--lib", "--bins", "--tests"]].concat())
 }
 
 /// Builds the examples of every crate; paths of the programs.
@@ -27,6 +31,7 @@ fn build_examples() -> Result<Vec<String>> {
         env!("CARGO"),
         &[
             "build",
+            "--release",
             "--workspace",
             "--all-features",
             "--examples",
