@@ -19,7 +19,7 @@
 //!
 //! ```
 //! use force_impedance::{Head, HeadGeometry, HeadLimits};
-//! use nalgebra::{Point3, Vector3};
+//! use force_impedance::nalgebra::{Point3, Vector3};
 //!
 //! let geometry = HeadGeometry {
 //!     tip_to_plane_mm: 120.0,
@@ -48,6 +48,11 @@
 //! ```
 #![cfg_attr(not(feature = "std"), no_std)]
 
+// What public items are made of.
+#[cfg(feature = "loop")]
+pub use model_discrepancy;
+pub use nalgebra;
+
 mod balance;
 mod chain;
 mod cofactor;
@@ -65,25 +70,9 @@ mod impedance;
 mod impedance_parameters;
 #[cfg(feature = "std")]
 mod log;
-#[cfg(feature = "std")]
-mod log_blocks;
-#[cfg(feature = "std")]
-mod log_delay;
-#[cfg(feature = "std")]
-mod log_effects;
-#[cfg(feature = "std")]
-mod log_inside;
-#[cfg(feature = "std")]
-mod log_model;
-#[cfg(feature = "std")]
-mod log_proposals;
-#[cfg(feature = "std")]
-mod log_sensitivity;
+#[cfg(feature = "loop")]
+mod missing;
 mod motion;
-#[cfg(feature = "std")]
-mod path;
-#[cfg(feature = "std")]
-mod path_model;
 mod pose;
 mod ramp;
 mod redundancy;
@@ -109,12 +98,8 @@ pub use impedance::{Discretisation, Impedance};
 pub use impedance_parameters::ImpedanceParameters;
 #[cfg(feature = "std")]
 pub use log::{ForceFormula, LogSample, LoggedForce, solve_log};
-#[cfg(feature = "std")]
-pub use log_model::{LogModel, LogOptions};
-#[cfg(feature = "std")]
-pub use path::PathSample;
-#[cfg(feature = "std")]
-pub use path_model::{PathModel, PathOptions};
+#[cfg(feature = "loop")]
+pub use missing::{LogModel, LogOptions, PathModel, PathOptions, PathSample};
 pub use pose::HeadPose;
 pub use settings::{ControllerSettings, ReferenceMode};
 pub use warning::{Warning, WarningLimits, warnings};

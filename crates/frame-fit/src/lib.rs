@@ -15,7 +15,7 @@
 //!
 //! ```
 //! use frame_fit::{Options, PointPair, Transform, compare_transforms, fit_frame};
-//! use nalgebra::{Isometry3, Point3, Vector3};
+//! use frame_fit::nalgebra::{Isometry3, Point3, Vector3};
 //!
 //! let truth = Isometry3::new(Vector3::new(10.0, -5.0, 2.0), Vector3::z() * 0.1);
 //! let corners = [
@@ -42,52 +42,51 @@
 //! # Ok::<(), frame_fit::FrameFitError>(())
 //! ```
 
+// What public items are made of.
+pub use least_squares;
+#[cfg(feature = "loop")]
+pub use model_discrepancy;
+pub use nalgebra;
+
 mod closed_form;
 mod decompose;
-mod effects;
 mod error;
 mod fit;
 mod input;
 mod map;
 mod mislabelled;
-mod model;
+#[cfg(feature = "loop")]
+mod missing;
 mod motion;
 mod nested;
 mod options;
 mod pair;
-mod point;
 mod problem;
-mod proposals;
 mod refine;
 mod reflection;
 mod shape;
 mod snooping;
 mod spread;
 mod statistics;
-mod term;
 mod tip;
-mod tip_model;
 mod transform;
 mod uncertainty;
-mod with_effects;
 
 pub use error::{FrameFitError, FreeMotion, InvalidPair};
 pub use fit::{FrameFit, fit_frame};
 pub use map::FrameMap;
 pub use mislabelled::{Mislabelled, mislabelled};
-pub use model::FrameModel;
+#[cfg(feature = "loop")]
+pub use missing::{FrameModel, MapWithEffects, MeasuredPoint, NearestSimilarity, TipModel};
 pub use nested::{NestedTest, compare_transforms};
 pub use options::{Noise, Options};
 pub use pair::{PointPair, Uncertainty};
-pub use point::MeasuredPoint;
 pub use reflection::{Reflection, ReflectionVerdict};
 pub use shape::{Shape, shape_of};
 pub use snooping::{Reliability, Snooping, SnoopingOptions, Suspect, reliability, snoop};
 pub use tip::{KnownDistance, TipFit, TipPose, fit_tip};
-pub use tip_model::TipModel;
 pub use transform::{Handedness, Transform};
 pub use uncertainty::FrameParameter;
-pub use with_effects::{MapWithEffects, NearestSimilarity};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

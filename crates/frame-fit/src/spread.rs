@@ -17,6 +17,7 @@ pub(crate) struct Spread<const D: usize> {
     pub(crate) rms_mm: SVector<f64, D>,
     /// Unit vectors, one per column.
     pub(crate) directions: SMatrix<f64, D, D>,
+    #[cfg(feature = "loop")]
     pub(crate) centroid_mm: Point<f64, D>,
     smallest_mm: f64,
 }
@@ -39,6 +40,7 @@ impl<const D: usize> Spread<D> {
         Self {
             rms_mm: svd.values / count.sqrt(),
             directions: svd.v,
+            #[cfg(feature = "loop")]
             centroid_mm: Point::from(centroid_mm),
             smallest_mm: SMALLEST_SPREAD_MM.max(ROUND_OFF_ULPS * f64::EPSILON * largest),
         }

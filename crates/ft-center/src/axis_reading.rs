@@ -58,14 +58,6 @@ impl AxisMotion {
             Self::Rotary => ("arcsec", 1.0),
         }
     }
-
-    /// Unit of a deviation over a target as reported, and the factor.
-    pub(crate) fn ratio(self) -> (&'static str, f64) {
-        match self {
-            Self::Linear => ("ppm", 1e6),
-            Self::Rotary => ("arcsec/deg", 1.0),
-        }
-    }
 }
 
 /// One reading of a positioning run.

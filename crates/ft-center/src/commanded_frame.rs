@@ -1,10 +1,8 @@
 //! The frame as a map of the positions that the machine says.
 
-use model_discrepancy::{Closure, Column};
-use nalgebra::{DMatrix, Matrix2x3, Vector2};
+use nalgebra::{Matrix2x3, Vector2};
 
 use crate::SensorFrame;
-use crate::press_effects::PressEffect;
 
 /// `sensor = scale · Rot(θ) · Mirror · machine + translation`, machine as it says that it is.
 ///
@@ -35,45 +33,6 @@ impl CommandedFrame {
             std_scale: 0.0,
             translation_mm: frame.translation_mm,
             std_translation_mm: covariance.diagonal().map(f64::sqrt),
-        }
-    }
-
-    /// Of the frame that the loop leaves; `scale` and `datum_mm` are what the machine's effects say.
-    pub(crate) fn of(
-        frame: &SensorFrame,
-        closure: &Closure,
-        effects: &[PressEffect],
-        scale: f64,
-        datum_mm: Vector2<f64>,
-    ) -> Self {
-        let linear = frame.sensor_from_machine().linear;
-        let pivot_mm = frame.pivot_mm.coords;
-        // From the pivot, whose image the base parameters are, to the origin.
-        let arm = linear * (datum_mm - pivot_mm * (1.0 + scale));
-        let mut jacobian = DMatrix::zeros(3, closure.columns.len());
-        for (k, column) in closure.columns.iter().enumerate() {
-            let moved = match *column {
-                Column::Base(0) => Vector2::new(-arm.y, arm.x),
-                Column::Base(axis) => Vector2::ith(axis - 1, 1.0),
-                Column::Amplitude { effect, parameter } => match effects[effect] {
-                    PressEffect::FrameScale => -(linear * pivot_mm),
-                    PressEffect::DatumOffset => linear.column(parameter).into_owned(),
-                    _ => Vector2::zeros(),
-                },
-                Column::Empirical { .. } => Vector2::zeros(),
-            };
-            jacobian.fixed_view_mut::<2, 1>(0, k).copy_from(&moved);
-            let is_scale = matches!(*column, Column::Amplitude { effect, .. }
-                if effects[effect] == PressEffect::FrameScale);
-            jacobian[(2, k)] = f64::from(u8::from(is_scale));
-        }
-        let variances = (&jacobian * &closure.covariance * jacobian.transpose()).diagonal();
-        let std = variances.map(|v| v.max(0.0).sqrt());
-        Self {
-            scale: 1.0 + scale,
-            std_scale: std[2],
-            translation_mm: frame.translation_mm + linear * (datum_mm - pivot_mm * scale),
-            std_translation_mm: Vector2::new(std[0], std[1]),
         }
     }
 }

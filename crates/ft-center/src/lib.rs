@@ -7,10 +7,10 @@
 //! - [`locate`] puts presses together: found − commanded position is the offset to compensate.
 //! - [`contact_on_surface`] finds the contact on a curved workpiece on top of the sensor,
 //!   [`Monitor`] follows it live without allocating, [`solve_batch`] reads millions of samples once.
-//! - [`positioning_model`] is a run of a linear or rotary axis over its targets, [`axis_figures`] gives
-//!   its accuracy and repeatability by ISO 230-2.
-//! - [`PressModel`], [`DisplacementModel`] and [`GravityModel`] are these measurements as models for
-//!   the loop of `model_discrepancy`, with the effects that they may lack.
+//! - [`axis_figures`] gives accuracy and repeatability of a linear or rotary axis by ISO 230-2.
+//! - With the feature `loop`, on by default, `PressModel`, `DisplacementModel`, `GravityModel` and
+//!   `positioning_model` are these measurements as models for the loop of `model_discrepancy`,
+//!   with the effects that they may lack.
 //!
 //! A wrench acts *on* the sensor, its moment is about the sensor's reference point: `M = p × F`.
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad, times in s. The normal force of
@@ -21,8 +21,8 @@
 //!
 //! ```
 //! use ft_center::center_of_pressure;
-//! use geometry::Wrench;
-//! use nalgebra::{Point3, Vector3};
+//! use ft_center::geometry::Wrench;
+//! use ft_center::nalgebra::{Point3, Vector3};
 //!
 //! // 40 N down and 3 N sideways at (12, −7) on a platform 30 mm high, and a pad's friction couple.
 //! let at = Point3::new(12.0, -7.0, 30.0);
@@ -35,61 +35,57 @@
 //! # Ok::<(), ft_center::FtCenterError>(())
 //! ```
 
+// What public items are made of.
+pub use geometry;
+pub use least_squares;
+#[cfg(feature = "loop")]
+pub use model_discrepancy;
+pub use nalgebra;
+
 mod affine;
-mod axis_effects;
 mod axis_figures;
-mod axis_model;
 mod axis_reading;
 mod batch;
 mod centroid;
 mod colour;
 mod commanded_frame;
-mod displacement_model;
 mod error;
 mod frame;
 mod frame_point;
 mod gate;
 mod gravity;
-mod gravity_effects;
-mod gravity_model;
 mod harmonic;
 mod locate;
+#[cfg(feature = "loop")]
+mod missing;
 mod monitor;
 mod orbit;
-mod parameter;
 mod press;
-mod press_design;
-mod press_doubts;
-mod press_effects;
-mod press_located;
-mod press_model;
 mod press_noise;
-mod press_proposals;
 mod pressure;
 mod sample;
-mod sensor_errors;
 mod spectrum;
 mod surface_contact;
 
 pub use affine::{AffineFrame, fit_affine_frame};
-pub use axis_effects::{AxisRun, AxisTerm};
 pub use axis_figures::{AxisFigures, Figure, OneWay, TargetFigures, axis_figures};
-pub use axis_model::{axis_coordinates, positioning_model};
 pub use axis_reading::{Approach, AxisMotion, AxisReading};
 pub use batch::{BatchCenter, WrenchArrays, centers_into, solve_batch};
 pub use centroid::{pressure_centroid_mm, removal_centroid_mm};
 pub use commanded_frame::CommandedFrame;
-pub use displacement_model::{Displacement, DisplacementModel};
 pub use error::{FtCenterError, Table};
 pub use frame::{Handedness, HandednessSource, SensorFrame, fit_sensor_frame};
 pub use frame_point::FramePoint;
 pub use gravity::{GravityCalibration, GravityOptions, StaticPose, calibrate_gravity};
-pub use gravity_model::GravityModel;
 pub use locate::{Center, LocateOptions, Located, locate};
+#[cfg(feature = "loop")]
+pub use missing::{
+    AxisRun, AxisTerm, Displacement, DisplacementModel, GravityModel, PressModel, axis_coordinates,
+    positioning_model,
+};
 pub use monitor::{ContactStatus, Monitor, MonitorOptions, MonitorReading, Platform};
 pub use orbit::{Orbit, OrbitOptions, Wobble, solve_orbit};
 pub use press::{Press, PressRole, SolvedPress, solve_presses};
-pub use press_model::PressModel;
 pub use pressure::{PressurePoint, center_of_pressure};
 pub use sample::{Contact, Noise, Sample};
 pub use surface_contact::{CoupleAxis, SurfaceContact, contact_on_surface};

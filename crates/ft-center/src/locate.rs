@@ -1,6 +1,6 @@
 //! Where the head really is: step 3 of \[A\].
 
-use model_discrepancy::{Row, between_variance};
+use least_squares::between_variance;
 use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
 use crate::press_noise::center_covariances;
@@ -130,20 +130,15 @@ fn frame_with_seat(
 
 /// Variance of the seat along each axis, mm².
 fn seat(points: &[FramePoint], frame: &SensorFrame) -> f64 {
-    let row = |i: usize| Row {
-        observation: i / 2,
-        component: i % 2,
-        sigma: points[i / 2].covariance_mm2[(i % 2, i % 2)].sqrt(),
-        reported: true,
-    };
-    let rows: Vec<_> = (0..2 * points.len()).map(row).collect();
-    let residual = DVector::from_fn(rows.len(), |i, _| frame.residuals_mm[i / 2][i % 2]);
-    let mut jacobian = DMatrix::zeros(rows.len(), 3);
+    let variances = points.iter().flat_map(|p| [p.covariance_mm2.m11, p.covariance_mm2.m22]);
+    let sigma: Vec<f64> = variances.map(f64::sqrt).collect();
+    let residual = DVector::from_fn(sigma.len(), |i, _| frame.residuals_mm[i / 2][i % 2]);
+    let mut jacobian = DMatrix::zeros(sigma.len(), 3);
     for (i, point) in points.iter().enumerate() {
         let block = frame.position_jacobian(&point.machine_mm);
         jacobian.fixed_view_mut::<2, 3>(2 * i, 0).copy_from(&block);
     }
-    between_variance(&rows, &residual, &jacobian)
+    between_variance(&sigma, |_| true, &residual, &jacobian)
 }
 
 fn seated(covariance_mm2: &Matrix2<f64>, seat_mm: f64) -> Matrix2<f64> {

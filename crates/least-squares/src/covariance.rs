@@ -1,8 +1,8 @@
 //! Covariance from a pivoted QR factorisation of the whitened, column-scaled Jacobian.
 
-use faer::MatRef;
 use nalgebra::{DMatrix, DVector};
 
+use crate::factorisation::{pivoted_qr, singular_values};
 use crate::linearised::Linearised;
 use crate::null_space::free_directions;
 use crate::search::Counts;
@@ -145,30 +145,6 @@ impl Factored {
             let step = share.component_div(&self.scale);
             (share, step)
         })
-    }
-}
-
-fn pivoted_qr(matrix: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
-    let (rows, columns) = matrix.shape();
-    let qr = MatRef::from_column_major_slice(matrix.as_slice(), rows, columns).col_piv_qr();
-    let upper = |i: usize, j: usize| if i <= j { qr.R()[(i, j)] } else { 0.0 };
-    (DMatrix::from_fn(columns, columns, upper), qr.P().arrays().0.to_vec())
-}
-
-/// Singular values and the right singular vectors, transposed.
-pub(crate) fn singular_values(r: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
-    let n = r.ncols();
-    if n == 0 {
-        return (DVector::zeros(0), DMatrix::zeros(0, 0));
-    }
-    match MatRef::from_column_major_slice(r.as_slice(), n, n).svd() {
-        Ok(svd) => (
-            DVector::from_fn(n, |i, _| svd.S().column_vector()[i]),
-            DMatrix::from_fn(n, n, |i, j| svd.V()[(j, i)]),
-        ),
-        // The iteration of the SVD failed, which finite input has never made it do: nothing is
-        // known of the rank, so nothing is claimed.
-        Err(_) => (DVector::zeros(n), DMatrix::identity(n, n)),
     }
 }
 

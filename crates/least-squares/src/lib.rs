@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use least_squares::{Options, Problem, SolveError, solve};
-//! use nalgebra::{DMatrix, DVector};
+//! use least_squares::nalgebra::{DMatrix, DVector};
 //!
 //! /// A shift of the scale and a shift of the part: their sum is all a reading shows.
 //! struct Readings;
@@ -40,69 +40,19 @@
 //! # Ok::<(), SolveError>(())
 //! ```
 //!
-//! # Many blocks under a few shared parameters
-//!
-//! [`solve_bordered`] minimises the same over a shared point and any number of blocks, each with
-//! residuals of its own. It eliminates one block after the other and never holds a Jacobian, so
-//! that time and memory are linear in the number of blocks. Ten cooling curves with one time
-//! constant, and each with a height and a floor of its own:
-//!
-//! ```
-//! use least_squares::{
-//!     BlockRows, BorderedOptions, BorderedPoint, BorderedProblem, Pattern, SolveError,
-//!     bordered_covariance, solve_bordered,
-//! };
-//!
-//! /// Readings of each curve at 0, 1, 2 … s, good to 0.01.
-//! struct Curves { readings: Vec<[f64; 8]>, patterns: Vec<Pattern> }
-//!
-//! impl BorderedProblem for Curves {
-//!     fn shared_dim(&self) -> usize { 1 } // rate
-//!     fn block_dim(&self) -> usize { 2 } // height, floor
-//!     fn block_count(&self) -> usize { self.readings.len() }
-//!     fn patterns(&self) -> &[Pattern] { &self.patterns }
-//!
-//!     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
-//!         for (i, reading) in self.readings[block].iter().enumerate() {
-//!             let fallen = (-shared[0] * i as f64).exp();
-//!             out[i] = (point[0] * fallen + point[1] - reading) / 0.01;
-//!         }
-//!     }
-//!
-//!     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
-//!         self.residuals(block, shared, point, rows.residuals);
-//!         for i in 0..8 {
-//!             let fallen = (-shared[0] * i as f64).exp();
-//!             rows.by_block[2 * i] = fallen / 0.01;
-//!             rows.by_block[2 * i + 1] = 1.0 / 0.01;
-//!             rows.by_shared[i] = -point[0] * i as f64 * fallen / 0.01;
-//!         }
-//!     }
-//! }
-//!
-//! let curve = |k: usize| {
-//!     let height = 1.0 + k as f64;
-//!     let error = |i: usize| 0.01 * ((7 * i + 3 * k) as f64).sin();
-//!     std::array::from_fn(|i| height * (-0.5 * i as f64).exp() + 0.1 + error(i))
-//! };
-//! // Every residual depends on both parameters of its curve and on the rate.
-//! let patterns = vec![Pattern::dense(8, 2, 1)];
-//! let curves = Curves { readings: (0..10).map(curve).collect(), patterns };
-//! let start = BorderedPoint { shared: vec![1.0], blocks: [1.0, 0.0].repeat(10) };
-//!
-//! let options = BorderedOptions::default();
-//! let fit = solve_bordered(&curves, start, &options)?;
-//! let covariance = bordered_covariance(&curves, &fit.point, &options)?;
-//! let sigma = covariance.shared()[(0, 0)].sqrt();
-//! assert!((fit.point.shared[0] - 0.5).abs() < 3.0 * sigma);
-//! assert!((fit.point.blocks[2 * 4] - 5.0).abs() < 3.0 * covariance.block(4)[(0, 0)].sqrt());
-//! # Ok::<(), SolveError<BorderedPoint>>(())
-//! ```
+//! With the feature `bordered`, on by default, `solve_bordered` minimises the same over a shared
+//! point and any number of blocks that have residuals of their own.
 
+// What public items are made of.
+pub use nalgebra;
+
+mod between_variance;
+#[cfg(feature = "bordered")]
 mod bordered;
 mod check;
 mod covariance;
 mod error;
+mod factorisation;
 mod free_direction;
 mod linearised;
 mod loss;
@@ -118,6 +68,8 @@ mod solve;
 mod sparse_basis;
 mod valley;
 
+pub use between_variance::between_variance;
+#[cfg(feature = "bordered")]
 pub use bordered::{
     AsDense, BlockRows, BorderedCovariance, BorderedOptions, BorderedPoint, BorderedProblem,
     BorderedSolution, Pattern, bordered_covariance, solve_bordered,

@@ -67,7 +67,6 @@ mod choice;
 
 mod answer;
 
-pub use algebra::between_variance::between_variance;
 pub use algebra::columns::{Column, EmpiricalCorrection};
 pub use algebra::coverage::{coverage_factor, std_over_names};
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};

@@ -13,8 +13,8 @@
 //! Sources: document \[D\], equations (4)–(10) and (22)–(23); ISO 10110-12 for the surface.
 //!
 //! ```
-//! use geometry::AsphereShape;
-//! use nalgebra::{Point3, Vector3};
+//! use pose_icp::geometry::AsphereShape;
+//! use pose_icp::nalgebra::{Point3, Vector3};
 //! use pose_icp::{Part, PoseOptions, PoseParameter, PoseStart, Touch, fit_pose};
 //!
 //! // A paraboloid, R = 480 mm, lies 0.2 mm higher than planned and level; five points on it.
@@ -35,6 +35,15 @@
 //! # Ok::<(), pose_icp::PoseError>(())
 //! ```
 
+#![cfg_attr(
+    not(feature = "loop"),
+    expect(
+        dead_code,
+        unused_imports,
+        reason = "the model of the loop asks for more of the shared parts"
+    )
+)]
+
 // Clouds and meshes.
 mod cloud;
 mod mesh;
@@ -42,9 +51,17 @@ mod mesh;
 // Touches of a surface that is known exactly.
 mod error;
 mod exact;
+#[cfg(feature = "loop")]
 mod missing;
 mod program;
 mod sampled;
+
+// What public items are made of.
+pub use geometry;
+pub use least_squares;
+#[cfg(feature = "loop")]
+pub use model_discrepancy;
+pub use nalgebra;
 
 pub use cloud::{
     CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
@@ -59,6 +76,7 @@ pub use exact::{
     SideTouches, Tip, TipSide, Touch, WeakComponent, WeakMotion, fit_pose, height_at,
     start_from_touches,
 };
+#[cfg(feature = "loop")]
 pub use missing::{Fitted, MeasuredTouch, PoseModel};
 pub use program::{
     ProgramError, ProgramOptions, Refused, correct_points, correct_program,

@@ -17,8 +17,8 @@
 //! ```
 //! use std::sync::Arc;
 //!
-//! use geometry::{Asphere, AsphereShape};
-//! use nalgebra::{Point3, Vector3};
+//! use probe_comp::geometry::{Asphere, AsphereShape};
+//! use probe_comp::nalgebra::{Point3, Vector3};
 //! use probe_comp::{BallTouch, Nominal, NormalSource, Side, compensate};
 //!
 //! // A paraboloid bowl, R = 120 mm, is 0.004 mm too high where a ball of radius 3 mm touches it.
@@ -35,6 +35,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(
+    not(feature = "loop"),
+    expect(dead_code, reason = "the model of the loop asks for more of the shared parts")
+)]
+
 // One touch after the other.
 mod compensate;
 mod contact;
@@ -48,13 +53,22 @@ mod profile;
 mod touch;
 
 // All of them together.
+#[cfg(feature = "loop")]
 mod missing;
 mod qualify;
+
+// What public items are made of.
+pub use geometry;
+pub use least_squares;
+#[cfg(feature = "loop")]
+pub use model_discrepancy;
+pub use nalgebra;
 
 pub use compensate::{NormalSource, compensate};
 pub use contact::{Contact, PlannedContact};
 pub use error::{InvalidTouch, ProbeError};
 pub use micro_radius::{MicroRadius, micro_radius};
+#[cfg(feature = "loop")]
 pub use missing::{ContactChange, MeasuredTouch, ProbeModel, ProbeSetup};
 pub use nominal::{Nominal, NominalFoot, Side};
 pub use profile::{ProfileContact, compensate_profile};

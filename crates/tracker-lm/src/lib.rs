@@ -18,7 +18,7 @@
 //! for the residuals that the loop looks at.
 //!
 //! ```
-//! use nalgebra::Vector3;
+//! use tracker_lm::nalgebra::Vector3;
 //! use tracker_lm::error_at_angle;
 //!
 //! // Three reflectors about the axis' origin; the body has moved 3 µm along x and turned 10 µrad
@@ -29,38 +29,40 @@
 //! assert!((error[0] - 0.003).abs() < 1e-6 && (error[5] - 10e-6).abs() < 1e-8);
 //! ```
 
+#![cfg_attr(
+    not(feature = "loop"),
+    expect(dead_code, reason = "the model of the loop asks for more of the shared parts")
+)]
+
+// What public items are made of.
+pub use least_squares;
+#[cfg(feature = "loop")]
+pub use model_discrepancy;
+pub use nalgebra;
+
 mod axis;
 mod calibrate;
 mod calibration;
-mod change;
-mod changes;
-mod effects;
 mod error;
 mod export;
-mod found;
 mod free_points;
 mod gauge;
 mod joint;
 mod joint_result;
 mod location;
-mod model;
+#[cfg(feature = "loop")]
+mod missing;
 mod motion;
-mod moves;
 mod network;
 mod options;
 mod points_result;
-mod proposals;
-mod reduce;
-mod reduction;
 mod search;
 mod shift;
-mod sights;
 mod spread;
 mod start;
 mod survey;
 mod targets;
 mod weights;
-mod with_effects;
 
 pub use axis::{AxisLetter, RotaryAxis};
 pub use calibrate::calibrate;
@@ -68,13 +70,16 @@ pub use calibration::{AxisError, Calibration, DeadPathEstimate, MountEstimate, S
 pub use error::{Record, Shortage, TrackerError};
 pub use export::{axis_errors_csv, heidenhain_table, linuxcnc_compensation};
 pub use location::AxisLocation;
-pub use model::TrackerModel;
+#[cfg(feature = "loop")]
+pub use missing::TrackerModel;
 pub use motion::error_at_angle;
 pub use options::{DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options};
 pub use survey::{Approach, Mount, Range, Station, Step, Survey};
+#[cfg(feature = "loop")]
+pub use targets::{HoldOut, TargetModel, TargetRecords};
 pub use targets::{
-    HoldOut, StationPose, Target, TargetCalibration, TargetModel, TargetNoise, TargetOptions,
-    TargetRecords, TargetSurvey, calibrate_targets,
+    StationPose, Target, TargetCalibration, TargetNoise, TargetOptions, TargetSurvey,
+    calibrate_targets,
 };
 
 #[cfg(doctest)]

@@ -6,7 +6,7 @@ use super::BorderedProblem;
 use super::block::{Place, Rows};
 use super::orthogonal::{BlockFactor, SharedFactor};
 use crate::FreeDirection;
-use crate::covariance::singular_values;
+use crate::factorisation::singular_values;
 use crate::null_space::free_directions;
 
 /// Blocks with free directions of their own that are named; more would say no more.

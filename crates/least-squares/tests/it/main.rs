@@ -3,6 +3,8 @@
 #![expect(clippy::float_cmp, reason = "what is compared for equality is meant exactly")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests, too, may fail the test")]
 
+mod between_variance;
+#[cfg(feature = "bordered")]
 mod bordered;
 mod certified;
 mod consistency;

@@ -1,7 +1,6 @@
 //! Bases, the system in use, and what is left of its rows: linear algebra, no statistics.
 
 pub(crate) mod basis;
-pub(crate) mod between_variance;
 pub(crate) mod columns;
 pub(crate) mod components;
 pub(crate) mod coverage;

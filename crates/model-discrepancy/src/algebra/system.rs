@@ -1,9 +1,8 @@
 //! The declared model with a chosen set of effects and empirical corrections switched on.
 
-use least_squares::{Problem, SolveError, solve};
+use least_squares::{Problem, SolveError, between_variance, solve};
 use nalgebra::{DMatrix, DVector};
 
-use crate::algebra::between_variance::between_variance;
 use crate::model::whole_tangent;
 use crate::{Column, EmpiricalCorrection, Layout, Model, Role, Row, State};
 
@@ -247,10 +246,11 @@ impl<'a> System<'a> {
     }
 
     fn between_variance(&self, keep: &[usize], at: &Estimate) -> f64 {
-        let rows: Vec<_> = keep.iter().map(|&row| self.model.declared().layout.rows[row]).collect();
+        let rows = &self.model.declared().layout.rows;
+        let sigma: Vec<_> = keep.iter().map(|&row| rows[row].sigma).collect();
         let residual = self.residuals(at).select_rows(keep);
         let jacobian = self.jacobian(at).select_rows(keep);
-        between_variance(&rows, &residual, &jacobian)
+        between_variance(&sigma, |kept| rows[keep[kept]].reported, &residual, &jacobian)
     }
 
     /// What the columns of [`System::jacobian`] are about.

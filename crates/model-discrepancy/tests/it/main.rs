@@ -10,6 +10,5 @@ mod local;
 mod position_noise;
 mod power;
 mod repeats;
-mod scatter;
 mod superfluous;
 mod unforeseen;

@@ -11,7 +11,7 @@ use super::TargetSurvey;
 use super::faults::Fault;
 use super::sight::Sight;
 use crate::Approach;
-use crate::effects::{REFERENCE_C, approaches, coordinates, is_temperature, parameter};
+use crate::missing::effects::{REFERENCE_C, approaches, coordinates, is_temperature, parameter};
 
 /// An effect as the loop sees it, and what it does to every reading.
 #[derive(Clone, Debug)]

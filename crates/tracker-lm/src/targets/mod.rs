@@ -2,16 +2,23 @@
 
 mod bundle;
 mod calibrate;
+#[cfg(feature = "loop")]
 mod catalogue;
 mod check;
+#[cfg(feature = "loop")]
 mod faults;
+#[cfg(feature = "loop")]
 mod hold_out;
+#[cfg(feature = "loop")]
 mod model;
+#[cfg(feature = "loop")]
 mod rows;
 mod sight;
 mod survey;
 
 pub use calibrate::{StationPose, TargetCalibration, calibrate_targets};
+#[cfg(feature = "loop")]
 pub use hold_out::HoldOut;
+#[cfg(feature = "loop")]
 pub use model::{TargetModel, TargetRecords};
 pub use survey::{Target, TargetNoise, TargetOptions, TargetSurvey};

@@ -17,8 +17,8 @@ use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
 use crate::TrackerError;
-use crate::found::NEAR_MM;
-use crate::model::elapsed;
+use crate::missing::found::NEAR_MM;
+use crate::missing::model::elapsed;
 use crate::network::angles;
 
 /// What was recorded beside the readings.

@@ -9,7 +9,7 @@ use super::HoldOut;
 use super::bundle::Bundle;
 use super::sight::Sight;
 use crate::TrackerError;
-use crate::reduce::{Reduced, reduce};
+use crate::missing::reduce::{Reduced, reduce};
 
 /// Reduced rows of all units, one after the other; in mm, not whitened.
 #[derive(Clone, Debug)]

@@ -1,0 +1,146 @@
+//! What the declared head may leave out.
+
+use model_discrepancy::{Effect, Parameter, Scope};
+
+use crate::missing::log_blocks::Block;
+
+/// One effect of the catalogue, as code sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LogEffect {
+    /// Zero of a load cell.
+    CellZero(usize),
+    /// Zero of a length sensor.
+    LengthZero(usize),
+    CellGain(usize),
+    HeadWeight,
+    /// Friction counted as normal force (full balance), or left out (published formula).
+    FrictionShare,
+    FrictionLeftOut,
+    SplineFriction,
+    Drift,
+    Delay,
+    /// Follows the temperature column of this index.
+    Temperature(usize),
+}
+
+const SENSORS: [&str; 4] = ["leg 1", "leg 2", "leg 3", "axial"];
+
+impl LogEffect {
+    /// The catalogue for a log with these temperature columns.
+    pub(crate) fn catalogue(published: bool, n_warmth: usize) -> Vec<Self> {
+        let mut all: Vec<Self> = (0..4).map(Self::CellZero).collect();
+        all.extend((0..4).map(Self::LengthZero));
+        all.extend((0..4).map(Self::CellGain));
+        let friction = if published { Self::FrictionLeftOut } else { Self::FrictionShare };
+        all.extend([Self::HeadWeight, friction, Self::SplineFriction, Self::Drift, Self::Delay]);
+        all.extend((0..n_warmth).map(Self::Temperature));
+        all
+    }
+
+    /// Derivative of a block's force residual by the amplitude, for all effects that are linear.
+    pub(crate) fn force_tangent(self, block: &Block) -> f64 {
+        let s = &block.sensitivity;
+        match self {
+            Self::CellZero(i) => s.per_cell[i],
+            Self::LengthZero(i) => s.per_length[i],
+            Self::CellGain(i) => s.of_cell_n[i],
+            Self::HeadWeight => s.per_weight,
+            Self::FrictionShare => s.tangential_n,
+            Self::SplineFriction => block.slide_normal,
+            Self::Drift => block.elapsed_share,
+            Self::Temperature(column) => block.warmth_k[column],
+            Self::FrictionLeftOut | Self::Delay => 0.0,
+        }
+    }
+
+    /// The same of a block's consistency residual.
+    pub(crate) fn consistency_tangent(self, block: &Block) -> f64 {
+        match self {
+            Self::LengthZero(i) => block.sensitivity.consistency_per_length[i],
+            _ => 0.0,
+        }
+    }
+
+    /// The effect for people; `warm` names the temperature columns.
+    pub(crate) fn description(self, warm: &[String]) -> Effect {
+        let (id, subject, text, parameter) = self.entry(warm);
+        let driver = match self {
+            Self::Temperature(column) => Some(warm[column].clone()),
+            _ => None,
+        };
+        // A log without a reference shows lengths alone, and a head that stands still little.
+        let scope = Scope::SomeDesigns;
+        Effect { subject, driver, scope, ..Effect::new(id, text, vec![parameter]) }
+    }
+
+    fn entry(self, warm: &[String]) -> (&'static str, Option<String>, &'static str, Parameter) {
+        let number = |name: &str, unit: &str, report_factor: f64| Parameter {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            report_factor,
+        };
+        let of = |what: &str, i: usize| Some(format!("{what}, {}", SENSORS[i]));
+        match self {
+            Self::CellZero(i) => (
+                "leg-zero",
+                of("force", i),
+                "a load cell reads a constant force under no load",
+                number("zero", "N", 1.0),
+            ),
+            Self::LengthZero(i) => (
+                "leg-zero",
+                of("length", i),
+                "a length sensor reads a constant length too much",
+                number("zero", "µm", 1e3),
+            ),
+            Self::CellGain(i) => (
+                "leg-gain",
+                of("force", i),
+                "a load cell reads too large by a ratio",
+                number("gain error", "%", 100.0),
+            ),
+            Self::HeadWeight => (
+                "head-weight",
+                None,
+                "the head is heavier than declared",
+                number("missing weight", "N", 1.0),
+            ),
+            Self::FrictionShare => (
+                "contact-friction",
+                None,
+                "a share of the friction at the contact is read as normal force",
+                number("share of the friction", "%", 100.0),
+            ),
+            Self::FrictionLeftOut => (
+                "contact-friction",
+                None,
+                "the tool rubs on the workpiece, which the formula leaves out",
+                number("coefficient of friction", "", 1.0),
+            ),
+            Self::SplineFriction => (
+                "spline-friction",
+                None,
+                "friction of the spline bypasses the axial cell, against the way the head slides",
+                number("friction force", "N", 1.0),
+            ),
+            Self::Drift => (
+                "force-drift",
+                None,
+                "the force drifts evenly from the first sample to the last",
+                number("drift over the log", "N", 1.0),
+            ),
+            Self::Delay => (
+                "delay",
+                None,
+                "the reference is read later than the legs",
+                number("delay", "ms", 1e3),
+            ),
+            Self::Temperature(column) => (
+                "temperature",
+                Some(warm[column].clone()),
+                "the force read follows a temperature, counted from 20 °C",
+                number("force per kelvin", "N/K", 1.0),
+            ),
+        }
+    }
+}

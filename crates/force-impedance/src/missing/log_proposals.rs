@@ -1,0 +1,68 @@
+//! Measurements that would tell the effects of a log apart.
+
+use model_discrepancy::Proposal;
+
+use crate::missing::log_blocks::Block;
+use crate::missing::log_model::LogModel;
+
+/// Blocks of a proposed run: one for each of a handful of places along the log.
+const N_BLOCKS: usize = 24;
+
+/// The cheapest first.
+pub(crate) fn proposals(model: &LogModel) -> Vec<Proposal> {
+    if !model.has_reference {
+        return vec![proposal(
+            "record the contact force with a reference instrument beside the legs",
+            with_reference(model),
+        )];
+    }
+    let hanging = extended(model, |b, _| {
+        b.sensitivity.of_cell_n = b.sensitivity.of_cell_n.map(|_| 0.0);
+        b.sensitivity.tangential_n = 0.0;
+        b.normal_n = 0.0;
+    });
+    let harder = extended(model, |b, _| {
+        b.sensitivity.of_cell_n = b.sensitivity.of_cell_n.map(|f| 2.0 * f);
+        b.sensitivity.tangential_n *= 2.0;
+        b.normal_n *= 2.0;
+    });
+    let sliding = extended(model, |b, i| {
+        let way = if i % 2 == 0 { 1.0 } else { -1.0 };
+        b.slide = way;
+        b.slide_normal = way * b.sensitivity.axial_share;
+    });
+    let longer = extended(model, |b, i| {
+        b.elapsed_share = 1.0 + crate::count(i) / crate::count(N_BLOCKS);
+    });
+    vec![
+        proposal("record a while with the head hanging free, then go on", hanging),
+        proposal("repeat the run at twice the contact force", harder),
+        proposal("let the axial unit travel in and out at constant force", sliding),
+        proposal("repeat the run once more, later", longer),
+    ]
+}
+
+fn proposal(text: &str, model: LogModel) -> Proposal {
+    Proposal { text: text.to_owned(), model: Box::new(model) }
+}
+
+/// The log with more blocks like those it has, changed.
+fn extended(model: &LogModel, change: impl Fn(&mut Block, usize)) -> LogModel {
+    let mut more = model.clone();
+    let step = model.blocks.len().div_ceil(N_BLOCKS).max(1);
+    let added = model.blocks.iter().step_by(step).enumerate().map(|(i, block)| {
+        let mut block = block.clone();
+        change(&mut block, i);
+        block
+    });
+    more.add_blocks(added.collect());
+    more
+}
+
+/// The same run with a reference: its forces, not its lengths, are judged.
+fn with_reference(model: &LogModel) -> LogModel {
+    let mut with = model.clone();
+    with.has_reference = true;
+    "N".clone_into(&mut with.declared.layout.unit);
+    with
+}

@@ -1,0 +1,75 @@
+//! A positioning run as a model for the loop.
+
+use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Origin, resolution_of};
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::require_positive;
+use crate::missing::axis_effects::{AxisRun, AxisTerm};
+use crate::{FtCenterError, Table};
+
+/// The declared model claims that every target was reached: residual is the deviation, in mm or
+/// seconds of arc, and nothing is estimated. `sigma` is the standard uncertainty of one, `None` where
+/// the residual is to tell.
+///
+/// # Errors
+///
+/// [`FtCenterError::Empty`], [`FtCenterError::NotFinite`], [`FtCenterError::NotPositive`],
+/// [`FtCenterError::CovariateLength`].
+pub fn positioning_model(
+    run: &AxisRun<'_>,
+    sigma: Option<f64>,
+) -> Result<LinearModel, FtCenterError> {
+    check(run, sigma)?;
+    let mut terms = run.zero_and_pitch();
+    terms.extend(run.terms());
+    let names = run.readings.iter().map(|r| r.name.clone());
+    let layout = Layout::scalars(names, run.motion.deviation_unit(), sigma);
+    let tangents = terms.iter().map(AxisTerm::tangent).collect();
+    let effects = terms.into_iter().map(|term| term.effect).collect();
+    let n = run.readings.len();
+    Ok(LinearModel {
+        declared: Declared {
+            resolution: resolution_of(run.readings.iter().map(|r| r.deviation)),
+            ..Declared::new(layout, Vec::new(), effects)
+        },
+        residual: DVector::from_iterator(n, run.readings.iter().map(|r| r.deviation)),
+        base: DMatrix::zeros(n, 0),
+        tangents,
+        extended: Vec::new(),
+    })
+}
+
+fn check(run: &AxisRun<'_>, sigma: Option<f64>) -> Result<(), FtCenterError> {
+    if run.readings.is_empty() {
+        return Err(FtCenterError::Empty { of: Table::Displacements });
+    }
+    let is_finite = |r: &crate::AxisReading| r.target.is_finite() && r.deviation.is_finite();
+    if let Some(index) = run.readings.iter().position(|r| !is_finite(r)) {
+        return Err(FtCenterError::NotFinite { index });
+    }
+    for (value, setting) in [(sigma, "sigma"), (run.lead, "lead")] {
+        if let Some(value) = value {
+            require_positive(value, setting)?;
+        }
+    }
+    let needed = run.readings.len();
+    match run.covariates.iter().find(|c| c.values.len() != needed) {
+        Some(c) => {
+            let (name, got) = (c.name.clone(), c.values.len());
+            Err(FtCenterError::CovariateLength { name, got, needed })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Targets, and which way the axis came where that is known of every reading, as covariates.
+#[must_use]
+pub fn axis_coordinates(run: &AxisRun<'_>, target: &str) -> Vec<Covariate> {
+    let column =
+        |name: &str, values: Vec<f64>, origin| Covariate { name: name.to_owned(), values, origin };
+    let targets = run.readings.iter().map(|r| r.target).collect();
+    let mut all = vec![column(target, targets, Origin::Coordinate)];
+    let ways: Option<Vec<f64>> = run.readings.iter().map(|r| Some(r.approach?.sign())).collect();
+    all.extend(ways.map(|ways| column("direction", ways, Origin::Recorded)));
+    all
+}

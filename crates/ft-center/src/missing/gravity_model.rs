@@ -1,0 +1,256 @@
+//! Static poses as a model for the loop.
+
+use geometry::Wrench;
+use model_discrepancy::{
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Row, State, resolution_of,
+};
+use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
+
+use crate::gravity::line_miss;
+use crate::missing::gravity_effects::{
+    Down, GRAVITY_EFFECTS, GravityEffect, GravityErrors, Predicted,
+};
+use crate::missing::parameter::parameter;
+use crate::missing::press_design::REFERENCE_C;
+use crate::{FtCenterError, GravityCalibration, GravityOptions, StaticPose, calibrate_gravity};
+
+/// Noise under which no reading is believed, so that readings without any still have weights.
+const FLOOR: f64 = 1e-9;
+
+/// Static poses, their calibration, and what it leaves out.
+///
+/// Six rows per pose: reading − prediction. The three of the force are reported, in N; the three
+/// of the moment take part in the fit and are not reported. Where noise is not declared, forces
+/// and moments are weighed by what the declared model leaves of each.
+#[derive(Clone, Debug)]
+pub struct GravityModel {
+    declared: Declared,
+    effects: Vec<GravityEffect>,
+    poses: Vec<StaticPose>,
+    gravity: Unit<Vector3<f64>>,
+    calibrated: GravityCalibration,
+    /// One per pose, one value per temperature column, from 20 °C.
+    warmth_k: Vec<Vec<f64>>,
+}
+
+impl GravityModel {
+    /// Builds the model of a case of static poses, in the order measured.
+    ///
+    /// `covariates` have one value per pose; a column whose name ends in `_c` becomes a
+    /// `temperature` effect.
+    ///
+    /// # Errors
+    ///
+    /// As [`calibrate_gravity`](crate::calibrate_gravity), and
+    /// [`FtCenterError::CovariateLength`].
+    pub fn new(
+        poses: &[StaticPose],
+        options: &GravityOptions,
+        covariates: &[Covariate],
+    ) -> Result<Self, FtCenterError> {
+        let calibrated = calibrate_gravity(poses, options)?;
+        if let Some(wrong) = covariates.iter().find(|c| c.values.len() != poses.len()) {
+            let (got, needed) = (wrong.values.len(), poses.len());
+            return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
+        }
+        let warm: Vec<_> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        let mut effects = GRAVITY_EFFECTS.to_vec();
+        let mut described: Vec<_> = effects.iter().map(|e| e.described()).collect();
+        for (column, covariate) in warm.iter().enumerate() {
+            let effect = GravityEffect::Temperature(column);
+            let subject = (warm.len() > 1).then(|| covariate.name.clone());
+            let driver = Some(covariate.name.clone());
+            effects.push(effect);
+            described.push(Effect { subject, driver, ..effect.described() });
+        }
+        let of_pose = |i: usize| warm.iter().map(|c| c.values[i] - REFERENCE_C).collect();
+        Ok(Self {
+            declared: Declared {
+                start: start(&calibrated),
+                resolution: resolution_of(
+                    poses.iter().flat_map(|p| p.wrench.force_n.iter().copied()),
+                ),
+                ..Declared::new(layout(poses, options, &calibrated), base(), described)
+            },
+            effects,
+            warmth_k: (0..poses.len()).map(of_pose).collect(),
+            poses: poses.to_vec(),
+            gravity: options.gravity,
+            calibrated,
+        })
+    }
+
+    /// Direction of gravity in sensor axes, as covariates for the loop.
+    #[must_use]
+    pub fn covariates(&self) -> Vec<Covariate> {
+        let down: Vec<_> = (self.poses.iter())
+            .map(|p| p.base_from_sensor.inverse() * self.gravity.into_inner())
+            .collect();
+        let column = |name: &str, axis: usize| Covariate {
+            name: name.to_owned(),
+            values: down.iter().map(|d| d[axis]).collect(),
+            origin: Origin::Coordinate,
+        };
+        vec![column("gravity_x", 0), column("gravity_y", 1), column("gravity_z", 2)]
+    }
+
+    /// Calibration with the effects in `at`.
+    ///
+    /// `covariance` is that of `[base, active amplitudes in catalogue order]`, as
+    /// [`Closure::covariance`](model_discrepancy::Closure::covariance); a smaller matrix counts
+    /// as zero. Lines of action are those of the readings with zero and effects taken off.
+    #[must_use]
+    pub fn calibration(&self, at: &State, covariance: &DMatrix<f64>) -> GravityCalibration {
+        let arm: Vector3<f64> = at.base.fixed_rows::<3>(7).into_owned();
+        let errors = self.errors(at);
+        let rows = self.residuals(at);
+        let residuals: Vec<_> = (0..self.poses.len())
+            .map(|i| Wrench::from_vector(&rows.fixed_rows::<6>(6 * i).into_owned()))
+            .collect();
+        // What an ideal sensor would have read: the weight, and what nothing explains.
+        let ideal = residuals.iter().enumerate().map(|(i, residual)| {
+            let load = self.predicted(i, at, &errors).down.direction * at.base[6];
+            *residual + Wrench::of_force(load, &Point3::from(arm))
+        });
+        let mut block = SMatrix::<f64, 10, 10>::zeros();
+        if covariance.nrows() >= 10 && covariance.ncols() >= 10 {
+            block.copy_from(&covariance.view((0, 0), (10, 10)));
+        }
+        let active = at.amplitudes.iter().flat_map(|a| a.iter()).filter(|a| **a != 0.0).count();
+        GravityCalibration {
+            bias: Wrench::from_vector(&at.base.fixed_rows::<6>(0).into_owned()),
+            weight_n: at.base[6],
+            center_of_gravity_mm: Point3::from(arm),
+            covariance: block,
+            line_miss_mm: ideal.map(|w| line_miss(w, &arm)).collect(),
+            residuals,
+            noise: self.calibrated.noise,
+            degrees_of_freedom: (6 * self.poses.len()).saturating_sub(10 + active),
+        }
+    }
+
+    /// When bias, weight and centre of gravity hold, and what they leave out: one sentence per
+    /// effect of `at`.
+    #[must_use]
+    pub fn conditions(&self, at: &State) -> Vec<String> {
+        let all = self.effects.iter().zip(&self.declared.effects).zip(&at.amplitudes);
+        all.filter(|(_, amplitude)| amplitude.iter().any(|a| *a != 0.0))
+            .map(|((effect, described), _)| effect.condition(described))
+            .collect()
+    }
+
+    fn errors(&self, at: &State) -> GravityErrors {
+        let columns = self.effects.len() - GRAVITY_EFFECTS.len();
+        let zero_per_k = vec![Vector6::zeros(); columns];
+        let mut errors = GravityErrors { zero_per_k, ..GravityErrors::default() };
+        for (effect, amplitude) in self.effects.iter().zip(&at.amplitudes) {
+            effect.apply(amplitude, &mut errors);
+        }
+        errors
+    }
+
+    fn predicted<'a>(
+        &'a self,
+        pose: usize,
+        at: &State,
+        errors: &'a GravityErrors,
+    ) -> Predicted<'a> {
+        let last = crate::count(self.poses.len().saturating_sub(1).max(1));
+        Predicted {
+            errors,
+            down: Down::of(&self.poses[pose].base_from_sensor, &self.gravity, errors),
+            weight_n: at.base[6],
+            arm_mm: at.base.fixed_rows::<3>(7).into_owned(),
+            elapsed_ratio: crate::count(pose) / last,
+            warmth_k: &self.warmth_k[pose],
+        }
+    }
+}
+
+impl Model for GravityModel {
+    fn declared(&self) -> &Declared {
+        &self.declared
+    }
+
+    fn residuals(&self, at: &State) -> DVector<f64> {
+        let errors = self.errors(at);
+        let zero: Vector6<f64> = at.base.fixed_rows::<6>(0).into_owned();
+        let mut rows = DVector::zeros(self.declared.layout.rows.len());
+        for (i, pose) in self.poses.iter().enumerate() {
+            let predicted = self.predicted(i, at, &errors).wrench() + zero;
+            rows.fixed_rows_mut::<6>(6 * i).copy_from(&(pose.wrench.to_vector() - predicted));
+        }
+        rows
+    }
+
+    fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
+        let errors = self.errors(at);
+        let mut jacobian = DMatrix::zeros(self.declared.layout.rows.len(), 10);
+        for i in 0..self.poses.len() {
+            let predicted = self.predicted(i, at, &errors);
+            let mut block = jacobian.fixed_view_mut::<6, 10>(6 * i, 0);
+            block.fixed_columns_mut::<6>(0).fill_diagonal(-1.0);
+            block.set_column(6, &-predicted.by_load(predicted.down.direction));
+            for axis in 0..3 {
+                block.set_column(7 + axis, &-predicted.by_arm(axis));
+            }
+        }
+        jacobian
+    }
+
+    fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
+        let errors = self.errors(at);
+        let parameters = self.declared.effects[effect].parameters.len();
+        let mut tangent = DMatrix::zeros(self.declared.layout.rows.len(), parameters);
+        for i in 0..self.poses.len() {
+            let predicted = self.predicted(i, at, &errors);
+            let block = -predicted.derivative(self.effects[effect], &self.gravity);
+            tangent.rows_mut(6 * i, 6).copy_from(&block);
+        }
+        tangent
+    }
+
+    fn inside(&self, _: &State) -> Option<Inside> {
+        None
+    }
+
+    fn proposals(&self) -> Vec<Proposal> {
+        Vec::new()
+    }
+}
+
+fn start(calibrated: &GravityCalibration) -> DVector<f64> {
+    let bias = calibrated.bias.to_vector();
+    let arm = calibrated.center_of_gravity_mm.coords;
+    let weight_n = [calibrated.weight_n];
+    DVector::from_iterator(10, bias.iter().chain(&weight_n).chain(arm.iter()).copied())
+}
+
+fn base() -> Vec<Parameter> {
+    let forces = ["bias fx", "bias fy", "bias fz"].map(|name| parameter(name, "N", 1.0));
+    let moments = ["bias mx", "bias my", "bias mz"].map(|name| parameter(name, "N·mm", 1.0));
+    let arm = ["centre of gravity x", "centre of gravity y", "centre of gravity z"]
+        .map(|name| parameter(name, "mm", 1.0));
+    forces.into_iter().chain(moments).chain([parameter("weight", "N", 1.0)]).chain(arm).collect()
+}
+
+fn layout(poses: &[StaticPose], options: &GravityOptions, declared: &GravityCalibration) -> Layout {
+    let noise = declared.noise;
+    let row = |observation: usize, component: usize| Row {
+        observation,
+        component,
+        sigma: if component < 3 { noise.force_n } else { noise.moment_nmm }.max(FLOOR),
+        reported: component < 3,
+    };
+    Layout {
+        rows: (0..poses.len())
+            .flat_map(|o| (0..6).map(move |c| (o, c)))
+            .map(|(o, c)| row(o, c))
+            .collect(),
+        observations: (0..poses.len()).collect(),
+        groups: poses.iter().map(|p| Group { name: p.name.clone(), role: Role::Fit }).collect(),
+        unit: "N".to_owned(),
+        sigma_declared: options.noise.is_some(),
+    }
+}

@@ -1,0 +1,22 @@
+//! The declared models as the loop sees them, and what they leave out.
+
+mod axis_effects;
+mod axis_model;
+mod commanded;
+mod displacement_model;
+mod gravity_effects;
+mod gravity_model;
+mod parameter;
+mod press_design;
+mod press_doubts;
+mod press_effects;
+mod press_located;
+mod press_model;
+mod press_proposals;
+mod sensor_errors;
+
+pub use axis_effects::{AxisRun, AxisTerm};
+pub use axis_model::{axis_coordinates, positioning_model};
+pub use displacement_model::{Displacement, DisplacementModel};
+pub use gravity_model::GravityModel;
+pub use press_model::PressModel;

@@ -1,0 +1,204 @@
+//! The presses as a model for the loop.
+
+mod discrepancy;
+
+use model_discrepancy::{Covariate, Declared, Group, Layout, Origin, Role, Row};
+use nalgebra::DVector;
+
+use crate::missing::parameter::parameter;
+use crate::missing::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
+use crate::missing::press_doubts::lost_spin;
+use crate::missing::press_effects::Catalogue;
+use crate::missing::sensor_errors::Reading;
+use crate::press_noise::center_covariances;
+use crate::{
+    Contact, FtCenterError, LocateOptions, Located, PressRole, SensorFrame, SolvedPress, locate,
+};
+
+/// Presses, their planar frame, and what the frame leaves out.
+///
+/// Two rows per press of role `Frame` or `Check`: the solved centre mapped to the machine −
+/// the machine's position, in mm. Effects act on the mean wrench of the press and on where the
+/// machine says it is, not on the result.
+///
+/// Rows are weighed by the noise of the records, axis by axis in the machine frame, and by the
+/// scatter from press to press that the loop finds beside it; the correlation of x and y within
+/// a press, which only the noise of `Fz` makes, is left out.
+#[derive(Clone, Debug)]
+pub struct PressModel {
+    pub(crate) declared: Declared,
+    pub(crate) design: Design,
+    /// One per observation of the layout that is a press.
+    pub(crate) points: Vec<PressPoint>,
+    pub(crate) standards: Vec<Standard>,
+    /// Frame of the declared model.
+    pub(crate) frame: SensorFrame,
+    /// All presses given.
+    pub(crate) presses: Vec<SolvedPress>,
+    /// One per press given.
+    pub(crate) all_points: Vec<PressPoint>,
+    observed: Vec<usize>,
+}
+
+impl PressModel {
+    /// Builds the model of a case of presses, in the order measured.
+    ///
+    /// `covariates` have one value per *observation*: per press of role `Frame` or `Check`, in
+    /// input order; see [`PressModel::observed`]. A column whose name ends in `_c` becomes a
+    /// `temperature` effect.
+    ///
+    /// # Errors
+    ///
+    /// As [`locate`](crate::locate), and [`FtCenterError::CovariateLength`].
+    pub fn new(
+        presses: &[SolvedPress],
+        contact: &Contact,
+        options: &LocateOptions,
+        covariates: &[Covariate],
+    ) -> Result<Self, FtCenterError> {
+        let Located { frame, .. } = locate(presses, contact, options)?;
+        let covariances_mm2 = center_covariances(presses, contact.z0_mm, options.noise)?;
+        let observed: Vec<_> =
+            (0..presses.len()).filter(|&i| presses[i].role != PressRole::Locate).collect();
+        let warm: Vec<_> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        if let Some(wrong) = covariates.iter().find(|c| c.values.len() != observed.len()) {
+            let (got, needed) = (wrong.values.len(), observed.len());
+            return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
+        }
+        let elapsed = elapsed(presses);
+        let point = |i: usize| {
+            let observation = observed.iter().position(|&o| o == i);
+            let warmth = |o: usize| warm.iter().map(|c| c.values[o] - REFERENCE_C).collect();
+            PressPoint {
+                machine_mm: presses[i].machine_mm,
+                reading: Reading {
+                    wrench: presses[i].orbit.mean_wrench,
+                    elapsed_ratio: elapsed[i],
+                },
+                covariance_mm2: covariances_mm2[i],
+                warmth_k: observation.map_or_else(Vec::new, warmth),
+                observation,
+            }
+        };
+        let all_points: Vec<_> = (0..presses.len()).map(point).collect();
+        let fitted: Vec<_> = (observed.iter().enumerate())
+            .filter(|(_, i)| presses[**i].role == PressRole::Frame)
+            .map(|(observation, &i)| (observation, presses[i].name.clone()))
+            .collect();
+        let columns: Vec<_> = warm.iter().map(|c| c.name.clone()).collect();
+        let role = |i: usize| match presses[i].role {
+            PressRole::Frame => Role::Fit,
+            PressRole::Check | PressRole::Locate => Role::Check,
+        };
+        let groups =
+            observed.iter().map(|&i| Group { name: presses[i].name.clone(), role: role(i) });
+        let (catalogue, effects) = Catalogue::new(&columns, &fitted);
+        let pivot = frame.sensor_from_machine().apply(&frame.pivot_mm);
+        let declared = Declared {
+            layout: Layout {
+                groups: groups.collect(),
+                unit: "mm".to_owned(),
+                sigma_declared: options.noise.is_some(),
+                ..Layout::default()
+            },
+            base: vec![
+                parameter("frame angle", "deg", 1f64.to_degrees()),
+                parameter("frame translation x", "mm", 1.0),
+                parameter("frame translation y", "mm", 1.0),
+            ],
+            start: DVector::from_column_slice(&[frame.angle_rad, pivot.x, pivot.y]),
+            effects,
+            findings: lost_spin(presses).into_iter().collect(),
+            // A head seats anew on every press, which no record shows.
+            between_variance: true,
+            ..Declared::default()
+        };
+        let mut model = Self {
+            declared,
+            design: Design {
+                z0_mm: contact.z0_mm,
+                handedness: frame.handedness,
+                pivot_mm: frame.pivot_mm,
+                catalogue,
+            },
+            points: observed.iter().map(|&i| all_points[i].clone()).collect(),
+            standards: Vec::new(),
+            frame,
+            presses: presses.to_vec(),
+            all_points,
+            observed,
+        };
+        model.lay_out();
+        Ok(model)
+    }
+
+    /// Index into the presses given of each observation of the layout.
+    #[must_use]
+    pub fn observed(&self) -> &[usize] {
+        &self.observed
+    }
+
+    /// Position in the machine and mean load of each observation, as covariates for the loop.
+    #[must_use]
+    pub fn covariates(&self) -> Vec<Covariate> {
+        let column = |name: &str, value: fn(&PressPoint) -> f64| Covariate {
+            name: name.to_owned(),
+            values: self.points.iter().map(value).collect(),
+            origin: Origin::Coordinate,
+        };
+        vec![
+            column("machine_x_mm", |p| p.machine_mm.x),
+            column("machine_y_mm", |p| p.machine_mm.y),
+            column("fz_n", load_n),
+        ]
+    }
+
+    /// Adds a press as data to be fitted, as a design: its residual is of no meaning.
+    pub(crate) fn add_point(&mut self, point: PressPoint) {
+        let name = format!("proposed {}", self.points.len() + 1);
+        self.declared.layout.groups.insert(self.points.len(), Group { name, role: Role::Fit });
+        self.points.push(PressPoint { observation: None, ..point });
+        self.lay_out();
+    }
+
+    /// Adds knowledge from outside, always fitted and never reported.
+    pub(crate) fn add_standard(&mut self, standard: Standard) {
+        self.declared.layout.groups.push(Group { name: "standard".to_owned(), role: Role::Prior });
+        self.standards.push(standard);
+        self.lay_out();
+    }
+
+    fn lay_out(&mut self) {
+        let mut rows = Vec::new();
+        let linear = self.frame.machine_from_sensor().linear;
+        for (observation, point) in self.points.iter().enumerate() {
+            let covariance = linear * point.covariance_mm2 * linear.transpose();
+            for component in 0..2 {
+                let sigma = covariance[(component, component)].sqrt();
+                rows.push(Row { observation, component, sigma, reported: true });
+            }
+        }
+        for (i, standard) in self.standards.iter().enumerate() {
+            let observation = self.points.len() + i;
+            for component in 0..standard.rows() {
+                let sigma = standard.sigma();
+                rows.push(Row { observation, component, sigma, reported: false });
+            }
+        }
+        self.declared.layout.rows = rows;
+        self.declared.layout.observations = (0..self.points.len() + self.standards.len()).collect();
+    }
+}
+
+/// Share of the session that had passed at each press: by the clock where the records' times
+/// follow each other, else by order.
+fn elapsed(presses: &[SolvedPress]) -> Vec<f64> {
+    let middle = |p: &SolvedPress| 0.5 * (p.orbit.span_s[0] + p.orbit.span_s[1]);
+    let clocked = presses.windows(2).all(|w| w[0].orbit.span_s[1] < w[1].orbit.span_s[0]);
+    let times: Vec<_> = (presses.iter().enumerate())
+        .map(|(i, p)| if clocked { middle(p) } else { crate::count(i) })
+        .collect();
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let length = if last > first { last - first } else { 1.0 };
+    times.iter().map(|t| (t - first) / length).collect()
+}

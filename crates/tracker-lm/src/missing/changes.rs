@@ -1,0 +1,176 @@
+//! Readings at which something may have changed for good: where a beam was lost or a reflector slipped.
+//!
+//! A lock has as many possible jumps as readings, and testing all of them in the loop would cost
+//! every other effect its significance. So the catalogue holds, for each dead path, each station and
+//! each reflector, a change in the middle of the run; one after every gap in a lock's readings,
+//! where a beam was broken; and one wherever the residual of the declared model shows a change so
+//! clearly that white noise does it nowhere in a hundred surveys. Such a change says among how many
+//! it was found: noise of another colour looks like one far more often, and only the loop knows
+//! the colour.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::missing::change::{Change, Offered};
+use crate::missing::reduction::Reduction;
+use crate::missing::sights::Sight;
+use crate::network::Network;
+
+/// Chance that a survey without any change shows one.
+const FALSE_ALARM: f64 = 0.01;
+/// Changes found in the residual that are offered at most, the clearest.
+const MOST_FOUND: usize = 6;
+/// Gaps of one dead path that are offered at most, the first.
+const MOST_GAPS: usize = 4;
+
+/// The declared model at its solution, whitened.
+pub(crate) struct Fitted<'a> {
+    pub(crate) network: &'a Network<'a>,
+    pub(crate) sights: &'a [Sight],
+    pub(crate) reduction: &'a Reduction,
+    /// Orthonormal basis of the shared parameters' columns; prior rows come last.
+    pub(crate) basis: &'a DMatrix<f64>,
+    /// Residual without what the basis explains.
+    pub(crate) residual: &'a DVector<f64>,
+    pub(crate) sigma_mm: f64,
+}
+
+/// What may change, and the visits at which it was measured.
+struct Thing {
+    /// Dead path of a station and mount, or a mount; from the first range on.
+    of: Change,
+    /// In the order measured.
+    visits: Vec<Visit>,
+}
+
+/// Successive ranges of one thing at one step.
+struct Visit {
+    step: usize,
+    ranges: Vec<usize>,
+}
+
+/// Changes for the catalogue, in the order of things and readings.
+pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Offered> {
+    let things = things(fitted.network);
+    let mut found: Vec<Change> = Vec::new();
+    for Thing { of, visits } in &things {
+        if visits.len() >= 2 {
+            found.push(of.at(visits[visits.len() / 2].ranges[0]));
+        }
+        if matches!(of, Change::DeadPath { .. }) {
+            let gaps = visits.windows(2).filter(|w| w[1].step.abs_diff(w[0].step) > 1);
+            found.extend(gaps.take(MOST_GAPS).map(|w| of.at(w[1].ranges[0])));
+        }
+    }
+    let trials: usize = things.iter().map(|t| t.visits.len().saturating_sub(1)).sum();
+    let mut clear: Vec<(f64, Change)> = (things.iter())
+        .filter_map(|thing| clearest(fitted, thing))
+        .filter(|(p_value, _)| *p_value * count(trials) <= FALSE_ALARM)
+        .collect();
+    clear.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let by_run = found.into_iter().map(|change| Offered { change, searched: 1 });
+    let seen = clear.into_iter().take(MOST_FOUND);
+    let seen = seen.map(|(_, change)| Offered { change, searched: trials });
+    let mut offered: Vec<_> = by_run.chain(seen).collect();
+    // What the run alone offers goes first, and is not searched for again.
+    offered.sort_by_key(|o| (o.change.key(), o.searched));
+    offered.dedup_by_key(|o| o.change);
+    offered
+}
+
+impl Change {
+    fn at(self, from: usize) -> Self {
+        match self {
+            Self::DeadPath { station, mount, .. } => Self::DeadPath { station, mount, range: from },
+            Self::Mount { mount, .. } => Self::Mount { mount, range: from },
+        }
+    }
+
+    fn key(self) -> (usize, usize, usize, usize) {
+        match self {
+            Self::DeadPath { station, mount, range } => {
+                (0, station, mount.map_or(0, |j| j + 1), range)
+            }
+            Self::Mount { mount, range } => (1, mount, 0, range),
+        }
+    }
+
+    /// What one unit of it does to the residual of a range, mm.
+    fn column(self, sight: &Sight) -> Vec<f64> {
+        match self {
+            Self::DeadPath { .. } => vec![-1.0],
+            Self::Mount { .. } => sight.by_mount.iter().copied().collect(),
+        }
+    }
+}
+
+fn things(network: &Network<'_>) -> Vec<Thing> {
+    let survey = network.survey;
+    let paths = network.dead_paths.iter().map(|&(station, mount)| Change::DeadPath {
+        station,
+        mount,
+        range: 0,
+    });
+    let mounts = (0..survey.mounts.len()).map(|mount| Change::Mount { mount, range: 0 });
+    // All dead paths of a station at once: its tracer lost its count, or was knocked.
+    let has_locks = network.dead_paths.iter().any(|(_, mount)| mount.is_some());
+    let stations = (0..survey.stations.len())
+        .filter(|_| has_locks)
+        .map(|station| Change::DeadPath { station, mount: None, range: 0 });
+    paths
+        .chain(stations)
+        .chain(mounts)
+        .map(|of| {
+            let mut visits: Vec<Visit> = Vec::new();
+            for index in (0..survey.ranges.len()).filter(|&r| of.touches(survey, r)) {
+                let step = survey.ranges[index].step;
+                match visits.last_mut() {
+                    Some(last) if last.step == step => last.ranges.push(index),
+                    _ => visits.push(Visit { step, ranges: vec![index] }),
+                }
+            }
+            Thing { of, visits }
+        })
+        .collect()
+}
+
+/// The reading from which on a change of a thing takes most of the residual away, and its p-value.
+fn clearest(fitted: &Fitted<'_>, thing: &Thing) -> Option<(f64, Change)> {
+    let width = thing.of.column(fitted.sights.first()?).len();
+    let rows = fitted.residual.len();
+    let mut tangent = DMatrix::zeros(rows, width);
+    let mut along = DMatrix::zeros(fitted.basis.ncols(), width);
+    let mut best: Option<(f64, usize)> = None;
+    // From the last visit backwards, so that each change is the one before and one visit more.
+    for Visit { step, ranges } in thing.visits.iter().skip(1).rev() {
+        let whitened = |&r: &usize| {
+            let column = thing.of.column(&fitted.sights[r]);
+            (r, column.iter().map(|v| v / fitted.sigma_mm).collect())
+        };
+        let columns: Vec<_> = ranges.iter().map(whitened).collect();
+        let angle = fitted.network.angle_of_step[*step];
+        let (start, added) = fitted.reduction.impulse(angle, &columns);
+        along += fitted.basis.rows(start, added.nrows()).tr_mul(&added);
+        let mut touched = tangent.rows_mut(start, added.nrows());
+        touched += added;
+        let normal = tangent.tr_mul(&tangent) - along.tr_mul(&along);
+        let score = tangent.tr_mul(fitted.residual);
+        let Some(factor) = normal.cholesky() else { continue };
+        let explained = score.dot(&factor.solve(&score));
+        if best.is_none_or(|(most, _)| explained > most) {
+            best = Some((explained, ranges[0]));
+        }
+    }
+    let (explained, range) = best?;
+    let dof = rows.checked_sub(fitted.basis.ncols() + width).filter(|&d| d > 0)?;
+    let left = (fitted.residual.norm_squared() - explained).max(0.0);
+    let f = explained / count(width) / (left / count(dof));
+    let law = FisherSnedecor::new(count(width), count(dof)).ok()?;
+    let p_value = if f.is_nan() { 1.0 } else { law.sf(f) };
+    Some((p_value, thing.of.at(range)))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
+}

@@ -1,0 +1,371 @@
+//! What the declared model leaves out: the catalogue of effects.
+//!
+//! A column is `∂u/∂amplitude` of `u = |P − S| − (l + L)` with the shared parameters and the six
+//! errors fixed. An amplitude of the tracer's readings is positive where it reads too long.
+
+use std::collections::HashMap;
+
+use model_discrepancy::{Covariate, Effect, Parameter, Scope};
+
+use crate::missing::change::{Change, Offered};
+use crate::missing::moves::{Moves, Part};
+use crate::missing::sights::Sight;
+use crate::{Approach, Range, Step, Survey};
+
+/// Reference temperature of length, ISO 1.
+pub(crate) const REFERENCE_C: f64 = 20.0;
+/// Ending of the columns that are temperatures.
+const CELSIUS: &str = "_c";
+
+/// An effect as the loop sees it, and what it does to every range.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) effect: Effect,
+    /// One row per range, one value per amplitude, mm.
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// What the amplitudes move, where they are not of the readings.
+    pub(crate) moves: Option<Moves>,
+}
+
+/// What the catalogue is made from.
+pub(crate) struct Scene<'a> {
+    pub(crate) survey: &'a Survey,
+    /// Geometry of every range.
+    pub(crate) sights: &'a [Sight],
+    /// Time of every range: seconds, or share of the run where no time was recorded.
+    pub(crate) time: &'a [f64],
+    /// Whether `time` is in seconds.
+    pub(crate) timed: bool,
+    /// One value per range.
+    pub(crate) covariates: &'a [Covariate],
+    /// Way that the axis came to every step.
+    pub(crate) approaches: &'a [Approach],
+    /// Dead path of every range.
+    pub(crate) dead_path_of: &'a [usize],
+}
+
+/// The catalogue: effects of the whole run, then changes at the given steps.
+pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
+    let n_stations = scene.survey.stations.len();
+    let mut entries =
+        vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
+    entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
+    entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
+    entries.extend((n_stations > 1).then(|| common_drift(scene)));
+    entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
+    entries.extend(temperatures(scene));
+    entries.extend(changes.iter().map(|offered| {
+        let mut entry = changed(scene, offered.change);
+        entry.effect.searched = offered.searched;
+        entry
+    }));
+    entries
+}
+
+impl Scene<'_> {
+    fn entry(
+        &self,
+        id: &str,
+        subject: Option<String>,
+        description: String,
+        parameters: Vec<Parameter>,
+        column: impl Fn(usize) -> Vec<f64>,
+    ) -> Entry {
+        // Angles met from one side, and stations that see little, show nothing of some.
+        let scope = Scope::SomeDesigns;
+        let effect = Effect { subject, scope, description, ..Effect::new(id, "", parameters) };
+        let columns = (0..self.survey.ranges.len()).map(column).collect();
+        Entry { effect, columns, moves: None }
+    }
+
+    /// An effect on the geometry: one unit moves its part of every range by `share`.
+    fn entry_that_moves(
+        &self,
+        id: &str,
+        subject: Option<String>,
+        description: String,
+        parameters: Vec<Parameter>,
+        (part, share): (Part, impl Fn(usize) -> f64),
+    ) -> Entry {
+        let moves = Moves { part, share: (0..self.survey.ranges.len()).map(share).collect() };
+        let column = |r: usize| {
+            let slopes = part.slopes(&self.sights[r]);
+            slopes.iter().map(|slope| moves.share[r] * slope).collect()
+        };
+        let entry = self.entry(id, subject, description, parameters, column);
+        Entry { moves: Some(moves), ..entry }
+    }
+
+    /// An effect on the readings, from the mean over each dead path on: the mean is the dead path's,
+    /// and says nothing of how much of the effect can be seen.
+    fn entry_of_readings<const N: usize>(
+        &self,
+        id: &str,
+        subject: Option<String>,
+        description: String,
+        parameters: &[Parameter; N],
+        columns: impl Fn(usize) -> [f64; N],
+    ) -> Entry {
+        let n_paths = self.dead_path_of.iter().max().map_or(0, |last| last + 1);
+        let mut sums = vec![([0.0; N], 0.0); n_paths];
+        for (range, &path) in self.dead_path_of.iter().enumerate() {
+            let (sum, n) = &mut sums[path];
+            *n += 1.0;
+            for (sum, value) in sum.iter_mut().zip(columns(range)) {
+                *sum += value;
+            }
+        }
+        self.entry(id, subject, description, parameters.to_vec(), |r| {
+            let (sum, n) = &sums[self.dead_path_of[r]];
+            columns(r).iter().zip(sum).map(|(value, sum)| value - sum / n).collect()
+        })
+    }
+
+    fn displacement_mm(&self, range: usize) -> f64 {
+        self.survey.ranges[range].displacement_mm
+    }
+
+    /// Time of every range since the first one of its lock.
+    fn since_lock_on(&self) -> Vec<f64> {
+        let mut locked = HashMap::new();
+        for (range, time) in self.survey.ranges.iter().zip(self.time) {
+            let first = locked.entry((range.station, range.mount)).or_insert(*time);
+            *first = first.min(*time);
+        }
+        let since = |(range, time): (&Range, &f64)| time - locked[&(range.station, range.mount)];
+        self.survey.ranges.iter().zip(self.time).map(since).collect()
+    }
+
+    /// Time of every range from the mean of those of its station on: where a station is in the middle
+    /// of its readings is the station's own place, and says nothing of how far it moves.
+    fn since_middle(&self) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.survey.stations.len()];
+        for (range, time) in self.survey.ranges.iter().zip(self.time) {
+            let (sum, n) = &mut sums[range.station];
+            *sum += time;
+            *n += 1.0;
+        }
+        let since = |(range, time): (&Range, &f64)| {
+            let (sum, n) = sums[range.station];
+            time - sum / n
+        };
+        self.survey.ranges.iter().zip(self.time).map(since).collect()
+    }
+
+    /// Unit and factor of something per unit of time.
+    fn rate(&self) -> (&'static str, f64) {
+        if self.timed { ("mm/h", 3600.0) } else { ("mm over the run", 1.0) }
+    }
+
+    /// Unit and factor of something per unit of time squared.
+    fn change_of_rate(&self) -> (&'static str, f64) {
+        if self.timed { ("mm/h²", 3600.0 * 3600.0) } else { ("mm over the run", 1.0) }
+    }
+}
+
+pub(crate) fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
+    Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
+}
+
+pub(crate) fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
+    ["x", "y", "z"].iter().map(|name| parameter(name, unit, report_factor)).collect()
+}
+
+fn range_scale(scene: &Scene<'_>) -> Entry {
+    let text = "the tracer reads displacements too long in proportion: its wavelength is off";
+    let scale = parameter("scale", "ppm", 1e6);
+    scene.entry_of_readings("range-scale", None, text.to_owned(), &[scale], |r| {
+        [scene.displacement_mm(r)]
+    })
+}
+
+/// Of all readings, as one tracer goes from station to station: it warms up and settles, so that the
+/// rate may change.
+fn range_drift(scene: &Scene<'_>) -> Entry {
+    let text = "the reading drifts while the tracer stays locked on";
+    let (unit, factor) = scene.rate();
+    let (unit_of_change, factor_of_change) = scene.change_of_rate();
+    let parameters = [
+        parameter("rate at lock-on", unit, factor),
+        parameter("half the change of rate", unit_of_change, factor_of_change),
+    ];
+    let locked = scene.since_lock_on();
+    scene.entry_of_readings("range-drift", None, text.to_owned(), &parameters, |r| {
+        [locked[r], locked[r].powi(2)]
+    })
+}
+
+/// Of one station's tracer, steadily: with a rate that changes it would imitate a station that moves
+/// along its beams.
+fn range_drift_alone(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let text = format!("the reading from station {name} alone drifts while it is locked on");
+    let (unit, factor) = scene.rate();
+    let rate = parameter("rate", unit, factor);
+    let locked = scene.since_lock_on();
+    scene.entry_of_readings("range-drift", Some(name.clone()), text, &[rate], |r| {
+        [if scene.survey.ranges[r].station == station { locked[r] } else { 0.0 }]
+    })
+}
+
+/// Half of the difference between coming with rising and with falling angles, error by error.
+fn backlash(scene: &Scene<'_>) -> Entry {
+    let text = "the axis stops elsewhere when it comes from the other side";
+    let names = scene.survey.axis.letter.error_names();
+    let parameters = (0..6)
+        .map(|c| {
+            if c < 3 {
+                parameter(&names[c], "µm", 1e3)
+            } else {
+                parameter(&names[c], "µrad", 1e6)
+            }
+        })
+        .collect();
+    let half = |r: usize| match scene.approaches[scene.survey.ranges[r].step] {
+        Approach::Positive => 0.5,
+        Approach::Negative => -0.5,
+    };
+    scene.entry_that_moves("backlash", None, text.to_owned(), parameters, (Part::Error, half))
+}
+
+/// Path in the reflector that grows with the angle at which the beam meets it: with the square of the
+/// sine, and beside it as a solid prism of glass makes it; the part linear in the direction is a
+/// displacement of the reflector.
+///
+/// A prism of height h is √(n² − sin²) − cos of h long to a beam. That alone goes by a shape with
+/// powers of the sine beyond the square, half as large, which left out move the axis' errors.
+fn incidence(scene: &Scene<'_>) -> Entry {
+    let text = "the reflector lengthens a beam that meets it at an angle to its axis, which is \
+                taken to point away from the rotary axis";
+    let parameters = [
+        parameter("at grazing incidence", "µm", 1e3),
+        parameter("of that, as a glass prism has it", "µm", 1e3),
+    ];
+    scene.entry_of_readings("incidence", None, text.to_owned(), &parameters, |r| {
+        let cosine = scene.sights[r].cosine.abs().min(1.0);
+        let square = 1.0 - cosine * cosine;
+        [square, prism(cosine) - square]
+    })
+}
+
+/// Index of refraction of crown glass at 633 nm; the shape hardly depends on it.
+const GLASS_INDEX: f64 = 1.515;
+
+/// Path in a glass prism beyond that of a beam along its axis, over that at grazing incidence.
+fn prism(cosine: f64) -> f64 {
+    let path = |cosine: f64| (GLASS_INDEX.powi(2) - 1.0 + cosine * cosine).sqrt() - cosine;
+    (path(cosine) - path(1.0)) / (path(0.0) - path(1.0))
+}
+
+fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let text = format!("station {name} moves steadily while it measures");
+    let (unit, factor) = scene.rate();
+    let subject = Some(name.clone());
+    let parameters = coordinates(unit, factor);
+    let since = |r: usize| {
+        if scene.survey.ranges[r].station == station { scene.time[r] } else { 0.0 }
+    };
+    scene.entry_that_moves("station-drift", subject, text, parameters, (Part::Station, since))
+}
+
+/// Of all stands alike, or of the machine against them, as on a floor that warms up.
+fn common_drift(scene: &Scene<'_>) -> Entry {
+    let text =
+        "all stations move alike and steadily, or the machine moves against them; the place of \
+                each is that in the middle of its readings"
+            .to_owned();
+    let (unit, factor) = scene.rate();
+    let since = scene.since_middle();
+    let parameters = coordinates(unit, factor);
+    let since = |r: usize| since[r];
+    scene.entry_that_moves("station-drift", None, text, parameters, (Part::Station, since))
+}
+
+fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let text = format!("readings from station {name} alone are too long in proportion");
+    let scale = parameter("scale", "ppm", 1e6);
+    scene.entry_of_readings("bad-station", Some(name.clone()), text, &[scale], |r| {
+        let is_own = scene.survey.ranges[r].station == station;
+        [if is_own { scene.displacement_mm(r) } else { 0.0 }]
+    })
+}
+
+/// Whether a column holds temperatures.
+pub(crate) fn is_temperature(column: &str) -> bool {
+    column.ends_with(CELSIUS)
+}
+
+/// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected.
+fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
+    let columns = scene.covariates.iter().filter(|c| is_temperature(&c.name));
+    columns
+        .map(|column| {
+            let text = format!(
+                "displacements read too long in proportion to {} from {REFERENCE_C} °C",
+                column.name
+            );
+            let scale = parameter("scale", "ppm/K", 1e6);
+            let subject = Some(column.name.clone());
+            let mut entry = scene.entry_of_readings("temperature", subject, text, &[scale], |r| {
+                [scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)]
+            });
+            entry.effect.driver = Some(column.name.clone());
+            entry
+        })
+        .collect()
+}
+
+fn changed(scene: &Scene<'_>, change: Change) -> Entry {
+    let survey = scene.survey;
+    let from = match change {
+        Change::DeadPath { range, .. } | Change::Mount { range, .. } => &survey.ranges[range],
+    };
+    let station_name = &survey.stations[from.station].name;
+    let at = &survey.steps[from.step].name;
+    match change {
+        Change::DeadPath { mount, .. } => {
+            let lock = mount.map_or_else(
+                || station_name.clone(),
+                |j| format!("{station_name}-{}", survey.mounts[j].name),
+            );
+            let text = format!("the dead path of {lock} jumps at step {at}: the beam was lost");
+            let subject = Some(format!("{lock} at {at}"));
+            let parameters = vec![parameter("jump", "µm", 1e3)];
+            scene.entry("dead-path-jump", subject, text, parameters, |r| {
+                vec![-f64::from(u8::from(change.touches(survey, r)))]
+            })
+        }
+        Change::Mount { mount, .. } => {
+            let name = &survey.mounts[mount].name;
+            let text = format!(
+                "reflector {name} slips in its mount before {station_name} sees it at step {at}"
+            );
+            let subject = Some(format!("{name} at {at} from {station_name}"));
+            let slipped = |r: usize| f64::from(u8::from(change.touches(survey, r)));
+            let parameters = coordinates("µm", 1e3);
+            scene.entry_that_moves("mount-slip", subject, text, parameters, (Part::Mount, slipped))
+        }
+    }
+}
+
+/// Way that the axis came to every step: as recorded, else as the order of the steps shows it.
+pub(crate) fn approaches(steps: &[Step]) -> Vec<Approach> {
+    let mut last = Approach::Positive;
+    let mut found = Vec::with_capacity(steps.len());
+    for (i, step) in steps.iter().enumerate() {
+        let turned = match i {
+            0 => steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
+            _ => step.angle_rad - steps[i - 1].angle_rad,
+        };
+        let seen = match turned {
+            t if t > 0.0 => Approach::Positive,
+            t if t < 0.0 => Approach::Negative,
+            _ => last,
+        };
+        last = step.approach.unwrap_or(seen);
+        found.push(last);
+    }
+    found
+}

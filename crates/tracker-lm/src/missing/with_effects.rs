@@ -1,0 +1,247 @@
+//! The calibration with accepted effects in the model.
+
+use least_squares::BorderedProblem;
+use model_discrepancy::{Closure, Column, std_over_names};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, SMatrix, Vector4, Vector6};
+
+use crate::gauge::StationChart;
+use crate::joint::Joint;
+use crate::joint_result::in_order;
+use crate::location::{fit_matrices, located};
+use crate::missing::reduction::answer;
+use crate::network::Network;
+use crate::spread::dense_block;
+use crate::{AxisError, Calibration, TrackerModel};
+
+impl TrackerModel {
+    /// The calibration with what the loop accepted in the model.
+    ///
+    /// Corrections along a covariate without a known cause are in the uncertainty of what the ranges
+    /// share, and nowhere else. Returns `None` where the closure is not one of this model.
+    ///
+    /// Where a step has other names that explain the ranges as well, uncertainties reach to what
+    /// these give.
+    #[must_use]
+    pub fn calibration_with(&self, closure: &Closure) -> Option<Calibration> {
+        let found = self.calibration_by(closure)?;
+        let named = closure.alternatives.iter().filter_map(|other| {
+            let p = other.columns.len();
+            self.calibration_by(&Closure {
+                state: other.state.clone(),
+                columns: other.columns.clone(),
+                covariance: DMatrix::zeros(p, p),
+                ..closure.clone()
+            })
+        });
+        Some(widened(found, &named.collect::<Vec<_>>()))
+    }
+
+    fn calibration_by(&self, closure: &Closure) -> Option<Calibration> {
+        let network = Network::new(&self.survey, &self.options).ok()?;
+        let nominal: Vec<_> = self.survey.stations.iter().map(|s| s.nominal_mm).collect();
+        let chart = StationChart::new(&nominal, &self.options).ok()?;
+        let (moved, angles) = self.follow(&network, &chart, closure)?;
+        let m = moved.len();
+        if closure.covariance.nrows() < m {
+            return None;
+        }
+        let covariance = closure.covariance.view((0, 0), (m, m)).into_owned();
+        Some(self.put_together(&network, &chart, &angles, &moved, &covariance))
+    }
+
+    /// `[shared, amplitudes]` as far as a closure moves them, and what every angle makes of it.
+    pub(crate) fn follow(
+        &self,
+        network: &Network<'_>,
+        chart: &StationChart,
+        closure: &Closure,
+    ) -> Option<(DVector<f64>, Vec<AngleChange>)> {
+        let state = &closure.state;
+        let amplitude = |column: &Column| match *column {
+            Column::Amplitude { effect, parameter } => Some((effect, parameter)),
+            _ => None,
+        };
+        let active: Vec<_> = closure.columns.iter().filter_map(amplitude).collect();
+        let joint = Joint::new(network, chart, 1.0).shifted(self.solved.shifts.clone());
+        let n = state.base.len();
+        if state.amplitudes.len() != self.columns.len() || n != joint.shared_dim() {
+            return None;
+        }
+        let mut moved = DVector::zeros(n + active.len());
+        moved.rows_mut(0, n).copy_from(&state.base);
+        for (i, &(effect, amplitude)) in active.iter().enumerate() {
+            moved[n + i] = state.amplitudes[effect][amplitude];
+        }
+        let angles = (0..network.angles.len())
+            .map(|k| self.angle(&joint, k, &active, &moved, closure.variance_factor))
+            .collect::<Option<Vec<_>>>()?;
+        Some((moved, angles))
+    }
+
+    /// How the errors and residuals of an angle follow `[shared, amplitudes]`.
+    fn angle(
+        &self,
+        joint: &Joint<'_>,
+        k: usize,
+        active: &[(usize, usize)],
+        moved: &DVector<f64>,
+        variance_factor: f64,
+    ) -> Option<AngleChange> {
+        let ranges = &joint.ranges_of[k];
+        let shared = dense_block(joint, &self.solved.point, k).by_shared;
+        let n = shared.ncols();
+        let mut by_all = DMatrix::zeros(ranges.len(), moved.len());
+        by_all.columns_mut(0, n).copy_from(&shared);
+        for (i, &(effect, amplitude)) in active.iter().enumerate() {
+            for (row, &range) in ranges.iter().enumerate() {
+                by_all[(row, n + i)] = self.columns[effect][range][amplitude];
+            }
+        }
+        let before = Vector6::from_column_slice(&self.solved.point.blocks[6 * k..6 * k + 6]);
+        let mut residuals_mm = &by_all * moved;
+        for (row, &range) in ranges.iter().enumerate() {
+            residuals_mm[row] += self.residuals_mm[range];
+        }
+        if k == 0 {
+            let follows = DMatrix::zeros(6, moved.len());
+            return Some(AngleChange {
+                error: before,
+                follows,
+                own: DMatrix::zeros(6, 6),
+                residuals_mm,
+            });
+        }
+        let by_error: Vec<Vector6<f64>> = ranges.iter().map(|&r| self.sights[r].by_error).collect();
+        let answer = answer(&by_error)?;
+        let step = &answer * &residuals_mm;
+        for (row, by_error) in by_error.iter().enumerate() {
+            residuals_mm[row] += (by_error.transpose() * &step)[0];
+        }
+        let error = before + Vector6::from_iterator(step.iter().copied());
+        let sigma2 = variance_factor * self.solved.calibration.displacement_mm.powi(2);
+        let own = &answer * answer.transpose() * sigma2;
+        Some(AngleChange { error, follows: answer * by_all, own, residuals_mm })
+    }
+
+    fn put_together(
+        &self,
+        network: &Network<'_>,
+        chart: &StationChart,
+        angles: &[AngleChange],
+        moved: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Calibration {
+        let mut found = self.solved.calibration.clone();
+        let shared: Vec<f64> =
+            self.solved.point.shared.iter().zip(moved.iter()).map(|(at, step)| at + step).collect();
+        let n = chart.dim();
+        let of_stations =
+            chart.basis() * covariance.view((0, 0), (n, n)) * chart.basis().transpose();
+        for (i, station) in found.stations.iter_mut().enumerate() {
+            station.position_mm = chart.position_mm(i, &shared).into();
+            station.covariance_mm2 = of_stations.fixed_view::<3, 3>(3 * i, 3 * i).into_owned();
+        }
+        for (p, path) in found.dead_paths.iter_mut().enumerate() {
+            path.length_mm = shared[n + p];
+            path.sigma_mm = covariance[(n + p, n + p)].max(0.0).sqrt();
+        }
+        let mounts = n + found.dead_paths.len();
+        for (j, mount) in found.mounts.iter_mut().enumerate() {
+            let at = mounts + 3 * j;
+            mount.position_mm = nalgebra::Point3::new(shared[at], shared[at + 1], shared[at + 2]);
+            let own: Matrix3<f64> = covariance.fixed_view::<3, 3>(at, at).into_owned();
+            mount.covariance_mm2 = own;
+        }
+        for ((error, angle), nominal) in
+            found.axis_errors.iter_mut().zip(angles).zip(&network.angles)
+        {
+            let spread = &angle.follows * covariance * angle.follows.transpose() + &angle.own;
+            let fixed = AxisError {
+                angle_rad: nominal.angle_rad,
+                error: angle.error,
+                covariance: Matrix6::from_iterator(spread.iter().copied()),
+            };
+            *error = in_order(&self.survey.axis, self.options.order, fixed);
+        }
+        for (k, angle) in angles.iter().enumerate() {
+            let ranges = network.angles[k].steps.iter().flat_map(|&s| &network.ranges_of_step[s]);
+            for (&range, residual) in ranges.zip(angle.residuals_mm.iter()) {
+                found.residuals_mm[range] = *residual;
+            }
+        }
+        found.location = location(network, angles, covariance);
+        found
+    }
+}
+
+/// The calibration with uncertainties that reach to those by other names.
+fn widened(mut found: Calibration, others: &[Calibration]) -> Calibration {
+    if others.is_empty() {
+        return found;
+    }
+    let away = |of: &dyn Fn(&Calibration) -> f64, own: f64| -> Vec<f64> {
+        others.iter().map(|other| of(other) - own).collect()
+    };
+    for (k, error) in found.axis_errors.iter_mut().enumerate() {
+        let at = error.error;
+        stretch(&mut error.covariance, |i| away(&|o| o.axis_errors[k].error[i], at[i]));
+    }
+    for (k, station) in found.stations.iter_mut().enumerate() {
+        let at = station.position_mm;
+        stretch(&mut station.covariance_mm2, |i| away(&|o| o.stations[k].position_mm[i], at[i]));
+    }
+    for (k, mount) in found.mounts.iter_mut().enumerate() {
+        let at = mount.position_mm;
+        stretch(&mut mount.covariance_mm2, |i| away(&|o| o.mounts[k].position_mm[i], at[i]));
+    }
+    if let Some(location) = &mut found.location {
+        let at = location.errors;
+        stretch(&mut location.covariance, |i| {
+            away(&|o| o.location.as_ref().map_or(at[i], |l| l.errors[i]), at[i])
+        });
+    }
+    found
+}
+
+/// Scales rows and columns so that every standard uncertainty reaches what is `away`.
+fn stretch<const N: usize>(covariance: &mut SMatrix<f64, N, N>, away: impl Fn(usize) -> Vec<f64>) {
+    for i in 0..N {
+        let std = covariance[(i, i)].max(0.0).sqrt();
+        let wide = std_over_names(std, away(i).into_iter());
+        if std > 0.0 && wide > std {
+            covariance.row_mut(i).scale_mut(wide / std);
+            covariance.column_mut(i).scale_mut(wide / std);
+        }
+    }
+}
+
+/// One angle with the effects in the model.
+pub(crate) struct AngleChange {
+    /// Fixed frame.
+    pub(crate) error: Vector6<f64>,
+    /// `∂ error / ∂ [shared, amplitudes]`.
+    follows: DMatrix<f64>,
+    /// Covariance with these fixed.
+    own: DMatrix<f64>,
+    residuals_mm: DVector<f64>,
+}
+
+fn location(
+    network: &Network<'_>,
+    angles: &[AngleChange],
+    covariance: &DMatrix<f64>,
+) -> Option<crate::AxisLocation> {
+    let angles_rad: Vec<f64> = network.angles.iter().map(|a| a.angle_rad).collect();
+    let matrices = fit_matrices(&network.survey.axis, &angles_rad)?;
+    let mut sum = Vector4::zeros();
+    let mut own = DMatrix::zeros(4, 4);
+    let mut follows = DMatrix::zeros(4, covariance.nrows());
+    for (matrix, angle) in matrices.iter().zip(angles) {
+        sum += Vector4::from_iterator((matrix * angle.error).iter().copied());
+        own += matrix * &angle.own * matrix.transpose();
+        follows += matrix * &angle.follows;
+    }
+    let spread = own + &follows * covariance * follows.transpose();
+    let spread = Matrix4::from_iterator(spread.iter().copied());
+    Some(located(network.survey.axis, angles_rad[0], sum, spread))
+}
