@@ -6,7 +6,6 @@ mod situations;
 mod table;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -67,7 +66,7 @@ fn tally(
     let mut tally = Tally { situation, named: 0, loops: seeds.len(), held: BTreeMap::new() };
     for seed in seeds {
         let (files, truths) = (tally.situation.make)(u64::try_from(seed)?);
-        let json = answer(truing, &files, &folder.join(tally.situation.krate))?;
+        let json = truing.asked("loop", files, &folder.join(tally.situation.krate))?.json;
         if !is_named(&json, tally.situation.effect) {
             continue;
         }
@@ -92,20 +91,6 @@ fn tally(
         }
     }
     Ok(tally)
-}
-
-/// The answer to one simulated case; null where there is none.
-fn answer(truing: &Truing, files: &[(&'static str, String)], case: &Path) -> Result<Value> {
-    if case.exists() {
-        fs::remove_dir_all(case).with_context(|| format!("cannot empty {}", case.display()))?;
-    }
-    fs::create_dir_all(case).with_context(|| format!("cannot make {}", case.display()))?;
-    for (name, text) in files {
-        fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
-    }
-    let arguments =
-        ["loop".as_ref(), case.as_os_str(), "--json".as_ref(), "--threads".as_ref(), "1".as_ref()];
-    Ok(truing.run(&arguments)?.json)
 }
 
 /// Whether the effect, or nothing, is all that was accepted.

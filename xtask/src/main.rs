@@ -17,6 +17,7 @@ mod handback;
 mod loop_speed;
 mod measured;
 mod next_measurement;
+mod page;
 mod peers;
 mod power;
 mod program;

@@ -6,7 +6,7 @@ mod table;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use serde_json::Value;
 
 use crate::program::{Truing, class_of};
@@ -85,8 +85,7 @@ fn one(
     tally: &mut Tally,
 ) -> Result<()> {
     let scene = (situation.make)(seed);
-    write_case(case, &scene.files())?;
-    let found = truing.run(&["loop", text(case)?, "--json", "--threads", "1"])?;
+    let found = truing.asked("loop", scene.files(), case)?;
     if is_alone(&found.json, situation.truth) {
         tally.before += 1;
     }
@@ -111,8 +110,7 @@ fn one(
     tally.reached += usize::from(plan.json["reached"] == Value::Bool(true));
     tally.measurements += list.len();
     let closed = |files: &[(&'static str, String)]| -> Result<bool> {
-        write_case(case, files)?;
-        let again = truing.run(&["loop", text(case)?, "--json", "--threads", "1"])?;
+        let again = truing.asked("loop", files.iter().map(|(name, text)| (name, text)), case)?;
         Ok(is_alone(&again.json, situation.truth))
     };
     tally.planned += usize::from(closed(&scene.with_plan(list, seed + PLANNED)?)?);
@@ -129,18 +127,4 @@ fn is_alone(json: &Value, effect: &str) -> bool {
 
 fn text(path: &Path) -> Result<&str> {
     path.to_str().with_context(|| format!("{} is no text", path.display()))
-}
-
-fn write_case(case: &Path, files: &[(&'static str, String)]) -> Result<()> {
-    if files.is_empty() {
-        bail!("a case without files");
-    }
-    if case.exists() {
-        fs::remove_dir_all(case).with_context(|| format!("cannot empty {}", case.display()))?;
-    }
-    fs::create_dir_all(case).with_context(|| format!("cannot make {}", case.display()))?;
-    for (name, text) in files {
-        fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
-    }
-    Ok(())
 }

@@ -1,5 +1,7 @@
 //! `truing`, run as a process.
 
+use std::ffi::OsStr;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -57,8 +59,21 @@ impl Truing {
         binary.map_or_else(Self::build, |binary| Ok(Self { binary: binary.to_path_buf() }))
     }
 
+    /// Writes a case and runs one command on it, on one thread; what was in `folder` goes, as a
+    /// table of the case before would be read with this one.
+    pub(crate) fn asked<N: AsRef<Path>, T: AsRef<[u8]>>(
+        &self,
+        verb: &str,
+        files: impl IntoIterator<Item = (N, T)>,
+        folder: &Path,
+    ) -> Result<Answer> {
+        write_case(files, folder)?;
+        let options = ["--json", "--threads", "1"].map(OsStr::new);
+        self.run(&[&[OsStr::new(verb), folder.as_os_str()], &options[..]].concat())
+    }
+
     /// Runs one command.
-    pub(crate) fn run<S: AsRef<std::ffi::OsStr>>(&self, arguments: &[S]) -> Result<Answer> {
+    pub(crate) fn run<S: AsRef<OsStr>>(&self, arguments: &[S]) -> Result<Answer> {
         let output = Command::new(&self.binary)
             .args(arguments)
             .output()
@@ -69,6 +84,22 @@ impl Truing {
             message: String::from_utf8_lossy(&output.stderr).trim().to_owned(),
         })
     }
+}
+
+/// Writes the files of a case into a folder of its own.
+pub(crate) fn write_case<N: AsRef<Path>, T: AsRef<[u8]>>(
+    files: impl IntoIterator<Item = (N, T)>,
+    folder: &Path,
+) -> Result<()> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("cannot empty {}", folder.display()))?;
+    }
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
 }
 
 /// One value of an answer: keys from the root separated by dots, `name=value` picks from a list.

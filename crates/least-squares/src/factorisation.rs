@@ -77,7 +77,7 @@ mod tests {
 
     /// Seven by five, the last column almost in the span of the first two.
     fn matrix() -> DMatrix<f64> {
-        let numbers = (0..35).map(|k| (1.7 * f64::from(k)).sin());
+        let numbers = (0..35).map(|k| (0.37 * f64::from(k * k)).sin());
         let mut a = DMatrix::from_iterator(7, 5, numbers);
         let dependent = a.column(0) + a.column(1) * 0.5 + a.column(2) * 1e-9;
         a.set_column(4, &dependent);

@@ -69,6 +69,7 @@ mod answer;
 
 pub use algebra::columns::{Column, EmpiricalCorrection};
 pub use algebra::coverage::{coverage_factor, std_over_names};
+pub use algebra::patch::{Patch, clearest_patch};
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{

@@ -86,6 +86,21 @@ pub(super) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
         .collect()
 }
 
+/// Height of the accepted patch at a point, mm: 1/e² of that at its middle where its description says.
+pub(super) fn patch_mm(json: &Value, point_mm: [f64; 3]) -> f64 {
+    let patches = subjects(json, "patch").into_iter().map(|(subject, step)| {
+        let place = subject.trim_start_matches('(').trim_end_matches(") mm");
+        let number = |text: &str| text.trim().parse::<f64>().expect("a number");
+        let center: Vec<f64> = place.split(',').map(number).collect();
+        let text = step["description"].as_str().expect("words");
+        let radius = text.split("1/e² of it ").nth(1).and_then(|t| t.split(" mm").next());
+        let radius = number(radius.expect("a radius"));
+        let square: f64 = (0..3).map(|k| (point_mm[k] - center[k]).powi(2)).sum();
+        1e-3 * amplitude(step, "height") * (-2.0 * square / (radius * radius)).exp()
+    });
+    patches.sum()
+}
+
 /// Amplitude of that name in the unit printed; zero where it was not estimated.
 pub(super) fn amplitude(step: &Value, name: &str) -> f64 {
     let parameters = step["parameters"].as_array().expect("parameters");

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::Value;
 
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, correct, numbers, step};
+use super::loops::{accepted, amplitude, close, correct, numbers, patch_mm, step};
 use super::pose_scenes::{EFFECTS, scenes};
 use super::{Left, as_f64};
 use crate::generators::vector::{add, dot, scale};
@@ -264,7 +264,7 @@ fn added(json: &Value, part: &Asphere, table: &Table, row: usize, point: &Value)
         let along = (2.0 * (theta + gamma.to_radians())).sin();
         height += 1e-3 * amplitude(saddle, "diagonal") * rho.powi(2) * along;
     }
-    let mut added = height * normal[2];
+    let mut added = height * normal[2] + patch_mm(json, triple(&contact));
     if let Some(ball) = step(json, "tip-radius", None) {
         added += amplitude(ball, "radius");
     }

@@ -14,6 +14,7 @@ pub(super) const EFFECTS: &[&str] = &[
     "astigmatism",
     "coma",
     "trefoil",
+    "patch",
     "axis-scale [x]",
     "axis-scale [y]",
     "squareness",
@@ -57,6 +58,7 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
         ("astigmatism", files(&with(Flaw::Astigmatism([0.012, -0.004])), "")),
         ("coma", files(&with(Flaw::Coma([0.010, 0.006])), "")),
         ("trefoil", files(&with(Flaw::Trefoil([0.008, 0.009])), "")),
+        ("patch", files(&with(Flaw::Bump(-0.02, 15.0)), "")),
         ("scale-x", files(&with(Flaw::MachineScale([4e-4, 0.0, 0.0])), "")),
         ("scale-y", files(&with(Flaw::MachineScale([0.0, -4e-4, 0.0])), "")),
         // On a paraboloid it is astigmatism.

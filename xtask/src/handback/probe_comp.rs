@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, step};
+use super::loops::{accepted, amplitude, close, patch_mm, step};
 use super::probe_scenes::{EFFECTS, scenes};
 use super::{Left, as_f64};
 use crate::generators::vector::{add, cross, dot, norm, scale};
@@ -302,7 +302,7 @@ impl Touch<'_> {
                 ],
             ),
         ];
-        let mut height = 0.0;
+        let mut height = patch_mm(self.json, self.foot.at);
         for (name, parts) in shapes {
             // What a sphere alone has is a subject of `form`.
             let own = step(self.json, name, None);

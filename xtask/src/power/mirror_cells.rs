@@ -6,7 +6,7 @@ use crate::generators::Colour;
 use crate::generators::mirror::{Flaw, Mirror};
 
 pub(crate) fn mirrors() -> Vec<Cell> {
-    use Question::{BothNamed, ConfidentWrongName, FalseAddition, Named};
+    use Question::{BothNamed, ConfidentWrongName, FalseAddition, Honest, Named};
     vec![
         mirror("nothing, white noise", FalseAddition, |seed| {
             Scene::Mirror(Mirror { record_air: true, ..Mirror::new(seed) })
@@ -67,7 +67,7 @@ pub(crate) fn mirrors() -> Vec<Cell> {
         mirror("rings, 4 µm, period 16 mm", ConfidentWrongName, |seed| {
             Scene::Mirror(Mirror { flaw: Flaw::Rings(0.004, 16.0), ..large_mirror(seed) })
         }),
-        mirror("a raised patch, 8 µm, 15 mm wide", ConfidentWrongName, |seed| {
+        mirror("a raised patch, 8 µm, 15 mm wide", Honest(&["patch"]), |seed| {
             Scene::Mirror(Mirror { flaw: Flaw::Bump(0.008, 15.0), ..large_mirror(seed) })
         }),
         mirror("humidity, 4 σ", ConfidentWrongName, |seed| {

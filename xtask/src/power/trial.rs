@@ -1,9 +1,8 @@
 //! One simulated case through the loop.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::cell::{Cell, Question};
 use crate::program::{Truing, class_of, number_at};
@@ -23,21 +22,7 @@ pub(crate) struct Trial {
 pub(crate) fn run(truing: &Truing, cell: &Cell, seed: u64, folder: &Path) -> Result<Trial> {
     let simulated = cell.scene(seed).simulate();
     let case = folder.join(cell.krate);
-    if case.exists() {
-        // A table of the case before would be read with this one.
-        fs::remove_dir_all(&case).with_context(|| format!("cannot empty {}", case.display()))?;
-    }
-    fs::create_dir_all(&case).with_context(|| format!("cannot make {}", case.display()))?;
-    for (name, text) in &simulated.files {
-        fs::write(case.join(name), text).with_context(|| format!("cannot write {name}"))?;
-    }
-    let answer = truing.run(&[
-        "loop".as_ref(),
-        case.as_os_str(),
-        "--json".as_ref(),
-        "--threads".as_ref(),
-        "1".as_ref(),
-    ])?;
+    let answer = truing.asked("loop", simulated.files, &case)?;
     if answer.code != Some(0) {
         // No answer counts against every question.
         let asks_for_names = matches!(

@@ -6,6 +6,7 @@ pub(crate) mod components;
 pub(crate) mod coverage;
 pub(crate) mod f_tail;
 pub(crate) mod linearised;
+pub(crate) mod patch;
 pub(crate) mod raw_observations;
 pub(crate) mod reading;
 pub(crate) mod silent;

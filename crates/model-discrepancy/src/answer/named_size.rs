@@ -103,7 +103,7 @@ impl<'a> Simulation<'a> {
             let test = f_test(&scoring.clean, lin.basis.dim(), &among.spans[i]).filter(|_| wider);
             i != of
                 && test.is_some_and(|t| {
-                    let comes_before = criterion(lin.rows.len(), &t) <= worst;
+                    let comes_before = criterion(lin.rows.len(), &t, candidate.searched) <= worst;
                     t.p_value * trials <= self.alpha && (comes_before || t.directions < directions)
                 })
         };

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::choice::candidate::Candidate;
-use crate::choice::score::{ScorePass, Scored, Scoring};
+use crate::choice::score::{ScorePass, Scored, Scoring, criterion};
 use crate::count::count;
 use crate::levels::CATALOGUE_SHARE;
 use crate::levels::QUARTER;
@@ -93,10 +93,7 @@ pub(crate) fn judge_pair(
     }
     let held_out = leave_out(lin, &full, &scoring.folds, &skip);
     let comparison = Some(compare(scoring.present(), &held_out, &skip));
-    let n = count(lin.rows.len());
-    let rss = joint.variance * count(joint.dof);
-    let ratio = (rss / (rss + joint.explained)).max(f64::MIN_POSITIVE);
-    let criterion = n * ratio.ln() + count(joint.directions) * n.ln();
+    let criterion = criterion(lin.rows.len(), &joint, searched);
     let member = |of: &Scored, test: Significance| Scored {
         test,
         adjusted: joint.p_value,

@@ -317,7 +317,7 @@ pub(crate) fn judge(
     {
         adjusted = 1.0;
     }
-    let criterion = criterion(lin.rows.len(), &test);
+    let criterion = criterion(lin.rows.len(), &test, candidate.searched);
     let mut judged = Scored {
         class,
         asked,
@@ -342,12 +342,13 @@ pub(crate) fn judge(
     Some(judged)
 }
 
-/// Bayesian information criterion of so many rows, relative to nothing added.
-pub(crate) fn criterion(rows: usize, test: &Significance) -> f64 {
+/// Bayesian information criterion of so many rows, relative to nothing added; of what is the best of
+/// so many looked at, each is as likely beforehand as its share.
+pub(crate) fn criterion(rows: usize, test: &Significance, searched: f64) -> f64 {
     let n = count(rows);
     let rss_after = test.variance * count(test.dof);
     let ratio = (rss_after / (rss_after + test.explained)).max(f64::MIN_POSITIVE);
-    n * ratio.ln() + count(test.directions) * n.ln()
+    n * ratio.ln() + count(test.directions) * n.ln() + 2.0 * searched.ln()
 }
 
 /// Whether half of what a candidate adds to judged readings, in units of their noise, is in rows

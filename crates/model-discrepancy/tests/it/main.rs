@@ -7,6 +7,7 @@ mod degenerate;
 mod judged;
 mod linear_model;
 mod local;
+mod patch;
 mod position_noise;
 mod power;
 mod repeats;

@@ -2,7 +2,8 @@ use geometry::Foot;
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Role, Row, State, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Patch, Role, Row, State,
+    clearest_patch, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -30,6 +31,8 @@ pub struct PoseModel {
     pub(crate) contacts: Vec<Foot>,
     pub(crate) free: Vec<usize>,
     pub(crate) standards: Vec<Standard>,
+    /// Where the surface may be higher in one place.
+    pub(crate) patch: Option<Patch>,
     declared: Declared,
     pub(super) terms: Vec<Term>,
     /// Mean of the readings, machine frame.
@@ -72,7 +75,10 @@ impl PoseModel {
         let fit = fit_pose(&part, &fitted, start, options)?;
         let setup_of = vec![0; touches.len()];
         let starts = vec![fit.pose];
-        Self::about(part, touches, covariates.to_vec(), &starts, setup_of, options, vec![])
+        let covariates = covariates.to_vec();
+        let model = Self::about(part, touches, covariates, &starts, setup_of, options, vec![])?;
+        let patch = model.clearest_patch();
+        Ok(model.with_patch(patch))
     }
 
     /// The model in charts about `starts`; everything else is taken as checked.
@@ -122,10 +128,26 @@ impl PoseModel {
             contacts,
             free,
             standards,
+            patch: None,
             declared,
             terms,
             center_mm,
         })
+    }
+
+    /// The clearest patch of the surface that the declared pose leaves in the residual.
+    fn clearest_patch(&self) -> Option<Patch> {
+        let mut places: Vec<_> = self.contacts.iter().map(|foot| Some(foot.point_mm)).collect();
+        places.resize(self.declared.layout.observations.len(), None);
+        clearest_patch(self, &State::start(self), &places)
+    }
+
+    /// The model with that patch in its catalogue.
+    pub(crate) fn with_patch(mut self, patch: Option<Patch>) -> Self {
+        self.patch = patch;
+        self.declared.effects.extend(patch.map(|patch| patch.effect()));
+        self.terms.extend(patch.map(Term::Patch));
+        self
     }
 
     /// The given covariates and the places of the contacts (`part_x_mm`, `part_y_mm`,

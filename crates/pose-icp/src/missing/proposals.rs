@@ -103,7 +103,9 @@ fn extended(
         }
     }
     let part = model.part.clone();
-    PoseModel::about(part, touches, covariates, starts, setup_of, options, standards).ok()
+    let extended =
+        PoseModel::about(part, touches, covariates, starts, setup_of, options, standards);
+    Some(extended.ok()?.with_patch(model.patch))
 }
 
 fn starts(model: &PoseModel) -> Vec<PoseStart> {

@@ -1,5 +1,6 @@
 //! What the effects do to a touch.
 
+use model_discrepancy::Patch;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::form::Form;
@@ -13,6 +14,8 @@ pub(crate) enum Term {
     Tip,
     /// The surface is not the nominal one.
     Form(Form),
+    /// It is higher in one place.
+    Patch(Patch),
     /// The machine reads one axis long, about `fixed_mm`.
     Scale { fixed_mm: Vector3<f64>, axis: usize },
     /// The machine's axes are not square: `first += γ second` for each pair; about `fixed_mm`.
@@ -68,6 +71,7 @@ impl Term {
                 .into_iter()
                 .map(|height| height * normal.z)
                 .collect(),
+            Self::Patch(patch) => vec![patch.share(&contact.foot.point_mm)],
             Self::Temperature { excess_k } => {
                 let excess_k = excess_k.get(contact.observation).copied().unwrap_or(0.0);
                 vec![0.0, normal.dot(&contact.foot.point_mm.coords) * excess_k]

@@ -1,5 +1,6 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Role, Row, State, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Origin, Patch, Role, Row, State, clearest_patch,
+    resolution_of,
 };
 mod discrepancy;
 
@@ -46,6 +47,8 @@ pub struct ProbeModel {
     approaches: Vec<Unit<Vector3<f64>>>,
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
+    /// Where the part may be higher in one place.
+    pub(crate) patch: Option<Patch>,
     pub(super) declared: Declared,
     pub(super) terms: Vec<Term>,
 }
@@ -81,7 +84,9 @@ impl ProbeModel {
                 return Err(ProbeError::InvalidCovariate { covariate, needed });
             }
         }
-        Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())
+        let model = Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())?;
+        let patch = model.clearest_patch();
+        Ok(model.with_patch(patch))
     }
 
     pub(crate) fn with_standards(
@@ -130,9 +135,25 @@ impl ProbeModel {
             centers_mm,
             approaches,
             compensation_mm,
+            patch: None,
             declared,
             terms,
         })
+    }
+
+    /// The clearest patch of the part that the declared model leaves in the residual.
+    fn clearest_patch(&self) -> Option<Patch> {
+        let mut places: Vec<_> = self.feet.iter().map(|foot| Some(foot.point_mm)).collect();
+        places.resize(self.declared.layout.observations.len(), None);
+        clearest_patch(self, &State::start(self), &places)
+    }
+
+    /// The model with that patch in its catalogue.
+    pub(crate) fn with_patch(mut self, patch: Option<Patch>) -> Self {
+        self.patch = patch;
+        self.declared.effects.extend(patch.map(|patch| patch.effect()));
+        self.terms.extend(patch.map(Term::Patch));
+        self
     }
 
     /// The given covariates and the places of the contacts (`part_x_mm`, `part_y_mm`,
@@ -189,8 +210,7 @@ impl ProbeModel {
         index: usize,
         at: &State,
     ) -> Option<(Point3<f64>, Unit<Vector3<f64>>, f64)> {
-        let (center, added_mm) =
-            self.corrected(index, at, |term| !matches!(term, Term::Form { .. }));
+        let (center, added_mm) = self.corrected(index, at, |term| !term.is_of_the_part());
         let (foot, deviation_mm) = self.judged(index, &center, added_mm)?;
         Some((foot.point_mm + foot.normal.into_inner() * deviation_mm, foot.normal, deviation_mm))
     }

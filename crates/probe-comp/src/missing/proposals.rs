@@ -143,7 +143,9 @@ fn extended(
             covariate.values.push(value);
         }
     }
-    ProbeModel::with_standards(model.setup.clone(), touches, covariates, Vec::new()).ok()
+    let setup = model.setup.clone();
+    let extended = ProbeModel::with_standards(setup, touches, covariates, Vec::new());
+    Some(extended.ok()?.with_patch(model.patch))
 }
 
 /// The way to the part, tilted about a tangent that turns from touch to touch.
@@ -158,7 +160,8 @@ fn oblique(model: &ProbeModel, index: usize) -> Unit<Vector3<f64>> {
 
 fn with_standards(model: &ProbeModel, standards: Vec<Standard>) -> Option<ProbeModel> {
     let (setup, touches) = (model.setup.clone(), model.touches.clone());
-    ProbeModel::with_standards(setup, touches, model.covariates.clone(), standards).ok()
+    let known = ProbeModel::with_standards(setup, touches, model.covariates.clone(), standards);
+    Some(known.ok()?.with_patch(model.patch))
 }
 
 fn forms(model: &ProbeModel) -> Vec<Standard> {
@@ -178,5 +181,11 @@ fn forms(model: &ProbeModel) -> Vec<Standard> {
                 sigma: FORM_MM,
             })
         })
+        .chain(model.patch.map(|_| Standard {
+            effect: "patch",
+            subject: None,
+            parameter: "height",
+            sigma: FORM_MM,
+        }))
         .collect()
 }

@@ -1,5 +1,6 @@
 //! What the effects do to a touch.
 
+use model_discrepancy::Patch;
 use nalgebra::{DVector, Point3, Unit, Vector3};
 
 use super::form::{Form, FormScale};
@@ -37,6 +38,8 @@ pub(crate) enum Term {
     Temperature { excess_k: Vec<f64>, about_mm: Vector3<f64> },
     /// The surface is not the nominal one, in the columns in `seen`.
     Form { form: Form, seen: Vec<usize>, scale: FormScale },
+    /// It is higher in one place.
+    Patch(Patch),
     /// These touches do not show it at all.
     Unseen,
     /// One touch is off on its own.
@@ -87,6 +90,11 @@ impl Situation<'_> {
 }
 
 impl Term {
+    /// Whether it is an error of the part, and not of what measures it.
+    pub(crate) fn is_of_the_part(&self) -> bool {
+        matches!(self, Self::Form { .. } | Self::Patch(_))
+    }
+
     /// What a unit of each amplitude adds to the reading; empty where the effect does nothing to it.
     pub(crate) fn readings(&self, at: &Situation<'_>) -> Vec<Vector3<f64>> {
         let approach = at.approach.into_inner();
@@ -120,7 +128,11 @@ impl Term {
             Self::Temperature { excess_k, .. } => {
                 vec![Vector3::new(0.0, 0.0, value(excess_k)), Vector3::zeros()]
             }
-            Self::Ball | Self::Form { .. } | Self::Unseen | Self::BadPoint { .. } => Vec::new(),
+            Self::Ball
+            | Self::Form { .. }
+            | Self::Patch(_)
+            | Self::Unseen
+            | Self::BadPoint { .. } => Vec::new(),
         }
     }
 
@@ -137,6 +149,7 @@ impl Term {
                 let heights = form.heights(scale, at.contact_mm);
                 seen.iter().map(|&k| heights[k]).collect()
             }
+            Self::Patch(patch) => vec![patch.share(at.contact_mm)],
             Self::BadPoint { observation } => {
                 vec![f64::from(u8::from(*observation == at.observation))]
             }

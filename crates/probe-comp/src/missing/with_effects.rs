@@ -46,8 +46,7 @@ impl ProbeModel {
         let mut by_effects: RowDVector<f64> = all.into_owned();
         for (value, column) in by_effects.iter_mut().zip(&closure.columns) {
             match *column {
-                Column::Amplitude { effect, .. }
-                    if !matches!(self.terms[effect], Term::Form { .. }) => {}
+                Column::Amplitude { effect, .. } if !self.terms[effect].is_of_the_part() => {}
                 _ => *value = 0.0,
             }
         }

@@ -1,0 +1,212 @@
+//! A patch of a surface that lies higher or lower than the rest, found by looking.
+//!
+//! There are as many patches as places, and testing all of them in the loop would cost every other
+//! effect its significance. So the domain offers the one that takes most of the declared model's
+//! residual away, if white noise shows one as clear in no more than one set of readings in a hundred;
+//! it says among how many it was found, and competes with every other effect.
+
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
+
+use crate::algebra::f_tail::f_tail;
+use crate::count::count;
+use crate::{Effect, Model, Parameter, Role, State};
+
+/// Chance that readings of a surface without any patch show one.
+const FALSE_ALARM: f64 = 0.01;
+/// Readings about the middle of a patch, of which the farthest lies at its radius.
+const NEIGHBOURS: [usize; 3] = [4, 8, 16];
+/// Most readings within the radius, as a share: more are a bend of the whole surface.
+const MOST_WITHIN: f64 = 0.25;
+/// Fewest readings within the radius: fewer are readings far off, which have a name of their own.
+const FEWEST_WITHIN: usize = 5;
+/// Readings without which a patch must still show.
+const FAR_OFF: usize = 2;
+/// Most middles that are tried at first, evenly among the readings.
+const MOST_MIDDLES: usize = 400;
+/// Share of a patch that the fitted parameters must leave.
+const SEEN: f64 = 0.2;
+/// Steps of the middle, as shares of the radius, and of the radius itself, once a patch is found.
+const REFINED: [f64; 3] = [0.5, 0.25, 0.125];
+/// Places and radius are rounded to this share of the radius, so that what is printed is what is used.
+const ROUNDED: f64 = 0.05;
+
+/// Where a patch lies: full height at its middle, 1/e² of it at the radius, in the unit of positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Its middle.
+    pub center: Point3<f64>,
+    /// Where its height is down to 1/e², 0.135.
+    pub radius: f64,
+    /// Places at which the clearest was looked for.
+    pub searched: usize,
+}
+
+impl Patch {
+    /// Height at a point over that at the middle.
+    #[must_use]
+    pub fn share(&self, point: &Point3<f64>) -> f64 {
+        (-2.0 * (point - self.center).norm_squared() / self.radius.powi(2)).exp()
+    }
+
+    /// The effect `patch` of parts that are touched in mm: its height along the normal.
+    #[must_use]
+    pub fn effect(&self) -> Effect {
+        let decimals = self.decimals();
+        let [x, y, z, radius] = [self.center.x, self.center.y, self.center.z, self.radius]
+            .map(|v| format!("{v:.decimals$}"));
+        let text = format!(
+            "the part is higher than declared in a patch about ({x}, {y}, {z}) mm; height at its middle, \
+             1/e² of it {radius} mm away"
+        );
+        let height = Parameter::new("height", "µm", 1e3);
+        let mut effect =
+            Effect::new("patch", &text, vec![height]).about(&format!("({x}, {y}, {z}) mm"));
+        effect.searched = self.searched;
+        effect
+    }
+
+    /// Decimals of the places as they are printed.
+    fn decimals(&self) -> usize {
+        let finest = (self.radius * ROUNDED).log10().floor();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 12")]
+        let decimals = (-finest).clamp(0.0, 12.0) as usize;
+        decimals
+    }
+
+    /// The same with places as they are printed.
+    fn rounded(self) -> Self {
+        let decimals = self.decimals();
+        let round = |v: f64| format!("{v:.decimals$}").parse::<f64>().unwrap_or(v) + 0.0;
+        Self { center: self.center.map(round), radius: round(self.radius), ..self }
+    }
+}
+
+/// The clearest patch in the residual of a model at `at`, a solution of its declared part; `None`
+/// where white noise might show it. Of a positive height it makes a residual lower.
+///
+/// `positions` are those of the observations, one row each; `None` for one that has no place.
+#[must_use]
+pub fn clearest_patch(
+    model: &dyn Model,
+    at: &State,
+    positions: &[Option<Point3<f64>>],
+) -> Option<Patch> {
+    let scene = Scene::of(model, at, positions);
+    let middles: Vec<Point3<f64>> = scene.positions.iter().flatten().copied().collect();
+    let every = middles.len().div_ceil(MOST_MIDDLES).max(1);
+    let tried: Vec<Patch> =
+        middles.iter().step_by(every).flat_map(|center| about(*center, &middles)).collect();
+    let clearest = |patches: Vec<Patch>| {
+        let explained = patches.into_iter().filter_map(|p| Some((scene.explained(&p)?, p)));
+        explained.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let searched = tried.len();
+    let (mut most, mut best) = clearest(tried)?;
+    for step in REFINED {
+        if let Some((more, patch)) =
+            clearest(neighbours(&best, step, &middles)).filter(|(e, _)| *e > most)
+        {
+            (most, best) = (more, patch);
+        }
+    }
+    let best = Patch { searched, ..best }.rounded();
+    let (explained, by_others) = (scene.explained(&best)?, scene.explained_by_others(&best)?);
+    let dof = scene.residual.len().checked_sub(scene.basis.ncols() + 1).filter(|d| *d > 0)?;
+    let left = (scene.residual.norm_squared() - explained).max(0.0);
+    let p_value = |explained: f64| f_tail(explained * count(dof) / left, 1.0, count(dof));
+    let is_clear = p_value(explained) * count(searched) <= FALSE_ALARM;
+    (is_clear && p_value(by_others) <= FALSE_ALARM).then_some(best)
+}
+
+/// Patches about a middle, by the readings that they hold.
+fn about(center: Point3<f64>, middles: &[Point3<f64>]) -> Vec<Patch> {
+    let mut distances: Vec<f64> = middles.iter().map(|p| (p - center).norm()).collect();
+    distances.sort_by(f64::total_cmp);
+    let patch = |k: usize| {
+        let radius = *distances.get(k)?;
+        (radius > 0.0).then_some(Patch { center, radius, searched: 1 })
+    };
+    NEIGHBOURS.into_iter().filter_map(patch).collect()
+}
+
+/// A patch moved towards and away from the readings that it holds, by a share of their distance, so
+/// that its middle stays on the surface; and wider or narrower.
+fn neighbours(patch: &Patch, step: f64, middles: &[Point3<f64>]) -> Vec<Patch> {
+    let arms = middles.iter().map(|p| p - patch.center).filter(|arm| arm.norm() <= patch.radius);
+    let moves = arms.flat_map(|arm| [arm * step, arm * -step]).chain([Vector3::zeros()]);
+    let sizes = [1.0 - step, 1.0, 1.0 + step].map(|grown| patch.radius * grown);
+    let moved = |by: Vector3<f64>| {
+        sizes.map(|radius| Patch { center: patch.center + by, radius, ..*patch })
+    };
+    moves.flat_map(moved).collect()
+}
+
+/// The declared model at its solution, whitened, without the observations that are only judged.
+struct Scene {
+    /// Of every row.
+    positions: Vec<Option<Point3<f64>>>,
+    sigma: Vec<f64>,
+    /// Orthonormal basis of the base parameters' columns.
+    basis: DMatrix<f64>,
+    /// Residual without what the basis explains.
+    residual: DVector<f64>,
+}
+
+impl Scene {
+    fn of(model: &dyn Model, at: &State, positions: &[Option<Point3<f64>>]) -> Self {
+        let layout = &model.declared().layout;
+        let is_fitted = |row: &usize| {
+            let group = layout.observations[layout.rows[*row].observation];
+            layout.groups[group].role != Role::Check
+        };
+        let rows: Vec<usize> = (0..layout.rows.len()).filter(is_fitted).collect();
+        let sigma: Vec<f64> = rows.iter().map(|&row| layout.rows[row].sigma).collect();
+        let whitened = |mut m: DMatrix<f64>| {
+            m.row_iter_mut().zip(&sigma).for_each(|(mut row, s)| row /= *s);
+            m
+        };
+        let jacobian = whitened(model.base_jacobian(at).select_rows(&rows));
+        let residual = model.residuals(at).select_rows(&rows);
+        let residual = whitened(DMatrix::from_column_slice(rows.len(), 1, residual.as_slice()));
+        let basis = if jacobian.ncols() > 0 { jacobian.qr().q() } else { jacobian };
+        let residual = residual.column(0) - &basis * basis.tr_mul(&residual.column(0));
+        let position = |&row: &usize| *positions.get(layout.rows[row].observation)?;
+        Self { positions: rows.iter().map(position).collect(), sigma, basis, residual }
+    }
+
+    /// What a patch takes of the sum of squares.
+    fn explained(&self, patch: &Patch) -> Option<f64> {
+        let left = self.left_of(patch)?;
+        Some(left.dot(&self.residual).powi(2) / left.norm_squared())
+    }
+
+    /// What a patch takes of the sum of squares without the two readings that show it most: two
+    /// that are far off, side by side, are none.
+    fn explained_by_others(&self, patch: &Patch) -> Option<f64> {
+        let left = self.left_of(patch)?;
+        let mut shown: Vec<[f64; 2]> =
+            left.iter().zip(&self.residual).map(|(l, r)| [l * r, l * l]).collect();
+        let way = shown.iter().map(|[along, _]| along).sum::<f64>().signum();
+        shown.sort_by(|a, b| (way * b[0]).total_cmp(&(way * a[0])));
+        let rest = shown.iter().skip(FAR_OFF);
+        let [along, squares] = rest.fold([0.0; 2], |sum, v| [sum[0] + v[0], sum[1] + v[1]]);
+        (way * along > 0.0).then(|| along * along / squares)
+    }
+
+    /// The trace of a patch that the fitted parameters leave; `None` of one that is too wide or too
+    /// narrow, or that they take up.
+    fn left_of(&self, patch: &Patch) -> Option<DVector<f64>> {
+        let at = |p: &Option<Point3<f64>>| p.map_or(0.0, |p| patch.share(&p));
+        let shares = DVector::from_iterator(self.positions.len(), self.positions.iter().map(at));
+        let edge = (-2.0_f64).exp();
+        let within = shares.iter().filter(|share| **share >= edge).count();
+        let places = self.positions.iter().flatten().count();
+        if within < FEWEST_WITHIN || count(within) > MOST_WITHIN * count(places) {
+            return None;
+        }
+        let tangent = DVector::from_fn(shares.len(), |i, _| shares[i] / self.sigma[i]);
+        let left = &tangent - &self.basis * self.basis.tr_mul(&tangent);
+        let squares = left.norm_squared();
+        (squares >= SEEN * tangent.norm_squared()).then_some(left)
+    }
+}
