@@ -34,9 +34,9 @@ const ROUNDED: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
     /// Its middle.
-    pub center: Point3<f64>,
+    pub center_mm: Point3<f64>,
     /// Where its height is down to 1/e², 0.135.
-    pub radius: f64,
+    pub radius_mm: f64,
     /// Places at which the clearest was looked for.
     pub searched: usize,
 }
@@ -44,16 +44,17 @@ pub struct Patch {
 impl Patch {
     /// Height at a point over that at the middle.
     #[must_use]
-    pub fn share(&self, point: &Point3<f64>) -> f64 {
-        (-2.0 * (point - self.center).norm_squared() / self.radius.powi(2)).exp()
+    pub fn share(&self, point_mm: &Point3<f64>) -> f64 {
+        (-2.0 * (point_mm - self.center_mm).norm_squared() / self.radius_mm.powi(2)).exp()
     }
 
     /// The effect `patch` of parts that are touched in mm: its height along the normal.
     #[must_use]
     pub fn effect(&self) -> Effect {
         let decimals = self.decimals();
-        let [x, y, z, radius] = [self.center.x, self.center.y, self.center.z, self.radius]
-            .map(|v| format!("{v:.decimals$}"));
+        let [x, y, z, radius] =
+            [self.center_mm.x, self.center_mm.y, self.center_mm.z, self.radius_mm]
+                .map(|v| format!("{v:.decimals$}"));
         let text = format!(
             "the part is higher than declared in a patch about ({x}, {y}, {z}) mm; height at its middle, \
              1/e² of it {radius} mm away"
@@ -67,7 +68,7 @@ impl Patch {
 
     /// Decimals of the places as they are printed.
     fn decimals(&self) -> usize {
-        let finest = (self.radius * ROUNDED).log10().floor();
+        let finest = (self.radius_mm * ROUNDED).log10().floor();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 12")]
         let decimals = (-finest).clamp(0.0, 12.0) as usize;
         decimals
@@ -75,27 +76,31 @@ impl Patch {
 
     /// The same with places as they are printed.
     fn rounded(self) -> Self {
-        let decimals = self.decimals();
-        let round = |v: f64| format!("{v:.decimals$}").parse::<f64>().unwrap_or(v) + 0.0;
-        Self { center: self.center.map(round), radius: round(self.radius), ..self }
+        let to =
+            |v: f64, decimals: usize| format!("{v:.decimals$}").parse::<f64>().unwrap_or(v) + 0.0;
+        // The radius first: as rounded it says how the rest is.
+        let radius_mm = to(self.radius_mm, self.decimals());
+        let decimals = Self { radius_mm, ..self }.decimals();
+        let center_mm = self.center_mm.map(|v| to(v, decimals));
+        Self { center_mm, radius_mm: to(radius_mm, decimals), ..self }
     }
 }
 
 /// The clearest patch in the residual of a model at `at`, a solution of its declared part; `None`
 /// where white noise might show it. Of a positive height it makes a residual lower.
 ///
-/// `positions` are those of the observations, one row each; `None` for one that has no place.
+/// `positions_mm` are those of the observations, one row each; `None` for one that has no place.
 #[must_use]
 pub fn clearest_patch(
     model: &dyn Model,
     at: &State,
-    positions: &[Option<Point3<f64>>],
+    positions_mm: &[Option<Point3<f64>>],
 ) -> Option<Patch> {
-    let scene = Scene::of(model, at, positions);
+    let scene = Scene::of(model, at, positions_mm);
     let middles: Vec<Point3<f64>> = scene.positions.iter().flatten().copied().collect();
     let every = middles.len().div_ceil(MOST_MIDDLES).max(1);
     let tried: Vec<Patch> =
-        middles.iter().step_by(every).flat_map(|center| about(*center, &middles)).collect();
+        middles.iter().step_by(every).flat_map(|center_mm| about(*center_mm, &middles)).collect();
     let clearest = |patches: Vec<Patch>| {
         let explained = patches.into_iter().filter_map(|p| Some((scene.explained(&p)?, p)));
         explained.max_by(|a, b| a.0.total_cmp(&b.0))
@@ -119,12 +124,12 @@ pub fn clearest_patch(
 }
 
 /// Patches about a middle, by the readings that they hold.
-fn about(center: Point3<f64>, middles: &[Point3<f64>]) -> Vec<Patch> {
-    let mut distances: Vec<f64> = middles.iter().map(|p| (p - center).norm()).collect();
+fn about(center_mm: Point3<f64>, middles: &[Point3<f64>]) -> Vec<Patch> {
+    let mut distances: Vec<f64> = middles.iter().map(|p| (p - center_mm).norm()).collect();
     distances.sort_by(f64::total_cmp);
     let patch = |k: usize| {
-        let radius = *distances.get(k)?;
-        (radius > 0.0).then_some(Patch { center, radius, searched: 1 })
+        let radius_mm = *distances.get(k)?;
+        (radius_mm > 0.0).then_some(Patch { center_mm, radius_mm, searched: 1 })
     };
     NEIGHBOURS.into_iter().filter_map(patch).collect()
 }
@@ -132,11 +137,12 @@ fn about(center: Point3<f64>, middles: &[Point3<f64>]) -> Vec<Patch> {
 /// A patch moved towards and away from the readings that it holds, by a share of their distance, so
 /// that its middle stays on the surface; and wider or narrower.
 fn neighbours(patch: &Patch, step: f64, middles: &[Point3<f64>]) -> Vec<Patch> {
-    let arms = middles.iter().map(|p| p - patch.center).filter(|arm| arm.norm() <= patch.radius);
+    let arms =
+        middles.iter().map(|p| p - patch.center_mm).filter(|arm| arm.norm() <= patch.radius_mm);
     let moves = arms.flat_map(|arm| [arm * step, arm * -step]).chain([Vector3::zeros()]);
-    let sizes = [1.0 - step, 1.0, 1.0 + step].map(|grown| patch.radius * grown);
+    let sizes = [1.0 - step, 1.0, 1.0 + step].map(|grown| patch.radius_mm * grown);
     let moved = |by: Vector3<f64>| {
-        sizes.map(|radius| Patch { center: patch.center + by, radius, ..*patch })
+        sizes.map(|radius_mm| Patch { center_mm: patch.center_mm + by, radius_mm, ..*patch })
     };
     moves.flat_map(moved).collect()
 }
@@ -153,7 +159,7 @@ struct Scene {
 }
 
 impl Scene {
-    fn of(model: &dyn Model, at: &State, positions: &[Option<Point3<f64>>]) -> Self {
+    fn of(model: &dyn Model, at: &State, positions_mm: &[Option<Point3<f64>>]) -> Self {
         let layout = &model.declared().layout;
         let is_fitted = |row: &usize| {
             let group = layout.observations[layout.rows[*row].observation];
@@ -170,7 +176,7 @@ impl Scene {
         let residual = whitened(DMatrix::from_column_slice(rows.len(), 1, residual.as_slice()));
         let basis = if jacobian.ncols() > 0 { jacobian.qr().q() } else { jacobian };
         let residual = residual.column(0) - &basis * basis.tr_mul(&residual.column(0));
-        let position = |&row: &usize| *positions.get(layout.rows[row].observation)?;
+        let position = |&row: &usize| *positions_mm.get(layout.rows[row].observation)?;
         Self { positions: rows.iter().map(position).collect(), sigma, basis, residual }
     }
 
@@ -208,5 +214,24 @@ impl Scene {
         let left = &tangent - &self.basis * self.basis.tr_mul(&tangent);
         let squares = left.norm_squared();
         (squares >= SEEN * tangent.norm_squared()).then_some(left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_printed_is_what_is_used_at_every_radius() {
+        for k in 1..4000 {
+            let radius_mm = 0.013 * f64::from(k);
+            let center_mm = Point3::new(1.0 / 3.0, -20.0 / 7.0, 1e-5) * radius_mm;
+            let patch = Patch { center_mm, radius_mm, searched: 1 }.rounded();
+            assert_eq!(patch.rounded(), patch);
+            let subject = patch.effect().subject.unwrap();
+            let place = subject.trim_matches(|c| "() m".contains(c)).split(',');
+            let said: Vec<f64> = place.map(|v| v.trim().parse().unwrap()).collect();
+            assert_eq!(said, patch.center_mm.coords.as_slice());
+        }
     }
 }

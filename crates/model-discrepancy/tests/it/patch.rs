@@ -63,7 +63,7 @@ fn its_place_is_found_and_the_loop_names_it() {
     for seed in 0..10 {
         let (mut model, places) = plate(300 + seed, low);
         let patch = found(&model, &places).expect("eight times the noise, some ten touches");
-        assert!((patch.center - middle).norm() < 8.0, "{patch:?}");
+        assert!((patch.center_mm - middle).norm() < 8.0, "{patch:?}");
         let shares = places.iter().flatten().map(|p| -patch.share(p));
         model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, shares));
         model.declared.effects.push(patch.effect());
@@ -83,5 +83,5 @@ fn what_it_says_of_its_place_is_what_it_uses() {
     let said: Vec<f64> = (text.trim_matches(|c| "() m".contains(c)).split(','))
         .map(|number| number.trim().parse().unwrap())
         .collect();
-    assert_eq!(said, patch.center.coords.as_slice());
+    assert_eq!(said, patch.center_mm.coords.as_slice());
 }
