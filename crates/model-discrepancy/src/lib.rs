@@ -70,6 +70,7 @@ mod answer;
 pub use algebra::columns::{Column, EmpiricalCorrection};
 pub use algebra::coverage::{coverage_factor, std_over_names};
 pub use algebra::patch::{Patch, clearest_patch};
+pub use algebra::settling::{Settling, clearest_settling};
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{
@@ -78,8 +79,8 @@ pub use answer::closure::{
 };
 pub use error::LoopError;
 pub use model::{
-    Covariate, Declared, Differenced, Effect, Group, Inside, Layout, LinearModel, Model, Origin,
-    Parameter, Projected, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
+    Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Layout, LinearModel, Model,
+    Origin, Parameter, Projected, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
     resolution_of, whole_tangent,
 };
 pub use nalgebra;

@@ -96,3 +96,8 @@ pub use suspect::Suspect;
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct FirstPage;
+
+/// Runs the listings of the page on adding effects, surfaces and kinds.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/adding.md")]
+struct Adding;

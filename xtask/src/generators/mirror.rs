@@ -35,6 +35,9 @@ pub(crate) enum Flaw {
     Squareness([f64; 3]),
     /// The spindle grows while it warms up, mm over the session.
     Drift(f64),
+    /// The spindle reaches its temperature: mm in the end, with this share of the session as its time
+    /// constant.
+    Settling(f64, f64),
     /// One touch reads high along z, mm.
     BadPoint(usize, f64),
     /// Readings of z follow the air, mm per kelvin.
@@ -325,6 +328,10 @@ fn machine_error(mirror: &Mirror, pose: &Pose, at: [f64; 3], index: usize, air: 
             let time = as_f64(index) / as_f64(mirror.n_points - 1) / WARMING_TIME;
             let grown = (1.0 - (-time).exp()) / (1.0 - (-1.0 / WARMING_TIME).exp());
             [0.0, 0.0, total * grown]
+        }
+        Flaw::Settling(total, share) => {
+            let time = as_f64(index) / as_f64(mirror.n_points - 1);
+            [0.0, 0.0, total * (1.0 - (-time / share).exp())]
         }
         Flaw::BadPoint(bad, high) if bad == index => [0.0, 0.0, high],
         Flaw::Growth(per_k) => [0.0, 0.0, per_k * (air.temperature_c[index] - 20.0)],

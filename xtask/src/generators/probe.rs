@@ -32,6 +32,9 @@ pub(crate) enum Flaw {
     AxisScale([f64; 3]),
     /// The machine drifts by this over the session, warming up, mm.
     Drift([f64; 3]),
+    /// The part settles in its fixture: in the end by this, mm, with this share of the session as
+    /// its time constant.
+    Settling([f64; 3], f64),
     /// One touch stops short by this, mm.
     BadPoint(usize, f64),
     /// Readings of z follow the air, mm per kelvin.
@@ -308,6 +311,10 @@ fn machine_error(
             let time = as_f64(index) / as_f64(session.n_touches - 1) / WARMING_TIME;
             let grown = (1.0 - (-time).exp()) / (1.0 - (-1.0 / WARMING_TIME).exp());
             scale(grown, total)
+        }
+        Flaw::Settling(total, share) => {
+            let time = as_f64(index) / as_f64(session.n_touches - 1);
+            scale(1.0 - (-time / share).exp(), total)
         }
         Flaw::Growth(per_k) => [0.0, 0.0, per_k * (touch.air_c - 20.0)],
         _ => [0.0; 3],

@@ -32,6 +32,9 @@ pub(crate) enum Defect {
     ///
     /// First-order warming whose time constant is twice the survey.
     Drift([f64; 3]),
+    /// A stand that was moved sets: in the end by this, mm, with this share of the session as its
+    /// time constant.
+    Settling([f64; 3], f64),
     /// The ram bends under the moving saddle: largest deflection, mm, downwards (−z).
     ///
     /// Moving load on a beam on two supports 400 mm outside the travel:
@@ -223,6 +226,10 @@ fn displacement_of(defect: Defect, p: [f64; 3], index: usize, covariates: &Covar
             let time = as_f64(index) / as_f64(n_points - 1) / WARMING_TIME;
             scale((1.0 - (-time).exp()) / (1.0 - (-1.0 / WARMING_TIME).exp()), total)
         }
+        Defect::Settling(total, share) => {
+            let time = as_f64(index) / as_f64(covariates.air_c.len() - 1);
+            scale(1.0 - (-time / share).exp(), total)
+        }
         Defect::Sag(largest) => {
             let span = 2.0 * (TRAVEL_MM[0] + SUPPORT_MM);
             let x = p[0] + span / 2.0;
@@ -378,7 +385,8 @@ fn pairs_csv(
     let axes = &["x", "y", "z"][..n_axes];
     let with = |of: fn(&Defect) -> bool| of(&survey.defect) || of(&survey.also);
     let with_humidity = with(|d| matches!(d, Defect::Humidity(_)));
-    let with_time = with(|d| matches!(d, Defect::Drift(_) | Defect::WarmSession(_)));
+    let with_time =
+        with(|d| matches!(d, Defect::Drift(_) | Defect::Settling(..) | Defect::WarmSession(_)));
     let with_session = with(|d| matches!(d, Defect::WarmSession(_)));
     let mut text = "point".to_owned();
     for side in ["from", "to"] {

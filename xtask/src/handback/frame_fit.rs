@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::Left;
 use super::folder::{Folder, Table};
 use super::frame_scenes::{EFFECTS, scenes};
-use super::loops::{accepted, amplitude, close, numbers, step};
+use super::loops::{accepted, amplitude, close, numbers, settled, step};
 
 /// Digits that two ways to a correction may differ by, over the size of the field: sums of a few
 /// dozen terms of coordinates.
@@ -157,6 +157,12 @@ fn field(
     if let Some(drift) = step(json, "drift", None) {
         for (k, axis) in axis_names.iter().enumerate() {
             field.target[k] += amplitude(drift, axis) * elapsed(table, row);
+        }
+    }
+    if let Some(drift) = step(json, "drift", Some("settling")) {
+        let course = settled(drift, elapsed(table, row), table.has("time_s"), table.rows());
+        for (k, axis) in axis_names.iter().enumerate() {
+            field.target[k] += amplitude(drift, axis) * course;
         }
     }
     if let Some(sag) = step(json, "sag", None) {

@@ -17,6 +17,7 @@ pub(super) const EFFECTS: &[&str] = &[
     "shear",
     "bad-point",
     "drift",
+    "drift [settling]",
     "sag",
     "temperature",
     "lens-distortion",
@@ -105,6 +106,14 @@ fn all() -> Vec<Scene> {
         Scene {
             name: "drift-by-order",
             deform: |p| [0.06 * p.share, -0.05 * p.share, 0.02 * p.share],
+            ..PLAIN
+        },
+        Scene {
+            name: "settling",
+            deform: |p| {
+                let come = 1.0 - (-p.share / 0.1).exp();
+                [0.03 * come, -0.05 * come, 0.02 * come]
+            },
             ..PLAIN
         },
         Scene {

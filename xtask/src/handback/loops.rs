@@ -86,6 +86,16 @@ pub(super) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
         .collect()
 }
 
+/// How far what comes to rest has come: `elapsed` in hours where there is a time, else as a share of so
+/// many rows.
+pub(super) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) -> f64 {
+    let text = step["description"].as_str().expect("words");
+    let constant = text.split("τ = ").nth(1).and_then(|t| t.split(' ').next());
+    let constant: f64 = constant.and_then(|t| t.parse().ok()).expect("a time constant");
+    let passed = elapsed * if is_time { 3600.0 } else { super::as_f64(rows - 1) };
+    1.0 - (-passed / constant).exp()
+}
+
 /// Height of the accepted patch at a point, mm: 1/e² of that at its middle where its description says.
 pub(super) fn patch_mm(json: &Value, point_mm: [f64; 3]) -> f64 {
     let patches = subjects(json, "patch").into_iter().map(|(subject, step)| {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::Value;
 
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, correct, numbers, patch_mm, step};
+use super::loops::{accepted, amplitude, close, correct, numbers, patch_mm, settled, step};
 use super::pose_scenes::{EFFECTS, scenes};
 use super::{Left, as_f64};
 use crate::generators::vector::{add, dot, scale};
@@ -208,6 +208,12 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
     if let Some(drift) = step(json, "drift", None) {
         for (k, axis) in AXES.iter().enumerate() {
             error[k] += amplitude(drift, axis) * 1e-3 * elapsed(table, row);
+        }
+    }
+    if let Some(drift) = step(json, "drift", Some("settling")) {
+        let course = settled(drift, elapsed(table, row), table.has("time_s"), table.rows());
+        for (k, axis) in AXES.iter().enumerate() {
+            error[k] += amplitude(drift, axis) * 1e-3 * course;
         }
     }
     if let Some((growth, excess_k)) = temperature(json, table, row) {

@@ -19,6 +19,7 @@ pub(super) const EFFECTS: &[&str] = &[
     "axis-scale [y]",
     "squareness",
     "drift",
+    "drift [settling]",
     "temperature",
 ];
 
@@ -64,6 +65,7 @@ pub(super) fn scenes() -> Vec<(&'static str, Files)> {
         // On a paraboloid it is astigmatism.
         ("squareness", files(&skew, "")),
         ("drift", files(&with(Flaw::Drift(0.012)), "")),
+        ("settling", files(&with(Flaw::Settling(0.02, 0.08)), "")),
         ("temperature", files(&Mirror { record_air: true, ..with(Flaw::Growth(0.012)) }, "")),
         ("bad-point", files(&with(Flaw::BadPoint(4, 0.02)), "")),
         ("height", held(Flaw::None, "\"z\"", [0.0, 0.0, 0.02, 0.0])),

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, patch_mm, step};
+use super::loops::{accepted, amplitude, close, patch_mm, settled, step};
 use super::probe_scenes::{EFFECTS, scenes};
 use super::{Left, as_f64};
 use crate::generators::vector::{add, cross, dot, norm, scale};
@@ -235,6 +235,13 @@ impl Touch<'_> {
         if let Some(found) = step(json, "drift", Some("machine")) {
             for (k, axis) in AXES.iter().enumerate() {
                 read[k] += 1e-3 * amplitude(found, axis) * self.elapsed();
+            }
+        }
+        if let Some(found) = step(json, "drift", Some("machine, settling")) {
+            let (is_time, rows) = (self.table.has("time_s"), self.table.rows());
+            let course = settled(found, self.elapsed(), is_time, rows);
+            for (k, axis) in AXES.iter().enumerate() {
+                read[k] += 1e-3 * amplitude(found, axis) * course;
             }
         }
         let warm = self.table.ending("_c");

@@ -164,6 +164,24 @@ fn outside_machines() -> Vec<Cell> {
             let flaw = mirror::Flaw::Bump(-6e-3, 12.0);
             Scene::Mirror(Mirror { flaw, n_points: 72, ..Mirror::new(seed) })
         }),
+        cell(OUTSIDE, "frame-fit: the stand sets by 30 µm in a tenth of the time", SETS, |seed| {
+            let total = direction(seed).map(|v| 0.03 * v);
+            let defect = Defect::Settling(total, 0.1);
+            Scene::Survey(Survey { defect, ..Survey::new(seed) })
+        }),
+        cell(
+            OUTSIDE,
+            "pose-icp: the spindle warms by 10 µm in a tenth of the time",
+            SETS,
+            |seed| {
+                let flaw = mirror::Flaw::Settling(0.01 * sign(direction(seed)), 0.1);
+                Scene::Mirror(Mirror { flaw, n_points: 72, ..Mirror::new(seed) })
+            },
+        ),
+        cell(OUTSIDE, "probe-comp: the part sets by 10 µm in a tenth of the time", SETS, |seed| {
+            let flaw = probe::Flaw::Settling(direction(seed).map(|v| 0.01 * v), 0.1);
+            Scene::Probe(probe::Session { flaw, n_touches: 128, ..probe::Session::new(seed) })
+        }),
         cell(OUTSIDE, "probe-comp: x reverses by 6 µm", Honest(&["reversal"]), |seed| {
             let flaw = probe::Flaw::Reversal(6e-3 * sign(direction(seed)));
             Scene::Probe(probe::Session { flaw, n_touches: 128, ..probe::Session::new(seed) })
@@ -189,6 +207,8 @@ fn outside_machines() -> Vec<Cell> {
     ]
 }
 
+/// A drift by whatever course, or time.
+const SETS: Question = Question::Honest(&["drift"]);
 const WARM: Question = Question::Honest(&["temperature", "session"]);
 
 /// R = 480 mm, sixty-two touches, the side not touched.

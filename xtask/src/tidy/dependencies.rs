@@ -8,17 +8,17 @@ use super::Finding;
 ///
 /// A crate that is not listed is a domain crate.
 const ALLOWED_MEMBERS: [(&str, &[&str]); 5] = [
-    ("geometry", &[]),
+    ("truing-geometry", &[]),
     ("least-squares", &[]),
     ("model-discrepancy", &["least-squares"]),
     ("force-impedance-c", &["force-impedance"]),
     ("xtask", &[]),
 ];
 /// Members that a domain crate may depend on.
-const ALLOWED_TO_DOMAINS: [&str; 3] = ["geometry", "least-squares", "model-discrepancy"];
+const ALLOWED_TO_DOMAINS: [&str; 3] = ["truing-geometry", "least-squares", "model-discrepancy"];
 /// Third-party numerics that the two lowest crates may use, plumbing aside.
 const ALLOWED_NUMERICS: [(&str, &[&str]); 2] =
-    [("geometry", &["nalgebra"]), ("least-squares", &["nalgebra", "faer", "pulp", "rayon"])];
+    [("truing-geometry", &["nalgebra"]), ("least-squares", &["nalgebra", "faer", "pulp", "rayon"])];
 /// Every crate may use these.
 const PLUMBING: [&str; 2] = ["thiserror", "serde"];
 /// Licences that may be linked into a program under MIT or Apache-2.0.
@@ -138,7 +138,7 @@ mod tests {
     fn domains_may_not_lean_on_each_other_nor_the_core_on_domains() {
         let bad = [
             ("frame-fit", "ft-center"),
-            ("least-squares", "geometry"),
+            ("least-squares", "truing-geometry"),
             ("least-squares", "csv"),
             ("model-discrepancy", "frame-fit"),
             ("truing", "xtask"),
@@ -154,8 +154,7 @@ mod tests {
             let found = check(&metadata);
             assert_eq!(found.len(), 1, "{from} → {to}: {found:?}");
         }
-        let good =
-            json!({ "packages": [member("frame-fit", &["geometry"]), member("geometry", &[])] });
+        let good = json!({ "packages": [member("frame-fit", &["truing-geometry"]), member("truing-geometry", &[])] });
         assert!(check(&good).is_empty());
     }
 

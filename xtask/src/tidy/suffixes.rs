@@ -16,8 +16,9 @@ const UNITS: [&str; 23] = [
 
 /// Words for what has no unit, or the unit of whatever is fitted; `s` is the squared normalised
 /// residual of a robust loss, a twist mixes mm and rad; `u` and `v` are places by the knots of a spline;
-/// target, deviation and lead are those of an axis, which is linear or rotary.
-const DIMENSIONLESS: [&str; 92] = [
+/// target, deviation and lead are those of an axis, which is linear or rotary; elapsed is time, or readings
+/// where no time was recorded.
+const DIMENSIONLESS: [&str; 93] = [
     "absorbed",
     "alpha",
     "amplitude",
@@ -45,6 +46,7 @@ const DIMENSIONLESS: [&str; 92] = [
     "direction",
     "directions",
     "dof",
+    "elapsed",
     "eps",
     "f_statistic",
     "factor",

@@ -3,7 +3,8 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Origin, Parameter, Role, Row, State, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Role, Row, Settling,
+    State, clearest_settling, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
@@ -34,6 +35,8 @@ pub struct FrameModel<const D: usize> {
     pub(crate) pivot_mm: SVector<f64, D>,
     /// Point of the source frame that rotations, scales and shears leave where it is.
     pub(crate) fixed_mm: SVector<f64, D>,
+    /// How the drift comes to rest, where it may.
+    pub(crate) settling: Option<Settling>,
     pub(crate) declared: Declared,
     pub(crate) terms: Vec<Term<D>>,
 }
@@ -70,7 +73,9 @@ impl<const D: usize> FrameModel<D> {
         let mirrored = matches!(options.transform, Transform::Rigid | Transform::Similarity)
             && fit.reflection.is_some_and(|r| r.speaks_against(options.handedness));
         let reference = fit.target_from_source;
-        Ok(Self::about(reference, points, covariates.to_vec(), *options, mirrored))
+        let model = Self::about(reference, points, covariates.to_vec(), *options, mirrored);
+        let settling = model.clearest_settling();
+        Ok(model.with_settling(settling))
     }
 
     /// The model in a chart about `reference`; everything else is taken as checked.
@@ -107,9 +112,44 @@ impl<const D: usize> FrameModel<D> {
             spread,
             reference,
             motions,
+            settling: None,
             declared,
             terms,
         }
+    }
+
+    /// The time constant with which the drift comes to rest, where the residual shows one.
+    fn clearest_settling(&self) -> Option<Settling> {
+        let (_, elapsed) = self.drift()?;
+        let tangent = |settling: Settling| {
+            let with = self.clone().with_settling(Some(settling));
+            with.tangent(&State::start(&with), with.terms.len() - 1)
+        };
+        clearest_settling(self, &State::start(self), elapsed, tangent)
+    }
+
+    /// The drift of the catalogue, and the time that had passed at each point.
+    fn drift(&self) -> Option<(&Effect, &[f64])> {
+        let all = self.declared.effects.iter().zip(&self.terms);
+        let mut drifts = all.filter(|(effect, _)| effect.id == "drift");
+        drifts.find_map(|(effect, term)| match term {
+            Term::Drift { elapsed } => Some((effect, &**elapsed)),
+            _ => None,
+        })
+    }
+
+    /// The model with that course of its drift in the catalogue.
+    pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
+        let added = settling.zip(self.drift()).map(|(settling, (even, elapsed))| {
+            let unit = if even.driver.is_some() { "s" } else { "points" };
+            (settling.effect(even, unit, "mm", 1.0), settling.course(elapsed))
+        });
+        if let Some((effect, elapsed)) = added {
+            self.declared.effects.push(effect);
+            self.terms.push(Term::Drift { elapsed });
+        }
+        self.settling = settling;
+        self
     }
 
     /// The positions at which the points were measured, as covariates: `from_x_mm`, ….

@@ -35,6 +35,10 @@ pub(crate) enum Term<const D: usize> {
     Drift {
         elapsed: Vec<f64>,
     },
+    /// One at the points of a session, nought elsewhere.
+    SessionShift {
+        inside: Vec<f64>,
+    },
     Sag {
         centroid_mm: SVector<f64, D>,
         level: bool,
@@ -88,7 +92,10 @@ impl<const D: usize> Term<D> {
     pub(crate) fn place(&self) -> Place {
         match self {
             Self::Rotation { .. } => Place::Rotation,
-            Self::Shift | Self::BadPoint { .. } | Self::Drift { .. } => Place::Target,
+            Self::Shift
+            | Self::BadPoint { .. }
+            | Self::Drift { .. }
+            | Self::SessionShift { .. } => Place::Target,
             _ => Place::Source,
         }
     }
@@ -141,7 +148,7 @@ impl<const D: usize> Term<D> {
             Self::BadPoint { .. } => format!(
                 "the matrix is that of the other points; the correction of {subject} is its own error"
             ),
-            Self::Drift { .. } if !subject.is_empty() => {
+            Self::SessionShift { .. } => {
                 format!(
                     "the matrix is that of the others; the shift of {subject} is in the corrections"
                 )
@@ -179,7 +186,9 @@ impl<const D: usize> Term<D> {
         match self {
             Self::Rotation { .. } => DMatrix::zeros(D, 0),
             Self::Shift => DMatrix::identity(D, D),
-            Self::Drift { elapsed } => DMatrix::identity(D, D) * elapsed[observation],
+            Self::Drift { elapsed: size } | Self::SessionShift { inside: size } => {
+                DMatrix::identity(D, D) * size[observation]
+            }
             Self::BadPoint { observation: bad } => {
                 DMatrix::identity(D, D) * f64::from(u8::from(observation == *bad))
             }

@@ -5,14 +5,12 @@
 //! residual away, if white noise shows one as clear in no more than one set of readings in a hundred;
 //! it says among how many it was found, and competes with every other effect.
 
-use nalgebra::{DMatrix, DVector, Point3, Vector3};
+use nalgebra::{DMatrix, Point3, Vector3};
 
-use crate::algebra::f_tail::f_tail;
+use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
 use crate::count::count;
-use crate::{Effect, Model, Parameter, Role, State};
+use crate::{Effect, Model, Parameter, State};
 
-/// Chance that readings of a surface without any patch show one.
-const FALSE_ALARM: f64 = 0.01;
 /// Readings about the middle of a patch, of which the farthest lies at its radius.
 const NEIGHBOURS: [usize; 3] = [4, 8, 16];
 /// Most readings within the radius, as a share: more are a bend of the whole surface.
@@ -116,11 +114,8 @@ pub fn clearest_patch(
     }
     let best = Patch { searched, ..best }.rounded();
     let (explained, by_others) = (scene.explained(&best)?, scene.explained_by_others(&best)?);
-    let dof = scene.residual.len().checked_sub(scene.basis.ncols() + 1).filter(|d| *d > 0)?;
-    let left = (scene.residual.norm_squared() - explained).max(0.0);
-    let p_value = |explained: f64| f_tail(explained * count(dof) / left, 1.0, count(dof));
-    let is_clear = p_value(explained) * count(searched) <= FALSE_ALARM;
-    (is_clear && p_value(by_others) <= FALSE_ALARM).then_some(best)
+    let is_clear = scene.residual.p_value(explained, 1) * count(searched) <= FALSE_ALARM;
+    (is_clear && scene.residual.p_value(by_others, 1) <= FALSE_ALARM).then_some(best)
 }
 
 /// Patches about a middle, by the readings that they hold.
@@ -147,43 +142,23 @@ fn neighbours(patch: &Patch, step: f64, middles: &[Point3<f64>]) -> Vec<Patch> {
     moves.flat_map(moved).collect()
 }
 
-/// The declared model at its solution, whitened, without the observations that are only judged.
+/// The residual to be looked through, and where its rows lie.
 struct Scene {
-    /// Of every row.
+    residual: LookedThrough,
     positions: Vec<Option<Point3<f64>>>,
-    sigma: Vec<f64>,
-    /// Orthonormal basis of the base parameters' columns.
-    basis: DMatrix<f64>,
-    /// Residual without what the basis explains.
-    residual: DVector<f64>,
 }
 
 impl Scene {
     fn of(model: &dyn Model, at: &State, positions_mm: &[Option<Point3<f64>>]) -> Self {
-        let layout = &model.declared().layout;
-        let is_fitted = |row: &usize| {
-            let group = layout.observations[layout.rows[*row].observation];
-            layout.groups[group].role != Role::Check
-        };
-        let rows: Vec<usize> = (0..layout.rows.len()).filter(is_fitted).collect();
-        let sigma: Vec<f64> = rows.iter().map(|&row| layout.rows[row].sigma).collect();
-        let whitened = |mut m: DMatrix<f64>| {
-            m.row_iter_mut().zip(&sigma).for_each(|(mut row, s)| row /= *s);
-            m
-        };
-        let jacobian = whitened(model.base_jacobian(at).select_rows(&rows));
-        let residual = model.residuals(at).select_rows(&rows);
-        let residual = whitened(DMatrix::from_column_slice(rows.len(), 1, residual.as_slice()));
-        let basis = if jacobian.ncols() > 0 { jacobian.qr().q() } else { jacobian };
-        let residual = residual.column(0) - &basis * basis.tr_mul(&residual.column(0));
-        let position = |&row: &usize| *positions_mm.get(layout.rows[row].observation)?;
-        Self { positions: rows.iter().map(position).collect(), sigma, basis, residual }
+        let residual = LookedThrough::of(model, at);
+        let rows = &model.declared().layout.rows;
+        let position = |&row: &usize| *positions_mm.get(rows[row].observation)?;
+        Self { positions: residual.rows().iter().map(position).collect(), residual }
     }
 
     /// What a patch takes of the sum of squares.
     fn explained(&self, patch: &Patch) -> Option<f64> {
-        let left = self.left_of(patch)?;
-        Some(left.dot(&self.residual).powi(2) / left.norm_squared())
+        self.residual.explained(&self.left_of(patch)?)
     }
 
     /// What a patch takes of the sum of squares without the two readings that show it most: two
@@ -191,7 +166,7 @@ impl Scene {
     fn explained_by_others(&self, patch: &Patch) -> Option<f64> {
         let left = self.left_of(patch)?;
         let mut shown: Vec<[f64; 2]> =
-            left.iter().zip(&self.residual).map(|(l, r)| [l * r, l * l]).collect();
+            left.iter().zip(self.residual.values()).map(|(l, r)| [l * r, l * l]).collect();
         let way = shown.iter().map(|[along, _]| along).sum::<f64>().signum();
         shown.sort_by(|a, b| (way * b[0]).total_cmp(&(way * a[0])));
         let rest = shown.iter().skip(FAR_OFF);
@@ -201,19 +176,18 @@ impl Scene {
 
     /// The trace of a patch that the fitted parameters leave; `None` of one that is too wide or too
     /// narrow, or that they take up.
-    fn left_of(&self, patch: &Patch) -> Option<DVector<f64>> {
+    fn left_of(&self, patch: &Patch) -> Option<DMatrix<f64>> {
         let at = |p: &Option<Point3<f64>>| p.map_or(0.0, |p| patch.share(&p));
-        let shares = DVector::from_iterator(self.positions.len(), self.positions.iter().map(at));
+        let shares = DMatrix::from_iterator(self.positions.len(), 1, self.positions.iter().map(at));
         let edge = (-2.0_f64).exp();
         let within = shares.iter().filter(|share| **share >= edge).count();
         let places = self.positions.iter().flatten().count();
         if within < FEWEST_WITHIN || count(within) > MOST_WITHIN * count(places) {
             return None;
         }
-        let tangent = DVector::from_fn(shares.len(), |i, _| shares[i] / self.sigma[i]);
-        let left = &tangent - &self.basis * self.basis.tr_mul(&tangent);
-        let squares = left.norm_squared();
-        (squares >= SEEN * tangent.norm_squared()).then_some(left)
+        let tangent = self.residual.whitened(shares);
+        let whole = tangent.norm_squared();
+        Some(self.residual.left_of(tangent)).filter(|left| left.norm_squared() >= SEEN * whole)
     }
 }
 

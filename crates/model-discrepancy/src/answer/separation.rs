@@ -15,7 +15,7 @@ use crate::choice::candidate::{Source, estimable_columns, min_kept};
 use crate::model::covariate::ORDER;
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
-use crate::{Model, Proposal, Role};
+use crate::{Model, Parameter, Proposal, Role};
 
 /// The measurement, out of those the user could make, that would split the class best.
 pub(crate) fn separate_by(
@@ -84,7 +84,14 @@ fn distance(
     let at = system.start();
     let lin = Linear::of(&system, &at, &all_fitted(extended), silent);
     let effect = |e: usize| lin.tangent(&whole_tangent(extended, &at.state, e));
-    let trace = effect(twin(accepted)?) * amplitude;
+    let same = twin(accepted)?;
+    // A wider design may show amplitudes that this one does not have.
+    let place = |p: &Parameter| {
+        extended.declared().effects[same].parameters.iter().position(|q| q.name == p.name)
+    };
+    let wanted = model.declared().effects[accepted].parameters.iter();
+    let columns: Vec<usize> = wanted.map(place).collect::<Option<_>>()?;
+    let trace = effect(same).select_columns(&columns) * amplitude;
     confounded
         .iter()
         .filter_map(|&r| twin(r))

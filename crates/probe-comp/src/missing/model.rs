@@ -1,6 +1,6 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Patch, Role, Row, State, clearest_patch,
-    resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Model, Origin, Patch, Role, Row, Settling, State,
+    clearest_patch, clearest_settling, resolution_of,
 };
 mod discrepancy;
 
@@ -49,6 +49,8 @@ pub struct ProbeModel {
     compensation_mm: Vec<f64>,
     /// Where the part may be higher in one place.
     pub(crate) patch: Option<Patch>,
+    /// How the drift comes to rest, where it may.
+    pub(crate) settling: Option<Settling>,
     pub(super) declared: Declared,
     pub(super) terms: Vec<Term>,
 }
@@ -85,8 +87,8 @@ impl ProbeModel {
             }
         }
         let model = Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())?;
-        let patch = model.clearest_patch();
-        Ok(model.with_patch(patch))
+        let (patch, settling) = (model.clearest_patch(), model.clearest_settling());
+        Ok(model.with_patch(patch).with_settling(settling))
     }
 
     pub(crate) fn with_standards(
@@ -136,6 +138,7 @@ impl ProbeModel {
             approaches,
             compensation_mm,
             patch: None,
+            settling: None,
             declared,
             terms,
         })
@@ -153,6 +156,40 @@ impl ProbeModel {
         self.patch = patch;
         self.declared.effects.extend(patch.map(|patch| patch.effect()));
         self.terms.extend(patch.map(Term::Patch));
+        self
+    }
+
+    /// The time constant with which the drift comes to rest, where the residual shows one.
+    fn clearest_settling(&self) -> Option<Settling> {
+        let (_, elapsed, _) = self.drift()?;
+        let tangent = |settling: Settling| {
+            let with = self.clone().with_settling(Some(settling));
+            with.tangent(&State::start(&with), with.terms.len() - 1)
+        };
+        clearest_settling(self, &State::start(self), elapsed, tangent)
+    }
+
+    /// The drift of the catalogue, the time that had passed at each touch, and its axes.
+    fn drift(&self) -> Option<(&Effect, &[f64], &[usize])> {
+        let mut all = self.declared.effects.iter().zip(&self.terms);
+        all.find_map(|(effect, term)| match term {
+            Term::Drift { elapsed, axes } => Some((effect, &**elapsed, &**axes)),
+            _ => None,
+        })
+    }
+
+    /// The model with that course of its drift in the catalogue.
+    pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
+        let added = settling.zip(self.drift()).map(|(settling, (even, elapsed, axes))| {
+            let unit = if even.driver.is_some() { "s" } else { "touches" };
+            let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
+            (settling.effect(even, unit, "µm", 1e3), term)
+        });
+        if let Some((effect, term)) = added {
+            self.declared.effects.push(effect);
+            self.terms.push(term);
+        }
+        self.settling = settling;
         self
     }
 

@@ -145,7 +145,7 @@ fn extended(
     }
     let setup = model.setup.clone();
     let extended = ProbeModel::with_standards(setup, touches, covariates, Vec::new());
-    Some(extended.ok()?.with_patch(model.patch))
+    Some(extended.ok()?.with_patch(model.patch).with_settling(model.settling))
 }
 
 /// The way to the part, tilted about a tangent that turns from touch to touch.
@@ -161,7 +161,7 @@ fn oblique(model: &ProbeModel, index: usize) -> Unit<Vector3<f64>> {
 fn with_standards(model: &ProbeModel, standards: Vec<Standard>) -> Option<ProbeModel> {
     let (setup, touches) = (model.setup.clone(), model.touches.clone());
     let known = ProbeModel::with_standards(setup, touches, model.covariates.clone(), standards);
-    Some(known.ok()?.with_patch(model.patch))
+    Some(known.ok()?.with_patch(model.patch).with_settling(model.settling))
 }
 
 fn forms(model: &ProbeModel) -> Vec<Standard> {

@@ -34,7 +34,7 @@ pub(super) fn sessions<const D: usize>(
             let growth = vec![parameter("growth", "ppm", 1e6)];
             let mut warm = entry("session-temperature", &text, growth, term);
             let text = format!("the target frame of {name} is shifted against that of the others");
-            let term = Term::Drift { elapsed: column.values.clone() };
+            let term = Term::SessionShift { inside: column.values.clone() };
             let mut moved = entry("session-shift", &text, per_axis::<D>("mm", 1.0), term);
             for entry in [&mut warm, &mut moved] {
                 entry.effect.subject = Some(name.to_owned());

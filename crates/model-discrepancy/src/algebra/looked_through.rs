@@ -1,0 +1,79 @@
+//! A residual that is looked through for the clearest of many like effects.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::algebra::f_tail::f_tail;
+use crate::count::count;
+use crate::{Model, Role, State};
+
+/// Chance that readings that show nothing of the sort offer one.
+pub(crate) const FALSE_ALARM: f64 = 0.01;
+
+/// The declared model at its solution, whitened, without the observations that are only judged.
+pub(crate) struct LookedThrough {
+    rows: Vec<usize>,
+    sigma: Vec<f64>,
+    /// Orthonormal basis of the base parameters' columns.
+    basis: DMatrix<f64>,
+    /// Residual without what the basis explains.
+    residual: DVector<f64>,
+}
+
+impl LookedThrough {
+    pub(crate) fn of(model: &dyn Model, at: &State) -> Self {
+        let layout = &model.declared().layout;
+        let is_fitted = |row: &usize| {
+            let group = layout.observations[layout.rows[*row].observation];
+            layout.groups[group].role != Role::Check
+        };
+        let rows: Vec<usize> = (0..layout.rows.len()).filter(is_fitted).collect();
+        let sigma: Vec<f64> = rows.iter().map(|&row| layout.rows[row].sigma).collect();
+        let whitened = |m: DMatrix<f64>| whitened(m.select_rows(&rows), &sigma);
+        let jacobian = whitened(model.base_jacobian(at));
+        let basis = if jacobian.ncols() > 0 { jacobian.qr().q() } else { jacobian };
+        let residual = model.residuals(at);
+        let residual = whitened(DMatrix::from_column_slice(residual.len(), 1, residual.as_slice()));
+        let residual = residual.column(0) - &basis * basis.tr_mul(&residual.column(0));
+        Self { rows, sigma, basis, residual }
+    }
+
+    /// Rows of the layout that are looked at.
+    pub(crate) fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// What is left of each, whitened.
+    pub(crate) fn values(&self) -> &DVector<f64> {
+        &self.residual
+    }
+
+    /// Columns of these rows, whitened.
+    pub(crate) fn whitened(&self, tangent: DMatrix<f64>) -> DMatrix<f64> {
+        whitened(tangent, &self.sigma)
+    }
+
+    /// What the fitted parameters leave of whitened columns.
+    pub(crate) fn left_of(&self, tangent: DMatrix<f64>) -> DMatrix<f64> {
+        let taken = &self.basis * self.basis.tr_mul(&tangent);
+        tangent - taken
+    }
+
+    /// What such columns take of the sum of squares; `None` where they depend on each other.
+    pub(crate) fn explained(&self, left: &DMatrix<f64>) -> Option<f64> {
+        let along = left.tr_mul(&self.residual);
+        let solved = left.tr_mul(left).cholesky()?.solve(&along);
+        Some(along.dot(&solved))
+    }
+
+    /// Chance that white noise gives so many columns as much.
+    pub(crate) fn p_value(&self, explained: f64, columns: usize) -> f64 {
+        let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
+        let left = (self.residual.norm_squared() - explained).max(0.0);
+        f_tail(explained / count(columns) * count(dof) / left, count(columns), count(dof))
+    }
+}
+
+fn whitened(mut columns: DMatrix<f64>, sigma: &[f64]) -> DMatrix<f64> {
+    columns.row_iter_mut().zip(sigma).for_each(|(mut row, s)| row /= *s);
+    columns
+}

@@ -1,0 +1,79 @@
+//! A drift that comes to rest, found by looking for its time constant.
+
+use nalgebra::DMatrix;
+
+use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
+use crate::count::count;
+use crate::{Effect, Model, State};
+
+/// Time constants that are tried, as shares of the series: from a few readings to a quarter of it,
+/// beyond which the course is a straight line with a bend, and a drift is called so.
+const SHARES: [f64; 6] = [0.03, 0.05, 0.08, 0.12, 0.18, 0.27];
+
+/// A first-order course, `1 − exp(−t/τ)`: a spindle or a stand that warms up, a pad that sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settling {
+    /// In the unit in which time is counted.
+    time_constant: f64,
+    searched: usize,
+}
+
+impl Settling {
+    /// How far it has come at each time since its start.
+    #[must_use]
+    pub fn course(&self, elapsed: &[f64]) -> Vec<f64> {
+        elapsed.iter().map(|t| -(-t / self.time_constant).exp_m1()).collect()
+    }
+
+    /// The effect for a drift that goes on evenly; its amplitudes, in units of their own, are what it
+    /// comes to in the end.
+    #[must_use]
+    pub fn effect(&self, even: &Effect, time_unit: &str, unit: &str, report_factor: f64) -> Effect {
+        let mut effect = even.clone();
+        let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
+        effect.subject = Some(format!("{subject}settling"));
+        effect.description = format!(
+            "{} and comes to rest: 1 − exp(−t/τ), τ = {} {time_unit}",
+            even.description, self.time_constant
+        );
+        effect.searched = self.searched;
+        for parameter in &mut effect.parameters {
+            unit.clone_into(&mut parameter.unit);
+            parameter.report_factor = report_factor;
+        }
+        effect
+    }
+}
+
+/// The time constant with which a drift takes most of the residual of a model at `at`, a solution
+/// of its declared part; `None` where white noise might show one as clear.
+///
+/// `elapsed` counts from the start of the series, one value per reading; `tangent` gives the trace
+/// of the drift, all rows of the layout, if it follows such a course.
+pub fn clearest_settling(
+    model: &dyn Model,
+    at: &State,
+    elapsed: &[f64],
+    tangent: impl Fn(Settling) -> DMatrix<f64>,
+) -> Option<Settling> {
+    let span = elapsed.iter().copied().fold(0.0, f64::max);
+    if !(span > 0.0 && span.is_finite()) || elapsed.iter().any(|t| *t < 0.0) {
+        return None;
+    }
+    let residual = LookedThrough::of(model, at);
+    let searched = SHARES.len();
+    let tried = SHARES.map(|share| Settling { time_constant: two_digits(share * span), searched });
+    let explained = |settling: Settling| {
+        let columns = tangent(settling).select_rows(residual.rows());
+        let left = residual.left_of(residual.whitened(columns));
+        Some((residual.explained(&left)?, left.ncols(), settling))
+    };
+    let all = tried.into_iter().filter_map(explained);
+    let (most, columns, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (residual.p_value(most, columns) * count(searched) <= FALSE_ALARM).then_some(best)
+}
+
+/// Rounded to two significant digits, as it is printed.
+fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
