@@ -84,7 +84,7 @@ fn each_effect_gets_its_own_name() {
         });
         false_steps += assert_named(&bad, "bad-point");
         assert!(bad.steps[0].subject.as_deref() == Some("P11"), "{:?}", bad.steps[0].subject);
-        let drift = survey(77, transform, true, |i, _| Vector3::new(0.0, 3e-3, -2e-3) * i as f64);
+        let drift = survey(177, transform, true, |i, _| Vector3::new(0.0, 3e-3, -2e-3) * i as f64);
         false_steps += assert_named(&drift, "drift");
         let sag =
             survey(78, transform, true, |_, x| Vector3::z() * -2e-6 * (x.x * x.x + x.y * x.y));
