@@ -28,14 +28,21 @@ pub(crate) struct Answer {
 }
 
 impl Truing {
-    /// Builds it in the release profile, with the features that `cargo xtask test` builds it with;
+    /// Builds it in the release profile. With the examples, since what these need decides which
+    /// features dependencies have: so it is the build of `cargo xtask test`, and not another one.
     /// `TRUING_PROGRAM` names one that is built already.
     pub(crate) fn build() -> Result<Self> {
         if let Some(binary) = std::env::var_os("TRUING_PROGRAM") {
             return Ok(Self { binary: std::path::absolute(PathBuf::from(binary))? });
         }
-        let workspace = ["--workspace", "--all-features"];
-        shell::cargo(&[&["build", "--release", "--bin", "truing"][..], &workspace].concat())?;
+        shell::cargo(&[
+            "build",
+            "--release",
+            "--workspace",
+            "--all-features",
+            "--bins",
+            "--examples",
+        ])?;
         let metadata = shell::metadata(false)?;
         let target = metadata["target_directory"].as_str().context("no target directory")?;
         let name = format!("truing{}", std::env::consts::EXE_SUFFIX);

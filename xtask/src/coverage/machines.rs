@@ -1,6 +1,6 @@
 //! Rotary axes, workpieces and touch probes.
 
-use super::situation::{Simulated, Situation, Truth, truth};
+use super::situation::{Simulated, Situation, Truth, size_of_effect, truth};
 use crate::generators::mirror::{self, Mirror};
 use crate::generators::probe::{self, Session};
 use crate::generators::probe_tables;
@@ -48,6 +48,14 @@ pub(super) fn situations() -> Vec<Situation> {
         pose("three lobes, 6 µm", Some("trefoil"), |seed| {
             let flaw = mirror::Flaw::Trefoil([5e-3, 3e-3]);
             of_mirror(&Mirror { flaw, ..Mirror::new(seed) })
+        }),
+        pose("a patch 10 µm low, 15 mm wide", Some("patch"), |seed| {
+            let flaw = mirror::Flaw::Bump(-0.01, 15.0);
+            of_mirror(&Mirror { flaw, n_points: 72, ..Mirror::new(seed) })
+        }),
+        pose("the spindle reaches its temperature, 12 µm", Some("drift"), |seed| {
+            let flaw = mirror::Flaw::Settling(0.012, 0.1);
+            of_mirror(&Mirror { flaw, n_points: 72, ..Mirror::new(seed) })
         }),
         probe("nothing missing", None, |seed| of_session(&Session::new(seed))),
         probe("stylus gives way, 6 µm", Some("bending"), |seed| {
@@ -101,7 +109,7 @@ fn of_run(run: &Run) -> Simulated {
 
 fn of_mirror(mirror: &Mirror) -> Simulated {
     let touched = mirror::simulate(mirror);
-    let truths = (["x_mm", "y_mm", "z_mm", "alpha_deg", "beta_deg"].into_iter())
+    let mut truths: Vec<Truth> = (["x_mm", "y_mm", "z_mm", "alpha_deg", "beta_deg"].into_iter())
         .zip(touched.pose)
         .map(|(name, known)| {
             let label = match name {
@@ -117,6 +125,9 @@ fn of_mirror(mirror: &Mirror) -> Simulated {
             }
         })
         .collect();
+    if let mirror::Flaw::Bump(height_mm, _) = mirror.flaw {
+        truths.push(size_of_effect(0, 1e3 * height_mm));
+    }
     let mut files = vec![("case.toml", touched.case_toml), ("points.csv", touched.points_csv)];
     files.extend(touched.edge_csv.map(|text| ("edge.csv", text)));
     (files, truths)

@@ -71,3 +71,10 @@ pub(crate) fn coverage(loops: &[Held]) -> Coverage {
 pub(crate) fn truth(name: &'static str, value: String, std: String, known: f64) -> Truth {
     Truth { name, value, std, interval: None, known }
 }
+
+/// Amplitude `k` of the effect that was accepted.
+pub(crate) fn size_of_effect(k: usize, size: f64) -> Truth {
+    let (value, std) =
+        (format!("steps.0.parameters.{k}.value"), format!("steps.0.parameters.{k}.std"));
+    truth("size of the effect", value, std, size)
+}

@@ -1,7 +1,7 @@
 //! What is simulated, and what the answers should be.
 
 use super::machines;
-use super::situation::{Simulated, Situation, Truth, truth};
+use super::situation::{Simulated, Situation, size_of_effect, truth};
 use crate::generators::polish::{self, Flaw, Run};
 use crate::generators::polish_tables;
 use crate::generators::press::{self, Fault, Role, Session};
@@ -32,6 +32,10 @@ pub(crate) fn situations() -> Vec<Situation> {
         }),
         frame("one bad point", Some("bad-point"), |seed| {
             let defect = Defect::BadPoint(8, [0.01, -0.02, 0.03]);
+            of_survey(&Survey { defect, ..Survey::new(seed) })
+        }),
+        frame("a stand that sets, 40 µm", Some("drift"), |seed| {
+            let defect = Defect::Settling([0.02, -0.01, 0.03], 0.1);
             of_survey(&Survey { defect, ..Survey::new(seed) })
         }),
         press("nothing missing", None, |seed| of_session(&located(seed, Fault::None))),
@@ -116,13 +120,6 @@ fn of_survey(scene: &Survey) -> Simulated {
     };
     truths.extend(sizes.iter().enumerate().map(|(k, size)| size_of_effect(k, *size)));
     (vec![("case.toml", surveyed.case_toml), ("pairs.csv", surveyed.pairs_csv)], truths)
-}
-
-/// Amplitude `k` of the effect that was accepted.
-fn size_of_effect(k: usize, size: f64) -> Truth {
-    let (value, std) =
-        (format!("steps.0.parameters.{k}.value"), format!("steps.0.parameters.{k}.std"));
-    truth("size of the effect", value, std, size)
 }
 
 fn located(seed: u64, fault: Fault) -> Session {

@@ -10,6 +10,9 @@ use crate::{Effect, Model, State};
 /// beyond which the course is a straight line with a bend, and a drift is called so.
 const SHARES: [f64; 6] = [0.03, 0.05, 0.08, 0.12, 0.18, 0.27];
 
+/// Steps of the time constant once one is found, either way.
+const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
+
 /// A first-order course, `1 − exp(−t/τ)`: a spindle or a stand that warms up, a pad that sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settling {
@@ -62,18 +65,26 @@ pub fn clearest_settling(
     }
     let residual = LookedThrough::of(model, at);
     let searched = SHARES.len();
-    let tried = SHARES.map(|share| Settling { time_constant: two_digits(share * span), searched });
-    let explained = |settling: Settling| {
+    let explained = |time_constant: f64| {
+        let settling = Settling { time_constant: three_digits(time_constant), searched };
         let columns = tangent(settling).select_rows(residual.rows());
         let left = residual.left_of(residual.whitened(columns));
         Some((residual.explained(&left)?, left.ncols(), settling))
     };
-    let all = tried.into_iter().filter_map(explained);
-    let (most, columns, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let all = SHARES.iter().filter_map(|share| explained(share * span));
+    let (mut most, columns, mut best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    for step in REFINED {
+        for factor in [1.0 / step, step] {
+            let moved = explained(best.time_constant * factor);
+            if let Some((more, _, settling)) = moved.filter(|(more, ..)| *more > most) {
+                (most, best) = (more, settling);
+            }
+        }
+    }
     (residual.p_value(most, columns) * count(searched) <= FALSE_ALARM).then_some(best)
 }
 
-/// Rounded to two significant digits, as it is printed.
-fn two_digits(value: f64) -> f64 {
-    format!("{value:.1e}").parse().unwrap_or(value)
+/// Rounded to three significant digits, as it is printed.
+fn three_digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
