@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
 /// Formatting, lints, tests, house rules, documentation, the real-time path, benches, fixtures.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     shell::cargo(&["fmt", "--all", "--", "--check"])?;
-    let lints = ["--all-targets", "--", "-D", "warnings"];
+    let lints = ["--release", "--all-targets", "--", "-D", "warnings"];
     let with = |start: &[&'static str]| [start, &lints].concat();
     shell::cargo(&with(&["clippy", "--workspace", "--all-features"]))?;
     for package in members_with_features()? {
@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     tidy::run(tidy::Arguments::default())?;
     shell::cargo_with(
-        &["doc", "--workspace", "--all-features", "--no-deps"],
+        &["doc", "--release", "--workspace", "--all-features", "--no-deps"],
         &[("RUSTDOCFLAGS", "-D warnings")],
     )?;
     realtime::run()?;

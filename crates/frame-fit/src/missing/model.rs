@@ -3,8 +3,8 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Parameter, Role, Row, Settling,
-    State, clearest_settling, resolution_of,
+    Covariate, Declared, Group, Layout, Origin, Parameter, Role, Row, Settling, State,
+    clearest_settling, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
@@ -120,27 +120,24 @@ impl<const D: usize> FrameModel<D> {
 
     /// The time constant with which the drift comes to rest, where the residual shows one.
     fn clearest_settling(&self) -> Option<Settling> {
-        let (_, elapsed) = self.drift()?;
-        let tangent = |settling: Settling| {
-            let with = self.clone().with_settling(Some(settling));
-            with.tangent(&State::start(&with), with.terms.len() - 1)
-        };
-        clearest_settling(self, &State::start(self), elapsed, tangent)
+        let (drift, elapsed) = self.drift()?;
+        clearest_settling(self, &State::start(self), drift, elapsed)
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.
-    fn drift(&self) -> Option<(&Effect, &[f64])> {
-        let all = self.declared.effects.iter().zip(&self.terms);
-        let mut drifts = all.filter(|(effect, _)| effect.id == "drift");
-        drifts.find_map(|(effect, term)| match term {
-            Term::Drift { elapsed } => Some((effect, &**elapsed)),
+    fn drift(&self) -> Option<(usize, &[f64])> {
+        let all = self.declared.effects.iter().zip(&self.terms).enumerate();
+        let mut drifts = all.filter(|(_, (effect, _))| effect.id == "drift");
+        drifts.find_map(|(index, (_, term))| match term {
+            Term::Drift { elapsed } => Some((index, &**elapsed)),
             _ => None,
         })
     }
 
     /// The model with that course of its drift in the catalogue.
     pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        let added = settling.zip(self.drift()).map(|(settling, (even, elapsed))| {
+        let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed))| {
+            let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "points" };
             (settling.effect(even, unit, "mm", 1.0), settling.course(elapsed))
         });

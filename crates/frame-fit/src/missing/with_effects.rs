@@ -146,7 +146,7 @@ impl<const D: usize> FrameModel<D> {
             let derivative = match *column {
                 Column::Base(parameter) => turned * fixed(&base.column(parameter).into_owned()),
                 Column::Amplitude { effect, parameter } => amplitude(effect, parameter),
-                Column::Empirical { .. } => SVector::zeros(),
+                Column::Empirical { .. } | Column::Place { .. } => SVector::zeros(),
             };
             jacobian.fixed_view_mut::<D, 1>(0, k).copy_from(&derivative);
         }

@@ -111,7 +111,7 @@ fn stepped(state: &State, column: Column, step: f64) -> State {
     match column {
         Column::Base(k) => state.base[k] += step,
         Column::Amplitude { effect, parameter } => state.amplitudes[effect][parameter] += step,
-        Column::Empirical { .. } => {}
+        Column::Empirical { .. } | Column::Place { .. } => {}
     }
     state
 }

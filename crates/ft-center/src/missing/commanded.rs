@@ -29,7 +29,7 @@ impl CommandedFrame {
                     PressEffect::DatumOffset => linear.column(parameter).into_owned(),
                     _ => Vector2::zeros(),
                 },
-                Column::Empirical { .. } => Vector2::zeros(),
+                Column::Empirical { .. } | Column::Place { .. } => Vector2::zeros(),
             };
             jacobian.fixed_view_mut::<2, 1>(0, k).copy_from(&moved);
             let is_scale = matches!(*column, Column::Amplitude { effect, .. }

@@ -161,6 +161,7 @@ impl PressModel {
                         jacobian.set_column(k, &added.rows(2 * o, 2));
                     }
                 }
+                Column::Place { .. } => {}
             }
         }
         jacobian

@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::{Model, State};
+
 /// One row and column of [`Closure::covariance`](crate::Closure::covariance).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
@@ -14,6 +16,15 @@ pub enum Column {
         /// Index into its amplitudes.
         parameter: usize,
     },
+    /// A coordinate of the place at which an effect was found by looking: a column of
+    /// [`Effect::by_place`](crate::Effect::by_place), times the amplitude. The place itself is no
+    /// part of a state.
+    Place {
+        /// Index into the catalogue.
+        effect: usize,
+        /// Index into its coordinates.
+        coordinate: usize,
+    },
     /// A coefficient of an entry of [`Closure::empirical`](crate::Closure::empirical).
     Empirical {
         /// Index into [`Closure::empirical`](crate::Closure::empirical).
@@ -21,6 +32,16 @@ pub enum Column {
         /// Index into its coefficients.
         coefficient: usize,
     },
+}
+
+impl Column {
+    /// What a unit of a coordinate of a place adds to every row of the residual; `None` of others.
+    #[must_use]
+    pub fn of_place(&self, model: &dyn Model, at: &State) -> Option<DVector<f64>> {
+        let Self::Place { effect, coordinate } = *self else { return None };
+        let by_place = model.declared().effects[effect].by_place.as_ref()?;
+        Some(by_place.column(coordinate) * at.amplitudes[effect][0])
+    }
 }
 
 /// A correction along a covariate that knows no cause, as fitted.

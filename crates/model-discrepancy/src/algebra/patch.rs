@@ -5,7 +5,7 @@
 //! residual away, if white noise shows one as clear in no more than one set of readings in a hundred;
 //! it says among how many it was found, and competes with every other effect.
 
-use nalgebra::{DMatrix, Point3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 
 use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
 use crate::count::count;
@@ -23,6 +23,9 @@ const FAR_OFF: usize = 2;
 const MOST_MIDDLES: usize = 400;
 /// Share of a patch that the fitted parameters must leave.
 const SEEN: f64 = 0.2;
+/// Mean square of the readings' scatter along a direction, over that along the longest, below which
+/// they do not show where the middle lies in it.
+const ON_A_LINE: f64 = 1e-4;
 /// Steps of the middle, as shares of the radius, and of the radius itself, once a patch is found.
 const REFINED: [f64; 3] = [0.5, 0.25, 0.125];
 /// Places and radius are rounded to this share of the radius, so that what is printed is what is used.
@@ -46,9 +49,10 @@ impl Patch {
         (-2.0 * (point_mm - self.center_mm).norm_squared() / self.radius_mm.powi(2)).exp()
     }
 
-    /// The effect `patch` of parts that are touched in mm: its height along the normal.
+    /// The effect `patch` of parts that are touched in mm, its height along the normal, where it
+    /// makes a residual lower; `places_mm` has the place of each row of the layout.
     #[must_use]
-    pub fn effect(&self) -> Effect {
+    pub fn effect(&self, places_mm: &[Option<Point3<f64>>]) -> Effect {
         let decimals = self.decimals();
         let [x, y, z, radius] =
             [self.center_mm.x, self.center_mm.y, self.center_mm.z, self.radius_mm]
@@ -61,7 +65,37 @@ impl Patch {
         let mut effect =
             Effect::new("patch", &text, vec![height]).about(&format!("({x}, {y}, {z}) mm"));
         effect.searched = self.searched;
+        effect.by_place = Some(self.by_place(places_mm));
         effect
+    }
+
+    /// What moving it along the surface, and widening it, does to the residual of each row, per unit
+    /// of its height.
+    fn by_place(&self, places_mm: &[Option<Point3<f64>>]) -> DMatrix<f64> {
+        let held: Vec<(f64, Vector3<f64>)> = (places_mm.iter().flatten())
+            .map(|place| (self.share(place), place - self.center_mm))
+            .collect();
+        let scatter: Matrix3<f64> =
+            held.iter().map(|(share, arm)| arm * arm.transpose() * *share).sum();
+        let eigen = scatter.symmetric_eigen();
+        let most = eigen.eigenvalues.max();
+        // The normal is the direction in which the readings scatter least; readings on a line show
+        // one direction alone.
+        let along =
+            |k: &usize| *k != eigen.eigenvalues.imin() && eigen.eigenvalues[*k] > ON_A_LINE * most;
+        let ways: Vec<Vector3<f64>> =
+            (0..3).filter(along).map(|k| eigen.eigenvectors.column(k).into_owned()).collect();
+        let mut by_place = DMatrix::zeros(places_mm.len(), ways.len() + 1);
+        for (mut row, place) in by_place.row_iter_mut().zip(places_mm) {
+            let Some(place) = place else { continue };
+            let arm = place - self.center_mm;
+            let slope = -4.0 * self.share(place) / self.radius_mm.powi(2);
+            for (value, way) in row.iter_mut().zip(&ways) {
+                *value = slope * way.dot(&arm);
+            }
+            row[ways.len()] = slope * arm.norm_squared() / self.radius_mm;
+        }
+        by_place
     }
 
     /// Decimals of the places as they are printed.
@@ -202,7 +236,7 @@ mod tests {
             let center_mm = Point3::new(1.0 / 3.0, -20.0 / 7.0, 1e-5) * radius_mm;
             let patch = Patch { center_mm, radius_mm, searched: 1 }.rounded();
             assert_eq!(patch.rounded(), patch);
-            let subject = patch.effect().subject.unwrap();
+            let subject = patch.effect(&[]).subject.unwrap();
             let place = subject.trim_matches(|c| "() m".contains(c)).split(',');
             let said: Vec<f64> = place.map(|v| v.trim().parse().unwrap()).collect();
             assert_eq!(said, patch.center_mm.coords.as_slice());

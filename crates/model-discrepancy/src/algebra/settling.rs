@@ -1,10 +1,8 @@
 //! A drift that comes to rest, found by looking for its time constant.
 
-use nalgebra::DMatrix;
-
 use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
 use crate::count::count;
-use crate::{Effect, Model, State};
+use crate::{Effect, Model, State, whole_tangent};
 
 /// Time constants that are tried, as shares of the series: from a few readings to a quarter of it,
 /// beyond which the course is a straight line with a bend, and a drift is called so.
@@ -51,23 +49,34 @@ impl Settling {
 /// The time constant with which a drift takes most of the residual of a model at `at`, a solution
 /// of its declared part; `None` where white noise might show one as clear.
 ///
-/// `elapsed` counts from the start of the series, one value per reading; `tangent` gives the trace
-/// of the drift, all rows of the layout, if it follows such a course.
+/// `drift` is the effect that goes on evenly, `elapsed` what its amplitudes are multiplied by: the
+/// time since the start of the series, one value per observation.
+#[must_use]
 pub fn clearest_settling(
     model: &dyn Model,
     at: &State,
+    drift: usize,
     elapsed: &[f64],
-    tangent: impl Fn(Settling) -> DMatrix<f64>,
 ) -> Option<Settling> {
     let span = elapsed.iter().copied().fold(0.0, f64::max);
     if !(span > 0.0 && span.is_finite()) || elapsed.iter().any(|t| *t < 0.0) {
         return None;
     }
     let residual = LookedThrough::of(model, at);
+    let rows = &model.declared().layout.rows;
+    let observations: Vec<usize> =
+        residual.rows().iter().map(|&row| rows[row].observation).collect();
+    let even = whole_tangent(model, at, drift).select_rows(residual.rows());
     let searched = SHARES.len();
     let explained = |time_constant: f64| {
         let settling = Settling { time_constant: three_digits(time_constant), searched };
-        let columns = tangent(settling).select_rows(residual.rows());
+        let course = settling.course(elapsed);
+        let mut columns = even.clone();
+        for (mut row, &observation) in columns.row_iter_mut().zip(&observations) {
+            // What has no time, as prior knowledge, no drift moves.
+            let passed = elapsed.get(observation).copied().filter(|t| *t > 0.0);
+            row *= passed.map_or(0.0, |t| course[observation] / t);
+        }
         let left = residual.left_of(residual.whitened(columns));
         Some((residual.explained(&left)?, left.ncols(), settling))
     };

@@ -271,6 +271,17 @@ impl<'a> System<'a> {
             .collect()
     }
 
+    /// Coordinates of the places at which effects that are switched on were found.
+    pub(crate) fn places(&self) -> Vec<Column> {
+        let effects = &self.model.declared().effects;
+        let of = |a: &Active| {
+            let effect = a.effect;
+            let coordinates = effects[effect].by_place.as_ref().map_or(0, DMatrix::ncols);
+            (0..coordinates).map(move |coordinate| Column::Place { effect, coordinate })
+        };
+        self.active.iter().flat_map(of).collect()
+    }
+
     /// The empirical corrections as fitted.
     pub(crate) fn corrections(&self, at: &Estimate) -> Vec<EmpiricalCorrection> {
         let correction = |(e, c): (&Empirical, &DVector<f64>)| EmpiricalCorrection {

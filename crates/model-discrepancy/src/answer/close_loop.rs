@@ -5,7 +5,7 @@ use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
 use crate::answer::contradiction::{chosen_instead, contradiction, without_names};
-use crate::answer::estimate::{covariance, noise_level, parameter_estimates};
+use crate::answer::estimate::{Uncertain, noise_level, parameter_estimates};
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::separation::{Further, Imitation, all_fitted, separate_by};
 use crate::answer::structure::structure;
@@ -110,14 +110,15 @@ pub fn close_loop(
         )
     }));
     let noise = noise_level(&chosen.system, &chosen.estimate, &rows);
+    let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, &keep);
     Ok(Closure {
         verdict: verdict(&context, &lin, &chosen, &remaining),
         not_observable: not_observable(&context, &declared, &base, &keep, &chosen),
         residuals_before: declared.residuals(&base).iter().copied().collect(),
         residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
-        covariance: covariance(&chosen.system, &chosen.estimate, &keep),
-        columns: chosen.system.columns(),
-        jacobian: chosen.system.jacobian(&chosen.estimate),
+        covariance: uncertain.covariance,
+        columns: uncertain.columns,
+        jacobian: uncertain.jacobian,
         alternatives: alternatives(&rows, &chosen, &attributions),
         variance_factor: noise.variance_factor,
         degrees_of_freedom: noise.degrees_of_freedom,

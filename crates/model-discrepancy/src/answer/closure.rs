@@ -31,7 +31,8 @@ pub struct Closure {
     pub confusable_ids: Vec<String>,
     /// Final base parameters and amplitudes.
     pub state: State,
-    /// Covariance of `[base, amplitudes of the steps, empirical coefficients]`, internal units.
+    /// Covariance of `[base, amplitudes of the steps, empirical coefficients, places at which
+    /// effects of the steps were found]`, internal units.
     ///
     /// Scaled by the variance factor where sigma was not declared, or was declared too small.
     pub covariance: DMatrix<f64>,

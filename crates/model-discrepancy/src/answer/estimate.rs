@@ -4,24 +4,61 @@ use crate::levels::TOO_NOISY;
 use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::ParameterEstimate;
 use crate::algebra::system::{Estimate, System, rows_of, whitened};
 use crate::choice::context::Context;
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::count::count;
+use crate::{Column, ParameterEstimate};
 
-/// Covariance of `[base, active amplitudes, empirical coefficients]` in internal units.
-///
-/// From the QR factor of the column-scaled, whitened Jacobian. Scaled by the variance factor
-/// where sigma was not declared, or where χ² shows that it was declared too small.
-pub(crate) fn covariance(system: &System<'_>, at: &Estimate, keep: &[bool]) -> DMatrix<f64> {
-    let p = system.dim();
+/// What a closed loop says of its parameters, places at which effects were found included.
+pub(crate) struct Uncertain {
+    /// What each row and column of the others is about.
+    pub(crate) columns: Vec<Column>,
+    /// Of the residual, all rows.
+    pub(crate) jacobian: DMatrix<f64>,
+    /// In internal units.
+    pub(crate) covariance: DMatrix<f64>,
+}
+
+impl Uncertain {
+    /// Of `[base, active amplitudes, empirical coefficients, places]`.
+    ///
+    /// From the QR factor of the column-scaled, whitened Jacobian. Scaled by the variance factor
+    /// where sigma was not declared, or where χ² shows that it was declared too small.
+    pub(crate) fn of(system: &System<'_>, at: &Estimate, keep: &[bool]) -> Self {
+        let places = system.places();
+        let jacobian = with_places(system, at, &places);
+        let columns = system.columns().into_iter().chain(places).collect();
+        let covariance = covariance(system, at, keep, &jacobian);
+        Self { columns, jacobian, covariance }
+    }
+}
+
+/// The Jacobian with a column for each coordinate of a place.
+fn with_places(system: &System<'_>, at: &Estimate, places: &[Column]) -> DMatrix<f64> {
+    let known = system.dim();
+    let mut jacobian = system.jacobian(at).resize_horizontally(known + places.len(), 0.0);
+    for (k, place) in places.iter().enumerate() {
+        if let Some(column) = place.of_place(system.model, &at.state) {
+            jacobian.set_column(known + k, &column);
+        }
+    }
+    jacobian
+}
+
+fn covariance(
+    system: &System<'_>,
+    at: &Estimate,
+    keep: &[bool],
+    jacobian: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let p = jacobian.ncols();
     if p == 0 {
         return DMatrix::zeros(0, 0);
     }
     let rows = rows_of(&system.model.declared().layout, keep);
-    let mut jacobian = whitened(&system.model.declared().layout, at, &rows, &system.jacobian(at));
+    let mut jacobian = whitened(&system.model.declared().layout, at, &rows, jacobian);
     let scale: Vec<_> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     for (mut column, scale) in jacobian.column_iter_mut().zip(&scale) {
         column.unscale_mut(*scale);
@@ -51,7 +88,8 @@ pub(crate) struct NoiseLevel {
 pub(crate) fn noise_level(system: &System<'_>, at: &Estimate, rows: &[usize]) -> NoiseLevel {
     let layout = &system.model.declared().layout;
     let declared = NoiseLevel { variance_factor: 1.0, degrees_of_freedom: None };
-    let Some(dof) = rows.len().checked_sub(system.dim()).filter(|&d| d > 0) else {
+    let fitted = system.dim() + system.places().len();
+    let Some(dof) = rows.len().checked_sub(fitted).filter(|&d| d > 0) else {
         return declared;
     };
     let all = system.residuals(at);
@@ -74,7 +112,7 @@ pub(crate) fn parameter_estimates(
     keep: &[bool],
     what: &What,
 ) -> Vec<ParameterEstimate> {
-    let covariance = covariance(&chosen.system, &chosen.estimate, keep);
+    let Uncertain { covariance, .. } = Uncertain::of(&chosen.system, &chosen.estimate, keep);
     let std = |i: usize| covariance[(i, i)].max(0.0).sqrt();
     let mut column = context.model.declared().base.len();
     for active in &chosen.system.active {

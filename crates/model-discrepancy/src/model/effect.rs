@@ -1,5 +1,7 @@
 //! An effect that a declared model may lack, as data.
 
+use nalgebra::DMatrix;
+
 /// A physical effect that the declared model lacks.
 ///
 /// [`Effect::new`] and the methods after it say only what is out of the ordinary.
@@ -20,6 +22,10 @@ pub struct Effect {
     /// How many like it were looked at in the same data to find it: its p-value is multiplied by
     /// that. One where it was not found by looking.
     pub searched: usize,
+    /// Where it was found by looking for its place, `∂² residual / ∂ amplitude ∂ place` by each
+    /// coordinate of that place: all rows of the layout, one column per coordinate. Such an effect
+    /// has one amplitude; uncertainties count its place as fitted.
+    pub by_place: Option<DMatrix<f64>>,
     /// What it moves.
     pub scope: Scope,
     /// Size that no amplitude of it has in the world, in internal units; `None` where none is too
@@ -56,6 +62,7 @@ impl Effect {
             description: description.to_owned(),
             driver: None,
             searched: 1,
+            by_place: None,
             scope: Scope::Everywhere,
             maximum: None,
             parameters,

@@ -123,19 +123,17 @@ impl Family {
     /// The base under each model, white first; without those under which it has no information.
     pub(crate) fn models(&self) -> impl Iterator<Item = &UnderModel> {
         let of = |step: usize| {
-            let whitening = self.whitening(count(step) / count(STEPS - 1))?;
+            let whitening = self.whitening(count(step) / count(STEPS - 1));
             UnderModel::new(&self.series, &self.base, whitening)
         };
         let models = self.models.iter().enumerate();
         models.filter_map(move |(step, model)| model.get_or_init(|| of(step)).as_ref())
     }
 
-    fn whitening(&self, share: f64) -> Option<Whitening> {
+    fn whitening(&self, share: f64) -> Whitening {
         match &self.kind {
-            Kind::Neighbours => Some(Whitening::Neighbours(MAX_PHI * share)),
-            Kind::Fractional => {
-                Some(Whitening::fractional(MAX_FRACTION * share, longest(&self.series)))
-            }
+            Kind::Neighbours => Whitening::Neighbours(MAX_PHI * share),
+            Kind::Fractional => Whitening::fractional(MAX_FRACTION * share, longest(&self.series)),
             Kind::Position(directions) => Whitening::read_along(MAX_PHI * share, directions),
         }
     }

@@ -1,6 +1,6 @@
 //! Noise whose successive values depend on each other, and what turns it white.
 
-use nalgebra::{DMatrix, DMatrixView, Vector3};
+use nalgebra::{DMatrix, DMatrixView, Matrix3, Vector3};
 
 use crate::count::count;
 
@@ -16,6 +16,22 @@ pub(crate) enum Whitening {
         /// Logarithm of the variance of each prediction.
         log_variances: Vec<f64>,
     },
+    /// The same where three coordinates are behind each value (Kalman 1960).
+    Filtered {
+        /// Correlation of successive positions.
+        phi: f64,
+        /// One per value of the series.
+        readings: Vec<ReadAlong>,
+    },
+}
+
+/// What one reading of a position says beside those before it.
+pub(crate) struct ReadAlong {
+    direction: Vector3<f64>,
+    /// By what the position is corrected, per unit of what was not predicted.
+    gain: Vector3<f64>,
+    /// Of the prediction.
+    variance: f64,
 }
 
 impl Whitening {
@@ -48,19 +64,18 @@ impl Whitening {
 
     /// Noise of a position, of which each coordinate is an autoregression with the correlation
     /// `phi`, read along the given unit vectors one after the other: `K_ij = φ^|i−j| dᵢ·dⱼ`.
-    pub(crate) fn read_along(phi: f64, directions: &[Vector3<f64>]) -> Option<Self> {
-        let n = directions.len();
-        let covariance = DMatrix::from_fn(n, n, |i, j| {
-            if i == j {
-                return 1.0;
-            }
-            let apart = i32::try_from(i.abs_diff(j)).unwrap_or(i32::MAX);
-            phi.powi(apart) * directions[i].dot(&directions[j])
-        });
-        let root = covariance.cholesky()?.unpack();
-        let log_variances = root.diagonal().iter().map(|v| 2.0 * v.ln()).collect();
-        let rows = root.solve_lower_triangular(&DMatrix::identity(n, n))?;
-        Some(Self::Predicted { rows, log_variances })
+    pub(crate) fn read_along(phi: f64, directions: &[Vector3<f64>]) -> Self {
+        // What the readings before leave unknown of the position.
+        let mut unknown = Matrix3::identity();
+        let mut read = |direction: &Vector3<f64>| {
+            let seen = unknown * direction;
+            let variance = direction.dot(&seen);
+            let gain = seen / variance;
+            let left = unknown - gain * seen.transpose();
+            unknown = left * (phi * phi) + Matrix3::identity() * (1.0 - phi * phi);
+            ReadAlong { direction: *direction, gain, variance }
+        };
+        Self::Filtered { phi, readings: directions.iter().map(&mut read).collect() }
     }
 
     /// Logarithm of the determinant of the noise's covariance.
@@ -72,6 +87,12 @@ impl Whitening {
             }
             Self::Predicted { log_variances, .. } => {
                 series.iter().map(|one| log_variances[..one.len()].iter().sum::<f64>()).sum()
+            }
+            Self::Filtered { readings, .. } => {
+                let of = |one: &Vec<usize>| -> f64 {
+                    readings[..one.len()].iter().map(|reading| reading.variance.ln()).sum()
+                };
+                series.iter().map(of).sum()
             }
         }
     }
@@ -99,6 +120,16 @@ impl Whitening {
                     };
                     for (&row, white) in one.iter().zip(white.row_iter()) {
                         out.row_mut(row).copy_from(&white);
+                    }
+                }
+                Self::Filtered { phi, readings } => {
+                    for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
+                        let mut position = Vector3::zeros();
+                        for (&row, reading) in one.iter().zip(readings) {
+                            let innovation = from[row] - reading.direction.dot(&position);
+                            to[row] = innovation / reading.variance.sqrt();
+                            position = (position + reading.gain * innovation) * *phi;
+                        }
                     }
                 }
             }
@@ -143,7 +174,7 @@ mod tests {
             let faded = (k..i).fold(share(k), |left, _| PHI * left);
             if k <= i { faded * directions[i][axis] } else { 0.0 }
         });
-        let whitening = Whitening::read_along(PHI, &directions).unwrap();
+        let whitening = Whitening::read_along(PHI, &directions);
         let white = whitening.apply(&[(0..N).collect()], &readings);
         let covariance = &white * white.transpose();
         assert!((covariance - DMatrix::identity(N, N)).amax() < ROUND_OFF);
@@ -155,7 +186,7 @@ mod tests {
     fn readings_that_all_look_one_way_are_an_autoregression() {
         let series = [(0..9).collect::<Vec<usize>>()];
         let columns = DMatrix::from_fn(9, 2, |i, j| count(3 * i + 5 * j).cos());
-        let along = Whitening::read_along(0.6, &[Vector3::z(); 9]).unwrap();
+        let along = Whitening::read_along(0.6, &[Vector3::z(); 9]);
         let neighbours = Whitening::Neighbours(0.6);
         let difference = along.apply(&series, &columns) - neighbours.apply(&series, &columns);
         assert!(difference.amax() < ROUND_OFF);

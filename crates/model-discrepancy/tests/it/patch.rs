@@ -66,7 +66,7 @@ fn its_place_is_found_and_the_loop_names_it() {
         assert!((patch.center_mm - middle).norm() < 8.0, "{patch:?}");
         let shares = places.iter().flatten().map(|p| -patch.share(p));
         model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, shares));
-        model.declared.effects.push(patch.effect());
+        model.declared.effects.push(patch.effect(&places));
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["patch"], "{:?}", closure.verdict);
@@ -76,10 +76,47 @@ fn its_place_is_found_and_the_loop_names_it() {
 }
 
 #[test]
+fn intervals_count_its_place_as_fitted() {
+    const PLATES: u64 = 200;
+    /// Standard deviations of a share that chance alone passes once in 400.
+    const CHANCE: f64 = 3.0;
+    let ratio = |n: u64| f64::from(u32::try_from(n).unwrap());
+    const HEIGHT_MM: f64 = -6e-3;
+    let middle = Point3::new(12.0, -9.0, 0.0);
+    let low = |p: &Point3<f64>| {
+        -HEIGHT_MM * (-2.0 * (p - middle).norm_squared() / 20.0_f64.powi(2)).exp()
+    };
+    let (mut counted, mut covered) = (0, [0; 2]);
+    for seed in 0..PLATES {
+        let (mut model, places) = plate(1000 + seed, low);
+        let Some(patch) = found(&model, &places) else { continue };
+        let shares = places.iter().flatten().map(|p| -patch.share(p));
+        model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, shares));
+        model.declared.effects.push(patch.effect(&places));
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        if closure.steps.len() != 1 {
+            continue;
+        }
+        counted += 1;
+        let plate_height = (closure.state.base[0], 0.0, 0);
+        let patch_height = (closure.state.amplitudes[0][0], -HEIGHT_MM, 3);
+        for (covered, (value, truth, k)) in covered.iter_mut().zip([plate_height, patch_height]) {
+            let sigma = closure.covariance[(k, k)].sqrt();
+            *covered += u64::from((value.abs() - f64::abs(truth)).abs() <= 1.96 * sigma);
+        }
+    }
+    assert!(counted > PLATES * 9 / 10);
+    for covered in covered {
+        let share = ratio(covered) / ratio(counted);
+        assert!((share - 0.95).abs() <= CHANCE * (0.95 * 0.05 / ratio(counted)).sqrt(), "{share}");
+    }
+}
+
+#[test]
 fn what_it_says_of_its_place_is_what_it_uses() {
     let (model, places) = plate(7, |p| 0.02 * (-(p.coords.norm_squared()) / 200.0).exp());
     let patch = found(&model, &places).unwrap();
-    let text = patch.effect().subject.unwrap();
+    let text = patch.effect(&places).subject.unwrap();
     let said: Vec<f64> = (text.trim_matches(|c| "() m".contains(c)).split(','))
         .map(|number| number.trim().parse().unwrap())
         .collect();

@@ -160,7 +160,7 @@ impl<'a> Held<'a> {
                 Column::Amplitude { effect, parameter } => {
                     state.amplitudes[effect][parameter] += step;
                 }
-                Column::Empirical { .. } => {}
+                Column::Empirical { .. } | Column::Place { .. } => {}
             }
         }
         state
@@ -173,12 +173,22 @@ impl<'a> Held<'a> {
             residuals += correction.added();
         }
         for (column, step) in self.fitted.columns.iter().zip(steps.iter()) {
-            if let Column::Empirical { correction, coefficient } = *column {
-                let moved = self.fitted.empirical[correction].columns.column(coefficient);
+            if let Some(moved) = self.moved_by(column) {
                 residuals.axpy(*step, &moved, 1.0);
             }
         }
         residuals
+    }
+
+    /// What a unit of a column that is no part of a state adds to every row.
+    fn moved_by(&self, column: &Column) -> Option<DVector<f64>> {
+        match *column {
+            Column::Empirical { correction, coefficient } => {
+                let columns = &self.fitted.empirical[correction].columns;
+                Some(columns.column(coefficient).into_owned())
+            }
+            _ => column.of_place(self.model, self.fitted.state),
+        }
     }
 
     fn chi2(&self, steps: &DVector<f64>) -> f64 {
@@ -239,9 +249,10 @@ impl<'a> Held<'a> {
                 Column::Amplitude { effect, parameter } => {
                     all.set_column(k, &whole_tangent(self.model, &state, effect).column(parameter));
                 }
-                Column::Empirical { correction, coefficient } => {
-                    let columns = &self.fitted.empirical[correction].columns;
-                    all.set_column(k, &columns.column(coefficient));
+                Column::Empirical { .. } | Column::Place { .. } => {
+                    if let Some(moved) = self.moved_by(column) {
+                        all.set_column(k, &moved);
+                    }
                 }
             }
         }

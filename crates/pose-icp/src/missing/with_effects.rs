@@ -41,7 +41,7 @@ impl PoseModel {
                     Term::Pose(parameters) => parameters.get(parameter).copied(),
                     _ => None,
                 },
-                Column::Empirical { .. } => None,
+                Column::Empirical { .. } | Column::Place { .. } => None,
             };
             if let Some(moved) = moved {
                 along.column_mut(k).copy_from(&to_pose.column(moved));

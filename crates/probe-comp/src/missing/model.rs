@@ -1,5 +1,5 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Model, Origin, Patch, Role, Row, Settling, State,
+    Covariate, Declared, Effect, Group, Layout, Origin, Patch, Role, Row, Settling, State,
     clearest_patch, clearest_settling, resolution_of,
 };
 mod discrepancy;
@@ -144,35 +144,36 @@ impl ProbeModel {
         })
     }
 
+    /// Where each row lies; prior knowledge has no place.
+    fn places_mm(&self) -> Vec<Option<Point3<f64>>> {
+        let mut places: Vec<_> = self.feet.iter().map(|foot| Some(foot.point_mm)).collect();
+        places.resize(self.declared.layout.rows.len(), None);
+        places
+    }
+
     /// The clearest patch of the part that the declared model leaves in the residual.
     fn clearest_patch(&self) -> Option<Patch> {
-        let mut places: Vec<_> = self.feet.iter().map(|foot| Some(foot.point_mm)).collect();
-        places.resize(self.declared.layout.observations.len(), None);
-        clearest_patch(self, &State::start(self), &places)
+        clearest_patch(self, &State::start(self), &self.places_mm())
     }
 
     /// The model with that patch in its catalogue.
     pub(crate) fn with_patch(mut self, patch: Option<Patch>) -> Self {
         self.patch = patch;
-        self.declared.effects.extend(patch.map(|patch| patch.effect()));
+        let effect = patch.map(|patch| patch.effect(&self.places_mm()));
+        self.declared.effects.extend(effect);
         self.terms.extend(patch.map(Term::Patch));
         self
     }
 
     /// The time constant with which the drift comes to rest, where the residual shows one.
     fn clearest_settling(&self) -> Option<Settling> {
-        let (_, elapsed, _) = self.drift()?;
-        let tangent = |settling: Settling| {
-            let with = self.clone().with_settling(Some(settling));
-            with.tangent(&State::start(&with), with.terms.len() - 1)
-        };
-        clearest_settling(self, &State::start(self), elapsed, tangent)
+        let (drift, elapsed, _) = self.drift()?;
+        clearest_settling(self, &State::start(self), drift, elapsed)
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
-    fn drift(&self) -> Option<(&Effect, &[f64], &[usize])> {
-        let mut all = self.declared.effects.iter().zip(&self.terms);
-        all.find_map(|(effect, term)| match term {
+    fn drift(&self) -> Option<(usize, &[f64], &[usize])> {
+        self.terms.iter().enumerate().find_map(|(effect, term)| match term {
             Term::Drift { elapsed, axes } => Some((effect, &**elapsed, &**axes)),
             _ => None,
         })
@@ -180,7 +181,8 @@ impl ProbeModel {
 
     /// The model with that course of its drift in the catalogue.
     pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        let added = settling.zip(self.drift()).map(|(settling, (even, elapsed, axes))| {
+        let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed, axes))| {
+            let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "touches" };
             let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
             (settling.effect(even, unit, "µm", 1e3), term)
