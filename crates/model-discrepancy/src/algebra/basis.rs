@@ -157,6 +157,16 @@ impl Basis {
         self.view().select_rows(rows)
     }
 
+    /// Squared length of what the basis holds of a column that has these values in these rows and is
+    /// zero elsewhere.
+    pub(crate) fn square_along(&self, terms: &[(usize, f64)]) -> f64 {
+        let along = |k: usize| -> f64 {
+            let q = self.column(k);
+            terms.iter().map(|&(row, value)| value * q[row]).sum()
+        };
+        (0..self.dim).map(|k| along(k).powi(2)).sum()
+    }
+
     /// Columns from `first` on, as a matrix.
     pub(crate) fn columns_from(&self, first: usize) -> DMatrix<f64> {
         self.view().columns(first, self.dim - first).into_owned()

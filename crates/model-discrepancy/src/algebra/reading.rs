@@ -24,9 +24,8 @@ impl Reading {
 
     /// Square of what a basis leaves of the reading, of one.
     pub(crate) fn left_by(&self, basis: &Basis) -> f64 {
-        let rows: Vec<usize> = self.terms.iter().map(|(row, _)| *row).collect();
-        let shares = DVector::from_iterator(rows.len(), self.terms.iter().map(|(_, s)| *s));
-        (shares.norm_squared() - basis.rows(&rows).tr_mul(&shares).norm_squared()).max(0.0)
+        let whole: f64 = self.terms.iter().map(|(_, share)| share * share).sum();
+        (whole - basis.square_along(&self.terms)).max(0.0)
     }
 
     /// As a column of `rows` rows.

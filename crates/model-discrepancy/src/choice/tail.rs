@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
-use crate::algebra::reading::Reading;
 use crate::choice::candidate::Candidate;
 use crate::levels::{IN_TAILS, STAY};
 use crate::noise::linear::Linear;
@@ -56,12 +55,10 @@ fn carried_by(
 ) -> Option<usize> {
     let added = Basis::of(&candidate.beside, NEW_DIRECTION.sqrt());
     let explained = residual - added.reject(residual);
+    let squares = (lin.noise.free_readings(lin).iter())
+        .map(|(reading, left)| (reading.of(&explained).powi(2) / left, reading.observation));
+    let (_, observation) = squares.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let readings = lin.readings();
-    let square = |r: &&Reading| r.of(&explained).powi(2) / r.left_by(&lin.basis);
-    let is_free = |r: &&Reading| r.left_by(&lin.basis) > 0.0;
-    let farthest =
-        readings.iter().filter(is_free).max_by(|a, b| square(a).total_cmp(&square(b)))?;
-    let observation = farthest.observation;
     let own = readings.iter().filter(|r| r.observation == observation);
     let columns: Vec<_> = own.map(|r| r.column(lin.rows.len())).collect();
     let alone = DMatrix::from_columns(&columns);

@@ -8,6 +8,7 @@ use crate::algebra::f_tail::f_tail;
 use crate::algebra::linearised::Linearised;
 use crate::algebra::linearised::groups_are_runs;
 use crate::algebra::raw_observations::RawObservations;
+use crate::algebra::reading::Reading;
 use crate::count::count;
 use crate::levels::MIN_CLUSTERS;
 use crate::noise::whitening::Whitening;
@@ -36,12 +37,22 @@ pub(crate) struct NoiseModels {
     neighbours_in_readings: OnceLock<Option<Family>>,
     fractional_in_readings: OnceLock<Option<Family>>,
     position: OnceLock<Option<Family>>,
+    free: OnceLock<Vec<(Reading, f64)>>,
 }
 
 impl NoiseModels {
     /// What the rows are combinations of, where they are.
     pub(crate) fn readings(&self, lin: &Linearised<'_>) -> Option<&RawObservations> {
         self.readings.get_or_init(|| RawObservations::of(lin)).as_ref()
+    }
+
+    /// Readings of which the system leaves anything, and the square of what it leaves, of one.
+    pub(crate) fn free_readings(&self, lin: &Linearised<'_>) -> &[(Reading, f64)] {
+        let of = |reading: Reading| {
+            let left = reading.left_by(&lin.basis);
+            (left > 0.0).then_some((reading, left))
+        };
+        self.free.get_or_init(|| lin.readings().into_iter().filter_map(of).collect())
     }
 
     /// Noise of which neighbours agree.

@@ -190,12 +190,36 @@ fn cluster_robust(lin: &Linear<'_>, added: &Basis, full: &Basis) -> f64 {
     f_tail(wald * dof / (eta * count(m)), count(m), dof)
 }
 
+/// `M_gᵀ·M_g` and `K_g` of a cluster.
+type Adjusted = (DMatrix<f64>, DMatrix<f64>);
+
+/// Degrees of freedom of the Wishart law that matches the total variance of CR2: of the products
+/// `P` of all pairs of clusters, `(tr P)² + tr P²`, with `P = M_gᵀ·M_g − K_gᵀ·K_g` of a cluster with
+/// itself, else `−K_gᵀ·K_h`.
+fn satterthwaite(adjusted: &[Adjusted], m: usize) -> f64 {
+    let columns = adjusted.first().map_or(0, |(_, k)| k.nrows());
+    let shared = if 2 * columns < adjusted.len() {
+        of_pairs_by_moments(adjusted, columns, m)
+    } else {
+        of_pairs(adjusted, m)
+    };
+    let own = adjusted.iter().map(|(whole, k)| {
+        let product = k.tr_mul(k);
+        squares(&(whole - &product)) - squares(&product)
+    });
+    count(m * (m + 1)) / (shared + own.sum::<f64>())
+}
+
+/// `(tr P)² + tr P²`.
+fn squares(product: &DMatrix<f64>) -> f64 {
+    product.trace().powi(2) + product.dot(&product.transpose())
+}
+
 /// Clusters whose products with the others are found together.
 const TOGETHER: usize = 32;
 
-/// Degrees of freedom of the Wishart law that matches the total variance of CR2: of the products
-/// `P` of all pairs of clusters, `(tr P)² + tr P²`.
-fn satterthwaite(adjusted: &[(DMatrix<f64>, DMatrix<f64>)], m: usize) -> f64 {
+/// Sum of [`squares`] of `K_gᵀ·K_h` over all pairs, pair by pair.
+fn of_pairs(adjusted: &[Adjusted], m: usize) -> f64 {
     let columns: Vec<_> = adjusted.iter().flat_map(|(_, k)| k.column_iter()).collect();
     let all = DMatrix::from_columns(&columns);
     let mut total = 0.0;
@@ -205,17 +229,29 @@ fn satterthwaite(adjusted: &[(DMatrix<f64>, DMatrix<f64>)], m: usize) -> f64 {
         let products = some * all.columns_range(m * start..);
         for g in start..end {
             for h in g..adjusted.len() {
-                let mut product = -products.view((m * (g - start), m * (h - start)), (m, m));
-                if g == h {
-                    product += &adjusted[g].0;
-                }
-                let term = product.trace().powi(2) + product.dot(&product.transpose());
+                let product = products.view((m * (g - start), m * (h - start)), (m, m));
+                let term = squares(&product.into_owned());
                 // A pair and the same the other way round.
                 total += if g == h { term } else { 2.0 * term };
             }
         }
     }
-    count(m * (m + 1)) / total
+    total
+}
+
+/// The same by the second moments of the entries of `K`, `Σ_g K_ai·K_bj`: `Σ W²_(ai)(bj)` and
+/// `Σ W_(ai)(bj)·W_(aj)(bi)`, for many clusters beside few columns.
+fn of_pairs_by_moments(adjusted: &[Adjusted], columns: usize, m: usize) -> f64 {
+    let entries = adjusted.iter().flat_map(|(_, k)| k.iter().copied());
+    let all = DMatrix::from_iterator(columns * m, adjusted.len(), entries);
+    let moments = &all * all.transpose();
+    let mut crossed = 0.0;
+    for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        let block = |i, j| moments.view((columns * i, columns * j), (columns, columns));
+        // W_(aj)(bi) is the block of j and i.
+        crossed += block(i, j).dot(&block(j, i));
+    }
+    moments.norm_squared() + crossed
 }
 
 /// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the smaller of `Qᵀ·Q` and `Q·Qᵀ`; `None` where these
@@ -261,6 +297,22 @@ mod tests {
 
     /// Readings of one group each.
     const N: usize = 40;
+    /// Of sums over some thousand products.
+    const ROUND_OFF: f64 = 1e-12;
+
+    #[test]
+    fn moments_give_what_all_pairs_give() {
+        let wave = |of: usize| move |i: usize, j: usize| (0.7 * count(i * of + 3 * j * j)).sin();
+        let cluster = |g: usize| {
+            (DMatrix::from_fn(2, 2, wave(g + 5)), DMatrix::from_fn(4, 2, wave(2 * g + 1)))
+        };
+        let adjusted: Vec<Adjusted> = (0..9).map(cluster).collect();
+        let by_hand: f64 = (adjusted.iter())
+            .flat_map(|(_, g)| adjusted.iter().map(move |(_, h)| squares(&(g.transpose() * h))))
+            .sum();
+        assert!((of_pairs(&adjusted, 2) / by_hand - 1.0).abs() < ROUND_OFF);
+        assert!((of_pairs_by_moments(&adjusted, 4, 2) / by_hand - 1.0).abs() < ROUND_OFF);
+    }
 
     #[test]
     fn a_column_that_the_base_holds_is_no_direction() {
