@@ -78,10 +78,10 @@ fn its_place_is_found_and_the_loop_names_it() {
 #[test]
 fn intervals_count_its_place_as_fitted() {
     const PLATES: u64 = 200;
+    const HEIGHT_MM: f64 = -6e-3;
     /// Standard deviations of a share that chance alone passes once in 400.
     const CHANCE: f64 = 3.0;
     let ratio = |n: u64| f64::from(u32::try_from(n).unwrap());
-    const HEIGHT_MM: f64 = -6e-3;
     let middle = Point3::new(12.0, -9.0, 0.0);
     let low = |p: &Point3<f64>| {
         -HEIGHT_MM * (-2.0 * (p - middle).norm_squared() / 20.0_f64.powi(2)).exp()
