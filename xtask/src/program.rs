@@ -40,7 +40,8 @@ impl Truing {
             "--release",
             "--workspace",
             "--all-features",
-            "--bins",
+            "--bin",
+            "truing",
             "--examples",
         ])?;
         let metadata = shell::metadata(false)?;

@@ -22,7 +22,7 @@ pub(crate) fn run() -> Result<()> {
     );
     let test = ["test", "--release", "--workspace", "--all-features"];
     shell::cargo(&[&test[..], &["--doc"]].concat())?;
-    shell::cargo(&[&test[..], &["--lib", "--bins", "--tests"]].concat())
+    shell::cargo(&[&test[..], &["--tests"]].concat())
 }
 
 /// Builds the examples of every crate; paths of the programs.

@@ -8,6 +8,7 @@ mod dependencies;
 mod fixtures;
 mod source;
 mod suffixes;
+mod tested;
 mod text;
 
 use anyhow::{Result, bail};
@@ -66,6 +67,7 @@ fn findings(write: bool) -> Result<Vec<Finding>> {
     findings.extend(source::check(&files)?);
     findings.extend(suffixes::check(&files)?);
     findings.extend(fixtures::check(&files)?);
+    findings.extend(tested::check(&metadata, &files)?);
     Ok(findings)
 }
 

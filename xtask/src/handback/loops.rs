@@ -86,6 +86,11 @@ pub(super) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
         .collect()
 }
 
+/// Whether a drift comes to rest, by its words.
+pub(super) fn comes_to_rest(step: &Value) -> bool {
+    step["description"].as_str().expect("words").contains("τ = ")
+}
+
 /// How far what comes to rest has come: `elapsed` in hours where there is a time, else as a share of so
 /// many rows.
 pub(super) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) -> f64 {

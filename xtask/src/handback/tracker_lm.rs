@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::Left;
 use super::folder::{Folder, Table};
-use super::loops::{accepted, amplitude, close, step, subjects};
+use super::loops::{accepted, amplitude, close, comes_to_rest, settled, step, subjects};
 use super::tracker_scenes::{EFFECTS, scenes};
 use crate::generators::vector::{add, cross, dot, norm, rotate, scale};
 
@@ -155,9 +155,13 @@ impl<'a> Survey<'a> {
         let mut station = self.place("stations", "station", name);
         for (subject, since) in [(None, self.since_middle(row)), (Some(name), self.time[row])] {
             if let Some(drift) = step(self.json, "station-drift", subject) {
-                let per = if self.timed { 3600.0 } else { 1.0 };
-                let rate = AXES.map(|axis| amplitude(drift, axis));
-                station = add(station, scale(since / per, rate));
+                let come = AXES.map(|axis| amplitude(drift, axis));
+                let share = if comes_to_rest(drift) {
+                    self.settled(drift, row, subject.is_some())
+                } else {
+                    since / if self.timed { 3600.0 } else { 1.0 }
+                };
+                station = add(station, scale(share, come));
             }
         }
         let angle = self.table.numbers("angle_deg")[row].to_radians();
@@ -219,6 +223,24 @@ impl<'a> Survey<'a> {
             }
         }
         longer
+    }
+
+    /// How far a stand has come that comes to rest: since the first reading of its own station, or,
+    /// where all move, since that of the run, less the mean over those of its station.
+    fn settled(&self, drift: &Value, row: usize, is_alone: bool) -> f64 {
+        let own = |&r: &usize| self.text("station", r) == self.text("station", row);
+        let rows: Vec<usize> = (0..self.table.rows()).filter(own).collect();
+        let first = |rows: &mut dyn Iterator<Item = usize>| {
+            rows.map(|r| self.time[r]).fold(f64::INFINITY, f64::min)
+        };
+        // Times are in seconds, or shares of the run.
+        let come = |passed: f64| settled(drift, passed, false, 2);
+        if is_alone {
+            return come(self.time[row] - first(&mut rows.iter().copied()));
+        }
+        let start = first(&mut (0..self.table.rows()));
+        let mean = rows.iter().map(|&r| come(self.time[r] - start)).sum::<f64>();
+        come(self.time[row] - start) - mean / super::as_f64(rows.len())
     }
 
     fn since_middle(&self, row: usize) -> f64 {

@@ -5,7 +5,9 @@
 
 use std::f64::consts::TAU;
 
-use model_discrepancy::{Covariate, Effect, Parameter, Scope};
+use model_discrepancy::{
+    Covariate, Declared, Effect, Layout, LinearModel, Parameter, Scope, State, clearest_settling,
+};
 use nalgebra::{DMatrix, DVector};
 
 use crate::axis_reading::{AxisMotion, AxisReading, distinct_targets};
@@ -99,6 +101,7 @@ impl AxisRun<'_> {
         terms.extend(self.waves());
         terms.extend(self.growth());
         terms.push(self.drift());
+        terms.extend(self.settling_drift());
         terms.extend(self.bad_points());
         terms
     }
@@ -285,24 +288,80 @@ impl AxisRun<'_> {
 
     /// Growth without a thermometer: even from the first reading to the last.
     fn drift(&self) -> AxisTerm {
+        let elapsed = self.elapsed();
+        let span = elapsed.iter().copied().fold(0.0, f64::max);
+        let span = if span > 0.0 { span } else { 1.0 };
+        let passed = elapsed.iter().map(|t| t / span).collect();
+        let text = "zero and length of the axis drift evenly from the first reading to the last";
+        let effect = Effect::new("drift", text, self.growing(", over the run"));
+        term(effect, self.grown(passed))
+    }
+
+    /// The same until it comes to rest, where what is left about the mean of every target and side
+    /// shows a time constant.
+    fn settling_drift(&self) -> Option<AxisTerm> {
+        let elapsed = self.elapsed();
+        let columns = self.grown(elapsed.clone());
+        let effect = Effect::new("drift", "zero and length of the axis drift", self.growing(""));
+        let model = self.about_the_means(effect.clone(), &columns)?;
+        let settling = clearest_settling(&model, &State::start(&model), 0, &elapsed)?;
+        let unit = if self.time().is_some() { "s" } else { "readings" };
+        let effect = settling.effect(&effect, unit, self.growing(", in the end"));
+        Some(term(effect, self.grown(settling.course(&elapsed))))
+    }
+
+    /// One effect beside a free mean of every target and side; `None` where too few readings repeat
+    /// to tell.
+    fn about_the_means(&self, effect: Effect, columns: &[Vec<f64>]) -> Option<LinearModel> {
+        let place =
+            |r: &AxisReading| (r.target.to_bits(), r.approach.map(|a| a.sign().is_sign_positive()));
+        let mut places: Vec<_> = self.readings.iter().map(place).collect();
+        let of_reading = places.clone();
+        places.sort_unstable();
+        places.dedup();
+        let n = self.readings.len();
+        if n < MIN_VISITS * places.len() {
+            return None;
+        }
+        let is_there = |i: usize, k: usize| f64::from(u8::from(of_reading[i] == places[k]));
+        let mean = |k: usize| parameter(&format!("mean {k}"), self.motion.deviation_unit(), 1.0);
+        let names = self.readings.iter().map(|r| r.name.clone());
+        let layout = Layout::scalars(names, self.motion.deviation_unit(), None);
+        let base = (0..places.len()).map(mean).collect();
+        Some(LinearModel {
+            declared: Declared::new(layout, base, vec![effect]),
+            residual: DVector::from_iterator(n, self.readings.iter().map(|r| r.deviation)),
+            base: DMatrix::from_fn(n, places.len(), is_there),
+            tangents: vec![DMatrix::from_fn(n, columns.len(), |i, k| columns[k][i])],
+            extended: Vec::new(),
+        })
+    }
+
+    /// Amplitudes of a drift.
+    fn growing(&self, when: &str) -> Vec<Parameter> {
         let (fine, factor) = self.motion.reported();
         let (ratio, per) = ratio(self.motion);
-        let time = self.covariates.iter().find(|c| c.name == TIME);
-        let times: Vec<f64> = match time {
-            Some(time) => time.values.clone(),
-            None => (0..self.readings.len()).map(count).collect(),
-        };
-        let low = times.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let span = if high > low { high - low } else { 1.0 };
-        let passed: Vec<f64> = times.iter().map(|t| (t - low) / span).collect();
-        let grown = self.readings.iter().zip(&passed).map(|(r, t)| r.target * t).collect();
-        let parameters = vec![
-            parameter("of the zero, over the run", fine, factor),
-            parameter("along the travel, over the run", ratio, per),
-        ];
-        let text = "zero and length of the axis drift evenly from the first reading to the last";
-        term(Effect::new("drift", text, parameters), vec![passed, grown])
+        vec![
+            parameter(&format!("of the zero{when}"), fine, factor),
+            parameter(&format!("along the travel{when}"), ratio, per),
+        ]
+    }
+
+    /// Zero and length that follow a course.
+    fn grown(&self, course: Vec<f64>) -> Vec<Vec<f64>> {
+        let grown = self.readings.iter().zip(&course).map(|(r, t)| r.target * t).collect();
+        vec![course, grown]
+    }
+
+    fn time(&self) -> Option<&Covariate> {
+        self.covariates.iter().find(|c| c.name == TIME)
+    }
+
+    /// Time since the first reading, or readings since.
+    fn elapsed(&self) -> Vec<f64> {
+        let Some(time) = self.time() else { return (0..self.readings.len()).map(count).collect() };
+        let low = time.values.iter().copied().fold(f64::INFINITY, f64::min);
+        time.values.iter().map(|t| t - low).collect()
     }
 
     fn bad_points(&self) -> impl Iterator<Item = AxisTerm> {

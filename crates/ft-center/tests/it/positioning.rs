@@ -357,6 +357,17 @@ fn what_an_axis_does_is_named_with_its_size() {
     assert_eq!(named(&drift), ["drift"]);
     assert!((amplitude(&drift, 0, 1) - 25.0).abs() < 3.0, "{:?}", drift.steps);
 
+    // A screw that has warmed up after a third of the run, under a profile and a reversal.
+    let warm = |t: f64, passed: f64| (-0.004 + 30e-6 * t) * -(-passed / 0.15).exp_m1();
+    let error = |t: f64, way: f64, passed: f64| warm(t, passed) + of_place(t) + 0.01 * way;
+    let settling = closed(&run(22, SIGMA_MM, error), &[], None);
+    let mut names = named(&settling);
+    names.sort();
+    assert_eq!(names, ["drift", "profile", "reversal"], "{:?}", settling.verdict);
+    let at = named(&settling).iter().position(|name| name == "drift").unwrap();
+    assert_eq!(settling.steps[at].subject.as_deref(), Some("settling"));
+    assert!((amplitude(&settling, at, 1) - 30.0).abs() < 4.0, "{:?}", settling.steps);
+
     let mut rng = ChaCha8Rng::seed_from_u64(19);
     let warm: Vec<f64> = (0..120).map(|_| 20.0 + rng.random_range(0.0..6.0)).collect();
     let mut readings = run(19, SIGMA_MM, |_, _, _| 0.0);

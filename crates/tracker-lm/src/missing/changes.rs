@@ -49,8 +49,9 @@ struct Visit {
     ranges: Vec<usize>,
 }
 
-/// Changes for the catalogue, in the order of things and readings.
-pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Offered> {
+/// Changes for the catalogue, in the order of things and readings, and the clearest that the residual
+/// shows.
+pub(crate) fn changes(fitted: &Fitted<'_>) -> (Vec<Offered>, Option<Change>) {
     let things = things(fitted.network);
     let mut found: Vec<Change> = Vec::new();
     for Thing { of, visits } in &things {
@@ -68,6 +69,7 @@ pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Offered> {
         .filter(|(p_value, _)| *p_value * count(trials) <= FALSE_ALARM)
         .collect();
     clear.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let clearest = clear.first().map(|(_, change)| *change);
     let by_run = found.into_iter().map(|change| Offered { change, searched: 1 });
     let seen = clear.into_iter().take(MOST_FOUND);
     let seen = seen.map(|(_, change)| Offered { change, searched: trials });
@@ -75,7 +77,26 @@ pub(crate) fn changes(fitted: &Fitted<'_>) -> Vec<Offered> {
     // What the run alone offers goes first, and is not searched for again.
     offered.sort_by_key(|o| (o.change.key(), o.searched));
     offered.dedup_by_key(|o| o.change);
-    offered
+    (offered, clearest)
+}
+
+impl Fitted<'_> {
+    /// What a change does to the rows, whitened.
+    pub(crate) fn tangent(&self, change: Change) -> DMatrix<f64> {
+        let survey = self.network.survey;
+        let column = |(r, sight): (usize, &Sight)| {
+            let touched = if change.touches(survey, r) { 1.0 / self.sigma_mm } else { 0.0 };
+            change.column(sight).iter().map(|v| v * touched).collect()
+        };
+        self.rows(&self.sights.iter().enumerate().map(column).collect::<Vec<_>>())
+    }
+
+    /// Whitened columns given for every range, as those of the rows: prior rows come last, and are of
+    /// no range.
+    pub(crate) fn rows(&self, of_ranges: &[Vec<f64>]) -> DMatrix<f64> {
+        let reduced = self.reduction.columns(of_ranges);
+        reduced.resize_vertically(self.residual.len(), 0.0)
+    }
 }
 
 impl Change {
@@ -171,6 +192,6 @@ fn clearest(fitted: &Fitted<'_>, thing: &Thing) -> Option<(f64, Change)> {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
+pub(crate) fn count(n: usize) -> f64 {
     n as f64
 }

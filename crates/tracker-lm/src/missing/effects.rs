@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 
 use crate::missing::change::{Change, Offered};
+use crate::missing::course::{self, Course, Courses};
 use crate::missing::moves::{Moves, Part};
 use crate::missing::sights::Sight;
 use crate::{Approach, Range, Step, Survey};
@@ -42,6 +43,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) approaches: &'a [Approach],
     /// Dead path of every range.
     pub(crate) dead_path_of: &'a [usize],
+    /// How stands move.
+    pub(crate) courses: &'a Courses,
 }
 
 /// The catalogue: effects of the whole run, then changes at the given steps.
@@ -133,22 +136,6 @@ impl Scene<'_> {
             *first = first.min(*time);
         }
         let since = |(range, time): (&Range, &f64)| time - locked[&(range.station, range.mount)];
-        self.survey.ranges.iter().zip(self.time).map(since).collect()
-    }
-
-    /// Time of every range from the mean of those of its station on: where a station is in the middle
-    /// of its readings is the station's own place, and says nothing of how far it moves.
-    fn since_middle(&self) -> Vec<f64> {
-        let mut sums = vec![(0.0, 0.0); self.survey.stations.len()];
-        for (range, time) in self.survey.ranges.iter().zip(self.time) {
-            let (sum, n) = &mut sums[range.station];
-            *sum += time;
-            *n += 1.0;
-        }
-        let since = |(range, time): (&Range, &f64)| {
-            let (sum, n) = sums[range.station];
-            time - sum / n
-        };
         self.survey.ranges.iter().zip(self.time).map(since).collect()
     }
 
@@ -259,27 +246,56 @@ fn prism(cosine: f64) -> f64 {
 
 fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
-    let text = format!("station {name} moves steadily while it measures");
-    let (unit, factor) = scene.rate();
-    let subject = Some(name.clone());
-    let parameters = coordinates(unit, factor);
-    let since = |r: usize| {
-        if scene.survey.ranges[r].station == station { scene.time[r] } else { 0.0 }
+    let course = &scene.courses.of_station[station];
+    let share = course::of_station(scene.survey, scene.time, station, course);
+    let words = |rest: Option<String>| match rest {
+        None => format!("station {name} moves steadily while it measures"),
+        Some(rest) => format!(
+            "station {name} moves and comes to rest since its first reading, at which its place is \
+             printed: {rest}"
+        ),
     };
-    scene.entry_that_moves("station-drift", subject, text, parameters, (Part::Station, since))
+    drift(scene, Some(name.clone()), words, course, &share)
 }
 
 /// Of all stands alike, or of the machine against them, as on a floor that warms up.
 fn common_drift(scene: &Scene<'_>) -> Entry {
-    let text =
-        "all stations move alike and steadily, or the machine moves against them; the place of \
-                each is that in the middle of its readings"
-            .to_owned();
-    let (unit, factor) = scene.rate();
-    let since = scene.since_middle();
+    let course = &scene.courses.of_all;
+    let share = course::of_all(scene.survey, scene.time, course);
+    let words = |rest: Option<String>| match rest {
+        None => {
+            "all stations move alike and steadily, or the machine moves against them; the place of \
+                 each is that in the middle of its readings"
+                .to_owned()
+        }
+        Some(rest) => format!(
+            "all stations move alike and come to rest, or the machine moves against them; the place \
+             of each is the mean over its readings: {rest}"
+        ),
+    };
+    drift(scene, None, words, course, &share)
+}
+
+/// Stands that move along a course; `words` says so, with the law of one that comes to rest.
+fn drift(
+    scene: &Scene<'_>,
+    subject: Option<String>,
+    words: impl Fn(Option<String>) -> String,
+    course: &Course,
+    share: &[f64],
+) -> Entry {
+    let (law, (unit, factor)) = match course.time_constant {
+        None => (None, scene.rate()),
+        Some(constant) => {
+            let unit = if scene.timed { "s" } else { "of the run" };
+            (Some(format!("1 − exp(−t/τ), τ = {constant} {unit}")), ("mm", 1.0))
+        }
+    };
     let parameters = coordinates(unit, factor);
-    let since = |r: usize| since[r];
-    scene.entry_that_moves("station-drift", None, text, parameters, (Part::Station, since))
+    let moves = (Part::Station, |r: usize| share[r]);
+    let mut entry = scene.entry_that_moves("station-drift", subject, words(law), parameters, moves);
+    entry.effect.searched = course.searched;
+    entry
 }
 
 fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {

@@ -2,6 +2,7 @@
 
 mod change;
 mod changes;
+mod course;
 pub(crate) mod effects;
 pub(crate) mod found;
 pub(crate) mod model;

@@ -16,6 +16,7 @@ use crate::gauge::StationChart;
 use crate::joint::Joint;
 use crate::missing::change::Offered;
 use crate::missing::changes::{Fitted, changes};
+use crate::missing::course::{Courses, courses};
 use crate::missing::effects::{Entry, Scene, approaches, catalogue};
 use crate::missing::moves::Moves;
 use crate::missing::reduction::{Reduction, one_column};
@@ -43,6 +44,7 @@ pub struct TrackerModel {
     pub(crate) solved: Solved,
     pub(crate) sights: Vec<Sight>,
     pub(crate) changes: Vec<Offered>,
+    pub(crate) courses: Courses,
     linear: LinearModel,
     /// Columns of every effect, range by range, mm.
     pub(crate) columns: Vec<Vec<Vec<f64>>>,
@@ -75,6 +77,8 @@ pub(crate) struct Solved {
 pub(crate) struct Choices {
     /// Changes in the catalogue.
     pub(crate) changes: Vec<Offered>,
+    /// How stands move in it.
+    pub(crate) courses: Courses,
     /// Ranges that rows are tied to; `None` leaves it to the geometry.
     pub(crate) tied: Option<HashSet<usize>>,
 }
@@ -134,15 +138,23 @@ impl TrackerModel {
         let residual = with_prior(&reduction.columns(&one_column(&residuals_mm)), &prior_residual);
         let residual = residual.column(0).into_owned();
         let layout = layout(&network, &reduction, &chart, sigma_mm, &options);
-        let changes = choices.map_or_else(
-            || {
-                found_changes(
-                    &network, &sights, &reduction, &layout, &residual, &jacobian, sigma_mm,
-                )
-            },
-            |choices| choices.changes.clone(),
-        );
         let time = elapsed(survey.ranges.len(), recorded.time_s.as_deref());
+        let (changes, courses) = choices.map_or_else(
+            || {
+                let (basis, residual) = whitened(&layout, &residual, &jacobian);
+                let fitted = Fitted {
+                    network: &network,
+                    sights: &sights,
+                    reduction: &reduction,
+                    basis: &basis,
+                    residual: &residual,
+                    sigma_mm,
+                };
+                let (changes, clearest) = changes(&fitted);
+                (changes, courses(&fitted, &time, clearest))
+            },
+            |choices| (choices.changes.clone(), choices.courses.clone()),
+        );
         let approaches = approaches(&survey.steps);
         let scene = Scene {
             survey: &survey,
@@ -152,6 +164,7 @@ impl TrackerModel {
             covariates: &recorded.covariates,
             approaches: &approaches,
             dead_path_of: &network.dead_path_of,
+            courses: &courses,
         };
         let entries = catalogue(&scene, &changes);
         let none =
@@ -184,6 +197,7 @@ impl TrackerModel {
             solved,
             sights,
             changes,
+            courses,
             linear,
             columns,
             moves,
@@ -194,7 +208,8 @@ impl TrackerModel {
     pub(crate) fn choices(&self) -> Choices {
         let rows = self.declared().layout.rows.iter().map(|row| row.observation);
         let tied = rows.filter(|&range| range < self.survey.ranges.len()).collect();
-        Choices { changes: self.changes.clone(), tied: Some(tied) }
+        let (changes, courses) = (self.changes.clone(), self.courses.clone());
+        Choices { changes, courses, tied: Some(tied) }
     }
 
     /// The declared model's calibration.
@@ -256,15 +271,13 @@ fn prior_rows(chart: &StationChart, point: &BorderedPoint) -> (DMatrix<f64>, DMa
     )
 }
 
-fn found_changes(
-    network: &Network<'_>,
-    sights: &[Sight],
-    reduction: &Reduction,
+/// Orthonormal basis of the shared parameters' columns, whitened, and the residual without what it
+/// explains.
+fn whitened(
     layout: &Layout,
     residual: &DVector<f64>,
     jacobian: &DMatrix<f64>,
-    sigma_mm: f64,
-) -> Vec<Offered> {
+) -> (DMatrix<f64>, DVector<f64>) {
     let mut whitened = jacobian.clone();
     let mut residual = residual.clone();
     for (i, row) in layout.rows.iter().enumerate() {
@@ -278,7 +291,7 @@ fn found_changes(
     let basis = whitened.qr().q();
     let along = basis.tr_mul(&residual);
     residual -= &basis * along;
-    changes(&Fitted { network, sights, reduction, basis: &basis, residual: &residual, sigma_mm })
+    (basis, residual)
 }
 
 /// One observation per range, and one for what is known of the stations beforehand.
