@@ -13,6 +13,8 @@ use crate::missing::moves::Part;
 
 /// Chance that a steady drift shows a time constant.
 const FALSE_ALARM: f64 = 0.01;
+/// The same below which a time constant is refined.
+const IN_SIGHT: f64 = 0.2;
 /// Time constants that are tried, as shares of the time that a drift is seen.
 const SHARES: [f64; 6] = [0.05, 0.1, 0.2, 0.35, 0.6, 1.0];
 /// Steps of the time constant once one is found, either way.
@@ -132,19 +134,25 @@ fn clearest(fitted: &Fitted<'_>, time: &[f64], share: impl Fn(&Course) -> Vec<f6
     };
     let tried = SHARES.iter().filter_map(|share| of(share * span));
     let Some(mut best) = tried.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Course::STEADY };
+    let chance = |most: f64| {
+        let left = fitted.residual.norm_squared() - most;
+        let parameters = fitted.basis.ncols() + WIDTH + 1;
+        let dof = count(fitted.residual.len().saturating_sub(parameters));
+        let f = (most - by_steady) / (left / dof);
+        let p_value = FisherSnedecor::new(1.0, dof).map_or(1.0, |law| law.sf(f.max(0.0)));
+        p_value * count(Course::settling(1.0).searched)
+    };
+    // A finer search does not make clear what was not in sight.
+    if chance(best.0) > IN_SIGHT {
+        return Course::STEADY;
+    }
     for step in REFINED {
         for factor in [1.0 / step, step] {
             best = of(best.1 * factor).filter(|moved| moved.0 > best.0).unwrap_or(best);
         }
     }
     let (most, constant) = best;
-    let course = Course::settling(constant);
-    let left = fitted.residual.norm_squared() - most;
-    let parameters = fitted.basis.ncols() + WIDTH + 1;
-    let dof = count(fitted.residual.len().saturating_sub(parameters));
-    let f = (most - by_steady) / (left / dof);
-    let p_value = FisherSnedecor::new(1.0, dof).map_or(1.0, |law| law.sf(f.max(0.0)));
-    if p_value * count(course.searched) <= FALSE_ALARM { course } else { Course::STEADY }
+    if chance(most) <= FALSE_ALARM { Course::settling(constant) } else { Course::STEADY }
 }
 
 /// Amplitudes of a stand that moves.
