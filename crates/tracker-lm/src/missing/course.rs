@@ -18,7 +18,7 @@ const IN_SIGHT: f64 = 0.2;
 /// Time constants that are tried, as shares of the time that a drift is seen.
 const SHARES: [f64; 6] = [0.05, 0.1, 0.2, 0.35, 0.6, 1.0];
 /// Steps of the time constant once one is found, either way.
-const REFINED: [f64; 4] = [1.3, 1.15, 1.07, 1.03];
+const REFINED: [f64; 6] = [1.3, 1.15, 1.07, 1.03, 1.015, 1.007];
 
 /// How far a stand has come, per unit of its amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]

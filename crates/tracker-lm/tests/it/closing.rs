@@ -120,25 +120,48 @@ fn backlash_is_found_and_its_half_is_not_left_in_the_errors() {
     }
 }
 
-#[test]
-fn a_station_on_a_warming_stand_is_found() {
-    let mut survey = simulate(&Plan { angles: 19, ..Plan::default() }, 24).survey;
-    let mut rng = ChaCha8Rng::seed_from_u64(5);
+/// A survey of which a station rises by `height_mm` along a course: of the share of the run that has
+/// passed, in whole steps or by the reading.
+fn rising(station: usize, height_mm: f64, by_reading: bool, course: impl Fn(f64) -> f64) -> Survey {
     let scene = simulate(&Plan { angles: 19, ..Plan::default() }, 24);
-    for range in survey.ranges.iter_mut().filter(|r| r.station == 1) {
-        let share = range.step as f64 / 18.0;
+    let mut survey = scene.survey.clone();
+    let n = survey.ranges.len() as f64 - 1.0;
+    for (index, range) in survey.ranges.iter_mut().enumerate().filter(|(_, r)| r.station == station)
+    {
         let rotation = crate::scene::rodrigues(
             &scene.survey.axis.direction,
             scene.survey.steps[range.step].angle_rad,
         );
         let target = scene.survey.axis.origin_mm.coords + rotation * scene.mounts_mm[range.mount];
-        let beam = (target - scene.stations_mm[1]).normalize();
-        // 10 µm upwards over the run.
-        range.displacement_mm -= 0.010 * share * beam.z + 1e-9 * gaussian(&mut rng);
+        let beam = (target - scene.stations_mm[station]).normalize();
+        let passed = if by_reading { index as f64 / n } else { range.step as f64 / 18.0 };
+        range.displacement_mm -= height_mm * course(passed) * beam.z;
     }
-    let (_, closure) = closed(survey);
+    survey
+}
+
+#[test]
+fn a_station_on_a_warming_stand_is_found() {
+    let (_, closure) = closed(rising(1, 0.010, false, |passed| passed));
     assert_eq!(closure.steps[0].effect, "station-drift", "{:?}", closure.steps);
     assert_eq!(closure.steps[0].subject.as_deref(), Some("S2"));
+    assert!(closure.steps[0].description.contains("steadily"), "{:?}", closure.steps);
+}
+
+#[test]
+fn a_station_that_comes_to_rest_is_found_with_its_time_constant() {
+    const SHARE: f64 = 0.15;
+    let (_, closure) = closed(rising(2, 0.04, true, |passed| -(-passed / SHARE).exp_m1()));
+    let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+    assert_eq!(names, ["station-drift"]);
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("S3"));
+    assert_eq!(closure.verdict, Verdict::Explained);
+    let said = closure.steps[0].description.split("τ = ").nth(1).expect("it comes to rest");
+    let constant: f64 = said.split(' ').next().unwrap().parse().unwrap();
+    // The curve is eighty times the noise high, seen at eight angles while it bends.
+    assert!((constant / SHARE - 1.0).abs() < 0.2, "{constant}");
+    let rise = &closure.steps[0].parameters[2];
+    assert!((rise.value - 0.04).abs() < 4.0 * rise.std, "{rise:?}");
 }
 
 /// Displacements that read too long in proportion, 40 ppm where `is_touched`.
