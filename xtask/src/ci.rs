@@ -16,16 +16,13 @@ pub(crate) struct Arguments {
 /// Formatting, lints, tests, house rules, documentation, the real-time path, benches, fixtures.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     shell::cargo(&["fmt", "--all", "--", "--check"])?;
-    lint(&["--workspace", "--all-features", "--all-targets"])?;
-    // Alone, each with what it asks for itself; then their tests and examples, all together.
-    let lean = members_with_features()?;
-    for package in lean.iter().filter(|package| *package != ASKS_FOR_MOST) {
-        lint(&["--package", package, "--no-default-features", "--lib"])?;
+    let lints = ["--release", "--all-targets", "--", "-D", "warnings"];
+    let with = |start: &[&'static str]| [start, &lints].concat();
+    shell::cargo(&with(&["clippy", "--workspace", "--all-features"]))?;
+    for package in members_with_features()? {
+        let start = ["clippy", "--package", &package, "--no-default-features"];
+        shell::cargo(&[&start[..], &lints].concat())?;
     }
-    let packages = lean.iter().flat_map(|package| ["--package", package]);
-    let together: Vec<&str> =
-        ["--no-default-features", "--all-targets"].into_iter().chain(packages).collect();
-    lint(&together)?;
     if !arguments.skip_tests {
         test::run()?;
     }
@@ -37,13 +34,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     realtime::run()?;
     bench::smoke()?;
     fixtures::run(&fixtures::Arguments { check: true })
-}
-
-/// What this one asks for of the crates that they share is what all together get.
-const ASKS_FOR_MOST: &str = "tracker-lm";
-
-fn lint(of: &[&str]) -> Result<()> {
-    shell::cargo(&[&["clippy", "--release"], of, &["--", "-D", "warnings"]].concat())
 }
 
 /// Members that can be built with less than all their features.

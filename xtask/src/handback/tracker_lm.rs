@@ -226,27 +226,34 @@ impl<'a> Survey<'a> {
     }
 
     /// How far a stand has come that comes to rest: since the first reading of its own station, or,
-    /// where all move, since that of the run, less the mean over those of its station.
+    /// where all move, since that of the run, from the mean over those of its station on.
     fn settled(&self, drift: &Value, row: usize, is_alone: bool) -> f64 {
-        let own = |&r: &usize| self.text("station", r) == self.text("station", row);
-        let rows: Vec<usize> = (0..self.table.rows()).filter(own).collect();
-        let first = |rows: &mut dyn Iterator<Item = usize>| {
-            rows.map(|r| self.time[r]).fold(f64::INFINITY, f64::min)
-        };
+        let earliest =
+            |rows: &[usize]| rows.iter().map(|&r| self.time[r]).fold(f64::INFINITY, f64::min);
         // Times are in seconds, or shares of the run.
-        let come = |passed: f64| settled(drift, passed, false, 2);
+        let come = |r: usize, start: f64| settled(drift, self.time[r] - start, false, 2);
         if is_alone {
-            return come(self.time[row] - first(&mut rows.iter().copied()));
+            return come(row, earliest(&self.of_its_station(row)));
         }
-        let start = first(&mut (0..self.table.rows()));
-        let mean = rows.iter().map(|&r| come(self.time[r] - start)).sum::<f64>();
-        come(self.time[row] - start) - mean / super::as_f64(rows.len())
+        let start = earliest(&(0..self.table.rows()).collect::<Vec<_>>());
+        self.about_middle(row, |r| come(r, start))
     }
 
     fn since_middle(&self, row: usize) -> f64 {
-        let own = |&r: &usize| self.text("station", r) == self.text("station", row);
-        let times: Vec<f64> = (0..self.table.rows()).filter(own).map(|r| self.time[r]).collect();
-        self.time[row] - times.iter().sum::<f64>() / super::as_f64(times.len())
+        self.about_middle(row, |r| self.time[r])
+    }
+
+    /// A value from its mean over the rows of the station on.
+    fn about_middle(&self, row: usize, value: impl Fn(usize) -> f64) -> f64 {
+        let rows = self.of_its_station(row);
+        let sum: f64 = rows.iter().map(|&r| value(r)).sum();
+        value(row) - sum / super::as_f64(rows.len())
+    }
+
+    /// Rows of the station that measured one.
+    fn of_its_station(&self, row: usize) -> Vec<usize> {
+        let is_own = |&r: &usize| self.text("station", r) == self.text("station", row);
+        (0..self.table.rows()).filter(is_own).collect()
     }
 
     fn since_lock_on(&self, row: usize) -> f64 {

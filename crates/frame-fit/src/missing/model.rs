@@ -139,9 +139,7 @@ impl<const D: usize> FrameModel<D> {
         let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed))| {
             let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "points" };
-            let amplitude = |p: &Parameter| Parameter::new(&p.name, "mm", 1.0);
-            let amplitudes = even.parameters.iter().map(amplitude).collect();
-            (settling.effect(even, unit, amplitudes), settling.course(elapsed))
+            (settling.effect(even, unit, "mm", 1.0), settling.course(elapsed))
         });
         if let Some((effect, elapsed)) = added {
             self.declared.effects.push(effect);

@@ -301,18 +301,23 @@ impl AxisRun<'_> {
     /// shows a time constant.
     fn settling_drift(&self) -> Option<AxisTerm> {
         let elapsed = self.elapsed();
-        let columns = self.grown(elapsed.clone());
-        let effect = Effect::new("drift", "zero and length of the axis drift", self.growing(""));
-        let model = self.about_the_means(effect.clone(), &columns)?;
+        let amplitudes = self.growing(", in the end");
+        let text = "zero and length of the axis drift";
+        let even =
+            term(Effect::new("drift", text, amplitudes.clone()), self.grown(elapsed.clone()));
+        let model = self.about_the_means(&even)?;
         let settling = clearest_settling(&model, &State::start(&model), 0, &elapsed)?;
-        let unit = if self.time().is_some() { "s" } else { "readings" };
-        let effect = settling.effect(&effect, unit, self.growing(", in the end"));
-        Some(term(effect, self.grown(settling.course(&elapsed))))
+        let (unit, (fine, factor)) =
+            (if self.time().is_some() { "s" } else { "readings" }, self.motion.reported());
+        let mut effect = settling.effect(&even.effect, unit, fine, factor);
+        // Zero and length have a unit each.
+        effect.parameters = amplitudes;
+        Some(AxisTerm { effect, columns: self.grown(settling.course(&elapsed)) })
     }
 
     /// One effect beside a free mean of every target and side; `None` where too few readings repeat
     /// to tell.
-    fn about_the_means(&self, effect: Effect, columns: &[Vec<f64>]) -> Option<LinearModel> {
+    fn about_the_means(&self, alone: &AxisTerm) -> Option<LinearModel> {
         let place =
             |r: &AxisReading| (r.target.to_bits(), r.approach.map(|a| a.sign().is_sign_positive()));
         let mut places: Vec<_> = self.readings.iter().map(place).collect();
@@ -329,10 +334,10 @@ impl AxisRun<'_> {
         let layout = Layout::scalars(names, self.motion.deviation_unit(), None);
         let base = (0..places.len()).map(mean).collect();
         Some(LinearModel {
-            declared: Declared::new(layout, base, vec![effect]),
+            declared: Declared::new(layout, base, vec![alone.effect.clone()]),
             residual: DVector::from_iterator(n, self.readings.iter().map(|r| r.deviation)),
             base: DMatrix::from_fn(n, places.len(), is_there),
-            tangents: vec![DMatrix::from_fn(n, columns.len(), |i, k| columns[k][i])],
+            tangents: vec![alone.tangent()],
             extended: Vec::new(),
         })
     }

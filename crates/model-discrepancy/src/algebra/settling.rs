@@ -2,7 +2,7 @@
 
 use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
 use crate::count::count;
-use crate::{Effect, Model, Parameter, State, whole_tangent};
+use crate::{Effect, Model, State, whole_tangent};
 
 /// Time constants that are tried, as shares of the series: from a few readings to a quarter of it,
 /// beyond which the course is a straight line with a bend, and a drift is called so.
@@ -26,9 +26,10 @@ impl Settling {
         elapsed.iter().map(|t| -(-t / self.time_constant).exp_m1()).collect()
     }
 
-    /// The effect for a drift that goes on evenly; its amplitudes are what it comes to in the end.
+    /// The effect for a drift that goes on evenly; its amplitudes, in units of their own, are what it
+    /// comes to in the end.
     #[must_use]
-    pub fn effect(&self, even: &Effect, time_unit: &str, amplitudes: Vec<Parameter>) -> Effect {
+    pub fn effect(&self, even: &Effect, time_unit: &str, unit: &str, report_factor: f64) -> Effect {
         let mut effect = even.clone();
         let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
         effect.subject = Some(format!("{subject}settling"));
@@ -37,7 +38,10 @@ impl Settling {
             even.description, self.time_constant
         );
         effect.searched = self.searched;
-        effect.parameters = amplitudes;
+        for parameter in &mut effect.parameters {
+            unit.clone_into(&mut parameter.unit);
+            parameter.report_factor = report_factor;
+        }
         effect
     }
 }

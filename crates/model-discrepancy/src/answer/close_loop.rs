@@ -5,7 +5,7 @@ use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
 use crate::answer::contradiction::{chosen_instead, contradiction, without_names};
-use crate::answer::estimate::{Uncertain, noise_level, parameter_estimates};
+use crate::answer::estimate::{Uncertain, parameter_estimates};
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::separation::{Further, Imitation, all_fitted, separate_by};
 use crate::answer::structure::structure;
@@ -109,7 +109,6 @@ pub fn close_loop(
              would weigh it less"
         )
     }));
-    let noise = noise_level(&chosen.system, &chosen.estimate, &rows);
     let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, &keep);
     Ok(Closure {
         verdict: verdict(&context, &lin, &chosen, &remaining),
@@ -120,8 +119,8 @@ pub fn close_loop(
         columns: uncertain.columns,
         jacobian: uncertain.jacobian,
         alternatives: alternatives(&rows, &chosen, &attributions),
-        variance_factor: noise.variance_factor,
-        degrees_of_freedom: noise.degrees_of_freedom,
+        variance_factor: uncertain.noise.variance_factor,
+        degrees_of_freedom: uncertain.noise.degrees_of_freedom,
         empirical: chosen.system.corrections(&chosen.estimate),
         state: chosen.estimate.state,
         before: summaries.before,

@@ -19,6 +19,8 @@ pub(crate) struct Uncertain {
     pub(crate) jacobian: DMatrix<f64>,
     /// In internal units.
     pub(crate) covariance: DMatrix<f64>,
+    /// That it goes by.
+    pub(crate) noise: NoiseLevel,
 }
 
 impl Uncertain {
@@ -30,8 +32,11 @@ impl Uncertain {
         let places = system.places();
         let jacobian = with_places(system, at, &places);
         let columns = system.columns().into_iter().chain(places).collect();
-        let covariance = covariance(system, at, keep, &jacobian);
-        Self { columns, jacobian, covariance }
+        let rows = rows_of(&system.model.declared().layout, keep);
+        let noise = noise_level(system, at, &rows);
+        let white = whitened(&system.model.declared().layout, at, &rows, &jacobian);
+        let covariance = covariance(white, noise.variance_factor);
+        Self { columns, jacobian, covariance, noise }
     }
 }
 
@@ -47,18 +52,12 @@ fn with_places(system: &System<'_>, at: &Estimate, places: &[Column]) -> DMatrix
     jacobian
 }
 
-fn covariance(
-    system: &System<'_>,
-    at: &Estimate,
-    keep: &[bool],
-    jacobian: &DMatrix<f64>,
-) -> DMatrix<f64> {
+/// Inverse of the information of whitened columns, times a factor.
+fn covariance(mut jacobian: DMatrix<f64>, factor: f64) -> DMatrix<f64> {
     let p = jacobian.ncols();
     if p == 0 {
         return DMatrix::zeros(0, 0);
     }
-    let rows = rows_of(&system.model.declared().layout, keep);
-    let mut jacobian = whitened(&system.model.declared().layout, at, &rows, jacobian);
     let scale: Vec<_> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     for (mut column, scale) in jacobian.column_iter_mut().zip(&scale) {
         column.unscale_mut(*scale);
@@ -67,7 +66,6 @@ fn covariance(
     let Some(inverse) = r.solve_upper_triangular(&DMatrix::identity(p, p)) else {
         return DMatrix::from_element(p, p, f64::INFINITY);
     };
-    let factor = noise_level(system, at, &rows).variance_factor;
     let mut covariance = &inverse * inverse.transpose() * factor;
     for i in 0..p {
         for j in 0..p {

@@ -30,8 +30,8 @@ pub(crate) struct ReadAlong {
     direction: Vector3<f64>,
     /// By what the position is corrected, per unit of what was not predicted.
     gain: Vector3<f64>,
-    /// Of the prediction.
-    variance: f64,
+    /// Standard deviation of the prediction.
+    std: f64,
 }
 
 impl Whitening {
@@ -73,7 +73,7 @@ impl Whitening {
             let gain = seen / variance;
             let left = unknown - gain * seen.transpose();
             unknown = left * (phi * phi) + Matrix3::identity() * (1.0 - phi * phi);
-            ReadAlong { direction: *direction, gain, variance }
+            ReadAlong { direction: *direction, gain, std: variance.sqrt() }
         };
         Self::Filtered { phi, readings: directions.iter().map(&mut read).collect() }
     }
@@ -90,7 +90,7 @@ impl Whitening {
             }
             Self::Filtered { readings, .. } => {
                 let of = |one: &Vec<usize>| -> f64 {
-                    readings[..one.len()].iter().map(|reading| reading.variance.ln()).sum()
+                    readings[..one.len()].iter().map(|reading| 2.0 * reading.std.ln()).sum()
                 };
                 series.iter().map(of).sum()
             }
@@ -127,7 +127,7 @@ impl Whitening {
                         let mut position = Vector3::zeros();
                         for (&row, reading) in one.iter().zip(readings) {
                             let innovation = from[row] - reading.direction.dot(&position);
-                            to[row] = innovation / reading.variance.sqrt();
+                            to[row] = innovation / reading.std;
                             position = (position + reading.gain * innovation) * *phi;
                         }
                     }

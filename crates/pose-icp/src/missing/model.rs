@@ -178,10 +178,8 @@ impl PoseModel {
         let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed, axes))| {
             let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "touches" };
-            let amplitude = |p: &Parameter| Parameter::new(&p.name, "µm", 1e3);
-            let amplitudes = even.parameters.iter().map(amplitude).collect();
             let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
-            (settling.effect(even, unit, amplitudes), term)
+            (settling.effect(even, unit, "µm", 1e3), term)
         });
         if let Some((effect, term)) = added {
             self.declared.effects.push(effect);

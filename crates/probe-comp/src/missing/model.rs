@@ -1,6 +1,6 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Patch, Role, Row, Settling,
-    State, clearest_patch, clearest_settling, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Origin, Patch, Role, Row, Settling, State,
+    clearest_patch, clearest_settling, resolution_of,
 };
 mod discrepancy;
 
@@ -184,10 +184,8 @@ impl ProbeModel {
         let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed, axes))| {
             let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "touches" };
-            let amplitude = |p: &Parameter| Parameter::new(&p.name, "µm", 1e3);
-            let amplitudes = even.parameters.iter().map(amplitude).collect();
             let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
-            (settling.effect(even, unit, amplitudes), term)
+            (settling.effect(even, unit, "µm", 1e3), term)
         });
         if let Some((effect, term)) = added {
             self.declared.effects.push(effect);

@@ -81,8 +81,24 @@ pub(crate) fn changes(fitted: &Fitted<'_>) -> (Vec<Offered>, Option<Change>) {
 }
 
 impl Fitted<'_> {
+    /// Basis and residual with a change fitted as well.
+    pub(crate) fn beside(&self, change: Change) -> (DMatrix<f64>, DVector<f64>) {
+        let added = self.left_of(self.tangent(change)).qr().q();
+        let residual = self.residual - &added * added.tr_mul(self.residual);
+        let known = self.basis.ncols();
+        let mut basis = self.basis.clone().resize_horizontally(known + added.ncols(), 0.0);
+        basis.columns_mut(known, added.ncols()).copy_from(&added);
+        (basis, residual)
+    }
+
+    /// What the shared parameters leave of whitened columns.
+    pub(crate) fn left_of(&self, tangent: DMatrix<f64>) -> DMatrix<f64> {
+        let taken = self.basis * self.basis.tr_mul(&tangent);
+        tangent - taken
+    }
+
     /// What a change does to the rows, whitened.
-    pub(crate) fn tangent(&self, change: Change) -> DMatrix<f64> {
+    fn tangent(&self, change: Change) -> DMatrix<f64> {
         let survey = self.network.survey;
         let column = |(r, sight): (usize, &Sight)| {
             let touched = if change.touches(survey, r) { 1.0 / self.sigma_mm } else { 0.0 };

@@ -88,33 +88,20 @@ pub(crate) fn of_all(survey: &Survey, time: &[f64], course: &Course) -> Vec<f64>
     survey.ranges.iter().zip(&come).map(since).collect()
 }
 
-/// The course that each drift shows, by itself or beside a change that the residual shows.
+/// The course that each drift shows, by itself or else beside a change that the residual shows.
 pub(crate) fn courses(fitted: &Fitted<'_>, time: &[f64], beside: Option<Change>) -> Courses {
-    let alone = courses_in(fitted, time);
-    let Some(change) = beside else { return alone };
-    let left = fitted.tangent(change);
-    let left = &left - fitted.basis * fitted.basis.tr_mul(&left);
-    let added = left.qr().q();
-    let residual = fitted.residual - &added * added.tr_mul(fitted.residual);
-    let known = fitted.basis.ncols();
-    let mut basis = fitted.basis.clone().resize_horizontally(known + added.ncols(), 0.0);
-    basis.columns_mut(known, added.ncols()).copy_from(&added);
-    let other = courses_in(&Fitted { basis: &basis, residual: &residual, ..*fitted }, time);
-    let either = |alone: Course, other: Course| if alone == Course::STEADY { other } else { alone };
-    let of_station = alone.of_station.into_iter().zip(other.of_station);
-    Courses {
-        of_station: of_station.map(|(alone, other)| either(alone, other)).collect(),
-        of_all: either(alone.of_all, other.of_all),
-    }
-}
-
-fn courses_in(fitted: &Fitted<'_>, time: &[f64]) -> Courses {
     let survey = fitted.network.survey;
+    let beside = beside.map(|change| fitted.beside(change));
+    let of = |share: &dyn Fn(&Course) -> Vec<f64>| match (clearest(fitted, time, share), &beside) {
+        (Course::STEADY, Some((basis, residual))) => {
+            clearest(&Fitted { basis, residual, ..*fitted }, time, share)
+        }
+        (alone, _) => alone,
+    };
     let of_station = (0..survey.stations.len())
-        .map(|k| clearest(fitted, time, |course| of_station(survey, time, k, course)))
+        .map(|k| of(&|course| of_station(survey, time, k, course)))
         .collect();
-    let of_all = clearest(fitted, time, |course| of_all(survey, time, course));
-    Courses { of_station, of_all }
+    Courses { of_station, of_all: of(&|course| of_all(survey, time, course)) }
 }
 
 /// A steady course, unless one that comes to rest takes so much more of the residual away that a
@@ -166,7 +153,7 @@ fn explained(fitted: &Fitted<'_>, share: &[f64]) -> Option<f64> {
     };
     let columns: Vec<Vec<f64>> = fitted.sights.iter().zip(share).map(column).collect();
     let tangent = fitted.rows(&columns);
-    let left = &tangent - fitted.basis * fitted.basis.tr_mul(&tangent);
+    let left = fitted.left_of(tangent);
     let along = left.tr_mul(fitted.residual);
     let solved = left.tr_mul(&left).cholesky()?.solve(&along);
     Some(along.dot(&solved))
