@@ -5,7 +5,7 @@ use std::fmt;
 #[non_exhaustive]
 pub enum FtCenterError {
     /// A number is NaN or infinite.
-    #[error("value {index} (counted from 0) is not finite")]
+    #[error("value {} is not finite", index + 1)]
     NotFinite {
         /// Position in the input.
         index: usize,
@@ -55,7 +55,7 @@ pub enum FtCenterError {
         min_fz_n: f64,
     },
     /// Time stands still or runs backwards.
-    #[error("time does not increase at sample {index}: {before_s} s, then {after_s} s")]
+    #[error("time does not increase at sample {}: {before_s} s, then {after_s} s", index + 1)]
     TimeNotIncreasing {
         /// Position of the later sample.
         index: usize,
@@ -142,7 +142,7 @@ pub enum FtCenterError {
         iterations: usize,
     },
     /// A covariance is not positive definite.
-    #[error("covariance of point {index} is not positive definite")]
+    #[error("covariance of point {} is not positive definite", index + 1)]
     InvalidCovariance {
         /// Position in the input.
         index: usize,

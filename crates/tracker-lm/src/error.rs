@@ -16,7 +16,7 @@ pub enum TrackerError {
         direction: [f64; 3],
     },
     /// A number is not finite, or larger than any machine.
-    #[error("{what} {index}: {value} is not a finite number below {limit:.0e}")]
+    #[error("{what} {}: {value} is not a finite number below {limit:.0e}", index + 1)]
     InvalidNumber {
         /// What kind of record it stands in.
         what: Record,
@@ -36,7 +36,10 @@ pub enum TrackerError {
         value: f64,
     },
     /// A reading refers to a station, mount or step that does not exist.
-    #[error("reading {range} refers to {what} {index}, but there are only {count}")]
+    #[error(
+        "reading {} refers to index {index} of {what}s, but there are only {count}, counted from 0",
+        range + 1
+    )]
     UnknownIndex {
         /// Position of the reading, from 0.
         range: usize,
