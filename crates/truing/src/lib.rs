@@ -15,6 +15,7 @@ mod import;
 mod interval_width;
 mod kind;
 mod kinds;
+mod layout;
 mod measured;
 mod noise_test;
 mod page;
@@ -75,6 +76,7 @@ pub use kinds::{
     TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
     write_example,
 };
+pub use layout::{Detail, Layout};
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use plan::{
@@ -94,6 +96,11 @@ pub use suspect::Suspect;
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct FirstPage;
+
+/// Runs the listing of the page on models of one's own.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/own-model.md")]
+struct OwnModel;
 
 /// Runs the listings of the page on adding effects, surfaces and kinds.
 #[cfg(doctest)]

@@ -37,6 +37,7 @@ mod register;
 mod repeats;
 mod set_ups;
 mod shell;
+mod shown;
 mod suspects;
 mod tables;
 mod tracker_lm;
