@@ -184,7 +184,8 @@ struct Shape {
 
 const SHAPES: [Shape; 6] = [
     Shape { class: "dot", commands: "h0" },
-    Shape { class: "square", commands: "h0" },
+    // A printer to PDF leaves out square caps of what has no length at all.
+    Shape { class: "square", commands: "h.01" },
     Shape { class: "drawn", commands: "m-3.8 3h7.6l-3.8-6.8z" },
     Shape { class: "drawn", commands: "m0-4.4l4.4 4.4l-4.4 4.4l-4.4-4.4z" },
     Shape { class: "drawn", commands: "m-3.8-3h7.6l-3.8 6.8z" },

@@ -84,10 +84,6 @@ impl Markup {
         self.out.push_str(markup);
     }
 
-    pub(crate) fn as_str(&self) -> &str {
-        &self.out
-    }
-
     pub(crate) fn into_string(self) -> String {
         self.out
     }

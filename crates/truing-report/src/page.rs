@@ -37,14 +37,16 @@ pub fn render(input: &ReportInput) -> String {
     body.constant(CASE_MARKS.0);
     body.open("article", &[("class", &"case")]);
     header(&mut body, &context);
-    for section in SECTIONS {
+    let sections = SECTIONS.map(|(write, place)| {
         let mut content = Markup::new();
-        section(&mut content, &context);
-        if !content.as_str().is_empty() {
-            body.open("section", &[]);
-            body.append(&content);
-            body.close("section");
-        }
+        write(&mut content, &context);
+        Section { content: content.into_string(), place }
+    });
+    let sections: Vec<Section> =
+        sections.into_iter().filter(|section| !section.content.is_empty()).collect();
+    contents(&mut body, &sections);
+    for section in &sections {
+        section.write(&mut body);
     }
     body.close("article");
     body.constant(CASE_MARKS.1);
@@ -55,22 +57,92 @@ pub fn render(input: &ReportInput) -> String {
     document(input.title, "page", &body)
 }
 
-/// In reading order.
-const SECTIONS: [fn(&mut Markup, &Context); 13] = [
-    measured,
-    declared,
-    headline,
-    residual_before,
-    scores,
-    added,
-    residual_after,
-    error_path,
-    views,
-    apart,
-    observable,
-    left,
-    warnings,
+/// Where a section stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// In sight.
+    Open,
+    /// Folded under its heading, unfolded on paper.
+    Folded,
+}
+
+/// In reading order: the answer, its pictures, what is left open; then what it rests on.
+const SECTIONS: [(fn(&mut Markup, &Context), Place); 13] = [
+    (headline, Place::Open),
+    (views, Place::Open),
+    (added, Place::Open),
+    (left, Place::Open),
+    (warnings, Place::Open),
+    (apart, Place::Open),
+    (residual_before, Place::Open),
+    (residual_after, Place::Open),
+    (measured, Place::Folded),
+    (declared, Place::Folded),
+    (scores, Place::Folded),
+    (error_path, Place::Folded),
+    (observable, Place::Folded),
 ];
+
+/// A section as written: its heading, and what stands under it.
+struct Section {
+    content: String,
+    place: Place,
+}
+
+impl Section {
+    /// The heading with its tags, and the rest.
+    fn parts(&self) -> (&str, &str) {
+        let end = self.content.find(HEADING.1).map_or(0, |at| at + HEADING.1.len());
+        self.content.split_at(end)
+    }
+
+    fn heading(&self) -> &str {
+        let (heading, _) = self.parts();
+        heading.trim_start_matches(HEADING.0).trim_end_matches(HEADING.1)
+    }
+
+    /// Address of the section within the page.
+    fn anchor(&self) -> String {
+        let kept = self.heading().chars().map(|c| if c.is_alphanumeric() { c } else { '-' });
+        let joined = kept.collect::<String>().to_lowercase();
+        joined.split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-")
+    }
+
+    fn write(&self, out: &mut Markup) {
+        let (heading, rest) = self.parts();
+        let anchor = self.anchor();
+        if self.place == Place::Open {
+            out.open("section", &[("id", &anchor)]);
+            out.own_output(&self.content);
+        } else {
+            out.open("section", &[]);
+            out.open("details", &[]);
+            out.open("summary", &[]);
+            out.own_output(heading);
+            out.close("summary");
+            // Within, so that whoever follows a link to it finds it unfolded.
+            out.open("div", &[("id", &anchor)]);
+            out.own_output(rest);
+            out.close("div");
+            out.close("details");
+        }
+        out.close("section");
+    }
+}
+
+/// Tags of a section's heading.
+const HEADING: (&str, &str) = ("<h2>", "</h2>");
+
+/// Links to every section.
+fn contents(out: &mut Markup, sections: &[Section]) {
+    out.open("nav", &[("aria-label", &"Contents")]);
+    for section in sections {
+        out.open("a", &[("href", &format!("#{}", section.anchor()))]);
+        out.own_output(section.heading());
+        out.close("a");
+    }
+    out.close("nav");
+}
 
 fn header(out: &mut Markup, context: &Context) {
     out.open("header", &[]);

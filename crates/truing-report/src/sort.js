@@ -24,3 +24,29 @@ for (const table of document.querySelectorAll("table.sortable")) {
     });
   });
 }
+// Every table as a file for a spreadsheet.
+for (const table of document.querySelectorAll("table")) {
+  const rows = Array.from(table.rows);
+  if (rows.length === 1) continue;
+  const button = document.createElement("button");
+  button.className = "save";
+  button.textContent = "Save as CSV";
+  button.addEventListener("click", () => {
+    const quoted = (cell) => {
+      const text = "sort" in cell.dataset ? cell.dataset.sort : cell.textContent.trim().replaceAll("\u2212", "-");
+      return '"' + text.replaceAll('"', '""') + '"';
+    };
+    const lines = rows.map((row) => Array.from(row.cells).map(quoted).join(","));
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([lines.join("\r\n") + "\r\n"], { type: "text/csv" }));
+    const heading = table.closest("section")?.querySelector("h2")?.textContent ?? document.title;
+    link.download = heading.trim().toLowerCase().replaceAll(/[^a-z0-9]+/g, "-") + ".csv";
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+  (table.closest(".scroll") ?? table).after(button);
+}
+// What is folded is printed all the same, also where the style sheet cannot say so.
+addEventListener("beforeprint", () => {
+  for (const details of document.querySelectorAll("details")) details.open = true;
+});

@@ -32,10 +32,14 @@ pub(crate) fn scores(out: &mut Markup, context: &Context) {
     paragraph(
         out,
         "quiet",
-        "p before correction for the size of the catalogue. Absorbed: share of the effect that \
-         the declared model takes up and so hides. Detectable from: smallest effect, as rms \
-         residual, that the F test alone would find 9 times in 10. Of effects that move one reading each, \
-         the strongest and the significant ones are listed.",
+        "F: what the effect takes off the misfit per amplitude, over what is left per degree of \
+         freedom; noise alone makes it about 1. p: how often noise alone makes F as large; the \
+         smaller, the less it is chance. Threshold: p times the number of candidates that are \
+         still open (Holm) has to stay below half of 0.05, below 0.01 once something was added. The \
+         p shown is before this correction. Absorbed: share of the effect that the declared model \
+         takes up and so hides. Detectable from: smallest effect, as rms residual, that the F \
+         test alone would find 9 times in 10. Of effects that move one reading each, the \
+         strongest and the significant ones are listed.",
     );
     let mut shown: Option<&Pass> = None;
     let mut number = 0;
@@ -59,7 +63,8 @@ fn same(a: &Pass, b: &Pass) -> bool {
 
 fn one_pass(out: &mut Markup, context: &Context, number: usize, pass: &Pass, without: Option<f64>) {
     out.element("h3", &[], &heading(number, pass));
-    if pass.scores.iter().any(|s| s.p_value.is_finite() && s.outcome != Outcome::NotObservable) {
+    // A pass that added nothing is told by its table.
+    if pass.scores.iter().any(|s| s.outcome == Outcome::Added) {
         figure(out, &chart(context, number, pass, without), pass);
     }
     score_table(out, context, number, pass);

@@ -39,21 +39,37 @@ fn sections_come_in_reading_order() {
     let headings: Vec<String> =
         document.descendants().filter(|n| n.has_tag_name("h2")).map(text_of).collect();
     let expected = [
-        "What was measured",
-        "Declared model",
         "Error on data the fit never saw",
-        "Residual of the declared model",
-        "How each candidate effect scored",
-        "What was added, and how sure that is",
-        "Residual with the added effects",
-        "Error, step by step",
         "Where the errors point",
-        "What cannot be told apart, and which measurement would",
-        "What these data cannot show",
+        "What was added, and how sure that is",
         "What is left",
         "Warnings",
+        "What cannot be told apart, and which measurement would",
+        "Residual of the declared model",
+        "Residual with the added effects",
+        "What was measured",
+        "Declared model",
+        "How each candidate effect scored",
+        "Error, step by step",
+        "What these data cannot show",
     ];
     assert_eq!(headings, expected);
+}
+
+#[test]
+fn contents_lead_to_every_section() {
+    for page in pages() {
+        let document = parse(&page);
+        let ids: Vec<&str> = document.descendants().filter_map(|n| n.attribute("id")).collect();
+        let nav = document.descendants().find(|n| n.has_tag_name("nav")).unwrap();
+        let links: Vec<&str> = nav.children().filter_map(|a| a.attribute("href")).collect();
+        let headings = document.descendants().filter(|n| n.has_tag_name("h2")).count();
+        assert_eq!(links.len(), headings);
+        for link in &links {
+            let found = ids.iter().filter(|id| **id == &link[1..]).count();
+            assert_eq!(found, 1, "{link} in {ids:?}");
+        }
+    }
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn text_of(node: Node) -> String {
 fn section<'a, 'input>(document: &'a Document<'input>, heading: &str) -> Node<'a, 'input> {
     let is_it = |n: &Node| {
         n.has_tag_name("section")
-            && n.children().any(|c| c.has_tag_name("h2") && text_of(c) == heading)
+            && n.descendants().any(|c| c.has_tag_name("h2") && text_of(c) == heading)
     };
     document.descendants().find(is_it).unwrap_or_else(|| panic!("no section «{heading}»"))
 }

@@ -30,7 +30,11 @@ fn vertical_ticks(svg: Node) -> Vec<(f64, f64)> {
 
 /// Drawings of a section as a wide page shows them, without those folded away.
 fn wide_drawings<'a, 'i>(document: &'a Document<'i>, heading: &str) -> Vec<Node<'a, 'i>> {
-    let open = |n: &Node| !n.ancestors().any(|a| a.has_tag_name("details"));
+    // A section may be folded as a whole.
+    let within = |a: &Node| {
+        a.has_tag_name("details") && a.parent().is_some_and(|p| !p.has_tag_name("section"))
+    };
+    let open = |n: &Node| !n.ancestors().any(|a| within(&a));
     let node = section(document, heading);
     node.descendants().filter(|n| has_class(*n, "wide") && open(n)).collect()
 }
@@ -124,15 +128,20 @@ fn bars_grow_with_significance_and_the_added_one_is_marked() {
 #[test]
 fn a_pass_is_compared_with_the_error_that_it_started_from() {
     let mut sample = four_displacements();
-    // Both effects come in as a pair; then another pass adds nothing.
+    // Both effects come in as a pair; then comes another pass.
     let passes = &mut sample.closure.passes;
     passes[0].scores[3].outcome = Outcome::Added;
     passes[1].scores[0].outcome = Outcome::NotSignificant;
     passes[1].scores[0].label = "drift".into();
     passes[1].scores[0].held_out_rms = 0.0659;
+    let heading = "How each candidate effect scored";
+    let page = render(&sample.closed());
+    // A pass that added nothing has no picture.
+    assert_eq!(wide_drawings(&parse(&page), heading).len(), 1);
+    sample.closure.passes[1].scores[0].outcome = Outcome::Added;
     let page = render(&sample.closed());
     let document = parse(&page);
-    let drawings = wide_drawings(&document, "How each candidate effect scored");
+    let drawings = wide_drawings(&document, heading);
     let place = |svg: &Node, class: &str, attribute: &str| {
         number(svg.children().find(|n| has_class(*n, class)).unwrap(), attribute)
     };
@@ -140,6 +149,23 @@ fn a_pass_is_compared_with_the_error_that_it_started_from() {
     let centre = place(&drawings[1], "tag", "x") + 0.5 * place(&drawings[1], "tag", "width");
     let line = place(&drawings[1], "reference", "x1");
     assert!((centre - line).abs() < 2.0 * ROUNDING_PX, "{centre} against {line}");
+}
+
+/// A printer to PDF leaves out a square cap on a line of no length.
+#[test]
+fn square_marks_have_a_length() {
+    let page = render(&photogrammetry().closed());
+    let document = parse(&page);
+    let is_square = |n: &Node| n.has_tag_name("path") && has_class(*n, "square");
+    let squares: Vec<Node> = document.descendants().filter(is_square).collect();
+    assert!(!squares.is_empty());
+    for square in squares {
+        let lines = square.attribute("d").unwrap().split('M').skip(1);
+        for line in lines {
+            let (_, length) = line.split_once('h').unwrap();
+            assert!(length.parse::<f64>().unwrap() > 0.0, "{line}");
+        }
+    }
 }
 
 #[test]
