@@ -30,10 +30,9 @@ fn vertical_ticks(svg: Node) -> Vec<(f64, f64)> {
 
 /// Drawings of a section as a wide page shows them, without those folded away.
 fn wide_drawings<'a, 'i>(document: &'a Document<'i>, heading: &str) -> Vec<Node<'a, 'i>> {
-    // A section may be folded as a whole.
-    let within = |a: &Node| {
-        a.has_tag_name("details") && a.parent().is_some_and(|p| !p.has_tag_name("section"))
-    };
+    // A section may be folded as a whole, under its heading.
+    let has_heading = |n: &Node| n.children().any(|c| c.has_tag_name("h2"));
+    let within = |a: &Node| a.has_tag_name("details") && !a.children().any(|s| has_heading(&s));
     let open = |n: &Node| !n.ancestors().any(|a| within(&a));
     let node = section(document, heading);
     node.descendants().filter(|n| has_class(*n, "wide") && open(n)).collect()
