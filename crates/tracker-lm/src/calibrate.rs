@@ -93,9 +93,15 @@ impl Placed {
         let places: Vec<_> =
             survey.stations.iter().map(|s| s.nominal_mm - axis.origin_mm).collect();
         let frame = Frame::of_places(axis, &places, station_mm, None);
-        let found = of(AxisModel::Located)?.0.location;
-        let free = of(AxisModel::Free).ok();
-        let motion = free.and_then(|(free, _)| Motion::of(&free.axis_errors, free.location?));
+        // Free errors leave a motion no way to look like a place; without as many readings as these
+        // need, the place alone is fitted.
+        let free = of(AxisModel::Free).ok().map(|(free, _)| free);
+        let motion =
+            free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
+        let found = match free.and_then(|free| free.location) {
+            Some(location) => Some(location),
+            None => of(AxisModel::Located)?.0.location,
+        };
         let is_off = match (&frame, &found) {
             (Some(frame), Some(location)) => frame.is_exceeded(location, motion),
             _ => false,

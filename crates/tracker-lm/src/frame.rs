@@ -29,7 +29,7 @@ pub(crate) struct Motion {
 
 impl Motion {
     /// Of errors in the fixed frame without what the place of the axis makes of them.
-    pub(crate) fn of(errors: &[AxisError], location: AxisLocation) -> Option<Self> {
+    pub(crate) fn of(errors: &[AxisError], location: &AxisLocation) -> Option<Self> {
         let left = errors.iter().map(|e| e.error - location.share(e.angle_rad));
         let (mut displacement, mut rotation) = (0.0, 0.0);
         for left in left {
