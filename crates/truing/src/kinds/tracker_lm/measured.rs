@@ -6,6 +6,7 @@ use tracker_lm::{
     AxisModel, Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError,
     TrackerModel, calibrate,
 };
+use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
 use super::settings::error;
@@ -14,7 +15,6 @@ use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case as read.

@@ -5,6 +5,7 @@ use ft_center::{
     Press, PressModel, PressRole, SolvedPress, locate, solve_presses,
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
 use super::estimates::FtCenterEstimates;
 use crate::Error;
@@ -15,7 +16,6 @@ use crate::measured::{
     Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A case of presses as read.
