@@ -3,8 +3,8 @@ use std::sync::{Arc, OnceLock};
 use model_discrepancy::{Closure, Column, Covariate, Model, Origin};
 use nalgebra::Vector3;
 use tracker_lm::{
-    Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError, TrackerModel,
-    calibrate,
+    AxisModel, Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError,
+    TrackerModel, calibrate,
 };
 use truing_report::Fact;
 
@@ -150,7 +150,7 @@ impl Measured for TrackerCase {
     }
 
     fn repeats_places(&self) -> bool {
-        false
+        self.options.axis != AxisModel::Free
     }
 
     fn words(&self) -> Words {
@@ -180,6 +180,10 @@ impl Measured for TrackerCase {
 impl TrackerCase {
     fn declared(&self) -> Vec<String> {
         let formulation = match self.options.formulation {
+            Formulation::Joint if self.options.axis != AxisModel::Free => {
+                "Joint bundle: stations, dead paths, reflectors on a rigid body, and a perfect axis \
+                 where it is declared."
+            }
             Formulation::Joint => {
                 "Joint bundle: stations, dead paths, reflectors on a rigid body and six errors of \
                  the axis at every angle, relative to the first one."
@@ -197,6 +201,9 @@ impl TrackerCase {
         let gauge = match (self.options.gauge, self.options.noise.station_mm) {
             (Gauge::Stations, Some(_)) => {
                 "Frame: the stations' nominal positions, with their uncertainty."
+            }
+            (Gauge::Shape, Some(_)) => {
+                "Frame: the rigid fit of all stations, whose shape is known with their uncertainty."
             }
             (Gauge::Minimal, _) => "Frame: the first three stations.",
             _ => "Frame: the rigid fit of all stations to their nominal positions.",

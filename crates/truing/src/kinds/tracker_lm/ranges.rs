@@ -51,7 +51,7 @@ pub(super) fn read(
     };
     Ok(Reading {
         measured: Box::new(case),
-        loop_settings: settings.closure,
+        loop_settings: settings.loop_settings(),
         warnings,
         tables: &[STATIONS, MOUNTS, RANGES],
     })

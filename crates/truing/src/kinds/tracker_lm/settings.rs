@@ -44,6 +44,8 @@ pub(super) struct ModelSettings {
     pub(super) gauge: GaugeName,
     #[serde(default)]
     pub(super) order: OrderName,
+    #[serde(default)]
+    pub(super) axis: AxisName,
 }
 
 #[derive(Default, Deserialize)]
@@ -70,6 +72,14 @@ pub(super) enum FormulationName {
     #[default]
     Joint,
     FreePoints,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum AxisName {
+    #[default]
+    Free,
+    Fixed,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
