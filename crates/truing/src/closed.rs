@@ -5,6 +5,7 @@ use model_discrepancy::{
     Closure, ErrorSummary, HoldOut, NotObservable, Options, Remaining, Stability, Step, Verdict,
 };
 use serde::Serialize;
+use truing_report::by_sign;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimated::LoopParameter;
@@ -15,7 +16,6 @@ use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::settled::{Settled, settled};
 use crate::suspect::{Examined, Suspect, examine, named_cause};
-use crate::wording::by_sign;
 use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing loop`; serialises as its JSON.

@@ -241,7 +241,7 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: crate::report::ReadPageError,
+        source: truing_report::ReadPageError,
     },
     /// A foreign table does not become one of a case.
     #[error("{}: {problem}", path.display())]

@@ -1,4 +1,5 @@
 use serde::Serialize;
+use truing_report::ExtraPlot;
 
 use crate::estimated::{Estimated, Export};
 use crate::kinds::{
@@ -6,7 +7,6 @@ use crate::kinds::{
     FtCenterEstimates, GravityEstimates, PathForceEstimates, PoseIcpEstimates,
     PositioningEstimates, ProbeCompEstimates, TipEstimates, TrackerLmEstimates,
 };
-use crate::report::ExtraPlot;
 use crate::text_table::{Cell, EXPANDED, TextTable};
 
 /// What was solved for, by kind; each serialises as its own object.

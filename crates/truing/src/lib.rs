@@ -1,7 +1,5 @@
 #![doc = include_str!("../README.md")]
 
-pub mod report;
-
 mod carry;
 mod case;
 mod checked;
@@ -34,7 +32,6 @@ mod solved;
 mod suspect;
 mod text;
 mod text_table;
-mod wording;
 
 pub use force_impedance;
 pub use frame_fit;
@@ -45,6 +42,7 @@ pub use model_discrepancy;
 pub use pose_icp;
 pub use probe_comp;
 pub use tracker_lm;
+pub use truing_report as report;
 
 pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
 pub use case::{Location, Problem, Provenance, ReadOptions};

@@ -4,13 +4,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
+use truing_report::{CurvePlot, Facet, Fact};
 
 use crate::Error;
 use crate::case::LoopSettings;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::monitor::LiveFrame;
-use crate::report::{CurvePlot, Facet, Fact};
 use crate::suspect::Yardstick;
 
 /// What a kind read.

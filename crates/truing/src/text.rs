@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use truing_report::{MOST_NAMES, shortened, with_size};
+
 use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopStep};
 use crate::estimated::LoopParameter;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
-use crate::wording::with_size;
 use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
 
 impl fmt::Display for Solved {
@@ -199,18 +200,6 @@ fn absorbed_by(parameters: &[String]) -> String {
     } else {
         format!("; absorbed by {}", shortened(parameters))
     }
-}
-
-/// Most names listed one by one for people; the JSON has them all.
-const MOST_NAMES: usize = 6;
-
-/// Names with commas, the many shortened to how many more there are.
-pub(crate) fn shortened(names: &[String]) -> String {
-    // One more takes no more room than saying so.
-    if names.len() <= MOST_NAMES + 1 {
-        return names.join(", ");
-    }
-    format!("{} and {} more", names[..MOST_NAMES].join(", "), names.len() - MOST_NAMES)
 }
 
 fn advice(separate_by: Option<&str>) -> String {

@@ -1,6 +1,6 @@
-use std::fmt::{self, Write as _};
+use truing_report::{COVERAGE, with_expanded};
 
-use crate::report::number::{COVERAGE, with_expanded};
+use std::fmt::{self, Write as _};
 
 /// Rows shown before a table is cut: one screen, and some.
 const MAX_ROWS: usize = 40;

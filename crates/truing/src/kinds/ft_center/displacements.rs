@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementModel};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
 use super::displacement_estimates::{DisplacementEstimates, DisplacementResidual};
 use super::settings::{DISPLACEMENTS, Settings, error, unused};
@@ -16,7 +17,6 @@ use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm", "direction"];

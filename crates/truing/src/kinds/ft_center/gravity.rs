@@ -6,6 +6,7 @@ use ft_center::{
 use geometry::Wrench;
 use model_discrepancy::{Closure, Covariate, Model};
 use nalgebra::{Unit, Vector3, Vector6};
+use truing_report::Fact;
 
 use super::displacements::recorded;
 use super::gravity_estimates::GravityEstimates;
@@ -23,7 +24,6 @@ use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] =

@@ -4,6 +4,7 @@ use ft_center::{
     AxisMotion, AxisReading, AxisRun, FtCenterError, axis_coordinates, positioning_model,
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
 use super::estimates::{AxisRunEstimate, PositionResidual, PositioningEstimates};
 use super::plan::{AxisPlanSettings, AxisTable};
@@ -13,7 +14,6 @@ use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::{Yardstick, spread_of};
 
 /// Misfit of a position over the travel that no machine makes.

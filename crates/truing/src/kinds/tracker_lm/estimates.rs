@@ -4,9 +4,9 @@ use tracker_lm::{
     AxisError, AxisLetter, AxisLocation, Calibration, Mount, StationPose, Survey,
     TargetCalibration, TargetSurvey, axis_errors_csv, heidenhain_table, linuxcnc_compensation,
 };
+use truing_report::{Curve, CurvePlot, ExtraPlot};
 
 use crate::estimated::{Estimated, Export};
-use crate::report::{Curve, CurvePlot, ExtraPlot};
 use crate::text_table::{Cell, TextTable, number};
 
 /// What a `tracker-lm` case is solved for.

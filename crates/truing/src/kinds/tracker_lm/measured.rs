@@ -6,6 +6,7 @@ use tracker_lm::{
     Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError, TrackerModel,
     calibrate,
 };
+use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
 use super::plan::{Surveyed, TracerPlanSettings, offer};
@@ -16,7 +17,6 @@ use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case as read.

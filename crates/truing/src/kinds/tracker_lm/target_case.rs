@@ -6,6 +6,7 @@ use tracker_lm::{
     HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
     TargetSurvey, TrackerError, calibrate_targets,
 };
+use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
 use super::measured::{active, reversal};
@@ -15,7 +16,6 @@ use crate::case::Location;
 use crate::estimates::Estimates;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case of points, as read.

@@ -6,6 +6,7 @@ use ft_center::{
 };
 use geometry::PlanarMap;
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
 use super::estimates::{FtCenterEstimates, Setting};
 use super::repeatability::RepeatabilityEstimate;
@@ -21,7 +22,6 @@ use crate::measured::{
 };
 use crate::monitor::LiveFrame;
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A case of presses as read.
