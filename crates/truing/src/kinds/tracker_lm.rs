@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod plan;
 mod ranges;
 mod settings;
 mod suspects;

@@ -9,10 +9,12 @@ use tracker_lm::{
 use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
+use super::plan::{Surveyed, TracerPlanSettings, offer};
 use super::settings::error;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::suspect::Yardstick;
@@ -32,6 +34,9 @@ pub(super) struct TrackerCase {
     pub(super) group_noun: Option<String>,
     /// From the machine's zero to that of the survey.
     pub(super) away_mm: Vector3<f64>,
+    /// Whether the table says which way the axis came.
+    pub(super) has_direction: bool,
+    pub(super) plan: TracerPlanSettings,
     pub(super) solved: OnceLock<Calibration>,
 }
 
@@ -143,6 +148,17 @@ impl Measured for TrackerCase {
         )
         .map_err(|e| self.error(e))?;
         Ok(self.prepared(model))
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        let surveyed = Surveyed {
+            survey: &self.survey,
+            found: self.solved()?,
+            away_mm: self.away_mm,
+            has_direction: self.has_direction,
+            order: self.options.order,
+        };
+        Ok(Some(offer(&self.plan, &surveyed)))
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

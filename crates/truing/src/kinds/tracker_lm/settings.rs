@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use tracker_lm::TrackerError;
 
+use super::plan::TracerPlanSettings;
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
 
@@ -21,6 +22,8 @@ pub(super) struct Settings {
     pub(super) model: ModelSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
+    #[serde(default)]
+    pub(super) plan: TracerPlanSettings,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }
