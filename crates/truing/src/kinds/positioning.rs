@@ -13,7 +13,7 @@ use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, Ta
 use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
-use crate::suspect::{Hypothesis, exchanged_rows, farthest, rows_shifted, signs};
+use crate::suspect::{Dimension, Hypothesis, exchanged_rows, farthest, rows_shifted, signs, units};
 
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
 pub use estimates::{
@@ -265,7 +265,11 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     };
     let Some(columns) = pair(&table) else { return Vec::new() };
     let table = Some(&table);
+    let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
     let mut all = signs(POSITIONS, table, &columns[..1]);
+    for column in &columns {
+        all.extend(units(POSITIONS, table, &[*column], dimension));
+    }
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);
