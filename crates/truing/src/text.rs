@@ -7,6 +7,7 @@ use truing_report::{MOST_NAMES, shortened, with_size};
 use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopStep};
 use crate::estimated::LoopParameter;
+use crate::estimates;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
 use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
@@ -14,7 +15,7 @@ use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
 impl fmt::Display for Solved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}\n", self.kind)?;
-        tables(f, &self.estimates)?;
+        tables(f, &*self.estimates)?;
         let columns = ["", "rms", "max", "unit", "n", "dof", "chi2/dof", "99.9 % within"];
         let mut table = TextTable::new("residual", &columns);
         table.push(residual_row("fitted", &self.residual));
@@ -44,8 +45,8 @@ fn interval(of: Option<[f64; 2]>) -> String {
     of.map_or_else(|| "–".to_owned(), |[low, high]| format!("{low:.2} … {high:.2}"))
 }
 
-fn tables(f: &mut fmt::Formatter<'_>, estimates: &Estimates) -> fmt::Result {
-    estimates.tables().iter().try_for_each(|table| writeln!(f, "{table}"))?;
+fn tables(f: &mut fmt::Formatter<'_>, estimates: &dyn Estimates) -> fmt::Result {
+    estimates::tables(estimates).iter().try_for_each(|table| writeln!(f, "{table}"))?;
     estimates.conditions().iter().try_for_each(|condition| writeln!(f, "note: {condition}"))?;
     if estimates.conditions().is_empty() { Ok(()) } else { writeln!(f) }
 }
@@ -103,7 +104,7 @@ impl fmt::Display for Closed {
         {
             writeln!(f)?;
         }
-        tables(f, &self.estimates)
+        tables(f, &*self.estimates)
     }
 }
 

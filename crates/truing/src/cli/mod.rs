@@ -173,7 +173,7 @@ impl Answer for truing::Checked {
 /// An answer with estimates.
 trait Estimated: Answer {
     fn kind(&self) -> &'static str;
-    fn estimates(&self) -> &Estimates;
+    fn estimates(&self) -> &dyn Estimates;
 }
 
 impl Estimated for truing::Solved {
@@ -181,8 +181,8 @@ impl Estimated for truing::Solved {
         self.kind
     }
 
-    fn estimates(&self) -> &Estimates {
-        &self.estimates
+    fn estimates(&self) -> &dyn Estimates {
+        &*self.estimates
     }
 }
 
@@ -191,8 +191,8 @@ impl Estimated for truing::Closed {
         self.kind
     }
 
-    fn estimates(&self) -> &Estimates {
-        &self.estimates
+    fn estimates(&self) -> &dyn Estimates {
+        &*self.estimates
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod estimates;
 mod measured;
+mod plausible;
 mod ranges;
 mod settings;
 mod suspects;

@@ -99,7 +99,7 @@ impl Measured for PressCase {
             degrees_of_freedom: frame.degrees_of_freedom,
             chi2_per_dof,
             warnings: warnings(&located, presses),
-            estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, presses)),
+            estimates: Arc::new(FtCenterEstimates::of(&located, presses)),
         })
     }
 
@@ -127,10 +127,10 @@ impl Measured for PressCase {
         if let Some(groups) = &groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
-        let estimates = Box::new(move |closure: &Closure| {
+        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
             let mut located = concrete.located(closure);
             located.conditions.extend(empirical_conditions(closure));
-            Estimates::FtCenter(FtCenterEstimates::of(&located, presses))
+            Arc::new(FtCenterEstimates::of(&located, presses))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
     }
