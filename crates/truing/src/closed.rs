@@ -9,7 +9,7 @@ use truing_report::by_sign;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimated::LoopParameter;
-use crate::estimates::Estimates;
+use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Prepared};
 use crate::noise_test::{Repeats, scatter_warning};
 use crate::plausible::plausible;
@@ -53,7 +53,8 @@ pub struct Closed {
     /// Effects that this design cannot see.
     pub not_observable: Vec<LoopNotObservable>,
     /// What was solved for, with the accepted effects in the model.
-    pub estimates: Estimates,
+    #[serde(serialize_with = "estimates::serialize")]
+    pub estimates: Arc<dyn Estimates>,
     /// What makes 95 % intervals of its standard uncertainties.
     pub interval: IntervalWidth,
     /// Notes the user should read.
@@ -275,7 +276,7 @@ fn close(
         doubts = matched.warnings;
     }
     let residual = Residual::after(&*prepared.model, &closure, declared.unit);
-    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let doubtful = plausible(&*estimates, None).err().map(|e| e.to_string());
     let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     let warnings = (case.warnings.iter())
         .chain(&doubts)

@@ -8,7 +8,7 @@ use pose_icp::{PoseError, ProgramError, RegisterError};
 use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
-use crate::plausible::ImplausibleResult;
+use crate::implausible::ImplausibleResult;
 use crate::{
     CarryProblem, FileProblem, ImportProblem, Location, PlanProblem, Problem, RowProblem,
     ShapeProblem, Suspect,

@@ -11,6 +11,7 @@ mod estimates;
 mod file;
 mod found_pose;
 mod header;
+mod implausible;
 mod import;
 mod interval_width;
 mod kind;
@@ -56,10 +57,11 @@ pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
 };
 pub use error::Error;
-pub use estimated::{Export, LoopParameter};
+pub use estimated::{Estimated, Export, LoopParameter};
 pub use estimates::Estimates;
 pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
 pub use header::{Header, Program};
+pub use implausible::ImplausibleResult;
 pub use import::{
     ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogSettings, TableImport,
     import_probe_log, import_table, write_imported,
@@ -77,18 +79,18 @@ pub use kinds::{
     StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
     WrenchEstimate, kinds, write_example,
 };
+pub use layout::{Detail, Layout};
 pub use monitor::{
     PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,
     What,
 };
-pub use layout::{Detail, Layout};
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use plan::{
     PlanBudget, PlanFigure, PlanOptions, PlanProblem, Planned, PlannedMeasurement,
     PlannedTouchPlace, Prediction, plan, write_plan,
 };
-pub use plausible::{ImplausibleResult, plausible};
+pub use plausible::plausible;
 pub use program::{Corrected, correct};
 pub use read::{Case, read_case, read_case_with};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
@@ -96,6 +98,7 @@ pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve};
 pub use suspect::Suspect;
+pub use text_table::TextTable;
 
 /// The examples of the repository's first page, so that they are compiled and run.
 #[cfg(doctest)]

@@ -67,7 +67,7 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 /// The declared model, fitted.
 #[derive(Debug)]
 pub(crate) struct Fitted {
-    pub(crate) estimates: Estimates,
+    pub(crate) estimates: Arc<dyn Estimates>,
     /// In the order of the model's observations.
     pub(crate) observations: Vec<Observation>,
     /// Unit of the residuals.
@@ -100,7 +100,7 @@ pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
 }
 
 /// Estimates of a kind with the accepted effects in the model.
-pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Estimates + 'c>;
+pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Arc<dyn Estimates> + 'c>;
 
 /// What the loop needs, anew about what a closure has found; `None` where it is near that already.
 pub(crate) type About<'c> = Box<dyn Fn(&Closure) -> Option<Prepared<'c>> + 'c>;

@@ -7,6 +7,7 @@ use truing_report::{shortened, with_size};
 use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopStep};
 use crate::estimated::LoopParameter;
+use crate::estimates;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
 use crate::{Checked, Closed, Detail, Estimates, Layout, ObservableEffect, Solved};
@@ -32,7 +33,7 @@ impl Solved {
             return writeln!(f, "{}: residual {} {unit} rms", self.kind, number(rms));
         }
         writeln!(f, "{}\n", self.kind)?;
-        tables(f, &self.estimates, layout)?;
+        tables(f, &*self.estimates, layout)?;
         let columns = ["", "rms", "max", "unit", "n", "dof", "chi2/dof", "99.9 % within"];
         let mut table = TextTable::new("residual", &columns);
         table.push(residual_row("fitted", &self.residual));
@@ -62,8 +63,8 @@ fn interval(of: Option<[f64; 2]>) -> String {
     of.map_or_else(|| "–".to_owned(), |[low, high]| format!("{low:.2} … {high:.2}"))
 }
 
-fn tables(f: &mut dyn fmt::Write, estimates: &Estimates, layout: Layout) -> fmt::Result {
-    for table in estimates.tables() {
+fn tables(f: &mut dyn fmt::Write, estimates: &dyn Estimates, layout: Layout) -> fmt::Result {
+    for table in estimates::tables(estimates) {
         table.write(f, layout)?;
         writeln!(f)?;
     }
@@ -108,7 +109,7 @@ impl Closed {
             }
         }
         self.write_left(f, is_full)?;
-        tables(f, &self.estimates, layout)
+        tables(f, &*self.estimates, layout)
     }
 
     fn write_errors(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {

@@ -9,7 +9,7 @@ const DIGITS: i32 = 5;
 
 /// A table for people: text to the left, numbers to the right.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TextTable {
+pub struct TextTable {
     title: String,
     columns: Vec<&'static str>,
     rows: Vec<Vec<Cell>>,

@@ -199,7 +199,7 @@ impl Answer for truing::Checked {
 /// An answer with estimates.
 trait Estimated: Answer {
     fn kind(&self) -> &'static str;
-    fn estimates(&self) -> &Estimates;
+    fn estimates(&self) -> &dyn Estimates;
 }
 
 impl Estimated for truing::Solved {
@@ -207,8 +207,8 @@ impl Estimated for truing::Solved {
         self.kind
     }
 
-    fn estimates(&self) -> &Estimates {
-        &self.estimates
+    fn estimates(&self) -> &dyn Estimates {
+        &*self.estimates
     }
 }
 
@@ -217,8 +217,8 @@ impl Estimated for truing::Closed {
         self.kind
     }
 
-    fn estimates(&self) -> &Estimates {
-        &self.estimates
+    fn estimates(&self) -> &dyn Estimates {
+        &*self.estimates
     }
 }
 

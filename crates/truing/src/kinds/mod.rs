@@ -37,8 +37,8 @@ pub use tracker_lm::{
 };
 
 pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach};
-pub(crate) use pose_icp::stds;
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
+pub(crate) use pose_icp::{plausible_reading, stds};
 pub use probe_comp::{
     LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
     QualificationEstimate, TouchEstimate,

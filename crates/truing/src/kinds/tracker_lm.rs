@@ -3,6 +3,7 @@
 mod estimates;
 mod measured;
 mod plan;
+mod plausible;
 mod ranges;
 mod settings;
 mod suspects;

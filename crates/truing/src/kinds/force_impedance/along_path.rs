@@ -110,7 +110,7 @@ impl PathCase {
         model: &PathModel,
         correction_n: Option<&[f64]>,
         conditions: Vec<String>,
-    ) -> Estimates {
+    ) -> Arc<dyn Estimates> {
         let mut errors = Vec::new();
         let mut forces = Vec::new();
         for (cell, members) in model.samples().enumerate() {
@@ -136,7 +136,7 @@ impl PathCase {
             correction_n,
         };
         let profile = model.profile().into_iter().zip(model.profile_of(corrections_n));
-        Estimates::PathForce(PathForceEstimates {
+        Arc::new(PathForceEstimates {
             contact_force,
             samples: errors.len(),
             samples_left_out: self.samples.len() - errors.len(),

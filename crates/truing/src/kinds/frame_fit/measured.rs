@@ -204,7 +204,7 @@ impl FrameCase {
             nearest_similarity: None,
         };
         Ok(Fitted {
-            estimates: Estimates::FrameFit(FrameFitEstimates::of(handed_back, points)),
+            estimates: Arc::new(FrameFitEstimates::of(handed_back, points)),
             observations,
             unit: "mm",
             degrees_of_freedom: fit.degrees_of_freedom,
@@ -292,7 +292,11 @@ impl FrameCase {
     }
 
     /// The map with the accepted effects, and for every point what it leaves to a correction.
-    fn with_effects<const D: usize>(&self, of: MapWithEffects<D>, closure: &Closure) -> Estimates {
+    fn with_effects<const D: usize>(
+        &self,
+        of: MapWithEffects<D>,
+        closure: &Closure,
+    ) -> Arc<dyn Estimates> {
         let mut residuals = vec![SVector::<f64, D>::zeros(); self.names.len()];
         for (row, residual) in residuals.iter_mut().enumerate() {
             residual.copy_from_slice(&closure.residuals_after[D * row..D * (row + 1)]);
@@ -316,7 +320,7 @@ impl FrameCase {
             conditions,
             nearest_similarity: of.nearest_similarity,
         };
-        Estimates::FrameFit(FrameFitEstimates::of(handed_back, points))
+        Arc::new(FrameFitEstimates::of(handed_back, points))
     }
 }
 

@@ -134,7 +134,7 @@ impl PoseCase {
         (tip_mm, places): (Vector3<f64>, &[(String, Vector3<f64>)]),
         covariance: &DMatrix<f64>,
         residual: impl Fn(usize, usize) -> f64,
-    ) -> Estimates {
+    ) -> Arc<dyn Estimates> {
         let std = |i: usize| covariance[(i, i)].sqrt();
         let place = |(k, (name, at)): (usize, &(String, Vector3<f64>))| PlaceEstimate {
             place: name.clone(),
@@ -162,7 +162,7 @@ impl PoseCase {
             dy_mm: residual(row, 1),
             dz_mm: residual(row, 2),
         };
-        Estimates::Tip(TipEstimates {
+        Arc::new(TipEstimates {
             tip_mm: tip_mm.into(),
             std_tip_mm: [std(0), std(1), std(2)],
             places: places.iter().enumerate().map(place).collect(),

@@ -126,7 +126,7 @@ impl DisplacementCase {
         Some(Covariate { name: "direction".to_owned(), values, origin: Origin::Recorded })
     }
 
-    fn estimates(&self, freed: Option<&[f64]>, conditions: Vec<String>) -> Estimates {
+    fn estimates(&self, freed: Option<&[f64]>, conditions: Vec<String>) -> Arc<dyn Estimates> {
         let residual =
             |i: usize| freed.map_or(self.readings[i].deviation, |residuals| residuals[i]);
         let run =
@@ -141,7 +141,7 @@ impl DisplacementCase {
                 residual_mm: residual(i),
             })
             .collect();
-        Estimates::Displacements(DisplacementEstimates {
+        Arc::new(DisplacementEstimates {
             frame: None,
             centers: Vec::new(),
             conditions,

@@ -115,7 +115,7 @@ impl Measured for GravityCase {
             unit: "N",
             degrees_of_freedom: calibration.degrees_of_freedom,
             chi2_per_dof: self.options.noise.and_then(|noise| chi2_per_dof(&calibration, noise)),
-            estimates: Estimates::Gravity(GravityEstimates::of(
+            estimates: Arc::new(GravityEstimates::of(
                 &calibration,
                 &self.poses,
                 &self.options.gravity,
@@ -136,12 +136,12 @@ impl Measured for GravityCase {
         if let Some(groups) = &self.groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
-        let estimates = Box::new(move |closure: &Closure| {
+        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
             let calibration = concrete.calibration(&closure.state, &closure.covariance);
             let mut conditions = concrete.conditions(&closure.state);
             conditions.extend(empirical_conditions(closure));
             let gravity = &self.options.gravity;
-            Estimates::Gravity(GravityEstimates::of(
+            Arc::new(GravityEstimates::of(
                 &with_empirical(calibration, closure),
                 &self.poses,
                 gravity,

@@ -48,7 +48,7 @@ impl Measured for PoseCase {
             .collect();
         let declared = self.sigma_mm.is_some();
         Ok(Fitted {
-            estimates: Estimates::PoseIcp(PoseIcpEstimates {
+            estimates: Arc::new(PoseIcpEstimates {
                 pose: self.estimate(&fit, &options),
                 matrix: rows(&fit.pose.machine_from_workpiece().to_homogeneous()),
                 reference_mm: None,
@@ -275,7 +275,12 @@ impl PoseCase {
     }
 
     /// Estimates with the accepted effects in the model.
-    fn closed(&self, model: &PoseModel, closure: &Closure, declared: &PoseFit) -> Estimates {
+    fn closed(
+        &self,
+        model: &PoseModel,
+        closure: &Closure,
+        declared: &PoseFit,
+    ) -> Arc<dyn Estimates> {
         let (state, columns) = (&closure.state, &closure.columns);
         let pose = model.pose_at(state);
         let sigmas = stds(&model.pose_covariance(state, columns, &closure.covariance));
@@ -315,7 +320,7 @@ impl PoseCase {
                 point.empirical_mm = Some(added.iter().map(|a| a[row]).sum());
             }
         }
-        Estimates::PoseIcp(PoseIcpEstimates {
+        Arc::new(PoseIcpEstimates {
             pose: estimate,
             matrix: rows(&model.reading_from_workpiece(state)),
             reference_mm: model.has_reference(state).then(|| model.reference_mm().into()),

@@ -43,7 +43,7 @@ impl PositioningCase {
         Error::FtCenter { at: Box::new(self.file.clone()), source: Box::new(source) }
     }
 
-    fn estimates(&self, residuals: Option<&[f64]>, conditions: Vec<String>) -> Estimates {
+    fn estimates(&self, residuals: Option<&[f64]>, conditions: Vec<String>) -> Arc<dyn Estimates> {
         let of = |(i, r): (usize, &AxisReading)| {
             let residual = residuals.map_or(r.deviation, |residuals| residuals[i]);
             PositionResidual {
@@ -64,7 +64,7 @@ impl PositioningCase {
             );
         }
         let readings = self.readings.iter().enumerate().map(of).collect();
-        Estimates::Positioning(PositioningEstimates { run, conditions, readings })
+        Arc::new(PositioningEstimates { run, conditions, readings })
     }
 
     fn recorded(&self) -> Vec<Covariate> {

@@ -7,7 +7,10 @@ use tracker_lm::{
 };
 use truing_report::{Curve, CurvePlot, ExtraPlot};
 
+use super::plausible::{MAX_ROTATION_DEG, implausible};
 use crate::estimated::{Estimated, Export};
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::{Cell, TextTable, number};
 
 /// What a `tracker-lm` case is solved for.
@@ -227,7 +230,30 @@ impl TrackerLmEstimates {
         }
     }
 
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+    /// Angle and rotation error about the axis itself, degrees.
+    pub(crate) fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
+        let own = match self.letter {
+            AxisLetter::A => 3,
+            AxisLetter::B => 4,
+            AxisLetter::C => 5,
+        };
+        let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
+        self.axis_errors.iter().map(of).collect()
+    }
+
+    /// Letter of the axis.
+    pub(crate) fn letter(&self) -> char {
+        self.letter.letter()
+    }
+
+    /// Declared direction of the axis.
+    pub(crate) fn direction(&self) -> [f64; 3] {
+        self.direction
+    }
+}
+
+impl Estimates for TrackerLmEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let mut all = Vec::new();
         if let Some(location) = &self.axis_location {
             for (i, name) in location.names.iter().enumerate() {
@@ -246,7 +272,7 @@ impl TrackerLmEstimates {
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = [
             "angle °",
             "e_x µm",
@@ -273,11 +299,11 @@ impl TrackerLmEstimates {
             let angle = std::iter::once(Cell::from(number(Some(e.angle_deg))));
             table.push(angle.chain(errors).chain(expanded).collect());
         }
-        table
+        vec![table]
     }
 
     /// The six curves with their 95 % bands.
-    pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
+    fn plots(&self) -> Vec<ExtraPlot> {
         let (errors, of, caption) = match &self.axis_motion {
             None => (
                 &self.axis_errors,
@@ -318,7 +344,7 @@ impl TrackerLmEstimates {
 
     /// Gives the place of the axis among the steps the uncertainty that it has in the machine's frame,
     /// of which the readings know nothing.
-    pub(crate) fn widen(&self, steps: &mut [Step]) {
+    fn widen(&self, steps: &mut [Step]) {
         let Some(location) = &self.axis_location else { return };
         let steps = steps.iter_mut().filter(|s| s.effect == "axis-location");
         for parameter in steps.flat_map(|s| &mut s.parameters) {
@@ -330,36 +356,19 @@ impl TrackerLmEstimates {
         }
     }
 
-    /// Angle and rotation error about the axis itself, degrees.
-    pub(crate) fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
-        let own = match self.letter {
-            AxisLetter::A => 3,
-            AxisLetter::B => 4,
-            AxisLetter::C => 5,
-        };
-        let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
-        self.axis_errors.iter().map(of).collect()
-    }
-
-    /// Letter of the axis.
-    pub(crate) fn letter(&self) -> char {
-        self.letter.letter()
-    }
-
-    /// Declared direction of the axis.
-    pub(crate) fn direction(&self) -> [f64; 3] {
-        self.direction
-    }
-
-    pub(crate) fn export(&self, format: Export) -> String {
-        match format {
+    fn export(&self, format: Export) -> Option<String> {
+        Some(match format {
             Export::Csv => axis_errors_csv(self.letter, &self.errors),
             Export::LinuxCnc => {
                 let reversal = self.reversal.unwrap_or_default().into();
                 linuxcnc_compensation(self.letter, &self.errors, &reversal)
             }
             Export::Heidenhain => heidenhain_table(self.letter, &self.errors),
-        }
+        })
+    }
+
+    fn implausible(&self, max_correction_deg: Option<f64>) -> Option<ImplausibleResult> {
+        implausible(self, max_correction_deg.unwrap_or(MAX_ROTATION_DEG))
     }
 }
 

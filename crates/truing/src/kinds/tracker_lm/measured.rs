@@ -96,9 +96,9 @@ impl TrackerCase {
 }
 
 impl TrackerCase {
-    fn estimates(&self, found: &Calibration, reversal: Option<[f64; 6]>) -> Estimates {
+    fn estimates(&self, found: &Calibration, reversal: Option<[f64; 6]>) -> Arc<dyn Estimates> {
         let near = TrackerLmEstimates::of(&self.survey, found, reversal);
-        Estimates::TrackerLm(near.moved(self.away_mm))
+        Arc::new(near.moved(self.away_mm))
     }
 
     fn prepared(&self, model: TrackerModel) -> Prepared<'_> {

@@ -37,6 +37,7 @@ pub(super) fn read(
         })
         .collect();
     let Setup { axis, stations, mounts, away_mm, .. } = setup;
+    let loop_settings = settings.loop_settings();
     let case = TrackerCase {
         file: table.at_file(),
         lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
@@ -53,7 +54,7 @@ pub(super) fn read(
     };
     Ok(Reading {
         measured: Box::new(case),
-        loop_settings: settings.loop_settings(),
+        loop_settings,
         warnings,
         tables: &[STATIONS, MOUNTS, RANGES],
     })

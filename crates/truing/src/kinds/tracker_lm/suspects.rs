@@ -7,7 +7,6 @@ use super::estimates::TrackerLmEstimates;
 use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
 use crate::case::Table;
-use crate::estimates::Estimates;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
@@ -135,7 +134,9 @@ fn yardstick(
     mounts: &[Point3<f64>],
     fitted: &Fitted,
 ) -> Yardstick {
-    let Estimates::TrackerLm(found) = &fitted.estimates else { return Yardstick::NONE };
+    let Some(found) = fitted.estimates.downcast_ref::<TrackerLmEstimates>() else {
+        return Yardstick::NONE;
+    };
     let place = |x, y, z| Point3::new(x, y, z);
     let found_mounts: Vec<_> = found.mounts.iter().map(|m| place(m.x_mm, m.y_mm, m.z_mm)).collect();
     let of_mounts = beyond(moved(mounts, &found_mounts), USUAL_PLACE);

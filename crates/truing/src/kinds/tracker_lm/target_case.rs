@@ -99,9 +99,13 @@ impl TargetCase {
 }
 
 impl TargetCase {
-    fn estimates(&self, found: &TargetCalibration, reversal: Option<[f64; 6]>) -> Estimates {
+    fn estimates(
+        &self,
+        found: &TargetCalibration,
+        reversal: Option<[f64; 6]>,
+    ) -> Arc<dyn Estimates> {
         let near = TrackerLmEstimates::of_targets(&self.survey, found, reversal);
-        Estimates::TrackerLm(near.moved(self.away_mm))
+        Arc::new(near.moved(self.away_mm))
     }
 
     fn prepared(&self, model: TargetModel) -> Prepared<'_> {

@@ -6,8 +6,14 @@ use serde::Serialize;
 use super::repeatability::RepeatabilityEstimate;
 
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::kinds::ft_center::settings::ToleranceSettings;
 use crate::text_table::{Cell, TextTable};
+
+/// Largest distance between where a head presses and where it was sent that is an error of the
+/// machine: as for the location of an axis.
+const MAX_CONTACT_MM: f64 = 50.0;
 
 /// What presses are solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -137,8 +143,10 @@ impl FtCenterEstimates {
         let frame = FrameEstimate::of(located, setting.z0_mm);
         Self { frame, conditions, centers, repeatability }
     }
+}
 
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for FtCenterEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let f = &self.frame;
         let mut all = vec![
             Estimated::new("frame angle", "°", f.angle_deg, Some(f.std_angle_deg)),
@@ -155,7 +163,7 @@ impl FtCenterEstimates {
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = [
             "press",
             "use",
@@ -191,7 +199,18 @@ impl FtCenterEstimates {
             let names = [c.press.clone().into(), c.usage.into()];
             table.push(names.into_iter().chain(numbers).take(shown).collect());
         }
-        table
+        vec![table]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        let off = |c: &&CenterEstimate| c.offset_x_mm.hypot(c.offset_y_mm);
+        let worst = self.centers.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let (press, found_mm, limit_mm) = (worst.press.clone(), off(&worst), MAX_CONTACT_MM);
+        (found_mm > limit_mm).then_some(ImplausibleResult::Contact { press, found_mm, limit_mm })
     }
 }
 

@@ -141,7 +141,7 @@ impl Measured for PressCase {
             degrees_of_freedom: if fitted { frame.degrees_of_freedom } else { 0 },
             chi2_per_dof,
             warnings,
-            estimates: Estimates::FtCenter(estimates),
+            estimates: Arc::new(estimates),
         })
     }
 
@@ -172,10 +172,10 @@ impl Measured for PressCase {
         if let Some(groups) = &groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
-        let estimates = Box::new(move |closure: &Closure| {
+        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
             let mut located = concrete.located(closure);
             located.conditions.extend(empirical_conditions(closure));
-            Estimates::FtCenter(FtCenterEstimates::of(&located, presses, self.setting()))
+            Arc::new(FtCenterEstimates::of(&located, presses, self.setting()))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
     }
