@@ -96,8 +96,7 @@ impl Placed {
         // Free errors leave a motion no way to look like a place; without as many readings as these
         // need, the place alone is fitted.
         let free = of(AxisModel::Free).ok().map(|(free, _)| free);
-        let motion =
-            free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
+        let motion = free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
         let found = match free.and_then(|free| free.location) {
             Some(location) => Some(location),
             None => of(AxisModel::Located)?.0.location,

@@ -116,8 +116,7 @@ impl Placed {
         let frame = Frame::of_places(&survey.axis, &places, sigma_mm, Some(dof));
         let free = TargetOptions { axis: AxisModel::Free, order: ErrorOrder::Fixed, ..*options };
         let free = fitted(survey, &free, &Added::default()).ok().map(|(free, _)| free);
-        let motion =
-            free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
+        let motion = free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
         // Free errors leave a motion no way to look like a place.
         let location = free.and_then(|free| free.location).or(found.location);
         let is_off = match (&frame, &location) {
