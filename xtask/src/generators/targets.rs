@@ -225,6 +225,10 @@ fn point_mm(
     }
     let angle = angle_deg.to_radians();
     let mut body = measured.mounts_mm[mount].0;
+    if let Fault::AxisMoved(by, _) = survey.fault {
+        // The reflectors are where the drawing has them; it is the axis that is not.
+        body = add(body, scale(-1.0, by));
+    }
     if let Fault::Flexure(give) = survey.fault
         && mount % 2 == 1
     {

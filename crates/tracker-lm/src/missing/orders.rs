@@ -110,7 +110,7 @@ struct Known {
 
 impl Known {
     fn new(basis: &DMatrix<f64>, residual: &DVector<f64>) -> Self {
-        let basis = basis.column_iter().map(|c| c.into_owned()).collect();
+        let basis = basis.column_iter().map(nalgebra::Matrix::into_owned).collect();
         Self { basis, residual: residual.clone() }
     }
 

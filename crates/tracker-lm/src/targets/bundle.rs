@@ -288,10 +288,10 @@ impl BorderedProblem for Bundle<'_> {
             let unit = if index % SIX < 3 { "mm" } else { "rad" };
             return format!("{} of station {station} ({unit})", COORDINATES[index % SIX]);
         }
-        if index >= self.curve_start() && index < self.curve_start() + LOCATION.len() {
-            if let Some(Shape::Location(c)) = self.curves.shapes.get(index - self.curve_start()) {
-                return location_name(self.survey.axis.letter, *c);
-            }
+        if let Some(Shape::Location(c)) =
+            index.checked_sub(self.curve_start()).and_then(|i| self.curves.shapes.get(i))
+        {
+            return location_name(self.survey.axis.letter, *c);
         }
         if index < self.curve_start() {
             let coordinate = self.chart.coordinate(index - self.mount_start());

