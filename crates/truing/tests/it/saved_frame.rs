@@ -106,9 +106,9 @@ fn the_frame_stands_in_for_ten_presses_and_no_other() {
     case.replace("case.toml", "# handedness = \"same\"", "handedness = \"opposed\"");
     assert!(told(&case).contains("has handedness `same`, and the case says `opposed`"));
     case.replace("case.toml", "handedness = \"opposed\"", "handedness = \"same\"");
-    case.replace("presses.csv", "locate", "frame");
+    case.replace("presses.csv", ",locate", ",frame");
     assert!(told(&case).contains("press 11 is of use = frame, and the frame is taken from"));
-    case.replace("presses.csv", "frame", "locate");
+    case.replace("presses.csv", ",frame", ",locate");
     // The position in inches.
     case.replace("presses.csv", "150.000,110.000", "5.906,4.331");
     let doubted = case.json("solve")["warnings"].to_string();
