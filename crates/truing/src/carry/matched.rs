@@ -127,7 +127,8 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
     })
 }
 
-fn is_of_one_observation(model: &dyn Model, effect: usize) -> bool {
+/// Whether an effect moves one observation alone.
+pub(crate) fn is_of_one_observation(model: &dyn Model, effect: usize) -> bool {
     if matches!(model.declared().effects[effect].scope, Scope::Observation(_)) {
         return true;
     }

@@ -8,6 +8,7 @@ use super::design::Goal;
 use super::linear::{Linear, label};
 use super::power::needed;
 use super::problem::PlanProblem;
+use crate::carry::is_of_one_observation;
 
 /// Probability with which every single test of a plan is to answer, so that all of them together,
 /// and what the loop asks beyond them, do in nineteen of twenty.
@@ -112,11 +113,11 @@ impl Question {
         let wanted: Vec<&String> = self.accepted.iter().chain(asked).collect();
         // What an effect may be taken for instead.
         let rivals = self.asks.iter().any(|ask| matches!(ask, Ask::Visible { .. }));
-        let is_needed = |e: &model_discrepancy::Effect| {
-            wanted.contains(&&label(e)) || (rivals && is_of_many(e))
+        let is_needed = |(index, e): &(usize, &model_discrepancy::Effect)| {
+            wanted.contains(&&label(e)) || (rivals && !is_of_one_observation(model, *index))
         };
         let effects = model.declared().effects.iter().enumerate();
-        effects.filter(|(_, e)| is_needed(e)).map(|(i, _)| i).collect()
+        effects.filter(is_needed).map(|(index, _)| index).collect()
     }
 
     /// The goals, with the ask that each belongs to; none of an ask that the model has no columns
@@ -167,11 +168,11 @@ impl Question {
                 let dof = degrees_of_freedom(linear, beside.len() + 1);
                 let of_effect = needed(WANTED, 1, dof, level(model, options));
                 let beside_rival = needed(WANTED, 1, dof, DECIDED);
-                let rivals: Vec<String> =
-                    (model.declared().effects.iter().filter(|e| is_of_many(e)))
-                        .map(label)
-                        .filter(|l| l != effect && !self.accepted.contains(l))
-                        .collect();
+                let rivals: Vec<String> = (model.declared().effects.iter().enumerate())
+                    .filter(|(index, _)| !is_of_one_observation(model, *index))
+                    .map(|(_, other)| label(other))
+                    .filter(|l| l != effect && !self.accepted.contains(l))
+                    .collect();
                 let mut goals = Vec::new();
                 for column in columns(model, linear, effect) {
                     let amplitude = DVector::from_element(1, size_that_matters(linear, column));
@@ -296,11 +297,6 @@ fn size_that_matters(linear: &Linear, column: usize) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let rms = (squares / rows.max(1) as f64).sqrt();
     if rms > 0.0 { MATTERS / rms } else { 0.0 }
-}
-
-/// Whether an effect is of more than one observation.
-fn is_of_many(effect: &model_discrepancy::Effect) -> bool {
-    !matches!(effect.scope, model_discrepancy::Scope::Observation(_))
 }
 
 /// Sizes from which on the amplitudes of an effect matter, in internal units.

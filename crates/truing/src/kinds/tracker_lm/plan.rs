@@ -27,6 +27,8 @@ pub(crate) struct TracerPlanSettings {
 const ACROSS: f64 = 3.0;
 /// Nearest that a tracer stands to a reflector.
 const NEAREST_MM: f64 = 100.0;
+/// Parts of a degree that angles are typed to.
+const DIGITS: f64 = 1e9;
 /// Angles nearer than this are one.
 const SAME_DEG: f64 = 1e-6;
 
@@ -65,6 +67,11 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,
     }
+}
+
+/// The number that was typed: the way through radians leaves round-off in the last digits.
+fn as_typed(angle_deg: f64) -> f64 {
+    (angle_deg * DIGITS).round() / DIGITS
 }
 
 impl TracerPlanSettings {
@@ -129,7 +136,7 @@ impl Surveyed<'_> {
     }
 
     fn turned(&self, angle_deg: f64, way: Option<Approach>) -> Cells {
-        let mut cells = vec![("angle_deg", format!("{angle_deg}"))];
+        let mut cells = vec![("angle_deg", format!("{}", as_typed(angle_deg)))];
         if self.has_direction {
             let word = match way {
                 Some(Approach::Positive) => "+1",

@@ -14,9 +14,20 @@ struct Answer {
     kind: String,
     #[serde(default)]
     verdict: Option<String>,
+    #[serde(default)]
+    steps: Vec<Step>,
     residual: Unit,
     estimates: Estimates,
 }
+
+/// What a loop accepted.
+#[derive(Deserialize)]
+struct Step {
+    effect: String,
+}
+
+/// Effects that the frame holds whole, and those of one press: a later press needs nothing more.
+const IN_THE_FRAME: [&str; 3] = ["frame-scale", "datum-offset", "bad-press"];
 
 #[derive(Deserialize)]
 struct Unit {
@@ -78,6 +89,14 @@ pub(super) fn saved_frame(
     }
     if answer.verdict.as_deref() == Some("input-wrong") {
         return fail("is of a loop that found its input wrong; mend it and solve again".to_owned());
+    }
+    if let Some(step) = answer.steps.iter().find(|s| !IN_THE_FRAME.contains(&s.effect.as_str())) {
+        return fail(format!(
+            "is of a loop that found {}, which its frame counts as corrected and the wrench of a \
+             later press still has; mend the cause and calibrate anew, or give the answer of \
+             `truing solve`, whose uncertainties hold for what is as it is",
+            quote(&step.effect)
+        ));
     }
     let Some(frame) = answer.estimates.frame else {
         return fail("has no frame: it is of displacements or poses, not of presses".to_owned());
