@@ -130,6 +130,24 @@ pub enum FtCenterError {
     /// The uncertainty of the frame has no answer.
     #[error("frame: {0}")]
     Frame(#[from] Box<least_squares::SolveError>),
+    /// A press is to place the sensor, and the frame is given.
+    #[error(
+        "press {name} is of use = frame, and the frame is taken from a solve before; mark presses \
+         at known positions use = check, or leave the saved frame out"
+    )]
+    FrameGiven {
+        /// Name of the press.
+        name: String,
+    },
+    /// The covariance of a frame is no covariance, or leaves its angle free.
+    #[error(
+        "the covariance of the frame is none, or leaves its angle free (standard uncertainty \
+         {std_angle_rad:.3e} rad)"
+    )]
+    InvalidFrameCovariance {
+        /// Standard uncertainty of the angle; NaN where its variance is negative.
+        std_angle_rad: f64,
+    },
     /// The frame did not settle: covariances contradict each other wildly.
     #[error(
         "angle of the frame still moves by {step_rad:.1e} rad after {iterations} iterations: \

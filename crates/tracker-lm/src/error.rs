@@ -109,6 +109,12 @@ pub enum TrackerError {
         /// Unit vector along the line, in the frame that turns with the axis.
         line: [f64; 3],
     },
+    /// Free target points leave every angle its errors.
+    #[error(
+        "free target points give every angle six errors of its own: a perfect axis needs the joint \
+         formulation"
+    )]
+    PerfectAxisOfFreePoints,
     /// The stations' nominal positions lie on one line, so that the rotation about it is free.
     #[error("the stations lie on one line: the rotation about it is free; move one off the line")]
     CollinearStations,

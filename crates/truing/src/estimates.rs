@@ -1,3 +1,4 @@
+use model_discrepancy::Step;
 use serde::Serialize;
 use truing_report::ExtraPlot;
 
@@ -70,6 +71,13 @@ impl Estimates {
             Self::ForceImpedance(estimates) => &estimates.conditions,
             Self::PathForce(estimates) => &estimates.conditions,
             _ => &[],
+        }
+    }
+
+    /// Gives steps the uncertainty that what they found has in these estimates, where that is larger.
+    pub(crate) fn widen(&self, steps: &mut [Step]) {
+        if let Self::TrackerLm(estimates) = self {
+            estimates.widen(steps);
         }
     }
 

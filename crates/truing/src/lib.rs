@@ -17,6 +17,7 @@ mod kind;
 mod kinds;
 mod layout;
 mod measured;
+mod monitor;
 mod noise_test;
 mod page;
 mod plan;
@@ -66,22 +67,26 @@ pub use import::{
 pub use interval_width::IntervalWidth;
 pub use kinds::{
     AxisErrorEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
-    AxisTargetEstimate, CenterEstimate, ContactForceEstimate, DisplacementEstimates,
+    AxisTargetEstimate, CenterEstimate, Conformity, ContactForceEstimate, DisplacementEstimates,
     DisplacementResidual, DistanceResidual, ForceBlock, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
     LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate, MountEstimate, PathCell, PathError,
     PathForceEstimates, PlaceEstimate, PlannedContactEstimate, PointResidual, PoseEstimate,
     PoseIcpEstimates, PoseIntervals, PoseResidual, PositionResidual, PositioningEstimates,
-    ProbeCompEstimates, QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates,
-    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
-    write_example,
+    ProbeCompEstimates, QualificationEstimate, RepeatabilityEstimate, ScaleEstimate,
+    StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
+    WrenchEstimate, kinds, write_example,
+};
+pub use monitor::{
+    PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,
+    What,
 };
 pub use layout::{Detail, Layout};
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use plan::{
     PlanBudget, PlanFigure, PlanOptions, PlanProblem, Planned, PlannedMeasurement,
-    PlannedTouchPlace, plan, write_plan,
+    PlannedTouchPlace, Prediction, plan, write_plan,
 };
 pub use plausible::{ImplausibleResult, plausible};
 pub use program::{Corrected, correct};

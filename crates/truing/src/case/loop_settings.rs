@@ -19,6 +19,12 @@ pub(crate) struct LoopSettings {
 }
 
 impl LoopSettings {
+    /// With at most so many additions, unless the user says how many.
+    pub(crate) fn or_at_most(mut self, max_steps: u8) -> Self {
+        self.max_steps.get_or_insert(max_steps);
+        self
+    }
+
     /// The engine's options with what the user set.
     pub(crate) fn options(&self) -> Options {
         let mut options = Options { progress: self.progress.clone(), ..Options::default() };

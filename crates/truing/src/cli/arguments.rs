@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand};
 use nalgebra::Isometry3;
 use truing::{ColumnMap, Detail, Export, PlanBudget};
 
+use super::monitor::Live;
 use super::number::{budget, chord, decimals, not_negative, positive};
 use super::register::{Register, pose};
 
@@ -79,6 +80,8 @@ pub(crate) enum Command {
     /// Choose what to measure next: what tells rivals apart, makes an effect visible, or a quantity
     /// better known
     Plan(Next),
+    /// Follow the contact of a head beside its commanded path, live, and say when it leaves it
+    Monitor(Live),
     /// Find where one cloud or mesh lies on another
     Register(Register),
     /// Move a G-code program to where the part of a pose-icp case lies

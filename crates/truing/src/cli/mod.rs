@@ -1,6 +1,7 @@
 //! Arguments in; text, JSON, reports and exit codes out.
 
 mod arguments;
+mod monitor;
 mod number;
 mod output;
 mod register;
@@ -26,6 +27,7 @@ use truing::{
 };
 
 use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings};
+use monitor::monitor;
 use register::Register;
 use spinner::Spinner;
 
@@ -56,6 +58,7 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
         }
         Command::Check { case, json } => checked(&case, json, settings),
         Command::Plan(next) => planned(&next, settings),
+        Command::Monitor(live) => monitor(&live, &read(&live.case, settings)?),
         Command::Register(command) => registered(&command, settings),
         Command::Correct { case, program, planned, answer, chord, decimals, output } => {
             let options = ProgramOptions { chord_mm: chord, decimals };
@@ -262,11 +265,13 @@ fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
     let spinner = Spinner::start("planning", settings.shown.quiet, &progress);
     let options =
         PlanOptions { answer: next.answer.clone(), aim: next.aim.clone(), budget: next.budget };
-    let answer = plan(&read(&next.case, settings)?.watched(&progress), &options)?;
+    let mut answer = plan(&read(&next.case, settings)?.watched(&progress), &options)?;
     let written = match &next.out {
         Some(folder) => write_plan(&answer, folder)?,
         None => Vec::new(),
     };
+    let program = written.iter().find(|path| path.extension() == Some("ngc".as_ref()));
+    answer.program = program.map(|path| path.display().to_string());
     drop(spinner);
     let listed: Vec<String> = written.iter().map(|f| format!("wrote {}", f.display())).collect();
     let is_text = !next.json;

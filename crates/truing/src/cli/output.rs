@@ -12,6 +12,12 @@ pub(crate) fn json(answer: &impl Serialize) -> Result<(), Error> {
     to_stdout(format_args!("{text}\n"))
 }
 
+/// One JSON object on a line of standard output.
+pub(crate) fn line(answer: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string(answer).expect("plain data with text keys");
+    to_stdout(format_args!("{text}\n"))
+}
+
 /// Text for people on standard output.
 pub(crate) fn text(text: &impl Display) -> Result<(), Error> {
     to_stdout(format_args!("{text}"))

@@ -17,7 +17,7 @@ use crate::Error;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
-use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::measured::{About, Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::suspect::Yardstick;
 
 /// The pose with the options under which it was found.
@@ -77,11 +77,7 @@ impl Measured for PoseCase {
         let part = self.surface.part.clone();
         let model = PoseModel::new(part, self.measured_touches(), &recorded, &fit.pose, &options)
             .map_err(|e| self.error(e, None))?;
-        let covariates = model.all_covariates();
-        let model = Arc::new(model);
-        let of = Arc::clone(&model);
-        let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &fit));
-        Ok(Prepared { model, covariates, estimates, about: None })
+        Ok(self.prepared(model, Arc::new(fit)))
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {
@@ -124,6 +120,18 @@ impl Measured for PoseCase {
 }
 
 impl PoseCase {
+    fn prepared(&self, model: PoseModel, fit: Arc<PoseFit>) -> Prepared<'_> {
+        let covariates = model.all_covariates();
+        let model = Arc::new(model);
+        let (of, at) = (Arc::clone(&model), Arc::clone(&model));
+        let declared = Arc::clone(&fit);
+        let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &declared));
+        let about: About<'_> = Box::new(move |closure| {
+            Some(self.prepared(at.about_found(&closure.state)?, Arc::clone(&fit)))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+
     fn touches(&self) -> Vec<Touch> {
         self.points.touches(self.sigma_mm.unwrap_or(1.0))
     }
