@@ -47,8 +47,7 @@ def plan(
     case: str,
     answer: str | None,
     aim: str | None,
-    measurements: int | None,
-    minutes: float | None,
+    budget: tuple[int | None, float | None],
     out: str | None,
     allow_outside: bool,
 ) -> _Answer: ...

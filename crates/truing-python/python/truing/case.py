@@ -123,7 +123,7 @@ def plan(
     if any(budget is not None and not 0 < budget <= _MOST_BUDGET for budget in (measurements, minutes)):
         raise InputError(f"a budget is above 0 and up to {_MOST_BUDGET:g}")
     with _on_disk(case) as folder:
-        return Planned(_truing.plan(folder, _path(answer), aim, measurements, minutes, _path(out), allow_outside))
+        return Planned(_truing.plan(folder, _path(answer), aim, (measurements, minutes), _path(out), allow_outside))
 
 
 def init(kind: str, folder: str | os.PathLike[str]) -> list[Path]:

@@ -38,6 +38,13 @@ pub(crate) struct Settings {
     /// Read files that case.toml names outside of the case folder
     #[arg(long, global = true)]
     pub(crate) allow_outside: bool,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+/// How much of an answer is shown.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Shown {
     /// Show every step, test and table in full
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub(crate) verbose: bool,
@@ -46,8 +53,7 @@ pub(crate) struct Settings {
     pub(crate) quiet: bool,
 }
 
-impl Settings {
-    /// How much is shown.
+impl Shown {
     pub(crate) fn detail(self) -> Detail {
         match (self.quiet, self.verbose) {
             (true, _) => Detail::Headline,

@@ -230,7 +230,7 @@ fn answer<A: Estimated>(
     report: impl Fn(&Case, &A) -> Result<String, Error>,
 ) -> Result<(), Error> {
     let progress = Progress::default();
-    let spinner = Spinner::start(doing, settings.quiet, &progress);
+    let spinner = Spinner::start(doing, settings.shown.quiet, &progress);
     let case = declare(read(&run.case, settings)?)?.watched(&progress);
     refuse_overlap(&run.outputs(), &paths(case.inputs()))?;
     let answer = compute(&case)?;
@@ -254,7 +254,7 @@ fn paths(inputs: &[InputFile]) -> Vec<&Path> {
 }
 
 fn checked(path: &Path, json: bool, settings: Settings) -> Result<(), Error> {
-    let spinner = Spinner::start("checking", settings.quiet, &Progress::default());
+    let spinner = Spinner::start("checking", settings.shown.quiet, &Progress::default());
     let answer = check(&read(path, settings)?)?;
     drop(spinner);
     print(answer, json, settings)
@@ -262,7 +262,7 @@ fn checked(path: &Path, json: bool, settings: Settings) -> Result<(), Error> {
 
 fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
     let progress = Progress::default();
-    let spinner = Spinner::start("planning", settings.quiet, &progress);
+    let spinner = Spinner::start("planning", settings.shown.quiet, &progress);
     let options =
         PlanOptions { answer: next.answer.clone(), aim: next.aim.clone(), budget: next.budget };
     let mut answer = plan(&read(&next.case, settings)?.watched(&progress), &options)?;
@@ -283,7 +283,7 @@ fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
 }
 
 fn registered(command: &Register, settings: Settings) -> Result<(), Error> {
-    let spinner = Spinner::start("registering", settings.quiet, &Progress::default());
+    let spinner = Spinner::start("registering", settings.shown.quiet, &Progress::default());
     let answer = truing::register(&command.source, &command.target, &command.settings())?;
     drop(spinner);
     let (converged, iterations) = (answer.converged, answer.iterations);
@@ -298,9 +298,9 @@ fn print(mut answer: impl Answer, json: bool, settings: Settings) -> Result<(), 
     if json {
         return output::json(&answer);
     }
-    let layout = Layout { detail: settings.detail(), columns: output::columns() };
+    let layout = Layout { detail: settings.shown.detail(), columns: output::columns() };
     output::answer(&answer.text(layout))?;
-    if !settings.quiet {
+    if !settings.shown.quiet {
         output::notes(&answer.header().notes);
     }
     output::warnings(answer.warnings());
