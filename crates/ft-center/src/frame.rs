@@ -20,7 +20,7 @@ const MAX_ITERATIONS: usize = 100;
 
 /// Standard uncertainty of the angle beyond which the frame is not determined: past it the
 /// covariance, which is first order, says nothing.
-const MAX_ANGLE_STD_RAD: f64 = 0.3;
+pub(crate) const MAX_ANGLE_STD_RAD: f64 = 0.3;
 
 /// Whether the sensor's z points the way the machine's does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -43,8 +43,10 @@ pub use nalgebra;
 mod axis;
 mod calibrate;
 mod calibration;
+mod curves;
 mod error;
 mod export;
+mod frame;
 mod free_points;
 mod gauge;
 mod joint;
@@ -55,6 +57,7 @@ mod missing;
 mod motion;
 mod network;
 mod options;
+mod perfect;
 mod points_result;
 mod search;
 mod shift;
@@ -73,7 +76,7 @@ pub use location::AxisLocation;
 #[cfg(feature = "loop")]
 pub use missing::TrackerModel;
 pub use motion::error_at_angle;
-pub use options::{DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options};
+pub use options::{AxisModel, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options};
 pub use survey::{Approach, Mount, Range, Station, Step, Survey};
 #[cfg(feature = "loop")]
 pub use targets::{HoldOut, TargetModel, TargetRecords};

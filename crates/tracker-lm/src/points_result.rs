@@ -57,6 +57,7 @@ pub(crate) fn result(
         dead_paths,
         mounts: reference.mounts(network, &spread),
         location: location(&network.survey.axis, &network.angles_rad(), &fixed, &spread, linear),
+        motion: None,
         axis_errors,
         residuals_mm,
         redundancy,

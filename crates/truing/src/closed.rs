@@ -5,6 +5,7 @@ use model_discrepancy::{
     Closure, ErrorSummary, HoldOut, NotObservable, Options, Remaining, Stability, Step, Verdict,
 };
 use serde::Serialize;
+use truing_report::by_sign;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimated::LoopParameter;
@@ -15,7 +16,6 @@ use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::settled::{Settled, settled};
 use crate::suspect::{Examined, Suspect, examine, named_cause};
-use crate::wording::by_sign;
 use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing loop`; serialises as its JSON.
@@ -250,7 +250,7 @@ fn close(
 ) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
     let made = made.filter(|_| case.learnt.is_none());
-    let (Settled { closure, .. }, prepared) = match made {
+    let (Settled { mut closure, .. }, prepared) = match made {
         Some(made) => {
             let prepared = made.on(prepared);
             (made, prepared)
@@ -258,6 +258,7 @@ fn close(
         None => settled(prepared, options).map_err(|source| case.loop_error(source))?,
     };
     let estimates = (prepared.estimates)(&closure);
+    estimates.widen(&mut closure.steps);
     let before = JudgedRms::of(&closure.before);
     let (mut carried, mut doubts) = (None, Vec::new());
     if let Some((learnt, matched)) = case.learnt.as_ref().zip(matched) {

@@ -1,4 +1,6 @@
+use model_discrepancy::Step;
 use serde::Serialize;
+use truing_report::ExtraPlot;
 
 use crate::estimated::{Estimated, Export};
 use crate::kinds::{
@@ -6,7 +8,6 @@ use crate::kinds::{
     FtCenterEstimates, GravityEstimates, PathForceEstimates, PoseIcpEstimates,
     PositioningEstimates, ProbeCompEstimates, TipEstimates, TrackerLmEstimates,
 };
-use crate::report::ExtraPlot;
 use crate::text_table::{Cell, EXPANDED, TextTable};
 
 /// What was solved for, by kind; each serialises as its own object.
@@ -70,6 +71,13 @@ impl Estimates {
             Self::ForceImpedance(estimates) => &estimates.conditions,
             Self::PathForce(estimates) => &estimates.conditions,
             _ => &[],
+        }
+    }
+
+    /// Gives steps the uncertainty that what they found has in these estimates, where that is larger.
+    pub(crate) fn widen(&self, steps: &mut [Step]) {
+        if let Self::TrackerLm(estimates) = self {
+            estimates.widen(steps);
         }
     }
 

@@ -4,12 +4,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
+use truing_report::{CurvePlot, Facet, Fact};
 
 use crate::Error;
 use crate::case::LoopSettings;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::report::{CurvePlot, Facet, Fact};
+use crate::monitor::LiveFrame;
 use crate::suspect::Yardstick;
 
 /// What a kind read.
@@ -42,8 +43,18 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
         true
     }
 
+    /// Degrees of freedom with which uncertainties were known before, where nothing is fitted.
+    fn known_before(&self) -> Option<usize> {
+        None
+    }
+
     /// What further measurements the machine can make; `None` where this kind of case cannot say.
     fn offer(&self) -> Result<Option<Offer>, Error> {
+        Ok(None)
+    }
+
+    /// Where a contact can be followed live; `None` where there is no frame of a sensor.
+    fn live(&self) -> Result<Option<LiveFrame>, Error> {
         Ok(None)
     }
 

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use model_discrepancy::{Model, State};
+use truing_report::{
+    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
+    ReportInput, VectorMap, render,
+};
 
 use crate::estimates::Estimates;
 use crate::file::read_text;
 use crate::measured::{Places, Prepared, Words};
-use crate::report::{
-    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
-    ReportInput, VectorMap, render,
-};
 use crate::solved::Solved;
 use crate::text_table::number;
 use crate::{Carried, Case, Closed, Error, Suspect};

@@ -73,7 +73,8 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
     let (lack_of_fit, doubt) = repeats(case, observations.len());
     let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
     let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
-    let estimated = Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none());
+    let estimated = (case.measured.known_before())
+        .or_else(|| Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none()));
     Ok(Solved {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),

@@ -3,6 +3,7 @@ use std::collections::BTreeSet;
 use model_discrepancy::{Effect, Model, Scope, State};
 use nalgebra::DVector;
 use serde::Serialize;
+use truing_report::by_sign;
 
 use super::former::{present, present_amplitude};
 use super::learnt::{Learnt, LearntStep};
@@ -10,7 +11,6 @@ use super::problem::CarryProblem;
 use crate::Error;
 use crate::case::quote;
 use crate::estimated::LoopParameter;
-use crate::wording::by_sign;
 
 /// Prefix of what the loop corrects along a column without knowing why.
 const EMPIRICAL: &str = "covariate:";

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use force_impedance::{ForceImpedanceError, PathModel, PathOptions, PathSample};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::{Curve, CurvePlot, Fact};
 
 use super::ContactForceEstimate;
 use super::path_estimates::{PathCell, PathError, PathForceEstimates};
@@ -15,7 +16,6 @@ use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::{Curve, CurvePlot, Fact};
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] = &["run", "time_s", "path_mm", "force_n", "reference_n"];

@@ -5,6 +5,7 @@ use force_impedance::{
     LogModel, LogOptions, LogSample, LoggedForce, solve_log,
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::{Curve, CurvePlot, Fact};
 
 use super::estimates::{
     ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate,
@@ -14,7 +15,6 @@ use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
-use crate::report::{Curve, CurvePlot, Fact};
 use crate::suspect::Yardstick;
 
 /// A mean disagreement of the lengths is told when it is this many times its scatter.

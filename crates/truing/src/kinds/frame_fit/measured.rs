@@ -7,6 +7,7 @@ use frame_fit::{
 };
 use model_discrepancy::{Closure, Covariate, Origin, Role};
 use nalgebra::{Point, SVector};
+use truing_report::Fact;
 
 use super::estimates::{FrameFitEstimates, HandedBack, PointResidual};
 use super::plan::offer;
@@ -19,7 +20,6 @@ use crate::kinds::Offer;
 use crate::measured::{
     Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `frame-fit` case as read.

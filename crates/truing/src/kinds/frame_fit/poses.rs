@@ -5,6 +5,7 @@ use std::sync::Arc;
 use frame_fit::{FrameFitError, KnownDistance, TipFit, TipModel, TipPose, fit_tip};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use nalgebra::{DMatrix, Vector3};
+use truing_report::Fact;
 
 use super::settings::{COORDINATES, DISTANCES, ModelSettings, POSES, Settings};
 use super::tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
@@ -15,7 +16,6 @@ use crate::case::{
 use crate::estimates::Estimates;
 use crate::kinds::orientation::orientations;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Reading, Words};
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] =

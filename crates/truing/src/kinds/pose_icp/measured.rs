@@ -8,6 +8,7 @@ use pose_icp::{
     Fitted as FittedPose, MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter,
     Touch, fit_pose, height_at,
 };
+use truing_report::Fact;
 
 use super::case::PoseCase;
 use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, rows, stds};
@@ -17,7 +18,6 @@ use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
 use crate::measured::{About, Fitted, Measured, Observation, Places, Prepared, Words};
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// The pose with the options under which it was found.

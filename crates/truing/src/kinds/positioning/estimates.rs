@@ -2,9 +2,9 @@ use std::fmt::Write as _;
 
 use ft_center::{AxisFigures, AxisMotion, AxisReading, OneWay, TargetFigures, axis_figures};
 use serde::Serialize;
+use truing_report::{Curve, CurvePlot, ExtraPlot};
 
 use crate::estimated::{Estimated, Export};
-use crate::report::{Curve, CurvePlot, ExtraPlot};
 use crate::text_table::TextTable;
 
 /// Triplets that LinuxCNC reads at most.

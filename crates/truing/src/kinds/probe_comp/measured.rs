@@ -4,6 +4,7 @@ use model_discrepancy::{Closure, Covariate, Origin, Role};
 use probe_comp::{
     BallTouch, Contact, MeasuredTouch, NormalSource, ProbeError, ProbeModel, ProbeSetup, compensate,
 };
+use truing_report::Fact;
 
 use super::case::ProbeCase;
 use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
@@ -12,7 +13,6 @@ use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
 use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// Contacts, and what they say of the noise.

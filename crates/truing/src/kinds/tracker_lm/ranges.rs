@@ -47,11 +47,13 @@ pub(super) fn read(
         groups,
         group_noun: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         away_mm,
+        has_direction: table.column("direction").is_some(),
+        plan: settings.plan,
         solved: std::sync::OnceLock::new(),
     };
     Ok(Reading {
         measured: Box::new(case),
-        loop_settings: settings.closure,
+        loop_settings: settings.loop_settings(),
         warnings,
         tables: &[STATIONS, MOUNTS, RANGES],
     })
