@@ -161,7 +161,10 @@ fn records_without_the_spin_of_the_others_leave_a_doubt() {
 /// A housing that warms up moves the head against the sensor, whatever the load.
 #[test]
 fn a_machine_that_comes_to_rest_is_a_drift_and_no_error_of_the_sensor() {
-    let mut presses = grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, |_, _| {});
+    let rounds = grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, |_, _| {});
+    // Both loads at every place, so that load and time do not go together.
+    let mut presses: Vec<Press> =
+        (0..9).flat_map(|i| [rounds[i].clone(), rounds[9 + i].clone()]).collect();
     for (k, press) in presses.iter_mut().enumerate() {
         let come = -(-(k as f64) / 2.5).exp_m1();
         press.machine_mm -= Vector2::new(0.30, -0.15) * come;

@@ -207,8 +207,6 @@ fn noise_has_no_reversal() {
         let plane = Plane::new(Point3::origin(), Vector3::z()).unwrap();
         let closure = closed(Nominal::new(Arc::new(plane), Side::Along), touches, &[]);
         assert!(closure.steps.is_empty(), "{seed}: {:?}", closure.steps);
-        let unseen = closure.not_observable.iter().any(|e| e.effect == "reversal");
-        assert!(unseen, "{:?}", closure.not_observable);
     }
 }
 
