@@ -49,7 +49,7 @@ pub(super) fn read(
         group_noun: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         away_mm,
         has_direction: table.column("direction").is_some(),
-        plan: settings.plan,
+        plan: settings.plan.clone(),
         solved: std::sync::OnceLock::new(),
     };
     Ok(Reading {
