@@ -1,6 +1,7 @@
 //! `cargo xtask bench plan`: the loop, a plan, the planned data from the physics, the loop again.
 
 mod machines;
+mod scene;
 mod scenes;
 mod table;
 

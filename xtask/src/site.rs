@@ -4,6 +4,7 @@
 //! repository, in which links to folders lead to their page and links to source files to the
 //! repository. What rustdoc writes lies beside, in `api`.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -111,7 +112,7 @@ fn reference() -> Result<String> {
         };
         let library = target["name"].as_str().unwrap_or(name).replace('-', "_");
         let about = package["description"].as_str().unwrap_or_default();
-        page += &format!("- [`{name}`](api/{library}/index.html): {about}\n");
+        writeln!(page, "- [`{name}`](api/{library}/index.html): {about}")?;
     }
     Ok(page)
 }

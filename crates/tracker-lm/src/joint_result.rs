@@ -3,6 +3,7 @@
 use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix4, Matrix6, Point3, Vector3, Vector4, Vector6};
 
+use crate::error_order::in_order;
 use crate::joint::Joint;
 use crate::location::{fit_matrices, located};
 use crate::network::Network;
@@ -11,8 +12,8 @@ use crate::search::covariance;
 use crate::spread::{Spread, dense_block};
 use crate::weights::Weights;
 use crate::{
-    AxisError, AxisLocation, AxisModel, Calibration, DeadPathEstimate, ErrorOrder, MountEstimate,
-    Options, RotaryAxis, StationEstimate, TrackerError,
+    AxisError, AxisLocation, AxisModel, Calibration, DeadPathEstimate, MountEstimate, Options,
+    RotaryAxis, StationEstimate, TrackerError,
 };
 
 pub(crate) fn result(
@@ -160,22 +161,6 @@ pub(crate) fn stations(
         (0..network.survey.stations.len()).map(station).collect(),
         network.dead_paths.iter().enumerate().map(dead_path).collect(),
     )
-}
-
-/// Errors given in the fixed frame, in the frame asked for.
-pub(crate) fn in_order(axis: &RotaryAxis, order: ErrorOrder, error: AxisError) -> AxisError {
-    if order == ErrorOrder::Fixed {
-        return error;
-    }
-    let rotation = axis.rotation(error.angle_rad).to_rotation_matrix().into_inner();
-    let mut back = Matrix6::zeros();
-    back.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation.transpose());
-    back.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation.transpose());
-    AxisError {
-        error: back * error.error,
-        covariance: back * error.covariance * back.transpose(),
-        ..error
-    }
 }
 
 /// Location of the axis from errors in the fixed frame; `linear` turns `A·error` of an angle into

@@ -45,6 +45,7 @@ mod calibrate;
 mod calibration;
 mod curves;
 mod error;
+mod error_order;
 mod export;
 mod frame;
 mod free_points;

@@ -4,8 +4,8 @@ use geometry::so3;
 use nalgebra::{DMatrix, Matrix3, Matrix4, Matrix6, Point3, Vector3, Vector4, Vector6};
 
 use crate::curves::{Curves, Shape};
+use crate::error_order::in_order;
 use crate::frame::Frame;
-use crate::joint_result::in_order;
 use crate::location::{AxisLocation, located};
 use crate::{AxisError, ErrorOrder, MountEstimate, RotaryAxis};
 

@@ -3,8 +3,9 @@
 use least_squares::{BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix3, MatrixXx3, Point3, Vector3, Vector6};
 
+use crate::error_order::in_order;
 use crate::free_points::{FreePoints, point_of};
-use crate::joint_result::{in_order, location, square, stations};
+use crate::joint_result::{location, square, stations};
 use crate::motion::error_at_angle;
 use crate::network::{MIN_MOUNTS, Network, check_collinear};
 use crate::search::covariance;

@@ -66,8 +66,11 @@ enum Place {
     Folded,
 }
 
+/// Writes one section of a page.
+type Section = fn(&mut Markup, &Context);
+
 /// In reading order: the answer, its pictures, what is left open; then what it rests on.
-const SECTIONS: [(fn(&mut Markup, &Context), Place); 13] = [
+const SECTIONS: [(Section, Place); 13] = [
     (headline, Place::Open),
     (views, Place::Open),
     (added, Place::Open),

@@ -45,15 +45,15 @@ impl AxisRun {
     }
 
     /// Targets of the run, in order; every one from below.
-    fn targets_mm(&self) -> Vec<f64> {
+    fn targets_mm() -> Vec<f64> {
         let round = || (0..N_TARGETS).map(|n| PITCH_MM * f64::from(n));
         (0..ROUNDS).flat_map(|_| round()).collect()
     }
 
     /// Twice as many readings as there are rows are not needed for these: at the targets and from
     /// the side of the run.
-    pub(crate) fn even(&self, count: usize) -> Vec<(f64, bool)> {
-        self.targets_mm().iter().cycle().take(count).map(|target| (*target, true)).collect()
+    pub(crate) fn even(count: usize) -> Vec<(f64, bool)> {
+        Self::targets_mm().iter().cycle().take(count).map(|target| (*target, true)).collect()
     }
 
     /// Files of the case with further readings.
@@ -65,7 +65,7 @@ impl AxisRun {
             let way = if rising { "+1" } else { "-1" };
             let _ = writeln!(text, "{target:.3},{read_mm:.5},{way}");
         };
-        for target in self.targets_mm() {
+        for target in Self::targets_mm() {
             row(target, true, &mut rng);
         }
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

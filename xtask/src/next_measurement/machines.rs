@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use super::scenes::{Files, Scene};
+use super::scene::{Files, Scene};
 use crate::generators::axis_run::{AxisRun, Fault};
 use crate::generators::noise::gaussian;
 use crate::generators::press::{self, Meant, Press, REACH_MM, Recorded, Session};
@@ -38,7 +38,7 @@ impl Scene for AxisRun {
     }
 
     fn with_even(&self, count: usize, seed: u64) -> Files {
-        AxisRun::files(self, &self.even(count), seed)
+        AxisRun::files(self, &AxisRun::even(count), seed)
     }
 }
 

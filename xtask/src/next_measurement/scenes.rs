@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 
 use super::machines::{Pressing, Upwards};
+use super::scene::{Files, Scene};
 use crate::generators::axis_run::{self, AxisRun};
 use crate::generators::mirror::{self, Mirror};
 use crate::generators::press;
@@ -14,21 +15,6 @@ use crate::generators::probe_tables::{case_toml, touches_csv};
 use crate::generators::survey::{Defect, Survey, measure_again, simulate};
 use crate::generators::tracer::Run;
 use crate::generators::tracer_run;
-
-/// Files of a case: names and texts.
-pub(super) type Files = Vec<(&'static str, String)>;
-
-/// A case that can be measured further.
-pub(crate) trait Scene {
-    /// The case as it stands.
-    fn files(&self) -> Files;
-    /// What the plan is made for, where it is not what the loop leaves open.
-    fn aim(&self) -> Option<&'static str>;
-    /// The case with the planned measurements made.
-    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files>;
-    /// The case with as many measurements as one would spread without a plan.
-    fn with_even(&self, count: usize, seed: u64) -> Files;
-}
 
 /// One situation.
 pub(crate) struct Situation {

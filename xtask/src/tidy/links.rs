@@ -1,6 +1,7 @@
 //! Links of the documentation lead somewhere; other sites are not asked.
 
 use std::fs;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 
@@ -11,7 +12,7 @@ use crate::{shell, site};
 /// Looks up every relative link and anchor of every page, and every page in the contents.
 pub(super) fn check(files: &[String]) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
-    let pages = files.iter().filter(|file| file.ends_with(".md"));
+    let pages = files.iter().filter(|file| is_page(file));
     for page in pages {
         let text = fs::read_to_string(shell::root().join(page)).with_context(|| page.clone())?;
         for link in links(&text).into_iter().filter(|link| !is_external(&link.to)) {
@@ -23,12 +24,17 @@ pub(super) fn check(files: &[String]) -> Result<Vec<Finding>> {
         }
     }
     let contents = site::contents()?;
-    let is_chapter = |file: &&String| file.starts_with("docs/") && file.ends_with(".md");
+    let is_chapter = |file: &&String| file.starts_with("docs/") && is_page(file);
     for page in files.iter().filter(is_chapter).filter(|page| !contents.contains(page)) {
         let text = format!("{page} is not in the contents of the site, {}", site::CONTENTS);
         findings.extend((*page != site::CONTENTS).then(|| Finding::error(text)));
     }
     Ok(findings)
+}
+
+/// Whether a file is a page of the documentation.
+fn is_page(file: &str) -> bool {
+    Path::new(file).extension().is_some_and(|extension| extension == "md")
 }
 
 /// What is wrong with a link.
@@ -38,7 +44,7 @@ fn dead(page: &str, to: &str) -> Result<Option<String>> {
     if !target.exists() {
         return Ok(Some("which is not there".to_owned()));
     }
-    let Some(anchor) = anchor.filter(|_| path.ends_with(".md")) else { return Ok(None) };
+    let Some(anchor) = anchor.filter(|_| is_page(&path)) else { return Ok(None) };
     let text = fs::read_to_string(&target).with_context(|| path.clone())?;
     let found = anchors(&text).iter().any(|known| known == anchor);
     Ok((!found).then(|| format!("and {path} has no heading of that name")))

@@ -5,9 +5,9 @@ use model_discrepancy::{Closure, Column, std_over_names};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 
 use crate::curves::Curves;
+use crate::error_order::in_order;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::joint_result::in_order;
 use crate::location::{fit_matrices, located};
 use crate::missing::reduction::answer;
 use crate::network::Network;

@@ -5,9 +5,10 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
+use crate::error_order::in_order;
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
-use crate::joint_result::{OfAxis, in_order, location, square};
+use crate::joint_result::{OfAxis, location, square};
 use crate::network::angles;
 use crate::perfect::{PerfectAxis, selected};
 use crate::search::{covariance, settle};

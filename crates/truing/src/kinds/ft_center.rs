@@ -5,6 +5,7 @@ mod displacements;
 mod gravity;
 mod gravity_estimates;
 mod plan;
+mod plan_settings;
 mod presses;
 mod settings;
 mod suspects;

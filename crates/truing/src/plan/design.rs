@@ -293,14 +293,15 @@ mod tests {
             .into();
         let design = Design::of(&measured, &offered, 0);
         let amplitude = DVector::from_element(1, 2.0);
-        let goal = Goal::Seen { of: vec![0], amplitude, beside: vec![1], needed: 2.9 };
+        let beside = vec![1];
+        let goal = Goal::Seen { of: vec![0], amplitude, beside, needed: 2.9, from: None };
         let goals = [goal];
         assert!(design.value(&goals[0], &design.with(&[])) < 1e-6);
         assert!(!design.is_met(&goals[0], &design.with(&[0])));
         let chosen = [1];
         // One alone is not safe; the others show less than is needed.
         assert!(design.is_met(&goals[0], &design.with(&chosen)));
-        assert!(!design.is_safe(&goals[0], &chosen));
+        assert!(!design.are_safe(&goals, &chosen));
         assert_eq!(design.forward(&goals, 3)[0], 1);
         // (1, 1, 1, 1)·2 less its part along (1, 1, 1, 0): 4.
         let value = design.value(&goals[0], &design.with(&chosen));

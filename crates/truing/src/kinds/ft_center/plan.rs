@@ -5,46 +5,14 @@ use std::f64::consts::TAU;
 use ft_center::{Contact, GravityCalibration, Located, Press, PressRole, SolvedPress, StaticPose};
 use geometry::Wrench;
 use nalgebra::{Point2, Point3, Unit, UnitQuaternion, Vector3};
-use serde::Deserialize;
 
+use super::plan_settings::SensorPlanSettings;
 use super::settings::{GRAVITY, PRESSES, WRENCH};
 use crate::Error;
 use crate::case::{Finite, Location, Positive, Problem};
 use crate::kinds::positioning::{AxisPlanSettings, Ways};
 use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, Range, shuffled};
 use crate::kinds::{Beside, Cells, Offer, Offered};
-
-/// `[plan]` of a sensor: where it can be pressed, how hard and how, and how it can be tilted.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct SensorPlanSettings {
-    x_mm: Option<Range>,
-    y_mm: Option<Range>,
-    spacing_mm: Option<Positive>,
-    loads_n: Option<Vec<Positive>>,
-    leans_deg: Option<Vec<Lean>>,
-    tilts_deg: Option<Vec<Lean>>,
-    targets: Option<Vec<Finite>>,
-    directions: Option<Ways>,
-    cycles: Option<u8>,
-    minutes_per_measurement: Option<Positive>,
-}
-
-/// An angle from upright, below a right angle for a press.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Lean(f64);
-
-impl<'de> Deserialize<'de> for Lean {
-    fn deserialize<D: serde::de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Finite(angle) = Finite::deserialize(deserializer)?;
-        if (0.0..=180.0).contains(&angle) {
-            return Ok(Self(angle));
-        }
-        Err(serde::de::Error::custom(format_args!(
-            "expected an angle from upright, from 0 to 180, found {angle}"
-        )))
-    }
-}
 
 /// Places along the diagonal of the region where no spacing is declared.
 const ACROSS: f64 = 5.0;
@@ -58,18 +26,6 @@ const STEEPEST_DEG: f64 = 45.0;
 const AZIMUTHS: u8 = 8;
 /// Between two presses, as a share of a record.
 const PAUSE: f64 = 0.5;
-
-impl SensorPlanSettings {
-    /// What of it concerns an axis that is sent to targets.
-    pub(super) fn of_axis(&self) -> AxisPlanSettings {
-        let Self { targets, directions, cycles, minutes_per_measurement, .. } = self.clone();
-        AxisPlanSettings { targets, directions, cycles, minutes_per_measurement }
-    }
-
-    fn minutes(&self) -> Option<f64> {
-        self.minutes_per_measurement.map(|Positive(minutes)| minutes)
-    }
-}
 
 /// Presses as the loop sees them, and the frame to place new ones by.
 pub(super) struct Pressed<'c> {

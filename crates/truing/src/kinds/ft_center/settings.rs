@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use toml::Spanned;
 
-use super::plan::SensorPlanSettings;
+use super::plan_settings::SensorPlanSettings;
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
 
