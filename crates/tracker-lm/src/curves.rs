@@ -163,11 +163,11 @@ mod tests {
 
     #[test]
     fn slopes_are_derivatives() {
+        // Central differences: rounding over the step beside its square.
+        const STEP: f64 = 1e-5;
         let (_, curves) = curves();
         let amplitudes = [0.3, -0.2, 0.02, 0.01, 0.1];
         let at = curves.at(1, &amplitudes);
-        // Central differences: rounding over the step beside its square.
-        const STEP: f64 = 1e-5;
         for (i, slope) in at.slopes.iter().enumerate() {
             let moved = |by: f64| {
                 let mut amplitudes = amplitudes;

@@ -43,6 +43,7 @@ pub use nalgebra;
 mod axis;
 mod calibrate;
 mod calibration;
+mod count;
 mod curves;
 mod error;
 mod error_order;

@@ -67,10 +67,10 @@ enum Place {
 }
 
 /// Writes one section of a page.
-type Section = fn(&mut Markup, &Context);
+type WriteSection = fn(&mut Markup, &Context);
 
 /// In reading order: the answer, its pictures, what is left open; then what it rests on.
-const SECTIONS: [(Section, Place); 13] = [
+const SECTIONS: [(WriteSection, Place); 13] = [
     (headline, Place::Open),
     (views, Place::Open),
     (added, Place::Open),

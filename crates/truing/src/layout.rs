@@ -1,3 +1,5 @@
+use std::fmt;
+
 /// How much of an answer a text for people holds, and how wide it may be.
 ///
 /// ```
@@ -41,4 +43,11 @@ impl Layout {
             Detail::Full => 40,
         }
     }
+}
+
+/// What is written, as a string.
+pub(crate) fn written(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
+    let mut text = String::new();
+    write(&mut text).expect("a string takes everything");
+    text
 }

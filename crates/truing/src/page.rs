@@ -154,7 +154,7 @@ fn page(
 }
 
 fn parameters(declared: &dyn Estimates, after: Option<&dyn Estimates>) -> Vec<ParameterRow> {
-    let after = after.map(|after| after.parameters()).unwrap_or_default();
+    let after = after.map(Estimates::parameters).unwrap_or_default();
     let row = |p: crate::estimated::Estimated| {
         let found = after.iter().find(|a| a.name == p.name);
         ParameterRow {

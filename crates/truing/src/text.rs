@@ -8,6 +8,7 @@ use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopStep};
 use crate::estimated::LoopParameter;
 use crate::estimates;
+use crate::layout::written;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
 use crate::{Checked, Closed, Detail, Estimates, Layout, ObservableEffect, Solved};
@@ -22,9 +23,7 @@ impl Solved {
     /// The answer for people.
     #[must_use]
     pub fn text(&self, layout: Layout) -> String {
-        let mut text = String::new();
-        self.write(&mut text, layout).expect("a string takes everything");
-        text
+        written(|text| self.write(text, layout))
     }
 
     fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
@@ -82,9 +81,7 @@ impl Closed {
     /// The answer for people, the verdict first.
     #[must_use]
     pub fn text(&self, layout: Layout) -> String {
-        let mut text = String::new();
-        self.write(&mut text, layout).expect("a string takes everything");
-        text
+        written(|text| self.write(text, layout))
     }
 
     fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
@@ -284,9 +281,7 @@ impl Checked {
     /// The answer for people.
     #[must_use]
     pub fn text(&self, layout: Layout) -> String {
-        let mut text = String::new();
-        self.write(&mut text, layout).expect("a string takes everything");
-        text
+        written(|text| self.write(text, layout))
     }
 
     fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {

@@ -42,8 +42,8 @@ fn the_scatter_within_places_is_found_axis_by_axis() {
     let found = of(&presses(40, 3)).unwrap();
     assert_eq!((found.places, found.presses, found.degrees_of_freedom), (4, 160, 156));
     // A standard deviation of 156 degrees of freedom is known to 1/√312 = 5.7 %: four of those.
-    for axis in 0..2 {
-        let ratio = found.std_mm[axis] / SEAT_MM[axis];
+    for (axis, seat_mm) in SEAT_MM.iter().enumerate() {
+        let ratio = found.std_mm[axis] / seat_mm;
         assert!((ratio - 1.0).abs() < 0.23, "axis {axis}: {ratio}");
     }
 }

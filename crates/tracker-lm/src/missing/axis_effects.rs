@@ -5,12 +5,13 @@
 //! visited again as a value at each of them.
 
 use model_discrepancy::{Effect, Parameter, Scope};
-use nalgebra::Vector6;
 
+use crate::count::count;
 use crate::curves::{LOCATION, Shape};
 use crate::missing::effects::parameter;
 use crate::missing::orders::Orders;
-use crate::{AxisLetter, AxisModel, RotaryAxis};
+use crate::missing::stops::{Stops, along, harmonic};
+use crate::{AxisLetter, AxisModel};
 
 /// An effect on the axis, and what each of its amplitudes does to the six errors.
 #[derive(Clone, Debug)]
@@ -18,19 +19,6 @@ pub(crate) struct AxisEffect {
     pub(crate) effect: Effect,
     pub(crate) shapes: Vec<Shape>,
 }
-
-/// Angles of a survey, and how often each was visited.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stops<'a> {
-    pub(crate) axis: &'a RotaryAxis,
-    pub(crate) angles_rad: &'a [f64],
-    pub(crate) visits: &'a [usize],
-}
-
-/// Levels of a value at every angle: more are no longer a table that anyone enters.
-const MOST_LEVELS: usize = 64;
-/// Fewest angles at which values say more than harmonics.
-const FEWEST_LEVELS: usize = 3;
 
 /// All that may be missing of an axis taken for perfect; nothing of one with free errors.
 pub(crate) fn axis_effects(
@@ -51,15 +39,6 @@ pub(crate) fn axis_effects(
         effects.extend((0..6).map(|c| levels(stops, c)));
     }
     effects
-}
-
-impl Stops<'_> {
-    /// Whether angles are visited again, so that a value at each of them can be told from noise.
-    pub(crate) fn are_repeated(&self) -> bool {
-        let n_visits: usize = self.visits.iter().sum();
-        let n_angles = self.angles_rad.len();
-        (FEWEST_LEVELS..=MOST_LEVELS).contains(&n_angles) && n_visits >= 2 * n_angles
-    }
 }
 
 fn effect(
@@ -102,10 +81,6 @@ fn unit(component: usize) -> (&'static str, f64) {
     if component < 3 { ("µm", 1e3) } else { ("µrad", 1e6) }
 }
 
-fn along(component: usize, by_angle: impl Iterator<Item = f64>) -> Shape {
-    Shape::Motion(by_angle.map(|value| value * Vector6::ith(component, 1.0)).collect())
-}
-
 fn harmonics(stops: &Stops<'_>, component: usize, orders: &Orders) -> Option<AxisEffect> {
     let letter = stops.axis.letter;
     let highest = orders.highest[component];
@@ -129,16 +104,6 @@ fn harmonics(stops: &Stops<'_>, component: usize, orders: &Orders) -> Option<Axi
     let mut effect = effect(id, Some(name), text, parameters);
     effect.searched = orders.searched[component];
     Some(AxisEffect { effect, shapes })
-}
-
-/// One error as the sine or cosine of a multiple of the angle.
-pub(crate) fn harmonic(
-    angles_rad: &[f64],
-    component: usize,
-    order: u8,
-    wave: fn(f64) -> f64,
-) -> Shape {
-    along(component, angles_rad.iter().map(|angle| wave(f64::from(order) * angle)))
 }
 
 /// Positions in proportion to the angle: the scale of an encoder, or a ratio of gears.
@@ -185,9 +150,4 @@ fn levels(stops: &Stops<'_>, component: usize) -> AxisEffect {
 /// An angle as the table has it.
 fn degrees(angle_rad: f64) -> f64 {
     (angle_rad.to_degrees() * 1e6).round() / 1e6
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

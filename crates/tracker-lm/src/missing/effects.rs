@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 
+use crate::count::count;
 use crate::missing::change::{Change, Offered};
 use crate::missing::course::{self, Course, Courses};
 use crate::missing::moves::{Moves, Part};
@@ -216,11 +217,7 @@ fn backlash(scene: &Scene<'_>) -> Entry {
     };
     let n = scene.survey.ranges.len();
     // What a perfect axis does at every reading alike is its place.
-    let mean = if scene.is_perfect {
-        (0..n).map(way).sum::<f64>() / crate::missing::model::count(n)
-    } else {
-        0.0
-    };
+    let mean = if scene.is_perfect { (0..n).map(way).sum::<f64>() / count(n) } else { 0.0 };
     let half = |r: usize| way(r) - mean;
     scene.entry_that_moves("backlash", None, text.to_owned(), parameters, (Part::Error, half))
 }

@@ -6,8 +6,8 @@ use model_discrepancy::{Closure, Model};
 use crate::TrackerModel;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::missing::model::Solved;
 use crate::missing::sights::sights;
+use crate::missing::solved::Solved;
 use crate::network::Network;
 use crate::shift::Shift;
 

@@ -14,6 +14,8 @@ mod proposals;
 pub(crate) mod reduce;
 mod reduction;
 mod sights;
+mod solved;
+pub(crate) mod stops;
 mod with_effects;
 
 pub use model::TrackerModel;

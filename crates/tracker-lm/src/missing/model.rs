@@ -11,12 +11,12 @@ use model_discrepancy::{
 };
 use nalgebra::{DMatrix, DVector, Point3};
 
-use crate::calibrate::{Placed, fitted_joint};
+use crate::calibrate::Placed;
+use crate::count::count;
 use crate::curves::Curves;
 use crate::frame::Frame;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::missing::axis_effects::Stops;
 use crate::missing::change::Offered;
 use crate::missing::changes::{Fitted, changes};
 use crate::missing::course::{Courses, courses};
@@ -26,8 +26,9 @@ use crate::missing::of_axis::OfAxis;
 use crate::missing::orders::Orders;
 use crate::missing::reduction::{Reduction, one_column};
 use crate::missing::sights::{Sight, sights, without};
+use crate::missing::solved::{Solved, solved};
+use crate::missing::stops::Stops;
 use crate::network::Network;
-use crate::shift::Shift;
 use crate::{Approach, AxisModel, Calibration, Options, Survey, TrackerError};
 
 /// The joint bundle of a survey about its solution, and the effects that it leaves out.
@@ -72,20 +73,6 @@ pub struct TrackerModel {
 pub(crate) struct Recorded {
     pub(crate) time_s: Option<Vec<f64>>,
     pub(crate) covariates: Vec<Covariate>,
-}
-
-/// The solution about which the model is linear.
-#[derive(Clone, Debug)]
-pub(crate) struct Solved {
-    /// Of the declared model.
-    pub(crate) calibration: Calibration,
-    /// `[stations, dead paths, reflectors]`, and the errors of every angle.
-    pub(crate) point: BorderedPoint,
-    /// What effects that are part of the solution move, range by range; empty where there are none.
-    pub(crate) shifts: Vec<Shift>,
-    /// Amplitudes of the axis' own effects that are part of the solution, whose errors are those of
-    /// the point; empty where there are none.
-    pub(crate) of_axis: Vec<f64>,
 }
 
 /// What a model about one solution leaves to that about another.
@@ -326,11 +313,6 @@ impl TrackerModel {
     }
 }
 
-fn solved(survey: &Survey, options: &Options) -> Result<Solved, TrackerError> {
-    let (calibration, point) = fitted_joint(survey, options)?;
-    Ok(Solved { calibration, point, shifts: Vec::new(), of_axis: Vec::new() })
-}
-
 /// Place of every range: station, mount, angle and the way the axis came to it.
 ///
 /// With free errors none repeats another: a row combines readings of several angles once what ties
@@ -444,9 +426,4 @@ fn base(joint: &Joint<'_>) -> Vec<Parameter> {
         Parameter { name, unit: "mm".to_owned(), report_factor: 1.0 }
     };
     (0..joint.shared_dim()).map(parameter).collect()
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-pub(crate) fn count(n: usize) -> f64 {
-    n as f64
 }

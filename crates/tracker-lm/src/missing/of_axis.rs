@@ -2,11 +2,12 @@
 
 use crate::curves::{Curves, ErrorsAt};
 use crate::joint::Joint;
-use crate::missing::axis_effects::{AxisEffect, Stops, axis_effects};
+use crate::missing::axis_effects::{AxisEffect, axis_effects};
 use crate::missing::effects::Entry;
-use crate::missing::model::Solved;
 use crate::missing::orders::Orders;
 use crate::missing::sights::Sight;
+use crate::missing::solved::Solved;
+use crate::missing::stops::Stops;
 use crate::network::Network;
 
 /// Effects on the axis with what they do about a solution.

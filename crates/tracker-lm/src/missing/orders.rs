@@ -8,8 +8,9 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::count::count;
 use crate::curves::{LOCATION, Shape};
-use crate::missing::axis_effects::{Stops, harmonic};
+use crate::missing::stops::{Stops, harmonic};
 
 /// Highest order of every error that is offered, and how many were looked at to find it.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,9 +159,4 @@ fn left_of(basis: &[DVector<f64>], columns: &DMatrix<f64>) -> Vec<DVector<f64>> 
         }
     }
     new
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

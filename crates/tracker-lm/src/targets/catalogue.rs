@@ -11,6 +11,7 @@ use super::TargetSurvey;
 use super::faults::Fault;
 use super::sight::Sight;
 use crate::Approach;
+use crate::count::count;
 use crate::missing::effects::{REFERENCE_C, approaches, coordinates, is_temperature, parameter};
 
 /// An effect as the loop sees it, and what it does to every reading.
@@ -93,7 +94,7 @@ fn backlash(scene: &Scene<'_>) -> Entry {
     // What a perfect axis does at every reading alike is its place.
     let n_targets = scene.survey.targets.len();
     let mean = if scene.is_perfect {
-        (0..n_targets).map(way).sum::<f64>() / crate::missing::model::count(n_targets)
+        (0..n_targets).map(way).sum::<f64>() / count(n_targets)
     } else {
         0.0
     };

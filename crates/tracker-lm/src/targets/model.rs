@@ -19,10 +19,11 @@ use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
 use crate::curves::{Curves, Shape};
 use crate::frame::Frame;
-use crate::missing::axis_effects::{AxisEffect, Stops, axis_effects};
+use crate::missing::axis_effects::{AxisEffect, axis_effects};
 use crate::missing::found::NEAR_MM;
 use crate::missing::model::elapsed;
 use crate::missing::orders::Orders;
+use crate::missing::stops::Stops;
 use crate::network::angles;
 use crate::{Approach, AxisModel, TrackerError};
 

@@ -172,7 +172,8 @@ fn a_place_and_a_motion_are_told_apart() {
 fn from_one_side_a_backlash_is_the_place_of_the_axis() {
     let model =
         TrackerModel::new(simulate(&perfect(), 36).survey, None, Vec::new(), &options()).unwrap();
-    let closure = close_loop(&model, &model.coordinates(), &Default::default()).unwrap();
+    let closure =
+        close_loop(&model, &model.coordinates(), &model_discrepancy::Options::default()).unwrap();
     assert!(closure.not_observable.iter().any(|n| n.effect == "backlash"));
     let steps = model.calibration().axis_errors.len();
     assert_eq!(steps, 19);

@@ -3,6 +3,7 @@
 mod estimates;
 mod measured;
 mod plan;
+mod plan_settings;
 mod plausible;
 mod ranges;
 mod settings;
@@ -46,13 +47,13 @@ pub(crate) const KIND: Kind = Kind {
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
     if !folder.has(TARGETS) {
-        return ranges::read(folder, document, settings);
+        return ranges::read(folder, document, &settings);
     }
     if folder.has(RANGES) {
         let problem = Problem::ExclusiveTables { other: RANGES.to_owned() };
         return Err(Error::case(folder.location(TARGETS), problem));
     }
-    targets::read(folder, document, settings)
+    targets::read(folder, document, &settings)
 }
 
 /// Effects added at most to a perfect axis: a place, six motion errors, and the six steps of any case

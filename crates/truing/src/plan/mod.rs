@@ -127,7 +127,9 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         if named || rounds == MOST_ROUNDS || sorted.len() >= most.min(every.len()) {
             break (sorted, rows, with_plan, (after, named));
         }
-        asked.iter_mut().for_each(|(_, goal)| harder(goal));
+        for (_, goal) in &mut asked {
+            harder(goal);
+        }
     };
     let (after, named) = after;
     let final_prepared = with_plan.measured.prepare()?;
@@ -153,14 +155,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     });
 
     let mut warnings = case.warnings.clone();
-    warnings.extend(inseparable.iter().filter_map(|(ask, rival)| {
-        let Ask::Visible { effect } = &question.asks[*ask] else { return None };
-        Some(format!(
-            "no {} that the machine is said to make tells {effect} from {rival} at the size from \
-             which on it matters",
-            offer.noun
-        ))
-    }));
+    warnings.extend(not_told_apart(&question, &inseparable, offer.noun));
     let mut planned = Planned {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -183,6 +178,18 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     planned.header.inputs.extend(answer.input);
     hand_out(&mut planned, case, &offer, (&rows, &rows.csv()), &sorted);
     Ok(planned)
+}
+
+/// Effects that no measurement of the offer tells from others.
+fn not_told_apart(question: &Question, inseparable: &[(usize, String)], noun: &str) -> Vec<String> {
+    let told = |(ask, rival): &(usize, String)| {
+        let Ask::Visible { effect } = &question.asks[*ask] else { return None };
+        Some(format!(
+            "no {noun} that the machine is said to make tells {effect} from {rival} at the size \
+             from which on it matters"
+        ))
+    };
+    inseparable.iter().filter_map(told).collect()
 }
 
 /// Writes the files of a plan into a folder, where none of them may exist.

@@ -57,14 +57,12 @@ impl Rows {
             }
             for beside in &offered.beside {
                 let place = others.iter().position(|other| other.file == beside.table);
-                let place = match place {
-                    Some(place) => place,
-                    None => {
-                        let table = folder.table(beside.table, &[])?;
-                        let readings = beside.are_readings;
-                        others.push(Longer::of(beside.table, table, Vec::new(), readings));
-                        others.len() - 1
-                    }
+                let place = if let Some(place) = place {
+                    place
+                } else {
+                    let table = folder.table(beside.table, &[])?;
+                    others.push(Longer::of(beside.table, table, Vec::new(), beside.are_readings));
+                    others.len() - 1
                 };
                 for row in &beside.rows {
                     others[place].push(row, (offered.names, name), &[])?;

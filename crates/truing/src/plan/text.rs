@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::planned::{PlanFigure, Planned};
+use crate::layout::written;
 use crate::text_table::{Cell, TextTable};
 use crate::{Detail, Layout};
 
@@ -16,9 +17,7 @@ impl Planned {
     /// The plan for people.
     #[must_use]
     pub fn text(&self, layout: Layout) -> String {
-        let mut text = String::new();
-        self.write(&mut text, layout).expect("a string takes everything");
-        text
+        written(|text| self.write(text, layout))
     }
 
     fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {

@@ -10,7 +10,8 @@ use truing_report::Fact;
 
 use super::displacements::recorded;
 use super::gravity_estimates::GravityEstimates;
-use super::plan::{SensorPlanSettings, poses};
+use super::plan::poses;
+use super::plan_settings::SensorPlanSettings;
 use super::settings::{GRAVITY, ModelSettings, Settings, error, unused};
 use super::wrench::wrenches;
 use crate::Error;

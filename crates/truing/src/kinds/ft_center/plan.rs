@@ -6,12 +6,11 @@ use ft_center::{Contact, GravityCalibration, Located, Press, PressRole, SolvedPr
 use geometry::Wrench;
 use nalgebra::{Point2, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::plan_settings::SensorPlanSettings;
+use super::plan_settings::{Lean, SensorPlanSettings};
 use super::settings::{GRAVITY, PRESSES, WRENCH};
 use crate::Error;
-use crate::case::{Finite, Location, Positive, Problem};
-use crate::kinds::positioning::{AxisPlanSettings, Ways};
-use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, Range, shuffled};
+use crate::case::{Location, Positive, Problem};
+use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, shuffled};
 use crate::kinds::{Beside, Cells, Offer, Offered};
 
 /// Places along the diagonal of the region where no spacing is declared.

@@ -7,7 +7,7 @@ use tracker_lm::{
 };
 use truing_report::{Curve, CurvePlot, ExtraPlot};
 
-use super::plausible::{MAX_ROTATION_DEG, implausible};
+use super::plausible::{FoundAxis, MAX_ROTATION_DEG, implausible};
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
 use crate::implausible::ImplausibleResult;
@@ -231,7 +231,7 @@ impl TrackerLmEstimates {
     }
 
     /// Angle and rotation error about the axis itself, degrees.
-    pub(crate) fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
+    fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
         let own = match self.letter {
             AxisLetter::A => 3,
             AxisLetter::B => 4,
@@ -239,16 +239,6 @@ impl TrackerLmEstimates {
         };
         let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
         self.axis_errors.iter().map(of).collect()
-    }
-
-    /// Letter of the axis.
-    pub(crate) fn letter(&self) -> char {
-        self.letter.letter()
-    }
-
-    /// Declared direction of the axis.
-    pub(crate) fn direction(&self) -> [f64; 3] {
-        self.direction
     }
 }
 
@@ -368,7 +358,16 @@ impl Estimates for TrackerLmEstimates {
     }
 
     fn implausible(&self, max_correction_deg: Option<f64>) -> Option<ImplausibleResult> {
-        implausible(self, max_correction_deg.unwrap_or(MAX_ROTATION_DEG))
+        let location = self.axis_location.iter();
+        let found = FoundAxis {
+            letter: self.letter.letter(),
+            direction: self.direction,
+            own_rotation_deg: &self.own_rotation_deg(),
+            location: location
+                .flat_map(|l| l.names.iter().map(String::as_str).zip(l.values))
+                .collect(),
+        };
+        implausible(&found, max_correction_deg.unwrap_or(MAX_ROTATION_DEG))
     }
 }
 

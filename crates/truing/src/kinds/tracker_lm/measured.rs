@@ -9,7 +9,8 @@ use tracker_lm::{
 use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
-use super::plan::{Surveyed, TracerPlanSettings, offer};
+use super::plan::{Surveyed, offer};
+use super::plan_settings::TracerPlanSettings;
 use super::settings::error;
 use crate::Error;
 use crate::case::{Location, NumberColumn};

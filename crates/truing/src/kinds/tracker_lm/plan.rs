@@ -1,27 +1,14 @@
 //! Angles, stations and reflectors that could be measured next.
 
 use nalgebra::{Point3, Vector3, Vector6};
-use serde::Deserialize;
 use tracker_lm::{Approach, Calibration, ErrorOrder, Survey};
 
+use super::plan_settings::TracerPlanSettings;
 use super::settings::{MOUNTS, RANGES, STATIONS};
 use super::tables::PLACE;
 use crate::case::{Finite, Positive};
-use crate::kinds::touching::{Place, PlanSettings, Range, shuffled};
+use crate::kinds::touching::{Place, PlanSettings, shuffled};
 use crate::kinds::{Beside, Cells, Offer, Offered};
-
-/// `[plan]` of a tracer: where it can stand, what it can look at, how the axis can turn.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct TracerPlanSettings {
-    x_mm: Option<Range>,
-    y_mm: Option<Range>,
-    z_mm: Option<Range>,
-    spacing_mm: Option<Positive>,
-    angles_deg: Option<Vec<Finite>>,
-    mounts_mm: Option<Vec<[Finite; 3]>>,
-    minutes_per_measurement: Option<Positive>,
-}
 
 /// Places of stations along the diagonal of the region where no spacing is declared.
 const ACROSS: f64 = 3.0;
@@ -201,7 +188,7 @@ impl Surveyed<'_> {
                 rows.push(cells);
             }
         }
-        self.placed("station", (STATIONS, at), rows)
+        Self::placed("station", (STATIONS, at), rows)
     }
 
     /// One more reflector, seen by every station at every step there was.
@@ -218,11 +205,10 @@ impl Surveyed<'_> {
                 rows.push(cells);
             }
         }
-        self.placed("mount", (MOUNTS, at), rows)
+        Self::placed("mount", (MOUNTS, at), rows)
     }
 
     fn placed(
-        &self,
         names: &'static str,
         (table, at): (&'static str, &Point3<f64>),
         rows: Vec<Cells>,

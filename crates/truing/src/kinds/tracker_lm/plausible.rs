@@ -1,6 +1,5 @@
 //! Whether the errors found of an axis can be true of a machine.
 
-use super::estimates::TrackerLmEstimates;
 use crate::implausible::ImplausibleResult;
 
 /// Largest rotation of a rotary axis about itself that is a correction, in degrees: what a worm of
@@ -18,28 +17,38 @@ const MAX_LOCATION_DEG: f64 = 5.0;
 /// letter's axis against the declared direction.
 const REVERSED: f64 = 1.5;
 
+/// What was found of an axis, as far as it can be beyond any machine.
+pub(super) struct FoundAxis<'a> {
+    pub(super) letter: char,
+    /// Declared direction.
+    pub(super) direction: [f64; 3],
+    /// Angle and rotation error about the axis itself, degrees.
+    pub(super) own_rotation_deg: &'a [[f64; 2]],
+    /// Name and value of each error of location: two displacements in mm, two rotations in rad.
+    pub(super) location: Vec<(&'a str, f64)>,
+}
+
 /// A compensation, or a place of the axis, beyond any machine.
-pub(super) fn implausible(axis: &TrackerLmEstimates, limit_deg: f64) -> Option<ImplausibleResult> {
-    let own: Vec<[f64; 2]> = axis.own_rotation_deg();
+pub(super) fn implausible(axis: &FoundAxis<'_>, limit_deg: f64) -> Option<ImplausibleResult> {
+    let own = axis.own_rotation_deg;
     let [at_deg, found_deg] =
         own.iter().copied().max_by(|a, b| a[1].abs().total_cmp(&b[1].abs())).unwrap_or([0.0; 2]);
     if found_deg.abs() > limit_deg {
-        if slope(&own).abs() > REVERSED {
-            let reversed = axis.direction().map(|v| if v == 0.0 { 0.0 } else { -v });
+        if slope(own).abs() > REVERSED {
+            let reversed = axis.direction.map(|v| if v == 0.0 { 0.0 } else { -v });
             let largest_deg = found_deg.abs();
             return Some(ImplausibleResult::Reversed { largest_deg, reversed });
         }
-        let letter = axis.letter();
+        let letter = axis.letter;
         return Some(ImplausibleResult::Compensation { letter, found_deg, at_deg, limit_deg });
     }
-    let location = axis.axis_location.as_ref()?;
-    (0..4).find_map(|i| {
+    axis.location.iter().enumerate().find_map(|(i, (name, value))| {
         let (found, unit, limit) = if i < 2 {
-            (location.values[i], "mm", MAX_LOCATION_MM)
+            (*value, "mm", MAX_LOCATION_MM)
         } else {
-            (location.values[i].to_degrees(), "°", MAX_LOCATION_DEG)
+            (value.to_degrees(), "°", MAX_LOCATION_DEG)
         };
-        let name = location.names[i].clone();
+        let name = (*name).to_owned();
         (found.abs() > limit).then_some(ImplausibleResult::Location { name, found, unit, limit })
     })
 }

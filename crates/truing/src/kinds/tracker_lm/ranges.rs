@@ -16,9 +16,9 @@ const KNOWN: &[&str] =
 pub(super) fn read(
     folder: &Folder,
     document: &Document,
-    settings: Settings,
+    settings: &Settings,
 ) -> Result<Reading, Error> {
-    let setup = Setup::read(folder, document, &settings)?;
+    let setup = Setup::read(folder, document, settings)?;
     let table = folder.table(RANGES, NEEDED)?;
     let mut columns = Columns::new(&table, KNOWN);
     let references = setup.references(&mut columns, &table, RANGES)?;

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use tracker_lm::TrackerError;
 
-use super::plan::TracerPlanSettings;
+use super::plan_settings::TracerPlanSettings;
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
 

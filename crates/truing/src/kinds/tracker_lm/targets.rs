@@ -20,9 +20,9 @@ const KNOWN: &[&str] =
 pub(super) fn read(
     folder: &Folder,
     document: &Document,
-    settings: Settings,
+    settings: &Settings,
 ) -> Result<Reading, Error> {
-    let setup = Setup::read(folder, document, &settings)?;
+    let setup = Setup::read(folder, document, settings)?;
     let table = folder.table(TARGETS, NEEDED)?;
     let mut columns = Columns::new(&table, KNOWN);
     let references = setup.references(&mut columns, &table, TARGETS)?;
@@ -52,7 +52,7 @@ pub(super) fn read(
                 .to_owned(),
         );
     }
-    let (order, noise) = (settings.options().order, noise(&settings, document)?);
+    let (order, noise) = (settings.options().order, noise(settings, document)?);
     let options = TargetOptions { axis: axis_model, order, noise };
     let Setup { axis, stations, mounts, bodies, away_mm, .. } = setup;
     let covariates = recorded(None, &extras.covariates);

@@ -15,7 +15,8 @@ use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::kinds::ft_center::plan::{Pressed, SensorPlanSettings, presses as offered_presses};
+use crate::kinds::ft_center::plan::{Pressed, presses as offered_presses};
+use crate::kinds::ft_center::plan_settings::SensorPlanSettings;
 use crate::kinds::ft_center::settings::{ToleranceSettings, error};
 use crate::measured::{
     Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
