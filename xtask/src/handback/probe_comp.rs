@@ -98,7 +98,18 @@ impl FormScale {
                         all.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
                     0.5 * (low + high)
                 };
-                [middle(0), middle(1), 0.0]
+                // Of the part's own origin where that lies within half of what was touched.
+                let half = |k: usize| {
+                    let all = feet.iter().map(|f| f.at[k]);
+                    let (low, high) =
+                        all.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+                    0.5 * (high - low)
+                };
+                if (0..2).all(|k| middle(k).abs() < 0.5 * half(k)) {
+                    [0.0; 3]
+                } else {
+                    [middle(0), middle(1), 0.0]
+                }
             }
         };
         let reach = |foot: &Foot| {

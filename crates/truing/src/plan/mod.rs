@@ -142,8 +142,11 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let spent = options.budget.is_some();
     let reached =
         named && reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook), spent);
+    let not_told_apart = not_told_apart(&question, &inseparable, offer.noun);
     let would = (!reached).then(|| {
-        if named || sorted.len() >= most {
+        if let Some(never) = not_told_apart.first() {
+            never.clone()
+        } else if named || sorted.len() >= most {
             would(&design, &question, &asked, offer.noun)
         } else {
             String::from(
@@ -155,7 +158,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     });
 
     let mut warnings = case.warnings.clone();
-    warnings.extend(not_told_apart(&question, &inseparable, offer.noun));
+    warnings.extend(not_told_apart);
     let mut planned = Planned {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),

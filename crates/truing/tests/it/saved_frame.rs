@@ -109,13 +109,13 @@ fn the_frame_stands_in_for_ten_presses_and_no_other() {
     case.replace("presses.csv", ",locate", ",frame");
     assert!(told(&case).contains("press 11 is of use = frame, and the frame is taken from"));
     case.replace("presses.csv", ",frame", ",locate");
-    // The position in inches.
+    // The position in inches, and an inch taken for a millimetre once more.
     case.replace("presses.csv", "150.000,110.000", "5.906,4.331");
     let doubted = case.json("solve")["warnings"].to_string();
-    assert!(
-        doubted.contains("press `11` is 178.9 mm from the middle of the calibration"),
-        "{doubted}"
-    );
+    assert!(doubted.contains("press 11 lies 178.9 mm from where the head was sent"), "{doubted}");
+    case.replace("presses.csv", "5.906,4.331", "3810.000,2794.000");
+    let doubted = case.json("solve")["warnings"].to_string();
+    assert!(doubted.contains("mm from the middle of the calibration"), "{doubted}");
     assert!(case.message("loop", 2).contains("nothing is fitted here"));
 }
 
