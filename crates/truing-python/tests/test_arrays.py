@@ -159,7 +159,7 @@ def test_an_axis_is_calibrated_from_ranges(draws):
     assert "rotation about the line" in caught.value.free_direction
     with pytest.raises(truing.InputError, match="whole number"):
         tracker_lm.calibrate(**{**survey, "station": station * 1.0})
-    with pytest.raises(truing.InputError, match="refers to station"):
+    with pytest.raises(truing.InputError, match="refers to index .* of stations"):
         tracker_lm.calibrate(**{**survey, "station": station - 1})
 
 
