@@ -14,6 +14,7 @@ mod fixtures;
 mod generators;
 #[cfg(test)]
 mod handback;
+mod linuxcnc;
 mod loop_speed;
 mod measured;
 mod next_measurement;
@@ -56,6 +57,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Runs every check; the first failure stops.
     Ci(ci::Arguments),
+    /// Runs plans, corrected programs and the force controller on a LinuxCNC with simulated axes.
+    Linuxcnc(linuxcnc::Arguments),
     /// Checks that force-impedance builds without `std` and cannot panic while it controls.
     Realtime,
     /// Checks the rules of the house that the compiler does not.
@@ -70,6 +73,7 @@ fn main() -> ExitCode {
         Command::Measured(arguments) => measured::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
+        Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
         Command::Realtime => realtime::run(),
         Command::Tidy(arguments) => tidy::run(arguments),
     };
