@@ -97,12 +97,3 @@ fn in_words(answer: &Value) -> String {
     let all: Vec<String> = steps.iter().map(one).collect();
     if all.is_empty() { "no name".to_owned() } else { all.join("; ") }
 }
-
-/// Whether a name of the answer has rivals.
-pub(super) fn has_rivals(answer: &Value) -> bool {
-    let steps = answer["steps"].as_array().map_or(&[][..], Vec::as_slice);
-    let is_one_of_many = |step: &Value| {
-        step["indistinguishable_from"].as_array().is_some_and(|rivals| !rivals.is_empty())
-    };
-    steps.iter().any(is_one_of_many)
-}

@@ -13,7 +13,7 @@ const FILES: [&str; 2] =
 const CONTROLLER: &str = "crates/force-impedance-c/hal/force_impedance.comp";
 const HEAD: &str = "xtask/linuxcnc/pressed_part.comp";
 /// Directions of the legs of `head.hal`, and those that the controller takes where none are given.
-const LEGS_DEG: [f64; 3] = [80.0, 205.0, 325.0];
+const LEGS_DEG: [f64; 3] = [60.0, 190.0, 320.0];
 const USUAL_DEG: [f64; 3] = [90.0, 210.0, 330.0];
 /// Force asked for in `head.hal`, N.
 const REFERENCE_N: f64 = 30.0;
@@ -39,7 +39,7 @@ struct Cycle {
 /// Presses for some seconds, then shortly with the legs taken for others.
 pub(super) fn press(installed: Installed, folder: &Path, seconds: u32) -> Result<()> {
     println!(
-        "── polishing head: legs at 80, 205 and 325°, a normal 19° beside the tool, a spring that moves"
+        "── polishing head: legs at 60, 190 and 320°, a normal 19° beside the tool, a spring that moves"
     );
     shell::cargo(&["build", "--release", "--workspace", "--all-features", "--lib"])?;
     let metadata = shell::metadata(false)?;

@@ -93,7 +93,10 @@ pub(super) fn lay_out(folder: &Path, files: &[&str], components: &[Component<'_>
         copy(&shell::root().join(file), folder)?;
     }
     for entry in fs::read_dir(MODULES).context(MODULES)? {
-        copy(&entry?.path(), &modules)?;
+        let module = entry?.path();
+        if module.is_file() {
+            copy(&module, &modules)?;
+        }
     }
     for component in components {
         let source = copy(&shell::root().join(component.source), folder)?;

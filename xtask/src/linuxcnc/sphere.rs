@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-use super::answer::{asked, closed, emptied, has_rivals, imported, planned, text};
+use super::answer::{asked, closed, emptied, imported, planned, text};
 use super::drawing::{BALL_MM, SPHERE_CENTER_MM, SPHERE_MM, sphere_touches};
 use super::machine::Machine;
 use super::touch::{SAFE_Z_MM, TRAVEL_MM_PER_MIN, Touch, program, spread};
@@ -21,8 +21,10 @@ const AGAIN: u32 = 18;
 const REACH_MM: f64 = 0.6;
 /// Largest angle between approach and normal of the touches that judge.
 const LEAN_RAD: f64 = 0.35;
-/// Plans run at most.
-const ROUNDS: usize = 3;
+/// What a probe that was never calibrated is asked for, and how much may be measured at a time.
+const AIM: [&str; 4] = ["--for", "tip-radius,pretravel,latency", "--budget", "12"];
+/// Plans run one after another.
+const ROUNDS: usize = 2;
 /// What the error of the touches that judge has to fall by: ball, latency and place, some 10 µm each,
 /// go; lobes of the switch and the servo cycle's 1.4 µm stay.
 const AT_LEAST: f64 = 2.0;
@@ -38,11 +40,8 @@ pub(super) fn qualify(truing: &Truing, machine: &mut Machine, folder: &Path) -> 
     println!("  first program: {FIRST} touches along the normal");
     let mut answer = closed(truing, &case)?;
     for round in 1..=ROUNDS {
-        if !has_rivals(&answer) {
-            break;
-        }
         let next = folder.join(format!("plan-{round}"));
-        if planned(truing, machine, (&case, &next), &[])? == 0 {
+        if planned(truing, machine, (&case, &next), &AIM)? == 0 {
             break;
         }
         case = next;
