@@ -208,9 +208,12 @@ pub(crate) fn score_catalogue(
     let trials = trials(&candidates, &class, &locals);
     let alpha_single = scoring.alpha / trials.tests.max(1.0);
     let candidates = Candidates { all: candidates, class, trials };
-    let judged = |i| match scoring.thorough {
-        true => candidates.judged(scoring, i),
-        false => candidates.screened(scoring, i),
+    let judged = |i| {
+        if scoring.thorough {
+            candidates.judged(scoring, i)
+        } else {
+            candidates.screened(scoring, i)
+        }
     };
     let judged = (0..candidates.all.len()).filter_map(judged).collect();
     ScorePass { judged, candidates, not_estimable, alpha_single }
@@ -360,9 +363,10 @@ impl Scored {
     pub(crate) fn confirm(&mut self, scoring: &Scoring<'_>) {
         if !self.is_confirmed {
             let base = (&scoring.lin.basis, &scoring.clean);
-            match confirmed(scoring, base, self.clone()) {
-                Some(confirmed) => *self = confirmed,
-                None => (self.is_confirmed, self.adjusted) = (true, f64::INFINITY),
+            if let Some(confirmed) = confirmed(scoring, base, self.clone()) {
+                *self = confirmed;
+            } else {
+                (self.is_confirmed, self.adjusted) = (true, f64::INFINITY);
             }
         }
     }

@@ -99,7 +99,9 @@ fn neighbours(series: &[Vec<usize>], columns: &DMatrix<f64>) -> DMatrix<f64> {
 fn ends(series: &[Vec<usize>], rows: usize) -> Vec<(usize, f64)> {
     let mut times = vec![2.0_f64; rows];
     for one in series {
-        one.iter().for_each(|&row| times[row] = 0.0);
+        for &row in one {
+            times[row] = 0.0;
+        }
         if let (Some(&first), Some(&last)) = (one.first(), one.last()) {
             times[first] += 1.0;
             times[last] += 1.0;
