@@ -1,5 +1,6 @@
 //! Commands of `truing` as a user types them, and what is read from their answers.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -81,7 +82,7 @@ fn in_words(answer: &Value) -> String {
         for value in step["parameters"].as_array().into_iter().flatten() {
             let number = |key: &str| value[key].as_f64().unwrap_or(f64::NAN);
             let unit = value["unit"].as_str().unwrap_or_default();
-            words.push_str(&format!(" {:.4} ± {:.4} {unit}", number("value"), number("std")));
+            let _ = write!(words, " {:.4} ± {:.4} {unit}", number("value"), number("std"));
         }
         let rivals: Vec<&str> = step["indistinguishable_from"]
             .as_array()
@@ -90,7 +91,7 @@ fn in_words(answer: &Value) -> String {
             .filter_map(Value::as_str)
             .collect();
         if !rivals.is_empty() {
-            words.push_str(&format!(" (or {})", rivals.join(", ")));
+            let _ = write!(words, " (or {})", rivals.join(", "));
         }
         words
     };
