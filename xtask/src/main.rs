@@ -15,6 +15,7 @@ mod generators;
 #[cfg(test)]
 mod handback;
 mod loop_speed;
+mod markdown;
 mod measured;
 mod next_measurement;
 mod page;
@@ -25,6 +26,7 @@ mod realtime;
 mod repro;
 mod schema;
 mod shell;
+mod site;
 mod smallest_size;
 mod stability;
 mod test;
@@ -58,6 +60,8 @@ enum Command {
     Ci(ci::Arguments),
     /// Checks that force-impedance builds without `std` and cannot panic while it controls.
     Realtime,
+    /// Writes the documentation as a site, with mdBook and rustdoc, to `target/site/html`.
+    Site,
     /// Checks the rules of the house that the compiler does not.
     Tidy(tidy::Arguments),
 }
@@ -71,6 +75,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
         Command::Realtime => realtime::run(),
+        Command::Site => site::run(),
         Command::Tidy(arguments) => tidy::run(arguments),
     };
     match done {

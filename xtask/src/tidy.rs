@@ -6,6 +6,7 @@ mod architecture;
 mod circles;
 mod dependencies;
 mod fixtures;
+mod links;
 mod source;
 mod suffixes;
 mod tested;
@@ -67,6 +68,7 @@ fn findings(write: bool) -> Result<Vec<Finding>> {
     findings.extend(source::check(&files)?);
     findings.extend(suffixes::check(&files)?);
     findings.extend(fixtures::check(&files)?);
+    findings.extend(links::check(&files)?);
     findings.extend(tested::check(&metadata, &files)?);
     Ok(findings)
 }

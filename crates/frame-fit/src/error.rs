@@ -19,7 +19,7 @@ pub enum FrameFitError {
         got: usize,
     },
     /// A pair cannot be used.
-    #[error("point pair {index}: {reason}")]
+    #[error("point pair {}: {reason}", index + 1)]
     InvalidPair {
         /// Position in the input slice.
         index: usize,
@@ -105,15 +105,16 @@ pub enum FrameFitError {
         scale: f64,
     },
     /// A pose has a coordinate that is not finite or too large, or no rotation.
-    #[error("pose {index}: position and rotation must be finite numbers")]
+    #[error("pose {}: position and rotation must be finite numbers", index + 1)]
     InvalidPose {
         /// Position in the input slice.
         index: usize,
     },
     /// A distance is not positive, or not between two places that poses touch.
     #[error(
-        "distance {index}: it must be positive, with a positive uncertainty, between two \
-         different places that poses touch"
+        "distance {}: it must be positive, with a positive uncertainty, between two \
+         different places that poses touch",
+        index + 1
     )]
     InvalidDistance {
         /// Position in the input slice.

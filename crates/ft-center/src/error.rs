@@ -5,7 +5,7 @@ use std::fmt;
 #[non_exhaustive]
 pub enum FtCenterError {
     /// A number is NaN or infinite.
-    #[error("value {index} (counted from 0) is not finite")]
+    #[error("value {} is not finite", index + 1)]
     NotFinite {
         /// Position in the input.
         index: usize,
@@ -55,7 +55,7 @@ pub enum FtCenterError {
         min_fz_n: f64,
     },
     /// Time stands still or runs backwards.
-    #[error("time does not increase at sample {index}: {before_s} s, then {after_s} s")]
+    #[error("time does not increase at sample {}: {before_s} s, then {after_s} s", index + 1)]
     TimeNotIncreasing {
         /// Position of the later sample.
         index: usize,
@@ -130,6 +130,24 @@ pub enum FtCenterError {
     /// The uncertainty of the frame has no answer.
     #[error("frame: {0}")]
     Frame(#[from] Box<least_squares::SolveError>),
+    /// A press is to place the sensor, and the frame is given.
+    #[error(
+        "press {name} is of use = frame, and the frame is taken from a solve before; mark presses \
+         at known positions use = check, or leave the saved frame out"
+    )]
+    FrameGiven {
+        /// Name of the press.
+        name: String,
+    },
+    /// The covariance of a frame is no covariance, or leaves its angle free.
+    #[error(
+        "the covariance of the frame is none, or leaves its angle free (standard uncertainty \
+         {std_angle_rad:.3e} rad)"
+    )]
+    InvalidFrameCovariance {
+        /// Standard uncertainty of the angle; NaN where its variance is negative.
+        std_angle_rad: f64,
+    },
     /// The frame did not settle: covariances contradict each other wildly.
     #[error(
         "angle of the frame still moves by {step_rad:.1e} rad after {iterations} iterations: \
@@ -142,7 +160,7 @@ pub enum FtCenterError {
         iterations: usize,
     },
     /// A covariance is not positive definite.
-    #[error("covariance of point {index} is not positive definite")]
+    #[error("covariance of point {} is not positive definite", index + 1)]
     InvalidCovariance {
         /// Position in the input.
         index: usize,

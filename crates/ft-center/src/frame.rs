@@ -12,12 +12,15 @@ const DECIDED_RATIO: f64 = 10.0;
 
 /// Steps of the angle under this are round-off.
 const SETTLED_RAD: f64 = 1e-14;
+/// So are steps under this that do not get smaller: with covariances of very different size the
+/// digits that are lost are more.
+const WANDERS_RAD: f64 = 1e-11;
 
 const MAX_ITERATIONS: usize = 100;
 
 /// Standard uncertainty of the angle beyond which the frame is not determined: past it the
 /// covariance, which is first order, says nothing.
-const MAX_ANGLE_STD_RAD: f64 = 0.3;
+pub(crate) const MAX_ANGLE_STD_RAD: f64 = 0.3;
 
 /// Whether the sensor's z points the way the machine's does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -254,12 +257,13 @@ impl<'a> FrameProblem<'a> {
             let downhill = qr.q().transpose() * &residuals;
             let step =
                 qr.r().solve_upper_triangular(&-downhill).ok_or(FtCenterError::OutOfRange)?;
-            step_rad = step[0].abs();
+            let before_rad = std::mem::replace(&mut step_rad, step[0].abs());
             if !step.iter().all(|s| s.is_finite()) {
                 return Err(FtCenterError::OutOfRange);
             }
             point += step;
-            if step_rad <= SETTLED_RAD {
+            let wanders = step_rad <= WANDERS_RAD && step_rad >= before_rad;
+            if step_rad <= SETTLED_RAD || wanders {
                 self.residuals(&point, &mut residuals);
                 return Ok((point, residuals));
             }

@@ -5,6 +5,8 @@
 //! - [`fit_sensor_frame`] places the sensor in the machine by presses at known positions, mirrored
 //!   where the z axes oppose each other; [`fit_affine_frame`] shows scale and shear.
 //! - [`locate`] puts presses together: found − commanded position is the offset to compensate.
+//! - [`SavedFrame`] keeps a frame, and [`locate_in`] locates any head in it from then on;
+//!   [`repeatability`] says how well a head comes back.
 //! - [`contact_on_surface`] finds the contact on a curved workpiece on top of the sensor,
 //!   [`Monitor`] follows it live without allocating, [`solve_batch`] reads millions of samples once.
 //! - [`axis_figures`] gives accuracy and repeatability of a linear or rotary axis by ISO 230-2.
@@ -63,7 +65,9 @@ mod orbit;
 mod press;
 mod press_noise;
 mod pressure;
+mod repeatability;
 mod sample;
+mod saved_frame;
 mod spectrum;
 mod surface_contact;
 
@@ -87,7 +91,9 @@ pub use monitor::{ContactStatus, Monitor, MonitorOptions, MonitorReading, Platfo
 pub use orbit::{Orbit, OrbitOptions, Wobble, solve_orbit};
 pub use press::{Press, PressRole, SolvedPress, solve_presses};
 pub use pressure::{PressurePoint, center_of_pressure};
+pub use repeatability::{Repeatability, repeatability};
 pub use sample::{Contact, Noise, Sample};
+pub use saved_frame::{SavedFrame, locate_in};
 pub use surface_contact::{CoupleAxis, SurfaceContact, contact_on_surface};
 
 /// A count as a number; exact below 2⁵³.

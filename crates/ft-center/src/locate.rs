@@ -41,6 +41,8 @@ pub struct Located {
     /// of the records: how well the head seats. Part of all covariances; zero where the frame
     /// presses show none.
     pub seat_mm: f64,
+    /// Farthest press, from the frame's pivot, that the frame was fitted to.
+    pub reach_mm: f64,
 }
 
 /// One press in the machine frame.
@@ -108,7 +110,21 @@ pub fn locate(
     frame.covariance *= frame.variance_factor;
     let degrees_of_freedom = crate::count(frame.degrees_of_freedom);
     let commanded = CommandedFrame::declared(&frame);
-    Ok(Located { frame, commanded, conditions: Vec::new(), centers, degrees_of_freedom, seat_mm })
+    let reach_mm = reach(points.iter().map(|p| p.machine_mm), &frame);
+    Ok(Located {
+        frame,
+        commanded,
+        conditions: Vec::new(),
+        centers,
+        degrees_of_freedom,
+        seat_mm,
+        reach_mm,
+    })
+}
+
+/// Farthest of the positions from the pivot of a frame.
+pub(crate) fn reach(at: impl Iterator<Item = Point2<f64>>, frame: &SensorFrame) -> f64 {
+    at.map(|p| (p - frame.pivot_mm).norm()).fold(0.0, f64::max)
 }
 
 /// The frame, and how well the head seats, each weighed by the other.

@@ -8,8 +8,11 @@ use crate::{FreeDirection, Report};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError<Point = DVector<f64>> {
+    /// The start is no point of the problem, by [`Problem::is_point`](crate::Problem::is_point).
+    #[error("the start is no point of the problem: check how many numbers it has")]
+    InvalidStart,
     /// A residual is infinite or NaN where the search starts.
-    #[error("residual {row} is {value} at the start: check the data and the start values")]
+    #[error("residual {} is {value} at the start: check the data and the start values", row + 1)]
     NonFiniteResidual {
         /// Row of the residual.
         row: usize,
@@ -17,7 +20,7 @@ pub enum SolveError<Point = DVector<f64>> {
         value: f64,
     },
     /// A derivative is infinite or NaN at a point whose residuals are finite.
-    #[error("derivative of residual {row} by direction {column} is {value}")]
+    #[error("derivative of residual {} by direction {} is {value}", row + 1, column + 1)]
     NonFiniteJacobian {
         /// Row of the Jacobian.
         row: usize,
@@ -28,8 +31,8 @@ pub enum SolveError<Point = DVector<f64>> {
     },
     /// A residual of a block is infinite or NaN where the search starts.
     #[error(
-        "residual {row} of block {block} is {value} at the start: check the data and the start \
-         values"
+        "residual {} of block {} is {value} at the start: check the data and the start values",
+        row + 1, block + 1
     )]
     NonFiniteBlockResidual {
         /// The block.
@@ -40,7 +43,7 @@ pub enum SolveError<Point = DVector<f64>> {
         value: f64,
     },
     /// A derivative of a block's residual is infinite or NaN, at finite residuals.
-    #[error("a derivative of residual {row} of block {block} is {value}")]
+    #[error("a derivative of residual {} of block {} is {value}", row + 1, block + 1)]
     NonFiniteBlockJacobian {
         /// The block.
         block: usize,
@@ -51,8 +54,9 @@ pub enum SolveError<Point = DVector<f64>> {
     },
     /// A pattern lists a direction that does not exist or is listed twice, or is missing.
     #[error(
-        "row {row} of pattern {pattern} lists direction {direction}, which does not exist or is \
-         listed twice, or a block refers to this pattern and it is missing"
+        "row {} of pattern {} lists direction {direction} (counted from 0), which does not exist \
+         or is listed twice, or a block refers to this pattern and it is missing",
+        row + 1, pattern + 1
     )]
     InvalidPattern {
         /// Index of the pattern.
@@ -88,7 +92,8 @@ pub enum SolveError<Point = DVector<f64>> {
     },
     /// The scale of a robust loss is not positive and finite, or its blocks have no rows.
     #[error(
-        "robust loss {index} needs a positive scale and block_rows, got {scale} and {block_rows}"
+        "robust loss {} needs a positive scale and block_rows, got {scale} and {block_rows}",
+        index + 1
     )]
     InvalidLoss {
         /// Position in [`Options::robust`](crate::Options::robust).
@@ -100,7 +105,8 @@ pub enum SolveError<Point = DVector<f64>> {
     },
     /// A standard uncertainty of a prior is not positive, or its covariance not positive definite.
     #[error(
-        "prior needs a positive finite standard uncertainty in row {row}, got variance {variance}"
+        "prior needs a positive finite standard uncertainty in row {}, got variance {variance}",
+        row + 1
     )]
     InvalidPrior {
         /// Row of the prior.

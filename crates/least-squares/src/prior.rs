@@ -108,6 +108,10 @@ where
         self.problem.residual_count() + self.mean.len()
     }
 
+    fn is_point(&self, at: &P::Point) -> bool {
+        self.problem.is_point(at)
+    }
+
     fn tangent_dim(&self) -> usize {
         self.problem.tangent_dim()
     }

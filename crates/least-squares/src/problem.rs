@@ -24,6 +24,15 @@ pub trait Problem {
     /// Moves `at` by the tangent step `step`.
     fn retract(&self, at: &Self::Point, step: &DVector<f64>) -> Self::Point;
 
+    /// Whether `at` is a point of this problem: whether a vector has the right length.
+    ///
+    /// A start that is none is [`SolveError::InvalidStart`](crate::SolveError::InvalidStart)
+    /// instead of a panic in [`Problem::residuals`].
+    fn is_point(&self, at: &Self::Point) -> bool {
+        let _ = at;
+        true
+    }
+
     /// Name of one tangent direction with its unit, for errors and reports.
     fn parameter_name(&self, index: usize) -> String {
         format!("parameter {index}")

@@ -31,6 +31,9 @@ pub fn solve<P: Problem>(
     start: P::Point,
     options: &Options,
 ) -> Result<Solution<P::Point>, SolveError<P::Point>> {
+    if !problem.is_point(&start) {
+        return Err(SolveError::InvalidStart);
+    }
     let mut counts = Counts::default();
     let first = search(problem, start.clone(), options, plain(options), &mut counts)?;
     let initial_cost = first.initial_cost;

@@ -30,8 +30,9 @@ pub enum LoopError {
     },
     /// A residual of the declared model, or a derivative of it, is not finite.
     #[error(
-        "residual {row} of the declared model is {value} where its fit starts, or a derivative of \
-         it: check the data for huge values, and for what lies beyond the model's reach"
+        "residual {} of the declared model is {value} where its fit starts, or a derivative of \
+         it: check the data for huge values, and for what lies beyond the model's reach",
+        row + 1
     )]
     NotFinite {
         /// Among the fitted rows, from 0.
@@ -57,7 +58,7 @@ pub enum LoopError {
         needed: usize,
     },
     /// A row refers to an observation, or an observation to a group, that does not exist.
-    #[error("row {row} refers to an observation or group that does not exist")]
+    #[error("row {} refers to an observation or group that does not exist", row + 1)]
     InconsistentLayout {
         /// Index of the row.
         row: usize,
@@ -81,7 +82,7 @@ pub enum LoopError {
         parameter: String,
     },
     /// A standard uncertainty is not positive and finite.
-    #[error("row {row} has a standard uncertainty of {sigma}; it must be positive and finite")]
+    #[error("row {} has a standard uncertainty of {sigma}; it must be positive and finite", row + 1)]
     InvalidSigma {
         /// Index of the row.
         row: usize,

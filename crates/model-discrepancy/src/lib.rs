@@ -54,6 +54,7 @@ mod count;
 mod error;
 mod levels;
 mod options;
+mod progress;
 
 mod model;
 
@@ -85,5 +86,6 @@ pub use model::{
 };
 pub use nalgebra;
 pub use options::Options;
+pub use progress::Progress;
 pub use tests::global_test::{GlobalTest, chi2_interval, independent_share, lag_one};
 pub use tests::lack_of_fit::{LackOfFit, lack_of_fit};

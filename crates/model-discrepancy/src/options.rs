@@ -1,3 +1,5 @@
+use crate::Progress;
+
 /// Settings of the loop; the defaults are the same for every kind of data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -12,10 +14,12 @@ pub struct Options {
     ///
     /// Switched off, the held-out error is that of the effects chosen on all groups.
     pub nested: bool,
+    /// Counts the repetitions of the choice while the loop runs; nobody asks by default.
+    pub progress: Progress,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { alpha: 0.05, max_steps: 6, nested: true }
+        Self { alpha: 0.05, max_steps: 6, nested: true, progress: Progress::default() }
     }
 }

@@ -3,15 +3,18 @@
 use least_squares::{BorderedPoint, BorderedSolution};
 use nalgebra::Point3;
 
+use crate::frame::{Frame, Motion};
 use crate::free_points::FreePoints;
 use crate::gauge::StationChart;
-use crate::joint::Joint;
+use crate::joint::{Joint, held};
 use crate::network::Network;
 use crate::search::{covariance, settle};
 use crate::spread::Columns;
 use crate::start::Start;
 use crate::weights::Weights;
-use crate::{Calibration, Formulation, Options, Survey, TrackerError};
+use crate::{
+    AxisModel, Calibration, ErrorOrder, Formulation, Gauge, Options, Survey, TrackerError,
+};
 use crate::{joint_result, points_result};
 
 /// Standard uncertainty of a displacement that the first fit takes where none is declared.
@@ -33,6 +36,9 @@ const POOR_FIT: f64 = 10.0;
 pub fn calibrate(survey: &Survey, options: &Options) -> Result<Calibration, TrackerError> {
     match options.formulation {
         Formulation::Joint => Ok(fitted_joint(survey, options)?.0),
+        Formulation::FreePoints if options.axis != AxisModel::Free => {
+            Err(TrackerError::PerfectAxisOfFreePoints)
+        }
         Formulation::FreePoints => {
             let (network, chart) = checked(survey, options)?;
             let with =
@@ -50,11 +56,59 @@ pub(crate) fn fitted_joint(
     options: &Options,
 ) -> Result<(Calibration, BorderedPoint), TrackerError> {
     let options = Options { formulation: Formulation::Joint, ..*options };
+    let options = Placed::of(survey, &options)?.options;
     let (network, chart) = checked(survey, &options)?;
     let with = |w: Weights| Joint::new(&network, &chart, w.displacement_mm);
-    let (solution, weights) = fit((&network, &chart), &options, with, Joint::start, &[0])?;
+    let held = held(options.axis, network.angles.len());
+    let (solution, weights) = fit((&network, &chart), &options, with, Joint::start, &held)?;
     let calibration = joint_result::result(&with(weights), &solution, weights, &options)?;
     Ok((calibration, solution.point))
+}
+
+/// How a perfect axis is held against its declared place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    /// Options to calibrate with.
+    pub(crate) options: Options,
+    /// The frame that the axis is off its place in; `None` where it is taken as without error.
+    pub(crate) frame: Option<Frame>,
+    /// Whether the axis is off its place by more than the frame is uncertain.
+    pub(crate) is_off: bool,
+}
+
+impl Placed {
+    /// Stations whose places are data would move as one with an axis that is off its place: where it
+    /// is off by more than these are uncertain, the frame is the fit of all of them.
+    pub(crate) fn of(survey: &Survey, options: &Options) -> Result<Self, TrackerError> {
+        let plain = Self { options: *options, frame: None, is_off: true };
+        let Some(station_mm) = options.noise.station_mm else { return Ok(plain) };
+        if options.axis != AxisModel::Fixed || options.gauge != Gauge::Stations {
+            return Ok(plain);
+        }
+        let of = |axis| {
+            let (gauge, order) = (Gauge::Shape, ErrorOrder::Fixed);
+            fitted_joint(survey, &Options { axis, gauge, order, ..*options })
+        };
+        let axis = &survey.axis;
+        let places: Vec<_> =
+            survey.stations.iter().map(|s| s.nominal_mm - axis.origin_mm).collect();
+        let frame = Frame::of_places(axis, &places, station_mm, None);
+        // Free errors leave a motion no way to look like a place; without as many readings as these
+        // need, the place alone is fitted.
+        let free = of(AxisModel::Free).ok().map(|(free, _)| free);
+        let motion = free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
+        let found = match free.and_then(|free| free.location) {
+            Some(location) => Some(location),
+            None => of(AxisModel::Located)?.0.location,
+        };
+        let is_off = match (&frame, &found) {
+            (Some(frame), Some(location)) => frame.is_exceeded(location, motion),
+            _ => false,
+        };
+        let gauge = if is_off { Gauge::Shape } else { Gauge::Stations };
+        let frame = frame.filter(|_| is_off);
+        Ok(Self { options: Options { gauge, ..*options }, frame, is_off })
+    }
 }
 
 fn checked<'a>(

@@ -20,8 +20,11 @@ pub struct Calibration {
     pub mounts: Vec<MountEstimate>,
     /// One per angle, in the order in which the angles were first measured.
     pub axis_errors: Vec<AxisError>,
-    /// Location of the axis, where the angles show it.
+    /// Location of the axis, where the angles show it; of a perfect axis, where it was fitted.
     pub location: Option<AxisLocation>,
+    /// Errors of a perfect axis about where it was found, angle by angle, as far as effects were
+    /// accepted; `None` of an axis with six errors at every angle.
+    pub motion: Option<Vec<AxisError>>,
     /// `|P − S| − (l + L)` of every range, in the order of the survey.
     pub residuals_mm: Vec<f64>,
     /// Share of an error of each range that its own residual shows, 0 to 1.

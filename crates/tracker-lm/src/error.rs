@@ -16,7 +16,7 @@ pub enum TrackerError {
         direction: [f64; 3],
     },
     /// A number is not finite, or larger than any machine.
-    #[error("{what} {index}: {value} is not a finite number below {limit:.0e}")]
+    #[error("{what} {}: {value} is not a finite number below {limit:.0e}", index + 1)]
     InvalidNumber {
         /// What kind of record it stands in.
         what: Record,
@@ -36,7 +36,10 @@ pub enum TrackerError {
         value: f64,
     },
     /// A reading refers to a station, mount or step that does not exist.
-    #[error("reading {range} refers to {what} {index}, but there are only {count}")]
+    #[error(
+        "reading {} refers to index {index} of {what}s, but there are only {count}, counted from 0",
+        range + 1
+    )]
     UnknownIndex {
         /// Position of the reading, from 0.
         range: usize,
@@ -106,6 +109,12 @@ pub enum TrackerError {
         /// Unit vector along the line, in the frame that turns with the axis.
         line: [f64; 3],
     },
+    /// Free target points leave every angle its errors.
+    #[error(
+        "free target points give every angle six errors of its own: a perfect axis needs the joint \
+         formulation"
+    )]
+    PerfectAxisOfFreePoints,
     /// The stations' nominal positions lie on one line, so that the rotation about it is free.
     #[error("the stations lie on one line: the rotation about it is free; move one off the line")]
     CollinearStations,

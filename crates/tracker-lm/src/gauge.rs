@@ -28,10 +28,11 @@ impl StationChart {
     pub(crate) fn new(nominal_mm: &[Point3<f64>], options: &Options) -> Result<Self, TrackerError> {
         let n = 3 * nominal_mm.len();
         let flat = DVector::from_iterator(n, nominal_mm.iter().flat_map(|p| p.iter().copied()));
-        let prior_mm = options.noise.station_mm.filter(|_| options.gauge == Gauge::Stations);
+        let has_prior = matches!(options.gauge, Gauge::Stations | Gauge::Shape);
+        let prior_mm = options.noise.station_mm.filter(|_| has_prior);
         let constraints = match (options.gauge, prior_mm) {
             (Gauge::Stations, Some(_)) => DMatrix::zeros(n, 0),
-            (Gauge::Stations, None) | (Gauge::Inner, _) => rigid_motions(nominal_mm),
+            (Gauge::Stations, None) | (Gauge::Inner | Gauge::Shape, _) => rigid_motions(nominal_mm),
             (Gauge::Minimal, _) => three_stations(nominal_mm)?,
         };
         let (basis, coordinates) = complement(&constraints)?;
@@ -79,7 +80,8 @@ impl StationChart {
         self.basis.tr_mul(&(flat - &self.nominal_mm))
     }
 
-    /// Rows that say how well the nominal positions are known: the parameters are coordinates.
+    /// Rows that say how well the nominal positions are known: the parameters are coordinates, or
+    /// orthonormal combinations of these.
     pub(crate) fn linearise_prior(
         &self,
         shared: &[f64],

@@ -7,11 +7,13 @@ use geometry::so3;
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
 
+use crate::curves::{Curves, LOCATION};
 use crate::gauge::StationChart;
 use crate::network::Network;
 use crate::shift::Shift;
 use crate::spread::Columns;
 use crate::start::Start;
+use crate::{AxisLetter, AxisModel};
 
 /// Joint bundle over a network.
 #[derive(Clone, Debug)]
@@ -26,6 +28,8 @@ pub(crate) struct Joint<'a> {
     pub(crate) ranges_of: Vec<Vec<usize>>,
     patterns: Vec<Pattern>,
     pattern_of: Vec<usize>,
+    /// Location of the axis where it is fitted.
+    pub(crate) curves: Curves,
     /// What effects of known size move, range by range; empty where there are none.
     shifts: Vec<Shift>,
 }
@@ -39,6 +43,28 @@ pub(crate) struct Slopes {
     pub(crate) beam: Vector3<f64>,
     pub(crate) by_rotation: Vector3<f64>,
     pub(crate) by_mount: Vector3<f64>,
+}
+
+impl Slopes {
+    /// Derivative by the six errors.
+    pub(crate) fn by_error(&self) -> Vector6<f64> {
+        let (e, w) = (&self.beam, &self.by_rotation);
+        Vector6::new(e.x, e.y, e.z, w.x, w.y, w.z)
+    }
+}
+
+/// Angles without errors of their own: the first, or all of a perfect axis.
+pub(crate) fn held(axis_model: AxisModel, n_angles: usize) -> Vec<usize> {
+    match axis_model {
+        AxisModel::Free => vec![0],
+        AxisModel::Fixed | AxisModel::Located => (0..n_angles).collect(),
+    }
+}
+
+/// Name of an amplitude of the axis' location, with its unit.
+pub(crate) fn location_name(letter: AxisLetter, index: usize) -> String {
+    let unit = if index < 2 { "mm" } else { "rad" };
+    format!("{} ({unit})", letter.location_names()[index])
 }
 
 impl<'a> Joint<'a> {
@@ -56,7 +82,12 @@ impl<'a> Joint<'a> {
                 a.steps.iter().flat_map(|&s| network.ranges_of_step[s].iter().copied()).collect()
             })
             .collect();
+        let shapes = match network.axis_model {
+            AxisModel::Located => LOCATION.to_vec(),
+            AxisModel::Free | AxisModel::Fixed => Vec::new(),
+        };
         let mut joint = Self {
+            curves: Curves::new(axis, &network.angles_rad(), shapes),
             network,
             chart,
             sigma_mm,
@@ -99,7 +130,8 @@ impl<'a> Joint<'a> {
         let station = self.chart.moves(r.station).iter().map(|(p, _)| *p);
         let mount = self.mount_start() + 3 * r.mount;
         let dead_path = self.dead_path_start() + self.network.dead_path_of[range];
-        station.chain([dead_path, mount, mount + 1, mount + 2]).collect()
+        let curves = self.curve_start()..self.curve_start() + self.curves.len();
+        station.chain([dead_path, mount, mount + 1, mount + 2]).chain(curves).collect()
     }
 
     /// Index of the first dead path among the shared parameters.
@@ -112,6 +144,16 @@ impl<'a> Joint<'a> {
         self.chart.dim() + self.network.dead_paths.len()
     }
 
+    /// Index of the first amplitude of the axis' location among the shared parameters.
+    pub(crate) fn curve_start(&self) -> usize {
+        self.mount_start() + 3 * self.network.survey.mounts.len()
+    }
+
+    /// Angles without errors of their own.
+    pub(crate) fn held(&self) -> Vec<usize> {
+        held(self.network.axis_model, self.network.angles.len())
+    }
+
     /// A start as parameters: the first angle's errors are zero, whatever frame the axis is in.
     pub(crate) fn start(&self, start: &Start) -> BorderedPoint {
         let axis = &self.network.survey.axis;
@@ -122,7 +164,7 @@ impl<'a> Joint<'a> {
         });
         let origin = Translation3::from(axis.origin_mm.coords);
         let blocks = self.network.angles.iter().enumerate().flat_map(|(k, angle)| {
-            if k == 0 {
+            if k == 0 || self.network.axis_model != AxisModel::Free {
                 return [0.0; 6];
             }
             let nominal = axis.machine_from_table(angle.angle_rad);
@@ -135,6 +177,7 @@ impl<'a> Joint<'a> {
         });
         let stations = self.chart.parameters(&start.stations);
         let shared = stations.iter().copied().chain(start.dead_paths.iter().copied()).chain(mounts);
+        let shared = shared.chain(std::iter::repeat_n(0.0, self.curves.len()));
         BorderedPoint { shared: shared.collect(), blocks: blocks.collect() }
     }
 
@@ -171,11 +214,21 @@ impl<'a> Joint<'a> {
         (target - station, arm)
     }
 
+    /// Errors at an angle whose own are `point`.
+    #[inline]
+    fn error(&self, angle: usize, shared: &[f64], point: &[f64]) -> Vector6<f64> {
+        let own = Vector6::from_column_slice(point);
+        if self.curves.len() == 0 {
+            return own;
+        }
+        own + self.curves.error(angle, &shared[self.curve_start()..])
+    }
+
     /// The block that a range sees where effects add to the errors of its angle.
     #[inline]
-    fn shifted_block(&self, range: usize, point: &[f64]) -> Option<Block> {
+    fn shifted_block(&self, range: usize, error: &Vector6<f64>) -> Option<Block> {
         let shift = self.shifts.get(range)?;
-        Some(Block::of((Vector6::from_column_slice(point) + shift.error).as_slice()))
+        Some(Block::of(&(error + shift.error)))
     }
 
     /// Residual and derivatives of a range at the errors `point` of its angle.
@@ -186,7 +239,8 @@ impl<'a> Joint<'a> {
         shared: &[f64],
         point: &[f64],
     ) -> Slopes {
-        let own = self.shifted_block(range, point).unwrap_or_else(|| Block::of(point));
+        let error = self.error(angle, shared, point);
+        let own = self.shifted_block(range, &error).unwrap_or_else(|| Block::of(&error));
         self.slopes(range, angle, shared, &own)
     }
 
@@ -215,7 +269,7 @@ struct Block {
 }
 
 impl Block {
-    fn of(point: &[f64]) -> Self {
+    fn of(point: &Vector6<f64>) -> Self {
         let rotation = Vector3::new(point[3], point[4], point[5]);
         Self {
             displacement_mm: Vector3::new(point[0], point[1], point[2]),
@@ -227,7 +281,7 @@ impl Block {
 
 impl BorderedProblem for Joint<'_> {
     fn shared_dim(&self) -> usize {
-        self.mount_start() + 3 * self.network.survey.mounts.len()
+        self.curve_start() + self.curves.len()
     }
 
     fn block_dim(&self) -> usize {
@@ -247,20 +301,23 @@ impl BorderedProblem for Joint<'_> {
     }
 
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
-        let own = Block::of(point);
+        let error = self.error(block, shared, point);
+        let own = Block::of(&error);
         for (&range, out) in self.ranges_of[block].iter().zip(out) {
-            let shifted = self.shifted_block(range, point);
+            let shifted = self.shifted_block(range, &error);
             let own = shifted.as_ref().unwrap_or(&own);
             *out = self.residual_mm(range, block, shared, own) / self.sigma_mm;
         }
     }
 
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
-        let own = Block::of(point);
+        let error = self.error(block, shared, point);
+        let own = Block::of(&error);
+        let curves = self.curves.at(block, &shared[self.curve_start()..]).slopes;
         let weight = 1.0 / self.sigma_mm;
         let mut at = 0;
         for (row, &range) in self.ranges_of[block].iter().enumerate() {
-            let shifted = self.shifted_block(range, point);
+            let shifted = self.shifted_block(range, &error);
             let own = shifted.as_ref().unwrap_or(&own);
             let slopes = self.slopes(range, block, shared, own);
             rows.residuals[row] = weight * slopes.residual_mm;
@@ -278,6 +335,10 @@ impl BorderedProblem for Joint<'_> {
                 rows.by_shared[at + 1 + axis] = weight * slopes.by_mount[axis];
             }
             at += 4;
+            for curve in &curves {
+                rows.by_shared[at] = weight * slopes.by_error().dot(curve);
+                at += 1;
+            }
         }
     }
 
@@ -290,6 +351,9 @@ impl BorderedProblem for Joint<'_> {
     }
 
     fn shared_name(&self, index: usize) -> String {
+        if index >= self.curve_start() {
+            return location_name(self.network.survey.axis.letter, index - self.curve_start());
+        }
         if index >= self.mount_start() {
             let at = index - self.mount_start();
             let mount = &self.network.survey.mounts[at / 3].name;

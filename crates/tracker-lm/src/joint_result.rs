@@ -1,16 +1,18 @@
 //! Results of the joint bundle.
 
-use least_squares::{BorderedProblem, BorderedSolution};
-use nalgebra::{DMatrix, Matrix4, Matrix6, Point3, Vector4, Vector6};
+use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution};
+use nalgebra::{DMatrix, Matrix4, Matrix6, Point3, Vector3, Vector4, Vector6};
 
+use crate::error_order::in_order;
 use crate::joint::Joint;
 use crate::location::{fit_matrices, located};
 use crate::network::Network;
+use crate::perfect::{PerfectAxis, selected};
 use crate::search::covariance;
 use crate::spread::{Spread, dense_block};
 use crate::weights::Weights;
 use crate::{
-    AxisError, AxisLocation, Calibration, DeadPathEstimate, ErrorOrder, MountEstimate, Options,
+    AxisError, AxisLocation, AxisModel, Calibration, DeadPathEstimate, MountEstimate, Options,
     RotaryAxis, StationEstimate, TrackerError,
 };
 
@@ -22,8 +24,9 @@ pub(crate) fn result(
 ) -> Result<Calibration, TrackerError> {
     let network = joint.network;
     let point = &solution.point;
-    let covariance = covariance(joint, point, &[0])?;
-    let spread = Spread::new(joint, point, covariance.shared(), &[0]);
+    let held = joint.held();
+    let covariance = covariance(joint, point, &held)?;
+    let spread = Spread::new(joint, point, covariance.shared(), &held);
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
     for block in 0..joint.block_count() {
@@ -35,6 +38,43 @@ pub(crate) fn result(
         }
     }
     let (stations, dead_paths) = stations(network, joint.chart, &point.shared, &spread);
+    let of_axis = match network.axis_model {
+        AxisModel::Free => free_axis(joint, point, &spread, options),
+        AxisModel::Fixed | AxisModel::Located => perfect_axis(joint, point, &spread, options),
+    };
+    let OfAxis { mounts, axis_errors, location, motion } = of_axis;
+    Ok(Calibration {
+        stations,
+        dead_paths,
+        mounts,
+        axis_errors,
+        location,
+        motion,
+        residuals_mm,
+        redundancy,
+        n_points: network.points().len(),
+        degrees_of_freedom: solution.degrees_of_freedom,
+        variance_factor: solution.variance_factor.unwrap_or(1.0),
+        displacement_mm: weights.displacement_mm,
+        report: solution.report.clone(),
+    })
+}
+
+/// What a calibration says of the axis and of what is on it.
+pub(crate) struct OfAxis {
+    pub(crate) mounts: Vec<MountEstimate>,
+    pub(crate) axis_errors: Vec<AxisError>,
+    pub(crate) location: Option<AxisLocation>,
+    pub(crate) motion: Option<Vec<AxisError>>,
+}
+
+fn free_axis(
+    joint: &Joint<'_>,
+    point: &BorderedPoint,
+    spread: &Spread,
+    options: &Options,
+) -> OfAxis {
+    let network = joint.network;
     let fixed: Vec<Vector6<f64>> =
         point.blocks.chunks_exact(6).map(Vector6::from_column_slice).collect();
     let identity = DMatrix::identity(6, 6);
@@ -47,20 +87,42 @@ pub(crate) fn result(
         .map(|error| in_order(&network.survey.axis, options.order, error))
         .collect();
     let linear = |k: usize, a: DMatrix<f64>| vec![(k, a)];
-    Ok(Calibration {
-        stations,
-        dead_paths,
-        mounts: mounts(joint, &point.shared, &spread),
+    OfAxis {
+        mounts: mounts(joint, &point.shared, spread),
         axis_errors,
-        location: location(&network.survey.axis, &network.angles_rad(), &fixed, &spread, linear),
-        residuals_mm,
-        redundancy,
-        n_points: network.points().len(),
-        degrees_of_freedom: solution.degrees_of_freedom,
-        variance_factor: solution.variance_factor.unwrap_or(1.0),
-        displacement_mm: weights.displacement_mm,
-        report: solution.report.clone(),
-    })
+        location: location(&network.survey.axis, &network.angles_rad(), &fixed, spread, linear),
+        motion: None,
+    }
+}
+
+fn perfect_axis(
+    joint: &Joint<'_>,
+    point: &BorderedPoint,
+    spread: &Spread,
+    options: &Options,
+) -> OfAxis {
+    let network = joint.network;
+    let angles_rad = network.angles_rad();
+    let own: Vec<usize> = (joint.curve_start()..joint.shared_dim()).collect();
+    let perfect = PerfectAxis {
+        axis: &network.survey.axis,
+        angles_rad: &angles_rad,
+        curves: &joint.curves,
+        amplitudes: &point.shared[joint.curve_start()..],
+        covariance: selected(&spread.shared, &own),
+    };
+    let mount = |mount: usize| {
+        let at = joint.mount_start() + 3 * mount;
+        let with: Vec<usize> = (at..at + 3).chain(own.iter().copied()).collect();
+        let place = Vector3::from_column_slice(&point.shared[at..at + 3]);
+        perfect.mount(&place, &selected(&spread.shared, &with))
+    };
+    OfAxis {
+        mounts: (0..network.survey.mounts.len()).map(mount).collect(),
+        axis_errors: perfect.errors(options.order),
+        location: perfect.location(),
+        motion: Some(perfect.motion(options.order)),
+    }
 }
 
 fn mounts(joint: &Joint<'_>, shared: &[f64], spread: &Spread) -> Vec<MountEstimate> {
@@ -99,22 +161,6 @@ pub(crate) fn stations(
         (0..network.survey.stations.len()).map(station).collect(),
         network.dead_paths.iter().enumerate().map(dead_path).collect(),
     )
-}
-
-/// Errors given in the fixed frame, in the frame asked for.
-pub(crate) fn in_order(axis: &RotaryAxis, order: ErrorOrder, error: AxisError) -> AxisError {
-    if order == ErrorOrder::Fixed {
-        return error;
-    }
-    let rotation = axis.rotation(error.angle_rad).to_rotation_matrix().into_inner();
-    let mut back = Matrix6::zeros();
-    back.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation.transpose());
-    back.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation.transpose());
-    AxisError {
-        error: back * error.error,
-        covariance: back * error.covariance * back.transpose(),
-        ..error
-    }
 }
 
 /// Location of the axis from errors in the fixed frame; `linear` turns `A·error` of an angle into

@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
+use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
-use crate::{DeadPath, Formulation, Gauge, Options, Step, Survey, TrackerError};
+use crate::{AxisModel, DeadPath, Formulation, Gauge, Options, Step, Survey, TrackerError};
 
 /// Fewest stations: three distances place a point, the fourth checks the stations.
 const MIN_STATIONS: usize = 4;
@@ -22,6 +23,7 @@ const COLLINEAR: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub(crate) struct Network<'a> {
     pub(crate) survey: &'a Survey,
+    pub(crate) axis_model: AxisModel,
     /// In the order measured; the first is the reference.
     pub(crate) angles: Vec<Angle>,
     /// Angle of each step.
@@ -53,8 +55,15 @@ impl<'a> Network<'a> {
             ranges_of_step[range.step].push(index);
         }
         let (dead_paths, dead_path_of) = dead_paths(survey, options.dead_path);
-        let network =
-            Self { survey, angles, angle_of_step, ranges_of_step, dead_paths, dead_path_of };
+        let network = Self {
+            survey,
+            axis_model: options.axis,
+            angles,
+            angle_of_step,
+            ranges_of_step,
+            dead_paths,
+            dead_path_of,
+        };
         network.check_count(options)?;
         Ok(network)
     }
@@ -82,13 +91,22 @@ impl<'a> Network<'a> {
 
     fn check_count(&self, options: &Options) -> Result<(), TrackerError> {
         let (n_stations, n_mounts) = (self.survey.stations.len(), self.survey.mounts.len());
-        let with_prior = options.gauge == Gauge::Stations && options.noise.station_mm.is_some();
-        let prior_rows = if with_prior { 3 * n_stations } else { 0 };
-        let stations = if with_prior { 3 * n_stations } else { 3 * n_stations - 6 };
+        let (stations, prior_rows) = match (options.gauge, options.noise.station_mm) {
+            (Gauge::Stations, Some(_)) => (3 * n_stations, 3 * n_stations),
+            (Gauge::Shape, Some(_)) => (3 * n_stations - 6, 3 * n_stations - 6),
+            _ => (3 * n_stations - 6, 0),
+        };
         let n_angles = self.angles.len();
         let ranges = self.survey.ranges.len();
         let (rows, fixed, per_angle, angles_that_count) = match options.formulation {
-            Formulation::Joint => (ranges, 3 * n_mounts, 6 * (n_angles - 1), n_angles - 1),
+            Formulation::Joint => {
+                let (located, free) = match options.axis {
+                    AxisModel::Free => (0, n_angles - 1),
+                    AxisModel::Fixed => (0, 0),
+                    AxisModel::Located => (LOCATION.len(), 0),
+                };
+                (ranges, 3 * n_mounts + located, 6 * free, free)
+            }
             Formulation::FreePoints => {
                 let pairs = |n: usize| n * n.saturating_sub(1) / 2;
                 let rigid: usize =

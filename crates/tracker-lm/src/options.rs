@@ -7,6 +7,8 @@
 pub struct Options {
     /// What is unknown.
     pub formulation: Formulation,
+    /// What the axis is taken for.
+    pub axis: AxisModel,
     /// What shares a dead path.
     pub dead_path: DeadPath,
     /// What ties the result to the machine.
@@ -28,6 +30,21 @@ pub enum Formulation {
     /// Every target point, with the distances between reflectors as further, weighted rows; the
     /// errors follow from the points, angle by angle (\[B\], steps S2 to S4).
     FreePoints,
+}
+
+/// What the axis is taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum AxisModel {
+    /// Six errors at every angle.
+    #[default]
+    Free,
+    /// A perfect axis where the drawing has it; its location and its motion are then what the model
+    /// may be missing.
+    Fixed,
+    /// A perfect axis whose location is fitted.
+    Located,
 }
 
 /// What shares a dead path, the distance at which the tracer reads zero.
@@ -56,6 +73,8 @@ pub enum Gauge {
     Minimal,
     /// The rigid fit of all stations to their nominal positions, taken as without error.
     Inner,
+    /// The same, where how the stations lie to each other is data with [`Noise::station_mm`].
+    Shape,
 }
 
 /// Frame in which the six errors are given.

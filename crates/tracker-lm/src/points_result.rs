@@ -3,8 +3,10 @@
 use least_squares::{BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix3, MatrixXx3, Point3, Vector3, Vector6};
 
+use crate::count::count;
+use crate::error_order::in_order;
 use crate::free_points::{FreePoints, point_of};
-use crate::joint_result::{in_order, location, square, stations};
+use crate::joint_result::{location, square, stations};
 use crate::motion::error_at_angle;
 use crate::network::{MIN_MOUNTS, Network, check_collinear};
 use crate::search::covariance;
@@ -57,6 +59,7 @@ pub(crate) fn result(
         dead_paths,
         mounts: reference.mounts(network, &spread),
         location: location(&network.survey.axis, &network.angles_rad(), &fixed, &spread, linear),
+        motion: None,
         axis_errors,
         residuals_mm,
         redundancy,
@@ -202,9 +205,4 @@ fn at_mount(block_len: usize, mount: usize, share: &Matrix3<f64>) -> DMatrix<f64
     let mut wide = DMatrix::zeros(3, block_len);
     wide.fixed_view_mut::<3, 3>(0, 3 * mount).copy_from(share);
     wide
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

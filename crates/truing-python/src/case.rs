@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use truing::{
-    Case, Closed, Error, InputFile, OutputFile, ReadOptions, Solved, loop_report, read_case_with,
-    read_learnt, refuse_overlap, solve_report, write_files,
+    Case, Closed, Error, InputFile, Layout, OutputFile, PlanBudget, PlanOptions, ReadOptions,
+    Solved, loop_report, read_case_with, read_learnt, refuse_overlap, solve_report, write_files,
+    write_plan,
 };
 
 use crate::refusal::Refusal;
@@ -77,6 +78,36 @@ pub(crate) fn check(py: Python<'_>, case: PathBuf, allow_outside: bool) -> Resul
         Ok::<_, Error>(shown(
             serde_json::to_string_pretty(&answer),
             answer.to_string(),
+            answer.header.notes,
+            answer.warnings,
+        ))
+    })?)
+}
+
+/// Chooses what to measure next, and writes it to a folder.
+#[pyfunction]
+#[pyo3(signature = (case, answer, aim, budget, out, allow_outside))]
+pub(crate) fn plan(
+    py: Python<'_>,
+    case: PathBuf,
+    answer: Option<PathBuf>,
+    aim: Option<String>,
+    budget: (Option<usize>, Option<f64>),
+    out: Option<PathBuf>,
+    allow_outside: bool,
+) -> Result<Answer, Refusal> {
+    Ok(py.detach(|| {
+        let case = read_case_with(&case, ReadOptions { allow_outside })?;
+        let (measurements, minutes) = budget;
+        let measurements = measurements.map(PlanBudget::Measurements);
+        let budget = measurements.or(minutes.map(PlanBudget::Minutes));
+        let answer = truing::plan(&case, &PlanOptions { answer, aim, budget })?;
+        if let Some(folder) = &out {
+            write_plan(&answer, folder)?;
+        }
+        Ok::<_, Error>(shown(
+            serde_json::to_string_pretty(&answer),
+            answer.text(Layout::default()),
             answer.header.notes,
             answer.warnings,
         ))

@@ -45,7 +45,7 @@ pub(crate) fn close_own_loop<'py>(
         .map(|(name, values)| Covariate { name, values, origin: Origin::Recorded })
         .collect();
     let (alpha, max_steps, nested) = options;
-    let options = Options { alpha, max_steps, nested };
+    let options = Options { alpha, max_steps, nested, ..Options::default() };
     let n = declared.layout.rows.len();
     let failure = Mutex::new(None);
     let of = |at: &State| computed(&residuals, at, n, &failure);

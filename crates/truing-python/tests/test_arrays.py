@@ -75,7 +75,7 @@ def test_arrays_of_a_wrong_shape_or_value_are_refused(draws):
         frame_fit.fit(points, points, 0.1, transform="rigit")
     bad = points.copy()
     bad[3, 1] = np.nan
-    with pytest.raises(truing.InputError, match="point pair 3") as caught:
+    with pytest.raises(truing.InputError, match="point pair 4") as caught:
         frame_fit.fit(points, bad, 0.1)
     assert caught.value.index == 3 and caught.value.file is None
     with pytest.raises(truing.InputError):

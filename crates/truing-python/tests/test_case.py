@@ -35,6 +35,18 @@ def test_the_loop_names_what_the_command_line_names(fixtures, program, tmp_path)
     assert "<html" in page.read_text(encoding="utf-8")
 
 
+def test_a_plan_is_that_of_the_command_line(program, tmp_path):
+    truing.init("probe-comp", tmp_path / "case")
+    planned = truing.plan(tmp_path / "case", aim="tip-radius", measurements=6, out=tmp_path / "next")
+    arguments = ("plan", str(tmp_path / "case"), "--for", "tip-radius", "--budget", "6")
+    assert planned.to_json() == printed(program, *arguments, "--json")
+    assert str(planned) == printed(program, *arguments)
+    assert 0 < planned.planned <= 6 and (tmp_path / "next" / "touches.csv").is_file()
+    assert "tip-radius" in planned._repr_html_()
+    with pytest.raises(truing.InputError, match="not both"):
+        truing.plan(tmp_path / "case", measurements=6, minutes=10.0)
+
+
 def test_effects_are_carried_to_the_next_case(fixtures, tmp_path):
     first, learnt = fixtures / "pose-icp" / "measured-mirror-1", tmp_path / "first.json"
     learnt.write_text(truing.loop(first).to_json(), encoding="utf-8")

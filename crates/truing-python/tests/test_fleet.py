@@ -84,3 +84,20 @@ def test_a_cluster_that_loses_a_worker_answers_the_same_bytes(machines, tmp_path
         together = fleet.run(machines, tmp_path / "together", client=client).read_bytes()
         killer.join()
     assert killed.is_set() and together == alone
+
+
+def test_the_page_says_what_machines_share_and_what_changed(tmp_path):
+    # Every machine is stretched by 200 ppm in spring; in autumn one of them by 400 ppm.
+    stretches = {"a": (2e-4, 2e-4), "b": (2e-4, 4e-4), "c": (2e-4, 2e-4)}
+    cases = [
+        written(tmp_path / name / season, 10 * n + k, stretch)
+        for n, (name, both) in enumerate(stretches.items())
+        for k, (season, stretch) in enumerate(zip(["1-spring", "2-autumn"], both))
+    ]
+    table = fleet.run([*cases, str(tmp_path / "d" / "1-spring")], tmp_path / "out")
+    text = fleet.page(table, machine=lambda case: case.rsplit("/", 2)[-2]).read_text(encoding="utf-8")
+    assert "<h1>4 machines, 7 cases</h1>" in text
+    shared, changed, look = (text.split(f"<h2>{title}")[1].split("<h2>")[0] for title in ("What they", "What changed", "To be"))
+    assert "<td>3</td>" in shared and "ppm" in shared
+    assert changed.count("<tr><td>b</td>") >= 1 and "<tr><td>a</td>" not in changed and "<tr><td>c</td>" not in changed
+    assert "unreadable" in look

@@ -5,17 +5,17 @@ use model_discrepancy::{
     Closure, ErrorSummary, HoldOut, NotObservable, Options, Remaining, Stability, Step, Verdict,
 };
 use serde::Serialize;
+use truing_report::by_sign;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
 use crate::estimated::LoopParameter;
-use crate::estimates::Estimates;
+use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Prepared};
 use crate::noise_test::{Repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::settled::{Settled, settled};
 use crate::suspect::{Examined, Suspect, examine, named_cause};
-use crate::wording::by_sign;
 use crate::{Case, Error, Header, IntervalWidth};
 
 /// Answer of `truing loop`; serialises as its JSON.
@@ -53,7 +53,8 @@ pub struct Closed {
     /// Effects that this design cannot see.
     pub not_observable: Vec<LoopNotObservable>,
     /// What was solved for, with the accepted effects in the model.
-    pub estimates: Estimates,
+    #[serde(serialize_with = "estimates::serialize")]
+    pub estimates: Arc<dyn Estimates>,
     /// What makes 95 % intervals of its standard uncertainties.
     pub interval: IntervalWidth,
     /// Notes the user should read.
@@ -250,7 +251,7 @@ fn close(
 ) -> Result<Closed, Error> {
     let (prepared, matched) = case.prepare()?;
     let made = made.filter(|_| case.learnt.is_none());
-    let (Settled { closure, .. }, prepared) = match made {
+    let (Settled { mut closure, .. }, prepared) = match made {
         Some(made) => {
             let prepared = made.on(prepared);
             (made, prepared)
@@ -258,6 +259,7 @@ fn close(
         None => settled(prepared, options).map_err(|source| case.loop_error(source))?,
     };
     let estimates = (prepared.estimates)(&closure);
+    estimates.widen(&mut closure.steps);
     let before = JudgedRms::of(&closure.before);
     let (mut carried, mut doubts) = (None, Vec::new());
     if let Some((learnt, matched)) = case.learnt.as_ref().zip(matched) {
@@ -274,7 +276,7 @@ fn close(
         doubts = matched.warnings;
     }
     let residual = Residual::after(&*prepared.model, &closure, declared.unit);
-    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let doubtful = plausible(&*estimates, None).err().map(|e| e.to_string());
     let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     let warnings = (case.warnings.iter())
         .chain(&doubts)

@@ -8,9 +8,10 @@ use pose_icp::{PoseError, ProgramError, RegisterError};
 use probe_comp::ProbeError;
 use tracker_lm::TrackerError;
 
-use crate::plausible::ImplausibleResult;
+use crate::implausible::ImplausibleResult;
 use crate::{
-    CarryProblem, FileProblem, ImportProblem, Location, PlanProblem, Problem, ShapeProblem, Suspect,
+    CarryProblem, FileProblem, ImportProblem, Location, PlanProblem, Problem, RowProblem,
+    ShapeProblem, Suspect,
 };
 
 /// Why a command could not do what it was asked for.
@@ -123,6 +124,29 @@ pub enum Error {
         /// Why.
         source: Box<RegisterError>,
     },
+    /// A case without a frame to monitor a contact in.
+    #[error(
+        "a case of kind {kind} has no frame to monitor a contact in; give one of kind ft-center with \
+         presses"
+    )]
+    NothingToMonitor {
+        /// Kind of the case.
+        kind: &'static str,
+    },
+    /// The stream of a monitor cannot be had.
+    #[error("the stream cannot be read: {reason}")]
+    Stream {
+        /// What the system says.
+        reason: std::io::ErrorKind,
+    },
+    /// A line of a stream is no row.
+    #[error("stream, line {line}: {problem}")]
+    StreamRow {
+        /// From 1.
+        line: usize,
+        /// What is wrong with it.
+        problem: RowProblem,
+    },
     /// A registration was printed that had not come to rest.
     #[error(
         "not converged after {iterations} passes: what is printed is not an answer; start closer, \
@@ -217,7 +241,7 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: crate::report::ReadPageError,
+        source: truing_report::ReadPageError,
     },
     /// A foreign table does not become one of a case.
     #[error("{}: {problem}", path.display())]
@@ -334,6 +358,9 @@ impl Error {
             Self::NotSettled { .. } => true,
             Self::Input { source, .. } => source.is_undetermined(),
             Self::Case { .. }
+            | Self::NothingToMonitor { .. }
+            | Self::Stream { .. }
+            | Self::StreamRow { .. }
             | Self::Carry { .. }
             | Self::Design { .. }
             | Self::NoPose { .. }

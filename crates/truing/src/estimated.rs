@@ -17,11 +17,15 @@ pub enum Export {
 
 /// One estimated number, in the unit it is reported in.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Estimated {
-    pub(crate) name: String,
-    pub(crate) unit: &'static str,
-    pub(crate) value: f64,
-    pub(crate) std: Option<f64>,
+pub struct Estimated {
+    /// Name.
+    pub name: String,
+    /// Unit; empty for a pure number.
+    pub unit: &'static str,
+    /// Estimate.
+    pub value: f64,
+    /// Standard uncertainty, where there is redundancy.
+    pub std: Option<f64>,
 }
 
 impl Estimated {

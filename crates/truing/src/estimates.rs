@@ -1,134 +1,82 @@
-use serde::Serialize;
+//! What was solved for: one type per kind of data, and what the program asks of each.
+
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
+
+use model_discrepancy::Step;
+use serde::Serializer;
+use truing_report::ExtraPlot;
 
 use crate::estimated::{Estimated, Export};
-use crate::kinds::{
-    AxisRunEstimate, DisplacementEstimates, ForceImpedanceEstimates, FrameFitEstimates,
-    FtCenterEstimates, GravityEstimates, PathForceEstimates, PoseIcpEstimates,
-    PositioningEstimates, ProbeCompEstimates, TipEstimates, TrackerLmEstimates,
-};
-use crate::report::ExtraPlot;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::{Cell, EXPANDED, TextTable};
 
-/// What was solved for, by kind; each serialises as its own object.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-#[non_exhaustive]
-pub enum Estimates {
-    /// `frame-fit`.
-    FrameFit(FrameFitEstimates),
-    /// `frame-fit` from poses of a flange.
-    Tip(TipEstimates),
-    /// `ft-center` from presses.
-    FtCenter(FtCenterEstimates),
-    /// `ft-center` from a table of displacements.
-    Displacements(DisplacementEstimates),
-    /// `ft-center` from static poses.
-    Gravity(GravityEstimates),
-    /// `pose-icp`.
-    PoseIcp(PoseIcpEstimates),
-    /// `probe-comp`.
-    ProbeComp(ProbeCompEstimates),
-    /// `force-impedance`.
-    ForceImpedance(ForceImpedanceEstimates),
-    /// `force-impedance` from runs along a path.
-    PathForce(PathForceEstimates),
-    /// `positioning`.
-    Positioning(PositioningEstimates),
-    /// `tracker-lm`.
-    TrackerLm(TrackerLmEstimates),
-}
-
-impl Estimates {
+/// What was solved for in a case of one kind; serialises as its own object.
+///
+/// Which type it is follows from the kind and the tables of the case:
+/// `solved.estimates.downcast_ref::<PoseIcpEstimates>()`.
+pub trait Estimates: Any + erased_serde::Serialize + fmt::Debug + Send + Sync {
     /// The numbers that describe the whole case, with their uncertainties.
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
-        match self {
-            Self::FrameFit(estimates) => estimates.parameters(),
-            Self::Tip(estimates) => estimates.parameters(),
-            Self::FtCenter(estimates) => estimates.parameters(),
-            Self::Displacements(estimates) => {
-                estimates.run.iter().flat_map(AxisRunEstimate::parameters).collect()
-            }
-            Self::Positioning(estimates) => estimates.run.parameters(),
-            Self::ProbeComp(estimates) => estimates.parameters(),
-            Self::Gravity(estimates) => estimates.parameters(),
-            Self::PoseIcp(estimates) => estimates.parameters(),
-            Self::ForceImpedance(estimates) => estimates.parameters(),
-            Self::PathForce(estimates) => estimates.parameters(),
-            Self::TrackerLm(estimates) => estimates.parameters(),
-        }
-    }
+    fn parameters(&self) -> Vec<Estimated>;
+
+    /// Tables for people, beside that of the parameters.
+    fn tables(&self) -> Vec<TextTable>;
 
     /// When what is handed back holds, and what of the accepted effects it leaves to corrections.
-    #[must_use]
-    pub fn conditions(&self) -> &[String] {
-        match self {
-            Self::FrameFit(estimates) => &estimates.conditions,
-            Self::FtCenter(estimates) => &estimates.conditions,
-            Self::Displacements(estimates) => &estimates.conditions,
-            Self::Positioning(estimates) => &estimates.conditions,
-            Self::Gravity(estimates) => &estimates.conditions,
-            Self::ForceImpedance(estimates) => &estimates.conditions,
-            Self::PathForce(estimates) => &estimates.conditions,
-            _ => &[],
-        }
+    fn conditions(&self) -> &[String] {
+        &[]
     }
 
+    /// Gives steps the uncertainty that what they found has in these estimates, where that is larger.
+    fn widen(&self, _steps: &mut [Step]) {}
+
     /// Pictures that only this kind has.
-    pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
-        match self {
-            Self::TrackerLm(estimates) => estimates.plots(),
-            Self::Positioning(estimates) => vec![estimates.run.plot()],
-            Self::Displacements(estimates) => {
-                estimates.run.iter().map(AxisRunEstimate::plot).collect()
-            }
-            _ => Vec::new(),
-        }
+    fn plots(&self) -> Vec<ExtraPlot> {
+        Vec::new()
     }
 
     /// The estimates as a file of that format; `None` where the kind has nothing to put there.
-    #[must_use]
-    pub fn export(&self, format: Export) -> Option<String> {
-        match self {
-            Self::TrackerLm(estimates) => Some(estimates.export(format)),
-            Self::Positioning(estimates) => estimates.run.export(format),
-            Self::Displacements(estimates) => estimates.run.as_ref()?.export(format),
-            _ => None,
-        }
+    fn export(&self, _format: Export) -> Option<String> {
+        None
     }
 
-    /// Tables for people.
-    pub(crate) fn tables(&self) -> Vec<TextTable> {
-        let mut tables = Vec::new();
-        let parameters = self.parameters();
-        if !parameters.is_empty() {
-            let columns = ["parameter", "value", EXPANDED, "unit"];
-            let mut table = TextTable::of_quantities("estimates", &columns);
-            for p in &parameters {
-                table.push(vec![
-                    p.name.clone().into(),
-                    Cell::Known(p.value, p.std),
-                    Cell::Expanded(p.std),
-                    p.unit.to_owned().into(),
-                ]);
-            }
-            tables.push(table);
-        }
-        if let Self::Displacements(DisplacementEstimates { run: Some(run), .. }) = self {
-            tables.push(run.table());
-        }
-        tables.push(match self {
-            Self::FrameFit(estimates) => estimates.table(),
-            Self::Tip(estimates) => estimates.table(),
-            Self::FtCenter(estimates) => estimates.table(),
-            Self::Displacements(estimates) => estimates.table(),
-            Self::Positioning(estimates) => estimates.run.table(),
-            Self::Gravity(estimates) => estimates.table(),
-            Self::PoseIcp(estimates) => estimates.table(),
-            Self::ProbeComp(estimates) => estimates.table(),
-            Self::ForceImpedance(estimates) => estimates.table(),
-            Self::PathForce(estimates) => estimates.table(),
-            Self::TrackerLm(estimates) => estimates.table(),
-        });
-        tables
+    /// What of them can be true of no machine; `max_correction_deg` replaces the bound of a
+    /// compensation.
+    fn implausible(&self, max_correction_deg: Option<f64>) -> Option<ImplausibleResult>;
+}
+
+impl dyn Estimates {
+    /// The estimates as those of one kind; `None` where they are another's.
+    #[must_use]
+    pub fn downcast_ref<T: Estimates>(&self) -> Option<&T> {
+        (self as &dyn Any).downcast_ref()
     }
+}
+
+/// Serialises what is shared as what it is.
+pub(crate) fn serialize<S: Serializer>(
+    estimates: &Arc<dyn Estimates>,
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    erased_serde::serialize(&**estimates, to)
+}
+
+/// All tables for people: the parameters, where there are any, and those of the kind.
+pub(crate) fn tables(estimates: &dyn Estimates) -> Vec<TextTable> {
+    let parameters = estimates.parameters();
+    if parameters.is_empty() {
+        return estimates.tables();
+    }
+    let columns = ["parameter", "value", EXPANDED, "unit"];
+    let mut table = TextTable::of_quantities("estimates", &columns);
+    for p in &parameters {
+        table.push(vec![
+            p.name.clone().into(),
+            Cell::Known(p.value, p.std),
+            Cell::Expanded(p.std),
+            p.unit.to_owned().into(),
+        ]);
+    }
+    [table].into_iter().chain(estimates.tables()).collect()
 }

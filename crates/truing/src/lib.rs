@@ -1,7 +1,5 @@
 #![doc = include_str!("../README.md")]
 
-pub mod report;
-
 mod carry;
 mod case;
 mod checked;
@@ -13,11 +11,14 @@ mod estimates;
 mod file;
 mod found_pose;
 mod header;
+mod implausible;
 mod import;
 mod interval_width;
 mod kind;
 mod kinds;
+mod layout;
 mod measured;
+mod monitor;
 mod noise_test;
 mod page;
 mod plan;
@@ -33,7 +34,6 @@ mod solved;
 mod suspect;
 mod text;
 mod text_table;
-mod wording;
 
 pub use force_impedance;
 pub use frame_fit;
@@ -44,6 +44,7 @@ pub use model_discrepancy;
 pub use pose_icp;
 pub use probe_comp;
 pub use tracker_lm;
+pub use truing_report as report;
 
 pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
 pub use case::{Location, Problem, Provenance, ReadOptions};
@@ -56,10 +57,11 @@ pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
 };
 pub use error::Error;
-pub use estimated::{Export, LoopParameter};
+pub use estimated::{Estimated, Export, LoopParameter};
 pub use estimates::Estimates;
 pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
 pub use header::{Header, Program};
+pub use implausible::ImplausibleResult;
 pub use import::{
     ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogSettings, TableImport,
     import_probe_log, import_table, write_imported,
@@ -67,23 +69,28 @@ pub use import::{
 pub use interval_width::IntervalWidth;
 pub use kinds::{
     AxisErrorEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
-    AxisTargetEstimate, CenterEstimate, ContactForceEstimate, DisplacementEstimates,
+    AxisTargetEstimate, CenterEstimate, Conformity, ContactForceEstimate, DisplacementEstimates,
     DisplacementResidual, DistanceResidual, ForceBlock, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
     LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate, MountEstimate, PathCell, PathError,
     PathForceEstimates, PlaceEstimate, PlannedContactEstimate, PointResidual, PoseEstimate,
     PoseIcpEstimates, PoseIntervals, PoseResidual, PositionResidual, PositioningEstimates,
-    ProbeCompEstimates, QualificationEstimate, ScaleEstimate, StationEstimate, TipEstimates,
-    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, kinds,
-    write_example,
+    ProbeCompEstimates, QualificationEstimate, RepeatabilityEstimate, ScaleEstimate,
+    StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
+    WrenchEstimate, kinds, write_example,
+};
+pub use layout::{Detail, Layout};
+pub use monitor::{
+    PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,
+    What,
 };
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use plan::{
     PlanBudget, PlanFigure, PlanOptions, PlanProblem, Planned, PlannedMeasurement,
-    PlannedTouchPlace, plan, write_plan,
+    PlannedTouchPlace, Prediction, plan, write_plan,
 };
-pub use plausible::{ImplausibleResult, plausible};
+pub use plausible::plausible;
 pub use program::{Corrected, correct};
 pub use read::{Case, read_case, read_case_with};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
@@ -91,11 +98,17 @@ pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve};
 pub use suspect::Suspect;
+pub use text_table::TextTable;
 
 /// The examples of the repository's first page, so that they are compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct FirstPage;
+
+/// Runs the listing of the page on models of one's own.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/own-model.md")]
+struct OwnModel;
 
 /// Runs the listings of the page on adding effects, surfaces and kinds.
 #[cfg(doctest)]

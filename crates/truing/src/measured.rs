@@ -4,12 +4,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
+use truing_report::{CurvePlot, Facet, Fact};
 
 use crate::Error;
 use crate::case::LoopSettings;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::report::{CurvePlot, Facet, Fact};
+use crate::monitor::LiveFrame;
 use crate::suspect::Yardstick;
 
 /// What a kind read.
@@ -42,8 +43,18 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
         true
     }
 
+    /// Degrees of freedom with which uncertainties were known before, where nothing is fitted.
+    fn known_before(&self) -> Option<usize> {
+        None
+    }
+
     /// What further measurements the machine can make; `None` where this kind of case cannot say.
     fn offer(&self) -> Result<Option<Offer>, Error> {
+        Ok(None)
+    }
+
+    /// Where a contact can be followed live; `None` where there is no frame of a sensor.
+    fn live(&self) -> Result<Option<LiveFrame>, Error> {
         Ok(None)
     }
 
@@ -56,7 +67,7 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 /// The declared model, fitted.
 #[derive(Debug)]
 pub(crate) struct Fitted {
-    pub(crate) estimates: Estimates,
+    pub(crate) estimates: Arc<dyn Estimates>,
     /// In the order of the model's observations.
     pub(crate) observations: Vec<Observation>,
     /// Unit of the residuals.
@@ -89,7 +100,7 @@ pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
 }
 
 /// Estimates of a kind with the accepted effects in the model.
-pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Estimates + 'c>;
+pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Arc<dyn Estimates> + 'c>;
 
 /// What the loop needs, anew about what a closure has found; `None` where it is near that already.
 pub(crate) type About<'c> = Box<dyn Fn(&Closure) -> Option<Prepared<'c>> + 'c>;

@@ -60,7 +60,7 @@ pub(crate) fn scatter_warning(
 ) -> Option<String> {
     let (chi2, [low, high]) = chi2_per_dof.zip(chi2_interval)?;
     let ratio = chi2.sqrt();
-    let interval = format!("χ²/dof {chi2:.3}, expected {low:.3} to {high:.3}");
+    let interval = format!("χ²/dof {}, expected {low:.2} to {high:.2}", times(chi2));
     if chi2 > high {
         Some(format!(
             "the data scatter {} times as much as the declared noise allows ({interval}): the \

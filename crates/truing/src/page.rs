@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use model_discrepancy::{Model, State};
+use truing_report::{
+    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
+    ReportInput, VectorMap, render,
+};
 
 use crate::estimates::Estimates;
 use crate::file::read_text;
 use crate::measured::{Places, Prepared, Words};
-use crate::report::{
-    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
-    ReportInput, VectorMap, render,
-};
 use crate::solved::Solved;
 use crate::text_table::number;
 use crate::{Carried, Case, Closed, Error, Suspect};
@@ -24,7 +24,7 @@ use crate::{Carried, Case, Closed, Error, Suspect};
 pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let prepared = case.measured.prepare()?;
     let residuals = declared_residuals(&*prepared.model, solved);
-    let parameters = parameters(&solved.estimates, None);
+    let parameters = parameters(&*solved.estimates, None);
     let evidence = Evidence::Solved { residuals: &residuals };
     let own = solved.estimates.plots();
     Ok(page(case, &prepared, (&parameters, evidence, own), &[], &[], &solved.warnings))
@@ -43,7 +43,7 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     let case = closed.corrected.as_deref().unwrap_or(case);
     let (prepared, matched) = case.prepare()?;
     let declared = case.measured.fit()?;
-    let parameters = parameters(&declared.estimates, Some(&closed.estimates));
+    let parameters = parameters(&*declared.estimates, Some(&*closed.estimates));
     let evidence = Evidence::Closed(&closed.closure);
     // The page shows the closure's own warnings by itself.
     let doubts = matched.map(|m| m.warnings).unwrap_or_default();
@@ -153,7 +153,7 @@ fn page(
     })
 }
 
-fn parameters(declared: &Estimates, after: Option<&Estimates>) -> Vec<ParameterRow> {
+fn parameters(declared: &dyn Estimates, after: Option<&dyn Estimates>) -> Vec<ParameterRow> {
     let after = after.map(Estimates::parameters).unwrap_or_default();
     let row = |p: crate::estimated::Estimated| {
         let found = after.iter().find(|a| a.name == p.name);

@@ -3,11 +3,10 @@ use std::path::Path;
 use nalgebra::{Affine3, Isometry3, convert};
 use pose_icp::{ProgramOptions, correct_program_for_machine};
 
-use crate::estimates::Estimates;
 use crate::file::{MAX_BYTES, read_text};
 use crate::found_pose::found_pose;
 use crate::header::PROGRAM;
-use crate::plausible::plausible_reading;
+use crate::kinds::{PoseIcpEstimates, plausible_reading};
 use crate::solved::solve;
 use crate::{Case, Error};
 
@@ -46,7 +45,7 @@ pub fn correct(
         return Err(Error::AlreadyCorrected { path: program.to_owned(), line: line + 1 });
     }
     let solved = solve(case)?;
-    let Estimates::PoseIcp(estimates) = &solved.estimates else {
+    let Some(estimates) = solved.estimates.downcast_ref::<PoseIcpEstimates>() else {
         return Err(Error::NoPose { kind: case.kind });
     };
     let found: Affine3<f64> = match answer {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use model_discrepancy::LoopError;
+use model_discrepancy::{LoopError, Progress};
 
 use crate::Error;
 use crate::carry::{CarryProblem, Learnt};
@@ -60,10 +60,18 @@ impl Case {
         Ok(self)
     }
 
+    /// The case, whose loop `progress` tells how far it is.
+    #[must_use]
+    pub fn watched(mut self, progress: &Progress) -> Self {
+        self.loop_settings.progress = progress.clone();
+        self
+    }
+
     /// The case as it would be read with these changes to its files.
     pub(crate) fn with(&self, edits: &[Edit]) -> Result<Self, Error> {
         let files = self.files.with(edits);
-        let reading = files.read()?;
+        let mut reading = files.read()?;
+        reading.loop_settings.progress = self.loop_settings.progress.clone();
         Ok(Self {
             path: self.path.clone(),
             kind: self.kind,

@@ -1,9 +1,10 @@
+use std::sync::Arc;
 use std::time::Instant;
 
 use model_discrepancy::Model;
 use serde::Serialize;
 
-use crate::estimates::Estimates;
+use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Observation};
 use crate::noise_test::{Repeats, repeats, scatter_warning};
 use crate::plausible::plausible;
@@ -25,7 +26,8 @@ pub struct Solved {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timing: Option<SolveTiming>,
     /// What was solved for.
-    pub estimates: Estimates,
+    #[serde(serialize_with = "estimates::serialize")]
+    pub estimates: Arc<dyn Estimates>,
     /// What makes 95 % intervals of its standard uncertainties.
     pub interval: IntervalWidth,
     /// Residual of the observations that were fitted.
@@ -71,9 +73,10 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
     let check = Some(of(false)).filter(|check| check.n > 0);
     let residual = of(true).judged(degrees_of_freedom, chi2_per_dof, &observations);
     let (lack_of_fit, doubt) = repeats(case, observations.len());
-    let doubtful = plausible(&estimates, None).err().map(|e| e.to_string());
+    let doubtful = plausible(&*estimates, None).err().map(|e| e.to_string());
     let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
-    let estimated = Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none());
+    let estimated = (case.measured.known_before())
+        .or_else(|| Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none()));
     Ok(Solved {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),

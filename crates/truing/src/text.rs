@@ -2,25 +2,44 @@
 
 use std::fmt;
 
+use truing_report::{shortened, with_size};
+
 use crate::carry::CarriedEffect;
 use crate::closed::{Carried, JudgedRms, LoopStep};
 use crate::estimated::LoopParameter;
+use crate::estimates;
+use crate::layout::written;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
-use crate::wording::with_size;
-use crate::{Checked, Closed, Estimates, ObservableEffect, Solved};
+use crate::{Checked, Closed, Detail, Estimates, Layout, ObservableEffect, Solved};
 
 impl fmt::Display for Solved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, Layout::default())
+    }
+}
+
+impl Solved {
+    /// The answer for people.
+    #[must_use]
+    pub fn text(&self, layout: Layout) -> String {
+        written(|text| self.write(text, layout))
+    }
+
+    fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
+        let Residual { rms, unit, .. } = self.residual;
+        if layout.detail == Detail::Headline {
+            return writeln!(f, "{}: residual {} {unit} rms", self.kind, number(rms));
+        }
         writeln!(f, "{}\n", self.kind)?;
-        tables(f, &self.estimates)?;
+        tables(f, &*self.estimates, layout)?;
         let columns = ["", "rms", "max", "unit", "n", "dof", "chi2/dof", "99.9 % within"];
         let mut table = TextTable::new("residual", &columns);
         table.push(residual_row("fitted", &self.residual));
         if let Some(check) = &self.check {
             table.push(residual_row("only judged", check));
         }
-        write!(f, "{table}")?;
+        table.write(f, layout)?;
         self.lack_of_fit.as_ref().map_or(Ok(()), |test| writeln!(f, "\n{}", test.line()))
     }
 }
@@ -43,16 +62,54 @@ fn interval(of: Option<[f64; 2]>) -> String {
     of.map_or_else(|| "–".to_owned(), |[low, high]| format!("{low:.2} … {high:.2}"))
 }
 
-fn tables(f: &mut fmt::Formatter<'_>, estimates: &Estimates) -> fmt::Result {
-    estimates.tables().iter().try_for_each(|table| writeln!(f, "{table}"))?;
+fn tables(f: &mut dyn fmt::Write, estimates: &dyn Estimates, layout: Layout) -> fmt::Result {
+    for table in estimates::tables(estimates) {
+        table.write(f, layout)?;
+        writeln!(f)?;
+    }
     estimates.conditions().iter().try_for_each(|condition| writeln!(f, "note: {condition}"))?;
     if estimates.conditions().is_empty() { Ok(()) } else { writeln!(f) }
 }
 
 impl fmt::Display for Closed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}\n", self.kind)?;
+        self.write(f, Layout::default())
+    }
+}
+
+impl Closed {
+    /// The answer for people, the verdict first.
+    #[must_use]
+    pub fn text(&self, layout: Layout) -> String {
+        written(|text| self.write(text, layout))
+    }
+
+    fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
         write_headline(f, self)?;
+        if layout.detail == Detail::Headline {
+            return Ok(());
+        }
+        writeln!(f)?;
+        if let Some(carried) = &self.carried {
+            write_carried(f, carried)?;
+        }
+        let is_full = layout.detail == Detail::Full;
+        if is_full || self.carried.is_some() {
+            self.write_errors(f, layout)?;
+        }
+        if is_full {
+            if self.steps.is_empty() {
+                writeln!(f, "added: nothing\n")?;
+            }
+            for (n, step) in self.steps.iter().enumerate() {
+                write_step(f, n + 1, step)?;
+            }
+        }
+        self.write_left(f, is_full)?;
+        tables(f, &*self.estimates, layout)
+    }
+
+    fn write_errors(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
         let columns = [
             "",
             "train rms",
@@ -63,22 +120,18 @@ impl fmt::Display for Closed {
             "99.9 % within",
             "held out",
         ];
-        if let Some(carried) = &self.carried {
-            write_carried(f, carried)?;
-        }
         let mut table = TextTable::new("error", &columns);
         if let Some(carried) = &self.carried {
             table.push(error_row("without the carried", &carried.without));
         }
         table.push(error_row("before", &self.before));
         table.push(error_row("after", &self.after));
-        writeln!(f, "{table}")?;
-        if self.steps.is_empty() {
-            writeln!(f, "added: nothing\n")?;
-        }
-        for (n, step) in self.steps.iter().enumerate() {
-            write_step(f, n + 1, step)?;
-        }
+        table.write(f, layout)?;
+        writeln!(f)
+    }
+
+    /// What the names do not say.
+    fn write_left(&self, f: &mut dyn fmt::Write, is_full: bool) -> fmt::Result {
         if let Some(test) = &self.lack_of_fit {
             writeln!(f, "{}", test.line())?;
         }
@@ -91,22 +144,25 @@ impl fmt::Display for Closed {
                 p_value(left.p_value)
             )?;
         }
-        for unseen in &self.not_observable {
-            let by = absorbed_by(&unseen.aliased_with);
-            let advice = advice(unseen.separate_by.as_deref());
-            writeln!(f, "not observable: {}{by}{advice}", unseen.effect)?;
+        if is_full {
+            for unseen in &self.not_observable {
+                let by = absorbed_by(&unseen.aliased_with);
+                let advice = advice(unseen.separate_by.as_deref());
+                writeln!(f, "not observable: {}{by}{advice}", unseen.effect)?;
+            }
+        } else if !self.not_observable.is_empty() {
+            let names: Vec<String> =
+                self.not_observable.iter().map(|unseen| unseen.effect.clone()).collect();
+            writeln!(f, "not observable in these data (-v says why): {}", shortened(&names))?;
         }
-        if !(self.remaining.is_empty()
+        let is_nothing = self.remaining.is_empty()
             && self.not_observable.is_empty()
-            && self.lack_of_fit.is_none())
-        {
-            writeln!(f)?;
-        }
-        tables(f, &self.estimates)
+            && self.lack_of_fit.is_none();
+        if is_nothing { Ok(()) } else { writeln!(f) }
     }
 }
 
-fn write_carried(f: &mut fmt::Formatter<'_>, carried: &Carried) -> fmt::Result {
+fn write_carried(f: &mut dyn fmt::Write, carried: &Carried) -> fmt::Result {
     for line in carried.lines() {
         writeln!(f, "{line}")?;
     }
@@ -150,22 +206,40 @@ impl LoopStep {
     }
 }
 
-/// Verdict, names with their sizes, and the error before and after, in one line each.
-fn write_headline(f: &mut fmt::Formatter<'_>, closed: &Closed) -> fmt::Result {
-    writeln!(f, "verdict: {}", closed.verdict)?;
+/// Verdict, names with their sizes and rivals, and the error before and after.
+fn write_headline(f: &mut dyn fmt::Write, closed: &Closed) -> fmt::Result {
+    writeln!(f, "{}: {}", closed.kind, closed.verdict)?;
     for step in &closed.steps {
         let name = labelled(&step.effect, step.subject.as_deref());
-        let size =
-            |p: &LoopParameter| format!("{} {}", p.name, with_uncertainty(p.value, p.std, &p.unit));
-        let sizes: Vec<String> = step.parameters.iter().take(MOST_NAMES).map(size).collect();
-        writeln!(f, "  {name}: {} (k = 2)", sizes.join(", "))?;
+        writeln!(f, "  {name} — {}{} (k = 2)", step.in_words(), several_sizes(&step.parameters))?;
+        write_rivals(f, step)?;
     }
     let error = |e: &JudgedRms| with_uncertainty(e.held_out_rms, e.held_out_std, &e.unit);
     let (before, after) = (error(&closed.before), error(&closed.after));
-    writeln!(f, "error on data the fit never saw: {before} before, {after} after (k = 2)\n")
+    writeln!(f, "error on data the fit never saw: {before} before, {after} after (k = 2)")
 }
 
-fn write_step(f: &mut fmt::Formatter<'_>, n: usize, step: &LoopStep) -> fmt::Result {
+/// Sizes of an effect with more than one, which its words do not hold.
+fn several_sizes(parameters: &[LoopParameter]) -> String {
+    if parameters.len() < 2 {
+        return String::new();
+    }
+    let size =
+        |p: &LoopParameter| format!("{} {}", p.name, with_uncertainty(p.value, p.std, &p.unit));
+    let sizes: Vec<String> = parameters.iter().map(size).collect();
+    format!(": {}", shortened(&sizes))
+}
+
+/// Names that the data cannot tell from that of a step.
+fn write_rivals(f: &mut dyn fmt::Write, step: &LoopStep) -> fmt::Result {
+    if step.indistinguishable_from.is_empty() {
+        return Ok(());
+    }
+    let rivals = step.indistinguishable_from.join(", ");
+    writeln!(f, "  cannot be told apart from: {rivals}{}", advice(step.separate_by.as_deref()))
+}
+
+fn write_step(f: &mut dyn fmt::Write, n: usize, step: &LoopStep) -> fmt::Result {
     let name = labelled(&step.effect, step.subject.as_deref());
     let what = if step.effect.starts_with("input:") { "wrong input" } else { "added" };
     writeln!(f, "{what} {n}: {name} — {}", step.in_words())?;
@@ -178,14 +252,6 @@ fn write_step(f: &mut fmt::Formatter<'_>, n: usize, step: &LoopStep) -> fmt::Res
         p_value(step.p_value),
         number(Some(step.held_out_rms))
     )?;
-    if !step.indistinguishable_from.is_empty() {
-        let rivals = step.indistinguishable_from.join(", ");
-        writeln!(
-            f,
-            "  cannot be told apart from: {rivals}{}",
-            advice(step.separate_by.as_deref())
-        )?;
-    }
     writeln!(f)
 }
 
@@ -201,24 +267,24 @@ fn absorbed_by(parameters: &[String]) -> String {
     }
 }
 
-/// Most names listed one by one for people; the JSON has them all.
-const MOST_NAMES: usize = 6;
-
-/// Names with commas, the many shortened to how many more there are.
-pub(crate) fn shortened(names: &[String]) -> String {
-    // One more takes no more room than saying so.
-    if names.len() <= MOST_NAMES + 1 {
-        return names.join(", ");
-    }
-    format!("{} and {} more", names[..MOST_NAMES].join(", "), names.len() - MOST_NAMES)
-}
-
 fn advice(separate_by: Option<&str>) -> String {
     separate_by.map_or_else(String::new, |text| format!("; to tell: {text}"))
 }
 
 impl fmt::Display for Checked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, Layout::default())
+    }
+}
+
+impl Checked {
+    /// The answer for people.
+    #[must_use]
+    pub fn text(&self, layout: Layout) -> String {
+        written(|text| self.write(text, layout))
+    }
+
+    fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
         let c = &self.counts;
         writeln!(f, "{}\n", self.kind)?;
         writeln!(
@@ -249,6 +315,9 @@ impl fmt::Display for Checked {
         if let Some(test) = &self.lack_of_fit {
             writeln!(f, "{}", test.line())?;
         }
+        if layout.detail == Detail::Headline {
+            return Ok(());
+        }
         writeln!(f)?;
         if !self.parameters.is_empty() {
             let columns = ["parameter", "value", EXPANDED, "unit"];
@@ -261,14 +330,13 @@ impl fmt::Display for Checked {
                     p.unit.into(),
                 ]);
             }
-            writeln!(f, "{table}")?;
+            table.write(f, layout)?;
+            writeln!(f)?;
         }
-        self.write_effects(f)
+        self.write_effects(f, layout)
     }
-}
 
-impl Checked {
-    fn write_effects(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn write_effects(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
         if !self.observable.is_empty() {
             let columns = ["effect", "parameter", "smallest size", "unit", "absorbed", "same as"];
             let title = "would be named, 9 times in 10, from this size";
@@ -290,7 +358,8 @@ impl Checked {
                     ]);
                 }
             }
-            writeln!(f, "{table}")?;
+            table.write(f, layout)?;
+            writeln!(f)?;
         }
         for effect in &self.not_observable {
             let by = absorbed_by(&effect.aliased_with);

@@ -1,16 +1,15 @@
 use std::fmt::{self, Write as _};
 
-use crate::report::number::{COVERAGE, with_expanded};
+use truing_report::{COVERAGE, with_expanded};
 
-/// Rows shown before a table is cut: one screen, and some.
-const MAX_ROWS: usize = 40;
+use crate::{Detail, Layout};
 
 /// Significant digits of numbers for people; the JSON has all of them.
 const DIGITS: i32 = 5;
 
 /// A table for people: text to the left, numbers to the right.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TextTable {
+pub struct TextTable {
     title: String,
     columns: Vec<&'static str>,
     rows: Vec<Vec<Cell>>,
@@ -135,46 +134,91 @@ fn least_decimals(header: &str) -> i32 {
 
 impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.title)?;
-        let decades: Vec<Option<i32>> =
-            (0..self.columns.len()).map(|column| self.decade_of(column)).collect();
-        let least: Vec<i32> = self.columns.iter().map(|header| least_decimals(header)).collect();
-        let shown: Vec<Vec<String>> = (self.rows.iter().take(MAX_ROWS))
-            .map(|row| {
-                let cells = row.iter().zip(decades.iter().zip(&least));
-                cells.map(|(cell, (decade, least))| show(cell, *decade, *least)).collect()
-            })
-            .collect();
+        self.write(f, Layout { detail: Detail::Full, columns: None })
+    }
+}
+
+impl TextTable {
+    /// Writes the table; one that is wider than the layout goes on below, under its first column.
+    pub(crate) fn write(&self, out: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
+        writeln!(out, "{}", self.title)?;
+        let shown = self.cells(layout.most_rows());
         let width = |column: usize| {
             let cells = shown.iter().map(|row| row.get(column).map_or(0, |c| c.chars().count()));
             cells.max().unwrap_or(0).max(self.columns[column].chars().count())
         };
         let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
-        let is_text = |column: usize| {
-            self.rows.first().is_some_and(|row| matches!(row.get(column), Some(Cell::Text(_))))
-        };
-        let mut line = |cells: &[&str]| {
-            let mut text = String::from(" ");
-            for (column, cell) in cells.iter().enumerate() {
-                let width = widths[column];
-                text.push(' ');
-                if is_text(column) {
-                    write!(text, "{cell:<width$}")?;
-                } else {
-                    write!(text, "{cell:>width$}")?;
-                }
+        for (n, columns) in in_parts(&widths, layout.columns).iter().enumerate() {
+            if n > 0 {
+                writeln!(out)?;
             }
-            writeln!(f, "{}", text.trim_end())
-        };
-        line(&self.columns)?;
-        for row in &shown {
-            line(&row.iter().map(String::as_str).collect::<Vec<_>>())?;
+            self.write_line(out, &self.columns, (columns, &widths))?;
+            for row in &shown {
+                let row: Vec<&str> = row.iter().map(String::as_str).collect();
+                self.write_line(out, &row, (columns, &widths))?;
+            }
         }
-        if self.rows.len() > MAX_ROWS {
-            writeln!(f, "  … and {} more (all of them with --json)", self.rows.len() - MAX_ROWS)?;
+        let more = self.rows.len() - shown.len();
+        let all = if layout.detail == Detail::Full { "--json" } else { "-v or --json" };
+        if more > 0 {
+            writeln!(out, "  … and {more} more ({all})")?;
         }
         Ok(())
     }
+
+    /// The first rows as they are shown.
+    fn cells(&self, most_rows: usize) -> Vec<Vec<String>> {
+        let decades: Vec<Option<i32>> =
+            (0..self.columns.len()).map(|column| self.decade_of(column)).collect();
+        let least: Vec<i32> = self.columns.iter().map(|header| least_decimals(header)).collect();
+        // To leave out one or two takes as much room as they do.
+        let rows = if self.rows.len() <= most_rows + 2 { self.rows.len() } else { most_rows };
+        (self.rows.iter().take(rows))
+            .map(|row| {
+                let cells = row.iter().zip(decades.iter().zip(&least));
+                cells.map(|(cell, (decade, least))| show(cell, *decade, *least)).collect()
+            })
+            .collect()
+    }
+
+    fn write_line(
+        &self,
+        out: &mut dyn fmt::Write,
+        cells: &[&str],
+        (columns, widths): (&[usize], &[usize]),
+    ) -> fmt::Result {
+        let is_text = |column: usize| {
+            self.rows.first().is_some_and(|row| matches!(row.get(column), Some(Cell::Text(_))))
+        };
+        let mut text = String::from(" ");
+        for &column in columns {
+            let (cell, width) = (cells.get(column).copied().unwrap_or(""), widths[column]);
+            text.push(' ');
+            if is_text(column) {
+                write!(text, "{cell:<width$}")?;
+            } else {
+                write!(text, "{cell:>width$}")?;
+            }
+        }
+        writeln!(out, "{}", text.trim_end())
+    }
+}
+
+/// Columns that stand beside one another, the first one in every part.
+fn in_parts(widths: &[usize], limit: Option<usize>) -> Vec<Vec<usize>> {
+    let limit = limit.unwrap_or(usize::MAX);
+    // A space before the first column, and one before each.
+    let width = |columns: &[usize]| 1 + columns.iter().map(|&c| 1 + widths[c]).sum::<usize>();
+    let mut parts = vec![vec![0]];
+    for column in 1..widths.len() {
+        let last = parts.last_mut().expect("never empty");
+        last.push(column);
+        if width(last) > limit && last.len() > 2 {
+            last.pop();
+            parts.push(vec![0, column]);
+        }
+    }
+    parts
 }
 
 /// A number with a few significant digits; a dash where there is none.
@@ -204,6 +248,7 @@ fn decade(value: f64) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::{Cell, EXPANDED, TextTable, number, with_uncertainty};
+    use crate::{Detail, Layout};
 
     #[test]
     fn numbers_read_well() {
@@ -239,5 +284,38 @@ mod tests {
             table.to_string(),
             "t\n  point          dx\n  long name  1.0000\n  p\u{fffd}              –\n  q         -0.0013\n"
         );
+    }
+
+    #[test]
+    fn a_table_that_is_too_wide_goes_on_below_under_its_first_column() {
+        let mut table = TextTable::new("t", &["point", "dx", "dy", "dz"]);
+        for point in ["a", "b"] {
+            table.push(vec![point.into(), 1.0.into(), 2.0.into(), 3.0.into()]);
+        }
+        let written = |columns: usize| {
+            let mut text = String::new();
+            table
+                .write(&mut text, Layout { detail: Detail::Full, columns: Some(columns) })
+                .unwrap();
+            text
+        };
+        assert_eq!(written(28), table.to_string());
+        let below = "t\n  point     dx     dy\n  a     1.0000 2.0000\n  b     1.0000 2.0000\n\n  \
+                     point     dz\n  a     3.0000\n  b     3.0000\n";
+        assert_eq!(written(27), below);
+        // No width is too small for a column beside the first.
+        assert_eq!(written(1).lines().count(), 1 + 3 * 3 + 2);
+    }
+
+    #[test]
+    fn long_tables_are_cut_and_say_so() {
+        let mut table = TextTable::new("t", &["point"]);
+        for i in 0..15 {
+            table.push(vec![format!("p{i}").into()]);
+        }
+        let mut text = String::new();
+        table.write(&mut text, Layout::default()).unwrap();
+        assert!(text.contains("p11\n") && !text.contains("p12\n"), "{text}");
+        assert!(text.ends_with("… and 3 more (-v or --json)\n"), "{text}");
     }
 }

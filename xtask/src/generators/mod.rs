@@ -1,6 +1,7 @@
 //! Committed cases: published tables, and simulations written from the physics.
 
 mod axis_curves;
+pub(crate) mod axis_run;
 pub(crate) mod mirror;
 pub(crate) mod noise;
 pub(crate) mod oracle;

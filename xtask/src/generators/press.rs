@@ -184,7 +184,7 @@ const PRESS_INTERVAL_S: f64 = 90.0;
 /// Samples before the head touches, which the force gate must reject.
 const N_APPROACH: usize = 3;
 /// The presses lie within a square of this half width around the sensor, mm.
-const REACH_MM: f64 = 30.0;
+pub(crate) const REACH_MM: f64 = 30.0;
 /// Drag over load up to which the pad sticks.
 const STICKS: f64 = 0.1;
 /// Load at which the lateral compliance is counted from, N.
@@ -470,4 +470,41 @@ impl Play {
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 fn as_f64(count: usize) -> f64 {
     count as f64
+}
+
+/// A press that is asked for in a session that goes on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meant {
+    pub commanded_mm: [f64; 2],
+    pub load_n: f64,
+    /// Force across the load over the load, sensor frame.
+    pub across: [f64; 2],
+}
+
+/// Makes further presses with the same rig and noise of their own, after those recorded.
+pub(crate) fn press_again(
+    session: &Session,
+    recorded: &Recorded,
+    meant: &[Meant],
+    seed: u64,
+) -> Vec<Press> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let sign = recorded.declared_height_mm.signum();
+    let rig = Rig { session, sensor_rad: recorded.sensor_rad, sensor_mm: recorded.sensor_mm, sign };
+    let (before, mut play) = (recorded.presses.len(), [Play::default(); 2]);
+    let count = meant.len();
+    let mut press = |(n, meant): (usize, &Meant)| {
+        // Forces turn as displacements do.
+        let across = [meant.across[0], sign * meant.across[1], 0.0];
+        let [x, y, _] = rotate([0.0, 0.0, 1.0], rig.sensor_rad, across);
+        let planned = Planned {
+            role: Role::Frame,
+            commanded_mm: meant.commanded_mm,
+            load_n: meant.load_n,
+            drag: x.hypot(y),
+            drag_rad: y.atan2(x),
+        };
+        rig.press(before + n, before + count, &planned, &mut play, &mut rng)
+    };
+    meant.iter().enumerate().map(&mut press).collect()
 }

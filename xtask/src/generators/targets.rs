@@ -20,6 +20,10 @@ pub(crate) enum Fault {
     /// The second body hangs on a flexure that gives along x of the turning frame: mm under its
     /// whole weight.
     Flexure(f64),
+    /// The axis is not where it is declared: displacement of its origin, mm, and tilt, rad.
+    AxisMoved([f64; 3], [f64; 3]),
+    /// One of the six errors of the axis: which, how often per turn, mm or rad, phase.
+    AxisMotion(usize, u8, f64, f64),
     /// A tracker's stand gives way: which, and total over the measurement, mm, rad.
     Stand(usize, [f64; 3], [f64; 3]),
 }
@@ -38,6 +42,10 @@ pub(crate) struct Survey {
     /// Standard uncertainty of a distance, mm, and of an angle of the beam, rad.
     pub range_mm: f64,
     pub angle_rad: f64,
+    /// Whether the axis has no errors but those that are wrong, and the case takes it for perfect.
+    pub perfect: bool,
+    /// How far reflectors are from their nominal places, per coordinate.
+    pub mounts_off_mm: f64,
     /// What is wrong.
     pub fault: Fault,
     /// Seed of everything random.
@@ -54,6 +62,8 @@ impl Survey {
             both_ways: false,
             range_mm: 0.004,
             angle_rad: 4e-6,
+            perfect: false,
+            mounts_off_mm: 0.3,
             fault: Fault::None,
             seed,
         }
@@ -104,8 +114,6 @@ const MOUNTS: [[f64; 3]; 8] = [
     [560.0, 110.0, -420.0],
     [650.0, -95.0, 360.0],
 ];
-/// How far reflectors are from their nominal places, per coordinate.
-const MOUNTS_OFF_MM: f64 = 0.3;
 /// Seconds from one reading to the next.
 const INTERVAL_S: f64 = 8.0;
 
@@ -135,7 +143,7 @@ pub(crate) fn simulate(survey: &Survey) -> Measured {
         .collect();
     let curves = Curves::random(&mut rng);
     let mut nominal = |truth: &[f64; 3]| {
-        let moved = truth.map(|v| v + MOUNTS_OFF_MM * gaussian(&mut rng));
+        let moved = truth.map(|v| v + survey.mounts_off_mm * gaussian(&mut rng));
         (*truth, moved.map(|v| (v * 1e4).round() / 1e4))
     };
     let mounts_mm = mounts.iter().map(&mut nominal).collect();
@@ -192,7 +200,24 @@ fn point_mm(
     mount: usize,
 ) -> [f64; 3] {
     let (angle_deg, rising) = measured.steps[step];
-    let (mut displacement, mut rotation) = curves.at(angle_deg);
+    let (mut displacement, mut rotation) =
+        if survey.perfect { ([0.0; 3], [0.0; 3]) } else { curves.at(angle_deg) };
+    let (mut origin, mut direction) = (measured.origin_mm, measured.direction);
+    match survey.fault {
+        Fault::AxisMoved(by, tilt) => {
+            origin = add(origin, by);
+            direction = rotate(scale(1.0 / norm(&tilt), tilt), norm(&tilt), direction);
+        }
+        Fault::AxisMotion(error, order, size, phase) => {
+            let wave = size * (f64::from(order) * angle_deg.to_radians() + phase).cos();
+            if error < 3 {
+                displacement[error] += wave;
+            } else {
+                rotation[error - 3] += wave;
+            }
+        }
+        _ => {}
+    }
     if let Fault::Backlash(play, give) = survey.fault {
         let way = if rising { 0.5 } else { -0.5 };
         rotation = add(rotation, scale(-way * play, measured.direction));
@@ -200,18 +225,22 @@ fn point_mm(
     }
     let angle = angle_deg.to_radians();
     let mut body = measured.mounts_mm[mount].0;
+    if let Fault::AxisMoved(by, _) = survey.fault {
+        // The reflectors are where the drawing has them; it is the axis that is not.
+        body = add(body, scale(-1.0, by));
+    }
     if let Fault::Flexure(give) = survey.fault
         && mount % 2 == 1
     {
         let weight = rotate(measured.direction, -angle, [0.0, 0.0, -1.0]);
         body[0] += give * weight[0];
     }
-    let mut arm = rotate(measured.direction, angle, body);
+    let mut arm = rotate(direction, angle, body);
     let turn = norm(&rotation);
     if turn > 0.0 {
         arm = rotate(scale(1.0 / turn, rotation), turn, arm);
     }
-    add(add(measured.origin_mm, displacement), arm)
+    add(add(origin, displacement), arm)
 }
 
 /// The point in the tracker's own frame.
@@ -252,9 +281,10 @@ pub(crate) fn tables(survey: &Survey, measured: &Measured) -> Vec<(&'static str,
     };
     let case = format!(
         "kind = \"tracker-lm\"\n\n[axis]\nletter = \"B\"\norigin_mm = {}\ndirection = {}\n\n\
-         [noise]\nrange_mm = {}\nangle_rad = {}\n",
+         {}[noise]\nrange_mm = {}\nangle_rad = {}\n",
         list(measured.origin_mm, 3),
         list(measured.direction, 15),
+        if survey.perfect { "[model]\naxis = \"fixed\"\n\n" } else { "" },
         survey.range_mm,
         survey.angle_rad,
     );

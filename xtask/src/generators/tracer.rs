@@ -40,6 +40,8 @@ pub(crate) struct Run {
     pub declare_noise: bool,
     /// Whether the air temperature is recorded.
     pub record_air: bool,
+    /// Whether the axis has no errors but those that are wrong, and the case takes it for perfect.
+    pub perfect: bool,
     /// Share of readings that are missing, at random.
     pub missing: f64,
     /// What is wrong.
@@ -66,6 +68,7 @@ impl Run {
             declare_stations: true,
             declare_noise: true,
             record_air: false,
+            perfect: false,
             missing: 0.0,
             defect: Defect::None,
             second: Defect::None,
@@ -125,6 +128,9 @@ pub(crate) fn simulate(run: &Run) -> Measured {
     let first = curves.at(steps[0].0);
     let errors: Vec<([f64; 3], [f64; 3])> = (steps.iter())
         .map(|(angle_deg, _)| {
+            if run.perfect {
+                return ([0.0; 3], [0.0; 3]);
+            }
             let here = curves.at(*angle_deg);
             (add(here.0, scale(-1.0, first.0)), add(here.1, scale(-1.0, first.1)))
         })

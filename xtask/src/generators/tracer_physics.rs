@@ -63,7 +63,25 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
             _ => {}
         }
     }
-    let mut arm = rotate(measured.direction, angle_deg.to_radians(), body);
+    let (mut origin, mut direction) = (measured.origin_mm, measured.direction);
+    for defect in defects {
+        match *defect {
+            Defect::AxisMoved(by, tilt) => {
+                origin = add(origin, by);
+                direction = rotate(scale(1.0 / norm(&tilt), tilt), norm(&tilt), direction);
+            }
+            Defect::AxisMotion(error, order, size, phase) => {
+                let wave = size * (f64::from(order) * angle_deg.to_radians() + phase).cos();
+                if error < 3 {
+                    displacement[error] += wave;
+                } else {
+                    rotation[error - 3] += wave;
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut arm = rotate(direction, angle_deg.to_radians(), body);
     for defect in defects {
         if let Defect::Bending(mount, sag) = *defect
             && mount == at.mount
@@ -77,7 +95,7 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
     if angle > 0.0 {
         arm = rotate(scale(1.0 / angle, rotation), angle, arm);
     }
-    let target = add(add(measured.origin_mm, displacement), arm);
+    let target = add(add(origin, displacement), arm);
     add(target, scale(-1.0, station))
 }
 

@@ -28,6 +28,10 @@ pub(crate) enum Defect {
     MountSlip(usize, usize, [f64; 3]),
     /// The wavelength follows the recorded temperature of the air: relative per kelvin.
     Temperature(f64),
+    /// The axis is not where the drawing has it: displacement of its origin, mm, and tilt, rad.
+    AxisMoved([f64; 3], [f64; 3]),
+    /// One of the six errors of the axis: which, how often per turn, mm or rad, phase.
+    AxisMotion(usize, u8, f64, f64),
     /// One reflector's bracket bends under its weight as the axis swings it: mm.
     Bending(usize, f64),
 }

@@ -24,8 +24,14 @@ fn case_toml(run: &Run, measured: &Measured) -> String {
         list(measured.origin_mm, 3),
         list(measured.direction, 15),
     );
+    if run.station_dead_paths || run.perfect {
+        text.push_str("\n[model]\n");
+    }
     if run.station_dead_paths {
-        text.push_str("\n[model]\ndead_path = \"station\"\n");
+        text.push_str("dead_path = \"station\"\n");
+    }
+    if run.perfect {
+        text.push_str("axis = \"fixed\"\n");
     }
     if run.declare_noise || run.declare_stations {
         text.push_str("\n[noise]\n");

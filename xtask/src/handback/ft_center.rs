@@ -194,9 +194,15 @@ fn sensor_centre(json: &Value, read: &Value, elapsed: f64, z0_mm: f64) -> [f64; 
     let matrix = [[fz - fx * slope[0], -fx * slope[1]], [-fy * slope[0], fz - fy * slope[1]]];
     let right = [height * fx - my, mx + height * fy];
     let determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
+    let along =
+        a("slip", Some("round guide"), "along the friction", 1e-3) / fx.hypot(fy).max(1e-300);
     [
-        (right[0] * matrix[1][1] - matrix[0][1] * right[1]) / determinant,
-        (matrix[0][0] * right[1] - matrix[1][0] * right[0]) / determinant,
+        (right[0] * matrix[1][1] - matrix[0][1] * right[1]) / determinant
+            - a("slip", None, "x", 1e-3) * fx.signum()
+            - along * fx,
+        (matrix[0][0] * right[1] - matrix[1][0] * right[0]) / determinant
+            - a("slip", None, "y", 1e-3) * fy.signum()
+            - along * fy,
     ]
 }
 

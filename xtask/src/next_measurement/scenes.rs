@@ -5,25 +5,16 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
+use super::machines::{Pressing, Upwards};
+use super::scene::{Files, Scene};
+use crate::generators::axis_run::{self, AxisRun};
 use crate::generators::mirror::{self, Mirror};
+use crate::generators::press;
 use crate::generators::probe::{self, Meant, Session};
 use crate::generators::probe_tables::{case_toml, touches_csv};
 use crate::generators::survey::{Defect, Survey, measure_again, simulate};
-
-/// Files of a case: names and texts.
-type Files = Vec<(&'static str, String)>;
-
-/// A case that can be measured further.
-pub(crate) trait Scene {
-    /// The case as it stands.
-    fn files(&self) -> Files;
-    /// What the plan is made for, where it is not what the loop leaves open.
-    fn aim(&self) -> Option<&'static str>;
-    /// The case with the planned measurements made.
-    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files>;
-    /// The case with as many measurements as one would spread without a plan.
-    fn with_even(&self, count: usize, seed: u64) -> Files;
-}
+use crate::generators::tracer::Run;
+use crate::generators::tracer_run;
 
 /// One situation.
 pub(crate) struct Situation {
@@ -37,6 +28,9 @@ pub(crate) struct Situation {
 pub(super) fn situations() -> Vec<Situation> {
     let probe = |name, truth, make| Situation { krate: "probe-comp", name, truth, make };
     let pose = |name, truth, make| Situation { krate: "pose-icp", name, truth, make };
+    let press = |name, truth, make| Situation { krate: "ft-center", name, truth, make };
+    let axis = |name, truth, make| Situation { krate: "positioning", name, truth, make };
+    let tracer = |name, truth, make| Situation { krate: "tracker-lm", name, truth, make };
     let frame = |name, truth, make| Situation { krate: "frame-fit", name, truth, make };
     vec![
         probe("ball 8 µm larger, touched along the normal", "tip-radius", |seed| {
@@ -44,13 +38,6 @@ pub(super) fn situations() -> Vec<Situation> {
         }),
         probe("triggers 8 µm late, touched along the normal", "pretravel", |seed| {
             Box::new(Session { flaw: probe::Flaw::Pretravel(0.008), ..Session::new(seed) })
-        }),
-        probe("three lobes of the part, 6 µm, along the normal", "form", |seed| {
-            Box::new(Session { flaw: probe::Flaw::PartLobes(0.006), ..Session::new(seed) })
-        }),
-        probe("three lobes of the probe, 6 µm, along the normal", "lobing", |seed| {
-            let flaw = probe::Flaw::Lobing([0.005, -0.003]);
-            Box::new(Session { flaw, ..Session::new(seed) })
         }),
         pose("conic 0.03 too large, middle of the mirror touched", "conic", |seed| {
             Box::new(Middle(Mirror { flaw: mirror::Flaw::Conic(0.03), ..Mirror::new(seed) }))
@@ -66,6 +53,29 @@ pub(super) fn situations() -> Vec<Situation> {
         frame("z reads long, measured in one plane", "anisotropic-scale", |seed| {
             let defect = Defect::AxisScale([0.0, 0.0, 200e-6]);
             Box::new(Flat(Survey { defect, ..Survey::new(seed) }))
+        }),
+        press("platform 0.5 mm thicker, pressed upright", "contact-height", |seed| {
+            let fault = press::Fault::ContactHeight(0.5);
+            let session = press::Session { fault, drag: 0.0, ..press::Session::new(seed) };
+            let plan = "loads_n = [40]\nleans_deg = [10]";
+            Box::new(Pressing { session, aim: "contact-height", plan })
+        }),
+        press("the head gives way by 1 µm/N, pressed with one load", "load-shift", |seed| {
+            let fault = press::Fault::LoadShift([1e-3, -5e-4]);
+            let session = press::Session { fault, ..press::Session::new(seed) };
+            let session = press::Session { loads_n: vec![40.0], ..session };
+            Box::new(Pressing { session, aim: "load-shift", plan: "loads_n = [20, 60]" })
+        }),
+        axis("stops 8 µm apart from either side, sent from one", "reversal", |seed| {
+            Box::new(AxisRun { fault: axis_run::Fault::Reversal(8e-3), seed })
+        }),
+        axis("to and fro by 4 µm a turn, targets whole turns apart", "cyclic-error", |seed| {
+            Box::new(AxisRun { fault: axis_run::Fault::Cyclic(4e-3), seed })
+        }),
+        tracer("play of the drive, turned upwards only", "backlash", |seed| {
+            let defect = tracer_run::Defect::Backlash(6e-5, [6e-3, -3e-3, 4.5e-3]);
+            let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
+            Box::new(Upwards(run))
         }),
     ]
 }

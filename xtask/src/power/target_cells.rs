@@ -29,7 +29,27 @@ pub(super) fn cells() -> Vec<Cell> {
             let survey = Survey { n_angles: 25, ..Survey::new(seed) };
             with(&survey, 6, |a, d| Fault::Stand(1, d.map(|v| a * v), d.map(|v| 5e-4 * a * v)))
         }),
+        cell("points, perfect axis, nothing", FalseAddition, |seed| {
+            Scene::Targets(Survey { mounts_off_mm: 0.3, ..perfect(seed) })
+        }),
+        cell("points, perfect axis from its place", Named("axis-location"), |seed| {
+            let d = direction(seed);
+            let tilt = [5e-4 * d[1], 0.0, 5e-4 * d[0]];
+            let fault = Fault::AxisMoved(d.map(|v| 0.5 * v), tilt);
+            Scene::Targets(Survey { fault, ..perfect(seed) })
+        }),
+        cell("points, perfect axis, EYB once per turn", Named("axial-motion"), |seed| {
+            with(&perfect(seed), 4, |a, d| Fault::AxisMotion(1, 1, a, 3.0 * d[0]))
+        }),
+        cell("points, perfect axis, ECB twice per turn", Named("tilt-motion"), |seed| {
+            with(&perfect(seed), 4, |a, d| Fault::AxisMotion(5, 2, 2e-3 * a, 3.0 * d[0]))
+        }),
     ]
+}
+
+/// An axis without errors, which the case takes for perfect, with reflectors known to 10 µm.
+fn perfect(seed: u64) -> Survey {
+    Survey { perfect: true, mounts_off_mm: 0.01, n_angles: 19, ..Survey::new(seed) }
 }
 
 fn cell(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> Cell {

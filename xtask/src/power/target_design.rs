@@ -41,7 +41,8 @@ pub(super) fn survey_at(
             let carried = |i: usize| rotate(sound.direction, sights[i].angle_rad, unit);
             base.push(white(&|i| if own(i) { carried(i) } else { ZERO }));
         }
-        for angle in 1..survey.n_angles {
+        let free = if survey.perfect { 1..1 } else { 1..survey.n_angles };
+        for angle in free {
             let here = |i: usize| sights[i].angle_rad.to_bits() == angle_of(&sound, angle);
             base.push(white(&|i| if here(i) { unit } else { ZERO }));
             base.push(white(&|i| if here(i) { turned(unit, sights[i].arm_mm) } else { ZERO }));

@@ -60,7 +60,46 @@ pub(super) fn cells() -> Vec<Cell> {
         }),
     ];
     cells.extend(beyond_one_name());
+    cells.extend(perfect_axis());
     cells
+}
+
+/// The declared axis is perfect: what is missing is its place, or a motion error.
+fn perfect_axis() -> Vec<Cell> {
+    use Question::{BothNamed, FalseAddition, Named};
+    vec![
+        cell("perfect axis, nothing", FalseAddition, |seed| Scene::Tracer(perfect(seed))),
+        cell("perfect axis, nothing, there and back", FalseAddition, |seed| {
+            Scene::Tracer(Run { both_ways: true, n_angles: 13, ..perfect(seed) })
+        }),
+        cell("perfect axis, 0.5 mm and 0.5 mrad from its place", Named("axis-location"), |seed| {
+            let d = direction(seed);
+            let defect = Defect::AxisMoved(d.map(|v| 0.5 * v), [5e-4 * d[1], 0.0, 5e-4 * d[0]]);
+            Scene::Tracer(Run { defect, ..perfect(seed) })
+        }),
+        cell("perfect axis, EXB twice per turn", Named("radial-motion"), |seed| {
+            with(&perfect(seed), 4, |a, d| Defect::AxisMotion(0, 2, a, 3.0 * d[0]))
+        }),
+        cell("perfect axis, EYB once per turn", Named("axial-motion"), |seed| {
+            with(&perfect(seed), 4, |a, d| Defect::AxisMotion(1, 1, a, 3.0 * d[0]))
+        }),
+        cell("perfect axis, EBB once per turn", Named("angular-positioning"), |seed| {
+            with(&perfect(seed), 4, |a, d| Defect::AxisMotion(4, 1, a, 3.0 * d[0]))
+        }),
+        cell("perfect axis, ECB three times per turn", Named("tilt-motion"), |seed| {
+            with(&perfect(seed), 6, |a, d| Defect::AxisMotion(5, 3, a, 3.0 * d[0]))
+        }),
+        cell(
+            "perfect axis, from its place and EBB",
+            BothNamed(["axis-location", "angular-positioning"]),
+            |seed| {
+                let d = direction(seed);
+                let second = Defect::AxisMoved(d.map(|v| 0.2 * v), [2e-4 * d[1], 0.0, 2e-4 * d[0]]);
+                let run = sized(&perfect(seed), 4, |a, d| Defect::AxisMotion(4, 2, a, 3.0 * d[0]));
+                Scene::Tracer(Run { second, ..run })
+            },
+        ),
+    ]
 }
 
 /// Two effects at once, and what no name fits.
@@ -100,6 +139,11 @@ fn cell(situation: &'static str, question: Question, make: fn(u64) -> Scene) -> 
 /// Six stations, four reflectors, nineteen angles.
 fn base(seed: u64) -> Run {
     Run { n_angles: 19, ..Run::new(seed) }
+}
+
+/// The same of an axis without errors, which the case takes for perfect.
+fn perfect(seed: u64) -> Run {
+    Run { perfect: true, ..base(seed) }
 }
 
 /// The same with stations measured by something ten times as good.

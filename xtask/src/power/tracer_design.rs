@@ -52,7 +52,8 @@ fn columns(run: &Run, measured: &Measured) -> Vec<Vec<f64>> {
             columns.push(column(&of, None));
         }
     }
-    for k in 1..run.n_angles {
+    let free = if run.perfect { 1..1 } else { 1..run.n_angles };
+    for k in free {
         let angle = measured.steps[k].0.to_bits();
         let here = |i: usize| measured.steps[reading(i).step].0.to_bits() == angle;
         for axis in 0..3 {

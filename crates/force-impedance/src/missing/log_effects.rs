@@ -18,10 +18,15 @@ pub(crate) enum LogEffect {
     FrictionLeftOut,
     SplineFriction,
     Drift,
+    /// The same, coming to rest.
+    Settling,
     Delay,
     /// Follows the temperature column of this index.
     Temperature(usize),
 }
+
+/// No load cell reads too large or too small by more: a third.
+const GROSS_GAIN: f64 = 1.0 / 3.0;
 
 const SENSORS: [&str; 4] = ["leg 1", "leg 2", "leg 3", "axial"];
 
@@ -49,7 +54,7 @@ impl LogEffect {
             Self::SplineFriction => block.slide_normal,
             Self::Drift => block.elapsed_share,
             Self::Temperature(column) => block.warmth_k[column],
-            Self::FrictionLeftOut | Self::Delay => 0.0,
+            Self::FrictionLeftOut | Self::Settling | Self::Delay => 0.0,
         }
     }
 
@@ -70,7 +75,9 @@ impl LogEffect {
         };
         // A log without a reference shows lengths alone, and a head that stands still little.
         let scope = Scope::SomeDesigns;
-        Effect { subject, driver, scope, ..Effect::new(id, text, vec![parameter]) }
+        // A cell that reads so much too large or too small is in another unit, or is another cell.
+        let maximum = matches!(self, Self::CellGain(_)).then_some(GROSS_GAIN);
+        Effect { subject, driver, scope, maximum, ..Effect::new(id, text, vec![parameter]) }
     }
 
     fn entry(self, warm: &[String]) -> (&'static str, Option<String>, &'static str, Parameter) {
@@ -123,7 +130,7 @@ impl LogEffect {
                 "friction of the spline bypasses the axial cell, against the way the head slides",
                 number("friction force", "N", 1.0),
             ),
-            Self::Drift => (
+            Self::Drift | Self::Settling => (
                 "force-drift",
                 None,
                 "the force drifts evenly from the first sample to the last",

@@ -5,8 +5,10 @@ mod discrepancy;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Origin, Role, Row, State, resolution_of,
+    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Role, Row, Settling,
+    State, clearest_settling, resolution_of,
 };
+use nalgebra::DMatrix;
 
 use crate::missing::log_blocks::{Block, Recorded, blocks, groups, ranges};
 use crate::missing::log_delay::Record;
@@ -39,6 +41,8 @@ pub struct LogModel {
     pub(crate) log: Arc<Recorded>,
     /// Standard uncertainty of one force reading, where declared.
     pub(crate) sigma_n: Option<f64>,
+    /// How the drift comes to rest, where it may.
+    pub(crate) settling: Option<Settling>,
 }
 
 /// Settings of a [`LogModel`].
@@ -112,9 +116,51 @@ impl LogModel {
             record_of,
             log: Arc::new(log),
             sigma_n: options.sigma_n,
+            settling: None,
         };
         model.lay_out(options);
-        Ok(model)
+        let settling = model.clearest_settling();
+        Ok(model.with_settling(settling))
+    }
+
+    /// The time constant with which the drift comes to rest, where the residual shows one, and beside
+    /// it no second: what has two is not described by one.
+    fn clearest_settling(&self) -> Option<Settling> {
+        let drift = self.drift().filter(|_| self.has_reference)?;
+        let elapsed: Vec<f64> = self.blocks.iter().map(|b| b.elapsed_share).collect();
+        let start = State::start(self);
+        let found = clearest_settling(self, &start, drift, &elapsed)?;
+        let course = found.course(&elapsed);
+        let parameter = |name: &str| Parameter::new(name, "N", 1.0);
+        let beside = LinearModel {
+            declared: Declared::new(
+                self.declared.layout.clone(),
+                vec![parameter("course"), parameter("zero")],
+                vec![self.declared.effects[drift].clone()],
+            ),
+            residual: self.residuals(&start),
+            base: DMatrix::from_fn(course.len(), 2, |i, k| if k == 0 { course[i] } else { 1.0 }),
+            tangents: vec![self.tangent(&start, drift)],
+            extended: Vec::new(),
+        };
+        let second = clearest_settling(&beside, &State::start(&beside), 0, &elapsed);
+        second.is_none().then_some(found)
+    }
+
+    fn drift(&self) -> Option<usize> {
+        self.catalogue.iter().position(|e| *e == LogEffect::Drift)
+    }
+
+    /// The model with that course of its drift in the catalogue.
+    fn with_settling(mut self, settling: Option<Settling>) -> Self {
+        if let Some((settling, drift)) = settling.zip(self.drift()) {
+            let even = &self.declared.effects[drift];
+            let effect = settling.effect(even, "of the log's length", "N", 1.0);
+            self.declared.effects.push(effect);
+            self.catalogue.push(LogEffect::Settling);
+        }
+        self.settling = settling;
+        self
     }
 
     /// What each sample says.
@@ -277,6 +323,10 @@ impl LogModel {
                 self.records[record].effect(&block.samples, amplitude)
             }),
             LogEffect::FrictionLeftOut => rubbed(block, amplitude),
+            LogEffect::Settling => {
+                let come = self.settling.map_or(0.0, |s| s.course(&[block.elapsed_share])[0]);
+                (come * amplitude, come)
+            }
             LogEffect::CellGain(cell) => {
                 // The cell reads `1 + a` times the force.
                 let (read_n, gain) = (block.sensitivity.of_cell_n[cell], 1.0 + amplitude);

@@ -28,6 +28,10 @@ const MAX_PLACES: usize = 64;
 const MIN_VISITS: usize = 2;
 /// Targets from which on a period can be looked for: fewer are followed by any wave beside a line.
 const MIN_TARGETS_FOR_PERIOD: usize = 8;
+/// Targets from which on a lag can be told from a reversal that changes along the travel.
+const MIN_TARGETS_FOR_LAG: usize = 5;
+/// Travels over which a lag falls to 1/e that are tried, as shares of the whole.
+const LAGS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
 /// Longest period that is looked for: two thirds of the travel, for less than that is a curve.
 const FEWEST_WAVES: f64 = 1.5;
 /// Steps of the search for a period per independent frequency, so that no wave falls between two.
@@ -97,13 +101,31 @@ impl AxisRun<'_> {
     #[must_use]
     pub fn terms(&self) -> Vec<AxisTerm> {
         let mut terms = self.reversals();
-        terms.extend(self.profile());
+        if let Some(profile) = self.profile() {
+            terms.push(profile);
+            // A profile spans zero and pitch together: without this it would be named for them.
+            terms.push(self.pitch_and_zero());
+        }
+        terms.extend(self.lag());
         terms.extend(self.waves());
         terms.extend(self.growth());
         terms.push(self.drift());
         terms.extend(self.settling_drift());
         terms.extend(self.bad_points());
         terms
+    }
+
+    /// A pitch error about a place at which the axis does not count from zero.
+    fn pitch_and_zero(&self) -> AxisTerm {
+        let (fine, factor) = self.motion.reported();
+        let (ratio, per) = ratio(self.motion);
+        let effect = Effect::new(
+            "pitch-error",
+            "the axis moves farther than it says by a ratio, and counts from a different origin",
+            vec![parameter("offset", fine, factor), parameter("pitch error", ratio, per)],
+        );
+        let columns = vec![self.each(|_| 1.0), self.each(|r| r.target)];
+        term(effect.about("and its zero"), columns)
     }
 
     fn each(&self, value: impl Fn(&AxisReading) -> f64) -> Vec<f64> {
@@ -161,6 +183,50 @@ impl AxisRun<'_> {
         Some(term(effect, again.iter().map(column).collect()))
     }
 
+    /// What an axis has not yet made up after it turned round: balls that roll before they slide, a
+    /// wound-up drive.
+    fn lag(&self) -> Option<AxisTerm> {
+        let travelled = self.since_the_turn()?;
+        let targets = distinct_targets(self.readings);
+        let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
+        if targets.len() < MIN_TARGETS_FOR_LAG || range <= 0.0 {
+            return None;
+        }
+        let column = |share: f64| -> Vec<f64> {
+            let of = |(r, s): (&AxisReading, &f64)| {
+                -r.approach.map_or(0.0, crate::Approach::sign) * (-s / (share * range)).exp()
+            };
+            self.readings.iter().zip(&travelled).map(of).collect()
+        };
+        let explained = |share: &f64| self.explained_by(vec![column(*share)]);
+        let share = LAGS.into_iter().max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+        let (fine, factor) = self.motion.reported();
+        let text = format!(
+            "the axis lags behind after it turned round; of what it lags at the turn 1/e is left {:.4} {} \
+             on",
+            share * range,
+            self.motion.target_unit()
+        );
+        let effect =
+            Effect::new("hysteresis", &text, vec![parameter("lag at the turn", fine, factor)]);
+        Some(term(Effect { searched: LAGS.len(), ..effect }, vec![column(share)]))
+    }
+
+    /// Travel of each reading since the axis turned round, or since the first reading; `None` where
+    /// some way is not known, or none is turned.
+    fn since_the_turn(&self) -> Option<Vec<f64>> {
+        let ways: Vec<f64> =
+            self.readings.iter().map(|r| Some(r.approach?.sign())).collect::<Option<_>>()?;
+        let (mut turned_at, mut all) = (self.readings.first()?.target, Vec::new());
+        for (i, reading) in self.readings.iter().enumerate() {
+            if i > 0 && ways[i] * ways[i - 1] < 0.0 {
+                turned_at = self.readings[i - 1].target;
+            }
+            all.push((reading.target - turned_at).abs());
+        }
+        ways.iter().any(|way| way * ways[0] < 0.0).then_some(all)
+    }
+
     /// Errors that repeat with a turn of the screw, worm or axis.
     fn waves(&self) -> Vec<AxisTerm> {
         let targets = distinct_targets(self.readings);
@@ -214,17 +280,17 @@ impl AxisRun<'_> {
         let (first, last) = (steps(FEWEST_WAVES), steps(0.5 * count(targets - 1)));
         let mut best: Option<(f64, f64)> = None;
         let mut better = |frequency: f64, margin: f64| {
-            let explained = self.explained_by(1.0 / frequency);
+            let explained = self.explained_by_wave(1.0 / frequency);
             if best.is_none_or(|(most, _)| explained > most * (1.0 + margin)) {
                 best = Some((explained, frequency));
             }
         };
         (first..=last).for_each(|step| better(count(step) * per_step, ALIKE));
         let (_, coarse) = best?;
-        let mut refined = (self.explained_by(1.0 / coarse), coarse);
+        let mut refined = (self.explained_by_wave(1.0 / coarse), coarse);
         for step in -REFINED..=REFINED {
             let frequency = coarse + f64::from(step) / f64::from(REFINED) * per_step;
-            let explained = self.explained_by(1.0 / frequency);
+            let explained = self.explained_by_wave(1.0 / frequency);
             if explained > refined.0 {
                 refined = (explained, frequency);
             }
@@ -233,9 +299,13 @@ impl AxisRun<'_> {
         Some((1.0 / refined.1, independent))
     }
 
-    /// Sum of squares that a wave takes away beside offset, scale and reversal.
-    fn explained_by(&self, period: f64) -> f64 {
+    fn explained_by_wave(&self, period: f64) -> f64 {
         let (cosine, sine) = self.wave_columns(period);
+        self.explained_by(vec![cosine, sine])
+    }
+
+    /// Sum of squares that columns take away beside offset, scale and reversal.
+    fn explained_by(&self, columns: Vec<Vec<f64>>) -> f64 {
         let middle =
             self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
         let beside = [
@@ -259,7 +329,7 @@ impl AxisRun<'_> {
             left(column);
         }
         let deviations = DVector::from_vec(self.each(|r| r.deviation));
-        [cosine, sine]
+        columns
             .into_iter()
             .filter_map(&mut left)
             .map(|direction| direction.dot(&deviations).powi(2))

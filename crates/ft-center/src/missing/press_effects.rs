@@ -23,7 +23,13 @@ pub(crate) enum PressEffect {
     ContactHeight,
     PlatformTilt,
     Slip,
+    /// In a guide whose play is round.
+    SlipAlong,
     LoadShift,
+    /// Of the machine against the sensor, evenly.
+    Drift,
+    /// The same, coming to rest.
+    Settling,
     FrameScale,
     DatumOffset,
     /// Follows the temperature column of this index.
@@ -36,6 +42,10 @@ pub(crate) enum PressEffect {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MachineErrors {
     pub(crate) load_shift_mm_per_n: Vector2<f64>,
+    /// Over the whole session.
+    pub(crate) drift_mm: Vector2<f64>,
+    /// What it comes to in the end.
+    pub(crate) settling_mm: Vector2<f64>,
     pub(crate) scale: f64,
     pub(crate) datum_mm: Vector2<f64>,
     /// One per temperature column.
@@ -66,7 +76,10 @@ impl PressEffect {
             Self::ContactHeight => &[E::Height],
             Self::PlatformTilt => &[E::Slope(0), E::Slope(1)],
             Self::Slip => &[E::Slip(0), E::Slip(1)],
+            Self::SlipAlong => &[E::SlipAlong],
             Self::LoadShift
+            | Self::Drift
+            | Self::Settling
             | Self::FrameScale
             | Self::DatumOffset
             | Self::Temperature(_)
@@ -102,7 +115,10 @@ impl PressEffect {
             Self::ContactHeight => sensor.height_mm = amplitude[0],
             Self::PlatformTilt => sensor.slope = pair(),
             Self::Slip => sensor.slip_mm = pair(),
+            Self::SlipAlong => sensor.slip_along_mm = amplitude[0],
             Self::LoadShift => machine.load_shift_mm_per_n = pair(),
+            Self::Drift => machine.drift_mm = pair(),
+            Self::Settling => machine.settling_mm = pair(),
             Self::FrameScale => machine.scale = amplitude[0],
             Self::DatumOffset => machine.datum_mm = pair(),
             Self::Temperature(column) => machine.growth_mm_per_k[column] = pair(),
@@ -116,6 +132,9 @@ impl PressEffect {
         match self {
             Self::LoadShift => {
                 Some(format!("the frame holds without load; the shift by load {in_corrections}"))
+            }
+            Self::Drift | Self::Settling => {
+                Some(format!("the frame holds at the first press; the drift {in_corrections}"))
             }
             Self::Temperature(_) => {
                 let column = described.driver.as_deref().unwrap_or("a temperature");
@@ -249,11 +268,24 @@ impl PressEffect {
                  sensor by as much whatever the force",
                 axes("µm", 1e3),
             ),
+            Self::SlipAlong => (
+                "slip",
+                "round guide",
+                "friction drags the head through the play of its guide, which is round, by as much \
+                 whatever the force and its direction",
+                vec![parameter("along the friction", "µm", 1e3)],
+            ),
             Self::LoadShift => (
                 "load-shift",
                 "",
                 "the head gives way sideways in proportion to the load",
                 axes("µm/N", 1e3),
+            ),
+            Self::Drift | Self::Settling => (
+                "drift",
+                "machine",
+                "the machine drifts against the sensor from the first press to the last",
+                axes("µm", 1e3),
             ),
             Self::FrameScale => (
                 "frame-scale",
@@ -309,7 +341,9 @@ impl Catalogue {
             PressEffect::ContactHeight,
             PressEffect::PlatformTilt,
             PressEffect::Slip,
+            PressEffect::SlipAlong,
             PressEffect::LoadShift,
+            PressEffect::Drift,
             PressEffect::DatumOffset,
         ] {
             all.push((effect, effect.description()));

@@ -5,6 +5,7 @@ use least_squares::between_variance;
 use model_discrepancy::{Closure, Column, State};
 use nalgebra::{DMatrix, DVector, Matrix2, Point2, Vector2};
 
+use crate::locate::reach;
 use crate::missing::press_design::{PressPoint, Unpacked};
 use crate::{Center, CommandedFrame, Handedness, Located, PressModel, PressRole, SensorFrame};
 
@@ -56,6 +57,10 @@ impl PressModel {
             centers,
             degrees_of_freedom,
             seat_mm,
+            reach_mm: reach(
+                self.presses.iter().filter(|p| p.role == PressRole::Frame).map(|p| p.machine_mm),
+                &self.frame,
+            ),
         }
     }
 

@@ -2,13 +2,15 @@
 
 mod discrepancy;
 
-use model_discrepancy::{Covariate, Declared, Group, Layout, Origin, Role, Row};
+use model_discrepancy::{
+    Covariate, Declared, Group, Layout, Origin, Role, Row, Settling, State, clearest_settling,
+};
 use nalgebra::DVector;
 
 use crate::missing::parameter::parameter;
 use crate::missing::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
 use crate::missing::press_doubts::lost_spin;
-use crate::missing::press_effects::Catalogue;
+use crate::missing::press_effects::{Catalogue, PressEffect};
 use crate::missing::sensor_errors::Reading;
 use crate::press_noise::center_covariances;
 use crate::{
@@ -37,6 +39,8 @@ pub struct PressModel {
     pub(crate) presses: Vec<SolvedPress>,
     /// One per press given.
     pub(crate) all_points: Vec<PressPoint>,
+    /// How the drift comes to rest, where it may.
+    pub(crate) settling: Option<Settling>,
     observed: Vec<usize>,
 }
 
@@ -77,6 +81,7 @@ impl PressModel {
                 },
                 covariance_mm2: covariances_mm2[i],
                 warmth_k: observation.map_or_else(Vec::new, warmth),
+                settled: 0.0,
                 observation,
             }
         };
@@ -126,10 +131,37 @@ impl PressModel {
             frame,
             presses: presses.to_vec(),
             all_points,
+            settling: None,
             observed,
         };
         model.lay_out();
-        Ok(model)
+        let settling = model.clearest_settling();
+        Ok(model.with_settling(settling))
+    }
+
+    fn drift(&self) -> Option<usize> {
+        self.design.catalogue.effects.iter().position(|e| *e == PressEffect::Drift)
+    }
+
+    /// The time constant with which the drift comes to rest, where the residual shows one.
+    fn clearest_settling(&self) -> Option<Settling> {
+        let elapsed: Vec<f64> = self.points.iter().map(|p| p.reading.elapsed_ratio).collect();
+        clearest_settling(self, &State::start(self), self.drift()?, &elapsed)
+    }
+
+    /// The model with that course of its drift in the catalogue.
+    fn with_settling(mut self, settling: Option<Settling>) -> Self {
+        if let Some((settling, drift)) = settling.zip(self.drift()) {
+            let even = &self.declared.effects[drift];
+            let effect = settling.effect(even, "of the session", "µm", 1e3);
+            self.declared.effects.push(effect);
+            self.design.catalogue.effects.push(PressEffect::Settling);
+            for point in self.points.iter_mut().chain(&mut self.all_points) {
+                point.settled = settling.course(&[point.reading.elapsed_ratio])[0];
+            }
+            self.settling = Some(settling);
+        }
+        self
     }
 
     /// Index into the presses given of each observation of the layout.

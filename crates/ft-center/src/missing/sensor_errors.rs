@@ -33,6 +33,8 @@ pub(crate) struct SensorErrors {
     pub(crate) slope: Vector2<f64>,
     /// What the head slips along x and y of the sensor, the way that friction drags it.
     pub(crate) slip_mm: Vector2<f64>,
+    /// The same in a round guide: along the friction, whatever its direction.
+    pub(crate) slip_along_mm: f64,
 }
 
 /// One reading: the wrench, and the share of the session that had passed.
@@ -59,6 +61,7 @@ pub(crate) enum SensorError {
     Height,
     Slope(usize),
     Slip(usize),
+    SlipAlong,
 }
 
 /// A reading with the errors taken out, step by step: the way back to the true wrench.
@@ -98,7 +101,9 @@ impl Corrected {
         let height_mm = z0_mm + e.height_mm;
         let q = Vector2::new(height_mm * f.x - moment.y, moment.x + height_mm * f.y);
         let pressure_mm = plane.try_inverse().map_or(Vector2::repeat(f64::NAN), |inv| inv * q);
-        let center_mm = pressure_mm - e.slip_mm.component_mul(&f.xy().map(sense));
+        let center_mm = pressure_mm
+            - e.slip_mm.component_mul(&f.xy().map(sense))
+            - e.slip_along_mm * along(f.xy());
         let (reading, errors) = (*reading, *errors);
         Self { reading, errors, gains, ungained, unsheared, plane, pressure_mm, center_mm }
     }
@@ -110,6 +115,7 @@ impl Corrected {
             SensorError::Height => self.solve(lateral),
             SensorError::Slope(axis) => self.solve(lateral * self.pressure_mm[axis]),
             SensorError::Slip(axis) => Vector2::ith(axis, -sense(lateral[axis])),
+            SensorError::SlipAlong => -along(lateral),
             _ => {
                 let d = self.wrench_derivative(by);
                 self.solve(Vector2::new(-d.y, d.x) - self.pressure_mm * d.z)
@@ -120,7 +126,10 @@ impl Corrected {
     /// Derivative of the true `Fz` by one amplitude.
     pub(crate) fn fz_derivative(&self, by: SensorError) -> f64 {
         match by {
-            SensorError::Height | SensorError::Slope(_) | SensorError::Slip(_) => 0.0,
+            SensorError::Height
+            | SensorError::Slope(_)
+            | SensorError::Slip(_)
+            | SensorError::SlipAlong => 0.0,
             _ => self.wrench_derivative(by).z,
         }
     }
@@ -156,7 +165,10 @@ impl Corrected {
             SensorError::LateralIntoMoment(row, column) => {
                 axis(row) * -self.reading.wrench.force_n[column]
             }
-            SensorError::Height | SensorError::Slope(_) | SensorError::Slip(_) => Vector3::zeros(),
+            SensorError::Height
+            | SensorError::Slope(_)
+            | SensorError::Slip(_)
+            | SensorError::SlipAlong => Vector3::zeros(),
         }
     }
 
@@ -173,6 +185,11 @@ impl Corrected {
         let moment = moment - self.errors.fz_into_moment_mm * fz;
         Vector3::new(moment.x, moment.y, fz)
     }
+}
+
+/// Unit vector along a force; nothing where there is none.
+fn along(force_n: Vector2<f64>) -> Vector2<f64> {
+    force_n.try_normalize(0.0).unwrap_or_else(Vector2::zeros)
 }
 
 /// Way that a force drags: its sign, and neither way where nothing drags.

@@ -21,5 +21,7 @@ mod orbit;
 mod positioning;
 mod press_loop;
 mod pressure;
+mod repeatability;
+mod saved_frame;
 mod simulator;
 mod surface_contact;

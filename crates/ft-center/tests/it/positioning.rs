@@ -326,6 +326,11 @@ fn what_an_axis_does_is_named_with_its_size() {
     assert_eq!(named(&pitch), ["pitch-error"]);
     assert!((amplitude(&pitch, 0, 0) - 40.0).abs() < 1.4, "{:?}", pitch.steps);
 
+    // About a place at which it does not count from zero: no table of twelve deviations.
+    let about = closed(&run(12, SIGMA_MM, |t, _, _| 40e-6 * (t - 220.0)), &[], None);
+    assert_eq!(named(&about), ["pitch-error"]);
+    assert!((amplitude(&about, 0, 1) - 40.0).abs() < 2.8, "{:?}", about.steps);
+
     let reversal = closed(&run(13, SIGMA_MM, |_, way, _| 0.5 * 0.012 * way), &[], None);
     assert_eq!(named(&reversal), ["reversal"]);
     assert!((amplitude(&reversal, 0, 0) - 12.0).abs() < 0.8, "{:?}", reversal.steps);
@@ -335,6 +340,19 @@ fn what_an_axis_does_is_named_with_its_size() {
     assert_eq!(named(&by_place), ["reversal", "backlash-by-place"]);
     // The targets span 440 to 450 mm.
     assert!((amplitude(&by_place, 1, 0) - 10.0).abs() < 1.6, "{:?}", by_place.steps);
+
+    // A reversal that is there after some travel: half of it is missing 65 mm after the turn.
+    let last = std::cell::Cell::new((0.0, 0.0, 0.0));
+    let error = |t: f64, way: f64, _: f64| {
+        let (way_before, target_before, turned_at) = last.get();
+        let turned_at = if way * way_before > 0.0 { turned_at } else { target_before };
+        last.set((way, t, turned_at));
+        0.5 * 0.02 * way * -(-(t - turned_at).abs() / 90.0).exp_m1()
+    };
+    let lag = closed(&run(23, SIGMA_MM, error), &[], None);
+    let mut names = named(&lag);
+    names.sort();
+    assert_eq!(names, ["hysteresis", "reversal"], "{:?}", lag.steps);
 
     let places = [3.0, -7.0, 6.0, 1.0, -4.0, 9.0, -2.0, 5.0, -8.0, 0.0, 4.0, -6.0];
     let place = |t: f64| (0..12_u8).rev().find(|i| t >= 40.0 * f64::from(*i)).unwrap();

@@ -157,3 +157,41 @@ fn records_without_the_spin_of_the_others_leave_a_doubt() {
     }
     assert!(doubts(&presses).is_empty());
 }
+
+/// A housing that warms up moves the head against the sensor, whatever the load.
+#[test]
+fn a_machine_that_comes_to_rest_is_a_drift_and_no_error_of_the_sensor() {
+    let rounds = grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, |_, _| {});
+    // Both loads at every place, so that load and time do not go together.
+    let mut presses: Vec<Press> =
+        (0..9).flat_map(|i| [rounds[i].clone(), rounds[9 + i].clone()]).collect();
+    for (k, press) in presses.iter_mut().enumerate() {
+        let come = -(-(k as f64) / 2.5).exp_m1();
+        press.machine_mm -= Vector2::new(0.30, -0.15) * come;
+    }
+    let closure = closed(&presses);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let step = &closure.steps[0];
+    assert_eq!((&*step.effect, step.subject.as_deref()), ("drift", Some("machine, settling")));
+    assert_eq!(closure.verdict, Verdict::Explained);
+    for (parameter, end_um) in step.parameters.iter().zip([300.0, -150.0]) {
+        let off = (parameter.value - end_um).abs();
+        // A time constant three tenths off moves what it comes to by a twentieth.
+        assert!(off < 4.0 * parameter.std + 15.0, "{parameter:?}");
+    }
+}
+
+/// Play that is round lets the head go along the friction, by as much whatever the force: no height does.
+#[test]
+fn slip_in_a_round_guide_is_no_height() {
+    let slip = |_, w: &mut Wrench| {
+        let along = w.force_n.xy().normalize() * 0.2;
+        let f = w.force_n;
+        w.torque_nmm += Vector3::new(along.x, along.y, 0.0).cross(&f);
+    };
+    let closure = closed(&grid(&[20.0, 60.0], 6.0, &Colour::WHITE, 5, slip));
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let class = names(&closure.steps[0]);
+    assert!(class[0] == "slip" && !class.contains(&"contact-height"), "{class:?}");
+    assert!((closure.steps[0].parameters[0].value - 200.0).abs() < 20.0, "{:?}", closure.steps);
+}

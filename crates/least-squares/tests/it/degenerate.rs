@@ -68,6 +68,15 @@ fn everything_held_returns_the_start() {
 }
 
 #[test]
+fn a_start_of_the_wrong_length_is_an_error() {
+    let problem = line(&[(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)]);
+    for start in [vector(&[]), vector(&[0.0]), vector(&[0.0, 0.0, 0.0])] {
+        let error = solve(&problem, start, &Options::default()).unwrap_err();
+        assert!(matches!(error, SolveError::InvalidStart), "{error}");
+    }
+}
+
+#[test]
 fn what_cannot_be_evaluated_at_the_start_is_named() {
     let start = vector(&[0.0, 0.0]);
     for (value, reported) in [(f64::NAN, 1), (f64::INFINITY, 1), (1e300, 1)] {

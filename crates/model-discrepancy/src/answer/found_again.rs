@@ -27,13 +27,17 @@ pub(crate) fn where_readings_move(
         return Vec::new();
     }
     let rows = rows_of(&context.model.declared().layout, keep);
+    let progress = &context.options.progress;
+    progress.expect(TIMES_MOVED);
     let choices: Vec<_> = (0..TIMES_MOVED)
         .into_par_iter()
         .filter_map(|times| {
             let moved = Moved::within_resolution(context.model, times);
             let context = Context { model: &moved, thorough: false, ..*context };
-            let declared = System::declared(&moved).fit_anew(&rows, base).ok()?;
-            Some(whats(select(&context, keep, &declared)))
+            let declared = System::declared(&moved).fit_anew(&rows, base).ok();
+            let choice = declared.map(|declared| whats(select(&context, keep, &declared)));
+            progress.done();
+            choice
         })
         .collect();
     shares(chosen, attributions, &choices)

@@ -155,13 +155,17 @@ fn nested_errors(
     let members = |f: usize| -> Vec<usize> {
         (0..fitted.len()).filter(|&i| fold[i] == f && !skip_groups.contains(&fitted[i])).collect()
     };
+    let progress = &context.options.progress;
+    progress.expect(n_folds);
     // Each repetition stands alone, so the answer does not depend on the number of threads.
     let repetitions: Vec<_> = (0..n_folds)
         .into_par_iter()
         .filter_map(|f| {
             let members = members(f);
             let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
-            Some((members, repeat_without(context, keep, base, &left_out)?))
+            let repetition = repeat_without(context, keep, base, &left_out);
+            progress.done();
+            Some((members, repetition?))
         })
         .collect();
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];

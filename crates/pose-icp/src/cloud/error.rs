@@ -33,8 +33,9 @@ pub enum RegisterError {
     },
     /// A coordinate is NaN, infinite, or larger than any machine.
     #[error(
-        "point {index} of the {side} has a coordinate of {value} mm, which is not a finite number \
-         up to {limit:.0e} mm"
+        "point {} of the {side} has a coordinate of {value} mm, which is not a finite number \
+         up to {limit:.0e} mm",
+        index + 1
     )]
     InvalidPoint {
         /// Which cloud.
@@ -57,7 +58,7 @@ pub enum RegisterError {
         normals: usize,
     },
     /// A normal is not of length 1.
-    #[error("normal {index} of the {side} has length {length}, not 1")]
+    #[error("normal {} of the {side} has length {length}, not 1", index + 1)]
     InvalidNormal {
         /// Which cloud.
         side: Side,
@@ -94,8 +95,9 @@ pub enum RegisterError {
     },
     /// The neighbours of a point lie on a line.
     #[error(
-        "the {neighbours} points nearest to point {index} of the {side} lie on a line, so that it \
-         has no normal: take more neighbours, or thin the points out"
+        "the {neighbours} points nearest to point {} of the {side} lie on a line, so that it \
+         has no normal: take more neighbours, or thin the points out",
+        index + 1
     )]
     NoPlane {
         /// Which cloud.

@@ -41,6 +41,10 @@ pub struct PoseModel {
     pub(super) center_mm: Vector3<f64>,
 }
 
+/// Forms are taken where the touches are to this share of the radius to which they refer: a form of
+/// third order is then off by three times as much of its height.
+const NEAR: f64 = 0.01;
+
 /// One amplitude measured by other means, as a proposal may have it.
 #[derive(Clone, Debug)]
 pub(crate) struct Standard {
@@ -79,8 +83,46 @@ impl PoseModel {
         let starts = vec![fit.pose];
         let covariates = covariates.to_vec();
         let model = Self::about(part, touches, covariates, &starts, setup_of, options, vec![])?;
-        let (patch, settling) = (model.clearest_patch(), model.clearest_settling());
-        Ok(model.with_patch(patch).with_settling(settling))
+        Ok(model.with_what_shows())
+    }
+
+    /// The model with the patch and the course of its drift that the residual shows.
+    fn with_what_shows(self) -> Self {
+        let (patch, settling) = (self.clearest_patch(), self.clearest_settling());
+        self.with_patch(patch).with_settling(settling)
+    }
+
+    /// The model with errors of form taken where the touches are on the part as it was found to lie;
+    /// `None` where that is near the place at which they were taken, or nothing of the sort was found.
+    ///
+    /// Where the touches hardly show the place, an error of form that is not in the declared model
+    /// moves it by a good part of the diameter, and about another place it is another form.
+    #[must_use]
+    pub fn about_found(&self, at: &State) -> Option<Self> {
+        let is_moved = |amplitudes: &nalgebra::DVector<f64>| amplitudes.iter().any(|a| *a != 0.0);
+        let mut active = self.terms.iter().zip(&at.amplitudes).filter(|(_, a)| is_moved(a));
+        // What is held would move with the pose.
+        let is_held = active.clone().any(|(term, _)| matches!(term, Term::Pose(_)));
+        if is_held || !active.any(|(term, _)| matches!(term, Term::Form(_) | Term::Patch(_))) {
+            return None;
+        }
+        let [setup] = &self.setups[..] else { return None };
+        let chart = setup.chart(&self.free, &at.base, &[0.0; 6]);
+        let far_mm = NEAR * self.part.form_radius_mm(&self.contacts);
+        let away = (0..self.touches.len()).filter_map(|index| {
+            let foot = self.foot(&chart, &self.touches[index].touch.center_mm)?;
+            Some((foot.point_mm - self.contacts[index].point_mm).norm())
+        });
+        if away.fold(0.0, f64::max) < far_mm {
+            return None;
+        }
+        let (part, touches) = (self.part.clone(), self.touches.clone());
+        let (covariates, standards) = (self.covariates.clone(), self.standards.clone());
+        let (starts, setup_of) = (vec![chart.pose()], self.setup_of.clone());
+        let options = &self.options;
+        Self::about(part, touches, covariates, &starts, setup_of, options, standards)
+            .ok()
+            .map(Self::with_what_shows)
     }
 
     /// The model in charts about `starts`; everything else is taken as checked.

@@ -14,6 +14,9 @@ use super::term::Term;
 /// Mean square of a normal's component from which a motion along that axis can be told: below it,
 /// the touches see less than a fifth of it.
 const SEEN: f64 = 0.04;
+/// The same for a shift of the workpiece frame, or a drift of it: below a tenth a turn does the same, and
+/// where only one of two is offered it would be named for both.
+const SHOWN: f64 = 0.01;
 /// No machine is further out of square than this.
 const GROSS_RAD: f64 = 1e-3;
 /// No machine reads an axis longer than this; the touches would show less than they can where they
@@ -37,6 +40,8 @@ pub(crate) struct Entry {
 /// What the catalogue depends on.
 pub(crate) struct Setting<'a> {
     pub(crate) touches: &'a [MeasuredTouch],
+    /// Of the ball at each, on the nominal part.
+    pub(crate) centers_mm: &'a [Vector3<f64>],
     pub(crate) covariates: &'a [Covariate],
     /// Families of errors of form that the part may have, with the columns that the touches see,
     /// and in what unit.
@@ -174,28 +179,29 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
 ///
 /// From which side the axes came to the first touch is not known: what it reads is its own.
 fn reversal(setting: &Setting<'_>) -> Entry {
-    let place = |touch: &MeasuredTouch| touch.touch.center_mm.coords;
+    // Of the nominal places: on a plane the noise of two readings decides which lies higher, and the
+    // way would follow the residual.
+    let places = setting.centers_mm;
     let mut way = Vector3::zeros();
-    let mut ways = Vec::with_capacity(setting.touches.len());
-    for (i, touch) in setting.touches.iter().enumerate() {
-        let from =
-            i.checked_sub(1).map_or_else(|| place(touch), |last| place(&setting.touches[last]));
+    let mut ways = Vec::with_capacity(places.len());
+    for (i, place) in places.iter().enumerate() {
+        let from = if i == 0 { place } else { &places[i - 1] };
         // An axis that stands still stays on the side it came from.
-        way = (place(touch) - from).zip_map(&way, |moved: f64, before| {
+        way = (place - from).zip_map(&way, |moved: f64, before| {
             if moved.abs() > SEEN_MM { moved.signum() } else { before }
         });
         ways.push(way);
     }
-    let axes = seen_axes(setting);
+    let axes = axes_beyond(SEEN, setting);
     let text = "an axis reads otherwise when it comes to a touch from the other side";
     let names = axes.iter().map(|&k| AXES[k]).chain(["first touch"]);
     let parameters = names.map(micrometres).collect();
     entry("reversal", text, parameters, Term::Reversal { ways, axes })
 }
 
-/// Axes along which the touches show a motion.
-fn seen_axes(setting: &Setting<'_>) -> Vec<usize> {
-    (0..3).filter(|&axis| setting.normal_squares[axis] > SEEN).collect()
+/// Axes along which the touches show more than this mean square of a motion.
+fn axes_beyond(least: f64, setting: &Setting<'_>) -> Vec<usize> {
+    (0..3).filter(|&axis| setting.normal_squares[axis] > least).collect()
 }
 
 fn drifts(setting: &Setting<'_>) -> Vec<Entry> {
@@ -209,7 +215,7 @@ fn drifts(setting: &Setting<'_>) -> Vec<Entry> {
         // Internally per touch, so that a longer series has the same parameter; reported over all.
         None => ((0..count).map(as_f64).collect(), "µm", 1e3 * as_f64(count.max(2) - 1)),
     };
-    let axes = seen_axes(setting);
+    let axes = axes_beyond(SHOWN, setting);
     let parameters = axes.iter().map(|&k| parameter(AXES[k], unit, factor)).collect();
     let term = Term::Drift { elapsed: elapsed.clone(), axes };
     let text = "the machine drifts against the part while it is touched";
@@ -240,7 +246,7 @@ fn temperatures(setting: &Setting<'_>) -> Vec<Entry> {
 
 /// The frame in which the readings come may lie beside the part's own.
 fn frame(setting: &Setting<'_>) -> Vec<Entry> {
-    let axes = seen_axes(setting);
+    let axes = axes_beyond(SHOWN, setting);
     let text = "the workpiece frame lies beside where it is declared";
     let parameters = axes.iter().map(|&k| micrometres(AXES[k])).collect();
     let shift = entry("datum-shift", text, parameters, Term::Shift { axes });

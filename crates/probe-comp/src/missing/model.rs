@@ -64,6 +64,10 @@ pub(crate) struct Standard {
     pub(crate) sigma: f64,
 }
 
+/// Distance of the part's origin from the middle of what was touched, over half of its width, from
+/// which on forms count from the middle.
+const WELL_WITHIN: f64 = 0.5;
+
 impl ProbeModel {
     /// Model of `touches`, in the order measured.
     ///
@@ -109,11 +113,11 @@ impl ProbeModel {
         let nominal_center = |foot: &NominalFoot| {
             foot.point_mm.coords + foot.normal.into_inner() * setup.tip_radius_mm
         };
-        let centers_mm = feet.iter().map(nominal_center).collect();
+        let centers_mm: Vec<_> = feet.iter().map(nominal_center).collect();
         let approaches = (balls.iter().zip(&feet))
             .map(|(ball, foot)| ball.approach.unwrap_or(-foot.normal))
             .collect();
-        let setting = setting(&setup, &touches, &covariates, &feet);
+        let setting = setting(&setup, (&touches, &centers_mm), &covariates, &feet);
         let (effects, terms) = catalogue::catalogue(&setting)
             .into_iter()
             .map(|Entry { effect, term }| (effect, term))
@@ -324,7 +328,7 @@ impl ProbeModel {
 
 fn setting<'a>(
     setup: &ProbeSetup,
-    touches: &'a [MeasuredTouch],
+    (touches, centers_mm): (&'a [MeasuredTouch], &'a [Vector3<f64>]),
     covariates: &'a [Covariate],
     feet: &[NominalFoot],
 ) -> Setting<'a> {
@@ -354,10 +358,20 @@ fn setting<'a>(
     let turn = |foot: &NominalFoot| (foot.point_mm - form_scale.center_mm).cross(&foot.normal);
     let square = feet.iter().map(turn).fold(Vector3::zeros(), |sum, t| sum + t.component_mul(&t));
     let turns_mm = (square / n).map(f64::sqrt);
-    Setting { touches, covariates, forms, form_scale, normal_squares, levers_mm, turns_mm }
+    Setting {
+        touches,
+        centers_mm,
+        covariates,
+        forms,
+        form_scale,
+        normal_squares,
+        levers_mm,
+        turns_mm,
+    }
 }
 
-/// Middle and half width of what was touched.
+/// Origin of the part's own frame, where it lies well within what was touched, else the middle of that;
+/// and how far it reaches. A form about another place is a form and a turn of the frame.
 fn over(feet: &[NominalFoot]) -> FormScale {
     let range = |axis: usize| {
         let of = feet.iter().map(|f| f.point_mm[axis]);
@@ -367,7 +381,10 @@ fn over(feet: &[NominalFoot]) -> FormScale {
         let (low, high) = range(axis);
         if low.is_finite() { 0.5 * (low + high) } else { 0.0 }
     };
-    let center_mm = Point3::new(middle(0), middle(1), 0.0);
+    let middle_mm = Point3::new(middle(0), middle(1), 0.0);
+    let half_mm = [0, 1].map(|axis| 0.5 * (range(axis).1 - range(axis).0));
+    let is_within = (0..2).all(|k| middle_mm[k].abs() < WELL_WITHIN * half_mm[k]);
+    let center_mm = if is_within { Point3::origin() } else { middle_mm };
     let reach = |f: &NominalFoot| (f.point_mm - center_mm).xy().norm();
     let radius_mm = feet.iter().map(reach).fold(f64::MIN_POSITIVE, f64::max);
     FormScale { center_mm, radius_mm }

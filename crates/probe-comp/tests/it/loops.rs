@@ -1,5 +1,8 @@
 //! What the loop makes of touches.
 
+use std::sync::Arc;
+
+use geometry::Plane;
 use model_discrepancy::{
     Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
 };
@@ -9,7 +12,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::scene::{
-    TIP_MM, bowl, bowl_height, directions, let_down, measured, noise, reference_sphere, setup,
+    TIP_MM, bowl, bowl_height, directions, let_down, measured, noise, normal_of, point_of,
+    reference_sphere, setup,
 };
 
 const SIGMA_MM: f64 = 1e-3;
@@ -186,4 +190,40 @@ fn touches_in_a_plane_are_not_blamed_on_what_they_do_not_see() {
     let largest = closure.steps[0].parameters.iter().map(|p| p.value.abs()).fold(0.0, f64::max);
     assert!(largest < 2.0 * oval_mm * 1e3, "{largest} µm");
     assert!(closure.not_observable.iter().any(|e| e.effect == "axis-scale [z]"));
+}
+
+/// On a plane the noise of two readings decides which lies higher: a way that is taken from the readings
+/// follows the residual, and a reversal of z would be found in noise.
+#[test]
+fn noise_has_no_reversal() {
+    for seed in 51..57 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let touches = (0..50)
+            .map(|_| {
+                let [x, y] = [(); 2].map(|()| rng.random_range(-100.0..100.0));
+                BallTouch::new(Point3::new(x, y, TIP_MM) + noise(SIGMA_MM, &mut rng), SIGMA_MM)
+            })
+            .collect();
+        let plane = Plane::new(Point3::origin(), Vector3::z()).unwrap();
+        let closure = closed(Nominal::new(Arc::new(plane), Side::Along), touches, &[]);
+        assert!(closure.steps.is_empty(), "{seed}: {:?}", closure.steps);
+    }
+}
+
+/// A bent part is bent about its own origin: where the touches lie beside it, it is not turned as well.
+#[test]
+fn a_form_about_the_origin_of_the_part_is_no_turn_of_its_frame() {
+    let mut rng = ChaCha8Rng::seed_from_u64(58);
+    let touches = (0..60)
+        .map(|_| {
+            let (x, y): (f64, f64) = (rng.random_range(-18.0..30.0), rng.random_range(-24.0..24.0));
+            let bent_mm = 0.02 * (x * x - y * y) / 900.0;
+            let up = normal_of(bowl_height, x, y);
+            let center = point_of(bowl_height, x, y) + up * (TIP_MM + bent_mm * up.z);
+            BallTouch::new(center + noise(SIGMA_MM, &mut rng), SIGMA_MM)
+        })
+        .collect();
+    let closure = closed(bowl(), touches, &[]);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    assert!(names(&closure, 0).contains(&"astigmatism"), "{:?}", closure.steps);
 }

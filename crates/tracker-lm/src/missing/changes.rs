@@ -11,6 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::count::count;
 use crate::missing::change::{Change, Offered};
 use crate::missing::reduction::Reduction;
 use crate::missing::sights::Sight;
@@ -205,9 +206,4 @@ fn clearest(fitted: &Fitted<'_>, thing: &Thing) -> Option<(f64, Change)> {
     let law = FisherSnedecor::new(count(width), count(dof)).ok()?;
     let p_value = if f.is_nan() { 1.0 } else { law.sf(f) };
     Some((p_value, thing.of.at(range)))
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-pub(crate) fn count(n: usize) -> f64 {
-    n as f64
 }

@@ -7,8 +7,9 @@
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::Survey;
+use crate::count::count;
 use crate::missing::change::Change;
-use crate::missing::changes::{Fitted, count};
+use crate::missing::changes::Fitted;
 use crate::missing::moves::Part;
 
 /// Chance that a steady drift shows a time constant.

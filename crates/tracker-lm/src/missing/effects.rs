@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 
+use crate::count::count;
 use crate::missing::change::{Change, Offered};
 use crate::missing::course::{self, Course, Courses};
 use crate::missing::moves::{Moves, Part};
@@ -41,6 +42,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) covariates: &'a [Covariate],
     /// Way that the axis came to every step.
     pub(crate) approaches: &'a [Approach],
+    /// Whether the axis is taken for perfect.
+    pub(crate) is_perfect: bool,
     /// Dead path of every range.
     pub(crate) dead_path_of: &'a [usize],
     /// How stands move.
@@ -208,10 +211,14 @@ fn backlash(scene: &Scene<'_>) -> Entry {
             }
         })
         .collect();
-    let half = |r: usize| match scene.approaches[scene.survey.ranges[r].step] {
+    let way = |r: usize| match scene.approaches[scene.survey.ranges[r].step] {
         Approach::Positive => 0.5,
         Approach::Negative => -0.5,
     };
+    let n = scene.survey.ranges.len();
+    // What a perfect axis does at every reading alike is its place.
+    let mean = if scene.is_perfect { (0..n).map(way).sum::<f64>() / count(n) } else { 0.0 };
+    let half = |r: usize| way(r) - mean;
     scene.entry_that_moves("backlash", None, text.to_owned(), parameters, (Part::Error, half))
 }
 

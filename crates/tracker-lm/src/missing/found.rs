@@ -6,8 +6,8 @@ use model_discrepancy::{Closure, Model};
 use crate::TrackerModel;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::missing::model::Solved;
 use crate::missing::sights::sights;
+use crate::missing::solved::Solved;
 use crate::network::Network;
 use crate::shift::Shift;
 
@@ -33,7 +33,7 @@ impl TrackerModel {
         let before = &self.solved.point.shared;
         let point = BorderedPoint {
             shared: before.iter().zip(moved.iter()).map(|(at, step)| at + step).collect(),
-            blocks: angles.iter().flat_map(|angle| angle.error.iter().copied()).collect(),
+            blocks: angles.iter().flat_map(|angle| angle.own_error.iter().copied()).collect(),
         };
         let shifts = self.shifts(closure);
         let joint = Joint::new(&network, &chart, 1.0).shifted(shifts.clone());
@@ -42,11 +42,14 @@ impl TrackerModel {
         if away.fold(0.0, f64::max) < NEAR_MM {
             return None;
         }
-        let solved = Solved { calibration: self.solved.calibration.clone(), point, shifts };
+        let of_axis = self.amplitudes_of_axis(closure);
+        let calibration = self.solved.calibration.clone();
+        let solved = Solved { calibration, point, shifts, of_axis };
         let (survey, recorded) = (self.survey.clone(), self.recorded.clone());
-        let about =
+        let mut about =
             Self::about(survey, self.options, recorded, solved, Some(&self.choices())).ok()?;
         let is_same = about.declared().layout == self.declared().layout;
+        about.frame = self.frame;
         is_same.then_some(about)
     }
 

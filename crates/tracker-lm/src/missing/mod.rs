@@ -1,5 +1,6 @@
 //! The declared model as the loop sees it, and what it leaves out.
 
+pub(crate) mod axis_effects;
 mod change;
 mod changes;
 mod course;
@@ -7,10 +8,14 @@ pub(crate) mod effects;
 pub(crate) mod found;
 pub(crate) mod model;
 mod moves;
+mod of_axis;
+pub(crate) mod orders;
 mod proposals;
 pub(crate) mod reduce;
 mod reduction;
 mod sights;
+mod solved;
+pub(crate) mod stops;
 mod with_effects;
 
 pub use model::TrackerModel;

@@ -2,7 +2,7 @@
 
 mod discrepancy;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
@@ -11,7 +11,10 @@ use model_discrepancy::{
 };
 use nalgebra::{DMatrix, DVector, Point3};
 
-use crate::calibrate::fitted_joint;
+use crate::calibrate::Placed;
+use crate::count::count;
+use crate::curves::Curves;
+use crate::frame::Frame;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
 use crate::missing::change::Offered;
@@ -19,11 +22,14 @@ use crate::missing::changes::{Fitted, changes};
 use crate::missing::course::{Courses, courses};
 use crate::missing::effects::{Entry, Scene, approaches, catalogue};
 use crate::missing::moves::Moves;
+use crate::missing::of_axis::OfAxis;
+use crate::missing::orders::Orders;
 use crate::missing::reduction::{Reduction, one_column};
 use crate::missing::sights::{Sight, sights, without};
+use crate::missing::solved::{Solved, solved};
+use crate::missing::stops::Stops;
 use crate::network::Network;
-use crate::shift::Shift;
-use crate::{Calibration, Options, Survey, TrackerError};
+use crate::{Approach, AxisModel, Calibration, Options, Survey, TrackerError};
 
 /// The joint bundle of a survey about its solution, and the effects that it leaves out.
 ///
@@ -45,6 +51,14 @@ pub struct TrackerModel {
     pub(crate) sights: Vec<Sight>,
     pub(crate) changes: Vec<Offered>,
     pub(crate) courses: Courses,
+    /// How many harmonics every motion error of a perfect axis is offered with.
+    pub(crate) orders: Orders,
+    /// What effects on a perfect axis do at every angle: first what the declared model fits.
+    pub(crate) curves: Curves,
+    /// Uncertainty of the frame that the place of a perfect axis is off in.
+    pub(crate) frame: Option<Frame>,
+    /// Of every effect, the first of these that is its own.
+    pub(crate) curve_of: Vec<Option<usize>>,
     linear: LinearModel,
     /// Columns of every effect, range by range, mm.
     pub(crate) columns: Vec<Vec<Vec<f64>>>,
@@ -61,17 +75,6 @@ pub(crate) struct Recorded {
     pub(crate) covariates: Vec<Covariate>,
 }
 
-/// The solution about which the model is linear.
-#[derive(Clone, Debug)]
-pub(crate) struct Solved {
-    /// Of the declared model.
-    pub(crate) calibration: Calibration,
-    /// `[stations, dead paths, reflectors]`, and the errors of every angle.
-    pub(crate) point: BorderedPoint,
-    /// What effects that are part of the solution move, range by range; empty where there are none.
-    pub(crate) shifts: Vec<Shift>,
-}
-
 /// What a model about one solution leaves to that about another.
 #[derive(Clone, Debug)]
 pub(crate) struct Choices {
@@ -79,6 +82,8 @@ pub(crate) struct Choices {
     pub(crate) changes: Vec<Offered>,
     /// How stands move in it.
     pub(crate) courses: Courses,
+    /// How many harmonics its motion errors have.
+    pub(crate) orders: Orders,
     /// Ranges that rows are tied to; `None` leaves it to the geometry.
     pub(crate) tied: Option<HashSet<usize>>,
 }
@@ -105,9 +110,18 @@ impl TrackerModel {
                 return Err(TrackerError::InvalidCovariate { needed: n });
             }
         }
-        let (calibration, point) = fitted_joint(&survey, options)?;
-        let solved = Solved { calibration, point, shifts: Vec::new() };
-        Self::about(survey, *options, Recorded { time_s, covariates }, solved, None)
+        let recorded = Recorded { time_s, covariates };
+        let Placed { options, frame, is_off } = Placed::of(&survey, options)?;
+        let solved = solved(&survey, &options)?;
+        let choices = (options.axis != AxisModel::Free)
+            .then(|| Choices::of_perfect_axis(&survey, &options, &recorded))
+            .flatten();
+        let choices = choices.map(|mut choices| {
+            choices.orders.location = is_off;
+            choices
+        });
+        let model = Self::about(survey, options, recorded, solved, choices.as_ref())?;
+        Ok(Self { frame, ..model })
     }
 
     /// The model about a known solution, with the choices of another model, where given.
@@ -134,7 +148,14 @@ impl TrackerModel {
         };
         let (prior_residual, prior_jacobian) = prior_rows(&chart, point);
         let jacobian = with_prior(&reduction.by_shared(&joint, point, sigma_mm), &prior_jacobian);
-        let residuals_mm = without(&solved.shifts, &sights);
+        let angles_rad = network.angles_rad();
+        let visits: Vec<usize> = network.angles.iter().map(|a| a.steps.len()).collect();
+        let stops = Stops { axis: &survey.axis, angles_rad: &angles_rad, visits: &visits };
+        let orders =
+            choices.map_or_else(|| Orders::usual(&stops), |choices| choices.orders.clone());
+        let of_axis = OfAxis::new(&joint, &stops, &orders, &solved);
+        let mut residuals_mm = without(&solved.shifts, &sights);
+        of_axis.taken_off(&network, &sights, &mut residuals_mm);
         let residual = with_prior(&reduction.columns(&one_column(&residuals_mm)), &prior_residual);
         let residual = residual.column(0).into_owned();
         let layout = layout(&network, &reduction, &chart, sigma_mm, &options);
@@ -163,10 +184,13 @@ impl TrackerModel {
             timed: recorded.time_s.is_some(),
             covariates: &recorded.covariates,
             approaches: &approaches,
+            is_perfect: options.axis != AxisModel::Free,
             dead_path_of: &network.dead_path_of,
             courses: &courses,
         };
-        let entries = catalogue(&scene, &changes);
+        let mut entries = catalogue(&scene, &changes);
+        let curve_of = of_axis.curve_of(entries.len());
+        entries.extend(of_axis.entries(&network, &sights));
         let none =
             |entry: &Entry| DMatrix::zeros(prior_jacobian.nrows(), entry.effect.parameters.len());
         let tangents =
@@ -180,9 +204,7 @@ impl TrackerModel {
             moves.push(entry.moves);
         }
         let declared = Declared {
-            // None repeats another: a row combines readings of several angles once what ties them is
-            // taken out.
-            places: Some((0..layout.observations.len()).collect()),
+            places: Some(places(&network, layout.observations.len())),
             records: Some(records),
             projected: reduction.projected(),
             resolution: resolution_of(survey.ranges.iter().map(|r| r.displacement_mm)),
@@ -198,6 +220,10 @@ impl TrackerModel {
             sights,
             changes,
             courses,
+            orders,
+            curves: of_axis.curves,
+            curve_of,
+            frame: None,
             linear,
             columns,
             moves,
@@ -209,7 +235,7 @@ impl TrackerModel {
         let rows = self.declared().layout.rows.iter().map(|row| row.observation);
         let tied = rows.filter(|&range| range < self.survey.ranges.len()).collect();
         let (changes, courses) = (self.changes.clone(), self.courses.clone());
-        Choices { changes, courses, tied: Some(tied) }
+        Choices { changes, courses, orders: self.orders.clone(), tied: Some(tied) }
     }
 
     /// The declared model's calibration.
@@ -241,6 +267,74 @@ impl TrackerModel {
         }
         padded
     }
+}
+
+impl Choices {
+    /// Of a model that takes the axis for perfect: changes and courses as the residual of free errors
+    /// shows them, orders as that about the axis' place does. What is missing of the axis would hide
+    /// either. `None` where the readings do not determine these.
+    fn of_perfect_axis(survey: &Survey, options: &Options, recorded: &Recorded) -> Option<Self> {
+        let about = |axis: AxisModel| {
+            let options = Options { axis, ..*options };
+            let solved = solved(survey, &options).ok()?;
+            TrackerModel::about(survey.clone(), options, recorded.clone(), solved, None).ok()
+        };
+        let located = about(AxisModel::Located)?;
+        let orders = located.orders_shown().ok()?;
+        let TrackerModel { changes, courses, .. } = about(AxisModel::Free).unwrap_or(located);
+        Some(Self { changes, courses, orders, tied: None })
+    }
+}
+
+impl TrackerModel {
+    /// Harmonics of the motion errors that the residual shows.
+    fn orders_shown(&self) -> Result<Orders, TrackerError> {
+        let network = Network::new(&self.survey, &self.options)?;
+        let angles_rad = network.angles_rad();
+        let visits: Vec<usize> = network.angles.iter().map(|a| a.steps.len()).collect();
+        let stops = Stops { axis: &self.survey.axis, angles_rad: &angles_rad, visits: &visits };
+        let (layout, sigma_mm) = (&self.declared().layout, self.solved.calibration.displacement_mm);
+        let (basis, left) = whitened(layout, &self.linear.residual, &self.linear.base);
+        let n_rows = layout.rows.len();
+        Ok(Orders::shown(&stops, &basis, &left, |shapes| {
+            let curves = Curves::new(&self.survey.axis, &angles_rad, shapes.to_vec());
+            let zero = vec![0.0; curves.len()];
+            let at: Vec<_> = (0..angles_rad.len()).map(|k| curves.at(k, &zero).slopes).collect();
+            let mut columns = DMatrix::zeros(n_rows, curves.len());
+            for (i, row) in layout.rows.iter().enumerate() {
+                let Some(range) = self.survey.ranges.get(row.observation) else { continue };
+                for (j, slope) in at[network.angle_of_step[range.step]].iter().enumerate() {
+                    let sight = &self.sights[row.observation];
+                    columns[(i, j)] = sight.by_error.dot(slope) / sigma_mm;
+                }
+            }
+            columns
+        }))
+    }
+}
+
+/// Place of every range: station, mount, angle and the way the axis came to it.
+///
+/// With free errors none repeats another: a row combines readings of several angles once what ties
+/// them is taken out.
+fn places(network: &Network<'_>, n_observations: usize) -> Vec<usize> {
+    if network.axis_model == AxisModel::Free {
+        return (0..n_observations).collect();
+    }
+    let survey = network.survey;
+    let mut known = HashMap::new();
+    let mut next = 0;
+    let place = |range: &crate::Range| {
+        let way = survey.steps[range.step].approach.map(|way| way == Approach::Positive);
+        let key = (range.station, range.mount, network.angle_of_step[range.step], way);
+        *known.entry(key).or_insert_with(|| {
+            next += 1;
+            next - 1
+        })
+    };
+    let mut places: Vec<usize> = survey.ranges.iter().map(place).collect();
+    places.resize(n_observations, known.len());
+    places
 }
 
 /// Station and mount of every range as one number; what is known beforehand is apart.
@@ -332,9 +426,4 @@ fn base(joint: &Joint<'_>) -> Vec<Parameter> {
         Parameter { name, unit: "mm".to_owned(), report_factor: 1.0 }
     };
     (0..joint.shared_dim()).map(parameter).collect()
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-pub(crate) fn count(n: usize) -> f64 {
-    n as f64
 }

@@ -4,9 +4,11 @@ use least_squares::BorderedPoint;
 use model_discrepancy::{Covariate, Proposal};
 use nalgebra::{Point3, Vector3};
 
+use crate::count::count;
 use crate::gauge::StationChart;
 use crate::missing::effects::approaches;
-use crate::missing::model::{Choices, Recorded, Solved};
+use crate::missing::model::{Choices, Recorded};
+use crate::missing::solved::Solved;
 use crate::{Approach, Gauge, Options, Step, Survey, TrackerModel};
 
 /// How well a coordinate measuring machine, or a compensated machine tool, knows a place.
@@ -81,9 +83,9 @@ fn again(model: &TrackerModel, order: &[usize], reversed: bool) -> Option<Tracke
 fn continue_times(times: &mut Vec<f64>, survey: &Survey, extra: &[(usize, usize, usize)]) {
     let first = times.iter().copied().fold(f64::INFINITY, f64::min);
     let last = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let per_step = (last - first) / crate::missing::model::count(survey.steps.len());
+    let per_step = (last - first) / count(survey.steps.len());
     for &(index, of, n) in extra {
-        let moved = per_step * (crate::missing::model::count(n) - crate::missing::model::count(of));
+        let moved = per_step * (count(n) - count(of));
         times.push(times[index] + (last - first) + moved);
     }
 }

@@ -6,12 +6,12 @@ use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::Projected;
 use nalgebra::{DMatrix, DVector, Vector6};
 
-use crate::TrackerError;
 use crate::joint::Joint;
 use crate::missing::reduce::{Reduced, reduce};
 use crate::missing::sights::Sight;
 use crate::network::Network;
 use crate::spread::dense_block;
+use crate::{AxisModel, TrackerError};
 
 /// Reduced rows of all angles, one after the other; in mm, not whitened.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub(crate) struct Reduction {
 struct AngleRows {
     /// Ranges of the angle, in the order of its rows before reduction.
     ranges: Vec<usize>,
-    /// `None` at the first angle, which has no errors of its own.
+    /// `None` at an angle that has no errors of its own: the first, or any of a perfect axis.
     reduced: Option<Reduced>,
     /// First reduced row among those of all angles.
     start: usize,
@@ -54,7 +54,7 @@ impl Reduction {
             let visits: Vec<usize> =
                 network.angles[k].steps.iter().map(|&s| network.ranges_of_step[s].len()).collect();
             let by_error = DMatrix::from_fn(ranges.len(), 6, |i, j| sights[ranges[i]].by_error[j]);
-            let reduced = if k == 0 {
+            let reduced = if k == 0 || network.axis_model != AxisModel::Free {
                 None
             } else {
                 let is_free = |&i: &usize| match tied {

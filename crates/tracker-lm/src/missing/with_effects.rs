@@ -4,14 +4,16 @@ use least_squares::BorderedProblem;
 use model_discrepancy::{Closure, Column, std_over_names};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, SMatrix, Vector4, Vector6};
 
+use crate::curves::Curves;
+use crate::error_order::in_order;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::joint_result::in_order;
 use crate::location::{fit_matrices, located};
 use crate::missing::reduction::answer;
 use crate::network::Network;
+use crate::perfect::{PerfectAxis, selected};
 use crate::spread::dense_block;
-use crate::{AxisError, Calibration, TrackerModel};
+use crate::{AxisError, AxisModel, Calibration, TrackerModel};
 
 impl TrackerModel {
     /// The calibration with what the loop accepted in the model.
@@ -46,7 +48,12 @@ impl TrackerModel {
             return None;
         }
         let covariance = closure.covariance.view((0, 0), (m, m)).into_owned();
-        Some(self.put_together(&network, &chart, &angles, &moved, &covariance))
+        let mut found = self.put_together(&network, &chart, &angles, &moved, &covariance);
+        if network.axis_model != AxisModel::Free {
+            let joint = Joint::new(&network, &chart, 1.0);
+            self.with_perfect_axis(&mut found, &joint, closure, &covariance);
+        }
+        Some(found)
     }
 
     /// `[shared, amplitudes]` as far as a closure moves them, and what every angle makes of it.
@@ -72,10 +79,33 @@ impl TrackerModel {
         for (i, &(effect, amplitude)) in active.iter().enumerate() {
             moved[n + i] = state.amplitudes[effect][amplitude];
         }
+        let amplitudes = self.all_amplitudes(&joint, closure);
         let angles = (0..network.angles.len())
-            .map(|k| self.angle(&joint, k, &active, &moved, closure.variance_factor))
+            .map(|k| {
+                let mut angle = self.angle(&joint, k, &active, &moved, closure.variance_factor)?;
+                if network.axis_model != AxisModel::Free {
+                    let motion: Vec<f64> = (amplitudes.iter().enumerate())
+                        .map(|(i, a)| if i < joint.curves.len() { 0.0 } else { *a })
+                        .collect();
+                    angle.own_error = self.curves.error(k, &motion);
+                }
+                Some(angle)
+            })
             .collect::<Option<Vec<_>>>()?;
         Some((moved, angles))
+    }
+
+    /// Amplitudes of all effects on the axis as a closure has them.
+    pub(crate) fn amplitudes_of_axis(&self, closure: &Closure) -> Vec<f64> {
+        let all = self.curve_of.iter().zip(&closure.state.amplitudes);
+        all.filter(|(curve, _)| curve.is_some()).flat_map(|(_, a)| a.iter().copied()).collect()
+    }
+
+    /// Amplitudes of all curves as a closure has them: first what the declared model fits.
+    fn all_amplitudes(&self, joint: &Joint<'_>, closure: &Closure) -> Vec<f64> {
+        let fitted = joint.curve_start()..joint.shared_dim();
+        let fitted = fitted.map(|i| self.solved.point.shared[i] + closure.state.base[i]);
+        fitted.chain(self.amplitudes_of_axis(closure)).collect()
     }
 
     /// How the errors and residuals of an angle follow `[shared, amplitudes]`.
@@ -102,10 +132,10 @@ impl TrackerModel {
         for (row, &range) in ranges.iter().enumerate() {
             residuals_mm[row] += self.residuals_mm[range];
         }
-        if k == 0 {
+        if k == 0 || joint.network.axis_model != AxisModel::Free {
             let follows = DMatrix::zeros(6, moved.len());
             return Some(AngleChange {
-                error: before,
+                own_error: before,
                 follows,
                 own: DMatrix::zeros(6, 6),
                 residuals_mm,
@@ -120,7 +150,58 @@ impl TrackerModel {
         let error = before + Vector6::from_iterator(step.iter().copied());
         let sigma2 = variance_factor * self.solved.calibration.displacement_mm.powi(2);
         let own = &answer * answer.transpose() * sigma2;
-        Some(AngleChange { error, follows: answer * by_all, own, residuals_mm })
+        Some(AngleChange { own_error: error, follows: answer * by_all, own, residuals_mm })
+    }
+
+    /// Replaces what a calibration says of the axis and what is on it by what a perfect axis with the
+    /// amplitudes of a closure makes of it.
+    fn with_perfect_axis(
+        &self,
+        found: &mut Calibration,
+        joint: &Joint<'_>,
+        closure: &Closure,
+        covariance: &DMatrix<f64>,
+    ) {
+        let amplitudes = self.all_amplitudes(joint, closure);
+        let n = joint.shared_dim();
+        // Where each curve stands among the parameters of the closure, if it does.
+        let mut parameter_of: Vec<Option<usize>> = vec![None; amplitudes.len()];
+        for (i, at) in (joint.curve_start()..n).enumerate() {
+            parameter_of[i] = Some(at);
+        }
+        let is_amplitude = |column: &&Column| matches!(column, Column::Amplitude { .. });
+        for (i, column) in closure.columns.iter().filter(is_amplitude).enumerate() {
+            if let Column::Amplitude { effect, parameter } = *column
+                && let Some(first) = self.curve_of[effect]
+            {
+                parameter_of[first + parameter] = Some(n + i);
+            }
+        }
+        let known: Vec<usize> =
+            (0..amplitudes.len()).filter(|&i| parameter_of[i].is_some()).collect();
+        let parameters: Vec<usize> = known.iter().filter_map(|&i| parameter_of[i]).collect();
+        let shapes = known.iter().map(|&i| self.curves.shapes[i].clone()).collect();
+        let angles_rad = joint.network.angles_rad();
+        let axis = &self.survey.axis;
+        let perfect = PerfectAxis {
+            axis,
+            angles_rad: &angles_rad,
+            curves: &Curves::new(axis, &angles_rad, shapes),
+            amplitudes: &known.iter().map(|&i| amplitudes[i]).collect::<Vec<_>>(),
+            covariance: selected(covariance, &parameters),
+        };
+        let perfect = match &self.frame {
+            Some(frame) => perfect.in_frame(frame),
+            None => perfect,
+        };
+        found.axis_errors = perfect.errors(self.options.order);
+        found.motion = Some(perfect.motion(self.options.order));
+        found.location = perfect.location();
+        for (j, mount) in found.mounts.iter_mut().enumerate() {
+            let at = joint.mount_start() + 3 * j;
+            let with: Vec<usize> = (at..at + 3).chain(parameters.iter().copied()).collect();
+            *mount = perfect.mount(&mount.position_mm.coords, &selected(covariance, &with));
+        }
     }
 
     fn put_together(
@@ -158,7 +239,7 @@ impl TrackerModel {
             let spread = &angle.follows * covariance * angle.follows.transpose() + &angle.own;
             let fixed = AxisError {
                 angle_rad: nominal.angle_rad,
-                error: angle.error,
+                error: angle.own_error,
                 covariance: Matrix6::from_iterator(spread.iter().copied()),
             };
             *error = in_order(&self.survey.axis, self.options.order, fixed);
@@ -185,6 +266,12 @@ fn widened(mut found: Calibration, others: &[Calibration]) -> Calibration {
     for (k, error) in found.axis_errors.iter_mut().enumerate() {
         let at = error.error;
         stretch(&mut error.covariance, |i| away(&|o| o.axis_errors[k].error[i], at[i]));
+    }
+    for (k, error) in found.motion.iter_mut().flatten().enumerate() {
+        let at = error.error;
+        stretch(&mut error.covariance, |i| {
+            away(&|o| o.motion.as_ref().map_or(at[i], |m| m[k].error[i]), at[i])
+        });
     }
     for (k, station) in found.stations.iter_mut().enumerate() {
         let at = station.position_mm;
@@ -217,8 +304,8 @@ fn stretch<const N: usize>(covariance: &mut SMatrix<f64, N, N>, away: impl Fn(us
 
 /// One angle with the effects in the model.
 pub(crate) struct AngleChange {
-    /// Fixed frame.
-    pub(crate) error: Vector6<f64>,
+    /// Errors of its own, fixed frame.
+    pub(crate) own_error: Vector6<f64>,
     /// `∂ error / ∂ [shared, amplitudes]`.
     follows: DMatrix<f64>,
     /// Covariance with these fixed.
@@ -237,7 +324,7 @@ fn location(
     let mut own = DMatrix::zeros(4, 4);
     let mut follows = DMatrix::zeros(4, covariance.nrows());
     for (matrix, angle) in matrices.iter().zip(angles) {
-        sum += Vector4::from_iterator((matrix * angle.error).iter().copied());
+        sum += Vector4::from_iterator((matrix * angle.own_error).iter().copied());
         own += matrix * &angle.own * matrix.transpose();
         follows += matrix * &angle.follows;
     }

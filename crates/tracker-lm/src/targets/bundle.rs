@@ -5,21 +5,36 @@
 //! the machine frame. The errors at the first angle are held at zero.
 
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::sight::{ErrorAt, Place, Sight, StationAt, Weights};
+use crate::curves::{Curves, LOCATION, Shape};
+use crate::frame::Frame;
 use crate::gauge::{StationChart, rigid_fit};
+use crate::joint::location_name;
 use crate::network::{Angle, angles};
 use crate::spread::Columns;
-use crate::{Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
+use crate::{AxisModel, Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
 
 /// Numbers of a station, and of a block.
 const SIX: usize = 6;
+
+/// What is in the model beside what is declared.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Added {
+    /// Of a perfect axis.
+    pub(super) shapes: Vec<Shape>,
+    /// Columns of other effects: three rows per reading, mm.
+    pub(super) extras: Vec<Vec<f64>>,
+    /// Uncertainty of the frame that the place of a perfect axis is in.
+    pub(super) frame: Option<Frame>,
+}
 
 /// The bundle of a survey of points.
 #[derive(Clone, Debug)]
 pub(super) struct Bundle<'a> {
     pub(super) survey: &'a TargetSurvey,
+    pub(super) axis_model: AxisModel,
     pub(super) angles: Vec<Angle>,
     pub(super) angle_of_step: Vec<usize>,
     /// Places of the reflectors under the gauge.
@@ -31,6 +46,8 @@ pub(super) struct Bundle<'a> {
     /// Readings of each angle, in the order of its rows.
     pub(super) targets_of: Vec<Vec<usize>>,
     pub(super) weights: Vec<Weights>,
+    /// What is fitted of a perfect axis.
+    pub(super) curves: Curves,
     /// Columns of effects in the model: by effect, three rows per reading, mm.
     extras: Vec<Vec<f64>>,
     patterns: Vec<Pattern>,
@@ -42,7 +59,7 @@ impl<'a> Bundle<'a> {
         survey: &'a TargetSurvey,
         options: &TargetOptions,
         estimated_mm: f64,
-        extras: Vec<Vec<f64>>,
+        added: Added,
     ) -> Result<Self, TrackerError> {
         let (angles, angle_of_step) = angles(&survey.steps);
         let nominal: Vec<Point3<f64>> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
@@ -57,8 +74,16 @@ impl<'a> Bundle<'a> {
         let weights = (survey.targets.iter())
             .map(|t| Weights::new(t, options.noise, estimated_mm))
             .collect::<Result<_, _>>()?;
+        let fitted = match options.axis {
+            AxisModel::Located => &LOCATION[..],
+            AxisModel::Free | AxisModel::Fixed => &[],
+        };
+        let shapes = fitted.iter().chain(&added.shapes).cloned().collect();
+        let angles_rad: Vec<f64> = angles.iter().map(|a| a.angle_rad).collect();
         let mut bundle = Self {
             survey,
+            axis_model: options.axis,
+            curves: Curves::new(&survey.axis, &angles_rad, shapes),
             chart: StationChart::new(&nominal, &inner)?,
             starts: starts(survey)?,
             rotations: angles.iter().map(rotation).collect(),
@@ -66,7 +91,7 @@ impl<'a> Bundle<'a> {
             angle_of_step,
             targets_of,
             weights,
-            extras,
+            extras: added.extras,
             patterns: Vec::new(),
             pattern_of: Vec::new(),
         };
@@ -105,9 +130,24 @@ impl<'a> Bundle<'a> {
         SIX * self.survey.stations.len()
     }
 
-    /// Index of the first effect's amplitude.
-    pub(super) fn extra_start(&self) -> usize {
+    /// Index of the first amplitude of the axis.
+    pub(super) fn curve_start(&self) -> usize {
         self.mount_start() + self.chart.dim()
+    }
+
+    /// Index of the first amplitude of an effect that is not on the axis.
+    pub(super) fn extra_start(&self) -> usize {
+        self.curve_start() + self.curves.len()
+    }
+
+    fn amplitudes<'s>(&self, shared: &'s [f64]) -> &'s [f64] {
+        &shared[self.curve_start()..self.extra_start()]
+    }
+
+    /// Errors of an angle whose own are `point`.
+    fn error_at(&self, angle: usize, shared: &[f64], point: &[f64]) -> ErrorAt {
+        let own = Vector6::from_column_slice(point);
+        ErrorAt::new((own + self.curves.error(angle, self.amplitudes(shared))).as_slice())
     }
 
     pub(super) fn angles_rad(&self) -> Vec<f64> {
@@ -130,8 +170,7 @@ impl<'a> Bundle<'a> {
         let t = &self.survey.targets[target];
         let station = SIX * t.station..SIX * (t.station + 1);
         let mount = self.chart.moves(t.mount).iter().map(|(p, _)| self.mount_start() + p);
-        let first = self.extra_start();
-        station.chain(mount).chain(first..first + self.extras.len()).collect()
+        station.chain(mount).chain(self.curve_start()..self.shared_dim()).collect()
     }
 
     /// Geometry of a reading.
@@ -150,7 +189,8 @@ impl<'a> Bundle<'a> {
     /// Geometry of a reading at a point.
     pub(super) fn sight_at(&self, target: usize, at: &BorderedPoint) -> Sight {
         let k = self.angle_of_step[self.survey.targets[target].step];
-        self.sight(target, &at.shared, &ErrorAt::new(&at.blocks[SIX * k..SIX * (k + 1)]))
+        let own = &at.blocks[SIX * k..SIX * (k + 1)];
+        self.sight(target, &at.shared, &self.error_at(k, &at.shared, own))
     }
 
     /// Residual with the effects in the model, over its standard uncertainty.
@@ -201,7 +241,7 @@ impl BorderedProblem for Bundle<'_> {
     }
 
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
-        let error = ErrorAt::new(point);
+        let error = self.error_at(block, shared, point);
         for (&target, out) in self.targets_of[block].iter().zip(out.chunks_exact_mut(3)) {
             let sight = self.sight(target, shared, &error);
             out.copy_from_slice(self.whitened(target, &sight, shared).as_slice());
@@ -209,7 +249,8 @@ impl BorderedProblem for Bundle<'_> {
     }
 
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
-        let error = ErrorAt::new(point);
+        let error = self.error_at(block, shared, point);
+        let curves = self.curves.at(block, self.amplitudes(shared)).slopes;
         let (mut row, mut at) = (0, 0);
         for &target in &self.targets_of[block] {
             let t = &self.survey.targets[target];
@@ -225,6 +266,10 @@ impl BorderedProblem for Bundle<'_> {
                 at += SIX;
                 for (_, way) in self.chart.moves(t.mount) {
                     rows.by_shared[at] = weight * (sight.by_mount.row(c) * way)[0];
+                    at += 1;
+                }
+                for curve in &curves {
+                    rows.by_shared[at] = weight * (sight.by_error.row(c) * curve)[0];
                     at += 1;
                 }
                 for column in &self.extras {
@@ -243,12 +288,17 @@ impl BorderedProblem for Bundle<'_> {
             let unit = if index % SIX < 3 { "mm" } else { "rad" };
             return format!("{} of station {station} ({unit})", COORDINATES[index % SIX]);
         }
-        if index < self.extra_start() {
+        if let Some(Shape::Location(c)) =
+            index.checked_sub(self.curve_start()).and_then(|i| self.curves.shapes.get(i))
+        {
+            return location_name(self.survey.axis.letter, *c);
+        }
+        if index < self.curve_start() {
             let coordinate = self.chart.coordinate(index - self.mount_start());
             let mount = &self.survey.mounts[coordinate / 3].name;
             return format!("{} of mount {mount} (mm)", COORDINATES[coordinate % 3]);
         }
-        format!("amplitude {}", index - self.extra_start())
+        format!("amplitude {}", index - self.curve_start())
     }
 
     fn block_name(&self, block: usize, index: usize) -> String {
@@ -311,7 +361,10 @@ mod tests {
         let noise = TargetNoise::Polar { range_mm: 0.01, angle_rad: 5e-6 };
         let options = TargetOptions { noise, ..TargetOptions::default() };
         let extra = (0..45).map(|i| f64::from(i).sin()).collect();
-        let bundle = Bundle::new(&survey, &options, 1.0, vec![extra]).unwrap();
+        let motion = Shape::Motion(vec![Vector6::new(0.1, -0.3, 0.2, 1e-3, 2e-3, -1e-3); 3]);
+        let shapes = LOCATION.into_iter().chain([motion]).collect();
+        let added = Added { shapes, extras: vec![extra], frame: None };
+        let bundle = Bundle::new(&survey, &options, 1.0, added).unwrap();
         let mut at = bundle.start();
         for (i, value) in at.shared.iter_mut().chain(&mut at.blocks).enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "a small index")]

@@ -3,14 +3,19 @@
 use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution, Report};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 
-use super::bundle::Bundle;
+use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
-use crate::joint_result::{in_order, location, square};
+use crate::error_order::in_order;
+use crate::frame::{Frame, Motion};
+use crate::joint::held;
+use crate::joint_result::{OfAxis, location, square};
 use crate::network::angles;
+use crate::perfect::{PerfectAxis, selected};
 use crate::search::{covariance, settle};
 use crate::spread::{Spread, dense_block};
 use crate::{
-    AxisError, AxisLocation, MountEstimate, TargetNoise, TargetOptions, TargetSurvey, TrackerError,
+    AxisError, AxisLocation, AxisModel, ErrorOrder, MountEstimate, TargetNoise, TargetOptions,
+    TargetSurvey, TrackerError,
 };
 
 /// Standard uncertainty of a coordinate that the first fit takes where none is declared.
@@ -31,8 +36,11 @@ pub struct TargetCalibration {
     pub mounts: Vec<MountEstimate>,
     /// One per angle, in the order in which the angles were first measured.
     pub axis_errors: Vec<AxisError>,
-    /// Location of the axis, where the angles show it.
+    /// Location of the axis, where the angles show it; of a perfect axis, where it was fitted.
     pub location: Option<AxisLocation>,
+    /// Errors of a perfect axis about where it was found, angle by angle, as far as effects were
+    /// accepted; `None` of an axis with six errors at every angle.
+    pub motion: Option<Vec<AxisError>>,
     /// Predicted minus measured, in the order of the survey: along the beam and across it twice
     /// where the noise is polar, else along the axes of the station's frame.
     pub residuals_mm: Vec<Vector3<f64>>,
@@ -75,30 +83,75 @@ pub fn calibrate_targets(
     survey: &TargetSurvey,
     options: &TargetOptions,
 ) -> Result<TargetCalibration, TrackerError> {
-    Ok(fitted(survey, options, &[])?.0)
+    let Placed { options, frame } = Placed::of(survey, options)?;
+    Ok(fitted(survey, &options, &Added { frame, ..Added::default() })?.0)
 }
 
-/// The calibration with columns of effects in the model, three rows per reading, and the point:
-/// their amplitudes come last among its shared parameters.
+/// How a perfect axis is held against its declared place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    /// Options to calibrate with.
+    pub(super) options: TargetOptions,
+    /// The frame that the axis is in, where that is not exact.
+    pub(super) frame: Option<Frame>,
+}
+
+impl Placed {
+    /// The nominal places of the reflectors say where the axis should be, as well as they agree with
+    /// those found. Where the axis is not off by more than that, its location is fitted.
+    pub(super) fn of(survey: &TargetSurvey, options: &TargetOptions) -> Result<Self, TrackerError> {
+        if options.axis == AxisModel::Free {
+            return Ok(Self { options: *options, frame: None });
+        }
+        let located = TargetOptions { axis: AxisModel::Located, ..*options };
+        let (found, point) = fitted(survey, &located, &Added::default())?;
+        let bundle = Bundle::new(survey, &located, 1.0, Added::default())?;
+        let off = |(j, mount): (usize, &crate::Mount)| {
+            (bundle.body_mm(j, &point.shared) - mount.nominal_mm.coords).norm_squared()
+        };
+        let squares: f64 = survey.mounts.iter().enumerate().map(off).sum();
+        let dof = 3 * survey.mounts.len() - 6;
+        #[expect(clippy::cast_precision_loss, reason = "a handful of reflectors")]
+        let sigma_mm = (squares / dof as f64).sqrt();
+        let places: Vec<Vector3<f64>> = survey.mounts.iter().map(|m| m.nominal_mm.coords).collect();
+        let frame = Frame::of_places(&survey.axis, &places, sigma_mm, Some(dof));
+        let free = TargetOptions { axis: AxisModel::Free, order: ErrorOrder::Fixed, ..*options };
+        let free = fitted(survey, &free, &Added::default()).ok().map(|(free, _)| free);
+        let motion = free.as_ref().and_then(|f| Motion::of(&f.axis_errors, f.location.as_ref()?));
+        // Free errors leave a motion no way to look like a place.
+        let location = free.and_then(|free| free.location).or(found.location);
+        let is_off = match (&frame, &location) {
+            (Some(frame), Some(location)) => frame.is_exceeded(location, motion),
+            _ => true,
+        };
+        let axis = if is_off { options.axis } else { AxisModel::Located };
+        Ok(Self { options: TargetOptions { axis, ..*options }, frame })
+    }
+}
+
+/// The calibration with effects in the model, and the point: their amplitudes come last among its
+/// shared parameters.
 pub(super) fn fitted(
     survey: &TargetSurvey,
     options: &TargetOptions,
-    extras: &[Vec<f64>],
+    added: &Added,
 ) -> Result<(TargetCalibration, BorderedPoint), TrackerError> {
     check(survey, options)?;
-    check_count(survey, angles(&survey.steps).0.len())?;
-    let with = |sigma_mm: f64| Bundle::new(survey, options, sigma_mm, extras.to_vec());
+    let n_angles = angles(&survey.steps).0.len();
+    check_count(survey, n_angles, options.axis)?;
+    let held = held(options.axis, n_angles);
+    let with = |sigma_mm: f64| Bundle::new(survey, options, sigma_mm, added.clone());
     let mut bundle = with(FIRST_GUESS_MM)?;
-    let mut solution = settle(&bundle, bundle.start(), &[0])?;
+    let mut solution = settle(&bundle, bundle.start(), &held)?;
     let mut point_mm = None;
     if options.noise == TargetNoise::Estimated {
         let factor = solution.variance_factor.unwrap_or(1.0);
         let sigma_mm = (FIRST_GUESS_MM * factor.sqrt()).max(LEAST_NOISE_MM);
         point_mm = Some(sigma_mm);
         bundle = with(sigma_mm)?;
-        solution = settle(&bundle, solution.point, &[0])?;
+        solution = settle(&bundle, solution.point, &held)?;
     }
-    let calibration = result(&bundle, &solution, options, point_mm)?;
+    let calibration = result(&bundle, &solution, options, (point_mm, added.frame.as_ref()))?;
     Ok((calibration, solution.point))
 }
 
@@ -106,11 +159,12 @@ fn result(
     bundle: &Bundle<'_>,
     solution: &BorderedSolution,
     options: &TargetOptions,
-    point_mm: Option<f64>,
+    (point_mm, frame): (Option<f64>, Option<&Frame>),
 ) -> Result<TargetCalibration, TrackerError> {
     let (survey, point) = (bundle.survey, &solution.point);
-    let covariance = covariance(bundle, point, &[0])?;
-    let spread = Spread::new(bundle, point, covariance.shared(), &[0]);
+    let held = held(options.axis, bundle.angles.len());
+    let covariance = covariance(bundle, point, &held)?;
+    let spread = Spread::new(bundle, point, covariance.shared(), &held);
     let n = survey.targets.len();
     let (mut residuals_mm, mut redundancy) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
     for block in 0..bundle.block_count() {
@@ -124,22 +178,22 @@ fn result(
                 Vector3::from_fn(|c, _| (1.0 - leverages[3 * i + c]).clamp(0.0, 1.0));
         }
     }
-    let fixed: Vec<Vector6<f64>> =
-        point.blocks.chunks_exact(6).map(Vector6::from_column_slice).collect();
-    let error = |k: usize| AxisError {
-        angle_rad: bundle.angles[k].angle_rad,
-        error: fixed[k],
-        covariance: square(&spread.of(&[(k, DMatrix::identity(6, 6))], None)),
+    let of_axis = match options.axis {
+        AxisModel::Free => free_axis(bundle, point, &spread, options.order),
+        AxisModel::Fixed | AxisModel::Located => {
+            perfect_axis(bundle, point, &spread, (options.order, frame))
+        }
     };
-    let axis = &survey.axis;
+    let OfAxis { mounts, axis_errors, location, motion } = of_axis;
     let mut points: Vec<_> = survey.targets.iter().map(|t| (t.step, t.mount)).collect();
     points.sort_unstable();
     points.dedup();
     Ok(TargetCalibration {
         stations: stations(bundle, &point.shared, &spread),
-        mounts: mounts(bundle, &point.shared, &spread),
-        axis_errors: (0..fixed.len()).map(|k| in_order(axis, options.order, error(k))).collect(),
-        location: location(axis, &bundle.angles_rad(), &fixed, &spread, |k, a| vec![(k, a)]),
+        mounts,
+        axis_errors,
+        location,
+        motion,
         residuals_mm,
         sigmas_mm: bundle.weights.iter().map(|w| w.sigma_mm).collect(),
         redundancy,
@@ -149,6 +203,68 @@ fn result(
         point_mm,
         report: solution.report.clone(),
     })
+}
+
+fn free_axis(
+    bundle: &Bundle<'_>,
+    point: &BorderedPoint,
+    spread: &Spread,
+    order: ErrorOrder,
+) -> OfAxis {
+    let axis = &bundle.survey.axis;
+    let fixed: Vec<Vector6<f64>> =
+        point.blocks.chunks_exact(6).map(Vector6::from_column_slice).collect();
+    let error = |k: usize| AxisError {
+        angle_rad: bundle.angles[k].angle_rad,
+        error: fixed[k],
+        covariance: square(&spread.of(&[(k, DMatrix::identity(6, 6))], None)),
+    };
+    OfAxis {
+        mounts: mounts(bundle, &point.shared, spread),
+        axis_errors: (0..fixed.len()).map(|k| in_order(axis, order, error(k))).collect(),
+        location: location(axis, &bundle.angles_rad(), &fixed, spread, |k, a| vec![(k, a)]),
+        motion: None,
+    }
+}
+
+fn perfect_axis(
+    bundle: &Bundle<'_>,
+    point: &BorderedPoint,
+    spread: &Spread,
+    (order, frame): (ErrorOrder, Option<&Frame>),
+) -> OfAxis {
+    let angles_rad = bundle.angles_rad();
+    let own: Vec<usize> = (bundle.curve_start()..bundle.extra_start()).collect();
+    let perfect = PerfectAxis {
+        axis: &bundle.survey.axis,
+        angles_rad: &angles_rad,
+        curves: &bundle.curves,
+        amplitudes: &point.shared[bundle.curve_start()..bundle.extra_start()],
+        covariance: selected(&spread.shared, &own),
+    };
+    let perfect = match frame {
+        Some(frame) => perfect.in_frame(frame),
+        None => perfect,
+    };
+    // The places of the reflectors and the amplitudes, in the parameters of the bundle.
+    let (first, n) = (bundle.mount_start(), bundle.chart.dim());
+    let of_places = bundle.chart.basis();
+    let mount = |j: usize| {
+        let mut follows = DMatrix::zeros(3 + own.len(), n + own.len());
+        follows.view_mut((0, 0), (3, n)).copy_from(&of_places.rows(3 * j, 3));
+        for i in 0..own.len() {
+            follows[(3 + i, n + i)] = 1.0;
+        }
+        let all = spread.shared.view((first, first), (n + own.len(), n + own.len()));
+        let covariance = &follows * all * follows.transpose();
+        perfect.mount(&bundle.body_mm(j, &point.shared), &covariance)
+    };
+    OfAxis {
+        mounts: (0..bundle.survey.mounts.len()).map(mount).collect(),
+        axis_errors: perfect.errors(order),
+        location: perfect.location(),
+        motion: Some(perfect.motion(order)),
+    }
 }
 
 fn stations(bundle: &Bundle<'_>, shared: &[f64], spread: &Spread) -> Vec<StationPose> {

@@ -11,6 +11,7 @@ use super::TargetSurvey;
 use super::faults::Fault;
 use super::sight::Sight;
 use crate::Approach;
+use crate::count::count;
 use crate::missing::effects::{REFERENCE_C, approaches, coordinates, is_temperature, parameter};
 
 /// An effect as the loop sees it, and what it does to every reading.
@@ -30,6 +31,8 @@ pub(super) struct Scene<'a> {
     /// Whether `time` is in seconds.
     pub(super) timed: bool,
     pub(super) covariates: &'a [Covariate],
+    /// Whether the axis is taken for perfect.
+    pub(super) is_perfect: bool,
     /// Body that each mount belongs to.
     pub(super) bodies: &'a [String],
 }
@@ -84,12 +87,19 @@ fn backlash(scene: &Scene<'_>) -> Entry {
     let approaches = approaches(&scene.survey.steps);
     let letter = scene.survey.axis.letter.letter();
     let parameters = six(["µm", "µrad"], |c| format!("E{}{letter}", c.to_uppercase()));
+    let way = |n: usize| match approaches[scene.survey.targets[n].step] {
+        Approach::Positive => 0.5,
+        Approach::Negative => -0.5,
+    };
+    // What a perfect axis does at every reading alike is its place.
+    let n_targets = scene.survey.targets.len();
+    let mean = if scene.is_perfect {
+        (0..n_targets).map(way).sum::<f64>() / count(n_targets)
+    } else {
+        0.0
+    };
     scene.entry("backlash", None, text, parameters, |n, c| {
-        let half = match approaches[scene.survey.targets[n].step] {
-            Approach::Positive => 0.5,
-            Approach::Negative => -0.5,
-        };
-        scene.sights[n].by_axis_motion(c) * half
+        scene.sights[n].by_axis_motion(c) * (way(n) - mean)
     })
 }
 

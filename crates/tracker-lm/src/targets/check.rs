@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 
+use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::network::{LARGEST, MIN_MOUNTS, check_collinear};
-use crate::{TargetNoise, TargetOptions, TargetSurvey, TrackerError};
+use crate::{AxisModel, TargetNoise, TargetOptions, TargetSurvey, TrackerError};
 
 /// Unknowns of an angle, and of a station.
 const SIX: usize = 6;
@@ -21,17 +22,26 @@ pub(super) fn check(survey: &TargetSurvey, options: &TargetOptions) -> Result<()
 }
 
 /// Refuses fewer equations than unknowns, or as many.
-pub(super) fn check_count(survey: &TargetSurvey, n_angles: usize) -> Result<(), TrackerError> {
+pub(super) fn check_count(
+    survey: &TargetSurvey,
+    n_angles: usize,
+    axis: AxisModel,
+) -> Result<(), TrackerError> {
     let equations = 3 * survey.targets.len();
     let shared = SIX * survey.stations.len() + 3 * survey.mounts.len() - SIX;
-    let unknowns = shared + SIX * (n_angles - 1);
+    let (located, own, free) = match axis {
+        AxisModel::Free => (0, SIX, n_angles - 1),
+        AxisModel::Fixed => (0, 0, 0),
+        AxisModel::Located => (LOCATION.len(), 0, 0),
+    };
+    let unknowns = shared + located + own * free;
     if equations > unknowns {
         return Ok(());
     }
-    let brings = (equations / n_angles).saturating_sub(SIX);
-    let (shortage, needed, got) = match shared.saturating_sub(SIX).checked_div(brings) {
+    let brings = (equations / n_angles).saturating_sub(own);
+    let (shortage, needed, got) = match (shared + located).saturating_sub(own).checked_div(brings) {
         Some(more) => (Shortage::Angles, (more + 1).max(n_angles + 1), n_angles),
-        None => (Shortage::RangesPerAngle, SIX + 1, equations / n_angles),
+        None => (Shortage::RangesPerAngle, own + 1, equations / n_angles),
     };
     Err(TrackerError::TooFewRanges { equations, unknowns, shortage, needed, got })
 }

@@ -11,6 +11,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetSurvey};
+use crate::count::count;
 
 /// Chance that a survey without any fault shows one.
 const FALSE_ALARM: f64 = 0.01;
@@ -123,9 +124,4 @@ fn p_value(fitted: &Fitted<'_>, fault: Fault) -> Option<f64> {
     let law = FisherSnedecor::new(3.0, count(dof)).ok()?;
     let f = explained / 3.0 / (left / count(dof));
     f.is_finite().then(|| law.sf(f))
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

@@ -1,5 +1,7 @@
 //! Trackers that give points: the bundle of their readings, and the loop about it.
 
+#[cfg(feature = "loop")]
+mod base;
 mod bundle;
 mod calibrate;
 #[cfg(feature = "loop")]

@@ -1,25 +1,31 @@
 //! The declared model of a survey of points, as the loop sees it.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use least_squares::BorderedPoint;
 use model_discrepancy::{
-    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Parameter, Proposal,
-    Role, Row, State, resolution_of,
+    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Proposal, Role, Row,
+    State, resolution_of,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector6};
 
-use super::bundle::Bundle;
-use super::calibrate::fitted;
-use super::catalogue::{Scene, catalogue};
+use super::base::base;
+use super::bundle::{Added, Bundle};
+use super::calibrate::{Placed, fitted};
+use super::catalogue::{Entry, Scene, catalogue};
 use super::faults::{Fault, Fitted, faults};
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
-use crate::TrackerError;
+use crate::curves::{Curves, Shape};
+use crate::frame::Frame;
+use crate::missing::axis_effects::{AxisEffect, axis_effects};
 use crate::missing::found::NEAR_MM;
 use crate::missing::model::elapsed;
+use crate::missing::orders::Orders;
+use crate::missing::stops::Stops;
 use crate::network::angles;
+use crate::{Approach, AxisModel, TrackerError};
 
 /// What was recorded beside the readings.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,14 +58,32 @@ pub struct TargetModel {
     linear: LinearModel,
     /// By effect and amplitude: three components per reading, mm.
     columns: Vec<Vec<Vec<f64>>>,
+    /// Harmonics of the motion errors of a perfect axis in the catalogue.
+    orders: Orders,
+    /// Uncertainty of the frame that a perfect axis is in.
+    frame: Option<Frame>,
+    /// What every effect does to a perfect axis; `None` of those that are not on it.
+    shapes: Vec<Option<Vec<Shape>>>,
+}
+
+/// The solution about which a model is linear.
+struct Solved {
+    /// Of the declared model.
+    calibration: TargetCalibration,
+    /// With what the amplitudes of the axis' own effects do as the errors of every angle.
+    point: BorderedPoint,
+    /// Amplitudes of the axis' own effects; empty where they are zero.
+    of_axis: Vec<f64>,
 }
 
 /// What a model about one solution leaves to that about another.
 struct Choices {
     /// Faults in the catalogue.
     faults: Vec<Fault>,
-    /// Readings and components that rows are tied to.
-    tied: HashSet<(usize, usize)>,
+    /// Harmonics of motion errors in it.
+    orders: Orders,
+    /// Readings and components that rows are tied to; `None` leaves it to the geometry.
+    tied: Option<HashSet<(usize, usize)>>,
 }
 
 impl TargetModel {
@@ -77,8 +101,19 @@ impl TargetModel {
         options: &TargetOptions,
     ) -> Result<Self, TrackerError> {
         check_records(&survey, records)?;
-        let solved = fitted(&survey, options, &[])?;
-        Self::about(survey, records.clone(), hold_out, *options, solved, None)
+        let Placed { options, frame } = Placed::of(&survey, options)?;
+        let options = &options;
+        let choices = (options.axis != AxisModel::Free)
+            .then(|| Choices::of_perfect_axis(&survey, records, hold_out, options))
+            .flatten();
+        let mut solved = solved(&survey, options)?;
+        if options.axis == AxisModel::Located {
+            let added = Added { frame, ..Added::default() };
+            solved.calibration = fitted(&survey, options, &added)?.0;
+        }
+        let records = records.clone();
+        let model = Self::about(survey, records, hold_out, *options, solved, choices.as_ref())?;
+        Ok(Self { frame, ..model })
     }
 
     /// The model about a point, with the choices of another model, where given.
@@ -87,19 +122,31 @@ impl TargetModel {
         records: TargetRecords,
         hold_out: HoldOut,
         options: TargetOptions,
-        (calibration, point): (TargetCalibration, BorderedPoint),
+        solved: Solved,
         choices: Option<&Choices>,
     ) -> Result<Self, TrackerError> {
+        let Solved { calibration, point, of_axis } = solved;
         let sigma_mm = calibration.point_mm.unwrap_or(1.0);
-        let bundle = Bundle::new(&survey, &options, sigma_mm, Vec::new())?;
+        let bundle = Bundle::new(&survey, &options, sigma_mm, Added::default())?;
         let sights: Vec<Sight> =
             (0..survey.targets.len()).map(|n| bundle.sight_at(n, &point)).collect();
-        let tied = choices.map(|choices| &choices.tied);
+        let tied = choices.and_then(|choices| choices.tied.as_ref());
         let rows = Rows::new(&bundle, &sights, hold_out, tied)?;
-        let (base, by_base) = base(&bundle, hold_out);
+        let (base, by_base) = base(&bundle, &point, hold_out);
         let jacobian = rows.columns(base.len(), |n, c, p| by_base(&sights[n], n, c, p));
-        let residual = rows.columns(1, |n, c, _| sights[n].residual_mm[c]).column(0).into_owned();
-        let layout = layout(&survey, &rows, hold_out, calibration.point_mm.is_none());
+        let angles_rad = bundle.angles_rad();
+        let visits: Vec<usize> = bundle.angles.iter().map(|a| a.steps.len()).collect();
+        let stops = Stops { axis: &survey.axis, angles_rad: &angles_rad, visits: &visits };
+        let orders =
+            choices.map_or_else(|| Orders::usual(&stops), |choices| choices.orders.clone());
+        let axis_effects = axis_effects(options.axis, &stops, &orders);
+        let (of_angles, taken_off) = curves_about(&stops, &axis_effects, &of_axis);
+        let residual_mm = |n: usize, c: usize| {
+            let off = taken_off[bundle.angle_of_step[survey.targets[n].step]];
+            sights[n].residual_mm[c] - (sights[n].by_error.row(c) * off)[0]
+        };
+        let residual = rows.columns(1, |n, c, _| residual_mm(n, c)).column(0).into_owned();
+        let layout = layout(&survey, &rows, hold_out, &options, calibration.point_mm.is_none());
         let find = || {
             let (basis, left) = beside(&rows, &jacobian, &residual);
             faults(&Fitted {
@@ -120,22 +167,48 @@ impl TargetModel {
             time: &time,
             timed: records.time_s.is_some(),
             covariates: &records.covariates,
+            is_perfect: options.axis != AxisModel::Free,
             bodies: if records.bodies.is_empty() { &one_body } else { &records.bodies },
         };
-        let entries = catalogue(&scene, &faults);
+        let mut entries = catalogue(&scene, &faults);
+        let mut shapes = vec![None; entries.len()];
+        let mut first = 0;
+        for AxisEffect { effect, shapes: own } in axis_effects {
+            let column = |p: usize| {
+                let of = |n: usize| {
+                    let k = bundle.angle_of_step[survey.targets[n].step];
+                    <[f64; 3]>::from(sights[n].by_error * of_angles[k][first + p])
+                };
+                (0..survey.targets.len()).flat_map(of).collect()
+            };
+            entries.push(Entry { effect, columns: (0..own.len()).map(column).collect() });
+            first += own.len();
+            shapes.push(Some(own));
+        }
         let tangents = entries.iter().map(|e| tangent(&rows, &e.columns)).collect();
         drop(by_base);
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let declared = Declared {
-            // None repeats another: a row combines readings of several angles once what ties them is
-            // taken out.
-            places: Some((0..layout.observations.len()).collect()),
+            places: Some(places(&bundle, hold_out)),
             resolution: resolution_of(survey.targets.iter().flat_map(|t| t.at_mm.iter().copied())),
             ..Declared::new(layout, base, effects)
         };
         let extended = Vec::new();
         let linear = LinearModel { declared, residual, base: jacobian, tangents, extended };
-        Ok(Self { survey, records, hold_out, options, calibration, point, faults, linear, columns })
+        Ok(Self {
+            survey,
+            records,
+            hold_out,
+            options,
+            calibration,
+            point,
+            faults,
+            linear,
+            columns,
+            orders,
+            frame: None,
+            shapes,
+        })
     }
 
     /// The model about the calibration with amplitudes of effects among the unknowns; `None` where
@@ -147,10 +220,19 @@ impl TargetModel {
         if active.is_empty() {
             return None;
         }
-        let (_, mut point) = fitted(&self.survey, &self.options, &self.extras(active)).ok()?;
+        let (_, mut point) = fitted(&self.survey, &self.options, &self.added(active)).ok()?;
+        let amplitudes = self.amplitudes(active, &point);
         point.shared.truncate(self.point.shared.len());
         let sigma_mm = self.calibration.point_mm.unwrap_or(1.0);
-        let bundle = Bundle::new(&self.survey, &self.options, sigma_mm, Vec::new()).ok()?;
+        let bundle = Bundle::new(&self.survey, &self.options, sigma_mm, Added::default()).ok()?;
+        let of_axis = self.amplitudes_of_axis(active, &amplitudes);
+        if self.options.axis != AxisModel::Free {
+            let shapes: Vec<Shape> = self.shapes.iter().flatten().flatten().cloned().collect();
+            let curves = Curves::new(&self.survey.axis, &bundle.angles_rad(), shapes);
+            for (k, block) in point.blocks.chunks_exact_mut(6).enumerate() {
+                block.copy_from_slice(curves.error(k, &of_axis).as_slice());
+            }
+        }
         let away = |n: usize| {
             let [there, here] = [&point, &self.point].map(|at| bundle.sight_at(n, at).predicted_mm);
             (there - here).norm()
@@ -159,17 +241,78 @@ impl TargetModel {
             return None;
         }
         let (survey, records) = (self.survey.clone(), self.records.clone());
-        let solved = (self.calibration.clone(), point);
+        let solved = Solved { calibration: self.calibration.clone(), point, of_axis };
         let (hold_out, options) = (self.hold_out, self.options);
         let rows = self.declared().layout.rows.iter();
-        let tied = rows.map(|row| (row.observation, row.component)).collect();
-        let choices = Choices { faults: self.faults.clone(), tied };
+        let tied = Some(rows.map(|row| (row.observation, row.component)).collect());
+        let (faults, orders) = (self.faults.clone(), self.orders.clone());
+        let choices = Choices { faults, orders, tied };
         let about = Self::about(survey, records, hold_out, options, solved, Some(&choices));
-        about.ok().filter(|about| about.declared().layout == self.declared().layout)
+        let about = about.ok().filter(|about| about.declared().layout == self.declared().layout)?;
+        Some(Self { frame: self.frame, ..about })
     }
 
-    fn extras(&self, active: &[(usize, usize)]) -> Vec<Vec<f64>> {
-        active.iter().map(|&(effect, p)| self.columns[effect][p].clone()).collect()
+    /// What is fitted beside the declared model: effects on the axis first.
+    fn added(&self, active: &[(usize, usize)]) -> Added {
+        let mut added = Added { frame: self.frame, ..Added::default() };
+        for &(effect, p) in active {
+            match &self.shapes[effect] {
+                Some(shapes) => added.shapes.push(shapes[p].clone()),
+                None => added.extras.push(self.columns[effect][p].clone()),
+            }
+        }
+        added
+    }
+
+    /// Amplitudes of the active effects at the point of their fit, in their own order.
+    fn amplitudes(&self, active: &[(usize, usize)], point: &BorderedPoint) -> Vec<f64> {
+        let last = &point.shared[point.shared.len() - active.len()..];
+        let is_of_axis = |effect: usize| self.shapes[effect].is_some();
+        let n_of_axis = active.iter().filter(|(effect, _)| is_of_axis(*effect)).count();
+        let (mut of_axis, mut others) = (last[..n_of_axis].iter(), last[n_of_axis..].iter());
+        let amplitude = |&(effect, _): &(usize, usize)| {
+            let next = if is_of_axis(effect) { of_axis.next() } else { others.next() };
+            next.copied().unwrap_or(0.0)
+        };
+        active.iter().map(amplitude).collect()
+    }
+
+    /// Amplitudes of all effects on the axis, those that are not active being zero.
+    fn amplitudes_of_axis(&self, active: &[(usize, usize)], amplitudes: &[f64]) -> Vec<f64> {
+        let value = |effect: usize, p: usize| {
+            let at = active.iter().position(|a| *a == (effect, p));
+            at.map_or(0.0, |i| amplitudes[i])
+        };
+        let all = self.shapes.iter().enumerate();
+        let all = all.filter_map(|(effect, shapes)| Some((effect, shapes.as_ref()?.len())));
+        all.flat_map(|(effect, n)| (0..n).map(move |p| (effect, p)))
+            .map(|(effect, p)| value(effect, p))
+            .collect()
+    }
+
+    /// Harmonics of the motion errors that the residual shows.
+    fn orders_shown(&self) -> Result<Orders, TrackerError> {
+        let bundle = Bundle::new(&self.survey, &self.options, 1.0, Added::default())?;
+        let angles_rad = bundle.angles_rad();
+        let visits: Vec<usize> = bundle.angles.iter().map(|a| a.steps.len()).collect();
+        let stops = Stops { axis: &self.survey.axis, angles_rad: &angles_rad, visits: &visits };
+        let sights: Vec<Sight> =
+            (0..self.survey.targets.len()).map(|n| bundle.sight_at(n, &self.point)).collect();
+        let rows = Rows::new(&bundle, &sights, self.hold_out, None)?;
+        let (basis, left) = beside(&rows, &self.linear.base, &self.linear.residual);
+        Ok(Orders::shown(&stops, &basis, &left, |shapes| {
+            let curves = Curves::new(&self.survey.axis, &angles_rad, shapes.to_vec());
+            let zero = vec![0.0; curves.len()];
+            let at: Vec<_> = (0..angles_rad.len()).map(|k| curves.at(k, &zero).slopes).collect();
+            let mut columns = rows.columns(curves.len(), |n, c, p| {
+                let k = bundle.angle_of_step[self.survey.targets[n].step];
+                (sights[n].by_error.row(c) * at[k][p])[0]
+            });
+            for (mut row, sigma) in columns.row_iter_mut().zip(&rows.sigma_mm) {
+                row /= *sigma;
+            }
+            columns
+        }))
     }
 
     /// The declared model's calibration.
@@ -196,10 +339,78 @@ impl TargetModel {
         &self,
         active: &[(usize, usize)],
     ) -> Result<(TargetCalibration, Vec<f64>), TrackerError> {
-        let (calibration, point) = fitted(&self.survey, &self.options, &self.extras(active))?;
-        let amplitudes = point.shared[point.shared.len() - active.len()..].to_vec();
+        let (calibration, point) = fitted(&self.survey, &self.options, &self.added(active))?;
+        let amplitudes = self.amplitudes(active, &point);
         Ok((calibration, amplitudes))
     }
+}
+
+impl Choices {
+    /// Of a model that takes the axis for perfect: faults as the residual of free errors shows them,
+    /// orders as that about the axis' place does. `None` where the readings do not determine these.
+    fn of_perfect_axis(
+        survey: &TargetSurvey,
+        records: &TargetRecords,
+        hold_out: HoldOut,
+        options: &TargetOptions,
+    ) -> Option<Self> {
+        let about = |axis: AxisModel| {
+            let options = TargetOptions { axis, ..*options };
+            let solved = solved(survey, &options).ok()?;
+            let records = records.clone();
+            TargetModel::about(survey.clone(), records, hold_out, options, solved, None).ok()
+        };
+        let located = about(AxisModel::Located)?;
+        let orders = located.orders_shown().ok()?;
+        let TargetModel { faults, .. } = about(AxisModel::Free).unwrap_or(located);
+        Some(Self { faults, orders, tied: None })
+    }
+}
+
+fn solved(survey: &TargetSurvey, options: &TargetOptions) -> Result<Solved, TrackerError> {
+    let (calibration, point) = fitted(survey, options, &Added::default())?;
+    Ok(Solved { calibration, point, of_axis: Vec::new() })
+}
+
+/// What effects on the axis do about their amplitudes: slopes by angle and amplitude, and the errors
+/// of every angle that the amplitudes make as far as rows are linear.
+fn curves_about(
+    stops: &Stops<'_>,
+    effects: &[AxisEffect],
+    amplitudes: &[f64],
+) -> (Vec<Vec<Vector6<f64>>>, Vec<Vector6<f64>>) {
+    let shapes = effects.iter().flat_map(|e| e.shapes.iter().cloned()).collect();
+    let curves = Curves::new(stops.axis, stops.angles_rad, shapes);
+    let mut amplitudes = amplitudes.to_vec();
+    amplitudes.resize(curves.len(), 0.0);
+    let at = |k: usize| {
+        let slopes = curves.at(k, &amplitudes).slopes;
+        let linear: Vector6<f64> =
+            slopes.iter().zip(&amplitudes).map(|(slope, a)| slope * *a).sum();
+        (slopes, linear)
+    };
+    (0..stops.angles_rad.len()).map(at).unzip()
+}
+
+/// Place of every reading: station, mount, angle and the way the axis came to it.
+///
+/// With free errors, or reflectors whose places are taken out, none repeats another: a row combines
+/// readings of several angles.
+fn places(bundle: &Bundle<'_>, hold_out: HoldOut) -> Vec<usize> {
+    let targets = &bundle.survey.targets;
+    if bundle.axis_model == AxisModel::Free || hold_out == HoldOut::Mount {
+        return (0..targets.len()).collect();
+    }
+    let mut known = HashMap::new();
+    let mut places = Vec::with_capacity(targets.len());
+    for t in targets {
+        let approach = bundle.survey.steps[t.step].approach;
+        let way = approach.map(|way| way == Approach::Positive);
+        let key = (t.station, t.mount, bundle.angle_of_step[t.step], way);
+        let next = known.len();
+        places.push(*known.entry(key).or_insert(next));
+    }
+    places
 }
 
 /// Share of an amplitude's column below which the rows hold nothing of it but rounding.
@@ -231,57 +442,6 @@ fn check_records(survey: &TargetSurvey, records: &TargetRecords) -> Result<(), T
     Ok(())
 }
 
-/// Derivative of a component of a reading by a base parameter.
-type ByBase<'a> = Box<dyn Fn(&Sight, usize, usize, usize) -> f64 + 'a>;
-
-/// Base parameters beside those that are taken out, and the derivatives by them.
-///
-/// Where reflectors are free, the first station holds the frame; else the fit of the reflectors.
-fn base<'a>(bundle: &'a Bundle<'_>, hold_out: HoldOut) -> (Vec<Parameter>, ByBase<'a>) {
-    use least_squares::BorderedProblem;
-    let survey = bundle.survey;
-    let named = |name: String| {
-        let (name, unit) = name.rsplit_once(" (").unwrap_or((&name, "mm)"));
-        let unit = unit.trim_end_matches(')');
-        Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor: 1.0 }
-    };
-    let of_station = move |sight: &Sight, n: usize, c: usize, p: usize| {
-        let is_own = survey.targets[n].station == p / 6;
-        if is_own { sight.by_station[(c, p % 6)] } else { 0.0 }
-    };
-    match hold_out {
-        HoldOut::Step => {
-            let first = bundle.mount_start();
-            let names = (0..bundle.extra_start()).map(|p| named(bundle.shared_name(p))).collect();
-            let by_base: ByBase<'a> = Box::new(move |sight, n, c, p| {
-                if p < first {
-                    return of_station(sight, n, c, p);
-                }
-                let moves = bundle.chart.moves(survey.targets[n].mount);
-                let way = moves.iter().find(|(q, _)| *q == p - first);
-                way.map_or(0.0, |(_, way)| (sight.by_mount.row(c) * way)[0])
-            });
-            (names, by_base)
-        }
-        HoldOut::Mount => {
-            let stations = bundle.mount_start() - 6;
-            let n_errors = 6 * (bundle.angles.len() - 1);
-            let station_names = (0..stations).map(|p| bundle.shared_name(p + 6));
-            let error_names = (0..n_errors).map(|p| bundle.block_name(1 + p / 6, p % 6));
-            let names = station_names.chain(error_names).map(named).collect();
-            let by_base: ByBase<'a> = Box::new(move |sight, n, c, p| {
-                if p < stations {
-                    return of_station(sight, n, c, p + 6);
-                }
-                let p = p - stations;
-                let is_own = bundle.angle_of_step[survey.targets[n].step] == 1 + p / 6;
-                if is_own { sight.by_error[(c, p % 6)] } else { 0.0 }
-            });
-            (names, by_base)
-        }
-    }
-}
-
 /// Orthonormal basis of the base parameters' whitened columns, and the residual beside it.
 fn beside(
     rows: &Rows,
@@ -304,14 +464,22 @@ fn beside(
 }
 
 /// One observation per reading.
-fn layout(survey: &TargetSurvey, rows: &Rows, hold_out: HoldOut, declared: bool) -> Layout {
+fn layout(
+    survey: &TargetSurvey,
+    rows: &Rows,
+    hold_out: HoldOut,
+    options: &TargetOptions,
+    declared: bool,
+) -> Layout {
     let group = |name: &String| Group { name: name.clone(), role: Role::Fit };
     let (groups, observations) = match hold_out {
         HoldOut::Step => {
             let mut groups: Vec<Group> = survey.steps.iter().map(|s| group(&s.name)).collect();
             // The first angle is where the errors are zero: met once, it says where the trackers
             // stand, and without it nothing does.
-            if let Some([first]) = angles(&survey.steps).0.first().map(|a| &a.steps[..]) {
+            if options.axis == AxisModel::Free
+                && let Some([first]) = angles(&survey.steps).0.first().map(|a| &a.steps[..])
+            {
                 groups[*first].role = Role::Prior;
             }
             (groups, survey.targets.iter().map(|t| t.step).collect())

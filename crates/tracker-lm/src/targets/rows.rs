@@ -8,8 +8,8 @@ use nalgebra::DMatrix;
 use super::HoldOut;
 use super::bundle::Bundle;
 use super::sight::Sight;
-use crate::TrackerError;
 use crate::missing::reduce::{Reduced, reduce};
+use crate::{AxisModel, TrackerError};
 
 /// Reduced rows of all units, one after the other; in mm, not whitened.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ struct Unit {
     of: Vec<(usize, usize)>,
     /// Standard uncertainties of these.
     sigma_mm: Vec<f64>,
-    /// `None` at the first angle, which has no errors of its own.
+    /// `None` at an angle that has no errors of its own: the first, or any of a perfect axis.
     reduced: Option<Reduced>,
 }
 
@@ -45,7 +45,8 @@ impl Rows {
             HoldOut::Step => {
                 for (k, angle) in bundle.angles.iter().enumerate() {
                     let visits = visits(bundle, &angle.steps, |_| true);
-                    let own = (k > 0).then_some(|n: usize| {
+                    let is_free = bundle.axis_model == AxisModel::Free && k > 0;
+                    let own = is_free.then_some(|n: usize| {
                         DMatrix::from_fn(3, 6, |i, j| sights[n].by_error[(i, j)])
                     });
                     let free = || TrackerError::UndeterminedAngle {

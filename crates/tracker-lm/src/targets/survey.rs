@@ -1,6 +1,6 @@
 use nalgebra::Point3;
 
-use crate::{ErrorOrder, Mount, RotaryAxis, Station, Step};
+use crate::{AxisModel, ErrorOrder, Mount, RotaryAxis, Station, Step};
 
 /// Points that trackers measured on a rotary axis, each in the frame of its station.
 ///
@@ -60,6 +60,8 @@ pub enum TargetNoise {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TargetOptions {
+    /// What the axis is taken for.
+    pub axis: AxisModel,
     /// Frame in which the errors are given.
     pub order: ErrorOrder,
     /// Standard uncertainties.

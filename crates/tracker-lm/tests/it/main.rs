@@ -6,6 +6,7 @@ mod closing;
 mod consistency;
 mod degenerate;
 mod exports;
+mod perfect;
 mod recovery;
 mod scene;
 mod targets;

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 from . import force_impedance, frame_fit, ft_center, pose_icp, probe_comp, tracker_lm
 from ._truing import Surface, __version__
-from .answer import Checked, Closed, Record, Solved
-from .case import Case, check, init, kinds, loop, solve
+from .answer import Checked, Closed, Planned, Record, Solved
+from .case import Case, check, init, kinds, loop, plan, solve
 from .errors import InputError, NotDeterminedError, TruingError
 from .own_model import Closure, Effect, Model, Parameter, close_loop
 
@@ -33,6 +33,7 @@ __all__ = [
     "Model",
     "NotDeterminedError",
     "Parameter",
+    "Planned",
     "Record",
     "Solved",
     "Surface",
@@ -46,6 +47,7 @@ __all__ = [
     "init",
     "kinds",
     "loop",
+    "plan",
     "pose_icp",
     "probe_comp",
     "solve",

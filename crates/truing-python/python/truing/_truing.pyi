@@ -31,6 +31,7 @@ __all__ = [
     "kinds",
     "locate_contact",
     "locate_presses",
+    "plan",
     "register",
     "solve",
 ]
@@ -42,6 +43,14 @@ def close_loop(
     case: str, carry: str | None, allow_outside: bool, timing: bool, report: str | None
 ) -> _Answer: ...
 def check(case: str, allow_outside: bool) -> _Answer: ...
+def plan(
+    case: str,
+    answer: str | None,
+    aim: str | None,
+    budget: tuple[int | None, float | None],
+    out: str | None,
+    allow_outside: bool,
+) -> _Answer: ...
 def init(kind: str, folder: str) -> list[str]: ...
 def kinds() -> list[tuple[str, str]]: ...
 def fit_frame(

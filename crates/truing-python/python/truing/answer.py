@@ -114,6 +114,19 @@ class Checked(Answer):
         return [(name, str(count)) for name, count in self["counts"].items()]
 
 
+class Planned(Answer):
+    """Answer of :func:`truing.plan`."""
+
+    def _title(self) -> str:
+        return f"{self['kind']}: {self['planned']} to be measured for {self['aim']}"
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [
+            (f"{figure['of']}, {figure['measure']}", _number(figure["before"]), _number(figure["after"]), figure["unit"])
+            for figure in self["figures"]
+        ]
+
+
 def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.4g}"
 

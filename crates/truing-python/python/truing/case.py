@@ -1,4 +1,4 @@
-"""Case folders: what ``truing solve``, ``loop``, ``check`` and ``init`` do."""
+"""Case folders: what ``truing solve``, ``loop``, ``check``, ``plan`` and ``init`` do."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from pathlib import Path
 from typing import Any, Union
 
 from . import _truing
-from .answer import Checked, Closed, Solved
+from .answer import Checked, Closed, Planned, Solved
+from .errors import InputError
 from .tables import TableLike, csv
+
+#: Largest budget of a plan, measurements or minutes.
+_MOST_BUDGET = 1e6
 
 #: A case folder, or a case that is still in memory.
 CaseLike = Union[str, "os.PathLike[str]", "Case"]
@@ -97,6 +101,29 @@ def check(case: CaseLike, *, allow_outside: bool = False) -> Checked:
     """Validates a case and says what it can and cannot determine, as ``truing check`` does."""
     with _on_disk(case) as folder:
         return Checked(_truing.check(folder, allow_outside))
+
+
+def plan(
+    case: CaseLike,
+    *,
+    answer: str | os.PathLike[str] | None = None,
+    aim: str | None = None,
+    measurements: int | None = None,
+    minutes: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    allow_outside: bool = False,
+) -> Planned:
+    """Chooses what to measure next, as ``truing plan`` does.
+
+    ``answer`` is what ``truing loop`` printed as JSON for the case (without it the loop is closed first), ``aim`` what the
+    plan is made for, ``measurements`` or ``minutes`` the most that it may cost, and ``out`` a folder to write it to.
+    """
+    if measurements is not None and minutes is not None:
+        raise InputError("a budget is a number of measurements or of minutes, not both")
+    if any(budget is not None and not 0 < budget <= _MOST_BUDGET for budget in (measurements, minutes)):
+        raise InputError(f"a budget is above 0 and up to {_MOST_BUDGET:g}")
+    with _on_disk(case) as folder:
+        return Planned(_truing.plan(folder, _path(answer), aim, (measurements, minutes), _path(out), allow_outside))
 
 
 def init(kind: str, folder: str | os.PathLike[str]) -> list[Path]:

@@ -4,7 +4,7 @@ Needs pyarrow; with a cluster Dask as well (``pip install 'truing[fleet]'``), an
 
 A row is stored under a key made of the program's version, the command, and the SHA-256 of every file of the case: a run that was broken
 off goes on where it stood, and a case that did not change is not computed again. Every file is written beside its place and then renamed.
-A case that cannot be answered is a row with its message.
+A case that cannot be answered is a row with its message. :func:`page` shows all rows at a glance.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from typing import Any, Literal
 from . import _truing
 from .case import loop, solve
 from .errors import NotDeterminedError, TruingError
+from .fleet_page import page
+
+__all__ = ["TABLE", "Verb", "content_key", "page", "row", "run"]
 
 Verb = Literal["loop", "solve"]
 
@@ -133,18 +136,26 @@ def _empty(status: str, message: str) -> dict[str, Any]:
 
 
 def _on_cluster(client: Any, names: list[str], store: str, verb: Verb, retries: int) -> dict[str, Any]:
-    from dask.distributed import as_completed
+    from dask.distributed import KilledWorker, as_completed
 
-    futures = {client.submit(row, name, store, verb, retries=retries, pure=False): name for name in names}
-    found = {}
-    for future in as_completed(list(futures)):  # type: ignore[no-untyped-call,unused-ignore]
-        name = futures[future]
-        error = future.exception()
-        if error is None:
-            found[name] = future.result()
-        else:
-            said = _empty("failed", f"{type(error).__name__}: {error}")
-            found[name] = {"case": name, "key": "", "verb": verb, "version": _truing.__version__, **said}
+    found: dict[str, Any] = {}
+    waiting = names
+    for again in range(retries + 1):
+        futures = {client.submit(row, name, store, verb, retries=retries, pure=False): name for name in waiting}
+        waiting = []
+        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call,unused-ignore]
+            name = futures[future]
+            error = future.exception()
+            if error is None:
+                found[name] = future.result()
+            elif isinstance(error, KilledWorker) and again < retries:
+                # Several workers died while it waited there: that says nothing of the case.
+                waiting.append(name)
+            else:
+                said = _empty("failed", f"{type(error).__name__}: {error}")
+                found[name] = {"case": name, "key": "", "verb": verb, "version": _truing.__version__, **said}
+        if not waiting:
+            break
     return found
 
 

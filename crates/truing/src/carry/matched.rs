@@ -3,6 +3,7 @@ use std::collections::BTreeSet;
 use model_discrepancy::{Effect, Model, Scope, State};
 use nalgebra::DVector;
 use serde::Serialize;
+use truing_report::by_sign;
 
 use super::former::{present, present_amplitude};
 use super::learnt::{Learnt, LearntStep};
@@ -10,7 +11,6 @@ use super::problem::CarryProblem;
 use crate::Error;
 use crate::case::quote;
 use crate::estimated::LoopParameter;
-use crate::wording::by_sign;
 
 /// Prefix of what the loop corrects along a column without knowing why.
 const EMPIRICAL: &str = "covariate:";
@@ -127,7 +127,8 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
     })
 }
 
-fn is_of_one_observation(model: &dyn Model, effect: usize) -> bool {
+/// Whether an effect moves one observation alone.
+pub(crate) fn is_of_one_observation(model: &dyn Model, effect: usize) -> bool {
     if matches!(model.declared().effects[effect].scope, Scope::Observation(_)) {
         return true;
     }

@@ -8,6 +8,6 @@ mod problem;
 
 pub use learnt::{Learnt, read_learnt};
 pub use matched::CarriedEffect;
-pub(crate) use matched::{Matched, matched};
+pub(crate) use matched::{Matched, is_of_one_observation, matched};
 pub(crate) use model::carrying;
 pub use problem::CarryProblem;

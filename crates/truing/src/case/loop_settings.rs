@@ -1,4 +1,4 @@
-use model_discrepancy::Options;
+use model_discrepancy::{Options, Progress};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use toml::Spanned;
@@ -13,12 +13,21 @@ pub(crate) struct LoopSettings {
     alpha: Option<Probability>,
     /// Effects and corrections added at most.
     max_steps: Option<u8>,
+    /// Who waits for the loop.
+    #[serde(skip)]
+    pub(crate) progress: Progress,
 }
 
 impl LoopSettings {
+    /// With at most so many additions, unless the user says how many.
+    pub(crate) fn or_at_most(mut self, max_steps: u8) -> Self {
+        self.max_steps.get_or_insert(max_steps);
+        self
+    }
+
     /// The engine's options with what the user set.
     pub(crate) fn options(&self) -> Options {
-        let mut options = Options::default();
+        let mut options = Options { progress: self.progress.clone(), ..Options::default() };
         if let Some(Probability(alpha)) = self.alpha {
             options.alpha = alpha;
         }

@@ -2,9 +2,9 @@ use std::collections::BTreeMap;
 
 use serde::de::Deserializer;
 use serde::{Deserialize, Serialize};
+use truing_report::Story;
 
 use super::folder::Folder;
-use crate::report::Story;
 
 /// Name of the file; a case need not have it.
 const PROVENANCE_FILE: &str = "provenance.toml";

@@ -2,8 +2,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use nalgebra::Isometry3;
-use truing::{ColumnMap, Export, PlanBudget};
+use truing::{ColumnMap, Detail, Export, PlanBudget};
 
+use super::monitor::Live;
 use super::number::{budget, chord, decimals, not_negative, positive};
 use super::register::{Register, pose};
 
@@ -37,6 +38,29 @@ pub(crate) struct Settings {
     /// Read files that case.toml names outside of the case folder
     #[arg(long, global = true)]
     pub(crate) allow_outside: bool,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+/// How much of an answer is shown.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Shown {
+    /// Show every step, test and table in full
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub(crate) verbose: bool,
+    /// Show the result in a few lines, and neither progress nor notes
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+}
+
+impl Shown {
+    pub(crate) fn detail(self) -> Detail {
+        match (self.quiet, self.verbose) {
+            (true, _) => Detail::Headline,
+            (_, true) => Detail::Full,
+            _ => Detail::Summary,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -56,6 +80,8 @@ pub(crate) enum Command {
     /// Choose what to measure next: what tells rivals apart, makes an effect visible, or a quantity
     /// better known
     Plan(Next),
+    /// Follow the contact of a head beside its commanded path, live, and say when it leaves it
+    Monitor(Live),
     /// Find where one cloud or mesh lies on another
     Register(Register),
     /// Move a G-code program to where the part of a pose-icp case lies

@@ -1,6 +1,7 @@
 //! Arguments in; text, JSON, reports and exit codes out.
 
 mod arguments;
+mod monitor;
 mod number;
 mod output;
 mod register;
@@ -15,9 +16,10 @@ use nalgebra::Isometry3;
 use pose_icp::ProgramOptions;
 use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
+use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
-    Case, Error, Estimates, ForceDesignInput, Header, InputFile, OutputFile, PlanOptions,
+    Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, OutputFile, PlanOptions,
     ProbeLogSettings, ReadOptions, TableImport, check, close_loop, correct, design_force,
     force_report, import_probe_log, import_table, loop_report, plan, plausible, read_case_with,
     read_findings, read_learnt, read_page, refuse_overlap, solve, solve_report, write_files,
@@ -25,6 +27,7 @@ use truing::{
 };
 
 use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings};
+use monitor::monitor;
 use register::Register;
 use spinner::Spinner;
 
@@ -55,6 +58,7 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
         }
         Command::Check { case, json } => checked(&case, json, settings),
         Command::Plan(next) => planned(&next, settings),
+        Command::Monitor(live) => monitor(&live, &read(&live.case, settings)?),
         Command::Register(command) => registered(&command, settings),
         Command::Correct { case, program, planned, answer, chord, decimals, output } => {
             let options = ProgramOptions { chord_mm: chord, decimals };
@@ -97,14 +101,20 @@ fn read(case: &Path, settings: Settings) -> Result<Case, Error> {
 }
 
 /// An answer that can be shown as text, as JSON, and as a page.
-trait Answer: Serialize + std::fmt::Display {
+trait Answer: Serialize {
     fn header(&self) -> &Header;
     fn warnings(&self) -> &[String];
+    /// For people.
+    fn text(&self, layout: Layout) -> String;
     /// Leaves out what differs from run to run.
     fn forget_timing(&mut self);
 }
 
 impl Answer for truing::Solved {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
     fn header(&self) -> &Header {
         &self.header
     }
@@ -119,6 +129,10 @@ impl Answer for truing::Solved {
 }
 
 impl Answer for truing::Closed {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
     fn header(&self) -> &Header {
         &self.header
     }
@@ -133,6 +147,10 @@ impl Answer for truing::Closed {
 }
 
 impl Answer for truing::Registered {
+    fn text(&self, _: Layout) -> String {
+        self.to_string()
+    }
+
     fn header(&self) -> &Header {
         &self.header
     }
@@ -147,6 +165,10 @@ impl Answer for truing::Registered {
 }
 
 impl Answer for truing::Planned {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
     fn header(&self) -> &Header {
         &self.header
     }
@@ -159,6 +181,10 @@ impl Answer for truing::Planned {
 }
 
 impl Answer for truing::Checked {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
     fn header(&self) -> &Header {
         &self.header
     }
@@ -173,7 +199,7 @@ impl Answer for truing::Checked {
 /// An answer with estimates.
 trait Estimated: Answer {
     fn kind(&self) -> &'static str;
-    fn estimates(&self) -> &Estimates;
+    fn estimates(&self) -> &dyn Estimates;
 }
 
 impl Estimated for truing::Solved {
@@ -181,8 +207,8 @@ impl Estimated for truing::Solved {
         self.kind
     }
 
-    fn estimates(&self) -> &Estimates {
-        &self.estimates
+    fn estimates(&self) -> &dyn Estimates {
+        &*self.estimates
     }
 }
 
@@ -191,8 +217,8 @@ impl Estimated for truing::Closed {
         self.kind
     }
 
-    fn estimates(&self) -> &Estimates {
-        &self.estimates
+    fn estimates(&self) -> &dyn Estimates {
+        &*self.estimates
     }
 }
 
@@ -203,8 +229,9 @@ fn answer<A: Estimated>(
     compute: impl Fn(&Case) -> Result<A, Error>,
     report: impl Fn(&Case, &A) -> Result<String, Error>,
 ) -> Result<(), Error> {
-    let spinner = Spinner::start(doing);
-    let case = declare(read(&run.case, settings)?)?;
+    let progress = Progress::default();
+    let spinner = Spinner::start(doing, settings.shown.quiet, &progress);
+    let case = declare(read(&run.case, settings)?)?.watched(&progress);
     refuse_overlap(&run.outputs(), &paths(case.inputs()))?;
     let answer = compute(&case)?;
     let mut files = Vec::new();
@@ -227,21 +254,24 @@ fn paths(inputs: &[InputFile]) -> Vec<&Path> {
 }
 
 fn checked(path: &Path, json: bool, settings: Settings) -> Result<(), Error> {
-    let spinner = Spinner::start("checking");
+    let spinner = Spinner::start("checking", settings.shown.quiet, &Progress::default());
     let answer = check(&read(path, settings)?)?;
     drop(spinner);
     print(answer, json, settings)
 }
 
 fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
-    let spinner = Spinner::start("planning");
+    let progress = Progress::default();
+    let spinner = Spinner::start("planning", settings.shown.quiet, &progress);
     let options =
         PlanOptions { answer: next.answer.clone(), aim: next.aim.clone(), budget: next.budget };
-    let answer = plan(&read(&next.case, settings)?, &options)?;
+    let mut answer = plan(&read(&next.case, settings)?.watched(&progress), &options)?;
     let written = match &next.out {
         Some(folder) => write_plan(&answer, folder)?,
         None => Vec::new(),
     };
+    let program = written.iter().find(|path| path.extension() == Some("ngc".as_ref()));
+    answer.program = program.map(|path| path.display().to_string());
     drop(spinner);
     let listed: Vec<String> = written.iter().map(|f| format!("wrote {}", f.display())).collect();
     let is_text = !next.json;
@@ -253,7 +283,7 @@ fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
 }
 
 fn registered(command: &Register, settings: Settings) -> Result<(), Error> {
-    let spinner = Spinner::start("registering");
+    let spinner = Spinner::start("registering", settings.shown.quiet, &Progress::default());
     let answer = truing::register(&command.source, &command.target, &command.settings())?;
     drop(spinner);
     let (converged, iterations) = (answer.converged, answer.iterations);
@@ -268,8 +298,11 @@ fn print(mut answer: impl Answer, json: bool, settings: Settings) -> Result<(), 
     if json {
         return output::json(&answer);
     }
-    output::text(&answer)?;
-    output::notes(&answer.header().notes);
+    let layout = Layout { detail: settings.shown.detail(), columns: output::columns() };
+    output::answer(&answer.text(layout))?;
+    if !settings.shown.quiet {
+        output::notes(&answer.header().notes);
+    }
     output::warnings(answer.warnings());
     Ok(())
 }

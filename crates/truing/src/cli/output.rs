@@ -12,9 +12,42 @@ pub(crate) fn json(answer: &impl Serialize) -> Result<(), Error> {
     to_stdout(format_args!("{text}\n"))
 }
 
+/// One JSON object on a line of standard output.
+pub(crate) fn line(answer: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string(answer).expect("plain data with text keys");
+    to_stdout(format_args!("{text}\n"))
+}
+
 /// Text for people on standard output.
 pub(crate) fn text(text: &impl Display) -> Result<(), Error> {
     to_stdout(format_args!("{text}"))
+}
+
+/// An answer for people on standard output, no wider than the terminal there.
+pub(crate) fn answer(text: &str) -> Result<(), Error> {
+    match columns() {
+        Some(columns) => to_stdout(format_args!("{}", folded(text, columns))),
+        None => to_stdout(format_args!("{text}")),
+    }
+}
+
+/// Columns of the terminal that shows standard output; `None` where none does.
+pub(crate) fn columns() -> Option<usize> {
+    let (terminal_size::Width(columns), _) = terminal_size::terminal_size_of(io::stdout())?;
+    // One that says it has none, or next to none, does not know.
+    Some(usize::from(columns)).filter(|&columns| columns >= LEAST_COLUMNS)
+}
+
+const LEAST_COLUMNS: usize = 20;
+
+/// Text whose lines are broken between words where they are wider than `columns`, and go on
+/// farther in than they began.
+fn folded(text: &str, columns: usize) -> String {
+    let fold = |line: &str| {
+        let indent = " ".repeat(line.len() - line.trim_start().len() + 4);
+        textwrap::fill(line, textwrap::Options::new(columns).subsequent_indent(&indent))
+    };
+    text.split('\n').map(fold).collect::<Vec<_>>().join("\n")
 }
 
 /// How files were understood.
@@ -60,4 +93,19 @@ fn to_stderr(label: &str, message: &str) {
     let message: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     // Nobody is left to tell when standard error is closed.
     let _ = writeln!(io::stderr().lock(), "{label}: {message}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::folded;
+
+    #[test]
+    fn long_lines_go_on_farther_in() {
+        let text = "verdict\n  scale: the two frames differ\n\n";
+        assert_eq!(folded(text, 20), "verdict\n  scale: the two\n      frames differ\n\n");
+        assert_eq!(folded(text, 80), text);
+        // Dashes and dots of a table are one column wide.
+        let row = "  -90.000 – – – … 5";
+        assert_eq!(folded(row, row.chars().count()), row);
+    }
 }

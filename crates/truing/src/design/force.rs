@@ -5,9 +5,9 @@ use force_impedance::{
     design_point, recommend,
 };
 use serde::Serialize;
+use truing_report::Stability;
 
 use crate::Header;
-use crate::report::{Region, Stability, render_design};
 use crate::text_table::TextTable;
 
 /// Contacts on the card, evenly in logarithm over the range.
@@ -15,9 +15,6 @@ const N_CONTACTS: u32 = 7;
 /// Dampings in the picture of the stable region, four to a decade, and contacts.
 const N_DAMPINGS: u32 = 17;
 const N_COLUMNS: u32 = 41;
-/// The same in the report's picture, as fine as its lines.
-const N_FINE_DAMPINGS: u32 = 61;
-const N_FINE_COLUMNS: u32 = 81;
 
 /// What the design card of a force loop is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +119,7 @@ pub fn design_force(input: &ForceDesignInput) -> Result<ForceDesign, ForceImpeda
 }
 
 /// Numbers evenly in logarithm, both ends included.
-fn spaced([low, high]: [f64; 2], n: u32) -> Vec<f64> {
+pub(super) fn spaced([low, high]: [f64; 2], n: u32) -> Vec<f64> {
     let share = |i: u32| f64::from(i) / f64::from(n - 1);
     let mut all: Vec<f64> = (0..n).map(|i| low * (high / low).powf(share(i))).collect();
     // Not the power's last digit.
@@ -150,30 +147,8 @@ fn point(
     })
 }
 
-/// The card as one self-contained HTML page, the stable region as a picture.
-#[must_use]
-pub fn force_report(input: &ForceDesignInput, design: &ForceDesign) -> String {
-    let parameters = ImpedanceParameters {
-        mass_kg: design.mass_kg,
-        damping_ns_per_mm: design.damping_ns_per_mm,
-        stiffness_n_per_mm: design.stiffness_n_per_mm,
-    };
-    let contacts = spaced(input.contact_n_per_mm, N_FINE_COLUMNS);
-    let dampings = dampings(parameters, N_FINE_DAMPINGS);
-    let cells = cells(parameters, &input.settings(), &dampings, &contacts);
-    let worst = design.contacts.iter().filter(|c| !c.stable).count();
-    let alternative = format!(
-        "Stable region: damping over contact stiffness; at the damping of the card {} of {} \
-         contacts are stable.",
-        design.contacts.len() - worst,
-        design.contacts.len()
-    );
-    let chosen = design.damping_ns_per_mm;
-    render_design(input, design, &Region { contacts, dampings, cells, chosen, alternative })
-}
-
 impl ForceDesignInput {
-    fn settings(&self) -> LoopSettings {
+    pub(super) fn settings(&self) -> LoopSettings {
         LoopSettings {
             interval_s: self.interval_s,
             delay_s: self.delay_s,
@@ -185,14 +160,14 @@ impl ForceDesignInput {
 }
 
 /// A hundred times to a hundredth of the card's damping, from the largest.
-fn dampings(p: ImpedanceParameters, n: u32) -> Vec<f64> {
+pub(super) fn dampings(p: ImpedanceParameters, n: u32) -> Vec<f64> {
     let mut dampings = spaced([1e-2 * p.damping_ns_per_mm, 1e2 * p.damping_ns_per_mm], n);
     dampings.reverse();
     dampings
 }
 
 /// What the loop is at each damping on each contact, the mass in proportion to the damping.
-fn cells(
+pub(super) fn cells(
     p: ImpedanceParameters,
     settings: &LoopSettings,
     dampings: &[f64],

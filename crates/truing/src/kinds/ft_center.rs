@@ -4,6 +4,8 @@ mod displacement_estimates;
 mod displacements;
 mod gravity;
 mod gravity_estimates;
+mod plan;
+mod plan_settings;
 mod presses;
 mod settings;
 mod suspects;
@@ -18,7 +20,9 @@ use crate::measured::Reading;
 
 pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
 pub use gravity_estimates::{GravityEstimates, LineMiss, WrenchEstimate};
-pub use presses::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
+pub use presses::{
+    CenterEstimate, Conformity, FrameEstimate, FtCenterEstimates, MeanWrench, RepeatabilityEstimate,
+};
 
 use settings::{DISPLACEMENTS, GRAVITY, NoiseSettings, PRESSES, Settings, WRENCH};
 

@@ -25,8 +25,9 @@ pub use frame_fit::{
     TipEstimates, TransformStd,
 };
 pub use ft_center::{
-    CenterEstimate, DisplacementEstimates, DisplacementResidual, FrameEstimate, FtCenterEstimates,
-    GravityEstimates, LineMiss, MeanWrench, WrenchEstimate,
+    CenterEstimate, Conformity, DisplacementEstimates, DisplacementResidual, FrameEstimate,
+    FtCenterEstimates, GravityEstimates, LineMiss, MeanWrench, RepeatabilityEstimate,
+    WrenchEstimate,
 };
 pub use positioning::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
@@ -35,9 +36,9 @@ pub use tracker_lm::{
     AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
 };
 
-pub(crate) use offer::{Offer, Offered, PlannedTouch, Reach};
-pub(crate) use pose_icp::stds;
+pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach};
 pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
+pub(crate) use pose_icp::{plausible_reading, stds};
 pub use probe_comp::{
     LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
     QualificationEstimate, TouchEstimate,

@@ -7,8 +7,8 @@ use nalgebra::{Point3, Unit, Vector3};
 pub(crate) struct Offer {
     /// Table that the measurements are rows of.
     pub(crate) table: &'static str,
-    /// Its column of names.
-    pub(crate) names: &'static str,
+    /// Observations of the model that there are, before those of the plan; `None`: one a row.
+    pub(crate) observed: Option<usize>,
     /// Columns that hold what is read: nominal in a plan, empty in the table handed out.
     pub(crate) readings: Vec<&'static str>,
     /// Columns that the table does not have, with a cell for each of its rows.
@@ -23,11 +23,29 @@ pub(crate) struct Offer {
     pub(crate) reach: Option<Reach>,
 }
 
+/// Cells by column.
+pub(crate) type Cells = Vec<(&'static str, String)>;
+
+/// Rows of another table that belong to a measurement.
+#[derive(Clone, Debug)]
+pub(crate) struct Beside {
+    pub(crate) table: &'static str,
+    pub(crate) rows: Vec<Cells>,
+    /// Whether they are what is read, and so no part of what is handed out.
+    pub(crate) are_readings: bool,
+}
+
 /// One measurement.
 #[derive(Clone, Debug)]
 pub(crate) struct Offered {
-    /// Cells by column, readings as the declared model predicts them.
-    pub(crate) cells: Vec<(&'static str, String)>,
+    /// Column that has its name in every table.
+    pub(crate) names: &'static str,
+    /// Rows of the table, each an observation; readings as the declared model predicts them.
+    pub(crate) rows: Vec<Cells>,
+    /// Rows of other tables.
+    pub(crate) beside: Vec<Beside>,
+    /// What is planned and no column holds, as load and lean of a press.
+    pub(crate) told: Vec<(&'static str, f64)>,
     /// The touch that it is, where it is one.
     pub(crate) touch: Option<PlannedTouch>,
 }
@@ -59,4 +77,17 @@ pub(crate) struct Reach {
     pub(crate) overtravel_mm: f64,
     /// Between safe height and the beginning of a touch.
     pub(crate) travel_mm_per_min: f64,
+}
+
+impl Offered {
+    /// Of one row.
+    pub(crate) fn of_row(names: &'static str, cells: Cells) -> Self {
+        Self { names, rows: vec![cells], beside: Vec::new(), told: Vec::new(), touch: None }
+    }
+
+    /// Cells that are the same in all of its rows.
+    pub(crate) fn common(&self) -> impl Iterator<Item = &(&'static str, String)> {
+        let first = self.rows.first().into_iter().flatten();
+        first.filter(|cell| self.rows.iter().all(|row| row.contains(cell)))
+    }
 }

@@ -5,6 +5,7 @@ mod estimates;
 mod measured;
 mod picture;
 mod plan;
+mod plausible;
 mod settings;
 mod surface;
 mod suspects;
@@ -26,6 +27,7 @@ use crate::measured::{Measured, Reading};
 use case::PoseCase;
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
+pub(crate) use plausible::plausible_reading;
 use surface::read_surface;
 use tables::Points;
 

@@ -3,6 +3,7 @@
 mod approach;
 mod estimates;
 mod measured;
+mod plan;
 
 use ft_center::{AxisMotion, AxisReading};
 use serde::Deserialize;
@@ -12,13 +13,14 @@ use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, Ta
 use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
-use crate::suspect::{Hypothesis, exchanged_rows, farthest, rows_shifted, signs};
+use crate::suspect::{Dimension, Hypothesis, exchanged_rows, farthest, rows_shifted, signs, units};
 
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
 pub use estimates::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
 };
 use measured::PositioningCase;
+pub(crate) use plan::{AxisPlanSettings, AxisTable, Ways};
 
 pub(crate) const KIND: Kind = Kind {
     name: "positioning",
@@ -59,6 +61,8 @@ struct Settings {
     axis: AxisSettings,
     #[serde(default)]
     noise: NoiseSettings,
+    #[serde(default)]
+    plan: AxisPlanSettings,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
 }
@@ -91,6 +95,13 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let table = folder.table(POSITIONS, &["target_mm", "actual_mm", "direction", "cycle"])?;
     let mut columns = Columns::new(&table, KNOWN);
     let positions = positions(&mut columns)?;
+    let of_table = AxisTable {
+        file: POSITIONS,
+        target: if columns.has("target_deg") { "target_deg" } else { "target_mm" },
+        reading: reading(&columns),
+        has_direction: columns.has("direction"),
+        has_cycle: columns.has("cycle"),
+    };
     let mut warnings = Vec::new();
     let approaches = if columns.has("direction") {
         approaches(&mut columns)?
@@ -140,6 +151,8 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         covariates: extras.covariates,
         groups,
         group_noun,
+        plan: settings.plan,
+        of_table,
     };
     Ok(Reading {
         measured: Box::new(measured),
@@ -147,6 +160,15 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         warnings,
         tables: &[POSITIONS],
     })
+}
+
+/// The column of what is read, and whether that is the position reached.
+fn reading(columns: &Columns<'_>) -> (&'static str, bool) {
+    let deviations = ["deviation_mm", "deviation_arcsec", "deviation_deg"];
+    if let Some(deviation) = deviations.into_iter().find(|name| columns.has(name)) {
+        return (deviation, false);
+    }
+    (if columns.has("target_deg") { "actual_deg" } else { "actual_mm" }, true)
 }
 
 fn positions(columns: &mut Columns<'_>) -> Result<Positions, Error> {
@@ -243,7 +265,11 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     };
     let Some(columns) = pair(&table) else { return Vec::new() };
     let table = Some(&table);
+    let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
     let mut all = signs(POSITIONS, table, &columns[..1]);
+    for column in &columns {
+        all.extend(units(POSITIONS, table, &[*column], dimension));
+    }
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);

@@ -2,6 +2,9 @@
 
 mod estimates;
 mod measured;
+mod plan;
+mod plan_settings;
+mod plausible;
 mod ranges;
 mod settings;
 mod suspects;
@@ -11,11 +14,11 @@ mod targets;
 
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{
-    AxisLetter, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis,
+    AxisLetter, AxisModel, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis,
 };
 
 use crate::Error;
-use crate::case::{Document, Finite, Folder, Positive, Problem};
+use crate::case::{Document, Finite, Folder, LoopSettings, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
 
@@ -24,8 +27,8 @@ pub use estimates::{
 };
 
 use settings::{
-    DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, Settings, TARGETS,
-    error,
+    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, Settings,
+    TARGETS, error,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -44,14 +47,18 @@ pub(crate) const KIND: Kind = Kind {
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
     if !folder.has(TARGETS) {
-        return ranges::read(folder, document, settings);
+        return ranges::read(folder, document, &settings);
     }
     if folder.has(RANGES) {
         let problem = Problem::ExclusiveTables { other: RANGES.to_owned() };
         return Err(Error::case(folder.location(TARGETS), problem));
     }
-    targets::read(folder, document, settings)
+    targets::read(folder, document, &settings)
 }
+
+/// Effects added at most to a perfect axis: a place, six motion errors, and the six steps of any case
+/// but one.
+const MOST_STEPS_OF_PERFECT_AXIS: u8 = 12;
 
 /// Cosine between an axis and the machine axis of its letter below which the letter is wrong: the
 /// table of a nutating head stands at 45°, no axis at 60°.
@@ -98,6 +105,22 @@ impl Settings {
         RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
     }
 
+    fn axis_model(&self) -> AxisModel {
+        match self.model.axis {
+            AxisName::Free => AxisModel::Free,
+            AxisName::Fixed => AxisModel::Fixed,
+        }
+    }
+
+    /// Settings of the loop: a perfect axis may be missing its place and six motion errors beside all
+    /// that an axis with free errors may.
+    fn loop_settings(&self) -> LoopSettings {
+        match self.axis_model() {
+            AxisModel::Free => self.closure.clone(),
+            _ => self.closure.clone().or_at_most(MOST_STEPS_OF_PERFECT_AXIS),
+        }
+    }
+
     fn options(&self) -> Options {
         let value = |of: Option<Positive>| of.map(|Positive(value)| value);
         Options {
@@ -105,6 +128,7 @@ impl Settings {
                 FormulationName::Joint => Formulation::Joint,
                 FormulationName::FreePoints => Formulation::FreePoints,
             },
+            axis: self.axis_model(),
             dead_path: match self.model.dead_path {
                 DeadPathName::Lock => DeadPath::Lock,
                 DeadPathName::Station => DeadPath::Station,

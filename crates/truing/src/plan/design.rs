@@ -25,8 +25,15 @@ const GAIN: f64 = 1e-9;
 /// What a design is asked for, in columns of the linearised model.
 #[derive(Clone, Debug)]
 pub(super) enum Goal {
-    /// The columns `of`, at `amplitude`, stand beside others with this non-centrality.
-    Seen { of: Vec<usize>, amplitude: DVector<f64>, beside: Vec<usize>, needed: f64 },
+    /// The columns `of`, at `amplitude`, stand beside others with this non-centrality; `from` is
+    /// the rival among them that an effect is to be told from as well.
+    Seen {
+        of: Vec<usize>,
+        amplitude: DVector<f64>,
+        beside: Vec<usize>,
+        needed: f64,
+        from: Option<String>,
+    },
     /// The variance of one column beside others falls to a share of the present one.
     Known { of: usize, beside: Vec<usize>, needed: f64 },
     /// The determinant of the information on all of these grows.
@@ -39,10 +46,18 @@ pub(super) struct Design {
     offered: Vec<DMatrix<f64>>,
     /// Length of every column over all rows, by which they are scaled.
     lengths: Vec<f64>,
+    /// Columns of the base, the first ones: always estimated beside what is to be seen.
+    n_base: usize,
+}
+
+/// Information, and what it leaves of all other columns beside those of the base.
+struct Summed<'i> {
+    all: &'i DMatrix<f64>,
+    left: DMatrix<f64>,
 }
 
 impl Design {
-    pub(super) fn of(measured: &DMatrix<f64>, offered: &[DMatrix<f64>]) -> Self {
+    pub(super) fn of(measured: &DMatrix<f64>, offered: &[DMatrix<f64>], n_base: usize) -> Self {
         let square = |block: &DMatrix<f64>, column: usize| block.column(column).norm_squared();
         let length = |column: usize| {
             let all: f64 = offered.iter().map(|block| square(block, column)).sum();
@@ -57,7 +72,7 @@ impl Design {
             scaled.tr_mul(&scaled)
         };
         let offered = offered.iter().map(information).collect();
-        Self { measured: information(measured), offered, lengths }
+        Self { measured: information(measured), offered, lengths, n_base }
     }
 
     pub(super) fn n_offered(&self) -> usize {
@@ -72,11 +87,25 @@ impl Design {
     /// Non-centrality of a goal, the variance in units of the columns, or the determinant's
     /// logarithm.
     pub(super) fn value(&self, goal: &Goal, information: &DMatrix<f64>) -> f64 {
+        self.value_of(goal, &self.summed(information))
+    }
+
+    fn summed<'i>(&self, information: &'i DMatrix<f64>) -> Summed<'i> {
+        let base: Vec<usize> = (0..self.n_base).collect();
+        let others: Vec<usize> = (self.n_base..information.ncols()).collect();
+        Summed { all: information, left: left(information, &others, &base) }
+    }
+
+    fn value_of(&self, goal: &Goal, summed: &Summed<'_>) -> f64 {
+        let information = summed.all;
         match goal {
             Goal::Seen { of, amplitude, beside, .. } => {
                 let lengths = DVector::from_iterator(of.len(), of.iter().map(|&c| self.lengths[c]));
                 let amplitude = amplitude.component_mul(&lengths);
-                let left = left(information, of, beside);
+                let inner = |columns: &[usize]| -> Vec<usize> {
+                    columns.iter().filter_map(|c| c.checked_sub(self.n_base)).collect()
+                };
+                let left = left(&summed.left, &inner(of), &inner(beside));
                 amplitude.dot(&(left * &amplitude)).max(0.0)
             }
             Goal::Known { of, beside, .. } => {
@@ -95,8 +124,9 @@ impl Design {
 
     /// How well the goals are served together; what is reached counts little more.
     fn score(&self, goals: &[Goal], present: &[f64], information: &DMatrix<f64>) -> f64 {
+        let summed = self.summed(information);
         let of = |(goal, present): (&Goal, &f64)| {
-            let value = self.value(goal, information);
+            let value = self.value_of(goal, &summed);
             match goal {
                 Goal::Seen { needed, .. } => short((value + NOTHING).ln() - needed.ln()),
                 Goal::Known { needed, .. } => short((present * needed).ln() - value.ln()),
@@ -108,7 +138,11 @@ impl Design {
 
     /// Whether a goal is met.
     pub(super) fn is_met(&self, goal: &Goal, information: &DMatrix<f64>) -> bool {
-        let value = self.value(goal, information);
+        self.is_met_by(goal, &self.summed(information))
+    }
+
+    fn is_met_by(&self, goal: &Goal, summed: &Summed<'_>) -> bool {
+        let value = self.value_of(goal, summed);
         match goal {
             Goal::Seen { needed, .. } => value >= *needed,
             Goal::Known { needed, .. } => value <= needed * self.value(goal, &self.measured),
@@ -116,13 +150,22 @@ impl Design {
         }
     }
 
-    /// Whether a goal is met with the chosen, and without any one of them: what rests on a single
-    /// measurement passes for a mistake of that one, and cannot be judged with it left out.
-    pub(super) fn is_safe(&self, goal: &Goal, chosen: &[usize]) -> bool {
+    /// Whether all goals are met with the chosen, and those of effects without any one of them too:
+    /// what rests on a single measurement passes for a mistake of that one, and cannot be judged
+    /// with it left out.
+    pub(super) fn are_safe(&self, goals: &[Goal], chosen: &[usize]) -> bool {
         let all = self.with(chosen);
-        let without = |&one: &usize| self.is_met(goal, &(&all - &self.offered[one]));
-        self.is_met(goal, &all)
-            && (!matches!(goal, Goal::Seen { .. }) || chosen.iter().all(without))
+        let summed = self.summed(&all);
+        if !goals.iter().all(|goal| self.is_met_by(goal, &summed)) {
+            return false;
+        }
+        let seen: Vec<&Goal> =
+            goals.iter().filter(|goal| matches!(goal, Goal::Seen { .. })).collect();
+        chosen.par_iter().all(|&one| {
+            let without = &all - &self.offered[one];
+            let summed = self.summed(&without);
+            seen.iter().all(|goal| self.is_met_by(goal, &summed))
+        })
     }
 
     /// The measurements chosen one after another, until the goals are safe or there are `most`.
@@ -130,8 +173,7 @@ impl Design {
         let present = self.present(goals);
         let mut chosen: Vec<usize> = Vec::new();
         let mut sum = self.measured.clone();
-        let safe = |chosen: &[usize]| goals.iter().all(|goal| self.is_safe(goal, chosen));
-        while chosen.len() < most.min(self.n_offered()) && !safe(&chosen) {
+        while chosen.len() < most.min(self.n_offered()) && !self.are_safe(goals, &chosen) {
             let Some((best, _)) = self.best(goals, &present, &sum, &chosen) else { break };
             sum += &self.offered[best];
             chosen.push(best);
@@ -221,7 +263,7 @@ mod tests {
     fn a_slope_is_known_best_from_the_ends() {
         let offered = line(&[-1.0, -0.5, 0.0, 0.5, 1.0, -0.9, 0.9]);
         let measured = DMatrix::from_row_slice(2, 2, &[1.0, -0.1, 1.0, 0.1]);
-        let design = Design::of(&measured, &offered);
+        let design = Design::of(&measured, &offered, 0);
         let goals = [Goal::Known { of: 1, beside: vec![0], needed: 1e-3 }];
         let chosen = design.forward(&goals, 2);
         assert_eq!([chosen[0].min(chosen[1]), chosen[0].max(chosen[1])], [0, 4]);
@@ -234,7 +276,7 @@ mod tests {
     fn exchange_mends_a_bad_start() {
         let offered = line(&[0.0, 0.1, -1.0, 1.0]);
         let measured = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
-        let design = Design::of(&measured, &offered);
+        let design = Design::of(&measured, &offered, 0);
         let goals = [Goal::Determined { columns: vec![0, 1] }];
         let mut chosen = design.exchanged(&goals, vec![0, 1]);
         chosen.sort_unstable();
@@ -249,16 +291,17 @@ mod tests {
         let offered: Vec<_> = [[1.0, 1.0], [1.0, 0.0], [1.0, 0.9]]
             .map(|row| DMatrix::from_row_slice(1, 2, &row))
             .into();
-        let design = Design::of(&measured, &offered);
+        let design = Design::of(&measured, &offered, 0);
         let amplitude = DVector::from_element(1, 2.0);
-        let goal = Goal::Seen { of: vec![0], amplitude, beside: vec![1], needed: 2.9 };
+        let beside = vec![1];
+        let goal = Goal::Seen { of: vec![0], amplitude, beside, needed: 2.9, from: None };
         let goals = [goal];
         assert!(design.value(&goals[0], &design.with(&[])) < 1e-6);
         assert!(!design.is_met(&goals[0], &design.with(&[0])));
         let chosen = [1];
         // One alone is not safe; the others show less than is needed.
         assert!(design.is_met(&goals[0], &design.with(&chosen)));
-        assert!(!design.is_safe(&goals[0], &chosen));
+        assert!(!design.are_safe(&goals, &chosen));
         assert_eq!(design.forward(&goals, 3)[0], 1);
         // (1, 1, 1, 1)·2 less its part along (1, 1, 1, 0): 4.
         let value = design.value(&goals[0], &design.with(&chosen));

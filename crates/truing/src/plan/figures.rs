@@ -25,7 +25,7 @@ pub(super) struct Outlook<'a> {
 
 impl<'a> Outlook<'a> {
     pub(super) fn of(question: &'a Question, model: &'a dyn Model, linear: &Linear) -> Self {
-        let design = Design::of(&linear.measured, &linear.planned);
+        let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
         let all: Vec<usize> = (0..design.n_offered()).collect();
         let stages = [design.with(&[]), design.with(&all)];
         let planned: usize = linear.planned.iter().map(DMatrix::nrows).sum();
@@ -99,16 +99,22 @@ impl<'a> Outlook<'a> {
     }
 }
 
-/// Smallest sizes that are found nine times in ten.
-fn detectable(effect: &str, assessed: [&[Assessment]; 2]) -> Vec<PlanFigure> {
+/// Amplitudes of an effect by name, with the smallest size that is found nine times in ten and its
+/// unit; none where it is hidden.
+pub(super) fn sizes<'a>(effect: &str, assessed: &'a [Assessment]) -> &'a [(String, f64, String)] {
     let is_it = |a: &&Assessment| match &a.subject {
         Some(subject) => format!("{} [{subject}]", a.effect) == effect,
         None => a.effect == effect,
     };
-    let sizes = assessed.map(|all| match all.iter().find(is_it).map(|a| &a.sight) {
+    match assessed.iter().find(is_it).map(|a| &a.sight) {
         Some(Visibility::Visible { detectable, .. }) => detectable.as_slice(),
         _ => &[],
-    });
+    }
+}
+
+/// Smallest sizes that are found nine times in ten.
+fn detectable(effect: &str, assessed: [&[Assessment]; 2]) -> Vec<PlanFigure> {
+    let sizes = assessed.map(|all| sizes(effect, all));
     let size = |stage: usize, name: &str| {
         sizes[stage].iter().find(|(known, ..)| known == name).map(|(_, size, _)| *size)
     };

@@ -1,5 +1,6 @@
 //! A plan as what people and machines work by.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::planned::{Planned, PlannedMeasurement, PlannedTouchPlace};
@@ -17,11 +18,11 @@ pub(super) fn measurements(
     chosen: &[usize],
 ) -> Vec<PlannedMeasurement> {
     let one = |(name, &index): (&String, &usize)| {
-        let Offered { cells, touch } = &offer.offered[index];
+        let offered @ Offered { told, touch, .. } = &offer.offered[index];
         let number = |(column, cell): &(&'static str, String)| Some((*column, cell.parse().ok()?));
         PlannedMeasurement {
             name: name.clone(),
-            cells: cells.iter().filter_map(number).collect(),
+            cells: offered.common().filter_map(number).chain(told.iter().copied()).collect(),
             touch: touch.map(|touch| PlannedTouchPlace {
                 contact_mm: touch.contact_mm.into(),
                 normal: touch.normal.into_inner().into(),
@@ -34,12 +35,19 @@ pub(super) fn measurements(
     rows.names.iter().zip(chosen).map(one).collect()
 }
 
+/// The rows handed out, by column.
+pub(super) fn handed_rows(rows: &Rows) -> Vec<BTreeMap<String, String>> {
+    let (columns, cells) = rows.handed();
+    let row = |cells: &Vec<String>| columns.iter().cloned().zip(cells.iter().cloned()).collect();
+    cells.iter().map(row).collect()
+}
+
 /// The files to work by: a case to be filled in, and the program where a machine runs one.
 pub(super) fn hand_out(
     planned: &mut Planned,
     case: &Case,
     offer: &Offer,
-    (rows, csv): (&Rows, &str),
+    (rows, tables): (&Rows, &[(&'static str, String)]),
     chosen: &[usize],
 ) {
     let touches: Vec<_> = chosen.iter().filter_map(|&i| offer.offered[i].touch).collect();
@@ -52,10 +60,10 @@ pub(super) fn hand_out(
                 .to_owned(),
         );
     }
-    planned.files.push((offer.table.to_owned(), csv.to_owned()));
+    planned.files.extend(tables.iter().map(|(name, text)| ((*name).to_owned(), text.clone())));
     let others = case.inputs.iter().filter(|input| {
         input.file == CASE_FILE
-            || (input.file != offer.table
+            || (tables.iter().all(|(name, _)| input.file != *name)
                 && Path::new(&input.file).extension() != Some("toml".as_ref()))
     });
     for input in others {

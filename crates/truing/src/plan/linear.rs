@@ -15,12 +15,13 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// Of a model whose observations from `n_measured` on are the `n_planned` that could be made;
-    /// `noise` is a standard uncertainty where the rows have none of their own.
+    /// Of a model whose observations from `n_measured` on are those that could be made, `sizes` of
+    /// them for each measurement; `noise` is a standard uncertainty where the rows have none of
+    /// their own.
     pub(super) fn of(
         model: &dyn Model,
         effects: &[usize],
-        [n_measured, n_planned]: [usize; 2],
+        (n_measured, sizes): (usize, &[usize]),
         noise: f64,
     ) -> Self {
         let declared = model.declared();
@@ -36,9 +37,13 @@ impl Linear {
         }
         let layout = &declared.layout;
         let scale = if layout.sigma_declared { 1.0 } else { noise };
-        let (mut measured, mut planned) = (Vec::new(), vec![Vec::new(); n_planned]);
+        let of_observation: Vec<usize> = (sizes.iter().enumerate())
+            .flat_map(|(n, size)| std::iter::repeat_n(n, *size))
+            .collect();
+        let (mut measured, mut planned) = (Vec::new(), vec![Vec::new(); sizes.len()]);
         for (index, row) in layout.rows.iter().enumerate() {
-            let of_plan = row.observation.checked_sub(n_measured).filter(|n| *n < n_planned);
+            let of_plan = (row.observation.checked_sub(n_measured))
+                .and_then(|n| of_observation.get(n).copied());
             let role = layout.groups[layout.observations[row.observation]].role;
             match of_plan {
                 Some(n) => planned[n].push(index),

@@ -28,16 +28,22 @@ use crate::{Case, Error, Header};
 use answer::LoopAnswer;
 use design::{Design, Goal};
 use figures::Outlook;
-use hand_out::{hand_out, measurements};
+use hand_out::{hand_out, handed_rows, measurements};
 use linear::Linear;
 use question::{Ask, Question};
 use rows::Rows;
 
-pub use planned::{PlanFigure, Planned, PlannedMeasurement, PlannedTouchPlace};
+pub use planned::{PlanFigure, Planned, PlannedMeasurement, PlannedTouchPlace, Prediction};
 pub use problem::PlanProblem;
 
 /// Fewest measurements that a plan may have where no budget is given.
 const LEAST: usize = 12;
+/// Times that more is asked of the tests where loops name an effect too seldom.
+const HARDER: f64 = 2.0;
+/// Rounds of asking more; the last asks for eight times the first.
+const MOST_ROUNDS: usize = 4;
+/// Share of the non-centrality with all measurements that is asked for where all are not enough.
+const OF_ALL: f64 = 0.25;
 /// A non-centrality that no further measurement is worth.
 const HOPELESS: f64 = 1.0;
 /// Share of its variance that a quantity can keep where a budget is to be used up: none.
@@ -79,49 +85,77 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     }
     let budget = most(options.budget, offer.minutes).map_err(fail)?;
     let answer = LoopAnswer::of(case, options.answer.as_deref())?;
-    let table = case.files.folder.table(offer.table, &[])?;
-    let n_measured = table.n_rows();
+    let folder = &case.files.folder;
+    let n_measured = match offer.observed {
+        Some(observed) => observed,
+        None => folder.table(offer.table, &[])?.n_rows(),
+    };
 
     let every: Vec<usize> = (0..offer.offered.len()).collect();
-    let with_all = case.with(&[Rows::of(&table, &offer, &every)?.edit(&offer)])?;
+    let all_rows = Rows::of(folder, &offer, &every)?;
+    let with_all = case.with(&all_rows.edits())?;
     let prepared = with_all.measured.prepare()?;
     let model = &*prepared.model;
     let question = Question::of(&answer, options.aim.as_deref(), model).map_err(fail)?;
     let loop_options = case.loop_settings.options();
     let noise = answer.noise(components(model));
-    let counts = [n_measured, every.len()];
-    let linear = Linear::of(model, &question.effects(model), counts, noise);
+    let effects = question.effects(model);
+    let linear = Linear::of(model, &effects, (n_measured, &all_rows.sizes), noise);
     let mut goals = question.goals(model, &linear, &loop_options);
     if budget.is_some() {
         for (_, goal) in &mut goals {
             spend(goal);
         }
     }
-    let design = Design::of(&linear.measured, &linear.planned);
-    let hopeful = hopeful(&design, &question, &goals);
+    let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
+    let inseparable = inseparable(&design, &mut goals);
     let most = budget.unwrap_or(n_measured.max(LEAST));
-    let chosen = design.exchanged(&hopeful, design.forward(&hopeful, most));
-    let mut sorted = chosen.clone();
-    // The order of the offer, in which place and time do not run together.
-    sorted.sort_unstable();
-
-    let rows = Rows::of(&table, &offer, &sorted)?;
-    let with_plan = case.with(&[Rows::of(&table, &offer, &sorted)?.edit(&offer)])?;
-    let after = with_plan.measured.prepare()?;
-    let final_linear = Linear::of(
-        &*after.model,
-        &question.effects(&*after.model),
-        [n_measured, sorted.len()],
-        noise,
-    );
-    let final_goals = question.goals(&*after.model, &final_linear, &loop_options);
-    let outlook = Outlook::of(&question, &*after.model, &final_linear);
-    let assessed = assessed(&question, case, &with_plan)?;
-    let figures = outlook.figures(&final_goals, [&assessed[0], &assessed[1]]);
+    let before = assessed(&question, case, case)?;
+    // What the tests of the linearised model promise is held against loops on simulated data of the
+    // same design; where they name an effect too seldom, more is asked of the tests.
+    let (mut asked, mut rounds) = (goals.clone(), 0);
+    let (sorted, rows, with_plan, after) = loop {
+        let hopeful = hopeful(&design, &question, &asked);
+        let mut sorted = design.exchanged(&hopeful, design.forward(&hopeful, most));
+        // The order of the offer, in which place and time do not run together.
+        sorted.sort_unstable();
+        let rows = Rows::of(folder, &offer, &sorted)?;
+        let with_plan = case.with(&rows.edits())?;
+        let after = assessed(&question, case, &with_plan)?;
+        rounds += 1;
+        let named = named_by_loops(&question, &after, (model, &linear));
+        if named || rounds == MOST_ROUNDS || sorted.len() >= most.min(every.len()) {
+            break (sorted, rows, with_plan, (after, named));
+        }
+        for (_, goal) in &mut asked {
+            harder(goal);
+        }
+    };
+    let (after, named) = after;
+    let final_prepared = with_plan.measured.prepare()?;
+    let final_model = &*final_prepared.model;
+    let final_effects = question.effects(final_model);
+    let final_linear = Linear::of(final_model, &final_effects, (n_measured, &rows.sizes), noise);
+    let final_goals = question.goals(final_model, &final_linear, &loop_options);
+    let outlook = Outlook::of(&question, final_model, &final_linear);
+    let figures = outlook.figures(&final_goals, [&before, &after]);
     let spent = options.budget.is_some();
-    let reached = reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook), spent);
-    let would = (!reached).then(|| would(&design, &question, &goals, offer.noun));
+    let reached =
+        named && reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook), spent);
+    let would = (!reached).then(|| {
+        if named || sorted.len() >= most {
+            would(&design, &question, &asked, offer.noun)
+        } else {
+            String::from(
+                "every test of the plan is met, and loops on simulated data still name the effect \
+                 too seldom at the size from which on it matters: make the plan twice, or \
+                 look for larger sizes",
+            )
+        }
+    });
 
+    let mut warnings = case.warnings.clone();
+    warnings.extend(not_told_apart(&question, &inseparable, offer.noun));
     let mut planned = Planned {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -133,14 +167,29 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         minutes: offer.minutes.map(|minutes| minutes * as_f64(sorted.len())),
         reached,
         would,
+        predicted: Prediction::of(&figures),
         figures,
         plan: measurements(&rows, &offer, &sorted),
-        warnings: case.warnings.clone(),
+        measurements: handed_rows(&rows),
+        program: None,
+        warnings,
         files: Vec::new(),
     };
     planned.header.inputs.extend(answer.input);
-    hand_out(&mut planned, case, &offer, (&rows, &rows.csv(&table, &offer)), &sorted);
+    hand_out(&mut planned, case, &offer, (&rows, &rows.csv()), &sorted);
     Ok(planned)
+}
+
+/// Effects that no measurement of the offer tells from others.
+fn not_told_apart(question: &Question, inseparable: &[(usize, String)], noun: &str) -> Vec<String> {
+    let told = |(ask, rival): &(usize, String)| {
+        let Ask::Visible { effect } = &question.asks[*ask] else { return None };
+        Some(format!(
+            "no {noun} that the machine is said to make tells {effect} from {rival} at the size \
+             from which on it matters"
+        ))
+    };
+    inseparable.iter().filter_map(told).collect()
 }
 
 /// Writes the files of a plan into a folder, where none of them may exist.
@@ -182,6 +231,57 @@ fn spend(goal: &mut Goal) {
     }
 }
 
+/// Whether loops on simulated data name every effect asked for, from the size on that matters.
+fn named_by_loops(
+    question: &Question,
+    after: &[Assessment],
+    (model, linear): (&dyn Model, &Linear),
+) -> bool {
+    question.asks.iter().all(|ask| {
+        let Ask::Visible { effect } = ask else { return true };
+        let Some(own) = model.declared().effects.iter().find(|e| linear::label(e) == *effect)
+        else {
+            return false;
+        };
+        let matter = question::sizes_that_matter(model, linear, effect);
+        let found = figures::sizes(effect, after);
+        own.parameters.iter().zip(matter).all(|(parameter, matters)| {
+            let size = found.iter().find(|(name, ..)| *name == parameter.name);
+            let matters = matters * parameter.report_factor.abs();
+            size.is_some_and(|(_, size, _)| *size <= matters)
+        })
+    })
+}
+
+/// Asks more of the tests of an effect.
+fn harder(goal: &mut Goal) {
+    if let Goal::Seen { needed, .. } = goal {
+        *needed *= HARDER;
+    }
+}
+
+/// Pairs of an effect and what no measurement tells it from at the size that matters. A larger one
+/// may be told: a share of what all measurements would show is asked for; where they show nothing,
+/// the goal is taken out.
+fn inseparable(design: &Design, goals: &mut Vec<(usize, Goal)>) -> Vec<(usize, String)> {
+    let every: Vec<usize> = (0..design.n_offered()).collect();
+    let all = design.with(&every);
+    let mut pairs = Vec::new();
+    goals.retain_mut(|(ask, goal)| {
+        let most = design.value(goal, &all);
+        let Goal::Seen { from: Some(rival), needed, .. } = goal else { return true };
+        if most >= *needed {
+            return true;
+        }
+        if !pairs.contains(&(*ask, rival.clone())) {
+            pairs.push((*ask, rival.clone()));
+        }
+        *needed = OF_ALL * most;
+        most > HOPELESS
+    });
+    pairs
+}
+
 /// Goals that measurements can serve.
 fn hopeful(design: &Design, question: &Question, goals: &[(usize, Goal)]) -> Vec<Goal> {
     let every: Vec<usize> = (0..design.n_offered()).collect();
@@ -199,20 +299,17 @@ fn components(model: &dyn Model) -> usize {
     rows.iter().filter(|row| row.reported).map(|row| row.component + 1).max().unwrap_or(1)
 }
 
-/// What the design sees without and with the plan, where that is asked.
-fn assessed(question: &Question, case: &Case, with: &Case) -> Result<[Vec<Assessment>; 2], Error> {
+/// What the design of a case sees of the effects asked for.
+fn assessed(question: &Question, case: &Case, of: &Case) -> Result<Vec<Assessment>, Error> {
     let asked = |label: &str| {
         question.asks.iter().any(|ask| matches!(ask, Ask::Visible { effect } if effect == label))
     };
     if !question.asks.iter().any(|ask| matches!(ask, Ask::Visible { .. })) {
-        return Ok([Vec::new(), Vec::new()]);
+        return Ok(Vec::new());
     }
-    let of = |case: &Case| {
-        let prepared = case.measured.prepare()?;
-        let assessed = assess_those(&*prepared.model, &case.loop_settings.options(), asked);
-        assessed.map_err(|source| case.loop_error(source))
-    };
-    Ok([of(case)?, of(with)?])
+    let prepared = of.measured.prepare()?;
+    let assessed = assess_those(&*prepared.model, &case.loop_settings.options(), asked);
+    assessed.map_err(|source| case.loop_error(source))
 }
 
 /// Whether every ask is answered with the plan: rivals and quantities by the model of the case with
@@ -225,7 +322,10 @@ fn reached(
     spent: bool,
 ) -> bool {
     let met = |index: usize| match &question.asks[index] {
-        Ask::Visible { .. } => of(goals, index).all(|goal| design.is_safe(goal, chosen)),
+        Ask::Visible { .. } => {
+            let own: Vec<Goal> = of(goals, index).cloned().collect();
+            design.are_safe(&own, chosen)
+        }
         Ask::All => true,
         // As well as the budget lets it is all that is asked then.
         Ask::Known { .. } if spent => true,
@@ -244,7 +344,7 @@ fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], noun: &s
     let all: Vec<Goal> = goals.iter().map(|(_, goal)| goal.clone()).collect();
     let most = design.forward(&all, design.n_offered());
     let answered = (0..question.asks.len()).all(|ask| of(goals, ask).next().is_some());
-    if answered && all.iter().all(|goal| design.is_safe(goal, &most)) {
+    if answered && design.are_safe(&all, &most) {
         return format!("{} would reach it", text::counted(most.len(), noun));
     }
     match &question.advice {

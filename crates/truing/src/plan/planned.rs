@@ -28,15 +28,52 @@ pub struct Planned {
     pub reached: bool,
     /// What would reach it, where the plan does not.
     pub would: Option<String>,
+    /// The figure that the plan changes least, or the only one.
+    pub predicted: Option<Prediction>,
     /// What is known without and with the plan.
     pub figures: Vec<PlanFigure>,
     /// What to measure, in this order.
     pub plan: Vec<PlannedMeasurement>,
+    /// The rows to be added to the table of the case, by column; what is to be measured is empty.
+    pub measurements: Vec<BTreeMap<String, String>>,
+    /// The program that was written for a machine; `None` where none was.
+    pub program: Option<String>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     /// Files to work by: name and content.
     #[serde(skip)]
     pub files: Vec<(String, String)>,
+}
+
+/// What a plan is worth in one figure.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Prediction {
+    /// Of what.
+    pub of: String,
+    /// As in [`PlanFigure`].
+    pub measure: &'static str,
+    /// With what is measured; `None` where it is not observable.
+    pub before: Option<f64>,
+    /// With the plan too.
+    pub after: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+}
+
+impl Prediction {
+    /// Of probabilities the lowest with the plan, of sizes and uncertainties the one that falls
+    /// least.
+    pub(super) fn of(figures: &[PlanFigure]) -> Option<Self> {
+        let kept = |f: &&PlanFigure| match (f.measure, f.before, f.after) {
+            (_, _, None) => f64::INFINITY,
+            ("probability", _, Some(after)) => -after,
+            (_, Some(before), Some(after)) => after / before,
+            (_, None, Some(_)) => 0.0,
+        };
+        let worst = figures.iter().max_by(|a, b| kept(a).total_cmp(&kept(b)))?;
+        let PlanFigure { of, measure, before, after, unit } = worst.clone();
+        Some(Self { of, measure, before, after, unit })
+    }
 }
 
 /// One thing that is asked, before and after.

@@ -7,7 +7,8 @@ pub enum PlanProblem {
     /// A kind, or a form of it, for which nothing can be proposed.
     #[error(
         "no plan can be made for this case of kind {kind}; there are planners for touches \
-         (`probe-comp` without neighbours, `pose-icp`) and for points of two frames (`frame-fit`)"
+         (`probe-comp` without neighbours, `pose-icp`), points of two frames (`frame-fit`), presses, \
+         poses and displacements (`ft-center`), targets (`positioning`) and ranges (`tracker-lm`)"
     )]
     NoPlanner {
         /// Kind of the case.

@@ -8,9 +8,11 @@ use super::design::Goal;
 use super::linear::{Linear, label};
 use super::power::needed;
 use super::problem::PlanProblem;
+use crate::carry::is_of_one_observation;
 
-/// Probability with which a plan is to answer: nineteen of twenty.
-pub(super) const WANTED: f64 = 0.95;
+/// Probability with which every single test of a plan is to answer, so that all of them together,
+/// and what the loop asks beyond them, do in nineteen of twenty.
+pub(super) const WANTED: f64 = 0.99;
 /// Significance at which the loop keeps a name beside its rival; its `DECIDED`.
 pub(super) const DECIDED: f64 = 0.01;
 /// Share of the loop's budget for single effects; its `CATALOGUE_SHARE`.
@@ -109,8 +111,13 @@ impl Question {
             Ask::Known { .. } | Ask::All => Vec::new(),
         });
         let wanted: Vec<&String> = self.accepted.iter().chain(asked).collect();
+        // What an effect may be taken for instead.
+        let rivals = self.asks.iter().any(|ask| matches!(ask, Ask::Visible { .. }));
+        let is_needed = |(index, e): &(usize, &model_discrepancy::Effect)| {
+            wanted.contains(&&label(e)) || (rivals && !is_of_one_observation(model, *index))
+        };
         let effects = model.declared().effects.iter().enumerate();
-        effects.filter(|(_, e)| wanted.contains(&&label(e))).map(|(i, _)| i).collect()
+        effects.filter(is_needed).map(|(index, _)| index).collect()
     }
 
     /// The goals, with the ask that each belongs to; none of an ask that the model has no columns
@@ -154,17 +161,32 @@ impl Question {
                 }
                 let dof = degrees_of_freedom(linear, beside.len() + of.len());
                 let needed = needed(WANTED, of.len(), dof, DECIDED);
-                vec![Goal::Seen { of, amplitude, beside, needed }]
+                vec![Goal::Seen { of, amplitude, beside, needed, from: None }]
             }
             Ask::Visible { effect } => {
                 let beside = self.others(model, linear, &[effect]);
                 let dof = degrees_of_freedom(linear, beside.len() + 1);
-                let needed = needed(WANTED, 1, dof, level(model, options));
-                let goal = |column: usize| {
+                let of_effect = needed(WANTED, 1, dof, level(model, options));
+                let beside_rival = needed(WANTED, 1, dof, DECIDED);
+                let rivals: Vec<String> = (model.declared().effects.iter().enumerate())
+                    .filter(|(index, _)| !is_of_one_observation(model, *index))
+                    .map(|(_, other)| label(other))
+                    .filter(|l| l != effect && !self.accepted.contains(l))
+                    .collect();
+                let mut goals = Vec::new();
+                for column in columns(model, linear, effect) {
                     let amplitude = DVector::from_element(1, size_that_matters(linear, column));
-                    Goal::Seen { of: vec![column], amplitude, beside: beside.clone(), needed }
-                };
-                columns(model, linear, effect).into_iter().map(goal).collect()
+                    let seen = |needed, from: Option<String>| {
+                        let rival = from.iter().flat_map(|rival| columns(model, linear, rival));
+                        let beside = beside.iter().copied().chain(rival).collect();
+                        let (of, amplitude) = (vec![column], amplitude.clone());
+                        Goal::Seen { of, amplitude, beside, needed, from }
+                    };
+                    goals.push(seen(of_effect, None));
+                    goals
+                        .extend(rivals.iter().map(|rival| seen(beside_rival, Some(rival.clone()))));
+                }
+                goals
             }
             Ask::Known { parameter } => {
                 let base = &model.declared().base;
@@ -275,6 +297,12 @@ fn size_that_matters(linear: &Linear, column: usize) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let rms = (squares / rows.max(1) as f64).sqrt();
     if rms > 0.0 { MATTERS / rms } else { 0.0 }
+}
+
+/// Sizes from which on the amplitudes of an effect matter, in internal units.
+pub(super) fn sizes_that_matter(model: &dyn Model, linear: &Linear, effect: &str) -> Vec<f64> {
+    let of = columns(model, linear, effect);
+    of.into_iter().map(|column| size_that_matters(linear, column)).collect()
 }
 
 fn degrees_of_freedom(linear: &Linear, fitted: usize) -> usize {

@@ -3,10 +3,24 @@
 use std::fmt;
 
 use super::planned::{PlanFigure, Planned};
+use crate::layout::written;
 use crate::text_table::{Cell, TextTable};
+use crate::{Detail, Layout};
 
 impl fmt::Display for Planned {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, Layout { detail: Detail::Full, columns: None })
+    }
+}
+
+impl Planned {
+    /// The plan for people.
+    #[must_use]
+    pub fn text(&self, layout: Layout) -> String {
+        written(|text| self.write(text, layout))
+    }
+
+    fn write(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {
         writeln!(f, "{}\n", self.kind)?;
         let time = self.minutes.map_or_else(String::new, |m| format!(", {m:.0} minutes"));
         let (planned, noun, measured) =
@@ -20,7 +34,8 @@ impl fmt::Display for Planned {
         for figure in &self.figures {
             writeln!(f, "  {}", figure.line())?;
         }
-        let Some(first) = self.plan.first() else { return Ok(()) };
+        let first = self.plan.first().filter(|_| layout.detail > Detail::Headline);
+        let Some(first) = first else { return Ok(()) };
         let columns: Vec<&'static str> =
             [noun].into_iter().chain(first.cells.keys().copied()).collect();
         let mut table = TextTable::new("to be measured, in this order", &columns);
@@ -28,7 +43,8 @@ impl fmt::Display for Planned {
             let cells = one.cells.values().map(|value| Cell::from(*value));
             table.push(std::iter::once(one.name.clone().into()).chain(cells).collect());
         }
-        write!(f, "\n{table}")
+        writeln!(f)?;
+        table.write(f, layout)
     }
 }
 

@@ -34,19 +34,7 @@ pub(crate) fn channels(
     let moving = read.iter().filter(|(_, values)| longest_run(values).1 < ALIVE).count();
     for (name, values) in &read {
         if let Some(run) = still(values, moving > 0) {
-            let is_constant = run.len() == values.len();
-            let rows: Vec<bool> = (0..values.len()).map(|row| run.contains(&row)).collect();
-            let edits = if is_constant { Vec::new() } else { without(table, &rows) };
-            let description = format!(
-                "the channel {} of {file} is stuck: it reads {} in {} rows one after the other, \
-                 from line {}, while others go on; repair the channel, or leave these rows out",
-                listed(&[*name]),
-                values[run.start],
-                run.len(),
-                table.line(run.start)
-            );
-            let found = Hypothesis::of("input:stuck", (file, &[*name]), description, edits);
-            stuck.push(found.shown());
+            stuck.push(stuck_at((file, table), (*name, values), &run, &without).shown());
             if is_once(values, &run) {
                 continue;
             }
@@ -64,6 +52,43 @@ pub(crate) fn channels(
     }
     all.extend(stuck);
     all
+}
+
+/// Channels that stand still over a good part of a table, as they may: to be decided by the fit
+/// without these rows.
+pub(crate) fn standing_still(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let of_column = |name: &&str| {
+        let values = table.numbers(name)?;
+        let run = still(&values, false)?;
+        Some(stuck_at((file, table), (*name, &values), &run, &without))
+    };
+    columns.iter().filter_map(of_column).collect()
+}
+
+fn stuck_at(
+    (file, table): (&'static str, &Table),
+    (name, values): (&str, &[f64]),
+    run: &std::ops::Range<usize>,
+    without: &impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Hypothesis {
+    let is_constant = run.len() == values.len();
+    let rows: Vec<bool> = (0..values.len()).map(|row| run.contains(&row)).collect();
+    let edits = if is_constant { Vec::new() } else { without(table, &rows) };
+    let description = format!(
+        "the channel {} of {file} is stuck: it reads {} in {} rows one after the other, from line \
+         {}, while others go on; repair the channel, or leave these rows out",
+        listed(&[name]),
+        values[run.start],
+        run.len(),
+        table.line(run.start)
+    );
+    Hypothesis::of("input:stuck", (file, &[name]), description, edits)
 }
 
 /// The rows over which a channel stands still while others move.

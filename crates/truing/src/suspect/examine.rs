@@ -79,11 +79,13 @@ fn decide(
 
 /// The error of a case that cannot be fitted, with the mistake that would explain it.
 pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
-    // What is wrong in form, and what too few data leave free, says so itself.
-    if matches!(source, Error::Case { .. }) || source.is_undetermined() && !source.is_unsettled() {
+    // What is wrong in form says so itself.
+    if matches!(source, Error::Case { .. }) {
         return source;
     }
-    match Trials::of(files, None).mending() {
+    // What is left free by too few data, another unit does not hold unless it brings them to the noise.
+    let is_free = source.is_undetermined() && !source.is_unsettled();
+    match Trials::of(files, None).mending(is_free) {
         Some(found) => {
             let suspect = Suspect::of(&found, None);
             Error::Input { source: Box::new(source), suspect: Box::new(suspect) }

@@ -1,4 +1,4 @@
-use crate::case::Edit;
+use crate::case::{CASE_FILE, Edit};
 
 /// One thing that may be wrong with the input, and the change that mends it.
 #[derive(Clone, Debug)]
@@ -46,6 +46,11 @@ impl Hypothesis {
     /// The same, where physics cannot be meant.
     pub(crate) fn unphysical(self) -> Self {
         Self { proof: Proof::Unphysical, ..self }
+    }
+
+    /// Whether only numbers of `case.toml` change.
+    pub(crate) fn is_of_settings(&self) -> bool {
+        self.edits.iter().all(|edit| edit.file == CASE_FILE)
     }
 
     /// Id with subject.

@@ -19,7 +19,7 @@ mod sign;
 mod unit;
 mod yardstick;
 
-pub(crate) use channel::{channels, rows_left_out};
+pub(crate) use channel::{channels, rows_left_out, standing_still};
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::Hypothesis;

@@ -2,6 +2,7 @@ use serde::Serialize;
 
 use super::hypothesis::Hypothesis;
 use super::search::{Found, Misfit};
+use crate::text_table::number;
 
 /// Rivals of one sort told in the description; all of them are in `indistinguishable_from`.
 const MOST_TOLD: usize = 3;
@@ -31,11 +32,14 @@ impl Suspect {
     pub(super) fn of(found: &Found, before: Option<&Misfit>) -> Self {
         let Found { named, after, rivals, .. } = found;
         let mut description = named.description.clone();
-        if !rivals.is_empty() {
-            let told = told(named, rivals);
+        // Changes of several files may read alike: they are told once.
+        let others: Vec<&Hypothesis> =
+            rivals.iter().filter(|rival| rival.description != description).collect();
+        if !others.is_empty() {
+            let told = told(named, &others);
             description = format!("{description}; or as likely: {}", told.join("; or: "));
-            if rivals.len() > told.len() {
-                description = format!("{description}; and {} more", rivals.len() - told.len());
+            if others.len() > told.len() {
+                description = format!("{description}; and {} more", others.len() - told.len());
             }
         }
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
@@ -57,9 +61,9 @@ impl Suspect {
     pub(crate) fn warning(&self) -> String {
         let gain = match (self.rms_before, self.rms_after) {
             (Some(before), Some(after)) if after > 0.0 => format!(
-                " (misfit {:.3e} {unit}, with that change {:.3e} {unit}: {:.0} times less)",
-                before,
-                after,
+                " (misfit {} {unit}, with that change {} {unit}: {:.0} times less)",
+                number(Some(before)),
+                number(Some(after)),
                 before / after,
                 unit = self.unit
             ),
@@ -70,15 +74,15 @@ impl Suspect {
 }
 
 /// The first rival of every other sort, and where there is none, the first ones.
-fn told<'r>(named: &Hypothesis, rivals: &'r [Hypothesis]) -> Vec<&'r str> {
+fn told<'r>(named: &Hypothesis, rivals: &[&'r Hypothesis]) -> Vec<&'r str> {
     let is_first = |i: usize| {
         let effect = rivals[i].effect;
         effect != named.effect && rivals[..i].iter().all(|r| r.effect != effect)
     };
     let mut told: Vec<&Hypothesis> =
-        (0..rivals.len()).filter(|&i| is_first(i)).map(|i| &rivals[i]).collect();
+        (0..rivals.len()).filter(|&i| is_first(i)).map(|i| rivals[i]).collect();
     if told.is_empty() {
-        told.extend(rivals.iter().take(MOST_TOLD));
+        told.extend(rivals.iter().take(MOST_TOLD).copied());
     }
     told.iter().map(|r| r.description.as_str()).collect()
 }

@@ -15,6 +15,9 @@ const PHYSICS_IMITATES: f64 = 0.9;
 /// Only where the misfit is so many standard uncertainties of an amplitude: a sound amplitude
 /// equals one that a list of some ten mistakes has, within two uncertainties, once in eight.
 const IMITATION: f64 = 300.0;
+/// The same for a number of `case.toml`, where physics needs an effect more: an amplitude as large as
+/// the number itself, a ball off by its radius or a head by its weight, is hardly ever sound.
+const IMITATION_OF_SETTING: f64 = 20.0;
 /// Mistakes that may be as small as physics.
 const MILD: [&str; 4] = ["input:clock", "input:row-shift", "input:labels", "input:saturation"];
 /// Share of a misfit that physics leaves at most where it explains it.
@@ -74,11 +77,14 @@ impl Physics {
         if found.named.proof == Proof::Unphysical && gain >= PHYSICS_LEAVES {
             return true;
         }
-        let mended = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));
-        let Some(mended) = mended.and_then(|mended| mended.left()) else { return false };
+        let after_it = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));
+        let Some(after_it) = after_it else { return false };
+        let Some(mended) = after_it.left() else { return false };
         let Some(left) = self.left() else { return true };
         let is_mild = MILD.contains(&found.named.effect);
-        let is_exact = found.after.is_some_and(|after| before.significance(&after) >= IMITATION);
+        let is_simpler = found.named.is_of_settings() && after_it.steps() < self.steps();
+        let least = if is_simpler { IMITATION_OF_SETTING } else { IMITATION };
+        let is_exact = found.after.is_some_and(|after| before.significance(&after) >= least);
         left >= PHYSICS_LEAVES * mended || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
     }
 

@@ -26,6 +26,8 @@ const TOO_GOOD: f64 = 0.2;
 const EVIDENCE: f64 = 30.0;
 /// Components of a residual in one unit: what follows them, as moments do forces, is in another.
 const COMPONENTS: usize = 3;
+/// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
+const MANY: usize = 15;
 /// Misfits as close as this are the same.
 const TIE: f64 = 1.25;
 
@@ -132,9 +134,18 @@ impl Trials {
     }
 
     /// The mistake with which a case that cannot be fitted is sound, if there is one.
-    pub(super) fn mending(&self) -> Option<Found> {
-        let sound = |m: &Misfit| m.is_noise() || m.share < SOUND * m.gross;
-        let is_possible = |(h, m): &&Tried| h.proof == Proof::Data || m.as_ref().is_some_and(sound);
+    ///
+    /// Where something is left free, it must be with the declared noise, on many readings.
+    pub(super) fn mending(&self, is_free: bool) -> Option<Found> {
+        let sound = |m: &Misfit| {
+            if is_free {
+                m.is_noise() && m.dof >= MANY
+            } else {
+                m.is_noise() || m.share < SOUND * m.gross
+            }
+        };
+        let is_possible =
+            |(h, m): &&Tried| !is_free && h.proof == Proof::Data || m.as_ref().is_some_and(sound);
         best(self.0.iter().filter(is_possible).cloned().collect(), false)
     }
 

@@ -239,3 +239,42 @@ fn poses() -> String {
     };
     (0..14).map(pose).collect()
 }
+
+#[test]
+fn positions_in_another_unit_are_no_pitch_error() {
+    let row = |i: i32| {
+        let at = f64::from(i % 8) * 50.0 + 3.0;
+        let noise = 0.001 * (12.9898 * f64::from(i)).sin();
+        format!("{at},{:.7},{},{}\n", at + noise, if i / 8 % 2 == 0 { "+" } else { "-" }, i / 16)
+    };
+    let table: String = (0..48).map(row).collect();
+    let table = format!("target_mm,actual_mm,direction,cycle\n{table}");
+    let case = Case::new(&[
+        ("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.001\n"),
+        ("positions.csv", &table),
+    ]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    scale(&case, "positions.csv", &["actual_mm"], 1.0 / 25.4);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "positions.csv: actual_mm");
+}
+
+#[test]
+fn a_reference_that_stands_still_is_stuck() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| vec![old[n.min(350)][0].clone()]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    assert!(step["subject"].as_str().unwrap().contains("reference_n"), "{step}");
+}
+
+/// Readings of a tracker that goes round all reflectors at every stop, one row further down.
+#[test]
+fn a_whole_table_one_row_down_is_named() {
+    let files = ["case.toml", "stations.csv", "mounts.csv", "targets.csv"];
+    let case = fixture("tracker-lm/targets-nothing", &files);
+    let place = ["x_mm", "y_mm", "z_mm"];
+    change(&case, "targets.csv", &place, |n, old| old[(n + old.len() - 1) % old.len()].clone());
+    assert_eq!(first(&case).0["effect"], "input:row-shift");
+}

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use force_impedance::{ForceImpedanceError, PathModel, PathOptions, PathSample};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::{Curve, CurvePlot, Fact};
 
 use super::ContactForceEstimate;
 use super::path_estimates::{PathCell, PathError, PathForceEstimates};
@@ -15,7 +16,6 @@ use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::{Curve, CurvePlot, Fact};
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] = &["run", "time_s", "path_mm", "force_n", "reference_n"];
@@ -110,7 +110,7 @@ impl PathCase {
         model: &PathModel,
         correction_n: Option<&[f64]>,
         conditions: Vec<String>,
-    ) -> Estimates {
+    ) -> Arc<dyn Estimates> {
         let mut errors = Vec::new();
         let mut forces = Vec::new();
         for (cell, members) in model.samples().enumerate() {
@@ -136,7 +136,7 @@ impl PathCase {
             correction_n,
         };
         let profile = model.profile().into_iter().zip(model.profile_of(corrections_n));
-        Estimates::PathForce(PathForceEstimates {
+        Arc::new(PathForceEstimates {
             contact_force,
             samples: errors.len(),
             samples_left_out: self.samples.len() - errors.len(),

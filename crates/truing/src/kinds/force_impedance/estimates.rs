@@ -1,6 +1,8 @@
 use serde::Serialize;
 
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::TextTable;
 
 /// What a log of a polishing head is solved for.
@@ -70,8 +72,8 @@ pub struct ImpedanceEstimate {
     pub damping_ratio: Option<f64>,
 }
 
-impl ForceImpedanceEstimates {
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for ForceImpedanceEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let force = &self.contact_force;
         let all = [
             ("contact force, rms error", "N", force.rms_error_n),
@@ -91,9 +93,18 @@ impl ForceImpedanceEstimates {
             .collect()
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let mut table = TextTable::new("log", &["samples"]);
         table.push(vec![self.samples.to_string().into()]);
-        table
+        vec![table]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        // A force may be any that the cell can read.
+        None
     }
 }

@@ -5,6 +5,7 @@ use force_impedance::{
     LogModel, LogOptions, LogSample, LoggedForce, solve_log,
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::{Curve, CurvePlot, Fact};
 
 use super::estimates::{
     ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate,
@@ -14,7 +15,6 @@ use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
-use crate::report::{Curve, CurvePlot, Fact};
 use crate::suspect::Yardstick;
 
 /// A mean disagreement of the lengths is told when it is this many times its scatter.
@@ -62,7 +62,7 @@ impl LogCase {
         residuals_n: Option<&[f64]>,
         corrections_n: &[f64],
         (conditions, blocks): (Vec<String>, Vec<ForceBlock>),
-    ) -> Estimates {
+    ) -> Arc<dyn Estimates> {
         let n = count(solved.len());
         let rms =
             |values: &mut dyn Iterator<Item = f64>| (values.map(|v| v * v).sum::<f64>() / n).sqrt();
@@ -80,7 +80,7 @@ impl LogCase {
             min_n: normal().fold(f64::INFINITY, f64::min),
             max_n: normal().fold(f64::NEG_INFINITY, f64::max),
         };
-        Estimates::ForceImpedance(ForceImpedanceEstimates {
+        Arc::new(ForceImpedanceEstimates {
             contact_force,
             samples: solved.len(),
             friction_ratio: (!ratios.is_empty())

@@ -4,6 +4,8 @@ use serde::Serialize;
 
 use super::estimates::ContactForceEstimate;
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::TextTable;
 
 /// What runs along a path are solved for.
@@ -51,8 +53,8 @@ pub struct PathError {
     pub correction_n: f64,
 }
 
-impl PathForceEstimates {
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for PathForceEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let force = &self.contact_force;
         let all = [
             ("force, rms error", force.rms_error_n),
@@ -66,7 +68,7 @@ impl PathForceEstimates {
             .collect()
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = ["path mm", "error N", "correction N"];
         let shown = if self.cells.is_empty() { 2 } else { 3 };
         let mut table = TextTable::new("mean error along the path", &columns[..shown]);
@@ -74,6 +76,15 @@ impl PathForceEstimates {
             let row = [at.path_mm, at.error_n, at.correction_n].map(Into::into);
             table.push(row.into_iter().take(shown).collect());
         }
-        table
+        vec![table]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        // A force may be any that the cell can read.
+        None
     }
 }

@@ -8,7 +8,7 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanges, lengths,
-    rows_left_out, rows_shifted, scaled_setting, signs, stretches, units,
+    rows_left_out, rows_shifted, scaled_setting, signs, standing_still, stretches, units,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -33,7 +33,9 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let table = Some(&table);
     let mut all = Vec::new();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(LOG, rows)];
-    all.extend(channels(LOG, table, &CELLS, without));
+    all.extend(channels(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), without));
+    // A slide may stand still: there the fit decides.
+    all.extend(standing_still(LOG, table, &LENGTHS, without));
     all.extend(units(LOG, table, &CELLS, Dimension::Force));
     all.extend(units(LOG, table, &[REFERENCE], Dimension::Force));
     all.extend(units(LOG, table, &LENGTHS, Dimension::Length));

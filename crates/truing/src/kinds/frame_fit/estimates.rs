@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::{Cell, TextTable};
 
 /// Share of the other variances below which that of scale or rotation is round-off of the quadratic
@@ -124,8 +126,10 @@ impl FrameFitEstimates {
             points,
         }
     }
+}
 
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for FrameFitEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let std = self.std.as_ref();
         let mut all = Vec::new();
         for (i, value) in self.translation_mm.iter().enumerate() {
@@ -149,7 +153,7 @@ impl FrameFitEstimates {
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let planar = self.translation_mm.len() == 2;
         let corrected = !self.conditions.is_empty();
         let columns: &[&'static str] = match (planar, corrected) {
@@ -185,7 +189,16 @@ impl FrameFitEstimates {
             }
             table.push(row);
         }
-        table
+        vec![table]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        // A frame may be anywhere: grids of land surveys are thousands of kilometres from their zero.
+        None
     }
 }
 

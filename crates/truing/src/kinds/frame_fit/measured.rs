@@ -7,6 +7,7 @@ use frame_fit::{
 };
 use model_discrepancy::{Closure, Covariate, Origin, Role};
 use nalgebra::{Point, SVector};
+use truing_report::Fact;
 
 use super::estimates::{FrameFitEstimates, HandedBack, PointResidual};
 use super::plan::offer;
@@ -19,7 +20,6 @@ use crate::kinds::Offer;
 use crate::measured::{
     Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `frame-fit` case as read.
@@ -204,7 +204,7 @@ impl FrameCase {
             nearest_similarity: None,
         };
         Ok(Fitted {
-            estimates: Estimates::FrameFit(FrameFitEstimates::of(handed_back, points)),
+            estimates: Arc::new(FrameFitEstimates::of(handed_back, points)),
             observations,
             unit: "mm",
             degrees_of_freedom: fit.degrees_of_freedom,
@@ -292,7 +292,11 @@ impl FrameCase {
     }
 
     /// The map with the accepted effects, and for every point what it leaves to a correction.
-    fn with_effects<const D: usize>(&self, of: MapWithEffects<D>, closure: &Closure) -> Estimates {
+    fn with_effects<const D: usize>(
+        &self,
+        of: MapWithEffects<D>,
+        closure: &Closure,
+    ) -> Arc<dyn Estimates> {
         let mut residuals = vec![SVector::<f64, D>::zeros(); self.names.len()];
         for (row, residual) in residuals.iter_mut().enumerate() {
             residual.copy_from_slice(&closure.residuals_after[D * row..D * (row + 1)]);
@@ -316,7 +320,7 @@ impl FrameCase {
             conditions,
             nearest_similarity: of.nearest_similarity,
         };
-        Estimates::FrameFit(FrameFitEstimates::of(handed_back, points))
+        Arc::new(FrameFitEstimates::of(handed_back, points))
     }
 }
 

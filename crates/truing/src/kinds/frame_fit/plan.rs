@@ -41,11 +41,11 @@ pub(super) fn offer<const D: usize>(
             let cell = |axis: usize| (names[axis], format!("{:.6}", point[axis]));
             (0..D).map(cell).collect::<Vec<_>>()
         };
-        Offered { cells: [pair(FROM, &from), pair(TO, &to)].concat(), touch: None }
+        Offered::of_row("point", [pair(FROM, &from), pair(TO, &to)].concat())
     });
     Ok(Offer {
         table: PAIRS,
-        names: "point",
+        observed: None,
         readings: TO[..D].to_vec(),
         columns: Vec::new(),
         offered: shuffled(&offered.collect::<Vec<_>>()),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use frame_fit::{FrameFitError, KnownDistance, TipFit, TipModel, TipPose, fit_tip};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use nalgebra::{DMatrix, Vector3};
+use truing_report::Fact;
 
 use super::settings::{COORDINATES, DISTANCES, ModelSettings, POSES, Settings};
 use super::tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
@@ -15,7 +16,6 @@ use crate::case::{
 use crate::estimates::Estimates;
 use crate::kinds::orientation::orientations;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Reading, Words};
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] =
@@ -134,7 +134,7 @@ impl PoseCase {
         (tip_mm, places): (Vector3<f64>, &[(String, Vector3<f64>)]),
         covariance: &DMatrix<f64>,
         residual: impl Fn(usize, usize) -> f64,
-    ) -> Estimates {
+    ) -> Arc<dyn Estimates> {
         let std = |i: usize| covariance[(i, i)].sqrt();
         let place = |(k, (name, at)): (usize, &(String, Vector3<f64>))| PlaceEstimate {
             place: name.clone(),
@@ -162,7 +162,7 @@ impl PoseCase {
             dy_mm: residual(row, 1),
             dz_mm: residual(row, 2),
         };
-        Estimates::Tip(TipEstimates {
+        Arc::new(TipEstimates {
             tip_mm: tip_mm.into(),
             std_tip_mm: [std(0), std(1), std(2)],
             places: places.iter().enumerate().map(place).collect(),

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use frame_fit::{Mislabelled, TipPose, mislabelled};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::estimates::FrameFitEstimates;
 use super::settings::{COORDINATES as POSITION, FROM, KNOWN, PAIRS, POSES, SESSION, TO};
 use crate::case::{Change, Edit, Table};
-use crate::estimates::Estimates;
 use crate::kind::Files;
 use crate::kinds::orientation::QUATERNION;
 use crate::measured::Fitted;
@@ -99,7 +99,8 @@ pub(super) fn misplaced(files: &Files, table: &Table, fitted: &Fitted) -> Vec<Hy
         let rest: Vec<usize> = (0..n).filter(|row| !rows.contains(row)).collect();
         let edits = [Edit { file: PAIRS, change: Change::Keep { rows: rest } }];
         let without = files.with(&edits).read().ok().and_then(|r| r.measured.fit().ok());
-        let Some(Estimates::FrameFit(found)) = without.as_ref().map(|f| &f.estimates) else {
+        let found = without.as_ref().and_then(|f| f.estimates.downcast_ref::<FrameFitEstimates>());
+        let Some(found) = found else {
             continue;
         };
         let miss = |row: usize, axis: usize| {

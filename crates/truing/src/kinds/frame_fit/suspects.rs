@@ -2,10 +2,10 @@
 
 use frame_fit::{TipPose, Transform};
 
+use super::estimates::FrameFitEstimates;
 use super::set_ups::{misplaced, relabelled};
 use super::settings::{COORDINATES as POSITION, DISTANCES, FROM, PAIRS, POSES, TO};
 use crate::case::Table;
-use crate::estimates::Estimates;
 use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
@@ -175,7 +175,7 @@ pub(super) fn yardstick(
 
 /// Whether a fitted map stretches by more than any machine does.
 fn is_distorted(fitted: &Fitted) -> bool {
-    let Estimates::FrameFit(found) = &fitted.estimates else { return false };
+    let Some(found) = fitted.estimates.downcast_ref::<FrameFitEstimates>() else { return false };
     let d = found.matrix.len() - 1;
     let linear = nalgebra::DMatrix::from_fn(d, d, |i, j| found.matrix[i][j]);
     let stretches = linear.singular_values();

@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::{ImplausibleResult, too_long};
 use crate::text_table::TextTable;
 
 /// What poses of a flange are solved for.
@@ -57,8 +59,8 @@ pub struct PoseResidual {
     pub dz_mm: f64,
 }
 
-impl TipEstimates {
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for TipEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let tip = ["x", "y", "z"].into_iter().zip(self.tip_mm).zip(self.std_tip_mm);
         let mut all: Vec<Estimated> = tip
             .map(|((axis, value), std)| {
@@ -71,7 +73,7 @@ impl TipEstimates {
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = ["place", "x mm", "y mm", "z mm", "std x mm", "std y mm", "std z mm"];
         let mut table = TextTable::new("places, base frame", &columns);
         for p in &self.places {
@@ -79,6 +81,10 @@ impl TipEstimates {
             let name = p.place.clone().into();
             table.push([name].into_iter().chain(numbers.map(Into::into)).collect());
         }
-        table
+        vec![table]
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        too_long("the tip", "the flange", self.tip_mm)
     }
 }

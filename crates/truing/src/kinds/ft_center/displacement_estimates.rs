@@ -1,8 +1,12 @@
 //! What a table of displacements is solved for.
 
 use serde::Serialize;
+use truing_report::ExtraPlot;
 
 use super::{CenterEstimate, FrameEstimate};
+use crate::estimated::{Estimated, Export};
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::kinds::AxisRunEstimate;
 use crate::text_table::TextTable;
 
@@ -39,8 +43,12 @@ pub struct DisplacementResidual {
     pub residual_mm: f64,
 }
 
-impl DisplacementEstimates {
-    pub(crate) fn table(&self) -> TextTable {
+impl Estimates for DisplacementEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
+        self.run.iter().flat_map(AxisRunEstimate::parameters).collect()
+    }
+
+    fn tables(&self) -> Vec<TextTable> {
         let columns = ["point", "commanded mm", "solved mm", "corrected mm", "residual mm"];
         let mut table = TextTable::new("displacements", &columns);
         for p in &self.points {
@@ -49,6 +57,22 @@ impl DisplacementEstimates {
                 [p.commanded_mm, p.solved_mm, p.corrected_mm, p.residual_mm].map(Into::into);
             table.push([name].into_iter().chain(numbers).collect());
         }
-        table
+        self.run.iter().map(AxisRunEstimate::table).chain([table]).collect()
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn plots(&self) -> Vec<ExtraPlot> {
+        self.run.iter().map(AxisRunEstimate::plot).collect()
+    }
+
+    fn export(&self, format: Export) -> Option<String> {
+        self.run.as_ref()?.export(format)
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        self.run.as_ref()?.implausible()
     }
 }

@@ -2,19 +2,21 @@ use std::sync::Arc;
 
 use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementModel};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
 use super::displacement_estimates::{DisplacementEstimates, DisplacementResidual};
 use super::settings::{DISPLACEMENTS, Settings, error, unused};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
-use crate::kinds::AxisRunEstimate;
-use crate::kinds::positioning::{approaches, has_directions, names_of};
+use crate::kinds::positioning::{
+    AxisPlanSettings, AxisTable, approaches, has_directions, names_of,
+};
+use crate::kinds::{AxisRunEstimate, Offer};
 use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] = &["point", "commanded_mm", "solved_mm", "direction"];
@@ -29,6 +31,8 @@ pub(super) struct DisplacementCase {
     covariates: Vec<NumberColumn>,
     groups: Option<Vec<String>>,
     group_noun: String,
+    plan: AxisPlanSettings,
+    of_table: AxisTable,
 }
 
 pub(super) fn read(
@@ -60,6 +64,8 @@ pub(super) fn read(
     let extras = columns.rest()?;
     let mut warnings = unused(
         &[
+            ("[frame] from", settings.frame.from.is_some()),
+            ("[tolerance] repeatability_mm", settings.tolerance.repeatability_mm.is_some()),
             ("[contact] z0_mm", settings.contact.z0_mm.is_some()),
             ("[contact] min_fz_n", settings.contact.min_fz_n.is_some()),
             ("[contact] spin_hz", settings.contact.spin_hz.is_some()),
@@ -79,7 +85,16 @@ pub(super) fn read(
     }
     warnings.extend(extras.warnings);
     let group = settings.closure.group.as_ref();
+    let of_table = AxisTable {
+        file: DISPLACEMENTS,
+        target: "commanded_mm",
+        reading: ("solved_mm", true),
+        has_direction: has_directions(&table),
+        has_cycle: false,
+    };
     let measured = DisplacementCase {
+        plan: settings.plan.of_axis(),
+        of_table,
         file: table.at_file(),
         rows,
         readings,
@@ -111,7 +126,7 @@ impl DisplacementCase {
         Some(Covariate { name: "direction".to_owned(), values, origin: Origin::Recorded })
     }
 
-    fn estimates(&self, freed: Option<&[f64]>, conditions: Vec<String>) -> Estimates {
+    fn estimates(&self, freed: Option<&[f64]>, conditions: Vec<String>) -> Arc<dyn Estimates> {
         let residual =
             |i: usize| freed.map_or(self.readings[i].deviation, |residuals| residuals[i]);
         let run =
@@ -126,7 +141,7 @@ impl DisplacementCase {
                 residual_mm: residual(i),
             })
             .collect();
-        Estimates::Displacements(DisplacementEstimates {
+        Arc::new(DisplacementEstimates {
             frame: None,
             centers: Vec::new(),
             conditions,
@@ -175,6 +190,10 @@ impl Measured for DisplacementCase {
             self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        Ok(Some(self.plan.offer(&self.of_table, &self.readings)))
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

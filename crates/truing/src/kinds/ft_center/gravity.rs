@@ -6,9 +6,12 @@ use ft_center::{
 use geometry::Wrench;
 use model_discrepancy::{Closure, Covariate, Model};
 use nalgebra::{Unit, Vector3, Vector6};
+use truing_report::Fact;
 
 use super::displacements::recorded;
 use super::gravity_estimates::GravityEstimates;
+use super::plan::poses;
+use super::plan_settings::SensorPlanSettings;
 use super::settings::{GRAVITY, ModelSettings, Settings, error, unused};
 use super::wrench::wrenches;
 use crate::Error;
@@ -16,12 +19,12 @@ use crate::case::{
     Columns, Document, Finite, Folder, Location, NumberColumn, Problem, group_names,
 };
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::kinds::orientation::{LENGTH_TOL, orientations};
 use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] =
@@ -35,6 +38,7 @@ pub(super) struct GravityCase {
     covariates: Vec<NumberColumn>,
     groups: Option<Vec<String>>,
     group_noun: String,
+    plan: SensorPlanSettings,
 }
 
 pub(super) fn read(
@@ -57,6 +61,8 @@ pub(super) fn read(
     let extras = columns.rest()?;
     let mut warnings = unused(
         &[
+            ("[frame] from", settings.frame.from.is_some()),
+            ("[tolerance] repeatability_mm", settings.tolerance.repeatability_mm.is_some()),
             ("[contact] z0_mm", settings.contact.z0_mm.is_some()),
             ("[contact] min_fz_n", settings.contact.min_fz_n.is_some()),
             ("[contact] spin_hz", settings.contact.spin_hz.is_some()),
@@ -69,6 +75,7 @@ pub(super) fn read(
     warnings.extend(extras.warnings);
     let group = settings.closure.group.as_ref();
     let measured = GravityCase {
+        plan: settings.plan.clone(),
         file: table.at_file(),
         poses,
         options: GravityOptions { noise, gravity: direction(document, &settings.model)? },
@@ -109,7 +116,7 @@ impl Measured for GravityCase {
             unit: "N",
             degrees_of_freedom: calibration.degrees_of_freedom,
             chi2_per_dof: self.options.noise.and_then(|noise| chi2_per_dof(&calibration, noise)),
-            estimates: Estimates::Gravity(GravityEstimates::of(
+            estimates: Arc::new(GravityEstimates::of(
                 &calibration,
                 &self.poses,
                 &self.options.gravity,
@@ -130,12 +137,12 @@ impl Measured for GravityCase {
         if let Some(groups) = &self.groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
-        let estimates = Box::new(move |closure: &Closure| {
+        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
             let calibration = concrete.calibration(&closure.state, &closure.covariance);
             let mut conditions = concrete.conditions(&closure.state);
             conditions.extend(empirical_conditions(closure));
             let gravity = &self.options.gravity;
-            Estimates::Gravity(GravityEstimates::of(
+            Arc::new(GravityEstimates::of(
                 &with_empirical(calibration, closure),
                 &self.poses,
                 gravity,
@@ -143,6 +150,12 @@ impl Measured for GravityCase {
             ))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        let found = calibrate_gravity(&self.poses, &self.options)
+            .map_err(|e| error(self.file.clone(), e))?;
+        Ok(Some(poses(&self.plan, &self.poses, (&found, &self.options.gravity))))
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

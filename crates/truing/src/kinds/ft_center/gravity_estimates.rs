@@ -7,6 +7,8 @@ use serde::Serialize;
 
 use super::{CenterEstimate, FrameEstimate};
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::{ImplausibleResult, too_long};
 use crate::text_table::TextTable;
 
 /// What static poses are solved for.
@@ -122,8 +124,10 @@ impl GravityEstimates {
                 .collect(),
         }
     }
+}
 
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for GravityEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let b = &self.bias;
         let [x, y, z] = self.center_of_gravity_mm;
         let [std_x, std_y, std_z] = self.std_center_of_gravity_mm;
@@ -150,12 +154,20 @@ impl GravityEstimates {
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = ["pose", "line miss mm"];
         let mut table = TextTable::new("line of action past the centre of gravity", &columns);
         for p in &self.poses {
             table.push(vec![p.pose.clone().into(), p.line_miss_mm.into()]);
         }
-        table
+        vec![table]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        too_long("the centre of gravity", "the sensor", self.center_of_gravity_mm)
     }
 }

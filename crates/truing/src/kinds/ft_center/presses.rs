@@ -2,6 +2,8 @@
 
 mod estimates;
 mod measured;
+mod repeatability;
+mod saved;
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -21,6 +23,7 @@ use crate::measured::Reading;
 
 pub use estimates::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
 pub(super) use measured::PressCase;
+pub use repeatability::{Conformity, RepeatabilityEstimate};
 
 const KNOWN: &[&str] = &["press", "machine_x_mm", "machine_y_mm", "use"];
 const KNOWN_WRENCH: &[&str] =
@@ -43,6 +46,8 @@ pub(super) fn read(
         PRESSES,
     );
     let noise = settings.noise.of_sensor(document, &mut warnings)?;
+
+    let saved = saved::saved_frame(folder, document, &settings, &mut warnings)?;
 
     let table = folder.table(PRESSES, KNOWN)?;
     let mut columns = Columns::new(&table, KNOWN);
@@ -83,6 +88,10 @@ pub(super) fn read(
             spin_hz: settings.contact.spin_hz.map(|Positive(spin_hz)| spin_hz),
             ..OrbitOptions::default()
         },
+        saved,
+        plan: settings.plan.clone(),
+        document: document.at_file(),
+        tolerance: settings.tolerance,
         options: LocateOptions { noise, handedness: settings.model.handedness.map(Into::into) },
         covariates,
         groups,

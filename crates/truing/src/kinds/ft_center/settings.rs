@@ -2,7 +2,10 @@
 
 use ft_center::{FtCenterError, Handedness};
 use serde::Deserialize;
+use serde::de::{Deserializer, Error as _};
+use toml::Spanned;
 
+use super::plan_settings::SensorPlanSettings;
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
 
@@ -21,6 +24,12 @@ pub(super) struct Settings {
     pub(super) contact: ContactSettings,
     #[serde(default)]
     pub(super) model: ModelSettings,
+    #[serde(default)]
+    pub(super) plan: SensorPlanSettings,
+    #[serde(default)]
+    pub(super) frame: FrameSettings,
+    #[serde(default)]
+    pub(super) tolerance: ToleranceSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
     #[serde(default, rename = "loop")]
@@ -48,6 +57,37 @@ pub(super) struct NoiseSettings {
     pub(super) force_n: Option<Positive>,
     pub(super) moment_nmm: Option<Positive>,
     pub(super) displacement_mm: Option<Positive>,
+}
+
+/// `[frame]`: where the sensor is, found before.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FrameSettings {
+    pub(super) from: Option<Spanned<String>>,
+}
+
+/// `[tolerance]`: what the head is held against.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ToleranceSettings {
+    pub(super) repeatability_mm: Option<Positive>,
+    pub(super) conformance: Option<Conformance>,
+}
+
+/// Probability from which on a thing conforms, above one half and below one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Conformance(pub(super) f64);
+
+impl<'de> Deserialize<'de> for Conformance {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Finite(value) = Finite::deserialize(deserializer)?;
+        if value > 0.5 && value < 1.0 {
+            return Ok(Self(value));
+        }
+        Err(D::Error::custom(format_args!(
+            "expected a probability above 0.5 and below 1, found {value}"
+        )))
+    }
 }
 
 #[derive(Clone, Copy, Deserialize)]

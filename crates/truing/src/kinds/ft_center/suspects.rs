@@ -2,9 +2,9 @@
 
 use ft_center::{Displacement, Press, PressRole, StaticPose};
 
+use super::gravity_estimates::GravityEstimates;
 use super::settings::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
 use crate::case::{Edit, Table};
-use crate::estimates::Estimates;
 use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
@@ -184,8 +184,8 @@ pub(super) fn gravity_yardstick(poses: &[StaticPose], fitted: &Fitted) -> Yardst
     let square =
         |o: &crate::measured::Observation| o.residual.iter().skip(3).map(|r| r * r).sum::<f64>();
     let missed = (fitted.observations.iter().map(square).sum::<f64>() / n).sqrt();
-    let is_upside_down =
-        matches!(&fitted.estimates, Estimates::Gravity(found) if found.weight_n < 0.0);
+    let found = fitted.estimates.downcast_ref::<GravityEstimates>();
+    let is_upside_down = found.is_some_and(|found| found.weight_n < 0.0);
     let taken_up = forces * (missed / moments).hypot(if is_upside_down { 1.0 } else { 0.0 });
     // Beside a light tool, a zero that turns or a mount that leans may be all that is read.
     Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched: f64::INFINITY }

@@ -1,9 +1,12 @@
 use geometry::EulerAngles;
-use nalgebra::{Isometry3, Matrix4, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix4, Matrix6, Vector3, Vector6};
 use pose_icp::PoseStart;
 use serde::Serialize;
 
+use super::plausible::{bad_axes, too_far};
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::{Cell, TextTable};
 
 /// What a `pose-icp` case is solved for.
@@ -199,8 +202,8 @@ pub(super) fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-impl PoseIcpEstimates {
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for PoseIcpEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let p = &self.pose;
         vec![
             Estimated::new("x", "mm", p.x_mm, p.std_x_mm),
@@ -212,14 +215,14 @@ impl PoseIcpEstimates {
         ]
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         if self.checks.is_empty() {
             let mut table = TextTable::new("points", &["point", "use", "residual (mm)"]);
             for p in &self.points {
                 let residual = p.residual_mm;
                 table.push(vec![p.point.clone().into(), p.usage.into(), residual.into()]);
             }
-            return table;
+            return vec![table];
         }
         let columns = ["point", "z measured (mm)", "z computed (mm)", "dz (mm)", "U (k = 2, mm)"];
         let mut table = TextTable::new("check points", &columns);
@@ -232,6 +235,12 @@ impl PoseIcpEstimates {
                 Cell::Expanded(c.std_mm),
             ]);
         }
-        table
+        vec![table]
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        let place = [0, 1, 2].map(|row| self.matrix[row][3]);
+        let axes = Matrix3::from_fn(|row, column| self.matrix[row][column]);
+        too_far(place).or_else(|| bad_axes(&axes))
     }
 }

@@ -8,6 +8,7 @@ use pose_icp::{
     Fitted as FittedPose, MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter,
     Touch, fit_pose, height_at,
 };
+use truing_report::Fact;
 
 use super::case::PoseCase;
 use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, rows, stds};
@@ -16,8 +17,7 @@ use crate::Error;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
-use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
-use crate::report::Fact;
+use crate::measured::{About, Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::suspect::Yardstick;
 
 /// The pose with the options under which it was found.
@@ -48,7 +48,7 @@ impl Measured for PoseCase {
             .collect();
         let declared = self.sigma_mm.is_some();
         Ok(Fitted {
-            estimates: Estimates::PoseIcp(PoseIcpEstimates {
+            estimates: Arc::new(PoseIcpEstimates {
                 pose: self.estimate(&fit, &options),
                 matrix: rows(&fit.pose.machine_from_workpiece().to_homogeneous()),
                 reference_mm: None,
@@ -77,11 +77,7 @@ impl Measured for PoseCase {
         let part = self.surface.part.clone();
         let model = PoseModel::new(part, self.measured_touches(), &recorded, &fit.pose, &options)
             .map_err(|e| self.error(e, None))?;
-        let covariates = model.all_covariates();
-        let model = Arc::new(model);
-        let of = Arc::clone(&model);
-        let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &fit));
-        Ok(Prepared { model, covariates, estimates, about: None })
+        Ok(self.prepared(model, Arc::new(fit)))
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {
@@ -124,6 +120,18 @@ impl Measured for PoseCase {
 }
 
 impl PoseCase {
+    fn prepared(&self, model: PoseModel, fit: Arc<PoseFit>) -> Prepared<'_> {
+        let covariates = model.all_covariates();
+        let model = Arc::new(model);
+        let (of, at) = (Arc::clone(&model), Arc::clone(&model));
+        let declared = Arc::clone(&fit);
+        let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &declared));
+        let about: About<'_> = Box::new(move |closure| {
+            Some(self.prepared(at.about_found(&closure.state)?, Arc::clone(&fit)))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+
     fn touches(&self) -> Vec<Touch> {
         self.points.touches(self.sigma_mm.unwrap_or(1.0))
     }
@@ -267,7 +275,12 @@ impl PoseCase {
     }
 
     /// Estimates with the accepted effects in the model.
-    fn closed(&self, model: &PoseModel, closure: &Closure, declared: &PoseFit) -> Estimates {
+    fn closed(
+        &self,
+        model: &PoseModel,
+        closure: &Closure,
+        declared: &PoseFit,
+    ) -> Arc<dyn Estimates> {
         let (state, columns) = (&closure.state, &closure.columns);
         let pose = model.pose_at(state);
         let sigmas = stds(&model.pose_covariance(state, columns, &closure.covariance));
@@ -307,7 +320,7 @@ impl PoseCase {
                 point.empirical_mm = Some(added.iter().map(|a| a[row]).sum());
             }
         }
-        Estimates::PoseIcp(PoseIcpEstimates {
+        Arc::new(PoseIcpEstimates {
             pose: estimate,
             matrix: rows(&model.reading_from_workpiece(state)),
             reference_mm: model.has_reference(state).then(|| model.reference_mm().into()),

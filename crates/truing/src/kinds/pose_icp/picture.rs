@@ -3,8 +3,7 @@
 use geometry::Line;
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use pose_icp::{Part, TipSide};
-
-use crate::report::Facet;
+use truing_report::Facet;
 
 /// How much of y goes to the right, and up.
 const INTO_THE_PICTURE: [f64; 2] = [0.35, 0.45];

@@ -70,14 +70,15 @@ pub(super) fn offer(
             };
             let cell =
                 |(axis, name): (usize, &'static str)| (name, format!("{:.6}", ball_mm[axis]));
-            Offered { cells: XYZ.into_iter().enumerate().map(cell).collect(), touch: Some(touch) }
+            let cells = XYZ.into_iter().enumerate().map(cell).collect();
+            Offered { touch: Some(touch), ..Offered::of_row("point", cells) }
         })
         .collect();
     let balls = offered.iter().filter_map(|o| o.touch).map(|touch| touch.ball_mm.z);
     let highest = balls.chain(points.centers_mm.iter().map(|p| p.z)).fold(f64::MIN, f64::max);
     Ok(Offer {
         table: POINTS,
-        names: "point",
+        observed: None,
         readings: XYZ.to_vec(),
         columns: Vec::new(),
         offered,

@@ -2,9 +2,11 @@ use std::fmt::Write as _;
 
 use ft_center::{AxisFigures, AxisMotion, AxisReading, OneWay, TargetFigures, axis_figures};
 use serde::Serialize;
+use truing_report::{Curve, CurvePlot, ExtraPlot};
 
 use crate::estimated::{Estimated, Export};
-use crate::report::{Curve, CurvePlot, ExtraPlot};
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::TextTable;
 
 /// Triplets that LinuxCNC reads at most.
@@ -12,6 +14,11 @@ const LINUXCNC_MOST: usize = 256;
 const ARCSEC_PER_DEG: f64 = 3600.0;
 /// Half a 95 % interval, in standard uncertainties.
 const HALF_95: f64 = 1.96;
+
+/// Largest distance by which an axis misses a target: a tooth of a rack, or half a turn of a screw.
+const MAX_POSITION_MM: f64 = 5.0;
+/// The same of a rotary axis: a degree, as for its compensation.
+const MAX_POSITION_ARCSEC: f64 = 3600.0;
 
 /// What a `positioning` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -207,6 +214,20 @@ impl AxisRunEstimate {
         }
     }
 
+    /// A target missed by more than any machine does.
+    pub(crate) fn implausible(&self) -> Option<ImplausibleResult> {
+        let off = |t: &&AxisTargetEstimate| t.mean.abs();
+        let worst = self.targets.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let limit = if self.unit == "mm" { MAX_POSITION_MM } else { MAX_POSITION_ARCSEC };
+        (off(&worst) > limit).then(|| ImplausibleResult::Position {
+            target: worst.target,
+            target_unit: self.target_unit,
+            found: off(&worst),
+            unit: self.unit,
+            limit,
+        })
+    }
+
     fn csv(&self) -> String {
         let (at, unit) = (self.target_unit, self.unit);
         let mut text = format!(
@@ -247,6 +268,32 @@ impl AxisRunEstimate {
             let _ = writeln!(text, "{:.9} {forward:.9} {reverse:.9}", t.target);
         }
         text
+    }
+}
+
+impl Estimates for PositioningEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
+        self.run.parameters()
+    }
+
+    fn tables(&self) -> Vec<TextTable> {
+        vec![self.run.table()]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn plots(&self) -> Vec<ExtraPlot> {
+        vec![self.run.plot()]
+    }
+
+    fn export(&self, format: Export) -> Option<String> {
+        self.run.export(format)
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        self.run.implausible()
     }
 }
 

@@ -4,14 +4,16 @@ use ft_center::{
     AxisMotion, AxisReading, AxisRun, FtCenterError, axis_coordinates, positioning_model,
 };
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
 use super::estimates::{AxisRunEstimate, PositionResidual, PositioningEstimates};
+use super::plan::{AxisPlanSettings, AxisTable};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::{Yardstick, spread_of};
 
 /// Misfit of a position over the travel that no machine makes.
@@ -32,6 +34,8 @@ pub(super) struct PositioningCase {
     pub(super) covariates: Vec<NumberColumn>,
     pub(super) groups: Vec<String>,
     pub(super) group_noun: String,
+    pub(super) plan: AxisPlanSettings,
+    pub(super) of_table: AxisTable,
 }
 
 impl PositioningCase {
@@ -39,7 +43,7 @@ impl PositioningCase {
         Error::FtCenter { at: Box::new(self.file.clone()), source: Box::new(source) }
     }
 
-    fn estimates(&self, residuals: Option<&[f64]>, conditions: Vec<String>) -> Estimates {
+    fn estimates(&self, residuals: Option<&[f64]>, conditions: Vec<String>) -> Arc<dyn Estimates> {
         let of = |(i, r): (usize, &AxisReading)| {
             let residual = residuals.map_or(r.deviation, |residuals| residuals[i]);
             PositionResidual {
@@ -60,7 +64,7 @@ impl PositioningCase {
             );
         }
         let readings = self.readings.iter().enumerate().map(of).collect();
-        Estimates::Positioning(PositioningEstimates { run, conditions, readings })
+        Arc::new(PositioningEstimates { run, conditions, readings })
     }
 
     fn recorded(&self) -> Vec<Covariate> {
@@ -108,6 +112,10 @@ impl Measured for PositioningCase {
             self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        Ok(Some(self.plan.offer(&self.of_table, &self.readings)))
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

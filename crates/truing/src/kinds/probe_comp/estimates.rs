@@ -4,7 +4,13 @@ use serde::Serialize;
 
 use super::qualification::QualificationEstimate;
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::{Cell, EXPANDED, TextTable};
+
+/// Largest deviation of a part from its drawing that a probe meets: beyond it, the ball touched
+/// something else.
+const MAX_DEVIATION_MM: f64 = 50.0;
 
 /// What a `probe-comp` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -202,12 +208,12 @@ impl MeasuredNormalEstimate {
     }
 }
 
-impl ProbeCompEstimates {
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for ProbeCompEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         self.qualification.as_ref().map_or_else(Vec::new, QualificationEstimate::parameters)
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = ["touch", "use", "x (mm)", "y (mm)", "z (mm)", "deviation (µm)", EXPANDED];
         let mut table = TextTable::new("contacts", &columns);
         for t in &self.touches {
@@ -221,6 +227,13 @@ impl ProbeCompEstimates {
                 Cell::Expanded(t.std_deviation_mm.map(|s| s * 1e3)),
             ]);
         }
-        table
+        vec![table]
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        let off = |t: &&TouchEstimate| t.deviation_mm.abs();
+        let worst = self.touches.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let (touch, found_mm, limit_mm) = (worst.touch.clone(), off(&worst), MAX_DEVIATION_MM);
+        (found_mm > limit_mm).then_some(ImplausibleResult::Deviation { touch, found_mm, limit_mm })
     }
 }

@@ -4,6 +4,7 @@ use model_discrepancy::{Closure, Covariate, Origin, Role};
 use probe_comp::{
     BallTouch, Contact, MeasuredTouch, NormalSource, ProbeError, ProbeModel, ProbeSetup, compensate,
 };
+use truing_report::Fact;
 
 use super::case::ProbeCase;
 use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
@@ -12,7 +13,6 @@ use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
 use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// Contacts, and what they say of the noise.
@@ -44,7 +44,7 @@ impl Measured for ProbeCase {
             )],
         };
         Ok(Fitted {
-            estimates: Estimates::ProbeComp(estimates),
+            estimates: Arc::new(estimates),
             observations,
             unit: "mm",
             degrees_of_freedom,
@@ -214,7 +214,7 @@ fn closed(
     closure: &Closure,
     declared: &ProbeCompEstimates,
     sigmas_mm: &[[f64; 2]],
-) -> Estimates {
+) -> Arc<dyn Estimates> {
     let mut estimates = declared.clone();
     for (row, estimate) in estimates.touches.iter_mut().enumerate() {
         if let Some(change) = model.contact_change(row, closure, sigmas_mm[row]) {
@@ -224,5 +224,5 @@ fn closed(
             estimate.empirical_mm = Some(closure.empirical.iter().map(|e| e.added()[row]).sum());
         }
     }
-    Estimates::ProbeComp(estimates)
+    Arc::new(estimates)
 }

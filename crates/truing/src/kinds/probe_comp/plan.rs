@@ -60,7 +60,7 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
     let from_above = nominal.side() == Side::Along || reachable.iter().all(|p| p.normal.z >= 0.0);
     Ok(Some(Offer {
         table: TOUCHES,
-        names: "touch",
+        observed: None,
         readings: XYZ.to_vec(),
         columns,
         offered,
@@ -152,7 +152,8 @@ fn all(case: &ProbeCase, levels: &Levels, places: &[Place]) -> Vec<Offered> {
                 feed_mm_per_min: feed.map_or_else(|| case.plan.feed(), |feed| feed * factor),
                 spindle_deg,
             };
-            offered.push(Offered { cells: cells(case, levels, &touch, feed), touch: Some(touch) });
+            let cells = cells(case, levels, &touch, feed);
+            offered.push(Offered { touch: Some(touch), ..Offered::of_row("touch", cells) });
         }
     }
     offered

@@ -1,12 +1,16 @@
+use model_discrepancy::Step;
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Serialize;
 use tracker_lm::{
     AxisError, AxisLetter, AxisLocation, Calibration, Mount, StationPose, Survey,
     TargetCalibration, TargetSurvey, axis_errors_csv, heidenhain_table, linuxcnc_compensation,
 };
+use truing_report::{Curve, CurvePlot, ExtraPlot};
 
+use super::plausible::{FoundAxis, MAX_ROTATION_DEG, implausible};
 use crate::estimated::{Estimated, Export};
-use crate::report::{Curve, CurvePlot, ExtraPlot};
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
 use crate::text_table::{Cell, TextTable, number};
 
 /// What a `tracker-lm` case is solved for.
@@ -20,7 +24,11 @@ pub struct TrackerLmEstimates {
     pub points: usize,
     /// One per angle, in the order in which the angles were first measured.
     pub axis_errors: Vec<AxisErrorEstimate>,
-    /// Location of the axis; `None` where the angles do not show it.
+    /// Errors of an axis that is declared perfect about where it was found, as far as effects were
+    /// accepted (ISO 230-7); `None` of an axis with six errors at every angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_motion: Option<Vec<AxisErrorEstimate>>,
+    /// Location of the axis; `None` where the angles do not show it, or where it is as declared.
     pub axis_location: Option<AxisLocationEstimate>,
     /// Difference of `[e_x, e_y, e_z, e_a, e_b, e_c]` between coming with rising and with falling
     /// angles, mm and rad, where the loop found one.
@@ -117,6 +125,7 @@ struct Parts<'a> {
     mounts: Vec<Placed<'a>>,
     points: usize,
     errors: &'a [AxisError],
+    motion: Option<&'a [AxisError]>,
     location: Option<&'a AxisLocation>,
     reversal: Option<[f64; 6]>,
 }
@@ -137,6 +146,7 @@ impl TrackerLmEstimates {
             mounts: mounts(&survey.mounts, &found.mounts),
             points: found.n_points,
             errors: &found.axis_errors,
+            motion: found.motion.as_deref(),
             location: found.location.as_ref(),
             reversal,
         })
@@ -161,6 +171,7 @@ impl TrackerLmEstimates {
             mounts: mounts(&survey.mounts, &found.mounts),
             points: found.n_points,
             errors: &found.axis_errors,
+            motion: found.motion.as_deref(),
             location: found.location.as_ref(),
             reversal,
         })
@@ -210,6 +221,7 @@ impl TrackerLmEstimates {
             mounts: mounts.collect(),
             points: parts.points,
             axis_errors: parts.errors.iter().map(AxisErrorEstimate::of).collect(),
+            axis_motion: parts.motion.map(|m| m.iter().map(AxisErrorEstimate::of).collect()),
             axis_location: location,
             reversal: parts.reversal,
             letter,
@@ -218,7 +230,20 @@ impl TrackerLmEstimates {
         }
     }
 
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+    /// Angle and rotation error about the axis itself, degrees.
+    fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
+        let own = match self.letter {
+            AxisLetter::A => 3,
+            AxisLetter::B => 4,
+            AxisLetter::C => 5,
+        };
+        let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
+        self.axis_errors.iter().map(of).collect()
+    }
+}
+
+impl Estimates for TrackerLmEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let mut all = Vec::new();
         if let Some(location) = &self.axis_location {
             for (i, name) in location.names.iter().enumerate() {
@@ -237,7 +262,7 @@ impl TrackerLmEstimates {
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = [
             "angle °",
             "e_x µm",
@@ -264,15 +289,28 @@ impl TrackerLmEstimates {
             let angle = std::iter::once(Cell::from(number(Some(e.angle_deg))));
             table.push(angle.chain(errors).chain(expanded).collect());
         }
-        table
+        vec![table]
     }
 
     /// The six curves with their 95 % bands.
-    pub(crate) fn plots(&self) -> Vec<ExtraPlot> {
+    fn plots(&self) -> Vec<ExtraPlot> {
+        let (errors, of, caption) = match &self.axis_motion {
+            None => (
+                &self.axis_errors,
+                "errors",
+                "Relative to the first angle measured; bands are 95 % intervals.",
+            ),
+            Some(motion) => (
+                motion,
+                "motion errors",
+                "About the axis where it was found, as far as they were named (ISO 230-7); bands are \
+                 95 % intervals.",
+            ),
+        };
         let names = self.letter.error_names();
-        let plot = |title: &str, y_title: &str, first: usize, factor: f64| {
+        let plot = |what: &str, unit: &str, first: usize, factor: f64| {
             let curve = |c: usize| {
-                let mut points: Vec<([f64; 2], f64)> = (self.axis_errors.iter())
+                let mut points: Vec<([f64; 2], f64)> = (errors.iter())
                     .map(|e| {
                         let numbers = e.numbers();
                         let half = 1.96 * numbers[6 + c] * factor;
@@ -284,50 +322,52 @@ impl TrackerLmEstimates {
                 Curve { name: names[c].clone(), points, half_widths, joined: true }
             };
             ExtraPlot::Curves(CurvePlot {
-                title: title.to_owned(),
-                caption: "Relative to the first angle measured; bands are 95 % intervals."
-                    .to_owned(),
+                title: format!("{what} {of} of the axis"),
+                caption: caption.to_owned(),
                 x_title: format!("{} (°)", self.letter.letter()),
-                y_title: y_title.to_owned(),
+                y_title: format!("error ({unit})"),
                 curves: (first..first + 3).map(curve).collect(),
             })
         };
-        vec![
-            plot("Displacement errors of the axis", "error (µm)", 0, 1e3),
-            plot("Rotation errors of the axis", "error (µrad)", 3, 1e6),
-        ]
+        vec![plot("Displacement", "µm", 0, 1e3), plot("Rotation", "µrad", 3, 1e6)]
     }
 
-    /// Angle and rotation error about the axis itself, degrees.
-    pub(crate) fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
-        let own = match self.letter {
-            AxisLetter::A => 3,
-            AxisLetter::B => 4,
-            AxisLetter::C => 5,
-        };
-        let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
-        self.axis_errors.iter().map(of).collect()
+    /// Gives the place of the axis among the steps the uncertainty that it has in the machine's frame,
+    /// of which the readings know nothing.
+    fn widen(&self, steps: &mut [Step]) {
+        let Some(location) = &self.axis_location else { return };
+        let steps = steps.iter_mut().filter(|s| s.effect == "axis-location");
+        for parameter in steps.flat_map(|s| &mut s.parameters) {
+            let Some(c) = location.names.iter().position(|name| *name == parameter.name) else {
+                continue;
+            };
+            let factor = if c < 2 { 1e3 } else { 1e6 };
+            parameter.std = parameter.std.max(factor * location.std[c]);
+        }
     }
 
-    /// Letter of the axis.
-    pub(crate) fn letter(&self) -> char {
-        self.letter.letter()
-    }
-
-    /// Declared direction of the axis.
-    pub(crate) fn direction(&self) -> [f64; 3] {
-        self.direction
-    }
-
-    pub(crate) fn export(&self, format: Export) -> String {
-        match format {
+    fn export(&self, format: Export) -> Option<String> {
+        Some(match format {
             Export::Csv => axis_errors_csv(self.letter, &self.errors),
             Export::LinuxCnc => {
                 let reversal = self.reversal.unwrap_or_default().into();
                 linuxcnc_compensation(self.letter, &self.errors, &reversal)
             }
             Export::Heidenhain => heidenhain_table(self.letter, &self.errors),
-        }
+        })
+    }
+
+    fn implausible(&self, max_correction_deg: Option<f64>) -> Option<ImplausibleResult> {
+        let location = self.axis_location.iter();
+        let found = FoundAxis {
+            letter: self.letter.letter(),
+            direction: self.direction,
+            own_rotation_deg: &self.own_rotation_deg(),
+            location: location
+                .flat_map(|l| l.names.iter().map(String::as_str).zip(l.values))
+                .collect(),
+        };
+        implausible(&found, max_correction_deg.unwrap_or(MAX_ROTATION_DEG))
     }
 }
 

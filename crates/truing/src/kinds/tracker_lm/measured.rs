@@ -3,18 +3,21 @@ use std::sync::{Arc, OnceLock};
 use model_discrepancy::{Closure, Column, Covariate, Model, Origin};
 use nalgebra::Vector3;
 use tracker_lm::{
-    Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError, TrackerModel,
-    calibrate,
+    AxisModel, Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError,
+    TrackerModel, calibrate,
 };
+use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
+use super::plan::{Surveyed, offer};
+use super::plan_settings::TracerPlanSettings;
 use super::settings::error;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case as read.
@@ -32,6 +35,9 @@ pub(super) struct TrackerCase {
     pub(super) group_noun: Option<String>,
     /// From the machine's zero to that of the survey.
     pub(super) away_mm: Vector3<f64>,
+    /// Whether the table says which way the axis came.
+    pub(super) has_direction: bool,
+    pub(super) plan: TracerPlanSettings,
     pub(super) solved: OnceLock<Calibration>,
 }
 
@@ -91,9 +97,9 @@ impl TrackerCase {
 }
 
 impl TrackerCase {
-    fn estimates(&self, found: &Calibration, reversal: Option<[f64; 6]>) -> Estimates {
+    fn estimates(&self, found: &Calibration, reversal: Option<[f64; 6]>) -> Arc<dyn Estimates> {
         let near = TrackerLmEstimates::of(&self.survey, found, reversal);
-        Estimates::TrackerLm(near.moved(self.away_mm))
+        Arc::new(near.moved(self.away_mm))
     }
 
     fn prepared(&self, model: TrackerModel) -> Prepared<'_> {
@@ -145,12 +151,23 @@ impl Measured for TrackerCase {
         Ok(self.prepared(model))
     }
 
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        let surveyed = Surveyed {
+            survey: &self.survey,
+            found: self.solved()?,
+            away_mm: self.away_mm,
+            has_direction: self.has_direction,
+            order: self.options.order,
+        };
+        Ok(Some(offer(&self.plan, &surveyed)))
+    }
+
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {
         super::suspects::range_yardstick(&self.survey, fitted)
     }
 
     fn repeats_places(&self) -> bool {
-        false
+        self.options.axis != AxisModel::Free
     }
 
     fn words(&self) -> Words {
@@ -180,6 +197,10 @@ impl Measured for TrackerCase {
 impl TrackerCase {
     fn declared(&self) -> Vec<String> {
         let formulation = match self.options.formulation {
+            Formulation::Joint if self.options.axis != AxisModel::Free => {
+                "Joint bundle: stations, dead paths, reflectors on a rigid body, and a perfect axis \
+                 where it is declared."
+            }
             Formulation::Joint => {
                 "Joint bundle: stations, dead paths, reflectors on a rigid body and six errors of \
                  the axis at every angle, relative to the first one."
@@ -197,6 +218,9 @@ impl TrackerCase {
         let gauge = match (self.options.gauge, self.options.noise.station_mm) {
             (Gauge::Stations, Some(_)) => {
                 "Frame: the stations' nominal positions, with their uncertainty."
+            }
+            (Gauge::Shape, Some(_)) => {
+                "Frame: the rigid fit of all stations, whose shape is known with their uncertainty."
             }
             (Gauge::Minimal, _) => "Frame: the first three stations.",
             _ => "Frame: the rigid fit of all stations to their nominal positions.",

@@ -16,9 +16,9 @@ const KNOWN: &[&str] =
 pub(super) fn read(
     folder: &Folder,
     document: &Document,
-    settings: Settings,
+    settings: &Settings,
 ) -> Result<Reading, Error> {
-    let setup = Setup::read(folder, document, &settings)?;
+    let setup = Setup::read(folder, document, settings)?;
     let table = folder.table(RANGES, NEEDED)?;
     let mut columns = Columns::new(&table, KNOWN);
     let references = setup.references(&mut columns, &table, RANGES)?;
@@ -37,6 +37,7 @@ pub(super) fn read(
         })
         .collect();
     let Setup { axis, stations, mounts, away_mm, .. } = setup;
+    let loop_settings = settings.loop_settings();
     let case = TrackerCase {
         file: table.at_file(),
         lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
@@ -47,11 +48,13 @@ pub(super) fn read(
         groups,
         group_noun: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         away_mm,
+        has_direction: table.column("direction").is_some(),
+        plan: settings.plan.clone(),
         solved: std::sync::OnceLock::new(),
     };
     Ok(Reading {
         measured: Box::new(case),
-        loop_settings: settings.closure,
+        loop_settings,
         warnings,
         tables: &[STATIONS, MOUNTS, RANGES],
     })

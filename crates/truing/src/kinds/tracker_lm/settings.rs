@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use tracker_lm::TrackerError;
 
+use super::plan_settings::TracerPlanSettings;
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
 
@@ -21,6 +22,8 @@ pub(super) struct Settings {
     pub(super) model: ModelSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
+    #[serde(default)]
+    pub(super) plan: TracerPlanSettings,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }
@@ -44,6 +47,8 @@ pub(super) struct ModelSettings {
     pub(super) gauge: GaugeName,
     #[serde(default)]
     pub(super) order: OrderName,
+    #[serde(default)]
+    pub(super) axis: AxisName,
 }
 
 #[derive(Default, Deserialize)]
@@ -70,6 +75,14 @@ pub(super) enum FormulationName {
     #[default]
     Joint,
     FreePoints,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum AxisName {
+    #[default]
+    Free,
+    Fixed,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

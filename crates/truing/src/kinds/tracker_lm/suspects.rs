@@ -7,7 +7,6 @@ use super::estimates::TrackerLmEstimates;
 use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
 use crate::case::Table;
-use crate::estimates::Estimates;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
@@ -38,12 +37,14 @@ pub(super) fn mistakes(files: &Files, _: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(signs(file, read, &["angle_deg"]));
     if file == TARGETS {
         all.extend(of_places(TARGETS, read));
-        all.extend(rows_shifted(file, read, &PLACE, Some("mount")));
+        for columns in [&PLACE[..], &PLACE[..1], &PLACE[1..2], &PLACE[2..]] {
+            all.extend(shifted(file, read, columns));
+        }
     } else {
         let column = ["displacement_mm"];
         all.extend(units(file, read, &column, Dimension::Length));
         all.extend(signs(file, read, &column));
-        all.extend(rows_shifted(file, read, &column, Some("mount")));
+        all.extend(shifted(file, read, &column));
     }
     all.extend(of_places(STATIONS, stations));
     all.extend(of_places(MOUNTS, mounts));
@@ -51,6 +52,14 @@ pub(super) fn mistakes(files: &Files, _: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(swapped_names(file, read, column, MOST_NAMES));
     }
     all
+}
+
+/// Rows further down or up within the run of each reflector, and in the whole table.
+fn shifted(file: &'static str, read: Option<&Table>, columns: &[&str]) -> Vec<Hypothesis> {
+    [Some("mount"), None]
+        .iter()
+        .flat_map(|within| rows_shifted(file, read, columns, *within))
+        .collect()
 }
 
 fn of_places(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
@@ -125,7 +134,9 @@ fn yardstick(
     mounts: &[Point3<f64>],
     fitted: &Fitted,
 ) -> Yardstick {
-    let Estimates::TrackerLm(found) = &fitted.estimates else { return Yardstick::NONE };
+    let Some(found) = fitted.estimates.downcast_ref::<TrackerLmEstimates>() else {
+        return Yardstick::NONE;
+    };
     let place = |x, y, z| Point3::new(x, y, z);
     let found_mounts: Vec<_> = found.mounts.iter().map(|m| place(m.x_mm, m.y_mm, m.z_mm)).collect();
     let of_mounts = beyond(moved(mounts, &found_mounts), USUAL_PLACE);

@@ -3,9 +3,10 @@ use std::sync::{Arc, OnceLock};
 use model_discrepancy::{Closure, Covariate, Model, Origin};
 use nalgebra::Vector3;
 use tracker_lm::{
-    HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
+    AxisModel, HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
     TargetSurvey, TrackerError, calibrate_targets,
 };
+use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
 use super::measured::{active, reversal};
@@ -15,7 +16,6 @@ use crate::case::Location;
 use crate::estimates::Estimates;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A `tracker-lm` case of points, as read.
@@ -99,9 +99,13 @@ impl TargetCase {
 }
 
 impl TargetCase {
-    fn estimates(&self, found: &TargetCalibration, reversal: Option<[f64; 6]>) -> Estimates {
+    fn estimates(
+        &self,
+        found: &TargetCalibration,
+        reversal: Option<[f64; 6]>,
+    ) -> Arc<dyn Estimates> {
         let near = TrackerLmEstimates::of_targets(&self.survey, found, reversal);
-        Estimates::TrackerLm(near.moved(self.away_mm))
+        Arc::new(near.moved(self.away_mm))
     }
 
     fn prepared(&self, model: TargetModel) -> Prepared<'_> {
@@ -158,7 +162,7 @@ impl Measured for TargetCase {
     }
 
     fn repeats_places(&self) -> bool {
-        false
+        self.options.axis != AxisModel::Free && self.hold_out == HoldOut::Step
     }
 
     fn words(&self) -> Words {
@@ -171,11 +175,21 @@ impl Measured for TargetCase {
                 format!("{range_mm} mm along the beam, {angle_rad} rad across it")
             }
         };
-        let declared = [
-            "Bundle: poses of the stations, reflectors on a rigid body and six errors of the axis \
-             at every angle, relative to the first one.",
-            "Frame: the rigid fit of all reflectors to their nominal places.",
-        ];
+        let bundle = match self.options.axis {
+            AxisModel::Free => {
+                "Bundle: poses of the stations, reflectors on a rigid body and six errors of the \
+                 axis at every angle, relative to the first one."
+            }
+            AxisModel::Fixed => {
+                "Bundle: poses of the stations, reflectors on a rigid body, and a perfect axis where \
+                 it is declared."
+            }
+            AxisModel::Located => {
+                "Bundle: poses of the stations, reflectors on a rigid body, and a perfect axis whose \
+                 location is fitted."
+            }
+        };
+        let declared = [bundle, "Frame: the rigid fit of all reflectors to their nominal places."];
         Words {
             declared: declared.map(str::to_owned).to_vec(),
             residual: "predicted − measured point",

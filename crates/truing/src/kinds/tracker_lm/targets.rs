@@ -1,7 +1,9 @@
 //! The tables of a survey of points.
 
 use nalgebra::Point3;
-use tracker_lm::{HoldOut, Target, TargetNoise, TargetOptions, TargetRecords, TargetSurvey};
+use tracker_lm::{
+    AxisModel, HoldOut, Target, TargetNoise, TargetOptions, TargetRecords, TargetSurvey,
+};
 
 use super::measured::recorded;
 use super::settings::{MOUNTS, STATIONS, Settings, TARGETS};
@@ -18,11 +20,9 @@ const KNOWN: &[&str] =
 pub(super) fn read(
     folder: &Folder,
     document: &Document,
-    settings: Settings,
+    settings: &Settings,
 ) -> Result<Reading, Error> {
-    let options =
-        TargetOptions { order: settings.options().order, noise: noise(&settings, document)? };
-    let setup = Setup::read(folder, document, &settings)?;
+    let setup = Setup::read(folder, document, settings)?;
     let table = folder.table(TARGETS, NEEDED)?;
     let mut columns = Columns::new(&table, KNOWN);
     let references = setup.references(&mut columns, &table, TARGETS)?;
@@ -42,6 +42,18 @@ pub(super) fn read(
         })
         .collect();
     let hold_out = hold_out(groups.as_deref(), &mount_of, setup.mounts.len());
+    let mut axis_model = settings.axis_model();
+    if axis_model == AxisModel::Fixed && hold_out == HoldOut::Mount {
+        // What is left of the reflectors cannot say where the axis is against them all.
+        axis_model = AxisModel::Located;
+        warnings.push(
+            "whole reflectors are held out, and the fit of all to their nominal places says where the \
+             axis should be: its location is fitted, and not judged"
+                .to_owned(),
+        );
+    }
+    let (order, noise) = (settings.options().order, noise(settings, document)?);
+    let options = TargetOptions { axis: axis_model, order, noise };
     let Setup { axis, stations, mounts, bodies, away_mm, .. } = setup;
     let covariates = recorded(None, &extras.covariates);
     let case = TargetCase {
@@ -58,7 +70,7 @@ pub(super) fn read(
     };
     Ok(Reading {
         measured: Box::new(case),
-        loop_settings: settings.closure,
+        loop_settings: settings.loop_settings(),
         warnings,
         tables: &[STATIONS, MOUNTS, TARGETS],
     })

@@ -1,8 +1,19 @@
-use ft_center::{Center, Handedness, HandednessSource, Located, PressRole, SolvedPress};
+use ft_center::{
+    Center, Handedness, HandednessSource, Located, PressRole, SavedFrame, SolvedPress,
+};
 use serde::Serialize;
 
+use super::repeatability::RepeatabilityEstimate;
+
 use crate::estimated::Estimated;
+use crate::estimates::Estimates;
+use crate::implausible::ImplausibleResult;
+use crate::kinds::ft_center::settings::ToleranceSettings;
 use crate::text_table::{Cell, TextTable};
+
+/// Largest distance between where a head presses and where it was sent that is an error of the
+/// machine: as for the location of an axis.
+const MAX_CONTACT_MM: f64 = 50.0;
 
 /// What presses are solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -13,6 +24,15 @@ pub struct FtCenterEstimates {
     pub conditions: Vec<String>,
     /// One per press.
     pub centers: Vec<CenterEstimate>,
+    /// How well the head comes back; `None` where no place was pressed twice.
+    pub repeatability: Option<RepeatabilityEstimate>,
+}
+
+/// What a case says that goes into its estimates.
+#[derive(Clone, Copy)]
+pub(super) struct Setting {
+    pub(super) z0_mm: f64,
+    pub(super) tolerance: ToleranceSettings,
 }
 
 /// `sensor = scale · Rot(angle) · Mirror · machine + t`, planar, machine as it says that it is.
@@ -42,6 +62,20 @@ pub struct FrameEstimate {
     pub handedness: &'static str,
     /// `measured`, `given` or `assumed`.
     pub handedness_source: &'static str,
+    /// Where the sensor has `reference_mm`.
+    pub image_mm: [f64; 2],
+    /// Covariance of `[angle, image x, image y, scale]`; angle in rad, image in mm.
+    pub covariance: [[f64; 4]; 4],
+    /// Scatter from press to press along each axis, beyond the noise of the records.
+    pub seat_mm: f64,
+    /// Factor by which the variances of single presses are scaled.
+    pub variance_factor: f64,
+    /// Degrees of freedom of these variances.
+    pub degrees_of_freedom: usize,
+    /// Farthest press, from the reference, that the frame was fitted to.
+    pub reach_mm: f64,
+    /// Height of the contact plane on which it was found.
+    pub z0_mm: f64,
 }
 
 /// Where one press was.
@@ -100,28 +134,36 @@ pub struct MeanWrench {
 }
 
 impl FtCenterEstimates {
-    pub(crate) fn of(located: &Located, presses: &[SolvedPress]) -> Self {
+    pub(super) fn of(located: &Located, presses: &[SolvedPress], setting: Setting) -> Self {
         let centers = (located.centers.iter().zip(presses))
             .map(|(center, press)| CenterEstimate::of(center, press))
             .collect();
         let conditions = located.conditions.clone();
-        Self { frame: FrameEstimate::of(located), conditions, centers }
+        let repeatability = RepeatabilityEstimate::of(presses, &located.centers, setting.tolerance);
+        let frame = FrameEstimate::of(located, setting.z0_mm);
+        Self { frame, conditions, centers, repeatability }
     }
+}
 
-    pub(crate) fn parameters(&self) -> Vec<Estimated> {
+impl Estimates for FtCenterEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
         let f = &self.frame;
         let mut all = vec![
             Estimated::new("frame angle", "°", f.angle_deg, Some(f.std_angle_deg)),
             Estimated::new("frame tx", "mm", f.tx_mm, Some(f.std_tx_mm)),
             Estimated::new("frame ty", "mm", f.ty_mm, Some(f.std_ty_mm)),
         ];
+        if let Some(r) = &self.repeatability {
+            all.push(Estimated::new("repeatability x", "mm", r.x_mm, None));
+            all.push(Estimated::new("repeatability y", "mm", r.y_mm, None));
+        }
         if f.std_scale > 0.0 {
             all.push(Estimated::new("frame scale", "", f.scale, Some(f.std_scale)));
         }
         all
     }
 
-    pub(crate) fn table(&self) -> TextTable {
+    fn tables(&self) -> Vec<TextTable> {
         let columns = [
             "press",
             "use",
@@ -157,14 +199,34 @@ impl FtCenterEstimates {
             let names = [c.press.clone().into(), c.usage.into()];
             table.push(names.into_iter().chain(numbers).take(shown).collect());
         }
-        table
+        vec![table]
+    }
+
+    fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {
+        let off = |c: &&CenterEstimate| c.offset_x_mm.hypot(c.offset_y_mm);
+        let worst = self.centers.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let (press, found_mm, limit_mm) = (worst.press.clone(), off(&worst), MAX_CONTACT_MM);
+        (found_mm > limit_mm).then_some(ImplausibleResult::Contact { press, found_mm, limit_mm })
     }
 }
 
 impl FrameEstimate {
-    fn of(located: &Located) -> Self {
+    fn of(located: &Located, z0_mm: f64) -> Self {
         let (frame, commanded) = (&located.frame, &located.commanded);
+        let saved = SavedFrame::of(located);
+        let row = |i: usize| [0, 1, 2, 3].map(|j| saved.covariance[(i, j)]);
         Self {
+            image_mm: [saved.image_mm.x, saved.image_mm.y],
+            covariance: [row(0), row(1), row(2), row(3)],
+            seat_mm: saved.seat_mm,
+            variance_factor: saved.variance_factor,
+            degrees_of_freedom: saved.degrees_of_freedom,
+            reach_mm: saved.reach_mm,
+            z0_mm,
             angle_deg: frame.angle_rad.to_degrees(),
             tx_mm: commanded.translation_mm.x,
             ty_mm: commanded.translation_mm.y,

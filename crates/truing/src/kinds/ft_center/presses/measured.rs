@@ -2,20 +2,27 @@ use std::sync::{Arc, OnceLock};
 
 use ft_center::{
     Contact, FtCenterError, Handedness, HandednessSource, LocateOptions, Located, OrbitOptions,
-    Press, PressModel, PressRole, SolvedPress, locate, solve_presses,
+    Press, PressModel, PressRole, SavedFrame, SolvedPress, locate, locate_in, solve_presses,
 };
+use geometry::PlanarMap;
 use model_discrepancy::{Closure, Covariate, Model, Origin};
+use truing_report::Fact;
 
-use super::estimates::FtCenterEstimates;
+use super::estimates::{FtCenterEstimates, Setting};
+use super::repeatability::RepeatabilityEstimate;
+use super::saved::{far_from, nothing_fitted};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
-use crate::kinds::ft_center::settings::error;
+use crate::kinds::Offer;
+use crate::kinds::ft_center::plan::{Pressed, presses as offered_presses};
+use crate::kinds::ft_center::plan_settings::SensorPlanSettings;
+use crate::kinds::ft_center::settings::{ToleranceSettings, error};
 use crate::measured::{
     Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
+use crate::monitor::LiveFrame;
 use crate::regrouped::Regrouped;
-use crate::report::Fact;
 use crate::suspect::Yardstick;
 
 /// A case of presses as read.
@@ -29,6 +36,11 @@ pub(in crate::kinds::ft_center) struct PressCase {
     pub(super) contact: Contact,
     pub(super) orbit: OrbitOptions,
     pub(super) options: LocateOptions,
+    /// The frame where it was found before.
+    pub(super) saved: Option<SavedFrame>,
+    pub(super) tolerance: ToleranceSettings,
+    pub(super) plan: SensorPlanSettings,
+    pub(super) document: Location,
     /// One value per press.
     pub(super) covariates: Vec<NumberColumn>,
     /// One name per press.
@@ -46,6 +58,18 @@ impl PressCase {
         let solved = solve_presses(&self.presses, &self.contact, &self.orbit)
             .map_err(|e| self.record_error(e))?;
         Ok(self.solved.get_or_init(|| solved))
+    }
+
+    fn located(&self, presses: &[SolvedPress]) -> Result<Located, Error> {
+        let located = match &self.saved {
+            Some(saved) => locate_in(saved, presses, &self.contact, self.options.noise),
+            None => locate(presses, &self.contact, &self.options),
+        };
+        located.map_err(|e| error(self.presses_file.clone(), e))
+    }
+
+    fn setting(&self) -> Setting {
+        Setting { z0_mm: self.contact.z0_mm, tolerance: self.tolerance }
     }
 
     /// Presses at known positions: the observations.
@@ -72,11 +96,25 @@ impl PressCase {
     }
 }
 
+impl PressCase {
+    fn warnings(&self, located: &Located, presses: &[SolvedPress]) -> Vec<String> {
+        let Some(saved) = &self.saved else { return warnings(located, presses) };
+        let commanded = presses.iter().map(|p| (p.name.clone(), p.machine_mm));
+        let mut all = far_from(saved, commanded);
+        let found = located.centers.iter().map(|c| (c.press.clone(), c.machine_mm));
+        for doubt in far_from(saved, found) {
+            if !all.contains(&doubt) {
+                all.push(doubt);
+            }
+        }
+        all
+    }
+}
+
 impl Measured for PressCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let presses = self.solved()?;
-        let located = locate(presses, &self.contact, &self.options)
-            .map_err(|e| error(self.presses_file.clone(), e))?;
+        let located = self.located(presses)?;
         let observations: Vec<Observation> = (located.centers.iter())
             .filter(|c| c.role != PressRole::Locate)
             .map(|c| Observation {
@@ -85,7 +123,12 @@ impl Measured for PressCase {
             })
             .collect();
         let frame = &located.frame;
-        let redundant = frame.degrees_of_freedom > 0 && self.options.noise.is_some();
+        let estimates = FtCenterEstimates::of(&located, presses, self.setting());
+        let mut warnings = self.warnings(&located, presses);
+        let held = estimates.repeatability.iter().filter(|found| found.conformity.is_some());
+        warnings.extend(held.map(RepeatabilityEstimate::sentence));
+        let fitted = self.saved.is_none();
+        let redundant = fitted && frame.degrees_of_freedom > 0 && self.options.noise.is_some();
         let chi2_per_dof = if redundant {
             let model = PressModel::new(presses, &self.contact, &self.options, &[])
                 .map_err(|e| error(self.presses_file.clone(), e))?;
@@ -96,14 +139,17 @@ impl Measured for PressCase {
         Ok(Fitted {
             observations,
             unit: "mm",
-            degrees_of_freedom: frame.degrees_of_freedom,
+            degrees_of_freedom: if fitted { frame.degrees_of_freedom } else { 0 },
             chi2_per_dof,
-            warnings: warnings(&located, presses),
-            estimates: Estimates::FtCenter(FtCenterEstimates::of(&located, presses)),
+            warnings,
+            estimates: Arc::new(estimates),
         })
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
+        if self.saved.is_some() {
+            return Err(nothing_fitted(self.presses_file.clone()));
+        }
         let presses = self.solved()?;
         let known: Vec<usize> =
             (0..presses.len()).filter(|press| presses[*press].role != PressRole::Locate).collect();
@@ -127,12 +173,46 @@ impl Measured for PressCase {
         if let Some(groups) = &groups {
             model = Arc::new(Regrouped::new(model, groups));
         }
-        let estimates = Box::new(move |closure: &Closure| {
+        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
             let mut located = concrete.located(closure);
             located.conditions.extend(empirical_conditions(closure));
-            Estimates::FtCenter(FtCenterEstimates::of(&located, presses))
+            Arc::new(FtCenterEstimates::of(&located, presses, self.setting()))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        if self.saved.is_some() {
+            return Ok(None);
+        }
+        let solved = self.solved()?;
+        let located = self.located(solved)?;
+        let ends = |i: usize| solved[i].orbit.span_s;
+        let pressed = Pressed {
+            presses: &self.presses,
+            solved,
+            located: &located,
+            contact: &self.contact,
+            times: (1..solved.len()).all(|i| ends(i - 1)[1] < ends(i)[0]),
+        };
+        offered_presses((&self.plan, &self.document), &pressed).map(Some)
+    }
+
+    fn live(&self) -> Result<Option<LiveFrame>, Error> {
+        let located = self.located(self.solved()?)?;
+        let (frame, commanded) = (&located.frame, &located.commanded);
+        let there = frame.sensor_from_machine().linear * commanded.scale;
+        let Some(linear) = there.try_inverse() else { return Ok(None) };
+        let translation_mm = frame.pivot_mm.coords - linear * commanded.image_mm.coords;
+        Ok(Some(LiveFrame {
+            machine_from_sensor: PlanarMap { linear, translation_mm },
+            z0_mm: self.contact.z0_mm,
+            min_fz_n: self.contact.min_fz_n,
+        }))
+    }
+
+    fn known_before(&self) -> Option<usize> {
+        self.saved.map(|saved| saved.degrees_of_freedom)
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {
@@ -151,9 +231,13 @@ impl Measured for PressCase {
                 "Centre of pressure in the contact plane: x = (z0 Fx − My)/Fz, y = (Mx + z0 \
                  Fy)/Fz; the answer of a press is the centre of its orbit."
                     .to_owned(),
-                "Sensor = planar rigid map of machine; its angle and translation are estimated \
-                 from the presses at known positions."
-                    .to_owned(),
+                if self.saved.is_some() {
+                    "Sensor = planar map of machine, found before and given by `[frame] from`."
+                } else {
+                    "Sensor = planar rigid map of machine; its angle and translation are estimated \
+                     from the presses at known positions."
+                }
+                .to_owned(),
             ],
             residual: "solved − expected centre, machine frame",
             components: &["x", "y"],

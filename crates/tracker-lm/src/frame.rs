@@ -1,0 +1,88 @@
+//! What the machine frame is good for: whether an axis is off its declared place, or the places that
+//! make the frame are.
+//!
+//! The frame comes from nominal places: of the stations, or of the reflectors where a tracker gives
+//! points. A location error below the uncertainty of that frame is none of the axis.
+
+use nalgebra::{Matrix3, Matrix4, Matrix6, Vector3, Vector4};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+use crate::{AxisError, AxisLocation, RotaryAxis};
+
+/// Chance that an axis in its place seems to be off it.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// Uncertainty of where the frame has the axis: of its four location errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Frame {
+    pub(crate) covariance: Matrix4<f64>,
+    /// Of the scatter that it rests on; `None` where that is declared.
+    dof: Option<usize>,
+}
+
+/// Root mean square of motion errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Motion {
+    displacement_mm: f64,
+    rotation_rad: f64,
+}
+
+impl Motion {
+    /// Of errors in the fixed frame without what the place of the axis makes of them.
+    pub(crate) fn of(errors: &[AxisError], location: &AxisLocation) -> Option<Self> {
+        let left = errors.iter().map(|e| e.error - location.share(e.angle_rad));
+        let (mut displacement, mut rotation) = (0.0, 0.0);
+        for left in left {
+            displacement += left.fixed_rows::<3>(0).norm_squared() / 3.0;
+            rotation += left.fixed_rows::<3>(3).norm_squared() / 3.0;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let n = errors.len() as f64;
+        let size = |sum: f64| (sum / n).sqrt();
+        let motion = Self { displacement_mm: size(displacement), rotation_rad: size(rotation) };
+        (motion.displacement_mm.is_finite() && motion.rotation_rad.is_finite()).then_some(motion)
+    }
+}
+
+impl Frame {
+    /// Of the rigid fit of places, given from the origin of the axis, of which each coordinate has
+    /// this standard uncertainty; `None` where they leave a motion free.
+    pub(crate) fn of_places(
+        axis: &RotaryAxis,
+        from_origin_mm: &[Vector3<f64>],
+        sigma_mm: f64,
+        dof: Option<usize>,
+    ) -> Option<Self> {
+        let mut information = Matrix6::zeros();
+        for place in from_origin_mm {
+            let mut by_motion = nalgebra::Matrix3x6::zeros();
+            by_motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+            by_motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-place.cross_matrix());
+            information += by_motion.tr_mul(&by_motion);
+        }
+        let all = information.cholesky()?.inverse() * sigma_mm.powi(2);
+        let [first, second] = axis.letter.across();
+        let of = [first, second, 3 + first, 3 + second];
+        Some(Self { covariance: Matrix4::from_fn(|i, j| all[(of[i], of[j])]), dof })
+    }
+
+    /// Whether a location, found in the frame as though that were exact, is off its declared place by
+    /// more than the frame is uncertain, and than motion errors of this size may seem to move it.
+    pub(crate) fn is_exceeded(&self, location: &AxisLocation, motion: Option<Motion>) -> bool {
+        let motion = motion.unwrap_or(Motion { displacement_mm: 0.0, rotation_rad: 0.0 });
+        let (e, w) = (motion.displacement_mm.powi(2), motion.rotation_rad.powi(2));
+        let moved = Matrix4::from_diagonal(&Vector4::new(e, e, w, w));
+        let Some(factor) = (location.covariance + self.covariance + moved).cholesky() else {
+            return true;
+        };
+        let square = location.errors.dot(&factor.solve(&location.errors));
+        let p_value = match self.dof {
+            None => ChiSquared::new(4.0).map_or(0.0, |law| law.sf(square)),
+            Some(dof) => {
+                let dof = f64::from(u32::try_from(dof).unwrap_or(u32::MAX));
+                FisherSnedecor::new(4.0, dof).map_or(0.0, |law| law.sf(square / 4.0))
+            }
+        };
+        p_value < FALSE_ALARM
+    }
+}

@@ -1,0 +1,49 @@
+#![doc = include_str!("../README.md")]
+
+mod input;
+
+mod markup;
+mod names;
+mod number;
+mod unit;
+mod wording;
+
+mod axis;
+mod deviation_map;
+mod even_axes;
+mod heatmap;
+mod interval;
+mod layer;
+mod panel;
+mod region;
+mod score_chart;
+mod svg;
+mod vector_map;
+
+mod reading;
+mod thin;
+mod trend;
+
+mod section;
+mod summary;
+
+mod design_card;
+mod index;
+mod page;
+
+#[cfg(test)]
+mod tests;
+
+pub use design_card::{DesignCard, Figure, FigureTable, RegionFigure, render_design};
+pub use index::{IndexEntry, ReadPageError, render_index};
+pub use input::{
+    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,
+    Published, ReportInput, Story, VectorMap,
+};
+pub use model_discrepancy;
+pub use names::{MOST_NAMES, shortened};
+pub use number::{COVERAGE, significant, with_expanded};
+pub use page::render;
+pub use region::{Region, Stability};
+pub use summary::{Rms, Summary};
+pub use wording::{by_sign, with_size};

@@ -1,0 +1,51 @@
+//! What a sensor and its machine can still measure, as `case.toml` says it.
+
+use serde::Deserialize;
+
+use crate::case::{Finite, Positive};
+use crate::kinds::positioning::{AxisPlanSettings, Ways};
+use crate::kinds::touching::Range;
+
+/// `[plan]` of a sensor: where it can be pressed, how hard and how, and how it can be tilted.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorPlanSettings {
+    pub(super) x_mm: Option<Range>,
+    pub(super) y_mm: Option<Range>,
+    pub(super) spacing_mm: Option<Positive>,
+    pub(super) loads_n: Option<Vec<Positive>>,
+    pub(super) leans_deg: Option<Vec<Lean>>,
+    pub(super) tilts_deg: Option<Vec<Lean>>,
+    pub(super) targets: Option<Vec<Finite>>,
+    pub(super) directions: Option<Ways>,
+    pub(super) cycles: Option<u8>,
+    pub(super) minutes_per_measurement: Option<Positive>,
+}
+
+/// An angle from upright, below a right angle for a press.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lean(pub(super) f64);
+
+impl<'de> Deserialize<'de> for Lean {
+    fn deserialize<D: serde::de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Finite(angle) = Finite::deserialize(deserializer)?;
+        if (0.0..=180.0).contains(&angle) {
+            return Ok(Self(angle));
+        }
+        Err(serde::de::Error::custom(format_args!(
+            "expected an angle from upright, from 0 to 180, found {angle}"
+        )))
+    }
+}
+
+impl SensorPlanSettings {
+    /// What of it concerns an axis that is sent to targets.
+    pub(super) fn of_axis(&self) -> AxisPlanSettings {
+        let Self { targets, directions, cycles, minutes_per_measurement, .. } = self.clone();
+        AxisPlanSettings { targets, directions, cycles, minutes_per_measurement }
+    }
+
+    pub(super) fn minutes(&self) -> Option<f64> {
+        self.minutes_per_measurement.map(|Positive(minutes)| minutes)
+    }
+}
