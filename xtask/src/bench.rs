@@ -25,7 +25,7 @@ enum What {
     /// Solves the NIST StRD and Moré-Garbow-Hillstrom problems and prints the digits reached.
     Suites,
     /// What closing the loop costs beside solving the declared model.
-    Loop,
+    Loop(loop_speed::Arguments),
     /// False additions, right names and held-out error of the loop over many simulated cases.
     Power(power::Arguments),
     /// How often 95 % intervals of what is handed back hold the truth, over many simulated cases.
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Suites) => {
             shell::cargo(&["bench", "--package", "least-squares", "--bench", SUITES])
         }
-        Some(What::Loop) => loop_speed::run(),
+        Some(What::Loop(arguments)) => loop_speed::run(arguments),
         Some(What::Power(arguments)) => power::run(arguments),
         Some(What::Coverage(arguments)) => coverage::run(arguments),
         Some(What::Plan(arguments)) => next_measurement::run(arguments),

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::{bench, fixtures, realtime, shell, test, tidy};
+use crate::{bench, fixtures, linuxcnc, realtime, shell, test, tidy};
 
 /// What to leave out.
 #[derive(Debug, clap::Args)]
@@ -13,7 +13,8 @@ pub(crate) struct Arguments {
     skip_tests: bool,
 }
 
-/// Formatting, lints, tests, house rules, documentation, the real-time path, benches, fixtures.
+/// Formatting, lints, tests, house rules, documentation, the real-time path, a real controller where there is
+/// one, benches, fixtures.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     shell::cargo(&["fmt", "--all", "--", "--check"])?;
     let lints = ["--release", "--all-targets", "--", "-D", "warnings"];
@@ -32,6 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         &[("RUSTDOCFLAGS", "-D warnings")],
     )?;
     realtime::run()?;
+    linuxcnc::run_where_installed()?;
     bench::smoke()?;
     fixtures::run(&fixtures::Arguments { check: true })
 }

@@ -14,6 +14,7 @@ mod fixtures;
 mod generators;
 #[cfg(test)]
 mod handback;
+mod linuxcnc;
 mod loop_speed;
 mod markdown;
 mod measured;
@@ -58,6 +59,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Runs every check; the first failure stops.
     Ci(ci::Arguments),
+    /// Runs plans, corrected programs and the force controller on a LinuxCNC with simulated axes.
+    Linuxcnc(linuxcnc::Arguments),
     /// Checks that force-impedance builds without `std` and cannot panic while it controls.
     Realtime,
     /// Writes the documentation as a site, with mdBook and rustdoc, to `target/site/html`.
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Command::Measured(arguments) => measured::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
+        Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
         Command::Realtime => realtime::run(),
         Command::Site => site::run(),
         Command::Tidy(arguments) => tidy::run(arguments),

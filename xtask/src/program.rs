@@ -67,6 +67,11 @@ impl Truing {
         binary.map_or_else(Self::build, |binary| Ok(Self { binary: binary.to_path_buf() }))
     }
 
+    /// Where it lies.
+    pub(crate) fn path(&self) -> &Path {
+        &self.binary
+    }
+
     /// Writes a case and runs one command on it, on one thread; what was in `folder` goes, as a
     /// table of the case before would be read with this one.
     pub(crate) fn asked<N: AsRef<Path>, T: AsRef<[u8]>>(

@@ -63,8 +63,8 @@ pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
 pub use header::{Header, Program};
 pub use implausible::ImplausibleResult;
 pub use import::{
-    ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogSettings, TableImport,
-    import_probe_log, import_table, write_imported,
+    ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogKind, ProbeLogSettings,
+    TableImport, import_planned_log, import_probe_log, import_table, write_imported,
 };
 pub use interval_width::IntervalWidth;
 pub use kinds::{

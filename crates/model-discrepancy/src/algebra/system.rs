@@ -1,7 +1,7 @@
 //! The declared model with a chosen set of effects and empirical corrections switched on.
 
 use least_squares::{Problem, SolveError, between_variance, solve};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::model::whole_tangent;
 use crate::{Column, EmpiricalCorrection, Layout, Model, Role, Row, State};
@@ -49,6 +49,16 @@ const SETTLED: f64 = 5e-4;
 /// Damping of the first step of a fit that starts beside its end: Gauss-Newton's own step but for
 /// directions that are hardly determined.
 const NEAR: f64 = 1e-6;
+
+/// Steps of a fit that starts beside its end; where more are needed it was not beside it.
+const MOST_NEAR_STEPS: usize = 6;
+
+/// Share of the squared residual that a last step may promise: its error is that share of it.
+const NEAR_ENOUGH: f64 = 1e-10;
+
+/// Share of a column's length that must be new beside those before it for products of columns to
+/// hold enough digits.
+const WELL_DETERMINED: f64 = 1e-5;
 
 /// Parameters of a [`System`].
 #[derive(Clone, Debug)]
@@ -198,9 +208,59 @@ impl<'a> System<'a> {
         keep: &[usize],
         start: &Estimate,
     ) -> Result<Estimate, SolveError<Estimate>> {
+        if let Some(at) = self.fit_beside(keep, start) {
+            return Ok(at);
+        }
         let options =
             least_squares::Options { initial_damping: NEAR, ..least_squares::Options::default() };
         self.fit_with(keep, start, &options)
+    }
+
+    /// Gauss and Newton's steps by products of columns, from beside the end; `None` where these do
+    /// not lead there at once.
+    ///
+    /// A step with the products of the point before, which the gradient there corrects, ends it:
+    /// what the products lose in digits that step has back.
+    fn fit_beside(&self, keep: &[usize], start: &Estimate) -> Option<Estimate> {
+        let layout = &self.model.declared().layout;
+        let mut at = self.warm_start(start);
+        let mut known: Option<(Cholesky<f64, Dyn>, f64)> = None;
+        for _ in 0..MOST_NEAR_STEPS {
+            let mut jacobian = whitened(layout, &at, keep, &self.jacobian(&at));
+            let all = self.residuals(&at);
+            let sigma = keep.iter().map(|&row| all[row] / at.sigma(&layout.rows[row]));
+            let residual = DVector::from_iterator(keep.len(), sigma);
+            let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
+            if lengths.iter().any(|length| !length.is_normal()) {
+                return None;
+            }
+            for (mut column, length) in jacobian.column_iter_mut().zip(&lengths) {
+                column.unscale_mut(*length);
+            }
+            let gradient = jacobian.tr_mul(&residual);
+            let square = residual.norm_squared();
+            let moved = |step: DVector<f64>| {
+                let step = DVector::from_fn(step.len(), |i, _| -step[i] / lengths[i]);
+                self.stepped(&at, &step)
+            };
+            if let Some((factor, before)) = &known {
+                let step = factor.solve(&gradient);
+                let promise = gradient.dot(&step);
+                if promise <= NEAR_ENOUGH * square {
+                    return Some(moved(step));
+                }
+                if square > *before {
+                    return None;
+                }
+            }
+            let factor = (jacobian.transpose() * &jacobian).cholesky()?;
+            if factor.l_dirty().diagonal().iter().any(|d| *d < WELL_DETERMINED) {
+                return None;
+            }
+            at = moved(factor.solve(&gradient));
+            known = Some((factor, square));
+        }
+        None
     }
 
     fn fit_with(
@@ -363,5 +423,11 @@ pub(crate) fn whitened(
     all: &DMatrix<f64>,
 ) -> DMatrix<f64> {
     let sigma: Vec<_> = rows.iter().map(|&row| at.sigma(&layout.rows[row])).collect();
-    DMatrix::from_fn(rows.len(), all.ncols(), |i, column| all[(rows[i], column)] / sigma[i])
+    let mut out = DMatrix::zeros(rows.len(), all.ncols());
+    for (mut out, all) in out.column_iter_mut().zip(all.column_iter()) {
+        for ((out, &row), sigma) in out.iter_mut().zip(rows).zip(&sigma) {
+            *out = all[row] / sigma;
+        }
+    }
+    out
 }

@@ -88,8 +88,15 @@ pub fn assess_those(
     let system = System::declared(model);
     let rows = rows_of(&model.declared().layout, &keep);
     let at = system.fit_first(&rows).map_err(LoopError::declared)?;
-    let context =
-        Context { model, covariates: &[], options, silent: &[], banned: &[], thorough: false };
+    let context = Context {
+        model,
+        covariates: &[],
+        shapes: &[],
+        options,
+        silent: &[],
+        banned: &[],
+        thorough: false,
+    };
     let lin = Linear::of(&system, &at, &keep, context.silent);
     let scoring = Scoring::new(&context, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let pass = score_catalogue(&system, &at, &scoring);
@@ -125,7 +132,7 @@ fn factors(
     wanted: &impl Fn(&str) -> bool,
 ) -> BTreeMap<String, f64> {
     let (system, at, lin) = (simulation.system, simulation.at, simulation.lin);
-    let local = local_effects(system, at, lin).into_iter();
+    let local = local_effects(system, at, lin);
     let local = local.filter_map(|(e, _)| full_candidate(system, at, lin, e).candidate());
     let is_wanted = |c: &Candidate| wanted(&c.label());
     let mut firsts: BTreeMap<String, (usize, Cow<'_, Candidates>)> = BTreeMap::new();
@@ -235,7 +242,7 @@ impl Assessor<'_> {
                 self.assessment(e, local.absorbed, visible)
             }
         };
-        local_effects(self.system, self.at, self.lin).into_iter().map(&mut assess).collect()
+        local_effects(self.system, self.at, self.lin).map(&mut assess).collect()
     }
 
     fn reported(

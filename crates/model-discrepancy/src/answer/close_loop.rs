@@ -17,6 +17,7 @@ use crate::choice::context::Context;
 use crate::choice::score::{Scoring, home_of_bad, score_covariates};
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Added, Selected, What};
+use crate::choice::shapes::Shapes;
 use crate::error::LoopError;
 use crate::levels::{FOUND_AGAIN, QUARTER};
 use crate::model::covariate::with_order;
@@ -53,7 +54,8 @@ pub fn close_loop(
     let silent = silent_components(&declared, &base, &rows);
     let covariates = with_order(&model.declared().layout, covariates);
     let (covariates, silent) = (&covariates[..], &silent[..]);
-    let open = Context { model, covariates, options, silent, banned: &[], thorough: true };
+    let shapes = &Shapes::of_all(&model.declared().layout, covariates)[..];
+    let open = Context { model, covariates, shapes, options, silent, banned: &[], thorough: true };
     let first = select(&open, &keep, &base);
     let contradicted = contradiction(&open, &keep, &base, &first);
     let named = first.system.active.iter().map(|active| active.effect);

@@ -13,7 +13,7 @@ use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
-use crate::choice::shape::{BY_LEVEL, shapes};
+use crate::choice::shape::BY_LEVEL;
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
 use crate::levels::DECIDED;
@@ -110,7 +110,7 @@ fn recorded_shapes(
     let accepted_span = span(&lin.basis, accepted);
     let another_word = |c: &Candidate| same_span(&span(&lin.basis, c), &accepted_span);
     let mut found = Vec::new();
-    for covariate in context.covariates {
+    for (covariate, shapes) in context.along() {
         let order = covariate.name == ORDER || covariate.name.ends_with("_s");
         if driver.as_deref() == Some(covariate.name.as_str())
             || (covariate.origin == Origin::Coordinate && !order)
@@ -118,11 +118,10 @@ fn recorded_shapes(
             continue;
         }
         // Along the order only a plain drift: a curve imitates too much.
-        let shapes =
-            shapes(lin.layout, covariate).into_iter().take(if order { 1 } else { usize::MAX });
+        let shapes = shapes.single.iter().take(if order { 1 } else { usize::MAX });
         // A value of its own at each level holds whatever follows that column.
         let shapes = shapes.filter(|s| s.name != BY_LEVEL);
-        let candidates = shapes.filter_map(|s| empirical_candidate(lin, &lin.basis, covariate, &s));
+        let candidates = shapes.filter_map(|s| empirical_candidate(lin, &lin.basis, covariate, s));
         found.extend(candidates.map(|(c, _)| c).filter(|c| !order || !another_word(c)));
     }
     found
@@ -135,10 +134,10 @@ fn same_levels(context: &Context<'_>, lin: &Linear<'_>, accepted: &Candidate) ->
         return Vec::new();
     }
     let own_span = span(&lin.basis, accepted);
-    let others = context.covariates.iter().filter(|c| c.name != own.covariate);
-    let levels = others.filter_map(|covariate| {
-        let shape = shapes(lin.layout, covariate).into_iter().find(|s| s.name == BY_LEVEL)?;
-        Some(empirical_candidate(lin, &lin.basis, covariate, &shape)?.0)
+    let others = context.along().filter(|(c, _)| c.name != own.covariate);
+    let levels = others.filter_map(|(covariate, shapes)| {
+        let shape = shapes.single.iter().find(|s| s.name == BY_LEVEL)?;
+        Some(empirical_candidate(lin, &lin.basis, covariate, shape)?.0)
     });
     levels.filter(|c| same_span(&span(&lin.basis, c), &own_span)).collect()
 }

@@ -49,10 +49,9 @@ struct Scatter {
 }
 
 fn fitted_scatter(lin: &Linear<'_>) -> Option<Scatter> {
-    let q = lin.basis.matrix();
     let residual = lin.clean_residual();
     let of_group = |rows: &Vec<usize>| {
-        let square = predict(&q, &residual, rows)?.dot(&residual.select_rows(rows));
+        let square = predict(&lin.basis, &residual, rows)?.dot(&residual.select_rows(rows));
         Some((square, count(rows.len())))
     };
     let groups: Vec<(f64, f64)> = lin.clusters.iter().filter_map(of_group).collect();

@@ -1,5 +1,6 @@
 //! What stays the same while effects are chosen.
 
+use crate::choice::shapes::Shapes;
 use crate::{Covariate, Model, Options};
 
 /// What stays the same while effects are chosen.
@@ -7,6 +8,8 @@ pub(crate) struct Context<'a> {
     pub(crate) model: &'a dyn Model,
     /// Recorded and coordinate covariates, and the measured order.
     pub(crate) covariates: &'a [Covariate],
+    /// What is looked for along each of them.
+    pub(crate) shapes: &'a [Shapes],
     pub(crate) options: &'a Options,
     /// Components whose residual is zero throughout: not measured, and left out of inference.
     pub(crate) silent: &'a [bool],
@@ -14,4 +17,11 @@ pub(crate) struct Context<'a> {
     pub(crate) banned: &'a [usize],
     /// Whether to score hopeless candidates too, for the report.
     pub(crate) thorough: bool,
+}
+
+impl Context<'_> {
+    /// Every covariate with what is looked for along it.
+    pub(crate) fn along(&self) -> impl Iterator<Item = (&Covariate, &Shapes)> {
+        self.covariates.iter().zip(self.shapes)
+    }
 }

@@ -52,5 +52,10 @@ pub(crate) fn interrupted(covariate: &Covariate, at: f64, breaks: &[f64]) -> Sha
         (format!("per {unit} after it"), values.iter().map(|v| after(*v) * (v - at)).collect()),
         constant(covariate),
     ];
-    Shape { name: format!("interrupted at {at}"), functions, tried: count(breaks.len()) }
+    Shape { name: interruption_name(at), functions, tried: count(breaks.len()) }
+}
+
+/// Name of [`interrupted`].
+pub(crate) fn interruption_name(at: f64) -> String {
+    format!("interrupted at {at}")
 }

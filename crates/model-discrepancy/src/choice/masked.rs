@@ -21,10 +21,10 @@ pub(crate) fn find_masked(
 ) -> Option<[Scored; 2]> {
     let lin = scoring.lin;
     let seen: Vec<usize> = local_effects(system, at, lin)
-        .into_iter()
         .filter(|(_, sight)| matches!(sight, LocalEstimability::Estimable(_)))
         .map(|(effect, _)| effect)
         .filter(|effect| !scoring.banned.contains(effect))
+        .take(MOST_READINGS + 1)
         .collect();
     if !(2..=MOST_READINGS).contains(&seen.len()) {
         return None;

@@ -24,6 +24,8 @@ pub(crate) struct ObservationRows<'a> {
     /// First row of each observation in the layout.
     first_row: Vec<usize>,
     residual: DVector<f64>,
+    /// Its square.
+    square: f64,
 }
 
 /// The test of one effect on its own observation.
@@ -56,7 +58,9 @@ impl<'a> ObservationRows<'a> {
         for (row, r) in lin.layout.rows.iter().enumerate() {
             first_row[r.observation] = first_row[r.observation].min(row);
         }
-        Self { lin, of_observation, first_row, residual: lin.clean_residual() }
+        let residual = lin.clean_residual();
+        let square = residual.norm_squared();
+        Self { lin, of_observation, first_row, residual, square }
     }
 
     /// Tests the effect `values` (in the layout's units, one row per row of the observation).
@@ -84,7 +88,7 @@ impl<'a> ObservationRows<'a> {
         if dof == 0 {
             return None;
         }
-        let left = (self.residual.norm_squared() - explained).max(0.0);
+        let left = (self.square - explained).max(0.0);
         let variance = left / count(dof);
         let f_statistic = explained / count(parameters.len()) / variance;
         let test = Significance {
@@ -112,22 +116,21 @@ impl<'a> ObservationRows<'a> {
     }
 }
 
-/// Every effect that is not in the system and moves one observation only.
-pub(crate) fn local_effects(
-    system: &System<'_>,
-    at: &Estimate,
-    lin: &Linear<'_>,
-) -> Vec<(usize, LocalEstimability)> {
+/// Every effect that is not in the system and moves one observation only, each tested when it is
+/// asked for.
+pub(crate) fn local_effects<'a>(
+    system: &'a System<'_>,
+    at: &'a Estimate,
+    lin: &'a Linear<'_>,
+) -> impl Iterator<Item = (usize, LocalEstimability)> + 'a {
     let readings = ObservationRows::of(lin);
     let effects = &system.model.declared().effects;
     let missing = (0..effects.len()).filter(|&e| !system.has_effect(e));
-    missing
-        .filter_map(|e| {
-            let Scope::Observation(observation) = effects[e].scope else { return None };
-            let values = system.model.tangent(&at.state, e);
-            Some((e, readings.test(observation, &values)?))
-        })
-        .collect()
+    missing.filter_map(move |e| {
+        let Scope::Observation(observation) = effects[e].scope else { return None };
+        let values = system.model.tangent(&at.state, e);
+        Some((e, readings.test(observation, &values)?))
+    })
 }
 
 /// The local effects whose test alone is below `level`, as full candidates.
@@ -139,7 +142,7 @@ pub(crate) fn promising(
 ) -> Vec<usize> {
     let below = |s: &LocalEstimability| matches!(s, LocalEstimability::Estimable(t) if t.test.p_value <= level);
     let local = local_effects(system, at, lin);
-    local.into_iter().filter(|(_, s)| below(s)).map(|(e, _)| e).collect()
+    local.filter(|(_, s)| below(s)).map(|(e, _)| e).collect()
 }
 
 /// A local effect as a full candidate.

@@ -2,6 +2,7 @@
 
 use crate::choice::context::Context;
 use crate::levels::CLEAR_GAIN;
+use std::borrow::Cow;
 use std::cell::OnceCell;
 
 use nalgebra::{DMatrix, DVector};
@@ -12,17 +13,18 @@ use crate::algebra::system::{Empirical, Estimate, System};
 use crate::choice::candidate::{
     Candidate, Estimability, Source, catalogue, classes, estimable_columns,
 };
-use crate::choice::interruption::{breaks, interrupted, strongest as strongest_break};
+use crate::choice::interruption::{interrupted, strongest as strongest_break};
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
 use crate::choice::screening::Screening;
-use crate::choice::shape::{Shape, apart, correction, periods, shapes};
+use crate::choice::shape::{Shape, correction};
+use crate::choice::shapes::Shapes;
 use crate::choice::tail::{is_one_tail, may_be_a_tail};
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
 use crate::levels::MIN_SHAPE_KEPT;
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
-use crate::tests::f_test::Significance;
+use crate::tests::f_test::{Significance, f_test};
 use crate::tests::hold_out::{Comparison, HeldOut, compare, folds, leave_out};
 use crate::tests::significance::{Asked, Reach, significance_beside};
 use crate::{Covariate, Origin};
@@ -39,8 +41,12 @@ pub(crate) struct Scored {
     pub(crate) test: Significance,
     /// What the test had to show.
     pub(crate) asked: Asked,
-    /// p-value times the number of things that were looked at.
+    /// Number of things that were looked at.
+    pub(crate) trials: f64,
+    /// p-value times that number.
     pub(crate) adjusted: f64,
+    /// Whether no test is left that could raise the p-value.
+    pub(crate) is_confirmed: bool,
     /// Whether the reported error on groups left out must fall with it.
     pub(crate) is_reported: bool,
     /// Error on groups left out; `None` where the candidate was out of the question already.
@@ -122,8 +128,9 @@ impl<'a> Scoring<'a> {
     }
 }
 
-/// One pass over the catalogue or over the covariates.
+/// One pass over the catalogue.
 pub(crate) struct ScorePass {
+    /// All candidates: confirmed where scoring is thorough, otherwise screened.
     pub(crate) judged: Vec<Scored>,
     pub(crate) candidates: Candidates,
     /// Effects the design cannot see, with the share absorbed.
@@ -180,7 +187,7 @@ pub(crate) fn score_catalogue(
         }
     }
     let mut locals = Families::default();
-    for (effect, sight) in local_effects(system, at, lin).into_iter().filter(|(e, _)| is_open(*e)) {
+    for (effect, sight) in local_effects(system, at, lin).filter(|(e, _)| is_open(*e)) {
         match sight {
             LocalEstimability::Estimable(local) => {
                 locals.push(
@@ -201,7 +208,14 @@ pub(crate) fn score_catalogue(
     let trials = trials(&candidates, &class, &locals);
     let alpha_single = scoring.alpha / trials.tests.max(1.0);
     let candidates = Candidates { all: candidates, class, trials };
-    let judged = (0..candidates.all.len()).filter_map(|i| candidates.judged(scoring, i)).collect();
+    let judged = |i| {
+        if scoring.thorough {
+            candidates.judged(scoring, i)
+        } else {
+            candidates.screened(scoring, i)
+        }
+    };
+    let judged = (0..candidates.all.len()).filter_map(judged).collect();
     ScorePass { judged, candidates, not_estimable, alpha_single }
 }
 
@@ -226,7 +240,13 @@ impl Candidates {
     /// The one at a place in the list.
     pub(crate) fn judged(&self, scoring: &Scoring<'_>, i: usize) -> Option<Scored> {
         let base = (&scoring.lin.basis, &scoring.clean);
-        judge(scoring, base, self.all[i].clone(), self.class[i], self.trials_of(&self.all[i]))
+        confirmed(scoring, base, self.screened(scoring, i)?)
+    }
+
+    /// The same by the F test alone, which further tests could only contradict.
+    fn screened(&self, scoring: &Scoring<'_>, i: usize) -> Option<Scored> {
+        let base = (&scoring.lin.basis, &scoring.clean);
+        screened(scoring, base, self.all[i].clone(), self.class[i], self.trials_of(&self.all[i]))
     }
 
     /// By how much the p-value of one counts more for how much else is judged.
@@ -302,6 +322,17 @@ fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trial
 /// Judges beside a base and what this leaves of the data.
 pub(crate) fn judge(
     scoring: &Scoring<'_>,
+    base: (&Basis, &DVector<f64>),
+    candidate: Candidate,
+    class: usize,
+    trials: f64,
+) -> Option<Scored> {
+    confirmed(scoring, base, screened(scoring, base, candidate, class, trials)?)
+}
+
+/// Judges by the F test alone.
+fn screened(
+    scoring: &Scoring<'_>,
     (base, residual): (&Basis, &DVector<f64>),
     candidate: Candidate,
     class: usize,
@@ -310,31 +341,62 @@ pub(crate) fn judge(
     let lin = scoring.lin;
     let level = scoring.alpha / trials;
     let asked = Asked { reach: candidate.reach, searched: candidate.searched, level };
-    let test = significance_beside(lin, base, residual, &candidate.beside, asked)?;
-    let mut adjusted = (test.p_value * trials).min(1.0);
-    if adjusted <= scoring.alpha
-        && (may_be_a_tail(lin, base, &[&candidate]) || is_one_tail(lin, base, residual, &candidate))
-    {
-        adjusted = 1.0;
-    }
-    let criterion = criterion(lin.rows.len(), &test, candidate.searched);
-    let mut judged = Scored {
+    let added = Basis::of(&candidate.beside, NEW_DIRECTION.sqrt());
+    let test = asked.searched_for(f_test(residual, base.dim(), &added)?);
+    Some(Scored {
         class,
         asked,
-        adjusted,
+        trials,
+        adjusted: (test.p_value * trials).min(1.0),
+        is_confirmed: false,
         is_reported: is_reported(lin, &candidate.beside),
         held_out: None,
         comparison: None,
-        criterion,
+        criterion: criterion(lin.rows.len(), &test, candidate.searched),
         candidate,
         test,
-    };
-    if scoring.thorough || adjusted <= scoring.alpha {
+    })
+}
+
+impl Scored {
+    /// Confirms a candidate of the catalogue; one that cannot be tested counts for nothing.
+    pub(crate) fn confirm(&mut self, scoring: &Scoring<'_>) {
+        if !self.is_confirmed {
+            let base = (&scoring.lin.basis, &scoring.clean);
+            if let Some(confirmed) = confirmed(scoring, base, self.clone()) {
+                *self = confirmed;
+            } else {
+                (self.is_confirmed, self.adjusted) = (true, f64::INFINITY);
+            }
+        }
+    }
+}
+
+/// What was screened with all tests that could raise its p-value, and its error on groups left out;
+/// `None` where they cannot be made.
+fn confirmed(
+    scoring: &Scoring<'_>,
+    (base, residual): (&Basis, &DVector<f64>),
+    mut judged: Scored,
+) -> Option<Scored> {
+    let lin = scoring.lin;
+    let candidate = &judged.candidate;
+    if judged.test.p_value <= judged.asked.level {
+        judged.test = significance_beside(lin, base, residual, &candidate.beside, judged.asked)?;
+    }
+    judged.is_confirmed = true;
+    judged.adjusted = (judged.test.p_value * judged.trials).min(1.0);
+    if judged.adjusted <= scoring.alpha
+        && (may_be_a_tail(lin, base, &[candidate]) || is_one_tail(lin, base, residual, candidate))
+    {
+        judged.adjusted = 1.0;
+    }
+    if scoring.thorough || judged.adjusted <= scoring.alpha {
         let mut skip = scoring.skip.clone();
-        if let Some(home) = judged.candidate.home {
+        if let Some(home) = candidate.home {
             skip[home] = true;
         }
-        let full = base.with(&judged.candidate.tangent, NEW_DIRECTION);
+        let full = base.with(&candidate.tangent, NEW_DIRECTION);
         let held_out = leave_out(lin, &full, &scoring.folds, &skip);
         judged.comparison = Some(compare(scoring.present(), &held_out, &skip));
         judged.held_out = Some(held_out);
@@ -369,7 +431,7 @@ fn is_reported(lin: &Linear<'_>, beside: &DMatrix<f64>) -> bool {
 pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> Vec<Scored> {
     let screening = Screening::new(scoring.lin, &scoring.clean);
     let families: Vec<_> =
-        context.covariates.iter().map(|c| (c, strongest_shapes(context, &screening, c))).collect();
+        context.along().map(|(c, shapes)| (c, strongest_shapes(&screening, c, shapes))).collect();
     // That a shape is the best of many is in the number of trials.
     let trials = families.iter().flat_map(|(_, found)| found).map(|(shape, _)| shape.tried).sum();
     let mut judged = Vec::new();
@@ -391,28 +453,34 @@ pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> 
 
 /// The shapes along one covariate; of its periods, of its levels apart and of its interruptions the
 /// one each that takes away most.
-fn strongest_shapes(
-    context: &Context<'_>,
+fn strongest_shapes<'a>(
     screening: &Screening<'_>,
     covariate: &Covariate,
-) -> Vec<(Shape, Option<Significance>)> {
-    let layout = screening.lin.layout;
+    shapes: &'a Shapes,
+) -> Vec<(Cow<'a, Shape>, Option<Significance>)> {
     let power = |test: &Option<Significance>| test.map_or(0.0, |test| test.explained);
-    let screened = |shapes: Vec<Shape>| {
-        let screened = screening.screened(&shapes);
-        shapes.into_iter().zip(screened)
+    let screened =
+        |shapes: &'a [Shape]| shapes.iter().map(Cow::Borrowed).zip(screening.screened(shapes));
+    let anew = |shape: Shape| {
+        let test = screening.screened(std::slice::from_ref(&shape)).pop()?;
+        Some((Cow::Owned(shape), test))
     };
-    let mut found: Vec<_> = screened(shapes(layout, covariate)).collect();
-    let strongest =
-        |shapes: Vec<Shape>| screened(shapes).max_by(|a, b| power(&a.1).total_cmp(&power(&b.1)));
-    found.extend(strongest(periods(layout, covariate, context.covariates)));
-    found.extend(strongest(apart(layout, covariate)));
-    let breaks = breaks(layout, covariate);
-    let at = strongest_break(&breaks, |some| {
-        let broken: Vec<_> = some.iter().map(|&at| interrupted(covariate, at, &breaks)).collect();
-        screening.screened(&broken).iter().map(power).collect()
+    let mut found: Vec<_> = screened(&shapes.single).collect();
+    let period = shapes.periods.as_ref().and_then(|periods| {
+        let powers = screening.of_periods(covariate, periods).into_iter().map(|t| power(&t));
+        let all = periods.parts.iter().zip(powers);
+        let (&part, _) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        anew(periods.shape(covariate, part))
     });
-    found.extend(at.and_then(|at| screened(vec![interrupted(covariate, at, &breaks)]).next()));
+    found.extend(period);
+    found.extend(screened(&shapes.apart).max_by(|a, b| power(&a.1).total_cmp(&power(&b.1))));
+    let breaks = &shapes.breaks;
+    let course = OnceCell::new();
+    let at = strongest_break(breaks, |some| {
+        let course = course.get_or_init(|| screening.course(covariate));
+        course.of_breaks(some).iter().map(power).collect()
+    });
+    found.extend(at.and_then(|at| anew(interrupted(covariate, at, breaks))));
     found
 }
 
@@ -474,14 +542,6 @@ pub(crate) fn shape_again(
     covariate: &str,
     shape: &str,
 ) -> Option<(Candidate, Basis)> {
-    let covariate = context.covariates.iter().find(|c| c.name == covariate)?;
-    let breaks = breaks(lin.layout, covariate);
-    let interruptions = breaks.iter().map(|&at| interrupted(covariate, at, &breaks));
-    let smooth = shapes(lin.layout, covariate).into_iter();
-    let mut all = smooth
-        .chain(periods(lin.layout, covariate, context.covariates))
-        .chain(apart(lin.layout, covariate))
-        .chain(interruptions);
-    let shape = all.find(|s| s.name == shape)?;
-    empirical_candidate(lin, base, covariate, &shape)
+    let (covariate, shapes) = context.along().find(|(c, _)| c.name == covariate)?;
+    empirical_candidate(lin, base, covariate, &shapes.named(covariate, shape)?)
 }

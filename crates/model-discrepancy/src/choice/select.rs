@@ -1,6 +1,5 @@
 //! Which effects are missing: one a pass, each refitted and judged on groups left out.
 
-use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
@@ -8,6 +7,7 @@ use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
+use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
 use crate::choice::replace::replace_superseded;
 use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
 use crate::choice::selected::{Added, Selected, What};
@@ -18,7 +18,6 @@ use crate::levels::CATALOGUE_SHARE;
 use crate::levels::LATER;
 use crate::levels::QUARTER;
 use crate::levels::STAY;
-use crate::levels::TIE;
 use crate::levels::WORTH_MENTIONING;
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::rms;
@@ -74,24 +73,26 @@ fn catalogue_passes<'a>(
         }
         let alpha = level(context, chosen) * CATALOGUE_SHARE;
         let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
-        let pass = score_catalogue(&chosen.system, &chosen.estimate, &scoring);
+        let mut pass = score_catalogue(&chosen.system, &chosen.estimate, &scoring);
         if chosen.added.is_empty() {
             chosen.not_estimable.clone_from(&pass.not_estimable);
         }
-        let mut order = eligible(&pass.judged, alpha);
-        prefer_simpler(&lin, &pass.judged, &mut order);
-        if !not_additive(context, chosen, &lin).is_empty() {
-            // The rest is a known misfit of a named effect; single points are not to blame.
-            order.retain(|&i| pass.judged[i].candidate.reach == Reach::Many);
-        }
-        let holds = |j: &Scored| {
-            holds_in_readings(&lin, &scoring.clean, &j.candidate.beside, &j.test, j.asked)
-        };
-        let added = order.iter().copied().find(|&i| {
-            let judged = &pass.judged[i];
-            holds(judged) && add(chosen, keep, &[judged])
+        let added = [Confirmed::First, Confirmed::All].into_iter().find_map(|confirmed| {
+            let mut order = ranked(&scoring, &mut pass.judged, confirmed);
+            let judged = &pass.judged;
+            let is_wide = |i: usize| judged[i].candidate.reach == Reach::Many;
+            if !order.iter().all(|&i| is_wide(i)) && !not_additive(context, chosen, &lin).is_empty()
+            {
+                // The rest is a known misfit of a named effect; single points are not to blame.
+                order.retain(|&i| is_wide(i));
+            }
+            let holds = |j: &Scored| {
+                holds_in_readings(&lin, &scoring.clean, &j.candidate.beside, &j.test, j.asked)
+            };
+            order.into_iter().find(|&i| holds(&judged[i]) && add(chosen, keep, &[&judged[i]]))
         });
         let pair = if added.is_none() {
+            pass.judged.retain(|j| j.adjusted.is_finite());
             let stands = |pair: &[Scored; 2]| !one_shape_is_better(context, &scoring, pair);
             let masked = || find_masked(&scoring, &chosen.system, &chosen.estimate);
             find_pair(&scoring, &pass)
@@ -178,49 +179,6 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
     plain.passes.clone_from(&chosen.passes);
     *chosen = plain;
     true
-}
-
-/// Significant candidates that generalise, the best description of the data first.
-///
-/// What shows in many groups goes before what lives in one: a few extreme points describe a
-/// smooth effect well, the other way round is refused by the scatter between groups.
-pub(crate) fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
-    let mut order: Vec<_> = (0..judged.len())
-        .filter(|&i| judged[i].adjusted <= alpha && judged[i].generalises())
-        .collect();
-    let local = |i: usize| judged[i].candidate.reach == Reach::One;
-    order.sort_by(|&a, &b| {
-        local(a).cmp(&local(b)).then(judged[a].criterion.total_cmp(&judged[b].criterion))
-    });
-    // A tie goes by the order of the catalogue, not by the last digit of the data.
-    let Some(&best) = order.first() else { return order };
-    let is_tied =
-        |i: usize| local(i) == local(best) && judged[i].criterion - judged[best].criterion <= TIE;
-    let tied = order.iter().take_while(|&&i| is_tied(i)).count();
-    order[..tied].sort_unstable();
-    order
-}
-
-/// Moves a candidate with fewer amplitudes to the front when the best adds nothing to it.
-pub(crate) fn prefer_simpler(lin: &Linear<'_>, judged: &[Scored], order: &mut [usize]) {
-    let Some(&best) = order.first() else { return };
-    let directions = |i: usize| judged[i].test.directions;
-    let mut simpler: Vec<usize> = (1..order.len())
-        .filter(|&at| {
-            directions(order[at]) < directions(best)
-                && judged[order[at]].candidate.reach == Reach::Many
-        })
-        .collect();
-    simpler.sort_by_key(|&at| directions(order[at]));
-    for at in simpler {
-        let base = lin.basis.with(&judged[order[at]].candidate.tangent, NEW_DIRECTION);
-        let c = &judged[best].candidate;
-        let more = significance(lin, &base, &c.tangent, c.reach, STAY);
-        if more.is_none_or(|t| t.p_value > STAY) {
-            order[..=at].rotate_right(1);
-            return;
-        }
-    }
 }
 
 /// Adds candidates and refits; false, and nothing changed, when the nested cost did not fall.

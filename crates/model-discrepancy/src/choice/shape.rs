@@ -80,28 +80,55 @@ pub(crate) fn shapes(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
     shapes
 }
 
-/// Periodic shapes along `covariate`; the caller picks the best and multiplies by `tried`.
+/// Periods along a covariate: parts of one that is the longest; the caller picks the best and
+/// multiplies by `tried`.
+#[derive(Clone, Debug)]
+pub(crate) struct Periods {
+    pub(crate) longest: f64,
+    /// In how many parts it goes, ascending.
+    pub(crate) parts: Vec<usize>,
+    tried: f64,
+}
+
+impl Periods {
+    #[cfg(test)]
+    pub(crate) fn of_parts(longest: f64, parts: Vec<usize>) -> Self {
+        Self { longest, parts, tried: 1.0 }
+    }
+
+    /// The shape with this part of the longest period.
+    pub(crate) fn shape(&self, covariate: &Covariate, part: usize) -> Shape {
+        periodic(covariate, self.longest / count(part), self.tried)
+    }
+}
+
+/// Periods along `covariate`; `None` where none can be told.
 ///
 /// Along the order, periods with which one of `all` repeats are left out: they are that covariate's.
-pub(crate) fn periods(layout: &Layout, covariate: &Covariate, all: &[Covariate]) -> Vec<Shape> {
+pub(crate) fn periods(
+    layout: &Layout,
+    covariate: &Covariate,
+    all: &[Covariate],
+) -> Option<Periods> {
     let distinct = distinct_fitted(layout, covariate);
     let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
-        return Vec::new();
+        return None;
     };
     let range = high - low;
     if covariate.name.ends_with("_deg") && range >= MIN_ARC_DEG && distinct.len() > 4 {
-        return (1..=3).map(|k| periodic(covariate, 360.0 / f64::from(k), 3.0)).collect();
+        return Some(Periods { longest: 360.0, parts: vec![1, 2, 3], tried: 3.0 });
     }
     let widest = distinct.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
     if distinct.len() < MIN_DISTINCT_FOR_PERIOD || widest > MAX_GAP * range {
-        return Vec::new();
+        return None;
     }
     // Half periods in the range, so that no phase falls between two frequencies.
     let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
-    let period = |half: usize| 2.0 * range / count(half);
+    let longest = 2.0 * range;
     let design = if covariate.name == ORDER { revisits(layout, all) } else { Vec::new() };
-    let halves = (3..=2 * most).filter(|&half| !is_of_the_design(period(half), &design));
-    halves.map(|half| periodic(covariate, period(half), count(most))).collect()
+    let is_open = |half: &usize| !is_of_the_design(longest / count(*half), &design);
+    let parts = (3..=2 * most).filter(is_open).collect();
+    Some(Periods { longest, parts, tried: count(most) })
 }
 
 /// Values at the fitted observations, ascending, each once.

@@ -5,12 +5,14 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::algebra::f_tail::f_tail;
+use crate::algebra::leverage::Leverage;
 use crate::algebra::linearised::Linearised;
 use crate::algebra::linearised::groups_are_runs;
 use crate::algebra::raw_observations::RawObservations;
 use crate::algebra::reading::Reading;
 use crate::count::count;
 use crate::levels::MIN_CLUSTERS;
+use crate::noise::neighbours::Autoregression;
 use crate::noise::whitening::Whitening;
 
 /// Largest correlation taken seriously; above, noise and drift are the same thing.
@@ -38,6 +40,7 @@ pub(crate) struct NoiseModels {
     fractional_in_readings: OnceLock<Option<Family>>,
     position: OnceLock<Option<Family>>,
     free: OnceLock<Vec<(Reading, f64)>>,
+    leverages: OnceLock<Vec<Option<Leverage>>>,
 }
 
 impl NoiseModels {
@@ -55,14 +58,24 @@ impl NoiseModels {
         self.free.get_or_init(|| lin.readings().into_iter().filter_map(of).collect())
     }
 
+    /// What the system takes of each group; `None` where eigenvectors are not found.
+    pub(crate) fn leverages(&self, lin: &Linearised<'_>) -> &[Option<Leverage>] {
+        let all = || lin.clusters.iter().map(|rows| Leverage::of(&lin.basis, rows)).collect();
+        self.leverages.get_or_init(all)
+    }
+
     /// Noise of which neighbours agree.
     pub(crate) fn neighbours(&self, lin: &Linearised<'_>) -> &Family {
-        self.neighbours.get_or_init(|| Family::of_rows(lin, Kind::Neighbours))
+        self.neighbours.get_or_init(|| Family::neighbours(&lin.series, lin.basis.matrix()))
     }
 
     /// The same in the readings behind the rows.
     pub(crate) fn neighbours_in_readings(&self, lin: &Linearised<'_>) -> Option<&Family> {
-        let of = || Some(Family::of_readings(lin, self.readings(lin)?, Kind::Neighbours));
+        let of = || {
+            let readings = self.readings(lin)?;
+            let base = readings.lift_base(&lin.basis.matrix());
+            Some(Family::neighbours(&readings.series, base))
+        };
         self.neighbours_in_readings.get_or_init(of).as_ref()
     }
 
@@ -77,7 +90,7 @@ impl NoiseModels {
             let is_long = longest(&lin.series) > MAX_LENGTH;
             let runs_tell = groups_are_runs(lin) && lin.clusters.len() >= MIN_CLUSTERS;
             let is_tried = !is_long && (!runs_tell || lin.runs_on);
-            is_tried.then(|| Family::of_rows(lin, Kind::Fractional))
+            is_tried.then(|| Family::new(Kind::Fractional(lin.basis.matrix()), &lin.series))
         };
         self.fractional.get_or_init(of).as_ref()
     }
@@ -86,7 +99,9 @@ impl NoiseModels {
     pub(crate) fn fractional_in_readings(&self, lin: &Linearised<'_>) -> Option<&Family> {
         let of = || {
             self.fractional(lin)?;
-            Some(Family::of_readings(lin, self.readings(lin)?, Kind::Fractional))
+            let readings = self.readings(lin)?;
+            let base = readings.lift_base(&lin.basis.matrix());
+            Some(Family::new(Kind::Fractional(base), &readings.series))
         };
         self.fractional_in_readings.get_or_init(of).as_ref()
     }
@@ -98,7 +113,8 @@ impl NoiseModels {
             let ([one], Some(all)) = (&lin.series[..], &lin.directions) else { return None };
             let directions = || one.iter().map(|&i| all[i]).collect();
             let is_short = one.len() <= MAX_LENGTH;
-            is_short.then(|| Family::of_rows(lin, Kind::Position(directions())))
+            is_short
+                .then(|| Family::new(Kind::Position(lin.basis.matrix(), directions()), &lin.series))
         };
         self.position.get_or_init(of).as_ref()
     }
@@ -107,46 +123,54 @@ impl NoiseModels {
 /// Noise models of one kind, from white to the strongest, each found when first asked for.
 pub(crate) struct Family {
     kind: Kind,
-    base: DMatrix<f64>,
-    pub(crate) series: Vec<Vec<usize>>,
+    series: Vec<Vec<usize>>,
     models: [OnceLock<Option<UnderModel>>; STEPS],
 }
 
 /// How successive values depend on each other.
 enum Kind {
-    Neighbours,
-    Fractional,
-    /// Along which direction each value reads a position.
-    Position(Vec<Vector3<f64>>),
+    Neighbours(Autoregression),
+    /// With long memory: a system's columns.
+    Fractional(DMatrix<f64>),
+    /// As a position, with along which direction each value reads it.
+    Position(DMatrix<f64>, Vec<Vector3<f64>>),
 }
 
 impl Family {
-    fn of_rows(lin: &Linearised<'_>, kind: Kind) -> Self {
-        let (base, series) = (lin.basis.matrix(), lin.series.clone());
-        Self { kind, base, series, models: Default::default() }
+    fn new(kind: Kind, series: &[Vec<usize>]) -> Self {
+        Self { kind, series: series.to_vec(), models: Default::default() }
     }
 
-    fn of_readings(lin: &Linearised<'_>, readings: &RawObservations, kind: Kind) -> Self {
-        let (base, series) = (readings.lift_base(&lin.basis.matrix()), readings.series.clone());
-        Self { kind, base, series, models: Default::default() }
+    fn neighbours(series: &[Vec<usize>], base: DMatrix<f64>) -> Self {
+        Self::new(Kind::Neighbours(Autoregression::new(series, base)), series)
     }
 
-    /// The base under each model, white first; without those under which it has no information.
-    pub(crate) fn models(&self) -> impl Iterator<Item = &UnderModel> {
-        let of = |step: usize| {
-            let whitening = self.whitening(count(step) / count(STEPS - 1));
-            UnderModel::new(&self.series, &self.base, whitening)
+    /// A candidate under each model, white first, where the system has information under it:
+    /// `columns` beside those of the system, what is left of the data last, `along` the share of the
+    /// data in the last ones before that.
+    pub(crate) fn judged<'a>(
+        &'a self,
+        columns: &'a DMatrix<f64>,
+        along: &'a DVector<f64>,
+    ) -> impl Iterator<Item = UnderNoise> + 'a {
+        let products = match &self.kind {
+            Kind::Neighbours(noise) => Some(noise.with(&self.series, columns)),
+            Kind::Fractional(_) | Kind::Position(..) => None,
         };
-        let models = self.models.iter().enumerate();
-        models.filter_map(move |(step, model)| model.get_or_init(|| of(step)).as_ref())
-    }
-
-    fn whitening(&self, share: f64) -> Whitening {
-        match &self.kind {
-            Kind::Neighbours => Whitening::Neighbours(MAX_PHI * share),
-            Kind::Fractional => Whitening::fractional(MAX_FRACTION * share, longest(&self.series)),
-            Kind::Position(directions) => Whitening::read_along(MAX_PHI * share, directions),
-        }
+        (0..STEPS).filter_map(move |step| {
+            let strength = count(step) / count(STEPS - 1);
+            let model =
+                self.models[step].get_or_init(|| UnderModel::new(self, strength)).as_ref()?;
+            let [across, own] = match (&products, &model.white) {
+                (Some(products), _) => products.each_ref().map(|p| p.at(MAX_PHI * strength)),
+                (None, Some((whitening, base))) => {
+                    let white = whitening.apply(&self.series, columns);
+                    [base.tr_mul(&white), white.transpose() * &white]
+                }
+                (None, None) => return None,
+            };
+            model.judge((&across, &own), along, columns.nrows())
+        })
     }
 }
 
@@ -155,11 +179,10 @@ fn longest(series: &[Vec<usize>]) -> usize {
 }
 
 /// A system's columns under one model of the noise.
-pub(crate) struct UnderModel {
-    whitening: Whitening,
-    /// The whitened columns.
-    base: DMatrix<f64>,
-    /// Cholesky factor of their information.
+struct UnderModel {
+    /// What turns the noise white, and the columns so; of neighbours products are enough.
+    white: Option<(Whitening, DMatrix<f64>)>,
+    /// Cholesky factor of the columns' information.
     factor: DMatrix<f64>,
     /// Logarithm of the determinants of the noise and of the columns' information.
     log_determinant: f64,
@@ -174,25 +197,48 @@ pub(crate) struct UnderNoise {
 }
 
 impl UnderModel {
-    fn new(series: &[Vec<usize>], base: &DMatrix<f64>, whitening: Whitening) -> Option<Self> {
+    /// `strength` is 0 for white noise, 1 for the longest memory.
+    fn new(family: &Family, strength: f64) -> Option<Self> {
+        let series = &family.series;
+        let (whitening, base) = match &family.kind {
+            Kind::Neighbours(noise) => {
+                let phi = MAX_PHI * strength;
+                return Self::of(&noise.own().at(phi), noise.log_determinant(phi), None);
+            }
+            Kind::Fractional(base) => {
+                (Whitening::fractional(MAX_FRACTION * strength, longest(series)), base)
+            }
+            Kind::Position(base, directions) => {
+                (Whitening::read_along(MAX_PHI * strength, directions), base)
+            }
+        };
         let base = whitening.apply(series, base);
-        let factor = (base.transpose() * &base).cholesky()?.unpack();
-        let information: f64 = factor.diagonal().iter().map(|v| 2.0 * v.ln()).sum();
-        let log_determinant = whitening.log_determinant(series) + information;
-        Some(Self { whitening, base, factor, log_determinant })
+        let information = base.transpose() * &base;
+        let log_determinant = whitening.log_determinant(series);
+        Self::of(&information, log_determinant, Some((whitening, base)))
     }
 
-    pub(crate) fn judge(
+    fn of(
+        information: &DMatrix<f64>,
+        of_noise: f64,
+        white: Option<(Whitening, DMatrix<f64>)>,
+    ) -> Option<Self> {
+        let factor = information.clone().cholesky()?.unpack();
+        let of_columns: f64 = factor.diagonal().iter().map(|v| 2.0 * v.ln()).sum();
+        Some(Self { white, factor, log_determinant: of_noise + of_columns })
+    }
+
+    /// From the products, whitened, of the system's columns with the candidate's, and of these.
+    fn judge(
         &self,
-        series: &[Vec<usize>],
-        columns: &DMatrix<f64>,
+        (across, own): (&DMatrix<f64>, &DMatrix<f64>),
         along: &DVector<f64>,
+        rows: usize,
     ) -> Option<UnderNoise> {
-        let white = self.whitening.apply(series, columns);
-        let shared = self.factor.solve_lower_triangular(&self.base.tr_mul(&white))?;
-        let products = white.transpose() * &white - shared.transpose() * &shared;
-        let (n, m) = (columns.ncols() - 1, along.len());
-        let dof = count(columns.nrows().saturating_sub(self.base.ncols() + n));
+        let shared = self.factor.solve_lower_triangular(across)?;
+        let products = own - shared.transpose() * &shared;
+        let (n, m) = (own.ncols() - 1, along.len());
+        let dof = count(rows.saturating_sub(self.factor.ncols() + n));
         let factor = products.cholesky()?.unpack();
         let square = factor[(n, n)].powi(2);
         let log_determinant: f64 = (0..n).map(|i| 2.0 * factor[(i, i)].ln()).sum();

@@ -6,9 +6,6 @@ use crate::count::count;
 
 /// Turns noise of one model into white noise.
 pub(crate) enum Whitening {
-    /// Autoregression of first order, by the correlation of neighbours (Prais and Winsten 1954): each
-    /// value less what the one before predicts, over the standard deviation of the prediction.
-    Neighbours(f64),
     /// Each value less what those before it predict, over the standard deviation of the prediction.
     Predicted {
         /// Lower triangular; a shorter series takes the leading part.
@@ -81,10 +78,6 @@ impl Whitening {
     /// Logarithm of the determinant of the noise's covariance.
     pub(crate) fn log_determinant(&self, series: &[Vec<usize>]) -> f64 {
         match self {
-            Self::Neighbours(phi) => {
-                let predicted: usize = series.iter().map(|one| one.len().saturating_sub(1)).sum();
-                count(predicted) * (1.0 - phi * phi).ln()
-            }
             Self::Predicted { log_variances, .. } => {
                 series.iter().map(|one| log_variances[..one.len()].iter().sum::<f64>()).sum()
             }
@@ -102,14 +95,6 @@ impl Whitening {
         let mut out = columns.clone();
         for one in series {
             match self {
-                Self::Neighbours(phi) => {
-                    let scale = (1.0 - phi * phi).sqrt().recip();
-                    for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
-                        for pair in one.windows(2) {
-                            to[pair[1]] = (from[pair[1]] - phi * from[pair[0]]) * scale;
-                        }
-                    }
-                }
                 Self::Predicted { rows, .. } => {
                     let rows: DMatrixView<'_, f64> = rows.view((0, 0), (one.len(), one.len()));
                     let columns = columns.select_rows(one);
@@ -154,6 +139,7 @@ fn lower_triangular_times(rows: DMatrixView<'_, f64>, columns: &DMatrix<f64>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::neighbours::Autoregression;
 
     /// Round-off of sums over as many products as there are readings, of condition 100.
     const ROUND_OFF: f64 = 1e-12;
@@ -187,12 +173,11 @@ mod tests {
         let series = [(0..9).collect::<Vec<usize>>()];
         let columns = DMatrix::from_fn(9, 2, |i, j| count(3 * i + 5 * j).cos());
         let along = Whitening::read_along(0.6, &[Vector3::z(); 9]);
-        let neighbours = Whitening::Neighbours(0.6);
-        let difference = along.apply(&series, &columns) - neighbours.apply(&series, &columns);
+        let white = along.apply(&series, &columns);
+        let neighbours = Autoregression::new(&series, columns);
+        let difference = white.tr_mul(&white) - neighbours.own().at(0.6);
         assert!(difference.amax() < ROUND_OFF);
-        assert!(
-            (along.log_determinant(&series) - neighbours.log_determinant(&series)).abs()
-                < ROUND_OFF
-        );
+        let log_determinant = neighbours.log_determinant(0.6);
+        assert!((along.log_determinant(&series) - log_determinant).abs() < ROUND_OFF);
     }
 }

@@ -47,13 +47,12 @@ pub(crate) fn leave_out(
     folds: &[usize],
     skip: &[bool],
 ) -> HeldOut {
-    let q = basis.matrix();
     let residual = basis.reject(&lin.residual);
     let mut held_out = vec![None; lin.clusters.len()];
     for fold in 0..folds.iter().max().map_or(0, |&f| f + 1) {
         let members: Vec<_> = (0..folds.len()).filter(|&c| folds[c] == fold && !skip[c]).collect();
         let rows: Vec<_> = members.iter().flat_map(|&c| lin.clusters[c].iter().copied()).collect();
-        let Some(predicted) = predict(&q, &residual, &rows) else { continue };
+        let Some(predicted) = predict(basis, &residual, &rows) else { continue };
         let mut offset = 0;
         for c in members {
             let n = lin.clusters[c].len();
@@ -67,11 +66,11 @@ pub(crate) fn leave_out(
 
 /// Errors of `rows` predicted without them; `None` where the rest does not predict them.
 pub(crate) fn predict(
-    q: &DMatrix<f64>,
+    basis: &Basis,
     residual: &DVector<f64>,
     rows: &[usize],
 ) -> Option<DVector<f64>> {
-    let q_f = q.select_rows(rows);
+    let q_f = basis.rows(rows);
     let e_f = residual.select_rows(rows);
     let (n, k) = q_f.shape();
     if k == 0 {

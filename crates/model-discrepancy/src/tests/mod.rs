@@ -1,6 +1,7 @@
 //! Whether something is in the residual by more than chance, and what it predicts.
 
 pub(crate) mod agreement;
+pub(crate) mod cluster_robust;
 pub(crate) mod f_test;
 pub(crate) mod global_test;
 pub(crate) mod hold_out;

@@ -5,7 +5,6 @@ use crate::count::count;
 use crate::levels::CLEAR_BEYOND_DOUBT;
 use crate::levels::MIN_CLUSTERS;
 use crate::tests::f_test::{Significance, f_test};
-use faer::{MatRef, Side};
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::Basis;
@@ -13,6 +12,7 @@ use crate::algebra::basis::NEW_DIRECTION;
 use crate::levels::MIN_AGREEING;
 use crate::noise::linear::Linear;
 use crate::tests::agreement::agreement_p_value;
+use crate::tests::cluster_robust::cluster_robust;
 use crate::tests::under_noise::Tested;
 use crate::tests::vector_noise::vector_p_value;
 
@@ -36,6 +36,13 @@ pub(crate) struct Asked {
     pub(crate) searched: f64,
     /// Above it, a test need not be asked further.
     pub(crate) level: f64,
+}
+
+impl Asked {
+    /// The test of one that was found among others.
+    pub(crate) fn searched_for(self, test: Significance) -> Significance {
+        Significance { p_value: (test.p_value * self.searched).min(1.0), ..test }
+    }
 }
 
 /// Tests `tangent` (whitened) beside everything in `base`.
@@ -80,8 +87,7 @@ pub(crate) fn significance_beside(
     asked: Asked,
 ) -> Option<Significance> {
     let added = Basis::of(beside, NEW_DIRECTION.sqrt());
-    let mut test = f_test(residual, base.dim(), &added)?;
-    test.p_value = (test.p_value * asked.searched).min(1.0);
+    let mut test = asked.searched_for(f_test(residual, base.dim(), &added)?);
     if test.p_value > asked.level {
         return Some(test);
     }
@@ -161,134 +167,6 @@ fn group_p_value(
     if has_scatter { of_few.max(cluster_robust(lin, added, full)) } else { of_few }
 }
 
-/// Wald test of the amplitudes in the orthonormal basis `added` on their CR2 covariance.
-fn cluster_robust(lin: &Linear<'_>, added: &Basis, full: &Basis) -> f64 {
-    let q = full.matrix();
-    let g = added.matrix();
-    let residual = full.reject(&lin.residual);
-    let m = g.ncols();
-    let mut covariance = DMatrix::zeros(m, m);
-    // M_g = A_g·G_g and K_g = Q_gᵀ·M_g, with A_g = (I − Q_g·Q_gᵀ)^(−½).
-    let mut adjusted = Vec::with_capacity(lin.clusters.len());
-    for cluster in &lin.clusters {
-        let q_g = select(&q, cluster);
-        let Some(m_g) = inverse_root_times(&q_g, &select(&g, cluster)) else { return 1.0 };
-        let e_g = residual.select_rows(cluster);
-        let score = m_g.tr_mul(&e_g);
-        covariance += &score * score.transpose();
-        let k_g = q_g.tr_mul(&m_g);
-        adjusted.push((m_g.tr_mul(&m_g), k_g));
-    }
-    let amplitude = g.tr_mul(&lin.residual);
-    let Some(cholesky) = covariance.cholesky() else { return 1.0 };
-    let wald = amplitude.dot(&cholesky.solve(&amplitude));
-    let eta = satterthwaite(&adjusted, m);
-    let dof = eta - count(m) + 1.0;
-    if dof <= 0.0 {
-        return 1.0;
-    }
-    f_tail(wald * dof / (eta * count(m)), count(m), dof)
-}
-
-/// `M_gᵀ·M_g` and `K_g` of a cluster.
-type Adjusted = (DMatrix<f64>, DMatrix<f64>);
-
-/// Degrees of freedom of the Wishart law that matches the total variance of CR2: of the products
-/// `P` of all pairs of clusters, `(tr P)² + tr P²`, with `P = M_gᵀ·M_g − K_gᵀ·K_g` of a cluster with
-/// itself, else `−K_gᵀ·K_h`.
-fn satterthwaite(adjusted: &[Adjusted], m: usize) -> f64 {
-    let columns = adjusted.first().map_or(0, |(_, k)| k.nrows());
-    let shared = if 2 * columns < adjusted.len() {
-        of_pairs_by_moments(adjusted, columns, m)
-    } else {
-        of_pairs(adjusted, m)
-    };
-    let own = adjusted.iter().map(|(whole, k)| {
-        let product = k.tr_mul(k);
-        squares(&(whole - &product)) - squares(&product)
-    });
-    count(m * (m + 1)) / (shared + own.sum::<f64>())
-}
-
-/// `(tr P)² + tr P²`.
-fn squares(product: &DMatrix<f64>) -> f64 {
-    product.trace().powi(2) + product.dot(&product.transpose())
-}
-
-/// Clusters whose products with the others are found together.
-const TOGETHER: usize = 32;
-
-/// Sum of [`squares`] of `K_gᵀ·K_h` over all pairs, pair by pair.
-fn of_pairs(adjusted: &[Adjusted], m: usize) -> f64 {
-    let columns: Vec<_> = adjusted.iter().flat_map(|(_, k)| k.column_iter()).collect();
-    let all = DMatrix::from_columns(&columns);
-    let mut total = 0.0;
-    for start in (0..adjusted.len()).step_by(TOGETHER) {
-        let end = (start + TOGETHER).min(adjusted.len());
-        let some = all.columns(m * start, m * (end - start)).transpose();
-        let products = some * all.columns_range(m * start..);
-        for g in start..end {
-            for h in g..adjusted.len() {
-                let product = products.view((m * (g - start), m * (h - start)), (m, m));
-                let term = squares(&product.into_owned());
-                // A pair and the same the other way round.
-                total += if g == h { term } else { 2.0 * term };
-            }
-        }
-    }
-    total
-}
-
-/// The same by the second moments of the entries of `K`, `Σ_g K_ai·K_bj`: `Σ W²_(ai)(bj)` and
-/// `Σ W_(ai)(bj)·W_(aj)(bi)`, for many clusters beside few columns.
-fn of_pairs_by_moments(adjusted: &[Adjusted], columns: usize, m: usize) -> f64 {
-    let entries = adjusted.iter().flat_map(|(_, k)| k.iter().copied());
-    let all = DMatrix::from_iterator(columns * m, adjusted.len(), entries);
-    let moments = &all * all.transpose();
-    let mut crossed = 0.0;
-    for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
-        let block = |i, j| moments.view((columns * i, columns * j), (columns, columns));
-        // W_(aj)(bi) is the block of j and i.
-        crossed += block(i, j).dot(&block(j, i));
-    }
-    moments.norm_squared() + crossed
-}
-
-/// `(I − Q·Qᵀ)^(−½)·X` by the eigenvectors of the smaller of `Qᵀ·Q` and `Q·Qᵀ`; `None` where these
-/// are not found.
-///
-/// A direction of leverage one has no residual and is left as it is.
-fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let is_wide = q.nrows() < q.ncols();
-    let gram = if is_wide { q * q.transpose() } else { q.transpose() * q };
-    let n = gram.nrows();
-    let eigen = MatRef::from_column_major_slice(gram.as_slice(), n, n)
-        .self_adjoint_eigen(Side::Lower)
-        .ok()?;
-    let v = DMatrix::from_fn(n, n, |i, j| eigen.U()[(i, j)]);
-    let leverages = DVector::from_fn(n, |i, _| eigen.S().column_vector()[i]);
-    let stretch = leverages.map(|leverage| {
-        let left = 1.0 - leverage;
-        let kept = leverage < NEW_DIRECTION || left < NEW_DIRECTION.sqrt();
-        if kept { 0.0 } else { left.powf(-0.5) - 1.0 }
-    });
-    let scaled = |factors: DVector<f64>, mut along: DMatrix<f64>| {
-        for (mut row, factor) in along.row_iter_mut().zip(factors.iter()) {
-            row *= *factor;
-        }
-        &v * along
-    };
-    if is_wide {
-        return Some(x + scaled(stretch, v.tr_mul(x)));
-    }
-    let factors = stretch.zip_map(&leverages, |s, l| if s == 0.0 { 0.0 } else { s / l });
-    Some(x + q * scaled(factors, v.tr_mul(&q.tr_mul(x))))
-}
-
-fn select(matrix: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
-    matrix.select_rows(rows)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -297,22 +175,6 @@ mod tests {
 
     /// Readings of one group each.
     const N: usize = 40;
-    /// Of sums over some thousand products.
-    const ROUND_OFF: f64 = 1e-12;
-
-    #[test]
-    fn moments_give_what_all_pairs_give() {
-        let wave = |of: usize| move |i: usize, j: usize| (0.7 * count(i * of + 3 * j * j)).sin();
-        let cluster = |g: usize| {
-            (DMatrix::from_fn(2, 2, wave(g + 5)), DMatrix::from_fn(4, 2, wave(2 * g + 1)))
-        };
-        let adjusted: Vec<Adjusted> = (0..9).map(cluster).collect();
-        let by_hand: f64 = (adjusted.iter())
-            .flat_map(|(_, g)| adjusted.iter().map(move |(_, h)| squares(&(g.transpose() * h))))
-            .sum();
-        assert!((of_pairs(&adjusted, 2) / by_hand - 1.0).abs() < ROUND_OFF);
-        assert!((of_pairs_by_moments(&adjusted, 4, 2) / by_hand - 1.0).abs() < ROUND_OFF);
-    }
 
     #[test]
     fn a_column_that_the_base_holds_is_no_direction() {

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::basis::Basis;
 use crate::count::count;
 use crate::noise::linear::Linear;
-use crate::noise::noise_models::{Family, STEPS, UnderModel, UnderNoise};
+use crate::noise::noise_models::{Family, STEPS, UnderNoise};
 
 /// What is tested, beside everything it is tested beside.
 pub(crate) struct Tested<'a> {
@@ -68,8 +68,7 @@ impl<'a> Tested<'a> {
     fn p_value(&self, columns: &DMatrix<f64>, family: &Family) -> Option<f64> {
         let mut judged: Vec<UnderNoise> = Vec::with_capacity(STEPS);
         let mut best = f64::INFINITY;
-        let judge = |c: &UnderModel| c.judge(&family.series, columns, &self.along);
-        for model in family.models().filter_map(judge) {
+        for model in family.judged(columns, &self.along) {
             best = best.min(model.deviance);
             // Stronger ones are less likely still.
             let is_negligible = model.deviance - best > 2.0 * NEGLIGIBLE.recip().ln();
@@ -189,10 +188,7 @@ mod tests {
 
         let family = lin.noise.neighbours_in_readings(&lin).unwrap();
         let columns = lin.noise.readings(&lin).unwrap().lift(&test.columns);
-        let of_readings: Vec<UnderNoise> = family
-            .models()
-            .filter_map(|c| c.judge(&family.series, &columns, &test.along))
-            .collect();
+        let of_readings: Vec<UnderNoise> = family.judged(&columns, &test.along).collect();
         assert_eq!(of_readings.len(), STEPS);
         let correlation = |i: usize| 0.95 * count(i) / count(STEPS - 1);
         let of_rows: Vec<(f64, f64)> =

@@ -47,7 +47,7 @@ const ARC_MISS: f64 = 2e-3;
 /// Ends of an arc closer than this share of its radius make a full circle.
 const FULL_CIRCLE: f64 = 1e-9;
 
-/// Moves every G0, G1, G2 and G3 of a program; comments and all other words stay.
+/// Moves every G0, G1, G2, G3 and G38.2 to G38.5 of a program; comments and all other words stay.
 ///
 /// A tilt takes arcs out of their plane, so they become chords, whose G1 stands in the first one.
 /// Moves are read absolute (G90) or incremental (G91), centres as G90.1 or G91.1 say, lengths in
@@ -56,7 +56,8 @@ const FULL_CIRCLE: f64 = 1e-9;
 /// # Errors
 ///
 /// [`ProgramError::Line`] with the first line that cannot be corrected: canned cycles, rotary
-/// axes, cutter compensation, offsets by program, macros, and moves before X, Y and Z are known.
+/// axes, cutter compensation, offsets by program, macros, and moves before X, Y and Z are known: a
+/// touch (G38.2 to G38.5) ends anywhere, and what it moved has to be given again.
 pub fn correct_program(
     program: &str,
     correction: &Isometry3<f64>,
@@ -139,7 +140,15 @@ impl Writer<'_> {
             // The arcs were written as lines, and the next block may rely on the motion in force.
             self.modal.motion = Some(motion);
         }
-        self.modal.position = target;
+        if motion == Motion::Probing {
+            // A touch ends anywhere on its way: of what it moves, nothing is known then.
+            let before = self.modal.position;
+            self.modal.position =
+                std::array::from_fn(|k| target[k].filter(|_| before[k] == target[k]));
+            self.written = self.written.filter(|_| known(self.modal.position).is_some());
+        } else {
+            self.modal.position = target;
+        }
         Ok(())
     }
 

@@ -38,8 +38,11 @@ pub enum Refused {
         /// Its letter.
         axis: char,
     },
-    /// A move before all coordinates are known.
-    #[error("the position is not known yet; give X, Y and Z in the first move")]
+    /// A move before all coordinates are known, or after a touch that ended anywhere.
+    #[error(
+        "the position is not known here; give X, Y and Z in the first move, and after a touch (G38.2 \
+         to G38.5) those that it moved"
+    )]
     UnknownPosition,
     /// Coordinates without a motion that they belong to.
     #[error("coordinates without a motion; give G0 to G3 before")]

@@ -14,6 +14,8 @@ pub(super) enum Motion {
     Clockwise,
     /// G3.
     Counterclockwise,
+    /// G38.2 to G38.5: straight, and the probe ends it.
+    Probing,
 }
 
 impl Motion {
@@ -109,6 +111,7 @@ impl Modal {
             10 => self.motion = Some(Motion::Linear),
             20 => self.motion = Some(Motion::Clockwise),
             30 => self.motion = Some(Motion::Counterclockwise),
+            382..=385 => self.motion = Some(Motion::Probing),
             170 => self.across = 2,
             180 => self.across = 1,
             190 => self.across = 0,
@@ -139,7 +142,7 @@ impl Modal {
         Ok(())
     }
 
-    /// Planned position after the block.
+    /// Where the block's words lead.
     pub(super) fn target(&self, coordinates: &Coordinates) -> [Option<f64>; 3] {
         std::array::from_fn(|k| match (coordinates.axes[k], self.position[k]) {
             (Some(step), Some(from)) if self.is_incremental => Some(from + step),

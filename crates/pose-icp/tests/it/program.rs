@@ -134,6 +134,28 @@ fn what_cannot_be_corrected_is_refused_with_its_line() {
     ));
 }
 
+/// A probe ends its move anywhere: what it moved is known again when the program says it.
+#[test]
+fn touches_are_moved_and_what_they_moved_is_given_again() {
+    let shift = Isometry3::translation(1.0, 2.0, 3.0);
+    let corrected = |text: &str| correct_program(text, &shift, &OPTIONS);
+    let moved = corrected("G90 G0 X0 Y0 Z9\nG38.2 Z-1 F60\nG1 Z9\nG38.3 X4 Y0 Z0\n").unwrap();
+    let expected = "G90 G0 X1.000000 Y2.000000 Z12.000000\n\
+                    G38.2 X1.000000 Y2.000000 Z2.000000 F60\n\
+                    G1 X1.000000 Y2.000000 Z12.000000\nG38.3 X5.000000 Y2.000000 Z3.000000\n";
+    let lines = |text: &str| text.lines().map(|l| l.trim_end().to_owned()).collect::<Vec<_>>();
+    assert_eq!(lines(&moved), lines(expected));
+    let touched = "G90 G0 X0 Y0 Z9\nG38.2 Z-1 F60\n";
+    for after in ["G0 X5", "G91 G1 Z4", "G38.4 Y3"] {
+        let refused = corrected(&format!("{touched}{after}\n"));
+        let unknown = ProgramError::Line { line: 3, reason: Refused::UnknownPosition };
+        assert_eq!(refused, Err(unknown), "{after}");
+    }
+    // Steps go on from the first place that is known again.
+    let steps = corrected(&format!("{touched}G1 X0 Y0 Z9\nG91\nX1\n")).unwrap();
+    assert!(steps.ends_with("G91\nX1.000000 Y0.000000 Z0.000000\n"), "{steps}");
+}
+
 #[test]
 fn inches_are_moved_by_as_many_millimetres() {
     let shift = Isometry3::translation(25.4, 0.0, 0.0);

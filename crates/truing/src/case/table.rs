@@ -162,6 +162,19 @@ impl Table {
         }
     }
 
+    /// The table as text, its cells separated by commas.
+    pub(crate) fn csv(&self) -> String {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let written = "a table in memory takes what is written";
+        writer.write_record(&self.names).expect(written);
+        for row in 0..self.n_rows() {
+            let cells = (0..self.names.len()).map(|column| self.cell(row, column));
+            writer.write_record(cells).expect(written);
+        }
+        let bytes = writer.into_inner().expect(written);
+        String::from_utf8(bytes).expect("cells are text")
+    }
+
     pub(crate) fn line(&self, row: usize) -> usize {
         self.lines[row]
     }

@@ -177,10 +177,16 @@ pub(crate) enum Import {
         #[arg(long, value_name = "CASE")]
         out: Option<PathBuf>,
     },
-    /// Touches out of a LinuxCNC probe log (PROBEOPEN), as a case of kind probe-comp
+    /// Touches out of a LinuxCNC probe log (PROBEOPEN), as a case or in the rows of a plan
     ProbeLog {
         /// The log: nine numbers a line, X Y Z A B C U V W
         log: PathBuf,
+        /// Folder that `truing plan --out` wrote: what the log holds is written into its empty rows
+        #[arg(long, value_name = "FOLDER", conflicts_with_all = ["kind", "feed", "tip_radius", "out"])]
+        plan: Option<PathBuf>,
+        /// Kind of the case: how far the part is off, or where it lies
+        #[arg(long, value_enum, default_value_t = TouchKind::ProbeComp)]
+        kind: TouchKind,
         /// Feed of the touches, mm/min, where it was one for all: a column that drives a latency
         #[arg(long, value_name = "MM_PER_MIN", value_parser = positive)]
         feed: Option<f64>,
@@ -194,6 +200,13 @@ pub(crate) enum Import {
         #[arg(long, value_name = "CASE")]
         out: Option<PathBuf>,
     },
+}
+
+/// Kinds of cases that are made of touches.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum TouchKind {
+    ProbeComp,
+    PoseIcp,
 }
 
 #[derive(Debug, Subcommand)]

@@ -20,13 +20,15 @@ use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
     Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, OutputFile, PlanOptions,
-    ProbeLogSettings, ReadOptions, TableImport, check, close_loop, correct, design_force,
-    force_report, import_probe_log, import_table, loop_report, plan, plausible, read_case_with,
-    read_findings, read_learnt, read_page, refuse_overlap, solve, solve_report, write_files,
-    write_imported, write_plan,
+    ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check, close_loop, correct,
+    design_force, force_report, import_planned_log, import_probe_log, import_table, loop_report,
+    plan, plausible, read_case_with, read_findings, read_learnt, read_page, refuse_overlap, solve,
+    solve_report, write_files, write_imported, write_plan,
 };
 
-use arguments::{Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings};
+use arguments::{
+    Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings, TouchKind,
+};
 use monitor::monitor;
 use register::Register;
 use spinner::Spinner;
@@ -69,11 +71,22 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
         }
         Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
-        Command::Import { what: Import::ProbeLog { log, feed, tip_radius, inch, out } } => {
+        Command::Import {
+            what: Import::ProbeLog { log, plan, kind, feed, tip_radius, inch, out },
+        } => {
+            let unit_mm = if inch { MM_PER_INCH } else { 1.0 };
+            if let Some(plan) = plan {
+                return planned_log(&log, &plan, unit_mm);
+            }
+            let kind = match kind {
+                TouchKind::ProbeComp => ProbeLogKind::ProbeComp,
+                TouchKind::PoseIcp => ProbeLogKind::PoseIcp,
+            };
             let settings = ProbeLogSettings {
+                kind,
                 feed_mm_per_min: feed,
                 tip_radius_mm: tip_radius,
-                unit_mm: if inch { MM_PER_INCH } else { 1.0 },
+                unit_mm,
             };
             probe_log(&log, &settings, out.as_deref())
         }
@@ -392,7 +405,7 @@ const MM_PER_INCH: f64 = 25.4;
 fn probe_log(log: &Path, settings: &ProbeLogSettings, out: Option<&Path>) -> Result<(), Error> {
     let imported = import_probe_log(log, settings)?;
     let Some(folder) = out else {
-        let table = imported.files.iter().find(|(name, _)| *name == "touches.csv");
+        let table = imported.files.iter().find(|(name, _)| *name != "case.toml");
         return output::text(&table.map_or("", |(_, text)| text));
     };
     let files = write_imported(&imported.files, folder)?;
@@ -402,6 +415,14 @@ fn probe_log(log: &Path, settings: &ProbeLogSettings, out: Option<&Path>) -> Res
         "{n} touches, wrote\n{listed}\nnext: write the surface into {folder}/case.toml, then truing \
          solve {folder}\n"
     ))
+}
+
+fn planned_log(log: &Path, plan: &Path, unit_mm: f64) -> Result<(), Error> {
+    let (table, n) = import_planned_log(log, plan, unit_mm)?;
+    refuse_overlap(&[&table.path], &[log])?;
+    let (path, folder) = (table.path.display().to_string(), plan.display());
+    write_files(&[table])?;
+    output::text(&format_args!("{n} touches, written into {path}\nnext: truing loop {folder}\n"))
 }
 
 fn foreign_table(file: &Path, import: &TableImport, out: Option<&Path>) -> Result<(), Error> {

@@ -1,6 +1,7 @@
 //! Measurements that other programs wrote, as case folders.
 
 mod heading;
+mod planned_log;
 mod probe_log;
 mod table;
 mod target;
@@ -12,7 +13,8 @@ use std::path::{Path, PathBuf};
 use crate::Error;
 use crate::file::write_new;
 
-pub use probe_log::{ImportedTouches, ProbeLogSettings, import_probe_log};
+pub use planned_log::import_planned_log;
+pub use probe_log::{ImportedTouches, ProbeLogKind, ProbeLogSettings, import_probe_log};
 pub use table::{ColumnMap, ImportProblem, ImportedTable, TableImport, import_table};
 
 /// Writes the files of an imported case into `folder`, which is made if need be; nothing is

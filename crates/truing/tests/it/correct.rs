@@ -125,7 +125,7 @@ fn what_cannot_be_corrected_is_refused_with_its_line() {
         assert!(message.contains(reason), "{message}");
     }
     let ended = corrected(&case, "G90 G1 X1 F10\n", &[]);
-    assert!(ended.one_message().contains("line 1: the position is not known yet"));
+    assert!(ended.one_message().contains("line 1: the position is not known here"));
 }
 
 #[test]

@@ -38,6 +38,38 @@ fn without_a_folder_the_table_is_printed() {
     assert_eq!(lines.count(), 2);
 }
 
+/// Rows that were measured stay; what the plan left open takes the log, in order.
+#[test]
+fn a_log_fills_the_rows_of_its_plan() {
+    let planned = "point,x_mm,y_mm,z_mm,use\nP1,1,2,3,check\nN1,,,,fit\nN2,,,,fit\nN3,,,,fit\n";
+    let case = Case::new(&[("probe.log", LOG), ("points.csv", planned)]);
+    let (log, plan) = (case.file("probe.log"), case.path());
+    let fill = || {
+        truing(&["import", "probe-log", log.to_str().unwrap(), "--plan", plan.to_str().unwrap()])
+    };
+    let filled = fill();
+    assert_eq!(filled.code, 0, "{}", filled.stderr);
+    let table = std::fs::read_to_string(case.file("points.csv")).unwrap();
+    let expected = "point,x_mm,y_mm,z_mm,use\nP1,1,2,3,check\nN1,10,20,3.0005,fit\n\
+                    N2,-10,20,2.999,fit\nN3,0,-20,3.001,fit\n";
+    assert_eq!(table, expected);
+    let again = fill();
+    assert_eq!(again.code, 2);
+    assert!(again.one_message().contains("0 rows wait for a touch"), "{}", again.stderr);
+}
+
+#[test]
+fn a_log_says_where_a_part_lies() {
+    let case = Case::new(&[("probe.log", LOG)]);
+    let (log, out) = (case.file("probe.log"), case.file("lies"));
+    let out = out.to_str().unwrap();
+    let made =
+        truing(&["import", "probe-log", log.to_str().unwrap(), "--kind", "pose-icp", "--out", out]);
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    let points = std::fs::read_to_string(case.file("lies/points.csv")).unwrap();
+    assert!(points.starts_with("point,x_mm,y_mm,z_mm\nP1,10,20,3.0005\n"), "{points}");
+}
+
 #[test]
 fn logs_that_are_none() {
     let said = |text: &str| {
