@@ -30,6 +30,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "contact force of a polishing head on four legs",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),
         ("log.csv", include_str!("../../templates/force-impedance/log.csv")),

@@ -18,6 +18,7 @@ use crate::Error;
 use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::{Measured, Reading};
+use crate::uncertain::{Std, Uncertain};
 
 pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
 pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
@@ -25,7 +26,8 @@ pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 use measured::{FrameCase, Sigma, Use};
 
 use settings::{
-    FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings, TO, TransformName,
+    DISTANCES, FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings, TO,
+    TransformName,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -33,6 +35,17 @@ pub(crate) const KIND: Kind = Kind {
     summary: "transform between two frames from points known in both",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },
+        Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&["sigma_mm"]) },
+        Uncertain { table: PAIRS, columns: &TO, std: Std::Declared("point_mm") },
+        Uncertain {
+            table: POSES,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Declared("point_mm"),
+        },
+        Uncertain { table: DISTANCES, columns: &["distance_mm"], std: Std::Columns(&["std_mm"]) },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/frame-fit/case.toml")),
         ("pairs.csv", include_str!("../../templates/frame-fit/pairs.csv")),

@@ -27,6 +27,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "linear or rotary axis sent to targets, by ISO 230-2",
     read,
     mistakes,
+    uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/positioning/case.toml")),
         ("positions.csv", include_str!("../../templates/positioning/positions.csv")),

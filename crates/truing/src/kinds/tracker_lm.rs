@@ -22,6 +22,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, LoopSettings, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::uncertain::{Std, Uncertain};
 
 pub use estimates::{
     AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate, StationEstimate,
@@ -29,8 +30,8 @@ pub use estimates::{
 };
 
 use settings::{
-    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, Settings,
-    TARGETS, error,
+    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, STATIONS,
+    Settings, TARGETS, error,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -38,6 +39,28 @@ pub(crate) const KIND: Kind = Kind {
     summary: "six errors of a rotary axis by multilateration with a laser tracer",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain {
+            table: RANGES,
+            columns: &["displacement_mm"],
+            std: Std::Declared("displacement_mm"),
+        },
+        Uncertain {
+            table: STATIONS,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Declared("station_mm"),
+        },
+        Uncertain {
+            table: TARGETS,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Polar { range: "range_mm", angle: "angle_rad" },
+        },
+        Uncertain {
+            table: TARGETS,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Declared("point_mm"),
+        },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/tracker-lm/case.toml")),
         ("stations.csv", include_str!("../../templates/tracker-lm/stations.csv")),
