@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::case::Problem;
+use crate::estimated::Estimated;
 use crate::estimates::Estimates;
 use crate::uncertain::{drawn, keys};
 use crate::{Case, Error};
@@ -51,17 +52,19 @@ const TAIL: f64 = 0.025;
 /// says, or that of the first draw where none can be solved.
 pub fn monte_carlo(case: &Case, draws: usize) -> Result<MonteCarlo, Error> {
     let uncertain = case.files.kind.uncertain;
+    let refused = |problem| Err(Error::case(case.files.document.at_file(), problem));
+    if uncertain.is_empty() {
+        let message = format!("results of `{}` have no uncertainty to draw", case.kind);
+        return refused(Problem::WrongValue { message });
+    }
     if drawn(uncertain, &case.files, 0).is_none() {
-        let key = match keys(uncertain).first() {
-            Some(key) => format!("[noise] {key}"),
-            None => "[noise]".to_owned(),
-        };
+        let key = format!("[noise] {}", keys(uncertain).join("`, `"));
         let purpose = "draws are taken from the noise that is declared, and none is";
-        let problem = Problem::MissingKey { key, purpose };
-        return Err(Error::case(case.files.document.at_file(), problem));
+        return refused(Problem::MissingKey { key, purpose });
     }
     let solved = |estimates: &dyn Estimates| -> Vec<_> {
-        estimates.parameters().into_iter().filter(|p| p.std.is_some()).collect()
+        let is_uncertain = |p: &Estimated| p.std.is_some_and(|std| std > 0.0);
+        estimates.parameters().into_iter().filter(is_uncertain).collect()
     };
     let found = solved(&*case.fit()?.estimates);
     let of_draw = |draw: u64| -> Result<Vec<f64>, Error> {
@@ -76,10 +79,8 @@ pub fn monte_carlo(case: &Case, draws: usize) -> Result<MonteCarlo, Error> {
     let failed = draws - whole.len();
     if whole.is_empty() {
         // Every draw has failed, the first as any.
-        return of_draw(0).and(Err(Error::case(
-            case.files.document.at_file(),
-            Problem::WrongValue { message: "no draw of the data can be solved".to_owned() },
-        )));
+        let message = "no draw of the data can be solved".to_owned();
+        return of_draw(0).and(refused(Problem::WrongValue { message }));
     }
     let parameters = found
         .iter()

@@ -1,12 +1,12 @@
 //! Rotary axes, workpieces and touch probes.
 
 use super::situation::{Simulated, Situation, Truth, size_of_effect, truth};
-use crate::generators::mirror::{self, Mirror};
-use crate::generators::probe::{self, Session};
-use crate::generators::probe_tables;
-use crate::generators::tracer::{self, Run};
-use crate::generators::tracer_run::Defect;
-use crate::generators::tracer_tables::tables;
+use crate::kinds::pose_icp::mirror::{self, Mirror};
+use crate::kinds::probe_comp::probe::{self, Session};
+use crate::kinds::probe_comp::probe_tables;
+use crate::kinds::tracker_lm::tracer::{self, Run};
+use crate::kinds::tracker_lm::tracer_run::Defect;
+use crate::kinds::tracker_lm::tracer_tables::tables;
 
 /// Thirteen angles keep a loop at a fraction of a second.
 const ANGLES: usize = 13;

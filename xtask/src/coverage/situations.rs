@@ -2,11 +2,11 @@
 
 use super::machines;
 use super::situation::{Simulated, Situation, size_of_effect, truth};
-use crate::generators::polish::{self, Flaw, Run};
-use crate::generators::polish_tables;
-use crate::generators::press::{self, Fault, Role, Session};
-use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
-use crate::generators::survey::{self, Defect, Survey};
+use crate::kinds::force_impedance::polish::{self, Flaw, Run};
+use crate::kinds::force_impedance::polish_tables;
+use crate::kinds::frame_fit::survey::{self, Defect, Survey};
+use crate::kinds::ft_center::press::{self, Fault, Role, Session};
+use crate::kinds::ft_center::press_tables::{case_toml, presses_csv, wrench_csv};
 
 /// All situations; effects are so large that the loop misses hardly one.
 pub(crate) fn situations() -> Vec<Situation> {
