@@ -26,7 +26,6 @@ const REFERENCE_C: f64 = 20.0;
 pub(crate) const TIME: &str = "time_s";
 /// Beginning of the columns that are 1 for the points of one session and 0 for all others.
 pub(crate) const SESSION: &str = "session: ";
-/// Ending of the columns that are temperatures.
 /// Beyond this many times their spread the points no longer tell a deformation about the origin
 /// from one about their centroid with a shift: the difference is under 1 % of the effect.
 const FAR: f64 = 10.0;

@@ -19,7 +19,6 @@ use crate::missing::parameter::parameter;
 const REFERENCE_C: f64 = 20.0;
 /// Name of the column that times the readings.
 const TIME: &str = "time_s";
-/// Ending of the columns that are temperatures.
 /// Fewest and most targets with a deviation of their own: two are a scale, and of many a curve says
 /// the same with less.
 const MIN_PLACES: usize = 3;

@@ -16,7 +16,6 @@ use crate::{Part, PoseParameter};
 const REFERENCE_C: f64 = 20.0;
 /// Name of the column that times the touches.
 pub(crate) const TIME: &str = "time_s";
-/// Ending of the columns that are temperatures.
 /// Mean square of a normal's component from which a drift along that axis can be told: below it,
 /// the touches see less than a fifth of it.
 const SEEN_DRIFT: f64 = 0.04;

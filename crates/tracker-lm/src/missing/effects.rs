@@ -16,7 +16,6 @@ use crate::{Approach, Range, Step, Survey};
 
 /// Reference temperature of length, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
-/// Ending of the columns that are temperatures.
 
 /// An effect as the loop sees it, and what it does to every range.
 #[derive(Clone, Debug)]

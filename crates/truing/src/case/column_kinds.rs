@@ -71,6 +71,7 @@ const OF_AN_AXIS: [&str; 8] =
 ///
 /// `_s` is a time, `_c` a temperature in °C, `_deg` and `_rad` an angle, `_mm` a position. A name as
 /// `pos_c` is the position of axis C.
+#[must_use]
 pub fn quantity_of(name: &str) -> Quantity {
     let Some((stem, unit)) = name.rsplit_once('_') else { return Quantity::Other };
     let of_an_axis = OF_AN_AXIS.contains(&stem.rsplit('_').next().unwrap_or(stem));

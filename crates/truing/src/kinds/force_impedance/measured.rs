@@ -167,7 +167,8 @@ impl Measured for LogCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let recorded: Vec<Covariate> = (self.covariates.iter()).map(|c| c.covariate()).collect();
+        let recorded: Vec<Covariate> =
+            (self.covariates.iter()).map(NumberColumn::covariate).collect();
         let concrete = LogModel::new(&self.head, &self.samples, &self.options, &recorded)
             .map_err(|e| self.error(e))?;
         let mut covariates = concrete.covariates(&self.samples);

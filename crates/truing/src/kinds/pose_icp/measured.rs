@@ -14,6 +14,7 @@ use super::case::PoseCase;
 use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, rows, stds};
 use super::picture::{Picture, picture};
 use crate::Error;
+use crate::case::NumberColumn;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
@@ -68,7 +69,7 @@ impl Measured for PoseCase {
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let Located { fit, options, .. } = self.locate()?;
         let recorded: Vec<Covariate> =
-            (self.points.covariates.iter()).map(|c| c.covariate()).collect();
+            (self.points.covariates.iter()).map(NumberColumn::covariate).collect();
         let part = self.surface.part.clone();
         let model = PoseModel::new(part, self.measured_touches(), &recorded, &fit.pose, &options)
             .map_err(|e| self.error(e, None))?;

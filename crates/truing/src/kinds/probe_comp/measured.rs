@@ -9,6 +9,7 @@ use truing_report::Fact;
 use super::case::ProbeCase;
 use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
 use crate::Error;
+use crate::case::NumberColumn;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
@@ -56,7 +57,7 @@ impl Measured for ProbeCase {
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let Compensated { estimates: declared, sigmas_mm, .. } = self.compensated()?;
         let recorded: Vec<Covariate> =
-            (self.touches.covariates.iter()).map(|c| c.covariate()).collect();
+            (self.touches.covariates.iter()).map(NumberColumn::covariate).collect();
         let setup = ProbeSetup {
             nominal: self.surface.nominal.clone(),
             tip_radius_mm: self.tip_radius_mm,
