@@ -70,7 +70,8 @@ fn read(folder: &Path) -> Survey {
         numbers.chunks_exact(3).map(Point3::from_slice).collect()
     };
     let drawing = points(&numbers("drawing.bin"));
-    let axis = RotaryAxis::new(AxisLetter::B, drawing[0], drawing[1] - drawing[0]).expect("an axis");
+    let axis =
+        RotaryAxis::new(AxisLetter::B, drawing[0], drawing[1] - drawing[0]).expect("an axis");
     let at = |name: String, nominal_mm: Point3<f64>| Station { name, nominal_mm };
     let start = points(&numbers("init.bin")[..3 * stations]);
     let stations: Vec<_> =

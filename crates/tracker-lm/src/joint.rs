@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
 
 use crate::curves::{Curves, LOCATION};
 use crate::gauge::StationChart;
+use crate::kinds::Kinds;
 use crate::network::Network;
 use crate::shift::Shift;
 use crate::spread::Columns;
@@ -75,13 +76,11 @@ impl<'a> Joint<'a> {
             .iter()
             .map(|a| axis.rotation(a.angle_rad).to_rotation_matrix().into_inner())
             .collect();
-        let ranges_of: Vec<Vec<usize>> = network
-            .angles
-            .iter()
-            .map(|a| {
-                a.steps.iter().flat_map(|&s| network.ranges_of_step[s].iter().copied()).collect()
-            })
-            .collect();
+        let of_steps = |steps: &[usize]| -> Vec<&[usize]> {
+            steps.iter().map(|&s| network.ranges_of_step[s].as_slice()).collect()
+        };
+        let ranges_of: Vec<Vec<usize>> =
+            network.angles.iter().map(|a| of_steps(&a.steps).concat()).collect();
         let shapes = match network.axis_model {
             AxisModel::Located => LOCATION.to_vec(),
             AxisModel::Free | AxisModel::Fixed => Vec::new(),
@@ -108,19 +107,17 @@ impl<'a> Joint<'a> {
 
     /// One pattern for all blocks that see the same.
     fn find_patterns(&mut self) {
-        let mut known = std::collections::HashMap::new();
+        let mut kinds = Kinds::default();
         for ranges in &self.ranges_of {
-            let ids: Vec<_> = ranges.iter().map(|&r| self.shared_of(r)).collect();
-            let next = self.patterns.len();
-            let index = *known.entry(ids).or_insert(next);
-            if index == next {
+            let (kind, is_new) = kinds.number(ranges.iter().map(|&r| self.network.seen_by(r)));
+            if is_new {
                 let mut pattern = Pattern::new();
                 for &range in ranges {
                     pattern.push(&[0, 1, 2, 3, 4, 5], &self.shared_of(range));
                 }
                 self.patterns.push(pattern);
             }
-            self.pattern_of.push(index);
+            self.pattern_of.push(kind);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Uncertainty of anything that is linear in the shared parameters and those of blocks.
+//! Rows of a bordered problem with every column.
 
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem};
 use nalgebra::{DMatrix, DVector};
@@ -43,65 +43,4 @@ pub(crate) fn dense_block(problem: &impl Columns, at: &BorderedPoint, block: usi
         }
     }
     DenseBlock { residual: DVector::from_vec(residuals), by_shared, by_block }
-}
-
-/// Covariance of a solved bordered problem, kept in factors.
-#[derive(Clone, Debug)]
-pub(crate) struct Spread {
-    /// Covariance of the shared parameters.
-    pub(crate) shared: DMatrix<f64>,
-    /// One per block; `None` where it is held.
-    blocks: Vec<Option<Own>>,
-}
-
-/// How a block follows the shared parameters, and its uncertainty where these are known.
-#[derive(Clone, Debug)]
-struct Own {
-    /// `∂ block / ∂ shared` at the minimum over the block.
-    follows: DMatrix<f64>,
-    /// Covariance with the shared parameters fixed.
-    covariance: DMatrix<f64>,
-}
-
-impl Spread {
-    /// From the covariance of the shared parameters; `held` blocks do not move.
-    pub(crate) fn new(
-        problem: &impl Columns,
-        at: &BorderedPoint,
-        shared: DMatrix<f64>,
-        held: &[usize],
-    ) -> Self {
-        let own = |block: usize| {
-            if held.contains(&block) {
-                return None;
-            }
-            let rows = dense_block(problem, at, block);
-            let qr = rows.by_block.qr();
-            let r = qr.r();
-            let inverse = r.try_inverse()?;
-            let follows = -(&inverse * qr.q().tr_mul(&rows.by_shared));
-            Some(Own { follows, covariance: &inverse * inverse.transpose() })
-        };
-        Self { shared, blocks: (0..problem.block_count()).map(own).collect() }
-    }
-
-    /// Covariance of `Σ Aₖ·blockₖ + B·shared`, every block at most once.
-    pub(crate) fn of(
-        &self,
-        terms: &[(usize, DMatrix<f64>)],
-        by_shared: Option<&DMatrix<f64>>,
-    ) -> DMatrix<f64> {
-        let rows = terms.first().map(|(_, a)| a.nrows()).or(by_shared.map(DMatrix::nrows));
-        let rows = rows.unwrap_or(0);
-        let mut along =
-            by_shared.cloned().unwrap_or_else(|| DMatrix::zeros(rows, self.shared.nrows()));
-        let mut covariance = DMatrix::zeros(rows, rows);
-        for (block, a) in terms {
-            if let Some(own) = &self.blocks[*block] {
-                along += a * &own.follows;
-                covariance += a * &own.covariance * a.transpose();
-            }
-        }
-        covariance + &along * &self.shared * along.transpose()
-    }
 }

@@ -77,7 +77,7 @@ impl Start {
         (0..network.survey.steps.len())
             .map(|step| {
                 let seen = network.mounts_at(step);
-                (0..self.mounts.len()).map(|mount| point(step, mount, &seen)).collect()
+                (0..self.mounts.len()).map(|mount| point(step, mount, seen)).collect()
             })
             .collect()
     }

@@ -80,7 +80,8 @@ fn poses(
         checked(Command::new(python).arg(script).arg("poses").arg(&folder))?;
     }
     let program = ours.with_file_name("ours_poses");
-    let ceres = solver::build_ceres("CERES_POSE", "xtask/peers/ceres/pose.cpp", &work.join("ceres-pose"))?;
+    let ceres =
+        solver::build_ceres("CERES_POSE", "xtask/peers/ceres/pose.cpp", &work.join("ceres-pose"))?;
     for (name, program, way) in [
         ("pose-icp", &program, Some("exact")),
         ("plain Gauss-Newton", &program, Some("gauss-newton")),

@@ -116,9 +116,13 @@ fn of_ceres(program: &Path) -> Result<Vec<Contender>> {
         solution: "ceres.bin",
         ..of_core(program, threads)
     };
-    Ok([(1, "tuned", TUNED.0, TUNED.1), (2, "tuned", TUNED.0, TUNED.1), (1, "default radius and stopping", "1e4", "0")]
-        .map(with)
-        .into())
+    Ok([
+        (1, "tuned", TUNED.0, TUNED.1),
+        (2, "tuned", TUNED.0, TUNED.1),
+        (1, "default radius and stopping", "1e4", "0"),
+    ]
+    .map(with)
+    .into())
 }
 
 /// Builds a bench that solves the problem of a folder; its path.
@@ -145,7 +149,8 @@ pub(super) fn build_ceres(name: &str, source: &str, program: &Path) -> Result<Pa
     let output = program.display().to_string();
     let given = std::env::var("TRUING_PEER_CERES_FLAGS").ok();
     let flags = given.as_deref().unwrap_or(DEBIAN_CERES);
-    let mut arguments = vec!["-O3", "-DNDEBUG", "-march=native", "-std=c++17", source, "-o", &output];
+    let mut arguments =
+        vec!["-O3", "-DNDEBUG", "-march=native", "-std=c++17", source, "-o", &output];
     arguments.extend(flags.split_whitespace());
     let compile = || shell::output_of("g++", &arguments);
     if given.is_none() && compile().is_err() {

@@ -108,7 +108,9 @@ pub(super) fn write(size: Size, seed: u64, folder: &Path) -> Result<()> {
     write_numbers(&folder.join("obs.bin"), &displacements)?;
     write_numbers(&folder.join("init.bin"), &start)?;
     let mut drawing = truth.drawing.axis.concat();
-    drawing.extend(truth.drawing.reflectors.concat().iter().map(|v| v + START_MM[1] * normal(&mut rng)));
+    drawing.extend(
+        truth.drawing.reflectors.concat().iter().map(|v| v + START_MM[1] * normal(&mut rng)),
+    );
     write_numbers(&folder.join("drawing.bin"), &drawing)?;
     write_numbers(&folder.join("truth.bin"), &truth.flat())
 }
