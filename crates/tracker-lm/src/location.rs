@@ -36,7 +36,7 @@ fn harmonics(axis: &RotaryAxis, angle_rad: f64) -> SMatrix<f64, 6, 4> {
     let rotation = so3::exp(&(axis.direction.into_inner() * angle_rad));
     let missing = Matrix3::identity() - rotation.to_rotation_matrix().into_inner();
     let across = axis.letter.across();
-    let mut design = SMatrix::zeros();
+    let mut design = SMatrix::<f64, 6, 4>::zeros();
     for (i, machine_axis) in across.into_iter().enumerate() {
         let column = missing * Vector3::ith(machine_axis, 1.0);
         design.fixed_view_mut::<3, 1>(0, i).copy_from(&column);

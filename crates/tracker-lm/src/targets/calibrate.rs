@@ -1,12 +1,11 @@
 //! From points to the six errors.
 
-use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution, Report};
+use least_squares::{BorderedPoint, BorderedSolution, Report};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
 use crate::angle_spread::{AngleSpread, Angles, Terms};
-use crate::error_order::in_order;
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
 use crate::joint_result::{OfAxis, axis_errors};
