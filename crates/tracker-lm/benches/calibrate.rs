@@ -50,7 +50,6 @@ fn from_folder(folder: &Path, runs: usize, formulation: Formulation) {
             report.jacobian_evaluations,
             peak_kib()
         );
-        eprintln!("{}", calibration.report);
         found = Some(calibration);
     }
     let places = places(&survey, &found.expect("at least one run"));

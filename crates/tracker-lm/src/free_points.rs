@@ -3,6 +3,11 @@
 //!
 //! `u = |P − S| − (l + L)` and `r = |P_j − P_j'| − d_jj'`, one block of all points per step.
 
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions are chosen per caller: what is not inlined goes without them"
+)]
+
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::Vector3;
 
@@ -17,8 +22,9 @@ use crate::start::Start;
 pub(crate) struct FreePoints<'a> {
     pub(crate) network: &'a Network<'a>,
     pub(crate) chart: &'a StationChart,
-    sigma_mm: f64,
-    rigid_mm: f64,
+    /// Reciprocals of the standard uncertainties of a range and of a distance.
+    weight: f64,
+    rigid_weight: f64,
     /// Pairs of mounts that are seen together at some step.
     pairs: Vec<(usize, usize)>,
     /// Rows by kind of step: what is seen at it.
@@ -58,9 +64,10 @@ impl<'a> FreePoints<'a> {
             firsts.iter().flat_map(|&step| pairs_of(network.mounts_at(step))).collect();
         pairs.sort_unstable();
         pairs.dedup();
+        let [weight, rigid_weight] = [sigma_mm, rigid_mm].map(f64::recip);
         let (kinds, patterns) = (Vec::new(), Vec::new());
         let mut problem =
-            Self { network, chart, sigma_mm, rigid_mm, pairs, kinds, patterns, kind_of };
+            Self { network, chart, weight, rigid_weight, pairs, kinds, patterns, kind_of };
         for step in firsts {
             problem.add_kind(step);
         }
@@ -88,7 +95,7 @@ impl<'a> FreePoints<'a> {
     }
 
     /// Rows of a step, and the displacements of its ranges, which are the first of them.
-    #[inline]
+    #[inline(always)]
     fn rows(&self, step: usize) -> (&[Row], impl Iterator<Item = f64> + '_) {
         let ranges = &self.network.survey.ranges;
         let displacements =
@@ -137,7 +144,7 @@ impl<'a> FreePoints<'a> {
     }
 
     /// Path from station to target less the dead path, and the unit vector along it.
-    #[inline]
+    #[inline(always)]
     fn beam(
         &self,
         [station, mount, dead_path]: [usize; 3],
@@ -146,25 +153,23 @@ impl<'a> FreePoints<'a> {
     ) -> (f64, Vector3<f64>) {
         let along = point_of(block, mount) - self.chart.position_mm(station, shared);
         let path = along.norm();
-        (path - shared[self.chart.dim() + dead_path], along / path)
+        (path - shared[self.chart.dim() + dead_path], along * path.recip())
     }
 
-    #[inline]
+    #[inline(always)]
     fn across(&self, pair: usize, shared: &[f64], block: &[f64]) -> (f64, Vector3<f64>) {
         let (a, b) = self.pairs[pair];
         let along = point_of(block, a) - point_of(block, b);
         let distance = along.norm();
-        (distance - shared[self.distance_start() + pair], along / distance)
+        (distance - shared[self.distance_start() + pair], along * distance.recip())
     }
 
     /// Where an unseen coordinate is held: at zero, which is as good as anywhere.
-    #[inline]
+    #[inline(always)]
     fn residual(&self, row: Row, displacement_mm: f64, shared: &[f64], block: &[f64]) -> f64 {
         match row {
-            Row::Range(seen) => {
-                (self.beam(seen, shared, block).0 - displacement_mm) / self.sigma_mm
-            }
-            Row::Distance(pair) => self.across(pair, shared, block).0 / self.rigid_mm,
+            Row::Range(seen) => (self.beam(seen, shared, block).0 - displacement_mm) * self.weight,
+            Row::Distance(pair) => self.across(pair, shared, block).0 * self.rigid_weight,
             Row::Unseen(coordinate) => block[coordinate],
         }
     }
@@ -200,6 +205,7 @@ impl BorderedProblem for FreePoints<'_> {
         self.kind_of[block]
     }
 
+    #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let (rows, displacements) = self.rows(block);
         for ((row, displacement_mm), out) in rows.iter().zip(displacements).zip(out) {
@@ -207,6 +213,7 @@ impl BorderedProblem for FreePoints<'_> {
         }
     }
 
+    #[inline(always)]
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
         let (mut own, mut common) = (0, 0);
         let put = |to: &mut [f64], at: &mut usize, values: &[f64]| {
@@ -218,22 +225,22 @@ impl BorderedProblem for FreePoints<'_> {
             match *row {
                 Row::Range(seen) => {
                     let (read_mm, beam) = self.beam(seen, shared, point);
-                    let beam = beam / self.sigma_mm;
-                    rows.residuals[n] = (read_mm - displacement_mm) / self.sigma_mm;
+                    let beam = beam * self.weight;
+                    rows.residuals[n] = (read_mm - displacement_mm) * self.weight;
                     put(rows.by_block, &mut own, beam.as_slice());
                     let [station, ..] = seen;
                     for (_, way) in self.chart.moves(station) {
                         put(rows.by_shared, &mut common, &[-way.dot(&beam)]);
                     }
-                    put(rows.by_shared, &mut common, &[-1.0 / self.sigma_mm]);
+                    put(rows.by_shared, &mut common, &[-self.weight]);
                 }
                 Row::Distance(pair) => {
                     let (residual_mm, along) = self.across(pair, shared, point);
-                    let along = along / self.rigid_mm;
-                    rows.residuals[n] = residual_mm / self.rigid_mm;
+                    let along = along * self.rigid_weight;
+                    rows.residuals[n] = residual_mm * self.rigid_weight;
                     put(rows.by_block, &mut own, along.as_slice());
                     put(rows.by_block, &mut own, (-along).as_slice());
-                    put(rows.by_shared, &mut common, &[-1.0 / self.rigid_mm]);
+                    put(rows.by_shared, &mut common, &[-self.rigid_weight]);
                 }
                 Row::Unseen(coordinate) => {
                     rows.residuals[n] = point[coordinate];

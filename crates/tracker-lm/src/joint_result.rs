@@ -3,7 +3,7 @@
 use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix6, Point3, Vector3, Vector6};
 
-use crate::angle_spread::{AngleSpread, Angles, Terms};
+use crate::angle_spread::{Angles, Terms};
 use crate::error_order::in_order;
 use crate::joint::Joint;
 use crate::network::Network;
@@ -39,10 +39,10 @@ pub(crate) fn result(
             Ok(fixed(k))
         },
     };
-    let AngleSpread { errors, rows, location } = angles.spread(&network.survey.axis)?;
+    let spread = angles.spread(&network.survey.axis)?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
-    for (&range, [residual, share]) in joint.ranges_of.iter().flatten().zip(rows) {
+    for (&range, [residual, share]) in joint.ranges_of.iter().flatten().zip(spread.rows()) {
         residuals_mm[range] = weights.displacement_mm * residual;
         redundancy[range] = share;
     }
@@ -50,8 +50,13 @@ pub(crate) fn result(
     let of_axis = match network.axis_model {
         AxisModel::Free => OfAxis {
             mounts: mounts(joint, &point.shared, &shared),
-            axis_errors: axis_errors(&network.survey.axis, &angles_rad, errors, options.order),
-            location,
+            axis_errors: axis_errors(
+                &network.survey.axis,
+                &angles_rad,
+                spread.errors(),
+                options.order,
+            ),
+            location: spread.location.clone(),
             motion: None,
         },
         AxisModel::Fixed | AxisModel::Located => perfect_axis(joint, point, &shared, options),
@@ -86,7 +91,7 @@ pub(crate) struct OfAxis {
 pub(crate) fn axis_errors(
     axis: &RotaryAxis,
     angles_rad: &[f64],
-    errors: Vec<(Vector6<f64>, Matrix6<f64>)>,
+    errors: impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)>,
     order: ErrorOrder,
 ) -> Vec<AxisError> {
     let of = |(&angle_rad, (error, covariance)): (&f64, _)| {

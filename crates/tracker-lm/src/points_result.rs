@@ -3,7 +3,7 @@
 use least_squares::{BorderedCovariance, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3, Vector6};
 
-use crate::angle_spread::{AngleSpread, Angles, Room, Terms};
+use crate::angle_spread::{Angles, Room, Terms};
 use crate::count::count;
 use crate::free_points::{FreePoints, point_of};
 use crate::joint_result::{axis_errors, stations};
@@ -34,12 +34,12 @@ pub(crate) fn result(
         references: &network.angles[0].steps,
         errors: |k: usize, terms: &mut Terms| reference.error(network, blocks, k, terms),
     };
-    let AngleSpread { errors, rows, location } = angles.spread(&network.survey.axis)?;
+    let spread = angles.spread(&network.survey.axis)?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
     let steps = network.angles.iter().flat_map(|angle| &angle.steps);
     let ranges = steps.flat_map(|&step| &network.ranges_of_step[step]);
-    for (&range, [residual, share]) in ranges.zip(rows) {
+    for (&range, [residual, share]) in ranges.zip(spread.rows()) {
         residuals_mm[range] = weights.displacement_mm * residual;
         redundancy[range] = share;
     }
@@ -48,9 +48,9 @@ pub(crate) fn result(
         stations,
         dead_paths,
         mounts: reference.mounts(network, &covariance),
-        location,
+        location: spread.location.clone(),
         motion: None,
-        axis_errors: axis_errors(&network.survey.axis, &angles_rad, errors, options.order),
+        axis_errors: axis_errors(&network.survey.axis, &angles_rad, spread.errors(), options.order),
         residuals_mm,
         redundancy,
         n_points: network.point_count(),
@@ -117,7 +117,7 @@ impl Reference {
     ) -> Vec<MountEstimate> {
         let block_len = 3 * self.body_mm.len();
         let mut parts = covariance.parts();
-        let n = parts.along().len() / block_len;
+        let n = parts.width();
         let mut estimate = |mount: usize| {
             let nominal = network.survey.mounts[mount].nominal_mm;
             let Some(body) = self.body_mm[mount] else {

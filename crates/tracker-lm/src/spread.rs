@@ -1,7 +1,7 @@
 //! Rows of a bordered problem with every column.
 
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// A bordered problem that says which columns its rows fill.
 pub(crate) trait Columns: BorderedProblem {
@@ -15,11 +15,8 @@ pub(crate) trait Columns: BorderedProblem {
 /// Whitened rows of one block.
 #[derive(Clone, Debug)]
 pub(crate) struct DenseBlock {
-    pub(crate) residual: DVector<f64>,
     /// `rows × shared`.
     pub(crate) by_shared: DMatrix<f64>,
-    /// `rows × block`.
-    pub(crate) by_block: DMatrix<f64>,
 }
 
 /// Residuals and derivatives of one block, with every column.
@@ -31,16 +28,12 @@ pub(crate) fn dense_block(problem: &impl Columns, at: &BorderedPoint, block: usi
     let mut shared = vec![0.0; columns.iter().map(|(_, s)| s.len()).sum()];
     let rows = BlockRows { residuals: &mut residuals, by_block: &mut own, by_shared: &mut shared };
     problem.linearise(block, &at.shared, &at.blocks[m * block..m * (block + 1)], rows);
-    let mut by_block = DMatrix::zeros(columns.len(), m);
     let mut by_shared = DMatrix::zeros(columns.len(), problem.shared_dim());
-    let (mut next_own, mut next_shared) = (own.into_iter(), shared.into_iter());
-    for (row, (of_block, of_shared)) in columns.iter().enumerate() {
-        for (&column, value) in of_block.iter().zip(next_own.by_ref()) {
-            by_block[(row, column)] = value;
-        }
+    let mut next_shared = shared.into_iter();
+    for (row, (_, of_shared)) in columns.iter().enumerate() {
         for (&column, value) in of_shared.iter().zip(next_shared.by_ref()) {
             by_shared[(row, column)] = value;
         }
     }
-    DenseBlock { residual: DVector::from_vec(residuals), by_shared, by_block }
+    DenseBlock { by_shared }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::block::{Place, Rows};
-use super::parts::BlockParts;
+use super::parts::{BlockParts, TILE};
 use super::passes::{Setting, chunk_length, chunks, map_chunks};
 use super::program::Program;
 use super::rank::Rank;
@@ -31,7 +31,7 @@ pub struct BorderedCovariance<'a, P> {
     pub(super) program: Program,
     /// Whether the normal equations of blocks and shared point are well enough conditioned.
     is_steady: bool,
-    /// Inverse triangle by rows.
+    /// Inverse triangle by rows, filled up with noughts.
     pub(super) root: Vec<f64>,
     /// Inverse triangle of the free shared columns, in the program's order.
     inverse: DMatrix<f64>,
@@ -82,7 +82,7 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     triangle.solve_upper_triangular_mut(&mut inverse);
     Ok(BorderedCovariance {
         columns: &inverse * inverse.transpose(),
-        root: inverse.transpose().as_slice().to_vec(),
+        root: by_rows(&inverse),
         inverse,
         is_steady,
         condition: rank.condition,
@@ -93,6 +93,16 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
         options: options.clone(),
         program,
     })
+}
+
+/// Rows of a matrix, filled up to a number of tiles.
+fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
+    let width = matrix.ncols().next_multiple_of(TILE);
+    let mut rows = vec![0.0; matrix.nrows() * width];
+    for (i, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
+        row.iter_mut().zip(matrix.row(i).iter()).for_each(|(to, from)| *to = *from);
+    }
+    rows
 }
 
 /// Triangle of the shared columns and its rank from normal equations; `None` where they are too
@@ -111,9 +121,19 @@ fn steady<P: BorderedProblem>(place: Place<'_, P>, tolerance: f64) -> Option<(DM
     if !(is_finite && least >= STEADY_PIVOT) {
         return None;
     }
-    let triangle = reduced.triangle(program.free.len());
-    let rank = place.rank_of_shared(triangle.clone(), &reduced.lengths(), tolerance);
-    Some((triangle, rank))
+    let n = program.free.len();
+    let triangle = reduced.triangle(n);
+    if n == 0 {
+        return Some((triangle, Rank { directions: Vec::new(), condition: 1.0 }));
+    }
+    let mut scaled = triangle.clone();
+    for (mut column, length) in scaled.column_iter_mut().zip(&reduced.lengths()) {
+        column.unscale_mut(*length);
+    }
+    let values = scaled.singular_values();
+    let (largest, smallest) = (values.max(), values.min());
+    let rank = Rank { directions: Vec::new(), condition: largest / smallest };
+    (smallest > tolerance * largest).then_some((triangle, rank))
 }
 
 impl<P> fmt::Debug for BorderedCovariance<'_, P> {

@@ -26,18 +26,9 @@ impl<P: BorderedProblem> Place<'_, P> {
         if !of_blocks.is_empty() {
             return Rank { directions: of_blocks, condition: f64::INFINITY };
         }
-        self.rank_of_shared(shared.triangle(), &shared.lengths(), tolerance)
-    }
-
-    /// Judges the shared point by the triangle that is left of its columns, and by their lengths.
-    pub(super) fn rank_of_shared(
-        &self,
-        triangle: DMatrix<f64>,
-        scale: &DVector<f64>,
-        tolerance: f64,
-    ) -> Rank {
-        let mut scaled = triangle;
-        for (mut column, s) in scaled.column_iter_mut().zip(scale) {
+        let scale = shared.lengths();
+        let mut scaled = shared.triangle();
+        for (mut column, s) in scaled.column_iter_mut().zip(&scale) {
             column.unscale_mut(*s);
         }
         let (values, null_space) = weak(&scaled, tolerance);
@@ -45,7 +36,7 @@ impl<P: BorderedProblem> Place<'_, P> {
         let condition = if values.is_empty() { 1.0 } else { largest / smallest };
         let n = self.program.shared_dim;
         let name = |index| self.problem.shared_name(index);
-        let mut directions = free_directions(&null_space, scale, &self.program.free, n, name);
+        let mut directions = free_directions(&null_space, &scale, &self.program.free, n, name);
         for direction in &mut directions {
             direction.step = self.with_blocks(&direction.step);
         }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
-use crate::angle_spread::{AngleSpread, Angles, Terms};
+use crate::angle_spread::{Angles, Terms};
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
 use crate::joint_result::{OfAxis, axis_errors};
@@ -176,9 +176,10 @@ fn result(
             Ok(Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]))
         },
     };
-    let AngleSpread { errors, rows, location } = angles.spread(&survey.axis)?;
+    let spread = angles.spread(&survey.axis)?;
     let n = survey.targets.len();
     let (mut residuals_mm, mut redundancy) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
+    let rows: Vec<[f64; 2]> = spread.rows().collect();
     let (rows, _) = rows.as_chunks::<3>();
     for (&target, rows) in bundle.targets_of.iter().flatten().zip(rows) {
         let whitened = Vector3::from(rows.map(|[residual, _]| residual));
@@ -188,8 +189,8 @@ fn result(
     let of_axis = match options.axis {
         AxisModel::Free => OfAxis {
             mounts: mounts(bundle, &point.shared, &shared),
-            axis_errors: axis_errors(&survey.axis, &angles_rad, errors, options.order),
-            location,
+            axis_errors: axis_errors(&survey.axis, &angles_rad, spread.errors(), options.order),
+            location: spread.location,
             motion: None,
         },
         AxisModel::Fixed | AxisModel::Located => {
