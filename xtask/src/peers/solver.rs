@@ -21,6 +21,8 @@ const CALIBRATIONS: [(&str, &str, bool); 2] = [
     ("free-points", "Truing, `tracker_lm::calibrate`, free points", true),
     ("joint", "Truing, `tracker_lm::calibrate`, rigid body", false),
 ];
+/// Harness of Ceres.
+const LM: &str = "xtask/peers/ceres/lm.cpp";
 /// Initial trust radius, and gain of a step that is the last, with which Ceres takes the fewest steps to the same
 /// cost.
 const TUNED: (&str, &str) = ("1e8", "1e-3");
@@ -48,9 +50,14 @@ pub(super) fn run(rounds: usize) -> Result<()> {
         }));
     }
     let mut absent = Vec::new();
-    match build_ceres("CERES_LM", "xtask/peers/ceres/lm.cpp", &folder.join("ceres-lm")) {
-        Ok(ceres) => contenders.extend(of_ceres(&ceres)?),
+    match build_ceres("CERES_LM", LM, &folder.join("ceres-lm")) {
+        Ok(ceres) => contenders.extend(of_ceres(&ceres, "")?),
         Err(error) => absent.push(format!("Ceres: {error:#}")),
+    }
+    if let Ok(flags) = std::env::var("TRUING_PEER_CERES_FLAGS") {
+        let program = folder.join("ceres-lm-given");
+        compile_ceres(LM, &program, &flags)?;
+        contenders.extend(of_ceres(&program, " (given)")?.into_iter().take(2));
     }
     match build_factrs(&folder) {
         Ok(factrs) => contenders.push(Contender {
@@ -108,10 +115,10 @@ fn of_core(program: &Path, threads: usize) -> Contender {
 }
 
 /// Ceres as it is fastest, and as it comes.
-fn of_ceres(program: &Path) -> Result<Vec<Contender>> {
+fn of_ceres(program: &Path, which: &str) -> Result<Vec<Contender>> {
     let version = shell::output_of(super::text(program)?, &["--version"])?;
     let with = |(threads, name, radius, tolerance): (usize, &str, &str, &str)| Contender {
-        name: format!("Ceres {}, {name}", version.trim()),
+        name: format!("Ceres {}{which}, {name}", version.trim()),
         command: command(program, &["FOLDER", &threads.to_string(), "RUNS", radius, tolerance]),
         solution: "ceres.bin",
         ..of_core(program, threads)
@@ -140,26 +147,27 @@ fn bench(package: &str, name: &str) -> Result<PathBuf> {
     programs.next_back().context("cargo built no bench")
 }
 
-/// Compiles a harness, after installing the library where it is missing. Whoever has another Ceres
-/// says by `TRUING_PEER_CERES_FLAGS` where it is and how to link it.
+/// Compiles a harness, after installing Debian's library where it is missing; `name` is that under
+/// which another program may be given.
 pub(super) fn build_ceres(name: &str, source: &str, program: &Path) -> Result<PathBuf> {
     if let Some(given) = overridden(name) {
         return Ok(given);
     }
-    let output = program.display().to_string();
-    let given = std::env::var("TRUING_PEER_CERES_FLAGS").ok();
-    let flags = given.as_deref().unwrap_or(DEBIAN_CERES);
-    let mut arguments =
-        vec!["-O3", "-DNDEBUG", "-march=native", "-std=c++17", source, "-o", &output];
-    arguments.extend(flags.split_whitespace());
-    let compile = || shell::output_of("g++", &arguments);
-    if given.is_none() && compile().is_err() {
+    if compile_ceres(source, program, DEBIAN_CERES).is_err() {
         shell::output_of("apt-get", &["update", "-qq"])?;
         let install = ["install", "-y", "-qq", "--no-install-recommends", "libceres-dev"];
         shell::output_of("apt-get", &install)?;
+        compile_ceres(source, program, DEBIAN_CERES)?;
     }
-    compile()?;
     Ok(program.to_owned())
+}
+
+fn compile_ceres(source: &str, program: &Path, flags: &str) -> Result<()> {
+    let mut arguments = vec!["-O3", "-DNDEBUG", "-march=native", "-std=c++17", source];
+    arguments.extend(["-o", super::text(program)?]);
+    arguments.extend(flags.split_whitespace());
+    shell::output_of("g++", &arguments)?;
+    Ok(())
 }
 
 /// Builds the program that runs factrs.
