@@ -71,8 +71,8 @@ mod valley;
 pub use between_variance::between_variance;
 #[cfg(feature = "bordered")]
 pub use bordered::{
-    AsDense, BlockRows, BorderedCovariance, BorderedOptions, BorderedPoint, BorderedProblem,
-    BorderedSolution, Pattern, bordered_covariance, solve_bordered,
+    AsDense, BlockParts, BlockRows, BorderedCovariance, BorderedOptions, BorderedPoint,
+    BorderedProblem, BorderedSolution, Pattern, bordered_covariance, solve_bordered,
 };
 pub use check::{JacobianCheck, JacobianEntry, check_jacobian};
 pub use covariance::{Covariance, covariance};

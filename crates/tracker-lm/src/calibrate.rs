@@ -43,9 +43,9 @@ pub fn calibrate(survey: &Survey, options: &Options) -> Result<Calibration, Trac
             let (network, chart) = checked(survey, options)?;
             let with =
                 |w: Weights| FreePoints::new(&network, &chart, w.displacement_mm, w.rigid_mm);
-            let (solution, weights) =
+            let Fit { problem, solution, weights } =
                 fit((&network, &chart), options, with, FreePoints::start, &[])?;
-            points_result::result(&with(weights), solution, weights, options)
+            points_result::result(&problem, solution, weights, options)
         }
     }
 }
@@ -60,8 +60,9 @@ pub(crate) fn fitted_joint(
     let (network, chart) = checked(survey, &options)?;
     let with = |w: Weights| Joint::new(&network, &chart, w.displacement_mm);
     let held = held(options.axis, network.angles.len());
-    let (solution, weights) = fit((&network, &chart), &options, with, Joint::start, &held)?;
-    let calibration = joint_result::result(&with(weights), &solution, weights, &options)?;
+    let Fit { problem, solution, weights } =
+        fit((&network, &chart), &options, with, Joint::start, &held)?;
+    let calibration = joint_result::result(&problem, &solution, weights, &options)?;
     Ok((calibration, solution.point))
 }
 
@@ -120,6 +121,13 @@ pub(crate) fn checked<'a>(
     Ok((network, StationChart::new(&nominal, options)?))
 }
 
+/// A solved problem under the noise that it was solved with.
+struct Fit<P> {
+    problem: P,
+    solution: BorderedSolution,
+    weights: Weights,
+}
+
 /// Fits from the nominal start, from a resected one where that is poor, and estimates the noise
 /// where it is not declared.
 fn fit<P: Columns>(
@@ -128,10 +136,10 @@ fn fit<P: Columns>(
     with: impl Fn(Weights) -> P,
     start: impl Fn(&P, &Start) -> BorderedPoint,
     held: &[usize],
-) -> Result<(BorderedSolution, Weights), TrackerError> {
+) -> Result<Fit<P>, TrackerError> {
     let declared = options.noise.displacement_mm;
     let mut weights = Weights::new(&options.noise, declared.unwrap_or(FIRST_GUESS_MM));
-    let problem = with(weights);
+    let mut problem = with(weights);
     let from = |place: &Start| settle(&problem, start(&problem, place), held);
     let first = from(&Start::nominal(network));
     let factor = |settled: &BorderedSolution| settled.variance_factor.unwrap_or(0.0);
@@ -144,19 +152,20 @@ fn fit<P: Columns>(
         },
     };
     if declared.is_some() {
-        return Ok((settled, weights));
+        return Ok(Fit { problem, solution: settled, weights });
     }
     for _ in 0..NOISE_PASSES {
-        let ratio = range_variance(&with(weights), &settled, held)?.sqrt();
+        let ratio = range_variance(&problem, &settled, held)?.sqrt();
         let estimate = (weights.displacement_mm * ratio).max(LEAST_NOISE_MM);
         let change = estimate / weights.displacement_mm - 1.0;
         weights = Weights::new(&options.noise, estimate);
-        settled = settle(&with(weights), settled.point, held)?;
+        problem = with(weights);
+        settled = settle(&problem, settled.point, held)?;
         if change.abs() < NOISE_SETTLED || estimate <= LEAST_NOISE_MM {
             break;
         }
     }
-    Ok((settled, weights))
+    Ok(Fit { problem, solution: settled, weights })
 }
 
 /// Mean whitened square of the ranges' residuals over their redundancy: the variance that they
@@ -167,17 +176,18 @@ fn range_variance<P: Columns>(
     held: &[usize],
 ) -> Result<f64, TrackerError> {
     let covariance = covariance(problem, &settled.point, held)?;
-    let m = problem.block_dim();
-    let (mut squares, mut redundancy) = (0.0, 0.0);
-    for block in 0..problem.block_count() {
-        let leverages = covariance.leverages(block);
-        let mut residuals = vec![0.0; leverages.len()];
-        let own = &settled.point.blocks[m * block..m * (block + 1)];
-        problem.residuals(block, &settled.point.shared, own, &mut residuals);
-        for row in 0..problem.range_count(block) {
-            squares += residuals[row] * residuals[row];
-            redundancy += 1.0 - leverages[row];
+    let sums = covariance.in_chunks(problem.block_count(), |blocks, parts| {
+        let (mut squares, mut redundancy) = (0.0, 0.0);
+        for block in blocks {
+            covariance.fill(block, parts);
+            let rows = parts.residuals().iter().zip(parts.leverages());
+            for (residual, leverage) in rows.take(problem.range_count(block)) {
+                squares += residual * residual;
+                redundancy += 1.0 - leverage;
+            }
         }
-    }
+        (squares, redundancy)
+    });
+    let (squares, redundancy) = sums.into_iter().fold((0.0, 0.0), |(s, r), (t, q)| (s + t, r + q));
     Ok(squares / redundancy)
 }

@@ -3,10 +3,16 @@
 //!
 //! `u = |P − S| − (l + L)` and `r = |P_j − P_j'| − d_jj'`, one block of all points per step.
 
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions are chosen per caller: what is not inlined goes without them"
+)]
+
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::Vector3;
 
 use crate::gauge::StationChart;
+use crate::kinds::Kinds;
 use crate::network::Network;
 use crate::spread::Columns;
 use crate::start::Start;
@@ -16,21 +22,22 @@ use crate::start::Start;
 pub(crate) struct FreePoints<'a> {
     pub(crate) network: &'a Network<'a>,
     pub(crate) chart: &'a StationChart,
-    sigma_mm: f64,
-    rigid_mm: f64,
+    /// Reciprocals of the standard uncertainties of a range and of a distance.
+    weight: f64,
+    rigid_weight: f64,
     /// Pairs of mounts that are seen together at some step.
     pairs: Vec<(usize, usize)>,
-    /// Rows of each step.
-    rows: Vec<Vec<Row>>,
+    /// Rows by kind of step: what is seen at it.
+    kinds: Vec<Vec<Row>>,
     patterns: Vec<Pattern>,
-    pattern_of: Vec<usize>,
+    kind_of: Vec<usize>,
 }
 
 /// What one row of a step is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Row {
-    /// A range.
-    Range(usize),
+    /// A range from a station to a mount, with its dead path.
+    Range([usize; 3]),
     /// The distance of a pair of mounts.
     Distance(usize),
     /// A coordinate of a point that was not seen: it stays where it starts.
@@ -44,61 +51,62 @@ impl<'a> FreePoints<'a> {
         sigma_mm: f64,
         rigid_mm: f64,
     ) -> Self {
-        let steps = 0..network.survey.steps.len();
-        let seen: Vec<_> = steps.clone().map(|step| network.mounts_at(step)).collect();
+        let mut kinds = Kinds::default();
+        let (mut kind_of, mut firsts) = (Vec::new(), Vec::new());
+        for (step, ranges) in network.ranges_of_step.iter().enumerate() {
+            let (kind, is_new) = kinds.number(ranges.iter().map(|&r| network.seen_by(r)));
+            if is_new {
+                firsts.push(step);
+            }
+            kind_of.push(kind);
+        }
         let mut pairs: Vec<(usize, usize)> =
-            seen.iter().flat_map(|mounts| pairs_of(mounts)).collect();
+            firsts.iter().flat_map(|&step| pairs_of(network.mounts_at(step))).collect();
         pairs.sort_unstable();
         pairs.dedup();
-        let rows = steps
-            .map(|step| {
-                let ranges = network.ranges_of_step[step].iter().map(|&r| Row::Range(r));
-                let distances = pairs_of(&seen[step]).map(|pair| {
-                    let index = pairs.binary_search(&pair);
-                    Row::Distance(index.expect("the list holds every pair seen"))
-                });
-                let unseen = (0..network.survey.mounts.len()).filter(|j| !seen[step].contains(j));
-                let unseen = unseen.flat_map(|j| (0..3).map(move |axis| Row::Unseen(3 * j + axis)));
-                ranges.chain(distances).chain(unseen).collect()
-            })
-            .collect();
-        let mut problem = Self {
-            network,
-            chart,
-            sigma_mm,
-            rigid_mm,
-            pairs,
-            rows,
-            patterns: Vec::new(),
-            pattern_of: Vec::new(),
-        };
-        problem.find_patterns();
+        let [weight, rigid_weight] = [sigma_mm, rigid_mm].map(f64::recip);
+        let (kinds, patterns) = (Vec::new(), Vec::new());
+        let mut problem =
+            Self { network, chart, weight, rigid_weight, pairs, kinds, patterns, kind_of };
+        for step in firsts {
+            problem.add_kind(step);
+        }
         problem
     }
 
-    /// One pattern for all steps that see the same.
-    fn find_patterns(&mut self) {
-        let mut known = std::collections::HashMap::new();
-        for rows in &self.rows {
-            let ids: Vec<_> =
-                rows.iter().map(|row| (self.of_block(*row), self.of_shared(*row))).collect();
-            let next = self.patterns.len();
-            let index = *known.entry(ids.clone()).or_insert(next);
-            if index == next {
-                let mut pattern = Pattern::new();
-                for (of_block, of_shared) in &ids {
-                    pattern.push(of_block, of_shared);
-                }
-                self.patterns.push(pattern);
-            }
-            self.pattern_of.push(index);
+    /// The rows and the pattern of all steps that see what this one sees.
+    fn add_kind(&mut self, step: usize) {
+        let network = self.network;
+        let seen = network.mounts_at(step);
+        let ranges = network.ranges_of_step[step].iter().map(|&r| Row::Range(network.seen_by(r)));
+        let distances = pairs_of(seen).map(|pair| {
+            let index = self.pairs.binary_search(&pair);
+            Row::Distance(index.expect("the list holds every pair seen"))
+        });
+        let unseen = (0..network.survey.mounts.len()).filter(|j| !seen.contains(j));
+        let unseen = unseen.flat_map(|j| (0..3).map(move |axis| Row::Unseen(3 * j + axis)));
+        let rows: Vec<Row> = ranges.chain(distances).chain(unseen).collect();
+        let mut pattern = Pattern::new();
+        for row in &rows {
+            pattern.push(&self.of_block(*row), &self.of_shared(*row));
         }
+        self.kinds.push(rows);
+        self.patterns.push(pattern);
+    }
+
+    /// Rows of a step, and the displacements of its ranges, which are the first of them.
+    #[inline(always)]
+    fn rows(&self, step: usize) -> (&[Row], impl Iterator<Item = f64> + '_) {
+        let ranges = &self.network.survey.ranges;
+        let displacements =
+            self.network.ranges_of_step[step].iter().map(|&r| ranges[r].displacement_mm);
+        (&self.kinds[self.kind_of[step]], displacements.chain(std::iter::repeat(0.0)))
     }
 
     fn of_block(&self, row: Row) -> Vec<usize> {
         let point = |mount: usize| 3 * mount..3 * mount + 3;
         match row {
-            Row::Range(range) => point(self.network.survey.ranges[range].mount).collect(),
+            Row::Range([_, mount, _]) => point(mount).collect(),
             Row::Distance(pair) => {
                 let (a, b) = self.pairs[pair];
                 point(a).chain(point(b)).collect()
@@ -109,10 +117,9 @@ impl<'a> FreePoints<'a> {
 
     fn of_shared(&self, row: Row) -> Vec<usize> {
         match row {
-            Row::Range(range) => {
-                let station = self.network.survey.ranges[range].station;
+            Row::Range([station, _, dead_path]) => {
                 let moves = self.chart.moves(station).iter().map(|(p, _)| *p);
-                moves.chain([self.chart.dim() + self.network.dead_path_of[range]]).collect()
+                moves.chain([self.chart.dim() + dead_path]).collect()
             }
             Row::Distance(pair) => vec![self.distance_start() + pair],
             Row::Unseen(_) => Vec::new(),
@@ -136,29 +143,33 @@ impl<'a> FreePoints<'a> {
         }
     }
 
-    /// Path from station to target less what was read, and the unit vector along it.
-    #[inline]
-    fn beam(&self, range: usize, shared: &[f64], block: &[f64]) -> (f64, Vector3<f64>) {
-        let r = &self.network.survey.ranges[range];
-        let along = point_of(block, r.mount) - self.chart.position_mm(r.station, shared);
+    /// Path from station to target less the dead path, and the unit vector along it.
+    #[inline(always)]
+    fn beam(
+        &self,
+        [station, mount, dead_path]: [usize; 3],
+        shared: &[f64],
+        block: &[f64],
+    ) -> (f64, Vector3<f64>) {
+        let along = point_of(block, mount) - self.chart.position_mm(station, shared);
         let path = along.norm();
-        let dead_path = shared[self.chart.dim() + self.network.dead_path_of[range]];
-        (path - dead_path - r.displacement_mm, along / path)
+        (path - shared[self.chart.dim() + dead_path], along * path.recip())
     }
 
-    #[inline]
+    #[inline(always)]
     fn across(&self, pair: usize, shared: &[f64], block: &[f64]) -> (f64, Vector3<f64>) {
         let (a, b) = self.pairs[pair];
         let along = point_of(block, a) - point_of(block, b);
         let distance = along.norm();
-        (distance - shared[self.distance_start() + pair], along / distance)
+        (distance - shared[self.distance_start() + pair], along * distance.recip())
     }
 
     /// Where an unseen coordinate is held: at zero, which is as good as anywhere.
-    fn residual(&self, row: Row, shared: &[f64], block: &[f64]) -> f64 {
+    #[inline(always)]
+    fn residual(&self, row: Row, displacement_mm: f64, shared: &[f64], block: &[f64]) -> f64 {
         match row {
-            Row::Range(range) => self.beam(range, shared, block).0 / self.sigma_mm,
-            Row::Distance(pair) => self.across(pair, shared, block).0 / self.rigid_mm,
+            Row::Range(seen) => (self.beam(seen, shared, block).0 - displacement_mm) * self.weight,
+            Row::Distance(pair) => self.across(pair, shared, block).0 * self.rigid_weight,
             Row::Unseen(coordinate) => block[coordinate],
         }
     }
@@ -183,7 +194,7 @@ impl BorderedProblem for FreePoints<'_> {
     }
 
     fn block_count(&self) -> usize {
-        self.rows.len()
+        self.kind_of.len()
     }
 
     fn patterns(&self) -> &[Pattern] {
@@ -191,41 +202,45 @@ impl BorderedProblem for FreePoints<'_> {
     }
 
     fn pattern_of(&self, block: usize) -> usize {
-        self.pattern_of[block]
+        self.kind_of[block]
     }
 
+    #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
-        for (row, out) in self.rows[block].iter().zip(out) {
-            *out = self.residual(*row, shared, point);
+        let (rows, displacements) = self.rows(block);
+        for ((row, displacement_mm), out) in rows.iter().zip(displacements).zip(out) {
+            *out = self.residual(*row, displacement_mm, shared, point);
         }
     }
 
+    #[inline(always)]
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
         let (mut own, mut common) = (0, 0);
         let put = |to: &mut [f64], at: &mut usize, values: &[f64]| {
             to[*at..*at + values.len()].copy_from_slice(values);
             *at += values.len();
         };
-        for (n, row) in self.rows[block].iter().enumerate() {
+        let (listed, displacements) = self.rows(block);
+        for ((n, row), displacement_mm) in listed.iter().enumerate().zip(displacements) {
             match *row {
-                Row::Range(range) => {
-                    let (residual_mm, beam) = self.beam(range, shared, point);
-                    let beam = beam / self.sigma_mm;
-                    rows.residuals[n] = residual_mm / self.sigma_mm;
+                Row::Range(seen) => {
+                    let (read_mm, beam) = self.beam(seen, shared, point);
+                    let beam = beam * self.weight;
+                    rows.residuals[n] = (read_mm - displacement_mm) * self.weight;
                     put(rows.by_block, &mut own, beam.as_slice());
-                    let station = self.network.survey.ranges[range].station;
+                    let [station, ..] = seen;
                     for (_, way) in self.chart.moves(station) {
                         put(rows.by_shared, &mut common, &[-way.dot(&beam)]);
                     }
-                    put(rows.by_shared, &mut common, &[-1.0 / self.sigma_mm]);
+                    put(rows.by_shared, &mut common, &[-self.weight]);
                 }
                 Row::Distance(pair) => {
                     let (residual_mm, along) = self.across(pair, shared, point);
-                    let along = along / self.rigid_mm;
-                    rows.residuals[n] = residual_mm / self.rigid_mm;
+                    let along = along * self.rigid_weight;
+                    rows.residuals[n] = residual_mm * self.rigid_weight;
                     put(rows.by_block, &mut own, along.as_slice());
                     put(rows.by_block, &mut own, (-along).as_slice());
-                    put(rows.by_shared, &mut common, &[-1.0 / self.rigid_mm]);
+                    put(rows.by_shared, &mut common, &[-self.rigid_weight]);
                 }
                 Row::Unseen(coordinate) => {
                     rows.residuals[n] = point[coordinate];
@@ -266,6 +281,6 @@ impl Columns for FreePoints<'_> {
 
     fn columns(&self, block: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
         let row = |&row: &Row| (self.of_block(row), self.of_shared(row));
-        self.rows[block].iter().map(row).collect()
+        self.kinds[self.kind_of[block]].iter().map(row).collect()
     }
 }

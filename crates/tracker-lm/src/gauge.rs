@@ -47,6 +47,7 @@ impl StationChart {
     }
 
     /// Position of one station at the parameters given first in `shared`.
+    #[inline]
     pub(crate) fn position_mm(&self, station: usize, shared: &[f64]) -> Vector3<f64> {
         let nominal = self.nominal_mm.fixed_rows::<3>(3 * station).into_owned();
         self.moves[station].iter().fold(nominal, |at, (p, way)| at + way * shared[*p])

@@ -3,12 +3,18 @@
 //! `u = |o + e + exp(ω)·Rot(b)·t − S| − (l + L)`, one block `[e, ω]` per angle; everything else
 //! is shared. The errors at the first angle are held at zero: the reflectors absorb them.
 
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions are chosen per caller: what is not inlined goes without them"
+)]
+
 use geometry::so3;
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
 
 use crate::curves::{Curves, LOCATION};
 use crate::gauge::StationChart;
+use crate::kinds::Kinds;
 use crate::network::Network;
 use crate::shift::Shift;
 use crate::spread::Columns;
@@ -75,13 +81,11 @@ impl<'a> Joint<'a> {
             .iter()
             .map(|a| axis.rotation(a.angle_rad).to_rotation_matrix().into_inner())
             .collect();
-        let ranges_of: Vec<Vec<usize>> = network
-            .angles
-            .iter()
-            .map(|a| {
-                a.steps.iter().flat_map(|&s| network.ranges_of_step[s].iter().copied()).collect()
-            })
-            .collect();
+        let of_steps = |steps: &[usize]| -> Vec<&[usize]> {
+            steps.iter().map(|&s| network.ranges_of_step[s].as_slice()).collect()
+        };
+        let ranges_of: Vec<Vec<usize>> =
+            network.angles.iter().map(|a| of_steps(&a.steps).concat()).collect();
         let shapes = match network.axis_model {
             AxisModel::Located => LOCATION.to_vec(),
             AxisModel::Free | AxisModel::Fixed => Vec::new(),
@@ -108,19 +112,17 @@ impl<'a> Joint<'a> {
 
     /// One pattern for all blocks that see the same.
     fn find_patterns(&mut self) {
-        let mut known = std::collections::HashMap::new();
+        let mut kinds = Kinds::default();
         for ranges in &self.ranges_of {
-            let ids: Vec<_> = ranges.iter().map(|&r| self.shared_of(r)).collect();
-            let next = self.patterns.len();
-            let index = *known.entry(ids).or_insert(next);
-            if index == next {
+            let (kind, is_new) = kinds.number(ranges.iter().map(|&r| self.network.seen_by(r)));
+            if is_new {
                 let mut pattern = Pattern::new();
                 for &range in ranges {
                     pattern.push(&[0, 1, 2, 3, 4, 5], &self.shared_of(range));
                 }
                 self.patterns.push(pattern);
             }
-            self.pattern_of.push(index);
+            self.pattern_of.push(kind);
         }
     }
 
@@ -182,7 +184,7 @@ impl<'a> Joint<'a> {
     }
 
     /// Residual of a range in mm.
-    #[inline]
+    #[inline(always)]
     fn residual_mm(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> f64 {
         let r = &self.network.survey.ranges[range];
         let path = self.lines(range, angle, shared, block).0.norm();
@@ -190,7 +192,7 @@ impl<'a> Joint<'a> {
     }
 
     /// The reflector of a range, in the frame that turns with the axis.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn body_mm(&self, range: usize, shared: &[f64]) -> Vector3<f64> {
         let at = self.mount_start() + 3 * self.network.survey.ranges[range].mount;
         let moved = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.mount_mm);
@@ -198,7 +200,7 @@ impl<'a> Joint<'a> {
     }
 
     /// From the station to the target, and from the displaced axis to it, in the machine frame.
-    #[inline]
+    #[inline(always)]
     fn lines(
         &self,
         range: usize,
@@ -215,7 +217,7 @@ impl<'a> Joint<'a> {
     }
 
     /// Errors at an angle whose own are `point`.
-    #[inline]
+    #[inline(always)]
     fn error(&self, angle: usize, shared: &[f64], point: &[f64]) -> Vector6<f64> {
         let own = Vector6::from_column_slice(point);
         if self.curves.len() == 0 {
@@ -225,7 +227,7 @@ impl<'a> Joint<'a> {
     }
 
     /// The block that a range sees where effects add to the errors of its angle.
-    #[inline]
+    #[inline(always)]
     fn shifted_block(&self, range: usize, error: &Vector6<f64>) -> Option<Block> {
         let shift = self.shifts.get(range)?;
         Some(Block::of(&(error + shift.error)))
@@ -244,12 +246,12 @@ impl<'a> Joint<'a> {
         self.slopes(range, angle, shared, &own)
     }
 
-    #[inline]
+    #[inline(always)]
     fn slopes(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> Slopes {
         let r = &self.network.survey.ranges[range];
         let (along, arm) = self.lines(range, angle, shared, block);
         let path = along.norm();
-        let beam = along / path;
+        let beam = along * path.recip();
         let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
         Slopes {
             residual_mm: path - dead_path - r.displacement_mm,
@@ -300,6 +302,7 @@ impl BorderedProblem for Joint<'_> {
         self.pattern_of[block]
     }
 
+    #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let error = self.error(block, shared, point);
         let own = Block::of(&error);
@@ -310,6 +313,7 @@ impl BorderedProblem for Joint<'_> {
         }
     }
 
+    #[inline(always)]
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
         let error = self.error(block, shared, point);
         let own = Block::of(&error);

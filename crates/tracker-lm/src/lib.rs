@@ -40,6 +40,7 @@ pub use least_squares;
 pub use model_discrepancy;
 pub use nalgebra;
 
+mod angle_spread;
 mod axis;
 mod calibrate;
 mod calibration;
@@ -54,6 +55,7 @@ mod free_points;
 mod gauge;
 mod joint;
 mod joint_result;
+mod kinds;
 mod location;
 #[cfg(feature = "loop")]
 mod missing;

@@ -1,7 +1,7 @@
 //! Where the axis really is: the harmonics that its misplacement puts into the six errors.
 
 use geometry::so3;
-use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3, Vector4, Vector6};
+use nalgebra::{Cholesky, Const, DMatrix, Matrix3, Matrix4, SMatrix, Vector3, Vector4, Vector6};
 
 use crate::RotaryAxis;
 
@@ -27,16 +27,16 @@ impl AxisLocation {
     #[must_use]
     pub fn share(&self, angle_rad: f64) -> Vector6<f64> {
         let design = harmonics(&self.axis, angle_rad - self.first_angle_rad);
-        Vector6::from_iterator((design * self.errors).iter().copied())
+        design * self.errors
     }
 }
 
 /// `∂ errors / ∂ location`, `6 × 4`.
-fn harmonics(axis: &RotaryAxis, angle_rad: f64) -> DMatrix<f64> {
+fn harmonics(axis: &RotaryAxis, angle_rad: f64) -> SMatrix<f64, 6, 4> {
     let rotation = so3::exp(&(axis.direction.into_inner() * angle_rad));
     let missing = Matrix3::identity() - rotation.to_rotation_matrix().into_inner();
     let across = axis.letter.across();
-    let mut design = DMatrix::zeros(6, 4);
+    let mut design = SMatrix::<f64, 6, 4>::zeros();
     for (i, machine_axis) in across.into_iter().enumerate() {
         let column = missing * Vector3::ith(machine_axis, 1.0);
         design.fixed_view_mut::<3, 1>(0, i).copy_from(&column);
@@ -45,23 +45,44 @@ fn harmonics(axis: &RotaryAxis, angle_rad: f64) -> DMatrix<f64> {
     design
 }
 
-/// `location = Σ Aₖ·errorₖ`: the matrices of the least-squares fit, `4 × 6` per angle.
+/// The least-squares fit of the location, `Σ Aₖ·errorₖ`.
+#[derive(Clone, Debug)]
+pub(crate) struct LocationFit {
+    axis: RotaryAxis,
+    first_angle_rad: f64,
+    factor: Cholesky<f64, Const<4>>,
+}
+
+impl LocationFit {
+    /// `None` where the angles hardly differ.
+    pub(crate) fn new(axis: &RotaryAxis, angles_rad: &[f64]) -> Option<Self> {
+        /// Mean square of a harmonic below which it does not show: an arc of 0.06°.
+        const SMALLEST: f64 = 1e-6;
+        let first_angle_rad = *angles_rad.first()?;
+        let design = |angle: &f64| harmonics(axis, angle - first_angle_rad);
+        let normal: Matrix4<f64> = angles_rad.iter().map(design).map(|d| d.tr_mul(&d)).sum();
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let mean = normal / angles_rad.len() as f64;
+        let least = mean.symmetric_eigenvalues().min();
+        if least.is_nan() || least <= SMALLEST {
+            return None;
+        }
+        Some(Self { axis: *axis, first_angle_rad, factor: normal.cholesky()? })
+    }
+
+    /// `A` of an angle.
+    pub(crate) fn matrix(&self, angle_rad: f64) -> SMatrix<f64, 4, 6> {
+        self.factor.solve(&harmonics(&self.axis, angle_rad - self.first_angle_rad).transpose())
+    }
+}
+
+/// The matrices of the fit of all angles.
 ///
 /// `None` where the angles hardly differ.
 pub(crate) fn fit_matrices(axis: &RotaryAxis, angles_rad: &[f64]) -> Option<Vec<DMatrix<f64>>> {
-    /// Mean square of a harmonic below which it does not show: an arc of 0.06°.
-    const SMALLEST: f64 = 1e-6;
-    let first = *angles_rad.first()?;
-    let designs: Vec<_> = angles_rad.iter().map(|a| harmonics(axis, a - first)).collect();
-    let normal = designs.iter().fold(DMatrix::zeros(4, 4), |sum, d| sum + d.tr_mul(d));
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let mean = &normal / angles_rad.len() as f64;
-    let least = mean.symmetric_eigenvalues().min();
-    if least.is_nan() || least <= SMALLEST {
-        return None;
-    }
-    let factor = normal.cholesky()?;
-    Some(designs.iter().map(|d| factor.solve(&d.transpose())).collect())
+    let fit = LocationFit::new(axis, angles_rad)?;
+    let matrix = |angle: &f64| DMatrix::from_column_slice(4, 6, fit.matrix(*angle).as_slice());
+    Some(angles_rad.iter().map(matrix).collect())
 }
 
 /// The location that errors in the fixed frame show, with its covariance.

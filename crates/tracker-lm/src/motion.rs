@@ -1,7 +1,9 @@
 //! Six errors from displaced points.
 
 use geometry::so3;
-use nalgebra::{DMatrix, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
+
+use crate::count::count;
 
 /// Six errors at one angle, from where points are and where they should be.
 ///
@@ -17,32 +19,144 @@ pub fn error_at_angle(
     arms_mm: &[Vector3<f64>],
     displacements_mm: &[Vector3<f64>],
 ) -> Option<(Vector6<f64>, DMatrix<f64>)> {
+    let n = arms_mm.len();
+    if displacements_mm.len() != n {
+        return None;
+    }
+    let mut inverse = vec![0.0; 18 * n];
+    let error = error_by(arms_mm, displacements_mm, &mut inverse)?;
+    Some((error, DMatrix::from_row_slice(6, 3 * n, &inverse)))
+}
+
+/// The same, with the matrix written by rows into `inverse`.
+pub(crate) fn error_by(
+    arms_mm: &[Vector3<f64>],
+    displacements_mm: &[Vector3<f64>],
+    inverse: &mut [f64],
+) -> Option<Vector6<f64>> {
     /// Steps: the first leaves the square of the angle, the third its eighth power.
     const STEPS: usize = 4;
-    let n = arms_mm.len();
-    if n < 3 || displacements_mm.len() != n {
+    if arms_mm.len() < 3 {
         return None;
     }
     let mut error = Vector6::zeros();
-    let mut inverse = DMatrix::zeros(6, 3 * n);
-    for _ in 0..STEPS {
+    for step in 0..STEPS {
         let rotation = error.fixed_rows::<3>(3).into_owned();
+        let displacement = error.fixed_rows::<3>(0).into_owned();
         let turned = so3::exp(&rotation);
         let jacobian = so3::left_jacobian(&rotation);
-        let mut design = DMatrix::zeros(3 * n, 6);
-        let mut left = DMatrix::zeros(3 * n, 1);
-        for (j, (arm, displacement)) in arms_mm.iter().zip(displacements_mm).enumerate() {
-            let moved = turned * arm;
-            design.fixed_view_mut::<3, 3>(3 * j, 0).fill_with_identity();
-            let by_rotation = -moved.cross_matrix() * jacobian;
-            design.fixed_view_mut::<3, 3>(3 * j, 3).copy_from(&by_rotation);
-            let predicted = error.fixed_rows::<3>(0) + moved - arm;
-            left.fixed_view_mut::<3, 1>(3 * j, 0).copy_from(&(displacement - predicted));
+        let moved = |arm: &Vector3<f64>| turned * arm;
+        let missed =
+            |(arm, seen): (&Vector3<f64>, &Vector3<f64>)| seen - (displacement + moved(arm) - arm);
+        let Some(about) = About::new(arms_mm.iter().map(moved), &jacobian) else {
+            error += by_singular_values(arms_mm, displacements_mm, &error, inverse)?;
+            continue;
+        };
+        let missed = arms_mm.iter().zip(displacements_mm).map(missed);
+        error += about.solve(arms_mm.iter().map(moved), missed);
+        if step + 1 == STEPS {
+            about.write_inverse(arms_mm.iter().map(moved), inverse);
         }
-        inverse = pseudo_inverse(&design, reach(arms_mm))?;
-        error += Vector6::from_iterator((&inverse * left).iter().copied());
     }
-    error.iter().all(|v| v.is_finite()).then_some((error, inverse))
+    error.iter().all(|v| v.is_finite()).then_some(error)
+}
+
+/// Normal equations of the six errors about the centroid of the points, where displacement and
+/// rotation are apart.
+struct About {
+    n: f64,
+    centroid: Vector3<f64>,
+    /// From the moment of the displacements about the centroid to the rotation vector's change, and
+    /// to the rotation alone.
+    turn: Matrix3<f64>,
+    by_moment: Matrix3<f64>,
+}
+
+impl About {
+    /// `None` where the points are so nearly on a line that squares would show it badly.
+    fn new(
+        moved: impl Iterator<Item = Vector3<f64>> + Clone,
+        jacobian: &Matrix3<f64>,
+    ) -> Option<Self> {
+        /// Share of the whole moment below which points count as such: 1 mm off a line of 10 m.
+        const FLAT: f64 = 1e-8;
+        let n = count(moved.clone().count());
+        let centroid = moved.clone().sum::<Vector3<f64>>() / n;
+        let mut moment = Matrix3::zeros();
+        for point in moved {
+            let arm = point - centroid;
+            moment += Matrix3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose();
+        }
+        let factor = moment.cholesky()?;
+        let pivots = factor.l_dirty().diagonal();
+        if pivots.min().powi(2) <= FLAT * moment.trace() {
+            return None;
+        }
+        let by_moment = factor.inverse();
+        Some(Self { n, centroid, turn: jacobian.try_inverse()? * by_moment, by_moment })
+    }
+
+    fn solve(
+        &self,
+        moved: impl Iterator<Item = Vector3<f64>>,
+        missed: impl Iterator<Item = Vector3<f64>>,
+    ) -> Vector6<f64> {
+        let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for (point, missed) in moved.zip(missed) {
+            sum += missed;
+            moment += (point - self.centroid).cross(&missed);
+        }
+        let shift = sum / self.n + self.centroid.cross(&(self.by_moment * moment));
+        let turn = self.turn * moment;
+        Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+    }
+
+    /// The linear map of `solve`, by rows.
+    fn write_inverse(
+        &self,
+        moved: impl Iterator<Item = Vector3<f64>> + Clone,
+        inverse: &mut [f64],
+    ) {
+        let width = 3 * moved.clone().count();
+        let lever = self.centroid.cross_matrix() * self.by_moment;
+        for (i, point) in moved.enumerate() {
+            let cross = (point - self.centroid).cross_matrix();
+            let shift = Matrix3::from_diagonal_element(1.0 / self.n) + lever * cross;
+            let turn = self.turn * cross;
+            for r in 0..3 {
+                for c in 0..3 {
+                    inverse[r * width + 3 * i + c] = shift[(r, c)];
+                    inverse[(3 + r) * width + 3 * i + c] = turn[(r, c)];
+                }
+            }
+        }
+    }
+}
+
+/// One step by singular values; the matrix by rows goes to `inverse`.
+fn by_singular_values(
+    arms_mm: &[Vector3<f64>],
+    displacements_mm: &[Vector3<f64>],
+    error: &Vector6<f64>,
+    inverse: &mut [f64],
+) -> Option<Vector6<f64>> {
+    let n = arms_mm.len();
+    let rotation = error.fixed_rows::<3>(3).into_owned();
+    let turned = so3::exp(&rotation);
+    let jacobian = so3::left_jacobian(&rotation);
+    let mut design = DMatrix::zeros(3 * n, 6);
+    let mut left = DMatrix::zeros(3 * n, 1);
+    for (j, (arm, displacement)) in arms_mm.iter().zip(displacements_mm).enumerate() {
+        let moved = turned * arm;
+        design.fixed_view_mut::<3, 3>(3 * j, 0).fill_with_identity();
+        let by_rotation = -moved.cross_matrix() * jacobian;
+        design.fixed_view_mut::<3, 3>(3 * j, 3).copy_from(&by_rotation);
+        let predicted = error.fixed_rows::<3>(0) + moved - arm;
+        left.fixed_view_mut::<3, 1>(3 * j, 0).copy_from(&(displacement - predicted));
+    }
+    let found = pseudo_inverse(&design, reach(arms_mm))?;
+    inverse.copy_from_slice(found.transpose().as_slice());
+    Some(Vector6::from_iterator((found * left).iter().copied()))
 }
 
 /// Largest distance from the origin, which makes angles and displacements comparable.

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
-use crate::{AxisModel, DeadPath, Formulation, Gauge, Options, Step, Survey, TrackerError};
+use crate::{AxisModel, DeadPath, Formulation, Gauge, Options, Range, Step, Survey, TrackerError};
 
 /// Fewest stations: three distances place a point, the fourth checks the stations.
 const MIN_STATIONS: usize = 4;
@@ -34,6 +34,10 @@ pub(crate) struct Network<'a> {
     pub(crate) dead_paths: Vec<(usize, Option<usize>)>,
     /// Dead path of each range.
     pub(crate) dead_path_of: Vec<usize>,
+    /// Mounts seen at each step, sorted, step after step.
+    mounts_seen: Vec<usize>,
+    /// Where those of each step begin; then their end.
+    seen_from: Vec<usize>,
 }
 
 /// Stops at one angle.
@@ -47,12 +51,18 @@ impl<'a> Network<'a> {
     pub(crate) fn new(survey: &'a Survey, options: &Options) -> Result<Self, TrackerError> {
         check_noise(options)?;
         check_numbers(survey)?;
-        check_references(survey)?;
+        let ranges_of_step = check_references(survey)?;
         check_shape(survey)?;
         let (angles, angle_of_step) = angles(&survey.steps);
-        let mut ranges_of_step = vec![Vec::new(); survey.steps.len()];
-        for (index, range) in survey.ranges.iter().enumerate() {
-            ranges_of_step[range.step].push(index);
+        let (mut mounts_seen, mut seen_from) = (Vec::new(), vec![0]);
+        let mut seen = Vec::new();
+        for ranges in &ranges_of_step {
+            seen.clear();
+            seen.extend(ranges.iter().map(|&r| survey.ranges[r].mount));
+            seen.sort_unstable();
+            seen.dedup();
+            mounts_seen.extend_from_slice(&seen);
+            seen_from.push(mounts_seen.len());
         }
         let (dead_paths, dead_path_of) = dead_paths(survey, options.dead_path);
         let network = Self {
@@ -63,6 +73,8 @@ impl<'a> Network<'a> {
             ranges_of_step,
             dead_paths,
             dead_path_of,
+            mounts_seen,
+            seen_from,
         };
         network.check_count(options)?;
         Ok(network)
@@ -72,21 +84,20 @@ impl<'a> Network<'a> {
         self.angles.iter().map(|a| a.angle_rad).collect()
     }
 
-    /// Target points: mount and step.
-    pub(crate) fn points(&self) -> Vec<(usize, usize)> {
-        let mut points: Vec<_> = self.survey.ranges.iter().map(|r| (r.step, r.mount)).collect();
-        points.sort_unstable();
-        points.dedup();
-        points.into_iter().map(|(step, mount)| (mount, step)).collect()
+    /// Station, mount and dead path of a range.
+    pub(crate) fn seen_by(&self, range: usize) -> [usize; 3] {
+        let r = &self.survey.ranges[range];
+        [r.station, r.mount, self.dead_path_of[range]]
+    }
+
+    /// Number of target points: mounts seen at a step, over all steps.
+    pub(crate) fn point_count(&self) -> usize {
+        self.mounts_seen.len()
     }
 
     /// Mounts seen at a step, sorted.
-    pub(crate) fn mounts_at(&self, step: usize) -> Vec<usize> {
-        let mut mounts: Vec<_> =
-            self.ranges_of_step[step].iter().map(|&r| self.survey.ranges[r].mount).collect();
-        mounts.sort_unstable();
-        mounts.dedup();
-        mounts
+    pub(crate) fn mounts_at(&self, step: usize) -> &[usize] {
+        &self.mounts_seen[self.seen_from[step]..self.seen_from[step + 1]]
     }
 
     fn check_count(&self, options: &Options) -> Result<(), TrackerError> {
@@ -111,7 +122,7 @@ impl<'a> Network<'a> {
                 let pairs = |n: usize| n * n.saturating_sub(1) / 2;
                 let rigid: usize =
                     (0..self.survey.steps.len()).map(|s| pairs(self.mounts_at(s).len())).sum();
-                let points = 3 * self.points().len();
+                let points = 3 * self.point_count();
                 (ranges + rigid, pairs(n_mounts), points, n_angles)
             }
         };
@@ -174,12 +185,12 @@ fn check_numbers(survey: &Survey) -> Result<(), TrackerError> {
     Ok(())
 }
 
-fn check_references(survey: &Survey) -> Result<(), TrackerError> {
+/// Refuses what refers to nothing and what is never referred to; the ranges of each step.
+fn check_references(survey: &Survey) -> Result<Vec<Vec<usize>>, TrackerError> {
     let (n_stations, n_mounts, n_steps) =
         (survey.stations.len(), survey.mounts.len(), survey.steps.len());
-    let mut seen = std::collections::HashSet::with_capacity(survey.ranges.len());
     let mut unseen = [vec![true; n_stations], vec![true; n_mounts], vec![true; n_steps]];
-    for (range, r) in survey.ranges.iter().enumerate() {
+    let unknown = survey.ranges.iter().enumerate().find_map(|(range, r)| {
         let references = [
             (Record::Station, r.station, n_stations),
             (Record::Mount, r.mount, n_mounts),
@@ -187,18 +198,25 @@ fn check_references(survey: &Survey) -> Result<(), TrackerError> {
         ];
         for (kind, (what, index, count)) in references.into_iter().enumerate() {
             if index >= count {
-                return Err(TrackerError::UnknownIndex { range, what, index, count });
+                return Some((range, TrackerError::UnknownIndex { range, what, index, count }));
             }
             unseen[kind][index] = false;
         }
-        if !seen.insert((r.station, r.mount, r.step)) {
-            return Err(TrackerError::DuplicateRange {
-                station: survey.stations[r.station].name.clone(),
-                mount: survey.mounts[r.mount].name.clone(),
-                step: survey.steps[r.step].name.clone(),
-                range,
-            });
-        }
+        None
+    });
+    let known = unknown.as_ref().map_or(survey.ranges.len(), |(range, _)| *range);
+    let ranges_of_step = by_step(&survey.ranges[..known], n_steps);
+    if let Some(range) = first_duplicate(survey, &ranges_of_step) {
+        let r = &survey.ranges[range];
+        return Err(TrackerError::DuplicateRange {
+            station: survey.stations[r.station].name.clone(),
+            mount: survey.mounts[r.mount].name.clone(),
+            step: survey.steps[r.step].name.clone(),
+            range,
+        });
+    }
+    if let Some((_, error)) = unknown {
+        return Err(error);
     }
     let first = |kind: usize| unseen[kind].iter().position(|u| *u);
     let name = if let Some(i) = first(0) {
@@ -208,9 +226,36 @@ fn check_references(survey: &Survey) -> Result<(), TrackerError> {
     } else if let Some(k) = first(2) {
         (Record::Step, &survey.steps[k].name)
     } else {
-        return Ok(());
+        return Ok(ranges_of_step);
     };
     Err(TrackerError::Unseen { what: name.0, name: name.1.clone() })
+}
+
+fn by_step(ranges: &[Range], n_steps: usize) -> Vec<Vec<usize>> {
+    let mut counts = vec![0; n_steps];
+    ranges.iter().for_each(|r| counts[r.step] += 1);
+    let mut of_step: Vec<Vec<usize>> = counts.into_iter().map(Vec::with_capacity).collect();
+    for (index, range) in ranges.iter().enumerate() {
+        of_step[range.step].push(index);
+    }
+    of_step
+}
+
+/// The first range that repeats one before it.
+fn first_duplicate(survey: &Survey, ranges_of_step: &[Vec<usize>]) -> Option<usize> {
+    let mut first: Option<usize> = None;
+    let mut seen: Vec<(usize, usize, usize)> = Vec::new();
+    for ranges in ranges_of_step {
+        seen.clear();
+        seen.extend(ranges.iter().map(|&i| (survey.ranges[i].mount, survey.ranges[i].station, i)));
+        // Most records are in this order already.
+        if !seen.is_sorted() {
+            seen.sort_unstable();
+        }
+        let again = seen.windows(2).filter(|w| (w[0].0, w[0].1) == (w[1].0, w[1].1));
+        first = again.map(|w| w[1].2).chain(first).min();
+    }
+    first
 }
 
 fn check_shape(survey: &Survey) -> Result<(), TrackerError> {
@@ -273,16 +318,14 @@ pub(crate) fn angles(steps: &[Step]) -> (Vec<Angle>, Vec<usize>) {
 
 /// Dead paths in the order of stations and mounts, and that of each range.
 fn dead_paths(survey: &Survey, model: DeadPath) -> (Vec<(usize, Option<usize>)>, Vec<usize>) {
-    let of = |r: &crate::Range| match model {
+    let of = |r: &Range| match model {
         DeadPath::Lock => (r.station, Some(r.mount)),
         DeadPath::Station => (r.station, None),
     };
-    let mut dead_paths: Vec<_> = survey.ranges.iter().map(of).collect();
-    dead_paths.sort_unstable();
-    dead_paths.dedup();
-    let index = |r: &crate::Range| {
-        dead_paths.binary_search(&of(r)).expect("the list is made of the ranges' own")
-    };
+    let all: std::collections::BTreeSet<_> = survey.ranges.iter().map(of).collect();
+    let dead_paths: Vec<_> = all.into_iter().collect();
+    let index =
+        |r: &Range| dead_paths.binary_search(&of(r)).expect("the list is made of the ranges' own");
     let dead_path_of = survey.ranges.iter().map(index).collect();
     (dead_paths, dead_path_of)
 }

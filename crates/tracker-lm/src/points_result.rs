@@ -1,18 +1,17 @@
 //! Results of the free points: six errors from the points, angle by angle.
 
-use least_squares::{BorderedProblem, BorderedSolution};
-use nalgebra::{DMatrix, Matrix3, MatrixXx3, Point3, Vector3, Vector6};
+use least_squares::{BorderedCovariance, BorderedProblem, BorderedSolution};
+use nalgebra::{DMatrix, Matrix3, Point3, Vector3, Vector6};
 
+use crate::angle_spread::{Angles, Room, Terms};
 use crate::count::count;
-use crate::error_order::in_order;
 use crate::free_points::{FreePoints, point_of};
-use crate::joint_result::{location, square, stations};
-use crate::motion::error_at_angle;
+use crate::joint_result::{axis_errors, stations};
+use crate::motion::error_by;
 use crate::network::{MIN_MOUNTS, Network, check_collinear};
 use crate::search::covariance;
-use crate::spread::{Spread, dense_block};
 use crate::weights::Weights;
-use crate::{AxisError, Calibration, MountEstimate, Options, TrackerError};
+use crate::{Calibration, MountEstimate, Options, TrackerError};
 
 pub(crate) fn result(
     points: &FreePoints<'_>,
@@ -23,52 +22,56 @@ pub(crate) fn result(
     let network = points.network;
     let BorderedSolution { point, degrees_of_freedom, variance_factor, report } = solution;
     let covariance = covariance(points, &point, &[])?;
-    let spread = Spread::new(points, &point, covariance.shared(), &[]);
-    let blocks: Vec<&[f64]> = point.blocks.chunks_exact(points.block_dim()).collect();
-    let reference = Reference::new(network, &blocks)?;
-    let motions = (0..network.angles.len())
-        .map(|k| reference.motion(network, &blocks, k))
-        .collect::<Result<Vec<_>, _>>()?;
-    let axis_errors = motions
-        .iter()
-        .enumerate()
-        .map(|(k, motion)| AxisError {
-            angle_rad: network.angles[k].angle_rad,
-            error: motion.error,
-            covariance: square(&spread.of(&motion.terms, None)),
-        })
-        .map(|error| in_order(&network.survey.axis, options.order, error))
-        .collect();
-    let fixed: Vec<_> = motions.iter().map(|m| m.error).collect();
-    let linear = |k: usize, a: DMatrix<f64>| {
-        motions[k].terms.iter().map(|(block, own)| (*block, &a * own)).collect()
+    let shared = covariance.shared();
+    let blocks = Blocks { block_dim: points.block_dim(), numbers: &point.blocks };
+    let reference = Reference::new(network, blocks)?;
+    let angles_rad = network.angles_rad();
+    let angles = Angles {
+        problem: points,
+        covariance: &covariance,
+        angles_rad: &angles_rad,
+        nth_block: |k: usize, nth: usize| network.angles[k].steps.get(nth).copied(),
+        references: &network.angles[0].steps,
+        errors: |k: usize, terms: &mut Terms| reference.error(network, blocks, k, terms),
     };
+    let spread = angles.spread(&network.survey.axis)?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
-    for step in 0..blocks.len() {
-        let rows = dense_block(points, &point, step);
-        let leverages = covariance.leverages(step);
-        for (row, &range) in network.ranges_of_step[step].iter().enumerate() {
-            residuals_mm[range] = weights.displacement_mm * rows.residual[row];
-            redundancy[range] = (1.0 - leverages[row]).clamp(0.0, 1.0);
-        }
+    let steps = network.angles.iter().flat_map(|angle| &angle.steps);
+    let ranges = steps.flat_map(|&step| &network.ranges_of_step[step]);
+    for (&range, [residual, share]) in ranges.zip(spread.rows()) {
+        residuals_mm[range] = weights.displacement_mm * residual;
+        redundancy[range] = share;
     }
-    let (stations, dead_paths) = stations(network, points.chart, &point.shared, &spread);
+    let (stations, dead_paths) = stations(network, points.chart, &point.shared, &shared);
     Ok(Calibration {
         stations,
         dead_paths,
-        mounts: reference.mounts(network, &spread),
-        location: location(&network.survey.axis, &network.angles_rad(), &fixed, &spread, linear),
+        mounts: reference.mounts(network, &covariance),
+        location: spread.location.clone(),
         motion: None,
-        axis_errors,
+        axis_errors: axis_errors(&network.survey.axis, &angles_rad, spread.errors(), options.order),
         residuals_mm,
         redundancy,
-        n_points: network.points().len(),
+        n_points: network.point_count(),
         degrees_of_freedom,
         variance_factor: variance_factor.unwrap_or(1.0),
         displacement_mm: weights.displacement_mm,
         report,
     })
+}
+
+/// Points of all steps.
+#[derive(Clone, Copy)]
+struct Blocks<'a> {
+    block_dim: usize,
+    numbers: &'a [f64],
+}
+
+impl Blocks<'_> {
+    fn point(self, step: usize, mount: usize) -> Vector3<f64> {
+        point_of(&self.numbers[step * self.block_dim..][..self.block_dim], mount)
+    }
 }
 
 /// Reflectors as the points of the first angle show them.
@@ -80,28 +83,21 @@ struct Reference {
     body_mm: Vec<Option<Vector3<f64>>>,
 }
 
-/// Six errors at an angle, and what they are made of.
-struct Motion {
-    error: Vector6<f64>,
-    /// `error = Σ A·block` for small changes.
-    terms: Vec<(usize, DMatrix<f64>)>,
-}
-
 impl Reference {
-    fn new(network: &Network<'_>, blocks: &[&[f64]]) -> Result<Self, TrackerError> {
+    fn new(network: &Network<'_>, blocks: Blocks<'_>) -> Result<Self, TrackerError> {
         let axis = &network.survey.axis;
         let rotation = axis.rotation(network.angles[0].angle_rad).to_rotation_matrix().into_inner();
         let n_mounts = network.survey.mounts.len();
         let mut steps = vec![Vec::new(); n_mounts];
         for &step in &network.angles[0].steps {
-            for mount in network.mounts_at(step) {
+            for &mount in network.mounts_at(step) {
                 steps[mount].push(step);
             }
         }
         let body_mm: Vec<_> = (0..n_mounts)
             .map(|mount| {
                 let seen = &steps[mount];
-                let sum: Vector3<f64> = seen.iter().map(|&s| point_of(blocks[s], mount)).sum();
+                let sum: Vector3<f64> = seen.iter().map(|&s| blocks.point(s, mount)).sum();
                 let mean = sum / count(seen.len());
                 (!seen.is_empty()).then(|| rotation.tr_mul(&(mean - axis.origin_mm.coords)))
             })
@@ -114,9 +110,15 @@ impl Reference {
         Ok(Self { rotation, steps, body_mm })
     }
 
-    fn mounts(&self, network: &Network<'_>, spread: &Spread) -> Vec<MountEstimate> {
+    fn mounts<P: BorderedProblem>(
+        &self,
+        network: &Network<'_>,
+        covariance: &BorderedCovariance<'_, P>,
+    ) -> Vec<MountEstimate> {
         let block_len = 3 * self.body_mm.len();
-        let estimate = |mount: usize| {
+        let mut parts = covariance.parts();
+        let n = parts.width();
+        let mut estimate = |mount: usize| {
             let nominal = network.survey.mounts[mount].nominal_mm;
             let Some(body) = self.body_mm[mount] else {
                 // Not seen at the first angle: nothing refers to it.
@@ -124,85 +126,82 @@ impl Reference {
                 return MountEstimate { position_mm: nominal, covariance_mm2 };
             };
             let share = self.rotation.transpose() / count(self.steps[mount].len());
-            let terms: Vec<_> = (self.steps[mount].iter())
-                .map(|&step| (step, at_mount(block_len, mount, &share)))
-                .collect();
-            let covariance = spread.of(&terms, None);
-            let covariance_mm2 = Matrix3::from_iterator(covariance.iter().copied());
+            let mut a = vec![0.0; 3 * block_len];
+            put(&mut a, 3 * mount, &share);
+            let (mut own, mut along) = ([0.0; 9], vec![0.0; 3 * n]);
+            for &step in &self.steps[mount] {
+                covariance.fill(step, &mut parts);
+                parts.add_combined(&a, &mut own, &mut along);
+            }
+            let along = DMatrix::from_vec(n, 3, along);
+            let shared = along.tr_mul(&along);
+            let covariance_mm2 = Matrix3::from_row_slice(&own) + shared.fixed_view::<3, 3>(0, 0);
             MountEstimate { position_mm: Point3::from(body), covariance_mm2 }
         };
-        (0..self.body_mm.len()).map(estimate).collect()
+        (0..self.body_mm.len()).map(&mut estimate).collect()
     }
 
-    /// Six errors at angle `k`, by least squares over its points.
-    fn motion(
+    /// Six errors at angle `k`, by least squares over its points, and how they follow these and those
+    /// of the first angle: `error = inverse · (point − turned · point at the first angle)`.
+    fn error(
         &self,
         network: &Network<'_>,
-        blocks: &[&[f64]],
+        blocks: Blocks<'_>,
         k: usize,
-    ) -> Result<Motion, TrackerError> {
+        terms: &mut Terms,
+    ) -> Result<Vector6<f64>, TrackerError> {
         let axis = &network.survey.axis;
         let angle = &network.angles[k];
-        let rotation = axis.rotation(angle.angle_rad).to_rotation_matrix().into_inner();
+        terms.clear(angle.steps.len());
         if k == 0 {
-            return Ok(Motion {
-                error: Vector6::zeros(),
-                terms: vec![(0, DMatrix::zeros(6, 3 * self.body_mm.len()))],
-            });
+            return Ok(Vector6::zeros());
         }
-        let mut seen = Vec::new();
-        let (mut arms, mut displacements) = (Vec::new(), Vec::new());
-        for &step in &angle.steps {
-            for mount in network.mounts_at(step) {
+        let rotation = axis.rotation(angle.angle_rad).to_rotation_matrix().into_inner();
+        let Room { seen, arms, displacements, inverse } = &mut terms.room;
+        (seen.clear(), arms.clear(), displacements.clear());
+        for (nth, &step) in angle.steps.iter().enumerate() {
+            for &mount in network.mounts_at(step) {
                 let Some(body) = self.body_mm[mount] else { continue };
                 let arm = rotation * body;
-                seen.push((step, mount));
+                seen.push((nth, mount));
                 arms.push(arm);
-                displacements.push(point_of(blocks[step], mount) - axis.origin_mm.coords - arm);
+                displacements.push(blocks.point(step, mount) - axis.origin_mm.coords - arm);
             }
         }
-        let (error, inverse) = error_at_angle(&arms, &displacements).ok_or_else(|| {
+        inverse.resize(18 * seen.len(), 0.0);
+        let error = error_by(arms, displacements, inverse).ok_or_else(|| {
             let free = axis.letter.error_names()[3..].to_vec();
             TrackerError::UndeterminedAngle { angle_deg: angle.angle_rad.to_degrees(), free }
         })?;
-        Ok(Motion {
-            error,
-            terms: self.terms(&seen, &inverse, &(rotation * self.rotation.transpose())),
-        })
-    }
-
-    /// `error = inverse · (point − turned · point at the first angle)`, block by block.
-    fn terms(
-        &self,
-        seen: &[(usize, usize)],
-        inverse: &DMatrix<f64>,
-        turned: &Matrix3<f64>,
-    ) -> Vec<(usize, DMatrix<f64>)> {
-        let block_len = 3 * self.body_mm.len();
-        let mut terms: Vec<(usize, DMatrix<f64>)> = Vec::new();
-        let mut add = |step: usize, mount: usize, share: &MatrixXx3<f64>| {
-            let at = terms.iter().position(|(known, _)| *known == step).unwrap_or_else(|| {
-                terms.push((step, DMatrix::zeros(6, block_len)));
-                terms.len() - 1
-            });
-            let mut view = terms[at].1.columns_mut(3 * mount, 3);
-            view += share;
-        };
-        for (i, &(step, mount)) in seen.iter().enumerate() {
-            let own = inverse.fixed_columns::<3>(3 * i).into_owned();
-            let first = -(&own * turned) / count(self.steps[mount].len());
-            add(step, mount, &own);
-            for &step in &self.steps[mount] {
-                add(step, mount, &first);
+        let turned = rotation * self.rotation.transpose();
+        let length = 6 * blocks.block_dim;
+        for (i, &(nth, mount)) in seen.iter().enumerate() {
+            let at = |part: usize| {
+                let row = |r: usize, c: usize| inverse[(3 * part + r) * 3 * seen.len() + 3 * i + c];
+                Matrix3::from_fn(row)
+            };
+            for (part, own) in [at(0), at(1)].iter().enumerate() {
+                let first = -(own * turned) / count(self.steps[mount].len());
+                let to = |a: usize| a * length + part * 3 * blocks.block_dim;
+                let rows = 3 * blocks.block_dim;
+                put(&mut terms.own[to(nth)..][..rows], 3 * mount, own);
+                for (at, step) in network.angles[0].steps.iter().enumerate() {
+                    if self.steps[mount].contains(step) {
+                        put(&mut terms.reference[to(at)..][..rows], 3 * mount, &first);
+                    }
+                }
             }
         }
-        terms
+        Ok(error)
     }
 }
 
-/// A matrix on the coordinates of one mount as one on its whole block.
-fn at_mount(block_len: usize, mount: usize, share: &Matrix3<f64>) -> DMatrix<f64> {
-    let mut wide = DMatrix::zeros(3, block_len);
-    wide.fixed_view_mut::<3, 3>(0, 3 * mount).copy_from(share);
-    wide
+/// Adds a square to three rows from a column on.
+fn put(rows: &mut [f64], column: usize, square: &Matrix3<f64>) {
+    let width = rows.len() / 3;
+    for (r, row) in rows.chunks_exact_mut(width).enumerate() {
+        for c in 0..3 {
+            row[column + c] += square[(r, c)];
+        }
+    }
 }

@@ -50,9 +50,11 @@ impl Start {
 
     fn with_stations(network: &Network<'_>, stations: Vec<Vector3<f64>>) -> Self {
         let survey = network.survey;
+        let poses: Vec<_> =
+            survey.steps.iter().map(|s| survey.axis.machine_from_table(s.angle_rad)).collect();
         let mut sums = vec![(0.0, 0.0); network.dead_paths.len()];
         for (index, range) in survey.ranges.iter().enumerate() {
-            let target = target_mm(network, range.mount, range.step);
+            let target = (poses[range.step] * survey.mounts[range.mount].nominal_mm).coords;
             let path = (target - stations[range.station]).norm();
             let sum = &mut sums[network.dead_path_of[index]];
             *sum = (sum.0 + path - range.displacement_mm, sum.1 + 1.0);
@@ -67,19 +69,17 @@ impl Start {
 
     /// Points of every step, mount by mount; the origin where one was not seen.
     pub(crate) fn points_mm(&self, network: &Network<'_>) -> Vec<Vec<Vector3<f64>>> {
-        let point = |step: usize, mount: usize, seen: &[usize]| {
-            if !seen.contains(&mount) {
-                return Vector3::zeros();
-            }
-            let pose = network.survey.axis.machine_from_table(network.survey.steps[step].angle_rad);
-            (self.moved * pose * Point3::from(self.mounts[mount])).coords
+        let survey = network.survey;
+        let step = |(step, at): (usize, &crate::Step)| {
+            let pose = self.moved * survey.axis.machine_from_table(at.angle_rad);
+            let seen = network.mounts_at(step);
+            let point = |(mount, place): (usize, &Vector3<f64>)| {
+                let point = (pose * Point3::from(*place)).coords;
+                if seen.contains(&mount) { point } else { Vector3::zeros() }
+            };
+            self.mounts.iter().enumerate().map(point).collect()
         };
-        (0..network.survey.steps.len())
-            .map(|step| {
-                let seen = network.mounts_at(step);
-                (0..self.mounts.len()).map(|mount| point(step, mount, &seen)).collect()
-            })
-            .collect()
+        survey.steps.iter().enumerate().map(step).collect()
     }
 }
 

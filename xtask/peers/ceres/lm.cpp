@@ -1,17 +1,21 @@
-// Ceres on the tracker problem: lm FOLDER THREADS RUNS INITIAL_RADIUS
+// Ceres on the tracker problem: lm FOLDER THREADS RUNS INITIAL_RADIUS LEAST_GAIN
 //
-// As fast as Ceres goes on it: one parameter block per step, analytic derivatives, one residual
-// block per step with all of its ranges and distances, DENSE_SCHUR with the steps eliminated.
-// Prints a line of JSON per run, with the most memory that the process has had so far; the
-// solution goes to ceres.bin beside the problem.
+// One residual block per station and step with the ranges to all targets, and one per step with the
+// distances between them. Parameter blocks: the targets of a step, and of each station its free
+// coordinates together with its dead paths; one with all distances. DENSE_SCHUR eliminates the
+// targets first; derivatives are by hand. The search ends with the first step that gains less than
+// LEAST_GAIN of the cost and keeps it, or below 1e-10 of it, where Ceres throws the step away. Prints a line of JSON per run, with the most memory that
+// the process has had so far; the solution goes to ceres.bin beside the problem.
 #include <ceres/ceres.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <deque>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -37,101 +41,160 @@ double Distance(const double* a, const double* b, double* cosines) {
   return distance;
 }
 
-// Parameter blocks: stations 0 to I - 1, dead paths, distances, targets of the step. Of the
-// stations that carry the frame only the free coordinates are parameters.
-template <int I, int J>
-class Step : public ceres::CostFunction {
+// Ranges from one station, of which the first F coordinates are free, to the J targets of a step.
+// Its parameters are those coordinates and then its dead paths.
+template <int I, int J, int F>
+class Ranges : public ceres::SizedCostFunction<J, 3 * J, F + J> {
  public:
-  static constexpr int kPairs = J * (J - 1) / 2;
-  static constexpr int kRows = I * J + kPairs;
-
-  explicit Step(const double* displacements) : displacements_(displacements) {
-    set_num_residuals(kRows);
-    for (int i = 1; i < I; ++i) mutable_parameter_block_sizes()->push_back(std::min(i, 3));
-    mutable_parameter_block_sizes()->push_back(I * J);
-    mutable_parameter_block_sizes()->push_back(kPairs);
-    mutable_parameter_block_sizes()->push_back(3 * J);
-  }
+  explicit Ranges(const double* displacements) : displacements_(displacements) {}
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const double* dead_paths = x[I - 1];
-    const double* distances = x[I];
-    const double* targets = x[I + 1];
-    if (jacobians != nullptr) Clear(jacobians);
-    double cosines[3];
-    for (int i = 0; i < I; ++i) {
-      double station[3] = {0.0, 0.0, 0.0};
-      const int size = std::min(i, 3);
-      for (int c = 0; c < size; ++c) station[c] = x[i - 1][c];
-      for (int j = 0; j < J; ++j) {
-        const int row = j * I + i;
-        const double range = Distance(targets + 3 * j, station, cosines);
-        residuals[row] = range - displacements_[row] - dead_paths[i * J + j];
-        if (jacobians == nullptr) continue;
-        for (int c = 0; c < 3; ++c) Set(jacobians, I + 1, row, 3 * J, 3 * j + c, cosines[c]);
-        for (int c = 0; c < size; ++c) Set(jacobians, i - 1, row, size, c, -cosines[c]);
-        Set(jacobians, I - 1, row, I * J, i * J + j, -1.0);
+    double station[3] = {0.0, 0.0, 0.0};
+    for (int c = 0; c < F; ++c) station[c] = x[1][c];
+    double* by_targets = jacobians == nullptr ? nullptr : jacobians[0];
+    double* by_station = jacobians == nullptr ? nullptr : jacobians[1];
+    if (by_targets != nullptr) std::fill_n(by_targets, 3 * J * J, 0.0);
+    if (by_station != nullptr) std::fill_n(by_station, (F + J) * J, 0.0);
+    for (int j = 0; j < J; ++j) {
+      double cosines[3];
+      const double range = Distance(x[0] + 3 * j, station, cosines);
+      residuals[j] = range - displacements_[j * I] - x[1][F + j];
+      if (by_targets != nullptr) {
+        for (int c = 0; c < 3; ++c) by_targets[3 * J * j + 3 * j + c] = cosines[c];
       }
-    }
-    int n = 0;
-    for (int a = 0; a < J; ++a) {
-      for (int b = a + 1; b < J; ++b, ++n) {
-        const int row = I * J + n;
-        residuals[row] = Distance(targets + 3 * a, targets + 3 * b, cosines) - distances[n];
-        if (jacobians == nullptr) continue;
-        for (int c = 0; c < 3; ++c) {
-          Set(jacobians, I + 1, row, 3 * J, 3 * a + c, cosines[c]);
-          Set(jacobians, I + 1, row, 3 * J, 3 * b + c, -cosines[c]);
-        }
-        Set(jacobians, I, row, kPairs, n, -1.0);
+      if (by_station != nullptr) {
+        for (int c = 0; c < F; ++c) by_station[(F + J) * j + c] = -cosines[c];
+        by_station[(F + J) * j + F + j] = -1.0;
       }
     }
     return true;
   }
 
  private:
-  static void Set(double** jacobians, int block, int row, int width, int column, double value) {
-    if (jacobians[block] != nullptr) jacobians[block][row * width + column] = value;
-  }
-
-  void Clear(double** jacobians) const {
-    for (size_t block = 0; block < parameter_block_sizes().size(); ++block) {
-      if (jacobians[block] == nullptr) continue;
-      std::fill_n(jacobians[block], kRows * parameter_block_sizes()[block], 0.0);
-    }
-  }
-
   const double* displacements_;
 };
 
+// Distances between the targets of a step.
+template <int J>
+class Rigid : public ceres::SizedCostFunction<J*(J - 1) / 2, 3 * J, J*(J - 1) / 2> {
+ public:
+  static constexpr int kPairs = J * (J - 1) / 2;
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    double* by_targets = jacobians == nullptr ? nullptr : jacobians[0];
+    double* by_distances = jacobians == nullptr ? nullptr : jacobians[1];
+    if (by_targets != nullptr) std::fill_n(by_targets, 3 * J * kPairs, 0.0);
+    if (by_distances != nullptr) std::fill_n(by_distances, kPairs * kPairs, 0.0);
+    int n = 0;
+    for (int a = 0; a < J; ++a) {
+      for (int b = a + 1; b < J; ++b, ++n) {
+        double cosines[3];
+        residuals[n] = Distance(x[0] + 3 * a, x[0] + 3 * b, cosines) - x[1][n];
+        if (by_targets != nullptr) {
+          for (int c = 0; c < 3; ++c) {
+            by_targets[3 * J * n + 3 * a + c] = cosines[c];
+            by_targets[3 * J * n + 3 * b + c] = -cosines[c];
+          }
+        }
+        if (by_distances != nullptr) by_distances[kPairs * n + n] = -1.0;
+      }
+    }
+    return true;
+  }
+};
+
+// Parameter blocks and cost functions, which the problem points into.
 template <int I, int J>
-int Run(const std::string& folder, int steps, int threads, int runs, double radius) {
+struct Scene {
+  static constexpr int kPairs = J * (J - 1) / 2;
+
+  int steps;
+  std::vector<double> stations[I];
+  std::vector<double> distances;
+  std::vector<double> targets;
+  std::deque<Ranges<I, J, 0>> from_origin;
+  std::deque<Ranges<I, J, 1>> from_line;
+  std::deque<Ranges<I, J, 2>> from_plane;
+  std::deque<Ranges<I, J, 3>> from_space;
+  Rigid<J> rigid;
+
+  Scene(const std::vector<double>& start, int steps) : steps(steps) {
+    for (int i = 0; i < I; ++i) {
+      const double* dead_paths = &start[3 * I + i * J];
+      stations[i].assign(&start[3 * i], &start[3 * i] + std::min(i, 3));
+      stations[i].insert(stations[i].end(), dead_paths, dead_paths + J);
+    }
+    const auto shared = start.begin() + 3 * I + I * J;
+    distances.assign(shared, shared + kPairs);
+    targets.assign(shared + kPairs, start.end());
+  }
+
+  template <int F>
+  void Add(std::deque<Ranges<I, J, F>>& costs, int i, const double* displacements, int k,
+           ceres::Problem& problem) {
+    costs.emplace_back(displacements + I * J * k + i);
+    problem.AddResidualBlock(&costs.back(), nullptr, &targets[3 * J * k], stations[i].data());
+  }
+
+  void Build(const double* displacements, ceres::Problem& problem) {
+    for (int k = 0; k < steps; ++k) {
+      Add<0>(from_origin, 0, displacements, k, problem);
+      Add<1>(from_line, 1, displacements, k, problem);
+      Add<2>(from_plane, 2, displacements, k, problem);
+      for (int i = 3; i < I; ++i) Add<3>(from_space, i, displacements, k, problem);
+      problem.AddResidualBlock(&rigid, nullptr, &targets[3 * J * k], distances.data());
+    }
+  }
+
+  std::vector<double> Solution(std::vector<double> numbers) const {
+    for (int i = 0; i < I; ++i) {
+      const auto dead_paths = stations[i].begin() + std::min(i, 3);
+      std::copy(stations[i].begin(), dead_paths, &numbers[3 * i]);
+      std::copy(dead_paths, stations[i].end(), &numbers[3 * I + i * J]);
+    }
+    std::copy(distances.begin(), distances.end(), &numbers[3 * I + I * J]);
+    std::copy(targets.begin(), targets.end(), &numbers[3 * I + I * J + kPairs]);
+    return numbers;
+  }
+};
+
+// Ends the search with a step that gains little.
+class Settled : public ceres::IterationCallback {
+ public:
+  explicit Settled(double least_gain) : least_gain_(least_gain) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
+    const bool is_last = step.iteration > 0 && step.step_is_successful &&
+                         step.cost_change <= least_gain_ * step.cost;
+    return is_last ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  double least_gain_;
+};
+
+template <int I, int J>
+int Run(const std::string& folder, int steps, int threads, int runs, double radius,
+        double least_gain) {
   const std::vector<double> displacements = Read(folder + "/obs.bin");
   const std::vector<double> start = Read(folder + "/init.bin");
   std::vector<double> x;
   for (int run = 0; run < runs; ++run) {
-    x = start;
-    double* shared = x.data();
-    // Coordinates that fix the frame lie behind the free ones of their station.
     const std::clock_t cpu_begun = std::clock();
     const auto begun = std::chrono::steady_clock::now();
-    ceres::Problem problem;
-    std::vector<double*> blocks;
-    for (int i = 1; i < I; ++i) blocks.push_back(shared + 3 * i);
-    blocks.push_back(shared + 3 * I);
-    blocks.push_back(shared + 3 * I + I * J);
-    blocks.push_back(nullptr);
-    auto* ordering = new ceres::ParameterBlockOrdering;
-    double* targets = shared + 3 * I + I * J + Step<I, J>::kPairs;
-    for (int k = 0; k < steps; ++k) {
-      blocks.back() = targets + 3 * J * k;
-      problem.AddResidualBlock(new Step<I, J>(&displacements[I * J * k]), nullptr, blocks);
-      ordering->AddElementToGroup(blocks.back(), 0);
-    }
-    for (size_t b = 0; b + 1 < blocks.size(); ++b) ordering->AddElementToGroup(blocks[b], 1);
+    Scene<I, J> scene(start, steps);
+    ceres::Problem::Options of_problem;
+    of_problem.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    of_problem.disable_all_safety_checks = true;
+    ceres::Problem problem(of_problem);
+    scene.Build(displacements.data(), problem);
     ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_SCHUR;
+    auto* ordering = new ceres::ParameterBlockOrdering;
+    for (int k = 0; k < steps; ++k) ordering->AddElementToGroup(&scene.targets[3 * J * k], 0);
+    for (auto& station : scene.stations) ordering->AddElementToGroup(station.data(), 1);
+    ordering->AddElementToGroup(scene.distances.data(), 1);
     options.linear_solver_ordering.reset(ordering);
+    options.linear_solver_type = ceres::DENSE_SCHUR;
     options.num_threads = threads;
     options.initial_trust_region_radius = radius;
     options.max_trust_region_radius = 1e18;
@@ -139,6 +202,8 @@ int Run(const std::string& folder, int steps, int threads, int runs, double radi
     options.gradient_tolerance = 0.0;
     options.parameter_tolerance = 0.0;
     options.max_num_iterations = 100;
+    Settled settled(least_gain);
+    options.callbacks.push_back(&settled);
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
@@ -152,6 +217,7 @@ int Run(const std::string& folder, int steps, int threads, int runs, double radi
         "\"peak_kib\":%ld}\n",
         taken.count(), cpu_ms, summary.final_cost, summary.num_residual_evaluations,
         summary.num_jacobian_evaluations, usage.ru_maxrss);
+    x = scene.Solution(start);
   }
   std::ofstream(folder + "/ceres.bin", std::ios::binary)
       .write(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(double));
@@ -161,13 +227,21 @@ int Run(const std::string& folder, int steps, int threads, int runs, double radi
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) return 1;
+  if (argc == 2 && argv[1] == std::string("--version")) {
+    std::puts(CERES_VERSION_STRING);
+    return 0;
+  }
+  if (argc != 6) return 1;
   const std::string folder = argv[1];
   int stations = 0, targets = 0, steps = 0;
   std::ifstream(folder + "/dims.txt") >> stations >> targets >> steps;
   const int threads = std::atoi(argv[2]), runs = std::atoi(argv[3]);
-  const double radius = std::atof(argv[4]);
-  if (stations == 6 && targets == 3) return Run<6, 3>(folder, steps, threads, runs, radius);
-  if (stations == 8 && targets == 4) return Run<8, 4>(folder, steps, threads, runs, radius);
+  const double radius = std::atof(argv[4]), least_gain = std::atof(argv[5]);
+  if (stations == 6 && targets == 3) {
+    return Run<6, 3>(folder, steps, threads, runs, radius, least_gain);
+  }
+  if (stations == 8 && targets == 4) {
+    return Run<8, 4>(folder, steps, threads, runs, radius, least_gain);
+  }
   return 1;
 }

@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""Registers a problem with a packaged peer.   usage: python_peers.py PEER DIR THREADS RUNS|basin
+"""Registers a problem with a packaged peer.   usage: python_peers.py PEER DISTANCE DIR THREADS RUNS|basin
 
 Peers: open3d-plane, small_gicp-plane, small_gicp-gicp. One JSON line a run: wall and processor seconds of building the search tree and
 registering, wall seconds of building the tree apart, largest error of a source point in um, whether the peer says that it converged. Given normals are used, none are estimated.
 With «basin»: from each start of starts.bin instead, one JSON line an angle and shift with the starts that led to within 50 um.
-Stops at 1e-8 rad and 1e-6 mm (small_gicp), or at a relative change of fitness and rmse of 1e-9 (Open3D), or after 100 iterations.
+Pairs further apart than the distance, in mm, do not count. Stops at 1e-8 rad and 1e-6 mm (small_gicp), or at a change of fitness and of rmse, in mm, of
+1e-6, its own criterion (Open3D), or after 100 iterations.
 """
 import json
 import os
 import sys
 import time
 
-peer, folder, threads, runs = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4]
+peer, distance, folder, threads, runs = sys.argv[1], float(sys.argv[2]), sys.argv[3], int(sys.argv[4]), sys.argv[5]
 # Before the libraries start their pools.
 os.environ["OMP_NUM_THREADS"] = str(threads)
 os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:threads])
@@ -20,7 +21,6 @@ import numpy as np  # noqa: E402
 
 MAX_ITERATIONS = 100
 FOUND_UM = 50.0
-MAX_DISTANCE_MM = 1e3 if runs == "basin" else 5.0
 
 
 def load(name, width=3):
@@ -48,10 +48,10 @@ def open3d_plane():
         found = registration.registration_icp(
             moving,
             fixed,
-            MAX_DISTANCE_MM,
+            distance,
             start,
             registration.TransformationEstimationPointToPlane(),
-            registration.ICPConvergenceCriteria(1e-9, 1e-9, MAX_ITERATIONS),
+            registration.ICPConvergenceCriteria(1e-6, 1e-6, MAX_ITERATIONS),
         )
         return found.transformation, None
 
@@ -79,7 +79,7 @@ def small_gicp(kind):
             tree,
             start,
             registration_type=kind,
-            max_correspondence_distance=MAX_DISTANCE_MM,
+            max_correspondence_distance=distance,
             num_threads=threads,
             max_iterations=MAX_ITERATIONS,
             rotation_epsilon=1e-8,

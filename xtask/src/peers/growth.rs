@@ -36,11 +36,11 @@ pub(super) fn write(
         let outcomes = compare(contenders, &problem, size, rounds)?;
         let ranges = size.stations * size.reflectors * steps;
         #[expect(clippy::cast_precision_loss, reason = "a few million, and KiB")]
-        let (count, peak_mib) = (ranges as f64, outcomes[0].best.peak_kib as f64 / 1024.0);
+        let (count, peak_mib) = (ranges as f64, outcomes[0].usual.peak_kib as f64 / 1024.0);
         for (curve, outcome) in curves.iter_mut().zip(&outcomes) {
-            curve.push((count, outcome.best.ms));
+            curve.push((count, outcome.usual.ms));
         }
-        let [one, two] = [0, 1].map(|i| 1e6 * outcomes[i].best.ms / count);
+        let [one, two] = [0, 1].map(|i| 1e6 * outcomes[i].usual.ms / count);
         writeln!(page, "| {ranges} | {one:.0} | {two:.0} | {peak_mib:.1} |")?;
     }
     let [one, two] = curves.each_ref().map(|curve| exponent(curve));

@@ -6,18 +6,41 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use super::icp_contest::{Contest, Contestant, ONCE, USUAL};
-use super::{build_outside, icp_page, solver, text};
+use super::icp_contest::{Contest, Contestant};
+use super::{build_outside, icp_page, overridden, solver, text};
 use crate::shell;
 
 /// What is registered; see `xtask/peers/icp/problems.py`.
-const PROBLEMS: [&str; 3] = ["100k", "1m", "scan"];
+struct Problem {
+    name: &'static str,
+    /// Beyond which pairs do not count for peers: one that half an overlap needs, and that the start is
+    /// within where all of the source has a partner.
+    distance_mm: &'static str,
+    /// Step at which a search is over for whom that can be said: far below the error that noise leaves.
+    step_mm: &'static str,
+    /// Peers that need minutes on it as packaged, and what comes out of them at the other problems.
+    left_out: &'static [&'static str],
+}
 
-/// Peers whose registration of a million points takes minutes are asked for one.
-const SLOW: [&str; 2] = ["small_gicp-plane", "small_gicp-gicp"];
+const PROBLEMS: [Problem; 3] = [
+    Problem { name: "100k", distance_mm: "5", step_mm: "1e-4", left_out: &[] },
+    Problem {
+        name: "1m",
+        distance_mm: "5",
+        step_mm: "1e-4",
+        left_out: &["small_gicp-plane", "small_gicp-gicp"],
+    },
+    Problem { name: "scan", distance_mm: "1", step_mm: "1e-3", left_out: &[] },
+];
+
+/// Beyond the size of the face: all pairs count.
+const ANY_DISTANCE: &str = "1000";
 
 /// Peers that Python packages bring.
 const PYTHON_PEERS: [&str; 3] = ["open3d-plane", "small_gicp-plane", "small_gicp-gicp"];
+
+/// The peer whose factor is put right.
+const CORRECTED: &str = "small_gicp-plane, factor corrected";
 
 /// Prepares peers and problems, lets them run in turn, and writes `docs/benchmarks-icp.md`.
 pub(super) fn run() -> Result<()> {
@@ -26,25 +49,24 @@ pub(super) fn run() -> Result<()> {
     fs::create_dir_all(&work)?;
     let ours = build_ours(&sources, &work)?;
     let python = python(&sources, &work)?;
+    let corrected = build_small_gicp(&python, &sources, &work)?;
+    let script = sources.join("python_peers.py");
+    let threecrate = ours.with_file_name("threecrate_plane");
     let mut contest = Contest::default();
-    for problem in PROBLEMS {
-        let folder = work.join(problem);
-        write_problem(&python, &sources, problem, &folder)?;
+    for Problem { name, distance_mm, step_mm, left_out } in PROBLEMS {
+        let folder = work.join(name);
+        write_problem(&python, &sources, name, &folder)?;
         for threads in [1, 2] {
-            let mut contestants = vec![Contestant::new("pose-icp", &ours, &[])];
-            let threecrate = ours.with_file_name("threecrate_plane");
-            contestants.push(Contestant::new("threecrate-plane", &threecrate, &[]));
-            let script = sources.join("python_peers.py");
-            let mut slow = Vec::new();
-            for peer in PYTHON_PEERS {
-                let is_slow = problem == "1m" && SLOW.contains(&peer);
-                let list = if is_slow { &mut slow } else { &mut contestants };
-                list.push(Contestant::new(peer, &python, &[text(&script)?, peer]));
+            let mut contestants = vec![
+                Contestant::new("pose-icp", &ours, &[]),
+                Contestant::new("threecrate-plane", &threecrate, &[distance_mm]),
+                Contestant::new(CORRECTED, &corrected, &[distance_mm, step_mm]),
+            ];
+            for peer in PYTHON_PEERS.into_iter().filter(|peer| !left_out.contains(peer)) {
+                let arguments = [text(&script)?, peer, distance_mm];
+                contestants.push(Contestant::new(peer, &python, &arguments));
             }
-            contest.hold(problem, &folder, threads, &contestants, USUAL)?;
-            if threads == 2 {
-                contest.hold(problem, &folder, threads, &slow, ONCE)?;
-            }
+            contest.hold(name, &folder, threads, &contestants)?;
         }
     }
     let folder = work.join("basin");
@@ -54,9 +76,8 @@ pub(super) fn run() -> Result<()> {
         &folder,
         &[],
     )?;
-    let script = sources.join("python_peers.py");
     for peer in ["open3d-plane", "small_gicp-gicp"] {
-        let contestant = Contestant::new(peer, &python, &[text(&script)?, peer]);
+        let contestant = Contestant::new(peer, &python, &[text(&script)?, peer, ANY_DISTANCE]);
         contest.basin(&contestant, &folder, &["basin"])?;
     }
     poses(&python, &sources, &ours, &work, &mut contest)?;
@@ -80,7 +101,8 @@ fn poses(
         checked(Command::new(python).arg(script).arg("poses").arg(&folder))?;
     }
     let program = ours.with_file_name("ours_poses");
-    let ceres = solver::build_ceres("xtask/peers/ceres/pose.cpp", &work.join("ceres-pose"))?;
+    let ceres =
+        solver::build_ceres("CERES_POSE", "xtask/peers/ceres/pose.cpp", &work.join("ceres-pose"))?;
     for (name, program, way) in [
         ("pose-icp", &program, Some("exact")),
         ("plain Gauss-Newton", &program, Some("gauss-newton")),
@@ -100,13 +122,46 @@ fn write_problem(python: &Path, sources: &Path, problem: &str, folder: &Path) ->
 
 /// Builds the programs that run pose-icp and threecrate.
 fn build_ours(sources: &Path, work: &Path) -> Result<PathBuf> {
+    if let Some(given) = overridden("POSE_ICP") {
+        return Ok(given);
+    }
     let target = work.join("build");
     build_outside(&sources.join("rust/Cargo.toml"), &target)?;
     Ok(target.join("release/ours"))
 }
 
+/// Compiles small_gicp from the source that its Python package comes with, with our factor.
+fn build_small_gicp(python: &Path, sources: &Path, work: &Path) -> Result<PathBuf> {
+    if let Some(given) = overridden("SMALL_GICP") {
+        return Ok(given);
+    }
+    let archive = work.join("small_gicp-1.0.1.tar.gz");
+    if !archive.exists() {
+        let download =
+            ["-m", "pip", "download", "--quiet", "--no-deps", "--no-binary", "small_gicp"];
+        checked(
+            Command::new(python).args(download).arg("small_gicp==1.0.1").arg("--dest").arg(work),
+        )?;
+    }
+    checked(Command::new("tar").arg("-xzf").arg(&archive).arg("-C").arg(work))?;
+    let program = work.join("small_gicp_plane");
+    checked(
+        Command::new("g++")
+            .args(["-O3", "-DNDEBUG", "-march=native", "-std=c++17", "-fopenmp"])
+            .arg("-I/usr/include/eigen3")
+            .arg(format!("-I{}", work.join("small_gicp-1.0.1/include").display()))
+            .arg(sources.join("small_gicp_plane.cpp"))
+            .arg("-o")
+            .arg(&program),
+    )?;
+    Ok(program)
+}
+
 /// A Python that has the peers.
 fn python(sources: &Path, work: &Path) -> Result<PathBuf> {
+    if let Some(given) = overridden("PYTHON") {
+        return Ok(given);
+    }
     let environment = work.join("python");
     let python = environment.join("bin/python");
     if !python.exists() {

@@ -1,4 +1,4 @@
-//! Programs that take turns on a problem, and their best figures.
+//! Programs that take turns on a problem, and the medians of their figures.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,20 +7,12 @@ use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-/// How often each runs.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Turns {
-    rounds: usize,
-    /// Runs within a turn.
-    runs: &'static str,
-}
+use super::contender::median;
 
-/// A B A B A B, so that a machine that slows down slows down everybody; the first run of a turn warms
-/// the caches up.
-pub(super) const USUAL: Turns = Turns { rounds: 3, runs: "2" };
-
-/// A single run, for what takes minutes.
-pub(super) const ONCE: Turns = Turns { rounds: 1, runs: "1" };
+/// A B A B A B, so that a machine that slows down slows down everybody.
+const ROUNDS: usize = 3;
+/// Runs within a turn; the first warms the caches up and counts nothing.
+const RUNS: &str = "3";
 
 /// A program that registers: `PROGRAM [ARGUMENTS] FOLDER THREADS RUNS`, one JSON line a run.
 pub(super) struct Contestant {
@@ -89,12 +81,12 @@ pub(super) struct PoseCell {
     pub(super) median_us: f64,
 }
 
-/// Best figures of a program on a problem.
+/// Median figures of a program on a problem.
 pub(super) struct Row {
     pub(super) problem: &'static str,
     pub(super) threads: usize,
     pub(super) name: &'static str,
-    pub(super) best: Run,
+    pub(super) usual: Run,
 }
 
 /// Results so far.
@@ -113,30 +105,32 @@ impl Contest {
         folder: &Path,
         threads: usize,
         contestants: &[Contestant],
-        turns: Turns,
     ) -> Result<()> {
         let mut runs = vec![Vec::new(); contestants.len()];
-        for round in 1..=turns.rounds {
+        for round in 1..=ROUNDS {
             for (contestant, runs) in contestants.iter().zip(&mut runs) {
                 eprintln!("{problem}, {threads} threads, round {round}: {}", contestant.name);
-                runs.extend(contestant.answers::<Run>(folder, threads, &[turns.runs])?);
+                runs.extend(
+                    contestant.answers::<Run>(folder, threads, &[RUNS])?.into_iter().skip(1),
+                );
             }
         }
         for (contestant, runs) in contestants.iter().zip(runs) {
-            let least = |figure: fn(&Run) -> f64| runs.iter().map(figure).fold(f64::MAX, f64::min);
+            let usual = |figure: fn(&Run) -> f64| median(runs.iter().map(figure).collect());
             let last = runs.last().with_context(|| format!("{} said nothing", contestant.name))?;
-            let least_of = |figure: fn(&Run) -> Option<f64>| {
-                runs.iter().filter_map(figure).min_by(f64::total_cmp)
+            let usual_of = |figure: fn(&Run) -> Option<f64>| {
+                let known: Vec<f64> = runs.iter().filter_map(figure).collect();
+                (!known.is_empty()).then(|| median(known))
             };
-            let best = Run {
-                wall_s: least(|r| r.wall_s),
-                cpu_s: least(|r| r.cpu_s),
-                build_s: least_of(|r| r.build_s),
-                query_ns: least_of(|r| r.query_ns),
-                floor_ns: least_of(|r| r.floor_ns),
+            let typical = Run {
+                wall_s: usual(|r| r.wall_s),
+                cpu_s: usual(|r| r.cpu_s),
+                build_s: usual_of(|r| r.build_s),
+                query_ns: usual_of(|r| r.query_ns),
+                floor_ns: usual_of(|r| r.floor_ns),
                 ..*last
             };
-            self.rows.push(Row { problem, threads, name: contestant.name, best });
+            self.rows.push(Row { problem, threads, name: contestant.name, usual: typical });
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ mod icp_page;
 mod solver;
 mod solver_scene;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
@@ -40,6 +40,12 @@ pub(crate) fn run(comparison: Comparison, rounds: usize) -> Result<()> {
 fn build_outside(manifest: &Path, target: &Path) -> Result<()> {
     let arguments = ["build", "--release", "--locked", "--manifest-path", text(manifest)?];
     shell::cargo_with(&arguments, &[("CARGO_TARGET_DIR", text(target)?)])
+}
+
+/// The program that whoever runs the bench puts in a peer's place, by `TRUING_PEER_<name>`; it gets
+/// the arguments of ours.
+fn overridden(name: &str) -> Option<PathBuf> {
+    std::env::var_os(format!("TRUING_PEER_{name}")).map(PathBuf::from)
 }
 
 fn text(path: &Path) -> Result<&str> {

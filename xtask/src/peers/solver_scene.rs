@@ -24,6 +24,8 @@ const NOISE_MM: f64 = 5e-4;
 const LOOSENESS_MM: f64 = 2e-4;
 /// How far off the start is: stations, and all else.
 const START_MM: [f64; 2] = [1.0, 0.5];
+/// A point on the axis.
+const ORIGIN_MM: Vector = [400.0, 400.0, 750.0];
 /// Where the stations are, as shares of 800 mm × 800 mm × 500 mm.
 const STATIONS: [[f64; 3]; 8] = [
     [0.05, 0.08, 0.05],
@@ -50,6 +52,22 @@ struct Unknowns {
     distances: Vec<f64>,
     /// By step, then reflector.
     points: Vec<Vector>,
+    /// Where the drawing has the axis and what is on it.
+    drawing: Drawing,
+}
+
+/// The axis without its error motion.
+struct Drawing {
+    /// Two points on the axis, 1 mm apart.
+    axis: [Vector; 2],
+    /// Every reflector at angle 0.
+    reflectors: Vec<Vector>,
+}
+
+impl Drawing {
+    fn points(&mut self) -> impl Iterator<Item = &mut Vector> {
+        self.axis.iter_mut().chain(&mut self.reflectors)
+    }
 }
 
 impl Unknowns {
@@ -63,7 +81,9 @@ impl Unknowns {
 }
 
 /// Simulates a problem and writes it: `dims.txt`, and `obs.bin`, `init.bin` and `truth.bin` as
-/// little-endian numbers in mm.
+/// little-endian numbers in mm; for those who ask for a drawing, as a calibration does, in
+/// `drawing.bin` two points on the axis and all reflectors at angle 0, of which the latter are off by
+/// as much as their start.
 pub(super) fn write(size: Size, seed: u64, folder: &Path) -> Result<()> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut truth = truth(size, &mut rng);
@@ -87,6 +107,11 @@ pub(super) fn write(size: Size, seed: u64, folder: &Path) -> Result<()> {
     fs::write(folder.join("dims.txt"), format!("{stations} {reflectors} {steps}\n"))?;
     write_numbers(&folder.join("obs.bin"), &displacements)?;
     write_numbers(&folder.join("init.bin"), &start)?;
+    let mut drawing = truth.drawing.axis.concat();
+    drawing.extend(
+        truth.drawing.reflectors.concat().iter().map(|v| v + START_MM[1] * normal(&mut rng)),
+    );
+    write_numbers(&folder.join("drawing.bin"), &drawing)?;
     write_numbers(&folder.join("truth.bin"), &truth.flat())
 }
 
@@ -127,6 +152,14 @@ fn truth(size: Size, rng: &mut ChaCha8Rng) -> Unknowns {
             [rng.random_range(2e-3..8e-3), rng.random_range(0.0..std::f64::consts::TAU)]
         })
     });
+    let place = |[x, y, z]: Vector| -> Vector {
+        let leaned = cross(&tilt, &[x, y, z]);
+        std::array::from_fn(|c| [x, y, z][c] + leaned[c] + ORIGIN_MM[c])
+    };
+    let drawing = Drawing {
+        axis: [ORIGIN_MM, place([0.0, 1.0, 0.0])],
+        reflectors: body.iter().map(|home| place(*home)).collect(),
+    };
     let mut points = Vec::new();
     #[expect(clippy::cast_precision_loss, reason = "steps are few")]
     let angle = |k: usize| (k as f64 / (size.steps - 1) as f64 - 0.5) * std::f64::consts::PI;
@@ -140,10 +173,7 @@ fn truth(size: Size, rng: &mut ChaCha8Rng) -> Unknowns {
         for [x, y, z] in &body {
             let turned =
                 [cos * x + sin * z + error[0], y + error[1], -sin * x + cos * z + error[2]];
-            let leaned = cross(&tilt, &turned);
-            points.push(std::array::from_fn(|c| {
-                turned[c] + leaned[c] + [400.0, 400.0, 750.0][c] + LOOSENESS_MM * normal(rng)
-            }));
+            points.push(place(turned).map(|v| v + LOOSENESS_MM * normal(rng)));
         }
     }
     let dead_paths =
@@ -152,7 +182,7 @@ fn truth(size: Size, rng: &mut ChaCha8Rng) -> Unknowns {
     for (a, first) in body.iter().enumerate() {
         distances.extend(body[a + 1..].iter().map(|second| distance(first, second)));
     }
-    Unknowns { stations, dead_paths, distances, points }
+    Unknowns { stations, dead_paths, distances, points, drawing }
 }
 
 /// Moves everything to the frame of the first three stations: the first is its origin, the
@@ -163,7 +193,8 @@ fn to_gauge(unknowns: &mut Unknowns) {
     let x = unit(&from_origin(&unknowns.stations[1]));
     let z = unit(&cross(&x, &from_origin(&unknowns.stations[2])));
     let axes = [x, cross(&z, &x), z];
-    for v in unknowns.stations.iter_mut().chain(&mut unknowns.points) {
+    let Unknowns { stations, points, drawing, .. } = unknowns;
+    for v in stations.iter_mut().chain(points).chain(drawing.points()) {
         let offset = from_origin(v);
         *v = axes.map(|axis| dot(&axis, &offset));
     }

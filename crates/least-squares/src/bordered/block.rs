@@ -36,6 +36,7 @@ impl<P: BorderedProblem> Place<'_, P> {
 }
 
 /// Residuals and derivatives of one block, numbered through.
+#[derive(Debug)]
 pub(super) struct Rows {
     numbers: Vec<f64>,
     /// Root weights of the robust losses.
@@ -73,6 +74,11 @@ impl Rows {
         } else {
             self.weigh(compiled, place.robust)
         }
+    }
+
+    /// Residuals of a block of so many rows, as evaluated last.
+    pub(super) fn residuals(&self, rows: usize) -> &[f64] {
+        &self.numbers[..rows]
     }
 
     #[inline(always)]

@@ -1,14 +1,23 @@
 //! Covariance of shared point and blocks, one part at a time.
 
 use std::fmt;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::block::{Place, Rows};
+use super::parts::{BlockParts, TILE};
+use super::passes::{Setting, chunk_length, chunks, map_chunks};
 use super::program::Program;
+use super::rank::Rank;
+use super::reduced::Reduced;
 use super::solve::{Tally, report_at};
 use super::{BorderedOptions, BorderedPoint, BorderedProblem};
 use crate::SolveError;
+
+/// Share of a diagonal entry, left by the elimination, from which normal equations give the
+/// covariance: they then lose six of a double's sixteen digits at most.
+const STEADY_PIVOT: f64 = 1e-6;
 
 /// Uncertainty of a point, as its data and their whitening determine it.
 ///
@@ -19,7 +28,11 @@ pub struct BorderedCovariance<'a, P> {
     problem: &'a P,
     point: &'a BorderedPoint,
     options: BorderedOptions,
-    program: Program,
+    pub(super) program: Program,
+    /// Whether the normal equations of blocks and shared point are well enough conditioned.
+    is_steady: bool,
+    /// Inverse triangle by rows, filled up with noughts.
+    pub(super) root: Vec<f64>,
     /// Inverse triangle of the free shared columns, in the program's order.
     inverse: DMatrix<f64>,
     /// Their covariance.
@@ -33,7 +46,8 @@ pub struct BorderedCovariance<'a, P> {
     pub variance_factor: Option<f64>,
 }
 
-/// Covariance at a point, by orthogonal elimination of one block after the other.
+/// Covariance at a point, by elimination of one block after the other: of their normal equations
+/// where these are well conditioned, orthogonal where not.
 ///
 /// # Errors
 ///
@@ -44,11 +58,19 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     point: &'a BorderedPoint,
     options: &BorderedOptions,
 ) -> Result<BorderedCovariance<'a, P>, SolveError<BorderedPoint>> {
-    let program = Program::new(problem, point, options)?;
+    let mut program = Program::new(problem, point, options)?;
+    program.sort_chunks(chunk_length(&program));
     let place = Place { problem, program: &program, robust: &options.robust, point };
-    super::diagnose::all_finite(place)?;
-    let shared = place.shared();
-    let rank = place.rank(&shared, options.rank_tolerance);
+    let steady = steady(place, options.rank_tolerance);
+    let is_steady = steady.is_some();
+    let (triangle, rank) = match steady {
+        Some(steady) => steady,
+        None => {
+            super::diagnose::all_finite(place)?;
+            let shared = place.shared();
+            (shared.triangle(), place.rank(&shared, options.rank_tolerance))
+        }
+    };
     let tally = Tally::new(place);
     if !rank.directions.is_empty() {
         let report = Box::new(report_at(&program, &tally, &rank));
@@ -57,10 +79,12 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     }
     let n = program.free.len();
     let mut inverse = DMatrix::identity(n, n);
-    shared.triangle().solve_upper_triangular_mut(&mut inverse);
+    triangle.solve_upper_triangular_mut(&mut inverse);
     Ok(BorderedCovariance {
         columns: &inverse * inverse.transpose(),
+        root: by_rows(&inverse),
         inverse,
+        is_steady,
         condition: rank.condition,
         degrees_of_freedom: tally.degrees_of_freedom(&program),
         variance_factor: tally.variance_factor(&program),
@@ -69,6 +93,47 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
         options: options.clone(),
         program,
     })
+}
+
+/// Rows of a matrix, filled up to a number of tiles.
+fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
+    let width = matrix.ncols().next_multiple_of(TILE);
+    let mut rows = vec![0.0; matrix.nrows() * width];
+    for (i, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
+        row.iter_mut().zip(matrix.row(i).iter()).for_each(|(to, from)| *to = *from);
+    }
+    rows
+}
+
+/// Triangle of the shared columns and its rank from normal equations; `None` where they are too
+/// weak, or a number is not finite.
+fn steady<P: BorderedProblem>(place: Place<'_, P>, tolerance: f64) -> Option<(DMatrix<f64>, Rank)> {
+    let Place { problem, program, robust, point } = place;
+    let mut chunks = chunks(program);
+    Setting { problem, program, robust }.eliminate(&mut chunks, point, 0.0);
+    let sums = &chunks[0].sums;
+    let mut reduced = Reduced::new(program, problem.shared_residual_count());
+    reduced.collect(problem, program, &point.shared, sums);
+    reduced.solve(program, 0.0);
+    let is_finite = reduced.twice_cost.is_finite() && reduced.promised.is_finite();
+    let least = sums.least_pivot.min(reduced.least_pivot);
+    // Not `<`, so that NaN is refused too.
+    if !(is_finite && least >= STEADY_PIVOT) {
+        return None;
+    }
+    let n = program.free.len();
+    let triangle = reduced.triangle(n);
+    if n == 0 {
+        return Some((triangle, Rank { directions: Vec::new(), condition: 1.0 }));
+    }
+    let mut scaled = triangle.clone();
+    for (mut column, length) in scaled.column_iter_mut().zip(&reduced.lengths()) {
+        column.unscale_mut(*length);
+    }
+    let values = scaled.singular_values();
+    let (largest, smallest) = (values.max(), values.min());
+    let rank = Rank { directions: Vec::new(), condition: largest / smallest };
+    (smallest > tolerance * largest).then_some((triangle, rank))
 }
 
 impl<P> fmt::Debug for BorderedCovariance<'_, P> {
@@ -151,6 +216,31 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
     pub fn shared_leverages(&self) -> DVector<f64> {
         let rows = self.place().shared_rows().1 * &self.inverse;
         DVector::from_fn(rows.nrows(), |i, _| rows.row(i).norm_squared())
+    }
+
+    /// Room for [`BorderedCovariance::fill`].
+    #[must_use]
+    pub fn parts(&self) -> BlockParts {
+        BlockParts::new(&self.program)
+    }
+
+    /// Computes the parts of one block in room that is used again.
+    pub fn fill(&self, block: usize, parts: &mut BlockParts) {
+        if self.is_steady {
+            parts.fill(self.place(), &self.root, block);
+        } else {
+            parts.fill_orthogonally(self.place(), &self.inverse, block);
+        }
+    }
+
+    /// Calls `work` on ranges that together are `0..count`, on as many threads as there are, each
+    /// with room for the parts of a block; the ranges do not depend on the number of threads.
+    pub fn in_chunks<T: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(Range<usize>, &mut BlockParts) -> T + Sync + Send,
+    ) -> Vec<T> {
+        map_chunks(count, |range| work(range, &mut self.parts()))
     }
 
     fn place(&self) -> Place<'_, P> {

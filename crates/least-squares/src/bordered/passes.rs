@@ -108,6 +108,21 @@ impl<P: BorderedProblem> Setting<'_, P> {
     }
 }
 
+/// What `work` makes of ranges that together are `0..count`, on as many threads as there are.
+pub(super) fn map_chunks<T: Send>(
+    count: usize,
+    work: impl Fn(Range<usize>) -> T + Sync + Send,
+) -> Vec<T> {
+    let length = count.div_ceil(MAX_CHUNKS).max(MIN_BLOCKS);
+    let range = |chunk: usize| chunk * length..((chunk + 1) * length).min(count);
+    let chunks = 0..count.div_ceil(length);
+    #[cfg(feature = "parallel")]
+    if chunks.len() > 1 {
+        return chunks.into_par_iter().map(|chunk| work(range(chunk))).collect();
+    }
+    chunks.map(|chunk| work(range(chunk))).collect()
+}
+
 /// Calls `work` on every chunk, on as many threads as there are.
 #[cfg(feature = "parallel")]
 fn for_each(chunks: &mut [Chunk], work: impl Fn(&mut Chunk) + Sync + Send) {

@@ -1,5 +1,7 @@
 //! The dense rest: normal equations of the shared point once the blocks are eliminated.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::BorderedProblem;
 use super::eliminate::Sums;
 use super::program::Program;
@@ -149,6 +151,21 @@ impl Reduced {
         for (i, &direction) in program.free.iter().enumerate() {
             self.tangent[direction] = self.step[1 + i];
         }
+    }
+
+    /// The factor as an upper triangle, once the equations are solved.
+    pub(super) fn triangle(&self, n: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Less => self.normal[j * n + i],
+            std::cmp::Ordering::Equal => self.normal[i * n + i].recip(),
+            std::cmp::Ordering::Greater => 0.0,
+        })
+    }
+
+    /// Lengths of the shared columns; 1 for a column of zeros.
+    pub(super) fn lengths(&self) -> DVector<f64> {
+        let length = |s: &f64| if *s > 0.0 { s.sqrt() } else { 1.0 };
+        DVector::from_iterator(self.diagonal.len(), self.diagonal.iter().map(length))
     }
 
     /// Turns row `i` into that of the factor, with the reciprocal of its diagonal entry, and the

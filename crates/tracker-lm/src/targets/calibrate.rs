@@ -1,18 +1,17 @@
 //! From points to the six errors.
 
-use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution, Report};
+use least_squares::{BorderedPoint, BorderedSolution, Report};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
-use crate::error_order::in_order;
+use crate::angle_spread::{Angles, Terms};
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
-use crate::joint_result::{OfAxis, location, square};
+use crate::joint_result::{OfAxis, axis_errors};
 use crate::network::angles;
 use crate::perfect::{PerfectAxis, selected};
 use crate::search::{covariance, settle};
-use crate::spread::{Spread, dense_block};
 use crate::{
     AxisError, AxisLocation, AxisModel, ErrorOrder, MountEstimate, TargetNoise, TargetOptions,
     TargetSurvey, TrackerError,
@@ -164,24 +163,38 @@ fn result(
     let (survey, point) = (bundle.survey, &solution.point);
     let held = held(options.axis, bundle.angles.len());
     let covariance = covariance(bundle, point, &held)?;
-    let spread = Spread::new(bundle, point, covariance.shared(), &held);
+    let shared = covariance.shared();
+    let angles_rad = bundle.angles_rad();
+    let angles = Angles {
+        problem: bundle,
+        covariance: &covariance,
+        angles_rad: &angles_rad,
+        nth_block: |k: usize, nth: usize| (nth == 0).then_some(k),
+        references: &[],
+        errors: |k: usize, terms: &mut Terms| {
+            terms.identity();
+            Ok(Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]))
+        },
+    };
+    let spread = angles.spread(&survey.axis)?;
     let n = survey.targets.len();
     let (mut residuals_mm, mut redundancy) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
-    for block in 0..bundle.block_count() {
-        let rows = dense_block(bundle, point, block);
-        let leverages = covariance.leverages(block);
-        for (i, &target) in bundle.targets_of[block].iter().enumerate() {
-            let sigma_mm = bundle.weights[target].sigma_mm;
-            let whitened = rows.residual.fixed_rows::<3>(3 * i);
-            residuals_mm[target] = whitened.component_mul(&sigma_mm);
-            redundancy[target] =
-                Vector3::from_fn(|c, _| (1.0 - leverages[3 * i + c]).clamp(0.0, 1.0));
-        }
+    let rows: Vec<[f64; 2]> = spread.rows().collect();
+    let (rows, _) = rows.as_chunks::<3>();
+    for (&target, rows) in bundle.targets_of.iter().flatten().zip(rows) {
+        let whitened = Vector3::from(rows.map(|[residual, _]| residual));
+        residuals_mm[target] = whitened.component_mul(&bundle.weights[target].sigma_mm);
+        redundancy[target] = Vector3::from(rows.map(|[_, share]| share));
     }
     let of_axis = match options.axis {
-        AxisModel::Free => free_axis(bundle, point, &spread, options.order),
+        AxisModel::Free => OfAxis {
+            mounts: mounts(bundle, &point.shared, &shared),
+            axis_errors: axis_errors(&survey.axis, &angles_rad, spread.errors(), options.order),
+            location: spread.location,
+            motion: None,
+        },
         AxisModel::Fixed | AxisModel::Located => {
-            perfect_axis(bundle, point, &spread, (options.order, frame))
+            perfect_axis(bundle, point, &shared, (options.order, frame))
         }
     };
     let OfAxis { mounts, axis_errors, location, motion } = of_axis;
@@ -189,7 +202,7 @@ fn result(
     points.sort_unstable();
     points.dedup();
     Ok(TargetCalibration {
-        stations: stations(bundle, &point.shared, &spread),
+        stations: stations(bundle, &point.shared, &shared),
         mounts,
         axis_errors,
         location,
@@ -205,32 +218,10 @@ fn result(
     })
 }
 
-fn free_axis(
-    bundle: &Bundle<'_>,
-    point: &BorderedPoint,
-    spread: &Spread,
-    order: ErrorOrder,
-) -> OfAxis {
-    let axis = &bundle.survey.axis;
-    let fixed: Vec<Vector6<f64>> =
-        point.blocks.chunks_exact(6).map(Vector6::from_column_slice).collect();
-    let error = |k: usize| AxisError {
-        angle_rad: bundle.angles[k].angle_rad,
-        error: fixed[k],
-        covariance: square(&spread.of(&[(k, DMatrix::identity(6, 6))], None)),
-    };
-    OfAxis {
-        mounts: mounts(bundle, &point.shared, spread),
-        axis_errors: (0..fixed.len()).map(|k| in_order(axis, order, error(k))).collect(),
-        location: location(axis, &bundle.angles_rad(), &fixed, spread, |k, a| vec![(k, a)]),
-        motion: None,
-    }
-}
-
 fn perfect_axis(
     bundle: &Bundle<'_>,
     point: &BorderedPoint,
-    spread: &Spread,
+    covariance: &DMatrix<f64>,
     (order, frame): (ErrorOrder, Option<&Frame>),
 ) -> OfAxis {
     let angles_rad = bundle.angles_rad();
@@ -240,7 +231,7 @@ fn perfect_axis(
         angles_rad: &angles_rad,
         curves: &bundle.curves,
         amplitudes: &point.shared[bundle.curve_start()..bundle.extra_start()],
-        covariance: selected(&spread.shared, &own),
+        covariance: selected(covariance, &own),
     };
     let perfect = match frame {
         Some(frame) => perfect.in_frame(frame),
@@ -255,9 +246,9 @@ fn perfect_axis(
         for i in 0..own.len() {
             follows[(3 + i, n + i)] = 1.0;
         }
-        let all = spread.shared.view((first, first), (n + own.len(), n + own.len()));
-        let covariance = &follows * all * follows.transpose();
-        perfect.mount(&bundle.body_mm(j, &point.shared), &covariance)
+        let all = covariance.view((first, first), (n + own.len(), n + own.len()));
+        let of_mount = &follows * all * follows.transpose();
+        perfect.mount(&bundle.body_mm(j, &point.shared), &of_mount)
     };
     OfAxis {
         mounts: (0..bundle.survey.mounts.len()).map(mount).collect(),
@@ -267,19 +258,19 @@ fn perfect_axis(
     }
 }
 
-fn stations(bundle: &Bundle<'_>, shared: &[f64], spread: &Spread) -> Vec<StationPose> {
+fn stations(bundle: &Bundle<'_>, shared: &[f64], covariance: &DMatrix<f64>) -> Vec<StationPose> {
     (0..bundle.survey.stations.len())
         .map(|i| StationPose {
             machine_from_station: bundle.station(i, shared),
-            covariance_mm2: spread.shared.fixed_view::<3, 3>(6 * i, 6 * i).into_owned(),
+            covariance_mm2: covariance.fixed_view::<3, 3>(6 * i, 6 * i).into_owned(),
         })
         .collect()
 }
 
-fn mounts(bundle: &Bundle<'_>, shared: &[f64], spread: &Spread) -> Vec<MountEstimate> {
+fn mounts(bundle: &Bundle<'_>, shared: &[f64], covariance: &DMatrix<f64>) -> Vec<MountEstimate> {
     let (first, n) = (bundle.mount_start(), bundle.chart.dim());
     let basis = bundle.chart.basis();
-    let all = basis * spread.shared.view((first, first), (n, n)) * basis.transpose();
+    let all = basis * covariance.view((first, first), (n, n)) * basis.transpose();
     (0..bundle.survey.mounts.len())
         .map(|j| MountEstimate {
             position_mm: Point3::from(bundle.body_mm(j, shared)),

@@ -1,4 +1,4 @@
-//! `threecrate_plane DIR THREADS RUNS`: point-to-plane registration of threecrate, in single
+//! `threecrate_plane DISTANCE DIR THREADS RUNS`: point-to-plane registration of threecrate, in single
 //! precision, as it computes. One JSON line a run.
 //!
 //! Its tree is built inside; there is no handle to build it apart. Stops at its own default, a
@@ -14,11 +14,11 @@ use threecrate_algorithms::registration::icp_point_to_plane_detailed;
 use threecrate_core::PointCloud;
 
 const MAX_ITERATIONS: usize = 100;
-const MAX_DISTANCE_MM: f32 = 5.0;
 const CONVERGENCE: f32 = 1e-6;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
+    let distance: f32 = arguments.next().expect("DISTANCE").parse().expect("a number of mm");
     let directory = PathBuf::from(arguments.next().expect("DIR"));
     let threads: usize = arguments.next().expect("THREADS").parse().expect("a count");
     let runs: usize = arguments.next().expect("RUNS").parse().expect("a count");
@@ -40,7 +40,7 @@ fn main() {
             &normals,
             Isometry3::identity(),
             MAX_ITERATIONS,
-            Some(MAX_DISTANCE_MM),
+            Some(distance),
             CONVERGENCE,
         );
         let (wall_s, cpu_s) = (start.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());

@@ -1,0 +1,404 @@
+//! Uncertainty of one block, in room that is used again.
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions are chosen per caller: what is not inlined goes without them"
+)]
+
+use nalgebra::DMatrix;
+
+use super::BorderedProblem;
+use super::block::{Place, Rows};
+use super::program::{Compiled, Program};
+use super::simd::{Task, dispatch, mul_add};
+use super::triangle::row_start;
+
+/// Columns that are handled together; rows are as wide as a number of these.
+pub(super) const TILE: usize = 8;
+/// Directions of a block that are handled together.
+const ROWS: usize = 4;
+
+/// Uncertainty of one block.
+///
+/// A step of the block has the covariance `own + along·alongᵀ`. With the step of another block it
+/// has `along·alongᵀ` of the two.
+#[derive(Debug)]
+pub struct BlockParts {
+    rows: Rows,
+    /// Packed triangle of `V = J_bᵀ J_b`, then its factor, with the reciprocals of its diagonal.
+    factor: Vec<f64>,
+    /// Inverse of the factor, `block_dim × block_dim` by rows.
+    inverse: Vec<f64>,
+    /// `J_bᵀ J_s`, then `V⁻¹ J_bᵀ J_s`, by rows.
+    coupling: Vec<f64>,
+    own: Vec<f64>,
+    along: Vec<f64>,
+    residual_count: usize,
+    leverages: Vec<f64>,
+    /// Width of rows by shared columns.
+    width: usize,
+}
+
+impl BlockParts {
+    pub(super) fn new(program: &Program) -> Self {
+        let (b, width) = (program.block_dim, program.free.len().next_multiple_of(TILE));
+        Self {
+            rows: Rows::new(program.limits),
+            factor: vec![0.0; row_start(b)],
+            inverse: vec![0.0; b * b],
+            coupling: vec![0.0; b * width],
+            own: vec![0.0; b * b],
+            along: vec![0.0; b * width],
+            residual_count: 0,
+            leverages: vec![0.0; program.limits.rows],
+            width,
+        }
+    }
+
+    /// Covariance of the block's step where the shared point is known, `block_dim × block_dim` by
+    /// rows; zero where the block is held.
+    #[must_use]
+    pub fn own(&self) -> &[f64] {
+        &self.own
+    }
+
+    /// How the block's step follows independent variables of unit variance that all blocks share, by
+    /// rows of [`BlockParts::width`]; zero where the block is held.
+    #[must_use]
+    pub fn along(&self) -> &[f64] {
+        &self.along
+    }
+
+    /// Number of the variables that [`BlockParts::along`] is by.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Whitened residuals, multiplied by the roots of their robust weights.
+    #[must_use]
+    pub fn residuals(&self) -> &[f64] {
+        self.rows.residuals(self.residual_count)
+    }
+
+    /// Leverage of each residual, as [`leverages`](super::BorderedCovariance::leverages) gives it.
+    #[must_use]
+    pub fn leverages(&self) -> &[f64] {
+        &self.leverages[..self.residual_count]
+    }
+
+    /// Adds what the block brings to the covariance of `A·step` with `A` given by rows: `A·own·Aᵀ` to
+    /// `covariance` and `A·along` to `along`, both by rows.
+    pub fn add_combined(&self, a: &[f64], covariance: &mut [f64], along: &mut [f64]) {
+        let b = self.own.len().isqrt();
+        if b > 0 {
+            dispatch(Combine { parts: self, b, a, covariance, along });
+        }
+    }
+
+    /// From normal equations; `root` is the inverse triangle of the shared columns by rows, which are
+    /// filled up with noughts.
+    pub(super) fn fill<P: BorderedProblem>(
+        &mut self,
+        place: Place<'_, P>,
+        root: &[f64],
+        block: usize,
+    ) {
+        dispatch(Fill { parts: self, place, root, block });
+    }
+
+    /// By reflections; `inverse` is the inverse triangle of the shared columns.
+    pub(super) fn fill_orthogonally<P: BorderedProblem>(
+        &mut self,
+        place: Place<'_, P>,
+        inverse: &DMatrix<f64>,
+        block: usize,
+    ) {
+        let (b, n) = (place.program.block_dim, place.program.free.len());
+        self.residual_count = place.program.compiled(block).limits.rows;
+        let factor = place.factor(&mut self.rows, block);
+        let width = factor.diagonal.len();
+        let mut of_block = DMatrix::identity(width, width);
+        factor.triangle().solve_upper_triangular_mut(&mut of_block);
+        let spanned = &factor.by_block * &of_block;
+        let left = factor.projected() * inverse;
+        for (i, leverage) in self.leverages[..self.residual_count].iter_mut().enumerate() {
+            *leverage = spanned.row(i).norm_squared() + left.row(i).norm_squared();
+        }
+        self.own.fill(0.0);
+        self.along.fill(0.0);
+        if width == 0 {
+            return;
+        }
+        let own = &of_block * of_block.transpose();
+        let along = factor.coupling() * inverse;
+        for i in 0..b {
+            for j in 0..b {
+                self.own[i * b + j] = own[(i, j)];
+            }
+            for j in 0..n {
+                self.along[i * self.width + j] = -along[(i, j)];
+            }
+        }
+    }
+}
+
+/// Fills the parts of one block.
+struct Fill<'a, P> {
+    parts: &'a mut BlockParts,
+    place: Place<'a, P>,
+    root: &'a [f64],
+    block: usize,
+}
+
+impl<P: BorderedProblem> Task for Fill<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self { parts, place, root, block } = self;
+        let program = place.program;
+        let compiled = program.compiled(block);
+        parts.residual_count = compiled.limits.rows;
+        parts.rows.linearise(place, compiled, block);
+        if program.is_held(block) {
+            parts.own.fill(0.0);
+            parts.along.fill(0.0);
+        } else {
+            // The compiler unrolls the loops over a block's directions where it knows their number.
+            match program.block_dim {
+                6 => parts.solve::<FUSED>(6, compiled, root),
+                12 => parts.solve::<FUSED>(12, compiled, root),
+                b => parts.solve::<FUSED>(b, compiled, root),
+            }
+        }
+        parts.lever::<FUSED>(program.block_dim, compiled, root);
+    }
+}
+
+/// Adds `A·own·Aᵀ` and `A·along`.
+struct Combine<'a> {
+    parts: &'a BlockParts,
+    b: usize,
+    a: &'a [f64],
+    covariance: &'a mut [f64],
+    along: &'a mut [f64],
+}
+
+impl Task for Combine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self { parts, b, a, covariance, along } = self;
+        let rows = a.len() / b;
+        let n = parts.width;
+        for (i, row) in a.chunks_exact(b).enumerate() {
+            for (k, value) in row.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                add_scaled::<FUSED>(&mut along[i * n..][..n], *value, &parts.along[k * n..][..n]);
+            }
+            for (k, own) in parts.own.chunks_exact(b).enumerate() {
+                let mut product = 0.0;
+                for (value, own) in row.iter().zip(own) {
+                    product = mul_add::<FUSED>(*value, *own, product);
+                }
+                for (j, other) in a.chunks_exact(b).enumerate() {
+                    let sum = &mut covariance[i * rows + j];
+                    *sum = mul_add::<FUSED>(product, other[k], *sum);
+                }
+            }
+        }
+    }
+}
+
+impl BlockParts {
+    /// `V⁻¹` and `−V⁻¹ J_bᵀ J_s` times the root.
+    #[inline(always)]
+    fn solve<const FUSED: bool>(&mut self, b: usize, compiled: &Compiled, root: &[f64]) {
+        let n = self.width;
+        self.multiply::<FUSED>(n, compiled);
+        self.factor::<FUSED>(b);
+        let Self { factor, inverse, coupling, own, along, .. } = self;
+        let tiles = n / TILE;
+        for tile in 0..tiles {
+            solve_tile::<FUSED>(b, factor, tile, tiles, coupling.as_chunks_mut::<TILE>().0);
+        }
+        for (coupling, along) in coupling.chunks(ROWS * n).zip(along.chunks_mut(ROWS * n)) {
+            multiply_root::<FUSED>(n, coupling, root, along);
+        }
+        inverse.fill(0.0);
+        for r in 0..b {
+            let row = &factor[row_start(r)..][..=r];
+            let (known, rest) = inverse.split_at_mut(r * b);
+            let left = &mut rest[..b];
+            left[r] = 1.0;
+            for (f, known) in row.iter().zip(known.chunks_exact(b)) {
+                add_scaled::<FUSED>(left, -f, known);
+            }
+            scale(left, row[r]);
+        }
+        own.fill(0.0);
+        for (r, row) in inverse.chunks_exact(b).enumerate() {
+            for (own, value) in own.chunks_exact_mut(b).zip(&row[..=r]) {
+                add_scaled::<FUSED>(own, *value, row);
+            }
+        }
+    }
+
+    /// `V` and `J_bᵀ J_s`.
+    #[inline(always)]
+    fn multiply<const FUSED: bool>(&mut self, n: usize, compiled: &Compiled) {
+        self.factor.fill(0.0);
+        self.coupling.fill(0.0);
+        let numbers = self.rows.split(compiled.limits);
+        for row in &compiled.rows {
+            for p in row.by_block.clone() {
+                let (direction, value) = (compiled.block_columns[p], numbers.by_block[p]);
+                for q in row.by_block.start..=p {
+                    let other = compiled.block_columns[q];
+                    let at = row_start(direction.max(other)) + direction.min(other);
+                    let sum = &mut self.factor[at];
+                    *sum = mul_add::<FUSED>(value, numbers.by_block[q], *sum);
+                }
+                let coupling = &mut self.coupling[direction * n..][..n];
+                for entry in &compiled.entries[row.entries.clone()] {
+                    let sum = &mut coupling[entry.column - 1];
+                    *sum = mul_add::<FUSED>(value, numbers.by_shared[entry.value], *sum);
+                }
+            }
+        }
+    }
+
+    /// Overwrites `V` by its factor.
+    #[inline(always)]
+    fn factor<const FUSED: bool>(&mut self, b: usize) {
+        for r in 0..b {
+            let (above, row) = self.factor.split_at_mut(row_start(r));
+            let row = &mut row[..=r];
+            for c in 0..r {
+                let other = &above[row_start(c)..][..=c];
+                let mut left = row[c];
+                for k in 0..c {
+                    left = mul_add::<FUSED>(-row[k], other[k], left);
+                }
+                row[c] = left * other[c];
+            }
+            let mut left = row[r];
+            for value in &row[..r] {
+                left = mul_add::<FUSED>(-value, *value, left);
+            }
+            row[r] = left.sqrt().recip();
+        }
+    }
+
+    /// Leverages: `J_b own J_bᵀ` and the squares of what is left of `J_s`, times the root.
+    #[inline(always)]
+    fn lever<const FUSED: bool>(&mut self, b: usize, compiled: &Compiled, root: &[f64]) {
+        let Self { rows, own, along, leverages, width, .. } = self;
+        let numbers = rows.split(compiled.limits);
+        let (root, along) = (root.as_chunks::<TILE>().0, along.as_chunks::<TILE>().0);
+        let tiles = *width / TILE;
+        for (row, leverage) in compiled.rows.iter().zip(leverages) {
+            let entries = &compiled.entries[row.entries.clone()];
+            let columns = &compiled.block_columns[row.by_block.clone()];
+            let values = &numbers.by_block[row.by_block.clone()];
+            let mut squares = [0.0; TILE];
+            for tile in 0..tiles {
+                let mut left = [0.0; TILE];
+                for entry in entries {
+                    let from = &root[(entry.column - 1) * tiles + tile];
+                    add_tile::<FUSED>(&mut left, numbers.by_shared[entry.value], from);
+                }
+                for (column, value) in columns.iter().zip(values) {
+                    add_tile::<FUSED>(&mut left, *value, &along[column * tiles + tile]);
+                }
+                for (sum, value) in squares.iter_mut().zip(left) {
+                    *sum = mul_add::<FUSED>(value, value, *sum);
+                }
+            }
+            let mut sum = 0.0;
+            for (column, value) in columns.iter().zip(values) {
+                let own = &own[column * b..][..b];
+                let mut product = 0.0;
+                for (other, value) in columns.iter().zip(values) {
+                    product = mul_add::<FUSED>(own[*other], *value, product);
+                }
+                sum = mul_add::<FUSED>(*value, product, sum);
+            }
+            *leverage = sum + squares.iter().sum::<f64>();
+        }
+    }
+}
+
+/// Solves for one tile of columns of all rows: `x ← V⁻¹ x`.
+#[inline(always)]
+fn solve_tile<const FUSED: bool>(
+    b: usize,
+    factor: &[f64],
+    tile: usize,
+    tiles: usize,
+    x: &mut [[f64; TILE]],
+) {
+    for r in 0..b {
+        let row = &factor[row_start(r)..][..=r];
+        let mut left = x[r * tiles + tile];
+        for c in 0..r {
+            add_tile::<FUSED>(&mut left, -row[c], &x[c * tiles + tile]);
+        }
+        x[r * tiles + tile] = left.map(|value| value * row[r]);
+    }
+    for r in (0..b).rev() {
+        let row = &factor[row_start(r)..][..=r];
+        let known = x[r * tiles + tile].map(|value| value * row[r]);
+        x[r * tiles + tile] = known;
+        for c in 0..r {
+            add_tile::<FUSED>(&mut x[c * tiles + tile], -row[c], &known);
+        }
+    }
+}
+
+/// `along ← −coupling · root` for up to [`ROWS`] rows.
+#[inline(always)]
+fn multiply_root<const FUSED: bool>(n: usize, coupling: &[f64], root: &[f64], along: &mut [f64]) {
+    let (tiles, root) = (n / TILE, root.as_chunks::<TILE>().0);
+    let along = along.as_chunks_mut::<TILE>().0;
+    let Some(last) = coupling.len().checked_sub(n) else { return };
+    // Missing rows are the last one again.
+    let row = |i: usize| &coupling[(i * n).min(last)..][..n];
+    let rows: [&[f64]; ROWS] = std::array::from_fn(row);
+    for tile in 0..tiles {
+        let mut sums = [[0.0; TILE]; ROWS];
+        // The root has noughts below its diagonal, and as many rows as free columns.
+        let end = ((tile + 1) * TILE).min(root.len() / tiles);
+        for k in 0..end {
+            let from = &root[k * tiles + tile];
+            for (sum, row) in sums.iter_mut().zip(&rows) {
+                add_tile::<FUSED>(sum, -row[k], from);
+            }
+        }
+        for (i, sum) in sums.iter().enumerate().take(1 + last / n) {
+            along[i * tiles + tile] = *sum;
+        }
+    }
+}
+
+#[inline(always)]
+fn add_tile<const FUSED: bool>(to: &mut [f64; TILE], factor: f64, from: &[f64; TILE]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = mul_add::<FUSED>(factor, *from, *to);
+    }
+}
+
+/// `to ← to + factor · from`.
+#[inline(always)]
+fn add_scaled<const FUSED: bool>(to: &mut [f64], factor: f64, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = mul_add::<FUSED>(factor, *from, *to);
+    }
+}
+
+#[inline(always)]
+fn scale(row: &mut [f64], factor: f64) {
+    for value in row {
+        *value *= factor;
+    }
+}

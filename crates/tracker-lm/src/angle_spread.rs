@@ -1,0 +1,271 @@
+//! Uncertainty of the six errors of every angle and of the location that they show, and what the
+//! residuals of all rows say.
+
+use std::ops::Range;
+
+use least_squares::{BlockParts, BorderedCovariance};
+use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
+
+use crate::location::{LocationFit, located};
+use crate::spread::Columns;
+use crate::{AxisLocation, RotaryAxis, TrackerError};
+
+const SIX: usize = 6;
+
+/// How the six errors of an angle follow blocks, `error = Σ A·block`, in room that is used again.
+#[derive(Debug)]
+pub(crate) struct Terms {
+    block_dim: usize,
+    /// `A` of the angle's own blocks, by rows and in their order.
+    pub(crate) own: Vec<f64>,
+    /// `A` of the blocks of the reference, likewise.
+    pub(crate) reference: Vec<f64>,
+    /// For whoever works out the errors.
+    pub(crate) room: Room,
+}
+
+/// Points of one angle.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    /// Which of the angle's blocks, and mount.
+    pub(crate) seen: Vec<(usize, usize)>,
+    pub(crate) arms: Vec<Vector3<f64>>,
+    pub(crate) displacements: Vec<Vector3<f64>>,
+    pub(crate) inverse: Vec<f64>,
+}
+
+impl Terms {
+    /// The errors follow none of so many blocks.
+    pub(crate) fn clear(&mut self, blocks: usize) {
+        self.own.clear();
+        self.own.resize(blocks * SIX * self.block_dim, 0.0);
+        self.reference.fill(0.0);
+    }
+
+    /// The errors are the angle's only block.
+    pub(crate) fn identity(&mut self) {
+        self.clear(1);
+        for i in 0..SIX {
+            self.own[i * self.block_dim + i] = 1.0;
+        }
+    }
+}
+
+/// Angles of a solved problem.
+pub(crate) struct Angles<'a, P, B, E> {
+    pub(crate) problem: &'a P,
+    pub(crate) covariance: &'a BorderedCovariance<'a, P>,
+    pub(crate) angles_rad: &'a [f64],
+    /// The blocks of an angle, counted; no block is of two.
+    pub(crate) nth_block: B,
+    /// Blocks that the errors of every angle may follow.
+    pub(crate) references: &'a [usize],
+    /// The six errors of an angle, and how they follow blocks.
+    pub(crate) errors: E,
+}
+
+/// What is known of all angles.
+pub(crate) struct AngleSpread {
+    errors: Vec<Vec<(Vector6<f64>, Matrix6<f64>)>>,
+    rows: Vec<Vec<[f64; 2]>>,
+    /// The location that the errors show.
+    pub(crate) location: Option<AxisLocation>,
+}
+
+impl AngleSpread {
+    /// The six errors of every angle with their covariance.
+    pub(crate) fn errors(&self) -> impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)> + '_ {
+        self.errors.iter().flatten().copied()
+    }
+
+    /// Whitened residual and redundancy of every range, block by block in the order of the angles.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.rows.iter().flatten().copied()
+    }
+}
+
+/// What a range of angles gives.
+struct Part {
+    errors: Vec<(Vector6<f64>, Matrix6<f64>)>,
+    rows: Vec<[f64; 2]>,
+    sums: Sums,
+}
+
+/// Location as a sum over angles.
+#[derive(Clone)]
+struct Sums {
+    errors: Vector4<f64>,
+    /// Covariance that comes from the angles' own blocks where the shared parameters are known.
+    own: [f64; 16],
+    /// How it follows the shared parameters, by rows.
+    along: Vec<f64>,
+    /// How it follows the blocks of the reference, block by block.
+    by_reference: DMatrix<f64>,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.errors += other.errors;
+        self.own.iter_mut().zip(other.own).for_each(|(a, b)| *a += b);
+        self.along.iter_mut().zip(&other.along).for_each(|(a, b)| *a += b);
+        self.by_reference += &other.by_reference;
+    }
+}
+
+/// What one angle is made of.
+struct OfAngle {
+    terms: Terms,
+    covariance: [f64; SIX * SIX],
+    along: Vec<f64>,
+    /// `A` of the location.
+    fitted: Vec<f64>,
+}
+
+impl<P, B, E> Angles<'_, P, B, E>
+where
+    P: Columns,
+    B: Fn(usize, usize) -> Option<usize> + Sync + Send,
+    E: Fn(usize, &mut Terms) -> Result<Vector6<f64>, TrackerError> + Sync + Send,
+{
+    pub(crate) fn spread(&self, axis: &RotaryAxis) -> Result<AngleSpread, TrackerError> {
+        let reference = |&block: &usize| {
+            let mut parts = self.covariance.parts();
+            self.covariance.fill(block, &mut parts);
+            parts
+        };
+        let references: Vec<BlockParts> = self.references.iter().map(reference).collect();
+        let axis_fit = LocationFit::new(axis, self.angles_rad);
+        let count = self.angles_rad.len();
+        let parts = self.covariance.in_chunks(count, |angles, parts| {
+            self.part(angles, parts, &references, axis_fit.as_ref())
+        });
+        let mut spread = AngleSpread { errors: Vec::new(), rows: Vec::new(), location: None };
+        let mut sums: Option<Sums> = None;
+        for part in parts {
+            let part = part?;
+            spread.errors.push(part.errors);
+            spread.rows.push(part.rows);
+            match &mut sums {
+                Some(sums) => sums.add(&part.sums),
+                None => sums = Some(part.sums),
+            }
+        }
+        if axis_fit.is_some() {
+            spread.location = sums.map(|sums| {
+                let (errors, covariance) = self.located(sums, &references);
+                located(*axis, self.angles_rad[0], errors, covariance)
+            });
+        }
+        Ok(spread)
+    }
+
+    fn part(
+        &self,
+        angles: Range<usize>,
+        parts: &mut BlockParts,
+        references: &[BlockParts],
+        fit: Option<&LocationFit>,
+    ) -> Result<Part, TrackerError> {
+        let block_dim = self.problem.block_dim();
+        let n = parts.width();
+        let length = SIX * block_dim;
+        let mut room = OfAngle {
+            terms: Terms {
+                block_dim,
+                own: Vec::new(),
+                reference: vec![0.0; references.len() * length],
+                room: Room::default(),
+            },
+            covariance: [0.0; SIX * SIX],
+            along: vec![0.0; SIX * n],
+            fitted: Vec::new(),
+        };
+        let sums = Sums {
+            errors: Vector4::zeros(),
+            own: [0.0; 16],
+            along: vec![0.0; 4 * n],
+            by_reference: DMatrix::zeros(references.len() * block_dim, 4),
+        };
+        let blocks =
+            angles.clone().flat_map(|k| (0..).map_while(move |nth| (self.nth_block)(k, nth)));
+        let rows = blocks.map(|block| self.problem.range_count(block)).sum();
+        let mut part =
+            Part { errors: Vec::with_capacity(angles.len()), rows: Vec::with_capacity(rows), sums };
+        for k in angles {
+            let error = (self.errors)(k, &mut room.terms)?;
+            room.covariance.fill(0.0);
+            room.along.fill(0.0);
+            let fit = fit.map(|fit| fit.matrix(self.angles_rad[k]));
+            let mut nth = 0;
+            while let Some(block) = (self.nth_block)(k, nth) {
+                self.covariance.fill(block, parts);
+                let a = &room.terms.own[nth * length..][..length];
+                parts.add_combined(a, &mut room.covariance, &mut room.along);
+                if let Some(fit) = &fit {
+                    let a = fitted(fit, a, &mut room.fitted);
+                    parts.add_combined(a, &mut part.sums.own, &mut part.sums.along);
+                }
+                let rows = parts.residuals().iter().zip(parts.leverages());
+                let rows = rows.take(self.problem.range_count(block));
+                part.rows.extend(rows.map(|(r, h)| [*r, (1.0 - h).clamp(0.0, 1.0)]));
+                nth += 1;
+            }
+            if let Some(fit) = &fit {
+                part.sums.errors += fit * error;
+                part.sums.add_references(fit, &mut room, block_dim);
+            }
+            for (a, reference) in room.terms.reference.chunks_exact(length).zip(references) {
+                reference.add_combined(a, &mut room.covariance, &mut room.along);
+            }
+            let mut covariance = Matrix6::from_row_slice(&room.covariance);
+            for i in 0..SIX {
+                for j in 0..=i {
+                    let (a, b) = (&room.along[i * n..][..n], &room.along[j * n..][..n]);
+                    let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+                    covariance[(i, j)] += product;
+                    covariance[(j, i)] = covariance[(i, j)];
+                }
+            }
+            part.errors.push((error, covariance));
+        }
+        Ok(part)
+    }
+
+    fn located(&self, mut sums: Sums, references: &[BlockParts]) -> (Vector4<f64>, Matrix4<f64>) {
+        let block_dim = self.problem.block_dim();
+        for (r, reference) in references.iter().enumerate() {
+            let a = sums.by_reference.rows(r * block_dim, block_dim).into_owned();
+            reference.add_combined(a.as_slice(), &mut sums.own, &mut sums.along);
+        }
+        let along = DMatrix::from_vec(sums.along.len() / 4, 4, sums.along);
+        let shared = along.tr_mul(&along);
+        (sums.errors, Matrix4::from_row_slice(&sums.own) + shared.fixed_view::<4, 4>(0, 0))
+    }
+}
+
+impl Sums {
+    /// Adds how an angle follows the blocks of the reference.
+    fn add_references(&mut self, fit: &SMatrix<f64, 4, 6>, room: &mut OfAngle, block_dim: usize) {
+        let OfAngle { terms, fitted: into, .. } = room;
+        for (r, a) in terms.reference.chunks_exact(SIX * block_dim).enumerate() {
+            let rows = fitted(fit, a, into).chunks_exact(block_dim);
+            for (row, mut sum) in rows.zip(self.by_reference.column_iter_mut()) {
+                let sum = &mut sum.as_mut_slice()[r * block_dim..][..block_dim];
+                sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
+            }
+        }
+    }
+}
+
+/// `fit · a` by rows, `a` by rows likewise.
+fn fitted<'a>(fit: &SMatrix<f64, 4, 6>, a: &[f64], into: &'a mut Vec<f64>) -> &'a [f64] {
+    let width = a.len() / SIX;
+    into.clear();
+    into.resize(4 * width, 0.0);
+    for (i, into) in into.chunks_exact_mut(width).enumerate() {
+        for (j, row) in a.chunks_exact(width).enumerate() {
+            into.iter_mut().zip(row).for_each(|(into, value)| *into += fit[(i, j)] * value);
+        }
+    }
+    into
+}
