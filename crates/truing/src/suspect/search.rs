@@ -28,6 +28,9 @@ const EVIDENCE: f64 = 30.0;
 const COMPONENTS: usize = 3;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
+/// Standard deviations by which readings at the end of a range fit worse than the others where the
+/// whole is within the noise: both must be there, so each alone need not be as certain.
+const WORSE: f64 = 4.0;
 /// Misfits as close as this are the same.
 const TIE: f64 = 1.25;
 
@@ -75,6 +78,17 @@ impl Misfit {
             _ => self.gain(after).powi(2) - 1.0,
         };
         (dof * fall.max(0.0)).sqrt()
+    }
+
+    /// How much worse the readings fit that another fit is without, in standard deviations of noise
+    /// as that fit has it; `None` where no noise is declared.
+    fn by_what_is_left_out(&self, without: &Self) -> Option<f64> {
+        let (all, noise) = self.chi2_per_dof.zip(without.chi2_per_dof)?;
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let [dof, kept] = [self.dof as f64, without.dof as f64];
+        let out = dof - kept;
+        let square = (all * dof - noise * kept) / noise;
+        (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
     }
 
     fn is_noise(&self) -> bool {
@@ -127,7 +141,17 @@ pub(super) struct Trials(Vec<Tried>);
 
 impl Trials {
     pub(super) fn of(files: &Files, fitted: Option<&Fitted>) -> Self {
-        let mut list = (files.kind.mistakes)(files, fitted);
+        Self::of_those(files, (files.kind.mistakes)(files, fitted))
+    }
+
+    /// Only of what the data show themselves.
+    pub(super) fn shown(files: &Files, fitted: &Fitted) -> Self {
+        let mut list = (files.kind.mistakes)(files, Some(fitted));
+        list.retain(|hypothesis| hypothesis.proof == Proof::Data);
+        Self::of_those(files, list)
+    }
+
+    fn of_those(files: &Files, mut list: Vec<Hypothesis>) -> Self {
         list.truncate(MOST_TRIALS);
         let tried: Vec<Option<Misfit>> = list.par_iter().map(|h| trial(files, h)).collect();
         Self(list.into_iter().zip(tried).collect())
@@ -169,6 +193,14 @@ impl Trials {
             to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
         };
         best(self.pick(subtle), true)
+    }
+
+    /// The mistake whose readings fit worse than the others of a case that fits.
+    pub(super) fn missing(&self, plain: &Plain<'_>) -> Option<Found> {
+        let is_worse = |_: &Hypothesis, without: &Misfit| {
+            plain.misfit.by_what_is_left_out(without).is_some_and(|sigmas| sigmas >= WORSE)
+        };
+        best(self.pick(is_worse), false)
     }
 
     /// The mistakes that take at least this factor off the misfit and leave something to physics,
