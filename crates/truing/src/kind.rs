@@ -38,6 +38,8 @@ impl Files {
 
     /// Reads them as their kind does.
     pub(crate) fn read(&self) -> Result<Reading, Error> {
-        (self.kind.read)(&self.folder, &self.document)
+        let reading = (self.kind.read)(&self.folder, &self.document)?;
+        reading.loop_settings.columns.check(&self.folder, reading.tables, &self.document)?;
+        Ok(reading)
     }
 }

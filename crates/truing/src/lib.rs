@@ -47,7 +47,7 @@ pub use tracker_lm;
 pub use truing_report as report;
 
 pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
-pub use case::{Location, Problem, Provenance, ReadOptions};
+pub use case::{Location, Problem, Provenance, ReadOptions, quantity_of};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStability, LoopStep,
@@ -68,7 +68,7 @@ pub use import::{
 };
 pub use interval_width::IntervalWidth;
 pub use kinds::{
-    AxisErrorEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
+    AxisErrorEstimate, AxisEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
     AxisTargetEstimate, CenterEstimate, Conformity, ContactForceEstimate, DisplacementEstimates,
     DisplacementResidual, DistanceResidual, ForceBlock, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,

@@ -66,6 +66,20 @@ pub(crate) fn situations() -> Vec<Situation> {
         }),
     ];
     all.extend(machines::situations());
+    all.extend([
+        press("the pad slips in its guide, 0.1 mm", Some("slip"), |seed| {
+            let session = Session { fault: Fault::Slip(0.1), ..Session::new(seed) };
+            of_session(&Session { drag: 0.2, ..session })
+        }),
+        press("spindle housing warms, 0.12 mm", Some("drift"), |seed| {
+            let fault = Fault::SpindleGrowth([0.1, -0.06]);
+            of_session(&Session { fault, ..Session::new(seed) })
+        }),
+        log("the axial cell warms up, 2 N", Some("force-drift"), |seed| {
+            of_run(seed, Flaw::Warming(2.0), 2.0)
+        }),
+        machines::axis_off_its_place(),
+    ]);
     all
 }
 

@@ -40,6 +40,8 @@ pub(crate) enum Flaw {
     /// The zero of the axial cell settles, N at the start: six tenths of it with a time constant of
     /// a twelfth of the run, the rest with one of half the run.
     Settling(f64),
+    /// The axial cell warms up, with a time constant of an eighth of the run: N in the end.
+    Warming(f64),
     /// The axial cell follows the temperature of the air from 20 °C, N/K.
     Warmth(f64),
 }
@@ -245,6 +247,7 @@ impl Rig<'_> {
                     let share = time_s / self.run_s;
                     cells_n[3] += n * (0.6 * (-12.0 * share).exp() + 0.4 * (-2.0 * share).exp());
                 }
+                Flaw::Warming(n) => cells_n[3] += n * (1.0 - (-8.0 * time_s / self.run_s).exp()),
                 Flaw::Strip(..) | Flaw::None | Flaw::Weight(_) | Flaw::Delay(_) | Flaw::Play(_) => {
                 }
             }

@@ -5,8 +5,8 @@ mod discrepancy;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Origin, Role, Row, Settling,
-    State, clearest_settling, resolution_of,
+    Covariate, Declared, Group, Layout, Quantity, Role, Row, Settling, State, clearest_settling,
+    resolution_of,
 };
 
 use crate::missing::log_blocks::{Block, Recorded, blocks, groups, ranges};
@@ -82,7 +82,8 @@ impl LogModel {
                 needed,
             });
         }
-        let warm: Vec<&Covariate> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        let warm: Vec<&Covariate> =
+            covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
         let warmth_k: Vec<Vec<f64>> =
             warm.iter().map(|c| c.values.iter().map(|v| v - REFERENCE_C).collect()).collect();
         let names: Vec<String> = warm.iter().map(|c| c.name.clone()).collect();
@@ -168,11 +169,6 @@ impl LogModel {
     /// Force, tilt of the surface and length of the axial unit as covariates for the loop.
     #[must_use]
     pub fn covariates(&self, samples: &[LogSample]) -> Vec<Covariate> {
-        let column = |name: &str, values: Vec<f64>| Covariate {
-            name: name.to_owned(),
-            values,
-            origin: Origin::Coordinate,
-        };
         let axial: Vec<f64> = samples.iter().map(|s| s.lengths_mm[3]).collect();
         // Half legs, half reference: the residual's own noise then does not follow it.
         let force = self
@@ -181,9 +177,13 @@ impl LogModel {
             .map(|b| if self.has_reference { b.normal_n - 0.5 * b.residual } else { b.normal_n });
         let tilt = |b: &Block| b.sensitivity.axial_share.clamp(-1.0, 1.0).acos().to_degrees();
         vec![
-            column("contact_force_n", force.collect()),
-            column("surface_tilt_deg", self.blocks.iter().map(tilt).collect()),
-            column("l4_mm", self.averaged(&axial)),
+            Covariate::coordinate("contact_force_n", Quantity::Other, force.collect()),
+            Covariate::coordinate(
+                "surface_tilt_deg",
+                Quantity::Angle,
+                self.blocks.iter().map(tilt).collect(),
+            ),
+            Covariate::coordinate("l4_mm", Quantity::Position, self.averaged(&axial)),
         ]
     }
 

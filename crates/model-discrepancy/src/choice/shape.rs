@@ -9,8 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::system::Empirical;
 use crate::choice::level::Levels;
 use crate::count::count;
-use crate::model::covariate::ORDER;
-use crate::{Covariate, Layout, Role};
+use crate::{Covariate, Layout, Quantity, Role};
 
 /// Reference temperature of ISO 1, in °C.
 const REFERENCE_C: f64 = 20.0;
@@ -115,7 +114,7 @@ pub(crate) fn periods(
         return None;
     };
     let range = high - low;
-    if covariate.name.ends_with("_deg") && range >= MIN_ARC_DEG && distinct.len() > 4 {
+    if covariate.quantity == Quantity::Angle && range >= MIN_ARC_DEG && distinct.len() > 4 {
         return Some(Periods { longest: 360.0, parts: vec![1, 2, 3], tried: 3.0 });
     }
     let widest = distinct.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
@@ -125,7 +124,8 @@ pub(crate) fn periods(
     // Half periods in the range, so that no phase falls between two frequencies.
     let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
     let longest = 2.0 * range;
-    let design = if covariate.name == ORDER { revisits(layout, all) } else { Vec::new() };
+    let design =
+        if covariate.quantity == Quantity::Order { revisits(layout, all) } else { Vec::new() };
     let is_open = |half: &usize| !is_of_the_design(longest / count(*half), &design);
     let parts = (3..=2 * most).filter(is_open).collect();
     Some(Periods { longest, parts, tried: count(most) })
@@ -154,7 +154,7 @@ fn centre_and_scale(fitted: &[f64]) -> (f64, f64) {
 fn linear(covariate: &Covariate, fitted: &[f64], distinct: usize) -> Shape {
     let unit = covariate.name.rsplit_once('_').map_or("unit", |(_, unit)| unit);
     let name = if distinct == 2 { "two-valued" } else { "linear" };
-    if covariate.name.ends_with("_c") {
+    if covariate.quantity == Quantity::Temperature {
         let values = covariate.values.iter().map(|v| v - REFERENCE_C).collect();
         return Shape {
             name: name.to_owned(),
@@ -222,7 +222,7 @@ pub(crate) fn apart(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
 }
 
 fn levels(covariate: &Covariate, fitted: &[f64]) -> Option<Levels> {
-    if covariate.name == ORDER { None } else { Levels::of(fitted) }
+    if covariate.quantity == Quantity::Order { None } else { Levels::of(fitted) }
 }
 
 /// One at the observations of a level.
@@ -255,7 +255,7 @@ fn revisited_after(layout: &Layout, covariate: &Covariate) -> Option<f64> {
 
 /// [`revisited_after`] of every covariate but the order, where its values repeat.
 fn revisits(layout: &Layout, covariates: &[Covariate]) -> Vec<f64> {
-    let others = covariates.iter().filter(|c| c.name != ORDER);
+    let others = covariates.iter().filter(|c| c.quantity != Quantity::Order);
     others.filter_map(|c| revisited_after(layout, c)).collect()
 }
 

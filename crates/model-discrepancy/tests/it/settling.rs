@@ -1,6 +1,8 @@
 //! Drifts that come to rest, with one time constant and with two.
 
-use model_discrepancy::{LinearModel, Options, Settling, State, Verdict, clearest_settling, close_loop};
+use model_discrepancy::{
+    LinearModel, Options, Settling, State, Verdict, clearest_settling, close_loop,
+};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -60,12 +62,7 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
             1,
             settling.course(&elapsed()).into_iter().map(|c| -c).collect(),
         ));
-        model.declared.effects.push(settling.effect(
-            &model.declared.effects[0],
-            "s",
-            "µm",
-            1.0,
-        ));
+        model.declared.effects.push(settling.effect(&model.declared.effects[0], "s", "µm", 1.0));
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["drift"], "{:?}", closure.verdict);

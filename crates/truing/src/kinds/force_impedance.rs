@@ -66,7 +66,7 @@ fn read_log(folder: &Folder, document: &Document, settings: Settings) -> Result<
     let names = segment_names.as_deref();
     let (segments, of_row) = segments(names, groups.as_deref(), &stretches, &table);
     let samples = samples(&table, &mut columns, (&time_s, &of_row))?;
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
     let mut warnings = noise_warning(sigma_n, samples[0].reference_n.is_some());
     warnings.extend(extras.warnings);

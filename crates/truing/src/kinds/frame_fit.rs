@@ -12,6 +12,7 @@ mod tip;
 use std::collections::BTreeSet;
 
 use frame_fit::{Handedness, Transform};
+use model_discrepancy::Quantity;
 
 use crate::Error;
 use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
@@ -57,7 +58,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let sigma = sigma(&mut columns, dimension, settings.noise.point_mm, &mut warnings)?;
     let uses = columns.words("use", &[("fit", Use::Fit), ("check", Use::Check)], Some(Use::Fit))?;
     let bodies = columns.has("body").then(|| columns.texts("body")).transpose()?;
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let sessions = sessions(&table, &extras.labels);
     warnings.extend(extras.warnings);
     let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
@@ -100,6 +101,7 @@ fn sessions(table: &Table, labels: &[String]) -> Vec<NumberColumn> {
     let of = |name: &str| NumberColumn {
         name: format!("{SESSION}: {SESSION} {name}"),
         values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
+        quantity: Quantity::Other,
     };
     names.into_iter().map(of).collect()
 }

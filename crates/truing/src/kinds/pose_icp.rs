@@ -49,7 +49,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
     let mut warnings = Vec::new();
     let surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
-    let points = Points::read(folder, document, settings.closure.group.as_ref())?;
+    let points = Points::read(folder, document, &settings.closure)?;
     warnings.extend(points.warnings.iter().cloned());
     if settings.noise.point_mm.is_none() {
         warnings.push(

@@ -133,7 +133,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
             approach,
         })
         .collect();
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     warnings.extend(extras.warnings);
     let (sigma, lead, length_ratio) = declared(&settings, &positions, &mut warnings);
     let group = settings.closure.group.as_ref();

@@ -46,7 +46,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let mut warnings = Vec::new();
     let tip_radius_mm = settings.probe.radius_mm(document)?;
     let stylus = settings.probe.stylus(document)?;
-    let mut touches = Touches::read(folder, document, settings.closure.group.as_ref())?;
+    let mut touches = Touches::read(folder, document, &settings.closure)?;
     warnings.extend(touches.warnings.iter().cloned());
     let mut surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
     let side = side(&settings, &surface, &touches, tip_radius_mm, &mut warnings);

@@ -15,6 +15,7 @@ mod targets;
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{
     AxisLetter, AxisModel, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis,
+    Sought,
 };
 
 use crate::Error;
@@ -23,7 +24,8 @@ use crate::kind::Kind;
 use crate::measured::Reading;
 
 pub use estimates::{
-    AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+    AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate, StationEstimate,
+    TrackerLmEstimates,
 };
 
 use settings::{
@@ -86,6 +88,7 @@ fn wrong_letter(
 }
 
 impl Settings {
+    /// The declared axis; of one that is to be found, the letter and a first direction.
     fn axis(&self, document: &Document) -> Result<RotaryAxis, Error> {
         let letter = match self.axis.letter {
             LetterName::A => AxisLetter::A,
@@ -101,13 +104,27 @@ impl Settings {
         if let Some(message) = wrong_letter(letter, along, &direction) {
             return Err(Error::case(document.at_file(), Problem::WrongValue { message }));
         }
-        let origin_mm = Point3::from(self.axis.origin_mm.map(|Finite(v)| v));
+        let origin_mm = self
+            .axis
+            .origin_mm
+            .map_or_else(Point3::origin, |origin_mm| Point3::from(origin_mm.map(|Finite(v)| v)));
         RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
+    }
+
+    /// What is to be found of the axis before it is calibrated.
+    fn sought(&self) -> Option<Sought> {
+        match (self.axis.origin_mm, self.axis.direction) {
+            (Some(_), _) => None,
+            (None, Some(_)) => Some(Sought::Origin),
+            (None, None) => Some(Sought::OriginAndDirection),
+        }
     }
 
     fn axis_model(&self) -> AxisModel {
         match self.model.axis {
             AxisName::Free => AxisModel::Free,
+            // No place is declared that it could be off.
+            AxisName::Fixed if self.axis.origin_mm.is_none() => AxisModel::Located,
             AxisName::Fixed => AxisModel::Fixed,
         }
     }

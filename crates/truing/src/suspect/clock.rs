@@ -105,12 +105,10 @@ impl Record<'_> {
     /// The record on the clock of the other channels; readings that it then does not have are left
     /// out.
     fn corrected(&self, description: String, offset: Offset) -> Hypothesis {
-        let all: Vec<Option<f64>> = (0..self.read.len())
-            .map(|i| self.at(self.read, i, self.offset_s(i, offset)))
-            .collect();
+        let all: Vec<Option<f64>> =
+            (0..self.read.len()).map(|i| self.at(self.read, i, self.offset_s(i, offset))).collect();
         let values = all.iter().zip(self.read).map(|(moved, read)| moved.unwrap_or(*read));
-        let replace =
-            Change::Replace { column: self.column.to_owned(), values: values.collect() };
+        let replace = Change::Replace { column: self.column.to_owned(), values: values.collect() };
         let rows = (0..all.len()).filter(|&i| all[i].is_some()).collect();
         let edits = [replace, Change::Keep { rows }];
         let edits = edits.map(|change| Edit { file: self.file, change }).to_vec();
@@ -202,7 +200,9 @@ impl Record<'_> {
                     let off = |i: usize| {
                         Some((self.at(self.read, i, k * interval_s)? - self.expected[i]).abs())
                     };
-                    self.looked_at(rows.clone()).filter_map(off).fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0))
+                    self.looked_at(rows.clone())
+                        .filter_map(off)
+                        .fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0))
                 };
                 offsets().map(of_offset).collect()
             })

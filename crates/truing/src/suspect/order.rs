@@ -114,9 +114,8 @@ pub(crate) fn exchanged_blocks(
     most: usize,
 ) -> Vec<Hypothesis> {
     let there = present(table, columns);
-    let Some((table, names)) = table
-        .filter(|_| !there.is_empty())
-        .and_then(|t| Some((t, t.column(within)?)))
+    let Some((table, names)) =
+        table.filter(|_| !there.is_empty()).and_then(|t| Some((t, t.column(within)?)))
     else {
         return Vec::new();
     };

@@ -183,9 +183,8 @@ impl Trials {
         let is_gross = plain.misfit.share >= plain.yardstick.gross;
         let gain = |m: &Misfit| plain.misfit.gain(m);
         // Few rows fit anything.
-        let is_left = |h: &Hypothesis, m: &Misfit| {
-            h.proof == Proof::Data || 2 * m.dof >= plain.misfit.dof
-        };
+        let is_left =
+            |h: &Hypothesis, m: &Misfit| h.proof == Proof::Data || 2 * m.dof >= plain.misfit.dof;
         let gross = |h: &Hypothesis, m: &Misfit| is_left(h, m) && gain(m) >= GROSS_GAIN;
         if is_gross && let Some(found) = best(self.pick(gross), false) {
             return Some(found);

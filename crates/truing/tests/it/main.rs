@@ -9,6 +9,7 @@
 
 mod answers;
 mod carry;
+mod columns;
 mod command;
 mod correct;
 mod examples;

@@ -7,9 +7,9 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanged_blocks, exchanges,
-    lengths,
-    rows_left_out, rows_shifted, scaled_setting, signs, standing_still, stretches, units,
+    Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanged_blocks,
+    exchanges, lengths, rows_left_out, rows_shifted, scaled_setting, signs, standing_still,
+    stretches, units,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Closure, Column, Covariate, EmpiricalCorrection, Model, Origin, Role, State, coverage_factor,
+    Closure, Column, Covariate, EmpiricalCorrection, Model, Role, State, coverage_factor,
 };
 use nalgebra::{Point3, Vector3};
 use pose_icp::{
@@ -67,13 +67,8 @@ impl Measured for PoseCase {
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let Located { fit, options, .. } = self.locate()?;
-        let recorded: Vec<Covariate> = (self.points.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: c.values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect();
+        let recorded: Vec<Covariate> =
+            (self.points.covariates.iter()).map(|c| c.covariate()).collect();
         let part = self.surface.part.clone();
         let model = PoseModel::new(part, self.measured_touches(), &recorded, &fit.pose, &options)
             .map_err(|e| self.error(e, None))?;

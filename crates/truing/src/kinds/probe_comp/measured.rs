@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, Origin, Role};
+use model_discrepancy::{Closure, Covariate, Role};
 use probe_comp::{
     BallTouch, Contact, MeasuredTouch, NormalSource, ProbeError, ProbeModel, ProbeSetup, compensate,
 };
@@ -55,13 +55,8 @@ impl Measured for ProbeCase {
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let Compensated { estimates: declared, sigmas_mm, .. } = self.compensated()?;
-        let recorded: Vec<Covariate> = (self.touches.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: c.values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect();
+        let recorded: Vec<Covariate> =
+            (self.touches.covariates.iter()).map(|c| c.covariate()).collect();
         let setup = ProbeSetup {
             nominal: self.surface.nominal.clone(),
             tip_radius_mm: self.tip_radius_mm,
