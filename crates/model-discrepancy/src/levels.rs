@@ -65,7 +65,7 @@ pub(crate) const LACK_OF_FIT: f64 = 1e-3;
 
 /// Chance from which on a single reading far off may be the tail of the noise, whose law is known
 /// from the other readings alone.
-pub(crate) const IN_TAILS: f64 = 0.003;
+pub(crate) const IN_TAILS: f64 = 0.01;
 
 /// Significance of the best of all pairs of single readings that hide each other.
 pub(crate) const MASKED: f64 = 1e-3;

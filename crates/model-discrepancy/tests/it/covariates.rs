@@ -81,6 +81,7 @@ fn what_goes_with_the_direction_goes_with_that_of_the_first_reading() {
         for (own, effect) in model.declared.effects.iter_mut().enumerate() {
             effect.subject = Some(format!("reading {own}"));
             effect.scope = Scope::Observation(own);
+            model.tangents[own] = model.tangents[own].rows(own, 1).into_owned();
         }
         let closure =
             close_loop(&model, &[recorded("part_x_mm", column)], &Options::default()).unwrap();
