@@ -95,10 +95,15 @@ pub(crate) fn comes_to_rest(step: &Value) -> bool {
 /// many rows.
 pub(crate) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) -> f64 {
     let text = step["description"].as_str().expect("words");
-    let constant = text.split("τ = ").nth(1).and_then(|t| t.split(' ').next());
-    let constant: f64 = constant.and_then(|t| t.parse().ok()).expect("a time constant");
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    let constants: Vec<f64> =
+        text.split("τ = ").skip(1).map(|t| number(t.split(' ').next().expect("a word"))).collect();
+    let slower = text.split(", and ").nth(1).and_then(|t| t.split(" % of it").next());
+    let slower = slower.map_or(0.0, |share| 1e-2 * number(share));
     let passed = elapsed * if is_time { 3600.0 } else { crate::handback::as_f64(rows - 1) };
-    1.0 - (-passed / constant).exp()
+    let shares = [1.0 - slower, slower];
+    let come = |(constant, share): (&f64, f64)| share * (1.0 - (-passed / constant).exp());
+    constants.iter().zip(shares).map(come).sum()
 }
 
 /// Height of the accepted patch at a point, mm: 1/e² of that at its middle where its description says.

@@ -5,10 +5,9 @@ mod discrepancy;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, LinearModel, Model, Parameter, Quantity, Role, Row,
-    Settling, State, clearest_settling, resolution_of,
+    Covariate, Declared, Group, Layout, Quantity, Role, Row, Settling, State, clearest_settling,
+    resolution_of,
 };
-use nalgebra::DMatrix;
 
 use crate::missing::log_blocks::{Block, Recorded, blocks, groups, ranges};
 use crate::missing::log_delay::Record;
@@ -124,28 +123,11 @@ impl LogModel {
         Ok(model.with_settling(settling))
     }
 
-    /// The time constant with which the drift comes to rest, where the residual shows one, and beside
-    /// it no second: what has two is not described by one.
+    /// The course with which the drift comes to rest, where the residual shows one.
     fn clearest_settling(&self) -> Option<Settling> {
         let drift = self.drift().filter(|_| self.has_reference)?;
         let elapsed: Vec<f64> = self.blocks.iter().map(|b| b.elapsed_share).collect();
-        let start = State::start(self);
-        let found = clearest_settling(self, &start, drift, &elapsed)?;
-        let course = found.course(&elapsed);
-        let parameter = |name: &str| Parameter::new(name, "N", 1.0);
-        let beside = LinearModel {
-            declared: Declared::new(
-                self.declared.layout.clone(),
-                vec![parameter("course"), parameter("zero")],
-                vec![self.declared.effects[drift].clone()],
-            ),
-            residual: self.residuals(&start),
-            base: DMatrix::from_fn(course.len(), 2, |i, k| if k == 0 { course[i] } else { 1.0 }),
-            tangents: vec![self.tangent(&start, drift)],
-            extended: Vec::new(),
-        };
-        let second = clearest_settling(&beside, &State::start(&beside), 0, &elapsed);
-        second.is_none().then_some(found)
+        clearest_settling(self, &State::start(self), drift, &elapsed)
     }
 
     fn drift(&self) -> Option<usize> {

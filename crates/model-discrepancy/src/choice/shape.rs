@@ -275,29 +275,40 @@ fn periodic(covariate: &Covariate, period: f64, tried: f64) -> Shape {
     Shape { name: format!("periodic, period {}", significant(period)), functions, tried }
 }
 
-/// The covariate one observation earlier, and the way it is going.
+/// The covariate one observation earlier, and the way it is going; the way to the first reading is not
+/// recorded, so both are looked at.
 fn lagged(covariate: &Covariate) -> Vec<Shape> {
     let values = &covariate.values;
     let before = |i: usize| values[i.saturating_sub(1)];
     let mean = values.iter().sum::<f64>() / count(values.len());
     let late = (0..values.len()).map(|i| before(i) - mean).collect();
-    let way = (0..values.len()).map(|i| sign(values[i] - before(i))).collect();
+    let on = ways(values);
+    let mut back = on.clone();
+    back[0] = -back[0];
     let shape = |name: &str, function: &str, column| Shape {
         name: name.to_owned(),
         functions: vec![(function.to_owned(), column), constant(covariate)],
         tried: 1.0,
     };
-    vec![shape("lagged", "per unit, one earlier", late), shape("direction", "half step", way)]
+    vec![
+        shape("lagged", "per unit, one earlier", late),
+        shape("direction", "half step", on),
+        shape("direction, the first reading reached the other way", "half step", back),
+    ]
 }
 
-fn sign(x: f64) -> f64 {
-    if x > 0.0 {
-        1.0
-    } else if x < 0.0 {
-        -1.0
-    } else {
-        0.0
-    }
+/// The way each value was reached, 1 or −1: as the one before where it stays, the first as the one
+/// after it.
+fn ways(values: &[f64]) -> Vec<f64> {
+    let moves = values.windows(2).map(|w| w[1] - w[0]).filter(|step| *step != 0.0);
+    let mut way = moves.map(f64::signum).next().unwrap_or(1.0);
+    let steps = std::iter::once(0.0).chain(values.windows(2).map(|w| w[1] - w[0]));
+    steps
+        .map(|step| {
+            way = if step == 0.0 { way } else { step.signum() };
+            way
+        })
+        .collect()
 }
 
 /// Three significant digits.

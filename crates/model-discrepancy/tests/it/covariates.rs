@@ -1,6 +1,6 @@
 //! Recorded columns: named, corrected empirically, and not mistaken for something else.
 
-use model_discrepancy::{Covariate, Options, Quantity, Verdict, close_loop};
+use model_discrepancy::{Covariate, Options, Quantity, Scope, Verdict, close_loop};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -62,6 +62,34 @@ fn a_course_that_breaks_off_is_found_where_it_breaks() {
     let jump = &step.parameters[0];
     assert!((jump.value - 8.0).abs() < 4.0 * jump.std, "{jump:?}");
     assert!(closure.after.held_out_rms < 0.5 * closure.before.held_out_rms);
+}
+
+/// The way to the first reading is not recorded: whichever it was, its half step is not taken for a
+/// reading that is off on its own.
+#[test]
+fn what_goes_with_the_direction_goes_with_that_of_the_first_reading() {
+    const HALF: f64 = 6.0;
+    for (seed, first) in [(11, 1.0), (12, -1.0), (13, 1.0), (14, -1.0)] {
+        let (column, _) = driven(seed, |c| c);
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+        let way = |i: usize| if i == 0 { first } else { (column[i] - column[i - 1]).signum() };
+        let data: Vec<f64> = (0..N).map(|i| HALF * way(i) + normal(&mut rng)).collect();
+        let single: Vec<_> = (0..N)
+            .map(|own| ("bad", (0..N).map(|i| f64::from(u8::from(i == own))).collect()))
+            .collect();
+        let mut model = scalars(&data, &single);
+        for (own, effect) in model.declared.effects.iter_mut().enumerate() {
+            effect.subject = Some(format!("reading {own}"));
+            effect.scope = Scope::Observation(own);
+            model.tangents[own] = model.tangents[own].rows(own, 1).into_owned();
+        }
+        let closure =
+            close_loop(&model, &[recorded("part_x_mm", column)], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["covariate:part_x_mm"], "{:?}", closure.verdict);
+        let step = &closure.steps[0].parameters[0];
+        assert!((step.value - HALF).abs() < 4.0 * step.std, "{step:?}");
+    }
 }
 
 #[test]
