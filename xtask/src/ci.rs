@@ -13,7 +13,7 @@ pub(crate) struct Arguments {
     skip_tests: bool,
 }
 
-/// Formatting, lints, tests, house rules, documentation, the real-time path, a real controller where there is
+/// Formatting, lints, tests, house rules, dependencies, documentation, the real-time path, a real controller where there is
 /// one, benches, fixtures.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     shell::cargo(&["fmt", "--all", "--", "--check"])?;
@@ -28,6 +28,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         test::run()?;
     }
     tidy::run(tidy::Arguments::default())?;
+    deny_where_installed()?;
     shell::cargo_with(
         &["doc", "--release", "--workspace", "--all-features", "--no-deps"],
         &[("RUSTDOCFLAGS", "-D warnings")],
@@ -36,6 +37,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     linuxcnc::run_where_installed()?;
     bench::smoke()?;
     fixtures::run(&fixtures::Arguments { check: true })
+}
+
+/// `cargo deny` by the lists that tidy reads too, which only compares what manifests say.
+fn deny_where_installed() -> Result<()> {
+    if shell::output_of(env!("CARGO"), &["deny", "--version"]).is_err() {
+        println!("cargo-deny is not installed: what tidy reads of xtask/deny.toml was checked");
+        return Ok(());
+    }
+    // Without the database of advisories, which is not where packages are.
+    let checks = ["licenses", "bans", "sources"];
+    shell::cargo(
+        &[&["deny", "--offline", "--config", "xtask/deny.toml", "check"], &checks[..]].concat(),
+    )
 }
 
 /// Members that can be built with less than all their features.

@@ -11,6 +11,7 @@ mod ci;
 mod coverage;
 mod expectation;
 mod fixtures;
+mod fuzz;
 mod generators;
 #[cfg(test)]
 mod handback;
@@ -54,6 +55,8 @@ enum Command {
     Test,
     /// Regenerates `fixtures/` from its seeds.
     Fixtures(fixtures::Arguments),
+    /// Runs the readers of foreign files under libFuzzer, where there is a nightly compiler.
+    Fuzz(fuzz::Arguments),
     /// Closes the loop on public measured data sets, where they have been fetched.
     Measured(measured::Arguments),
     /// Measures speed (criterion), solver suites, or the statistics of the loop.
@@ -75,6 +78,7 @@ fn main() -> ExitCode {
         Command::Repro => repro::run(),
         Command::Test => test::run(),
         Command::Fixtures(arguments) => fixtures::run(&arguments),
+        Command::Fuzz(arguments) => fuzz::run(&arguments),
         Command::Measured(arguments) => measured::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),

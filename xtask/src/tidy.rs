@@ -4,6 +4,7 @@
 
 mod architecture;
 mod circles;
+mod deny;
 mod dependencies;
 mod fixtures;
 mod links;
@@ -11,6 +12,7 @@ mod source;
 mod suffixes;
 mod tested;
 mod text;
+mod toolchain;
 
 use anyhow::{Result, bail};
 use clap::Args;
@@ -61,7 +63,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
 fn findings(write: bool) -> Result<Vec<Finding>> {
     let files = shell::source_files()?;
     let metadata = shell::metadata(true)?;
-    let mut findings = dependencies::check(&metadata);
+    let mut findings = dependencies::check(&metadata, &deny::Deny::read()?);
     findings.extend(architecture::check(&metadata, write)?);
     findings.extend(circles::check(&files)?);
     findings.extend(text::check(&files)?);
@@ -70,6 +72,7 @@ fn findings(write: bool) -> Result<Vec<Finding>> {
     findings.extend(fixtures::check(&files)?);
     findings.extend(links::check(&files)?);
     findings.extend(tested::check(&metadata, &files)?);
+    findings.extend(toolchain::check(&metadata)?);
     Ok(findings)
 }
 

@@ -5,6 +5,7 @@ mod case;
 mod checked;
 mod closed;
 mod design;
+mod drawn;
 mod error;
 mod estimated;
 mod estimates;

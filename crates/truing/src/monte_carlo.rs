@@ -4,9 +4,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::case::Problem;
+use crate::drawn::drawn;
 use crate::estimated::Estimated;
 use crate::estimates::Estimates;
-use crate::uncertain::{drawn, keys};
+use crate::uncertain::keys;
 use crate::{Case, Error};
 
 /// How the numbers that describe a case scatter where its data are drawn anew (JCGM 101:2008).

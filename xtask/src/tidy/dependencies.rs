@@ -1,8 +1,11 @@
-//! Who may depend on whom, and under which licences.
+//! Who may depend on whom, under which licences, in how many versions and from where.
+
+use std::collections::BTreeMap;
 
 use serde_json::Value;
 
 use super::Finding;
+use super::deny::Deny;
 
 /// Members that a crate may depend on.
 ///
@@ -22,37 +25,51 @@ const ALLOWED_NUMERICS: [(&str, &[&str]); 2] =
     [("truing-geometry", &["nalgebra"]), ("least-squares", &["nalgebra", "faer", "pulp", "rayon"])];
 /// Every crate may use these.
 const PLUMBING: [&str; 2] = ["thiserror", "serde"];
-/// Licences that may be linked into a program under MIT or Apache-2.0.
-const LICENCES: [&str; 11] = [
-    "MIT",
-    "MIT-0",
-    "Apache-2.0",
-    "BSD-2-Clause",
-    "BSD-3-Clause",
-    "0BSD",
-    "ISC",
-    "Zlib",
-    "Unicode-3.0",
-    "Unlicense",
-    "CC0-1.0",
-];
-/// What only tests run, under a licence that nothing linked may have: it writes the C header.
-const TOOLS: [&str; 1] = ["cbindgen"];
+/// Where dependencies may come from: the registry that a version in a manifest means.
+const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
 
 /// Checks the output of `cargo metadata`.
-pub(super) fn check(metadata: &Value) -> Vec<Finding> {
+pub(super) fn check(metadata: &Value, deny: &Deny) -> Vec<Finding> {
     let packages = metadata["packages"].as_array().map_or(&[][..], Vec::as_slice);
     let members: Vec<&str> = packages.iter().filter(|p| is_member(p)).map(name).collect();
     let mut findings = Vec::new();
     for package in packages {
         if is_member(package) {
-            findings.extend(arrows(package, &members));
+            findings.extend(arrows(package, &members, deny));
             findings.extend(complete(package));
-        } else if !TOOLS.contains(&name(package)) {
-            findings.extend(licence(package));
+        } else {
+            findings.extend(licence(package, deny));
+            findings.extend(source(package));
         }
     }
+    findings.extend(duplicates(packages, deny));
     findings
+}
+
+/// Crates in more than one version, those aside that are listed.
+fn duplicates(packages: &[Value], deny: &Deny) -> Vec<Finding> {
+    let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let others = packages.iter().filter(|p| !is_member(p) && !deny.skips(name(p), version(p)));
+    for package in others {
+        versions.entry(name(package)).or_default().push(version(package));
+    }
+    let several = versions.into_iter().filter(|(_, versions)| versions.len() > 1);
+    several
+        .map(|(name, versions)| {
+            let versions = versions.join(", ");
+            Finding::error(format!("{name} is linked in several versions: {versions}"))
+        })
+        .collect()
+}
+
+fn source(package: &Value) -> Option<Finding> {
+    let source = package["source"].as_str().unwrap_or_default();
+    let text = format!("{} comes from {source}, not from the registry", name(package));
+    (source != REGISTRY).then(|| Finding::error(text))
+}
+
+fn version(package: &Value) -> &str {
+    package["version"].as_str().unwrap_or_default()
 }
 
 fn is_member(package: &Value) -> bool {
@@ -64,7 +81,7 @@ fn name(package: &Value) -> &str {
 }
 
 /// Normal and build dependencies; what only tests use may point anywhere but to other domains.
-fn arrows(package: &Value, members: &[&str]) -> Vec<Finding> {
+fn arrows(package: &Value, members: &[&str], deny: &Deny) -> Vec<Finding> {
     let from = name(package);
     let dependencies = package["dependencies"].as_array().map_or(&[][..], Vec::as_slice);
     let mut findings = Vec::new();
@@ -74,7 +91,7 @@ fn arrows(package: &Value, members: &[&str]) -> Vec<Finding> {
         if members.contains(&to) && !member_allowed(from, to) {
             findings.push(Finding::error(format!("{from} must not depend on {to}")));
         }
-        if TOOLS.contains(&to) && !for_tests {
+        if deny.is_tool(to) && !for_tests {
             findings.push(Finding::error(format!("{from} must not link {to}: it is for tests")));
         }
         let numerics = ALLOWED_NUMERICS.iter().find(|(krate, _)| *krate == from);
@@ -109,12 +126,12 @@ fn complete(package: &Value) -> Vec<Finding> {
 }
 
 /// An expression passes where every `AND` part has an allowed alternative.
-fn licence(package: &Value) -> Option<Finding> {
+fn licence(package: &Value, deny: &Deny) -> Option<Finding> {
     let expression = package["license"].as_str().unwrap_or("none").replace('/', " OR ");
     let passes = expression.split(" AND ").all(|part| {
         part.split(" OR ").any(|licence| {
             let licence = licence.trim_matches(|c: char| c.is_whitespace() || "()".contains(c));
-            LICENCES.contains(&licence.split(" WITH ").next().unwrap_or(licence))
+            deny.allows(name(package), licence.split(" WITH ").next().unwrap_or(licence))
         })
     });
     let text = format!("{} is under {expression}, which is not on the list", name(package));
@@ -151,23 +168,35 @@ mod tests {
             let metadata = json!({ "packages": [member(from, &[to]), member(to, &[])] });
             let mut metadata = metadata;
             if to == "csv" {
-                metadata["packages"][1]["source"] = json!("registry");
+                metadata["packages"][1]["source"] = json!(REGISTRY);
                 metadata["packages"][1]["license"] = json!("MIT");
             }
-            let found = check(&metadata);
+            let found = check(&metadata, &Deny::default().with("MIT"));
             assert_eq!(found.len(), 1, "{from} → {to}: {found:?}");
         }
         let good = json!({ "packages": [member("frame-fit", &["truing-geometry"]), member("truing-geometry", &[])] });
-        assert!(check(&good).is_empty());
+        assert!(check(&good, &Deny::default()).is_empty());
     }
 
     #[test]
     fn licences_are_read_as_expressions() {
-        let with = |text: &str| licence(&json!({ "name": "x", "license": text })).is_none();
+        let deny =
+            ["MIT", "Apache-2.0", "Unicode-3.0"].into_iter().fold(Deny::default(), Deny::with);
+        let with = |text: &str| licence(&json!({ "name": "x", "license": text }), &deny).is_none();
         assert!(with("MIT/Apache-2.0"));
         assert!(with("(MIT OR GPL-3.0) AND Unicode-3.0"));
         assert!(with("Apache-2.0 WITH LLVM-exception OR GPL-3.0"));
         assert!(!with("GPL-3.0"));
         assert!(!with("MIT AND GPL-3.0"));
+    }
+
+    #[test]
+    fn second_versions_and_other_sources_are_found() {
+        let package = |version: &str, source: &str| json!({ "name": "x", "version": version, "source": source, "license": "MIT" });
+        let deny = Deny::default().with("MIT");
+        let found = |packages: &[Value]| check(&json!({ "packages": packages }), &deny).len();
+        assert_eq!(found(&[package("1.0.0", REGISTRY)]), 0);
+        assert_eq!(found(&[package("1.0.0", REGISTRY), package("2.0.0", REGISTRY)]), 1);
+        assert_eq!(found(&[package("1.0.0", "git+https://example.org/x")]), 1);
     }
 }

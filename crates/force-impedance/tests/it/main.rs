@@ -18,6 +18,7 @@ mod equilibrium;
 mod faults;
 mod hostile;
 mod kinematics;
+mod laws;
 mod limits_kept;
 mod log;
 mod log_rig;

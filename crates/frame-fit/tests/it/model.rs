@@ -165,6 +165,67 @@ fn effects_do_what_their_names_say() {
     });
 }
 
+/// Sets an effect, in report units.
+fn set(model: &FrameModel<3>, state: &mut State, id: &str, reported: &[f64]) {
+    let effects = &model.declared().effects;
+    let index = effects.iter().position(|e| e.id == id).unwrap();
+    for (k, value) in reported.iter().enumerate() {
+        state.amplitudes[index][k] = value / effects[index].parameters[k].report_factor;
+    }
+}
+
+/// By how much each point is predicted further along than at the start.
+fn moved(model: &FrameModel<3>, state: &State) -> Vec<Vector3<f64>> {
+    let change = model.residuals(&State::start(model)) - model.residuals(state);
+    (0..8).map(|i| Vector3::new(change[3 * i], change[3 * i + 1], change[3 * i + 2])).collect()
+}
+
+/// A rotation of the target frame turns points where their deformation has put them, about the
+/// origin; a drift comes last.
+#[test]
+fn a_rotation_turns_what_is_deformed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(64);
+    let model = model::<3>(&mut rng, &Options::of(Transform::None));
+    let mut state = State::start(&model);
+    set(&model, &mut state, "anisotropic-scale", &[3e4, -2e4, 5e4]);
+    set(&model, &mut state, "rotation", &[1e5, -2e5, 3e5]);
+    set(&model, &mut state, "drift", &[600.0, 0.0, -600.0]);
+    let rotation = Rotation3::from_scaled_axis(Vector3::new(0.1, -0.2, 0.3));
+    let stretch = Vector3::new(1.03, 0.98, 1.05);
+    for (i, (got, x)) in moved(&model, &state).iter().zip(coordinates(&model)).enumerate() {
+        let drifted = Vector3::new(10.0, 0.0, -10.0) * i as f64;
+        let expected = rotation * x.component_mul(&stretch) - x + drifted;
+        assert!((got - expected).norm() < 1e-12 * 200.0, "point {i}: {got} {expected}");
+    }
+}
+
+/// The fitted motion moves points where their deformation has put them.
+#[test]
+fn a_motion_moves_what_is_deformed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(68);
+    for transform in [Transform::Rigid, Transform::Translation, Transform::Similarity] {
+        let model = model::<3>(&mut rng, &Options::of(transform));
+        let start = State::start(&model);
+        let mut deformed = start.clone();
+        set(&model, &mut deformed, "shear", &[3e4, -2e4, 5e4]);
+        set(&model, &mut deformed, "sag", &[1e5, 5e4, 2e5]);
+        let mut both = deformed.clone();
+        both.base = anywhere(&mut rng, &model, 20.0).base;
+        let (reference, map) = (model.map_at(&start.base), model.map_at(&both.base));
+        let deformations = moved(&model, &deformed);
+        let largest_mm = deformations.iter().map(|d| d.norm()).fold(0.0, f64::max);
+        assert!(largest_mm > 1.0, "{transform}: {largest_mm} mm show nothing");
+        for ((got, deformation), x) in
+            moved(&model, &both).iter().zip(&deformations).zip(coordinates(&model))
+        {
+            let image = reference.apply(&Point::from(x)).coords;
+            let undone = reference.linear.try_inverse().unwrap() * deformation;
+            let expected = map.apply(&Point::from(x + undone)).coords - image;
+            assert!((got - expected).norm() < 1e-11 * 1000.0, "{transform}: {got} {expected}");
+        }
+    }
+}
+
 fn coordinates(model: &FrameModel<3>) -> Vec<Vector3<f64>> {
     let columns = model.coordinates();
     let names: Vec<_> = columns.iter().map(|c| c.name.as_str()).collect();

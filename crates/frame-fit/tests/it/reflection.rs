@@ -128,3 +128,54 @@ fn the_shape_of_an_affine_fit_names_the_mirror() {
     assert!((shape.principal_scales - SVector::<f64, 2>::new(1.01, 1.0)).amax() < 1e-12);
     assert!((shape.axis_scales - SVector::<f64, 2>::new(1.0, 1.01)).amax() < 1e-12);
 }
+
+/// Round-off of two sums of squares and of the logarithm of their ratio.
+const RATIO_TOL: f64 = 1e-9;
+
+/// Points near a plane (planar: near a line), so that both maps fit and neither exactly.
+fn nearly_flat<const D: usize>(rng: &mut ChaCha8Rng, sigma_mm: f64) -> Vec<PointPair<D>> {
+    let truth = scene::random_map::<D>(rng, Transform::Rigid);
+    let mut points = scene::cloud::<D>(rng, 7, 100.0);
+    for point in &mut points {
+        point[D - 1] *= 1e-3;
+    }
+    let mut pairs = scene::exact(&points, &truth, Uncertainty::Isotropic { sigma_mm });
+    scene::disturb(rng, &mut pairs);
+    pairs
+}
+
+/// The likelihood of normal residuals, from the two root mean squares alone: where the noise is
+/// estimated, `σ⁻ᵈ` at the σ that each map leaves, over d degrees of freedom; where it is declared,
+/// `exp(−χ²/2)`, at the larger of the declared noise and of what the better map leaves.
+fn ratio_follows_from_the_distances<const D: usize>(seed: u64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (sigma_mm, n) = (0.05, 7.0);
+    let pairs = nearly_flat::<D>(&mut rng, sigma_mm);
+    // A pose has six unknowns, three in the plane; a similarity one more.
+    for (transform, unknowns) in [(Transform::Rigid, 0), (Transform::Similarity, 1)] {
+        let dof = (7 * D - D * (D + 1) / 2 - unknowns) as f64;
+        let judged = |noise| {
+            let options = Options { noise, ..Options::of(transform) };
+            fit_frame(&pairs, &options).unwrap().reflection.unwrap()
+        };
+        let estimated = judged(Noise::Estimated);
+        let (proper, improper) = (estimated.proper_rms_mm, estimated.improper_rms_mm);
+        let expected = dof * (proper / improper).ln();
+        assert!(expected.abs() > 0.01, "both fit alike: {expected}");
+        let off = estimated.log_likelihood_ratio / expected - 1.0;
+        assert!(off.abs() < RATIO_TOL, "{transform} {D}-d: {off:.1e}");
+
+        let declared = judged(Noise::Declared);
+        let chi2 = [declared.proper_rms_mm, declared.improper_rms_mm]
+            .map(|rms_mm| n * (rms_mm / sigma_mm).powi(2));
+        let excess = (chi2[0].min(chi2[1]) / dof).max(1.0);
+        let off = declared.log_likelihood_ratio / (0.5 * (chi2[0] - chi2[1]) / excess) - 1.0;
+        assert!(off.abs() < RATIO_TOL, "{transform} {D}-d: {off:.1e}");
+    }
+}
+
+#[test]
+fn the_ratio_is_that_of_two_normal_likelihoods() {
+    ratio_follows_from_the_distances::<2>(23);
+    ratio_follows_from_the_distances::<3>(24);
+}

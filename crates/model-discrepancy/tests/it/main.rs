@@ -5,6 +5,7 @@ mod classes;
 mod covariates;
 mod degenerate;
 mod judged;
+mod laws;
 mod linear_model;
 mod local;
 mod patch;

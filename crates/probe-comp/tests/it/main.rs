@@ -6,6 +6,7 @@ mod consistency;
 mod degenerate;
 mod exact;
 mod guide;
+mod laws;
 mod loops;
 mod micro;
 mod profile;

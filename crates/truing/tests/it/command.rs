@@ -93,10 +93,19 @@ impl Ended {
 
 /// Runs the binary; a command that does not end is killed and fails the test.
 pub(crate) fn truing(arguments: &[&str]) -> Ended {
+    ended(Command::new(env!("CARGO_BIN_EXE_truing")).args(arguments))
+}
+
+/// Runs the binary on as many threads, however many the machine has.
+pub(crate) fn truing_on(threads: usize, arguments: &[&str]) -> Ended {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_truing"));
+    ended(command.args(arguments).env("RAYON_NUM_THREADS", threads.to_string()))
+}
+
+fn ended(command: &mut Command) -> Ended {
     let folder = TempDir::new().unwrap();
     let (out, err) = (folder.path().join("out"), folder.path().join("err"));
-    let mut child = Command::new(env!("CARGO_BIN_EXE_truing"))
-        .args(arguments)
+    let mut child = command
         .stdin(Stdio::null())
         .stdout(fs::File::create(&out).unwrap())
         .stderr(fs::File::create(&err).unwrap())
@@ -110,7 +119,7 @@ pub(crate) fn truing(arguments: &[&str]) -> Ended {
         if started.elapsed() > HANG {
             child.kill().unwrap();
             child.wait().unwrap();
-            panic!("truing {arguments:?} hangs");
+            panic!("{command:?} hangs");
         }
         std::thread::sleep(Duration::from_millis(2));
     };
