@@ -123,11 +123,13 @@ impl LogModel {
         Ok(model.with_settling(settling))
     }
 
-    /// The course with which the drift comes to rest, where the residual shows one.
+    /// The course with which the drift comes to rest, where the residual shows one, and beside it no
+    /// other: that is of a leg, and not of the force.
     fn clearest_settling(&self) -> Option<Settling> {
         let drift = self.drift().filter(|_| self.has_reference)?;
         let elapsed: Vec<f64> = self.blocks.iter().map(|b| b.elapsed_share).collect();
         clearest_settling(self, &State::start(self), drift, &elapsed)
+            .filter(|s| !s.leaves_another())
     }
 
     fn drift(&self) -> Option<usize> {

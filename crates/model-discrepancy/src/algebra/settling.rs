@@ -30,6 +30,7 @@ pub struct Settling {
     time_constant: f64,
     slower: Option<Slower>,
     searched: usize,
+    leaves_another: bool,
 }
 
 /// The slower of two courses.
@@ -41,6 +42,13 @@ struct Slower {
 }
 
 impl Settling {
+    /// Whether the residual shows another course beside it that goes its own way: then it is not the
+    /// whole of what happened.
+    #[must_use]
+    pub fn leaves_another(&self) -> bool {
+        self.leaves_another
+    }
+
     /// How far it has come at each time since its start.
     #[must_use]
     pub fn course(&self, elapsed: &[f64]) -> Vec<f64> {
@@ -112,12 +120,16 @@ pub fn clearest_settling(
     if drifts.residual.p_value(most, columns) * count(SHARES.len()) > FALSE_ALARM {
         return None;
     }
-    Some(drifts.with_slower(span, most).unwrap_or(best))
+    Some(drifts.with_slower(span, most).unwrap_or_else(|| {
+        let leaves_another = drifts.shows_another(&best, span, most);
+        Settling { leaves_another, ..best }
+    }))
 }
 
 impl Settling {
     fn of(time_constant: f64, searched: usize) -> Self {
-        Self { time_constant: three_digits(time_constant), slower: None, searched }
+        let time_constant = three_digits(time_constant);
+        Self { time_constant, slower: None, searched, leaves_another: false }
     }
 }
 
@@ -205,16 +217,33 @@ impl Drifts<'_> {
         (p_value * count(searched) <= FALSE_ALARM).then_some(two)
     }
 
+    /// Whether another course, with amplitudes of its own, takes what white noise hardly ever shows
+    /// beside one that takes `most`.
+    fn shows_another(&self, one: &Settling, span: f64, most: f64) -> bool {
+        let explained = |share: &f64| {
+            let both = self.left_of_both(one, &Settling::of(share * span, 1));
+            self.residual.explained(&both)
+        };
+        let all = SHARES.iter().filter_map(explained).fold(most, f64::max);
+        let p_value = self.residual.p_value_of_more(all - most, self.even.ncols(), all);
+        p_value * count(SHARES.len()) <= FALSE_ALARM
+    }
+
+    fn left_of_both(&self, one: &Settling, other: &Settling) -> DMatrix<f64> {
+        let columns = self.even.ncols();
+        let mut both = DMatrix::zeros(self.even.nrows(), 2 * columns);
+        both.columns_mut(0, columns).copy_from(&self.left_of(one));
+        both.columns_mut(columns, columns).copy_from(&self.left_of(other));
+        both
+    }
+
     /// Share of the second of two courses in what both come to, where both have a part in it.
     fn share(&self, one: &Settling, other: &Settling) -> Option<f64> {
         let columns = self.even.ncols();
-        let [first, second] = [self.left_of(one), self.left_of(other)];
-        let mut both = DMatrix::zeros(first.nrows(), 2 * columns);
-        both.columns_mut(0, columns).copy_from(&first);
-        both.columns_mut(columns, columns).copy_from(&second);
+        let both = self.left_of_both(one, other);
         let amplitudes = self.residual.amplitudes(&both)?;
         // In what each amplitude moves the readings: their units may differ.
-        let moved: Vec<f64> = second.column_iter().map(|c| c.norm_squared()).collect();
+        let moved: Vec<f64> = both.column_iter().skip(columns).map(|c| c.norm_squared()).collect();
         let of = |k: usize| (amplitudes[k], amplitudes[columns + k], moved[k]);
         let (part, whole) = (0..columns).map(of).fold((0.0, 0.0), |(part, whole), (a, b, m)| {
             (part + m * b * (a + b), whole + m * (a + b) * (a + b))
