@@ -128,7 +128,7 @@ fn build_ours(sources: &Path, work: &Path) -> Result<PathBuf> {
     Ok(target.join("release/ours"))
 }
 
-/// Compiles small_gicp from the source that its Python package comes with, with our factor.
+/// Compiles `small_gicp` from the source that its Python package comes with, with our factor.
 fn build_small_gicp(python: &Path, sources: &Path, work: &Path) -> Result<PathBuf> {
     if let Some(given) = overridden("SMALL_GICP") {
         return Ok(given);
