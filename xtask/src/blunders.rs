@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use serde_json::Value;
 
-use crate::generators::mirror::Mirror;
-use crate::generators::polish::Run;
-use crate::generators::press::Session;
-use crate::generators::survey::Survey;
-use crate::generators::{probe, targets, tracer};
+use crate::kinds::force_impedance::polish::Run;
+use crate::kinds::frame_fit::survey::Survey;
+use crate::kinds::ft_center::press::Session;
+use crate::kinds::pose_icp::mirror::Mirror;
+use crate::kinds::probe_comp::probe;
+use crate::kinds::tracker_lm::{targets, tracer};
 use crate::page::Block;
 use crate::power::over_seeds;
 use crate::power::scene::Scene;

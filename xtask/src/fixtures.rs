@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use crate::generators::{Case, cases};
+use crate::generators::Case;
+use crate::kinds::cases;
 use crate::shell;
 
 /// What to do with the fixtures.

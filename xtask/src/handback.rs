@@ -6,46 +6,33 @@
 //! are those of `docs/`. Every committed case is checked, and small cases made for the purpose, in
 //! which every effect of the catalogues is accepted at least once.
 
-mod exports;
-mod folder;
-mod force_impedance;
-mod frame_fit;
-mod frame_scenes;
-mod ft_center;
-mod gravity_scenes;
-mod loops;
-mod pose_icp;
-mod pose_scenes;
-mod probe_comp;
-mod probe_scenes;
-mod target_scenes;
-mod targets;
-mod tracker_lm;
-mod tracker_scenes;
+pub(crate) mod exports;
+pub(crate) mod folder;
+pub(crate) mod loops;
 
 use serde_json::Value;
 
 /// Largest relative difference between an error reproduced and the one printed: 10⁷ times the
 /// round-off of a double, for differences of coordinates a million times as large.
-const AGREEMENT: f64 = 1e-9;
+pub(crate) const AGREEMENT: f64 = 1e-9;
 
 /// Round-off of a residual over the size of the numbers that it is the difference of.
-const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+pub(crate) const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// Residuals as the printed deliverable leaves them.
 #[derive(Clone, Debug, Default)]
-struct Left {
+pub(crate) struct Left {
     /// Of every fitted observation.
-    fitted: Vec<Vec<f64>>,
+    pub(crate) fitted: Vec<Vec<f64>>,
     /// Of every observation that was only judged.
-    checked: Vec<Vec<f64>>,
+    pub(crate) checked: Vec<Vec<f64>>,
     /// Size of the largest number that a residual is the difference of, in its unit.
-    scale: f64,
+    pub(crate) scale: f64,
 }
 
 impl Left {
     /// Asserts that these residuals are those of `after`.
-    fn assert_is(&self, case: &str, json: &Value) {
+    pub(crate) fn assert_is(&self, case: &str, json: &Value) {
         let after = &json["after"];
         let train = after["train_rms"].as_f64().expect("an error after");
         self.assert_close(case, "train rms", rms(&self.fitted), train);
@@ -65,12 +52,12 @@ impl Left {
 }
 
 /// Root mean square length.
-fn rms(residuals: &[Vec<f64>]) -> f64 {
+pub(crate) fn rms(residuals: &[Vec<f64>]) -> f64 {
     let squares: f64 = residuals.iter().flatten().map(|r| r * r).sum();
     (squares / as_f64(residuals.len())).sqrt()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn as_f64(count: usize) -> f64 {
+pub(crate) fn as_f64(count: usize) -> f64 {
     count as f64
 }

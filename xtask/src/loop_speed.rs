@@ -9,10 +9,10 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::generators::survey::{self, Survey};
-use crate::generators::tracer::{Run, simulate};
-use crate::generators::tracer_run::Defect;
-use crate::generators::tracer_tables::tables;
+use crate::kinds::frame_fit::survey::{self, Survey};
+use crate::kinds::tracker_lm::tracer::{Run, simulate};
+use crate::kinds::tracker_lm::tracer_run::Defect;
+use crate::kinds::tracker_lm::tracer_tables::tables;
 use crate::program::{Truing, number_at, write_case};
 use crate::shell;
 

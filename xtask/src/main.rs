@@ -14,6 +14,7 @@ mod fixtures;
 mod generators;
 #[cfg(test)]
 mod handback;
+mod kinds;
 mod linuxcnc;
 mod loop_speed;
 mod markdown;

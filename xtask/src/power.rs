@@ -1,19 +1,12 @@
 //! `cargo xtask bench power`: how often the loop is right, over many simulated cases.
 
-mod cell;
-mod cells;
-mod detectable;
-mod harder_cells;
-mod mirror_cells;
-mod probe_cells;
-mod run_cells;
+pub(crate) mod cell;
+pub(crate) mod cells;
+pub(crate) mod detectable;
+pub(crate) mod harder_cells;
 pub(crate) mod scene;
-mod table;
-mod target_cells;
-mod target_design;
-mod tracer_cells;
-mod tracer_design;
-mod trial;
+pub(crate) mod table;
+pub(crate) mod trial;
 pub(crate) mod wilson;
 
 use std::collections::BTreeMap;
@@ -49,9 +42,9 @@ pub(crate) struct Arguments {
 }
 
 /// Processes that run at the same time.
-const N_WORKERS: usize = 2;
+pub(crate) const N_WORKERS: usize = 2;
 /// Distance between the first seeds of cells, so that no two cells share a case.
-const SEEDS_PER_CELL: usize = 1_000_000;
+pub(crate) const SEEDS_PER_CELL: usize = 1_000_000;
 
 /// What a cell gave.
 pub(crate) struct Tally {
@@ -108,7 +101,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Runs the seeds of one cell on all workers.
-fn trials(truing: &Truing, cell: &Cell, first: usize, n_seeds: usize) -> Result<Vec<Trial>> {
+pub(crate) fn trials(
+    truing: &Truing,
+    cell: &Cell,
+    first: usize,
+    n_seeds: usize,
+) -> Result<Vec<Trial>> {
     let folder = shell::root().join("target/power");
     over_seeds(first..first + n_seeds, &folder, |seed, folder| {
         trial::run(truing, cell, seed, folder)
@@ -143,7 +141,7 @@ pub(crate) fn over_seeds<T: Send>(
     Ok(trials.into_inner().expect("no worker panics"))
 }
 
-fn tally(cell: Cell, trials: &[Trial]) -> Tally {
+pub(crate) fn tally(cell: Cell, trials: &[Trial]) -> Tally {
     let mut ratios: Vec<f64> = trials.iter().filter_map(|t| t.ratio).collect();
     ratios.sort_by(f64::total_cmp);
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();

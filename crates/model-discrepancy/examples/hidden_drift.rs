@@ -4,8 +4,8 @@
 
 use model_discrepancy::nalgebra::DVector;
 use model_discrepancy::{
-    Covariate, Declared, Differenced, Effect, Layout, LoopError, Options, Origin, Parameter, State,
-    close_loop,
+    Covariate, Declared, Differenced, Effect, Layout, LoopError, Options, Parameter, Quantity,
+    State, close_loop,
 };
 
 /// Deviations from the block's certified length, in µm, one per repetition.
@@ -36,7 +36,7 @@ fn main() -> Result<(), LoopError> {
         DVector::from_fn(n, |i, _| DEVIATION_UM[i] - at.base[0] - drift * order(i))
     };
     let room_c = (0..n).map(|i| 20.0 + 0.05 * order(i)).collect();
-    let room = Covariate { name: "room_c".to_owned(), values: room_c, origin: Origin::Recorded };
+    let room = Covariate::recorded("room_c", Quantity::Temperature, room_c);
     let model = Differenced { declared, residuals };
     let closure = close_loop(&model, &[room], &Options::default())?;
 

@@ -81,8 +81,8 @@ pub use answer::closure::{
 pub use error::LoopError;
 pub use model::{
     Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Layout, LinearModel, Model,
-    Origin, Parameter, Projected, Proposal, Remaining, Role, Row, Scope, State, check_tangents,
-    resolution_of, whole_tangent,
+    Origin, Parameter, Projected, Proposal, Quantity, Remaining, Role, Row, Scope, State,
+    check_tangents, resolution_of, whole_tangent,
 };
 pub use nalgebra;
 pub use options::Options;

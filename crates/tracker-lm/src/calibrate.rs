@@ -112,7 +112,7 @@ impl Placed {
     }
 }
 
-fn checked<'a>(
+pub(crate) fn checked<'a>(
     survey: &'a Survey,
     options: &Options,
 ) -> Result<(Network<'a>, StationChart), TrackerError> {

@@ -115,6 +115,12 @@ pub enum TrackerError {
          formulation"
     )]
     PerfectAxisOfFreePoints,
+    /// Nothing is declared of where the axis is, and the readings do not say it.
+    #[error(
+        "the readings do not say where the axis is: a point on it is free; declare where the \
+         drawing has it, or measure more angles from more stations"
+    )]
+    AxisNotFound,
     /// The stations' nominal positions lie on one line, so that the rotation about it is free.
     #[error("the stations lie on one line: the rotation about it is free; move one off the line")]
     CollinearStations,

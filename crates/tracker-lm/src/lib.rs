@@ -49,6 +49,7 @@ mod curves;
 mod error;
 mod error_order;
 mod export;
+mod find_axis;
 mod frame;
 mod free_points;
 mod gauge;
@@ -76,6 +77,7 @@ pub use calibrate::calibrate;
 pub use calibration::{AxisError, Calibration, DeadPathEstimate, MountEstimate, StationEstimate};
 pub use error::{Record, Shortage, TrackerError};
 pub use export::{axis_errors_csv, heidenhain_table, linuxcnc_compensation};
+pub use find_axis::{Sought, find_axis};
 pub use location::AxisLocation;
 #[cfg(feature = "loop")]
 pub use missing::TrackerModel;

@@ -97,6 +97,7 @@ fn tracker(error: &TrackerError) -> Option<String> {
         TrackerError::CollinearStations => {
             Some("the rotation about the line of the stations".to_owned())
         }
+        TrackerError::AxisNotFound => Some("a point on the axis".to_owned()),
         TrackerError::UndeterminedAngle { free, .. } => Some(free.join(", ")),
         TrackerError::Unobservable { directions } => Some(joined(directions)),
         _ => None,

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use truing::model_discrepancy::{
     self, Closure, Covariate, Declared, Differenced, Effect, ErrorSummary, Group, HoldOut, Layout,
-    Options, Origin, Parameter, Role, Row, Scope, State, Step, Verdict,
+    Options, Parameter, Role, Row, Scope, State, Step, Verdict,
 };
 
 use crate::arrays::{column, matrix, std_of_each};
@@ -42,7 +42,10 @@ pub(crate) fn close_own_loop<'py>(
     declared.start = DVector::from_vec(start);
     let covariates: Vec<Covariate> = covariates
         .into_iter()
-        .map(|(name, values)| Covariate { name, values, origin: Origin::Recorded })
+        .map(|(name, values)| {
+            let quantity = truing::quantity_of(&name);
+            Covariate::recorded(name, quantity, values)
+        })
         .collect();
     let (alpha, max_steps, nested) = options;
     let options = Options { alpha, max_steps, nested, ..Options::default() };

@@ -340,6 +340,7 @@ impl Error {
                     | TrackerError::TooFewAtReference { .. }
                     | TrackerError::CollinearMounts { .. }
                     | TrackerError::CollinearStations
+                    | TrackerError::AxisNotFound
                     | TrackerError::UndeterminedAngle { .. }
                     | TrackerError::Unobservable { .. }
                     | TrackerError::NotConverged { .. }

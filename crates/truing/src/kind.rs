@@ -4,6 +4,7 @@ use crate::Error;
 use crate::case::{Document, Edit, Folder};
 use crate::measured::{Fitted, Reading};
 use crate::suspect::Hypothesis;
+use crate::uncertain::Uncertain;
 
 /// One kind of case.
 #[derive(Debug)]
@@ -17,6 +18,8 @@ pub(crate) struct Kind {
     /// What may be wrong with the input of such a case, the likeliest first; the fit of the case
     /// as it stands, where it has one.
     pub(crate) mistakes: fn(&Files, Option<&Fitted>) -> Vec<Hypothesis>,
+    /// Numbers of its tables whose uncertainty may be declared.
+    pub(crate) uncertain: &'static [Uncertain],
     /// Files of a small case that solves as it is: name and content.
     pub(crate) example: &'static [(&'static str, &'static str)],
 }
@@ -38,6 +41,8 @@ impl Files {
 
     /// Reads them as their kind does.
     pub(crate) fn read(&self) -> Result<Reading, Error> {
-        (self.kind.read)(&self.folder, &self.document)
+        let reading = (self.kind.read)(&self.folder, &self.document)?;
+        reading.loop_settings.columns.check(&self.folder, reading.tables, &self.document)?;
+        Ok(reading)
     }
 }

@@ -19,6 +19,7 @@ mod kinds;
 mod layout;
 mod measured;
 mod monitor;
+mod monte_carlo;
 mod noise_test;
 mod page;
 mod plan;
@@ -34,6 +35,7 @@ mod solved;
 mod suspect;
 mod text;
 mod text_table;
+mod uncertain;
 
 pub use force_impedance;
 pub use frame_fit;
@@ -47,7 +49,7 @@ pub use tracker_lm;
 pub use truing_report as report;
 
 pub use carry::{CarriedEffect, CarryProblem, Learnt, read_learnt};
-pub use case::{Location, Problem, Provenance, ReadOptions};
+pub use case::{Location, Problem, Provenance, ReadOptions, quantity_of};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStability, LoopStep,
@@ -68,7 +70,7 @@ pub use import::{
 };
 pub use interval_width::IntervalWidth;
 pub use kinds::{
-    AxisErrorEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
+    AxisErrorEstimate, AxisEstimate, AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate,
     AxisTargetEstimate, CenterEstimate, Conformity, ContactForceEstimate, DisplacementEstimates,
     DisplacementResidual, DistanceResidual, ForceBlock, ForceImpedanceEstimates, FrameEstimate,
     FrameFitEstimates, FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate,
@@ -84,6 +86,7 @@ pub use monitor::{
     PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,
     What,
 };
+pub use monte_carlo::{DrawnParameter, MonteCarlo, monte_carlo};
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use plan::{
@@ -96,7 +99,7 @@ pub use read::{Case, read_case, read_case_with};
 pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};
-pub use solved::{SolveTiming, Solved, solve};
+pub use solved::{SolveTiming, Solved, solve, solve_drawn};
 pub use suspect::Suspect;
 pub use text_table::TextTable;
 

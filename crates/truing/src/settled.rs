@@ -18,6 +18,10 @@ const MOST_ROUNDS: usize = 5;
 const NOT_SETTLED: &str = "what was found moves so far that the answer did not settle: correct the \
                            input by it and close the loop again";
 
+const NOT_ANEW: &str = "the loop could not be closed anew about what was found, so the answer is \
+                        linear about the declared solution: correct the input by it and close the \
+                        loop again";
+
 /// Closes the loop; a model that is linear about one solution, anew about what was found.
 pub(crate) fn settled<'c>(
     mut prepared: Prepared<'c>,
@@ -31,9 +35,12 @@ pub(crate) fn settled<'c>(
             closure.warnings.push(NOT_SETTLED.to_owned());
             break;
         }
-        on_the_way.push(closure);
+        let Ok(anew) = close_loop(&*there.model, &there.covariates, options) else {
+            closure.warnings.push(NOT_ANEW.to_owned());
+            break;
+        };
+        on_the_way.push(std::mem::replace(&mut closure, anew));
         prepared = there;
-        closure = close_loop(&*prepared.model, &prepared.covariates, options)?;
     }
     closure.before = before;
     closure.residuals_before = residuals_before;

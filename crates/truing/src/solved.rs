@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Observation};
+use crate::monte_carlo::{MonteCarlo, monte_carlo};
 use crate::noise_test::{Repeats, repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;
@@ -37,6 +38,9 @@ pub struct Solved {
     /// Whether repeats agree better with each other than with the model; `None` where no place is
     /// visited again.
     pub lack_of_fit: Option<Repeats>,
+    /// How the numbers scatter where the data are drawn anew; `None` where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub monte_carlo: Option<MonteCarlo>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     /// Mistakes in the input that the data bear out; the warnings tell them.
@@ -87,6 +91,7 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         estimates,
         interval: IntervalWidth::new(estimated),
         observations,
+        monte_carlo: None,
         lack_of_fit,
         warnings: (suspects.iter().map(Suspect::warning))
             .chain(case.warnings.iter().cloned())
@@ -97,6 +102,22 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
             .collect(),
         suspects,
     })
+}
+
+/// Fits the declared model, and as often as asked for with its data drawn anew.
+///
+/// # Errors
+///
+/// As of [`solve`] and [`monte_carlo`](crate::monte_carlo()).
+pub fn solve_drawn(case: &Case, draws: usize) -> Result<Solved, Error> {
+    let mut solved = solve(case)?;
+    let drawn = monte_carlo(case, draws)?;
+    if drawn.failed > 0 {
+        let failed = drawn.failed;
+        solved.warnings.push(format!("{failed} of {draws} draws of the data have no solution"));
+    }
+    solved.monte_carlo = Some(drawn);
+    Ok(solved)
 }
 
 impl Solved {

@@ -9,6 +9,7 @@ use crate::closed::{Carried, JudgedRms, LoopStep};
 use crate::estimated::LoopParameter;
 use crate::estimates;
 use crate::layout::written;
+use crate::monte_carlo::MonteCarlo;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
 use crate::{Checked, Closed, Detail, Estimates, Layout, ObservableEffect, Solved};
@@ -40,8 +41,32 @@ impl Solved {
             table.push(residual_row("only judged", check));
         }
         table.write(f, layout)?;
+        if let Some(drawn) = &self.monte_carlo {
+            writeln!(f)?;
+            drawn_table(drawn).write(f, layout)?;
+        }
         self.lack_of_fit.as_ref().map_or(Ok(()), |test| writeln!(f, "\n{}", test.line()))
     }
+}
+
+fn drawn_table(drawn: &MonteCarlo) -> TextTable {
+    let columns = ["parameter", "value", EXPANDED, "by draws", "95 % from", "95 % to", "unit"];
+    let title = format!("data drawn anew, {} times", drawn.draws - drawn.failed);
+    let mut table = TextTable::of_quantities(title, &columns);
+    for parameter in &drawn.parameters {
+        let [low, high] = parameter.interval_95;
+        let known = |value| Cell::Known(value, Some(parameter.std));
+        table.push(vec![
+            parameter.name.as_str().into(),
+            known(parameter.value),
+            Cell::Expanded(Some(parameter.linear_std)),
+            Cell::Expanded(Some(parameter.std)),
+            known(low),
+            known(high),
+            parameter.unit.into(),
+        ]);
+    }
+    table
 }
 
 fn residual_row(name: &str, residual: &Residual) -> Vec<Cell> {

@@ -236,7 +236,12 @@ fn in_decade(value: f64, decade: i32, least: i32) -> String {
         return format!("{value:.3e}");
     }
     let decimals = usize::try_from((DIGITS - 1 - decade).max(least).clamp(0, 12)).unwrap_or(0);
-    format!("{value:.decimals$}")
+    let text = format!("{value:.decimals$}");
+    // What is rounded to nothing has no sign.
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| matches!(c, '0' | '.')) => digits.to_owned(),
+        _ => text,
+    }
 }
 
 /// Decimal exponent of a finite number other than zero.
@@ -247,7 +252,7 @@ fn decade(value: f64) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cell, EXPANDED, TextTable, number, with_uncertainty};
+    use super::{Cell, EXPANDED, TextTable, in_decade, number, with_uncertainty};
     use crate::{Detail, Layout};
 
     #[test]
@@ -255,6 +260,8 @@ mod tests {
         assert_eq!(number(Some(0.279_734)), "0.27973");
         assert_eq!(number(Some(-1_234.567_89)), "-1234.6");
         assert_eq!(number(Some(1.5e-9)), "1.500e-9");
+        assert_eq!(in_decade(-4e-7, 0, 4), "0.0000");
+        assert_eq!(in_decade(-6e-5, 0, 4), "-0.0001");
         assert_eq!(number(Some(f64::NAN)), "–");
         assert_eq!(number(None), "–");
     }

@@ -1,11 +1,12 @@
 //! Rotary axes, workpieces and touch probes.
 
 use super::situation::{Simulated, Situation, Truth, size_of_effect, truth};
-use crate::generators::mirror::{self, Mirror};
-use crate::generators::probe::{self, Session};
-use crate::generators::probe_tables;
-use crate::generators::tracer::{self, Run};
-use crate::generators::tracer_tables::tables;
+use crate::kinds::pose_icp::mirror::{self, Mirror};
+use crate::kinds::probe_comp::probe::{self, Session};
+use crate::kinds::probe_comp::probe_tables;
+use crate::kinds::tracker_lm::tracer::{self, Run};
+use crate::kinds::tracker_lm::tracer_run::Defect;
+use crate::kinds::tracker_lm::tracer_tables::tables;
 
 /// Thirteen angles keep a loop at a fraction of a second.
 const ANGLES: usize = 13;
@@ -13,7 +14,6 @@ const ANGLES: usize = 13;
 const NINE: usize = 12;
 
 pub(super) fn situations() -> Vec<Situation> {
-    use crate::generators::tracer_run::Defect;
     let tracker = |name, effect, make| Situation { krate: "tracker-lm", name, effect, make };
     let pose = |name, effect, make| Situation { krate: "pose-icp", name, effect, make };
     let probe = |name, effect, make| Situation { krate: "probe-comp", name, effect, make };
@@ -70,6 +70,32 @@ pub(super) fn situations() -> Vec<Situation> {
             of_session(&Session { flaw, oblique_rad: 0.5, ..Session::new(seed) })
         }),
     ]
+}
+
+/// The axis is declared perfect, and is not where the drawing has it.
+pub(super) fn axis_off_its_place() -> Situation {
+    Situation {
+        krate: "tracker-lm",
+        name: "perfect axis, 0.5 mm and 0.5 mrad from its place",
+        effect: Some("axis-location"),
+        make: |seed| {
+            let defect = Defect::AxisMoved([0.3, 0.0, -0.4], [3e-4, 0.0, 4e-4]);
+            let (files, mut truths) = of_run(&Run { defect, perfect: true, ..run(seed) });
+            // The six errors are of the axis that was declared, and true ones are not.
+            truths.retain(|truth| !truth.name.ends_with("of the axis"));
+            for (k, known) in [0.3, -0.4, 3e-4, 4e-4].into_iter().enumerate() {
+                let at = "estimates.axis_location";
+                let name = if k < 2 { "place of the axis" } else { "direction of the axis" };
+                truths.push(truth(
+                    name,
+                    format!("{at}.values.{k}"),
+                    format!("{at}.std.{k}"),
+                    known,
+                ));
+            }
+            (files, truths)
+        },
+    }
 }
 
 fn run(seed: u64) -> Run {

@@ -2,11 +2,11 @@
 
 use super::machines;
 use super::situation::{Simulated, Situation, size_of_effect, truth};
-use crate::generators::polish::{self, Flaw, Run};
-use crate::generators::polish_tables;
-use crate::generators::press::{self, Fault, Role, Session};
-use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
-use crate::generators::survey::{self, Defect, Survey};
+use crate::kinds::force_impedance::polish::{self, Flaw, Run};
+use crate::kinds::force_impedance::polish_tables;
+use crate::kinds::frame_fit::survey::{self, Defect, Survey};
+use crate::kinds::ft_center::press::{self, Fault, Role, Session};
+use crate::kinds::ft_center::press_tables::{case_toml, presses_csv, wrench_csv};
 
 /// All situations; effects are so large that the loop misses hardly one.
 pub(crate) fn situations() -> Vec<Situation> {
@@ -66,6 +66,20 @@ pub(crate) fn situations() -> Vec<Situation> {
         }),
     ];
     all.extend(machines::situations());
+    all.extend([
+        press("the pad slips in its guide, 0.3 mm", Some("slip"), |seed| {
+            let session = Session { fault: Fault::Slip(0.3), ..Session::new(seed) };
+            of_session(&Session { drag: 0.2, ..session })
+        }),
+        press("spindle housing warms, 0.12 mm", Some("drift"), |seed| {
+            let fault = Fault::SpindleGrowth([0.1, -0.06]);
+            of_session(&Session { fault, ..Session::new(seed) })
+        }),
+        log("the reference warms up, 2 N", Some("force-drift"), |seed| {
+            of_run(seed, Flaw::Warming(2.0), 2.0)
+        }),
+        machines::axis_off_its_place(),
+    ]);
     all
 }
 

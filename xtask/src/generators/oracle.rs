@@ -1,7 +1,7 @@
 //! What somebody who knows everything but the noise would get from a session.
 
-use super::press::{Press, Recorded, Role};
-use super::vector::{norm, orthogonalise};
+use crate::generators::vector::{norm, orthogonalise};
+use crate::kinds::ft_center::press::{Press, Recorded, Role};
 
 /// Least normal force of a sample in contact, N.
 const CONTACT_N: f64 = 5.0;
@@ -57,7 +57,7 @@ pub(crate) fn check_error_mm(recorded: &Recorded) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generators::press::{Fault, Session, simulate};
+    use crate::kinds::ft_center::press::{Fault, Session, simulate};
 
     /// Of a record without noise the fit misses the centre by the mean of the jitter: 1 % of
     /// 0.6 mm, coloured, so that 6 µm remain 4 or so; three times that in two coordinates.

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Case, complete, words};
 use crate::expectation::{Expectation, Number, Provenance};
+use crate::generators::{Case, complete, words};
 
 /// All tables.
 pub(crate) fn cases() -> Vec<Case> {

@@ -2,10 +2,10 @@
 
 use serde_json::Value;
 
-use super::AGREEMENT;
-use super::folder::{Folder, Table};
-use super::loops::{amplitude, exported, step};
-use super::tracker_lm::ERRORS;
+use crate::handback::AGREEMENT;
+use crate::handback::folder::{Folder, Table};
+use crate::handback::loops::{amplitude, exported, step};
+use crate::kinds::tracker_lm::handback::ERRORS;
 
 /// Half of the last of nine decimals of a degree.
 const LAST_DIGIT_DEG: f64 = 0.5e-9;

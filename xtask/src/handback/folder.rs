@@ -7,19 +7,19 @@ use crate::shell;
 
 /// A case folder on disk.
 #[derive(Clone, Debug)]
-pub(super) struct Folder {
-    pub(super) path: PathBuf,
+pub(crate) struct Folder {
+    pub(crate) path: PathBuf,
 }
 
 /// One table: columns by name, in the order of the rows.
 #[derive(Clone, Debug)]
-pub(super) struct Table {
+pub(crate) struct Table {
     columns: BTreeMap<String, Vec<String>>,
 }
 
 impl Folder {
     /// Every committed case of a crate.
-    pub(super) fn committed(krate: &str) -> Vec<Self> {
+    pub(crate) fn committed(krate: &str) -> Vec<Self> {
         let of_crate = shell::root().join("fixtures").join(krate);
         let entries = std::fs::read_dir(&of_crate).expect("fixtures are committed");
         let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("a folder").path()).collect();
@@ -29,7 +29,7 @@ impl Folder {
     }
 
     /// A folder of its own under `target` with these files.
-    pub(super) fn written(name: &str, files: &[(&str, String)]) -> Self {
+    pub(crate) fn written(name: &str, files: &[(&str, String)]) -> Self {
         let path = shell::root().join("target").join("handback").join(name);
         if path.exists() {
             std::fs::remove_dir_all(&path).expect("an own folder");
@@ -41,22 +41,22 @@ impl Folder {
         Self { path }
     }
 
-    pub(super) fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let last: Vec<_> = self.path.iter().rev().take(2).collect();
         format!("{}/{}", last[1].display(), last[0].display())
     }
 
-    pub(super) fn has(&self, file: &str) -> bool {
+    pub(crate) fn has(&self, file: &str) -> bool {
         self.path.join(file).exists()
     }
 
     /// `case.toml`.
-    pub(super) fn document(&self) -> toml::Table {
+    pub(crate) fn document(&self) -> toml::Table {
         let text = std::fs::read_to_string(self.path.join("case.toml")).expect("a case has one");
         text.parse().expect("TOML")
     }
 
-    pub(super) fn table(&self, file: &str) -> Table {
+    pub(crate) fn table(&self, file: &str) -> Table {
         Table::read(&self.path.join(file))
     }
 }
@@ -67,7 +67,7 @@ impl Table {
     }
 
     /// From text.
-    pub(super) fn of(text: &str) -> Self {
+    pub(crate) fn of(text: &str) -> Self {
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
             .trim(csv::Trim::All)
@@ -84,25 +84,25 @@ impl Table {
         Self { columns }
     }
 
-    pub(super) fn has(&self, column: &str) -> bool {
+    pub(crate) fn has(&self, column: &str) -> bool {
         self.columns.contains_key(column)
     }
 
-    pub(super) fn texts(&self, column: &str) -> &[String] {
+    pub(crate) fn texts(&self, column: &str) -> &[String] {
         self.columns.get(column).unwrap_or_else(|| panic!("no column {column}"))
     }
 
-    pub(super) fn numbers(&self, column: &str) -> Vec<f64> {
+    pub(crate) fn numbers(&self, column: &str) -> Vec<f64> {
         let number = |text: &String| text.parse().expect("a number");
         self.texts(column).iter().map(number).collect()
     }
 
     /// Names of the columns that end so.
-    pub(super) fn ending(&self, ending: &str) -> Vec<String> {
+    pub(crate) fn ending(&self, ending: &str) -> Vec<String> {
         self.columns.keys().filter(|name| name.ends_with(ending)).cloned().collect()
     }
 
-    pub(super) fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.columns.values().next().map_or(0, Vec::len)
     }
 }

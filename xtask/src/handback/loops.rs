@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use super::folder::Folder;
+use crate::handback::folder::Folder;
 use crate::program::{Truing, label_of};
 
 static TRUING: OnceLock<Truing> = OnceLock::new();
@@ -15,7 +15,7 @@ fn truing() -> &'static Truing {
 }
 
 /// Corrects a program by what the loop found on a folder; the program written.
-pub(super) fn correct(folder: &Folder, json: &Value, program: &str) -> String {
+pub(crate) fn correct(folder: &Folder, json: &Value, program: &str) -> String {
     let [planned, answer, written] =
         ["planned.ngc", "loop.json", "written.ngc"].map(|file| folder.path.join(file));
     std::fs::write(&planned, program).expect("an own file");
@@ -37,7 +37,7 @@ pub(super) fn correct(folder: &Folder, json: &Value, program: &str) -> String {
 }
 
 /// Closes the loop on a folder; its answer.
-pub(super) fn close(folder: &Folder) -> Value {
+pub(crate) fn close(folder: &Folder) -> Value {
     let arguments = ["loop".as_ref(), folder.path.as_os_str(), "--json".as_ref()];
     let answer = truing().run(&arguments).expect("truing starts");
     assert_eq!(answer.code, Some(0), "{}: {}", folder.name(), answer.message);
@@ -46,7 +46,7 @@ pub(super) fn close(folder: &Folder) -> Value {
 
 /// Closes the loop and writes tables by options; the answer and the tables, `None` where these are
 /// refused as no correction.
-pub(super) fn exported<const N: usize>(
+pub(crate) fn exported<const N: usize>(
     folder: &Folder,
     tables: [(&str, &str); N],
 ) -> Option<(Value, [String; N])> {
@@ -65,20 +65,20 @@ pub(super) fn exported<const N: usize>(
 }
 
 /// Effects that were accepted, as `id` or `id [subject]`.
-pub(super) fn accepted(json: &Value) -> Vec<String> {
+pub(crate) fn accepted(json: &Value) -> Vec<String> {
     let steps = json["steps"].as_array().expect("steps");
     let label = |step: &Value| label_of(step).expect("an id");
     steps.iter().map(label).collect()
 }
 
 /// The accepted effect of that id and subject.
-pub(super) fn step<'a>(json: &'a Value, id: &str, subject: Option<&str>) -> Option<&'a Value> {
+pub(crate) fn step<'a>(json: &'a Value, id: &str, subject: Option<&str>) -> Option<&'a Value> {
     let steps = json["steps"].as_array().expect("steps");
     steps.iter().find(|s| s["effect"] == id && s["subject"].as_str() == subject)
 }
 
 /// Accepted effects of an id, with their subjects.
-pub(super) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value)> {
+pub(crate) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value)> {
     let steps = json["steps"].as_array().expect("steps").iter();
     steps
         .filter(|s| s["effect"] == id)
@@ -87,22 +87,27 @@ pub(super) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
 }
 
 /// Whether a drift comes to rest, by its words.
-pub(super) fn comes_to_rest(step: &Value) -> bool {
+pub(crate) fn comes_to_rest(step: &Value) -> bool {
     step["description"].as_str().expect("words").contains("τ = ")
 }
 
 /// How far what comes to rest has come: `elapsed` in hours where there is a time, else as a share of so
 /// many rows.
-pub(super) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) -> f64 {
+pub(crate) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) -> f64 {
     let text = step["description"].as_str().expect("words");
-    let constant = text.split("τ = ").nth(1).and_then(|t| t.split(' ').next());
-    let constant: f64 = constant.and_then(|t| t.parse().ok()).expect("a time constant");
-    let passed = elapsed * if is_time { 3600.0 } else { super::as_f64(rows - 1) };
-    1.0 - (-passed / constant).exp()
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    let constants: Vec<f64> =
+        text.split("τ = ").skip(1).map(|t| number(t.split(' ').next().expect("a word"))).collect();
+    let slower = text.split(", and ").nth(1).and_then(|t| t.split(" % of it").next());
+    let slower = slower.map_or(0.0, |share| 1e-2 * number(share));
+    let passed = elapsed * if is_time { 3600.0 } else { crate::handback::as_f64(rows - 1) };
+    let shares = [1.0 - slower, slower];
+    let come = |(constant, share): (&f64, f64)| share * (1.0 - (-passed / constant).exp());
+    constants.iter().zip(shares).map(come).sum()
 }
 
 /// Height of the accepted patch at a point, mm: 1/e² of that at its middle where its description says.
-pub(super) fn patch_mm(json: &Value, point_mm: [f64; 3]) -> f64 {
+pub(crate) fn patch_mm(json: &Value, point_mm: [f64; 3]) -> f64 {
     let patches = subjects(json, "patch").into_iter().map(|(subject, step)| {
         let place = subject.trim_start_matches('(').trim_end_matches(") mm");
         let number = |text: &str| text.trim().parse::<f64>().expect("a number");
@@ -117,14 +122,14 @@ pub(super) fn patch_mm(json: &Value, point_mm: [f64; 3]) -> f64 {
 }
 
 /// Amplitude of that name in the unit printed; zero where it was not estimated.
-pub(super) fn amplitude(step: &Value, name: &str) -> f64 {
+pub(crate) fn amplitude(step: &Value, name: &str) -> f64 {
     let parameters = step["parameters"].as_array().expect("parameters");
     let found = parameters.iter().find(|p| p["name"] == name);
     found.map_or(0.0, |p| p["value"].as_f64().expect("a number"))
 }
 
 /// Numbers of a list.
-pub(super) fn numbers(list: &Value) -> Vec<f64> {
+pub(crate) fn numbers(list: &Value) -> Vec<f64> {
     let items = list.as_array().expect("a list");
     items.iter().map(|v| v.as_f64().expect("a number")).collect()
 }

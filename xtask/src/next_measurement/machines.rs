@@ -9,13 +9,13 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 use super::scene::{Files, Scene};
-use crate::generators::axis_run::{AxisRun, Fault};
 use crate::generators::noise::gaussian;
-use crate::generators::press::{self, Meant, Press, REACH_MM, Recorded, Session};
-use crate::generators::press_tables;
-use crate::generators::tracer::{self, Run};
-use crate::generators::tracer_run::Measured;
-use crate::generators::tracer_tables;
+use crate::kinds::ft_center::press::{self, Meant, Press, REACH_MM, Recorded, Session};
+use crate::kinds::ft_center::press_tables;
+use crate::kinds::positioning::axis_run::{AxisRun, Fault};
+use crate::kinds::tracker_lm::tracer::{self, Run};
+use crate::kinds::tracker_lm::tracer_run::Measured;
+use crate::kinds::tracker_lm::tracer_tables;
 
 impl Scene for AxisRun {
     fn files(&self) -> Files {

@@ -7,14 +7,14 @@ use serde_json::Value;
 
 use super::machines::{Pressing, Upwards};
 use super::scene::{Files, Scene};
-use crate::generators::axis_run::{self, AxisRun};
-use crate::generators::mirror::{self, Mirror};
-use crate::generators::press;
-use crate::generators::probe::{self, Meant, Session};
-use crate::generators::probe_tables::{case_toml, touches_csv};
-use crate::generators::survey::{Defect, Survey, measure_again, simulate};
-use crate::generators::tracer::Run;
-use crate::generators::tracer_run;
+use crate::kinds::frame_fit::survey::{Defect, Survey, measure_again, simulate};
+use crate::kinds::ft_center::press;
+use crate::kinds::pose_icp::mirror::{self, Mirror};
+use crate::kinds::positioning::axis_run::{self, AxisRun};
+use crate::kinds::probe_comp::probe::{self, Meant, Session};
+use crate::kinds::probe_comp::probe_tables::{case_toml, touches_csv};
+use crate::kinds::tracker_lm::tracer::Run;
+use crate::kinds::tracker_lm::tracer_run;
 
 /// One situation.
 pub(crate) struct Situation {

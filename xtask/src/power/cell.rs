@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::scene::Scene;
+use crate::power::scene::Scene;
 
 /// What is asked of the answers of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

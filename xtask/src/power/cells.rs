@@ -1,12 +1,12 @@
 //! The situations whose statistics are measured.
 
-use super::cell::{Cell, Question, direction, sign};
-use super::mirror_cells::mirrors;
-use super::run_cells::runs;
-use super::scene::{Scene, TIMES, session_at, survey_at};
 use crate::generators::Colour;
-use crate::generators::press::{Fault, Session};
-use crate::generators::survey::{Defect, Survey};
+use crate::kinds::force_impedance::run_cells::runs;
+use crate::kinds::frame_fit::survey::{Defect, Survey};
+use crate::kinds::ft_center::press::{Fault, Session};
+use crate::kinds::pose_icp::mirror_cells::mirrors;
+use crate::power::cell::{Cell, Question, direction, sign};
+use crate::power::scene::{Scene, TIMES, session_at, survey_at};
 
 /// All cells.
 pub(crate) fn cells() -> Vec<Cell> {
@@ -14,10 +14,10 @@ pub(crate) fn cells() -> Vec<Cell> {
     cells.extend(sessions());
     cells.extend(mirrors());
     cells.extend(runs());
-    cells.extend(super::tracer_cells::cells());
-    cells.extend(super::target_cells::cells());
-    cells.extend(super::probe_cells::cells());
-    cells.extend(super::harder_cells::cells());
+    cells.extend(crate::kinds::tracker_lm::tracer_cells::cells());
+    cells.extend(crate::kinds::tracker_lm::target_cells::cells());
+    cells.extend(crate::kinds::probe_comp::probe_cells::cells());
+    cells.extend(crate::power::harder_cells::cells());
     cells
 }
 

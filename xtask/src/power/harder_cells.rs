@@ -1,20 +1,20 @@
 //! What simulators like those of the other cells do not bring: single readings far off, places that
 //! come again, mistakes of one session, and physics of which no catalogue has the name.
 
-use super::cell::{Cell, Question, direction, sign};
-use super::scene::Scene;
 use crate::generators::Colour;
-use crate::generators::mirror::{self, Mirror};
-use crate::generators::polish::{self, Run};
-use crate::generators::positions::Positions;
-use crate::generators::press::{Fault, Session};
-use crate::generators::probe;
-use crate::generators::survey::{Defect, Survey};
-use crate::generators::tracer;
-use crate::generators::tracer_run;
+use crate::kinds::force_impedance::polish::{self, Run};
+use crate::kinds::frame_fit::survey::{Defect, Survey};
+use crate::kinds::ft_center::press::{Fault, Session};
+use crate::kinds::pose_icp::mirror::{self, Mirror};
+use crate::kinds::positioning::positions::Positions;
+use crate::kinds::probe_comp::probe;
+use crate::kinds::tracker_lm::tracer;
+use crate::kinds::tracker_lm::tracer_run;
+use crate::power::cell::{Cell, Question, direction, sign};
+use crate::power::scene::Scene;
 
 /// All of them.
-pub(super) fn cells() -> Vec<Cell> {
+pub(crate) fn cells() -> Vec<Cell> {
     let mut cells = tails();
     cells.extend(repeats());
     cells.extend(outside());

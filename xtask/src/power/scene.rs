@@ -1,19 +1,19 @@
 //! A simulated case of any kind, and how large its effect must be.
 
-use super::detectable::{Design, smallest};
-use crate::generators::mirror::{self, Mirror};
 use crate::generators::oracle::{center_mm, centers_mm, check_error_mm};
-use crate::generators::polish::{self, Run};
-use crate::generators::polish_tables;
-use crate::generators::positions::{self, Positions};
-use crate::generators::press::{self, Fault, Recorded, Role, Session};
-use crate::generators::press_tables::{case_toml, presses_csv, wrench_csv};
-use crate::generators::strokes::{Strokes, path_csv};
-use crate::generators::survey::{self, Defect, Survey};
-use crate::generators::targets;
-use crate::generators::tracer;
-use crate::generators::tracer_tables::tables;
-use crate::generators::{probe, probe_tables};
+use crate::kinds::force_impedance::polish::{self, Run};
+use crate::kinds::force_impedance::polish_tables;
+use crate::kinds::force_impedance::strokes::{Strokes, path_csv};
+use crate::kinds::frame_fit::survey::{self, Defect, Survey};
+use crate::kinds::ft_center::press::{self, Fault, Recorded, Role, Session};
+use crate::kinds::ft_center::press_tables::{case_toml, presses_csv, wrench_csv};
+use crate::kinds::pose_icp::mirror::{self, Mirror};
+use crate::kinds::positioning::positions::{self, Positions};
+use crate::kinds::probe_comp::{probe, probe_tables};
+use crate::kinds::tracker_lm::targets;
+use crate::kinds::tracker_lm::tracer;
+use crate::kinds::tracker_lm::tracer_tables::tables;
+use crate::power::detectable::{Design, smallest};
 
 /// How many times its minimal detectable size an effect has.
 pub(crate) const TIMES: f64 = 5.0;

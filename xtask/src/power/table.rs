@@ -4,18 +4,19 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 
-use super::Tally;
-use super::cell::Question;
-use super::wilson::interval;
-use crate::generators::{cases, sha256};
+use crate::generators::sha256;
+use crate::kinds::cases;
 use crate::page::Block;
+use crate::power::Tally;
+use crate::power::cell::Question;
+use crate::power::wilson::interval;
 use crate::shell;
 
 /// Answers printed for a cell that is not good.
 const N_ANSWERS: usize = 6;
 
 /// Prints a cell; what was answered instead where it is not as good as it must be.
-pub(super) fn print_line(tally: &Tally) {
+pub(crate) fn print_line(tally: &Tally) {
     let [krate, situation, question, share, ratio] = columns(tally);
     let mark = if tally.good() { "" } else { "  MISS" };
     println!("{krate:<10} {situation:<46} {question:<34} {share:<24} {ratio}{mark}");
@@ -49,7 +50,7 @@ fn columns(tally: &Tally) -> [String; 5] {
 }
 
 /// Replaces the section of each crate in the page; starts one where there is none.
-pub(super) fn write_sections(tallies: &[Tally]) -> Result<()> {
+pub(crate) fn write_sections(tallies: &[Tally]) -> Result<()> {
     for of_crate in tallies.chunk_by(|a, b| a.cell.krate == b.cell.krate) {
         let krate = of_crate[0].cell.krate;
         let heading = format!("## {krate}");

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::cell::{Cell, Question};
+use crate::power::cell::{Cell, Question};
 use crate::program::{Truing, class_of, number_at};
 
 /// What one case gave.

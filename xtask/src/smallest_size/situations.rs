@@ -1,12 +1,12 @@
 //! Six effects of every kind, by the size of one amplitude in the unit in which it is reported.
 
-use crate::generators::mirror::{self, Mirror};
-use crate::generators::polish::{self, Run};
-use crate::generators::press::{Fault, Session};
-use crate::generators::probe;
-use crate::generators::survey::{Defect, Survey};
-use crate::generators::tracer;
-use crate::generators::tracer_run;
+use crate::kinds::force_impedance::polish::{self, Run};
+use crate::kinds::frame_fit::survey::{Defect, Survey};
+use crate::kinds::ft_center::press::{Fault, Session};
+use crate::kinds::pose_icp::mirror::{self, Mirror};
+use crate::kinds::probe_comp::probe;
+use crate::kinds::tracker_lm::tracer;
+use crate::kinds::tracker_lm::tracer_run;
 use crate::power::scene::Scene;
 use crate::program::without_subject;
 

@@ -5,10 +5,9 @@ mod discrepancy;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Role, Row, Settling,
-    State, clearest_settling, resolution_of,
+    Covariate, Declared, Group, Layout, Quantity, Role, Row, Settling, State, clearest_settling,
+    resolution_of,
 };
-use nalgebra::DMatrix;
 
 use crate::missing::log_blocks::{Block, Recorded, blocks, groups, ranges};
 use crate::missing::log_delay::Record;
@@ -83,7 +82,8 @@ impl LogModel {
                 needed,
             });
         }
-        let warm: Vec<&Covariate> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        let warm: Vec<&Covariate> =
+            covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
         let warmth_k: Vec<Vec<f64>> =
             warm.iter().map(|c| c.values.iter().map(|v| v - REFERENCE_C).collect()).collect();
         let names: Vec<String> = warm.iter().map(|c| c.name.clone()).collect();
@@ -123,28 +123,11 @@ impl LogModel {
         Ok(model.with_settling(settling))
     }
 
-    /// The time constant with which the drift comes to rest, where the residual shows one, and beside
-    /// it no second: what has two is not described by one.
+    /// The course with which the drift comes to rest, where the residual shows one.
     fn clearest_settling(&self) -> Option<Settling> {
         let drift = self.drift().filter(|_| self.has_reference)?;
         let elapsed: Vec<f64> = self.blocks.iter().map(|b| b.elapsed_share).collect();
-        let start = State::start(self);
-        let found = clearest_settling(self, &start, drift, &elapsed)?;
-        let course = found.course(&elapsed);
-        let parameter = |name: &str| Parameter::new(name, "N", 1.0);
-        let beside = LinearModel {
-            declared: Declared::new(
-                self.declared.layout.clone(),
-                vec![parameter("course"), parameter("zero")],
-                vec![self.declared.effects[drift].clone()],
-            ),
-            residual: self.residuals(&start),
-            base: DMatrix::from_fn(course.len(), 2, |i, k| if k == 0 { course[i] } else { 1.0 }),
-            tangents: vec![self.tangent(&start, drift)],
-            extended: Vec::new(),
-        };
-        let second = clearest_settling(&beside, &State::start(&beside), 0, &elapsed);
-        second.is_none().then_some(found)
+        clearest_settling(self, &State::start(self), drift, &elapsed)
     }
 
     fn drift(&self) -> Option<usize> {
@@ -186,11 +169,6 @@ impl LogModel {
     /// Force, tilt of the surface and length of the axial unit as covariates for the loop.
     #[must_use]
     pub fn covariates(&self, samples: &[LogSample]) -> Vec<Covariate> {
-        let column = |name: &str, values: Vec<f64>| Covariate {
-            name: name.to_owned(),
-            values,
-            origin: Origin::Coordinate,
-        };
         let axial: Vec<f64> = samples.iter().map(|s| s.lengths_mm[3]).collect();
         // Half legs, half reference: the residual's own noise then does not follow it.
         let force = self
@@ -199,9 +177,13 @@ impl LogModel {
             .map(|b| if self.has_reference { b.normal_n - 0.5 * b.residual } else { b.normal_n });
         let tilt = |b: &Block| b.sensitivity.axial_share.clamp(-1.0, 1.0).acos().to_degrees();
         vec![
-            column("contact_force_n", force.collect()),
-            column("surface_tilt_deg", self.blocks.iter().map(tilt).collect()),
-            column("l4_mm", self.averaged(&axial)),
+            Covariate::coordinate("contact_force_n", Quantity::Other, force.collect()),
+            Covariate::coordinate(
+                "surface_tilt_deg",
+                Quantity::Angle,
+                self.blocks.iter().map(tilt).collect(),
+            ),
+            Covariate::coordinate("l4_mm", Quantity::Position, self.averaged(&axial)),
         ]
     }
 

@@ -1,7 +1,7 @@
 //! Runs along one path as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Parameter, Proposal, Quantity, Role,
     Row, Scope, State, independent_share, lag_one, resolution_of,
 };
 use nalgebra::{DMatrix, DVector};
@@ -117,12 +117,11 @@ impl PathModel {
     /// Place and force asked for as covariates for the loop.
     #[must_use]
     pub fn covariates(&self) -> Vec<Covariate> {
-        let column = |name: &str, of: fn(&Cell) -> f64| Covariate {
-            name: name.to_owned(),
-            values: self.cells.iter().map(of).collect(),
-            origin: Origin::Coordinate,
-        };
-        vec![column("path_mm", |c| c.path_mm), column("reference_n", |c| c.reference_n)]
+        let of = |value: fn(&Cell) -> f64| self.cells.iter().map(value).collect();
+        vec![
+            Covariate::coordinate("path_mm", Quantity::Position, of(|c| c.path_mm)),
+            Covariate::coordinate("reference_n", Quantity::Other, of(|c| c.reference_n)),
+        ]
     }
 
     /// Where the stretch that is judged begins and ends.

@@ -2,7 +2,7 @@
 
 use force_impedance::{ForceFormula, ForceImpedanceError, LogModel, LogOptions, solve_log};
 use model_discrepancy::{
-    Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
+    Closure, Covariate, Model, Options, Quantity, State, Verdict, check_tangents, close_loop,
 };
 
 use crate::log_rig::{Faults, Run, record};
@@ -39,11 +39,11 @@ fn without_faults_or_noise_the_forces_agree() {
 #[test]
 fn tangents_agree_with_differences_and_with_the_rig() {
     let samples = record(&Run { n_samples: 600, ..Run::default() });
-    let warm = Covariate {
-        name: "air_c".to_owned(),
-        values: (0..600).map(|i| 19.0 + 0.01 * f64::from(i)).collect(),
-        origin: Origin::Recorded,
-    };
+    let warm = Covariate::recorded(
+        "air_c",
+        Quantity::Temperature,
+        (0..600).map(|i| 19.0 + 0.01 * f64::from(i)).collect(),
+    );
     for formula in [ForceFormula::FullBalance, ForceFormula::Published] {
         let options = LogOptions { formula, ..LogOptions::default() };
         let model =
@@ -189,6 +189,6 @@ fn unusable_logs_are_refused() {
         LogModel::new(&head, s, &LogOptions::default(), c)
     };
     assert!(new(&samples[..5], &[]).is_err());
-    let short = Covariate { name: "a".to_owned(), values: vec![1.0], origin: Origin::Recorded };
+    let short = Covariate::recorded("a", Quantity::Other, vec![1.0]);
     assert!(matches!(new(&samples, &[short]), Err(ForceImpedanceError::CovariateLength { .. })));
 }

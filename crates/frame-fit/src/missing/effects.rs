@@ -10,7 +10,7 @@ mod bodies;
 mod optics;
 mod sessions;
 
-use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
+use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
 use nalgebra::SVector;
 
 use crate::MeasuredPoint;
@@ -26,8 +26,6 @@ const REFERENCE_C: f64 = 20.0;
 pub(crate) const TIME: &str = "time_s";
 /// Beginning of the columns that are 1 for the points of one session and 0 for all others.
 pub(crate) const SESSION: &str = "session: ";
-/// Ending of the columns that are temperatures.
-pub(crate) const CELSIUS: &str = "_c";
 /// Beyond this many times their spread the points no longer tell a deformation about the origin
 /// from one about their centroid with a shift: the difference is under 1 % of the effect.
 const FAR: f64 = 10.0;
@@ -222,7 +220,8 @@ fn temperatures<const D: usize>(
     points: &[MeasuredPoint<D>],
     covariates: &[Covariate],
 ) -> Vec<Entry<D>> {
-    let columns: Vec<_> = covariates.iter().filter(|c| c.name.ends_with(CELSIUS)).collect();
+    let columns: Vec<_> =
+        covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
     let several = columns.len() > 1;
     columns
         .into_iter()

@@ -3,7 +3,7 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Origin, Parameter, Role, Row, Settling, State,
+    Covariate, Declared, Group, Layout, Parameter, Quantity, Role, Row, Settling, State,
     clearest_settling, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
@@ -154,10 +154,12 @@ impl<const D: usize> FrameModel<D> {
     pub fn coordinates(&self) -> Vec<Covariate> {
         let names = ["from_x_mm", "from_y_mm", "from_z_mm"];
         (0..D)
-            .map(|axis| Covariate {
-                name: names[axis].to_owned(),
-                values: self.points.iter().map(|p| p.pair.source_mm[axis]).collect(),
-                origin: Origin::Coordinate,
+            .map(|axis| {
+                Covariate::coordinate(
+                    names[axis],
+                    Quantity::Position,
+                    self.points.iter().map(|p| p.pair.source_mm[axis]).collect(),
+                )
             })
             .collect()
     }

@@ -1,9 +1,9 @@
 //! Further measurements that would tell effects apart or make them visible.
 
-use model_discrepancy::{Covariate, Proposal};
+use model_discrepancy::{Covariate, Proposal, Quantity};
 use nalgebra::{Point, SVector};
 
-use crate::missing::effects::{CELSIUS, TIME};
+use crate::missing::effects::TIME;
 use crate::{FrameModel, MeasuredPoint, PointPair};
 
 /// How far beyond the points a far point is, in root-mean-square spreads: twice the distance of
@@ -50,7 +50,7 @@ pub(crate) fn proposals<const D: usize>(model: &FrameModel<D>) -> Vec<Proposal> 
             );
         }
     }
-    if model.covariates.iter().any(|c| c.name.ends_with(CELSIUS)) {
+    if model.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
         propose(
             format!("measure the same points again, {WARMER_K:.0} K warmer"),
             (0..model.points.len()).map(|i| again(model, i, WARMER_K)).collect(),
@@ -111,7 +111,7 @@ fn next_value(covariate: &Covariate, like: usize, warmer_k: f64) -> f64 {
         let pace = (last - values[0]) / crate::statistics::ratio(values.len().max(2) - 1);
         return last + pace;
     }
-    let rise = if covariate.name.ends_with(CELSIUS) { warmer_k } else { 0.0 };
+    let rise = if covariate.quantity == Quantity::Temperature { warmer_k } else { 0.0 };
     values[like] + rise
 }
 

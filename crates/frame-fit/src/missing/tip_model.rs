@@ -1,7 +1,7 @@
 //! Tip of a tool from poses, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Parameter, Proposal, Quantity, Role,
     Row, Scope, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -109,11 +109,7 @@ impl TipModel {
         ["x_mm", "y_mm", "z_mm"]
             .into_iter()
             .enumerate()
-            .map(|(axis, name)| Covariate {
-                name: name.to_owned(),
-                values: of(axis),
-                origin: Origin::Coordinate,
-            })
+            .map(|(axis, name)| Covariate::coordinate(name, Quantity::Position, of(axis)))
             .collect()
     }
 

@@ -1,7 +1,7 @@
 //! The loop closed on simulated surveys: the effect that is there gets its name.
 
 use frame_fit::{FrameModel, MeasuredPoint, Options, PointPair, Transform};
-use model_discrepancy::{Closure, Covariate, Origin, Verdict, close_loop};
+use model_discrepancy::{Closure, Covariate, Quantity, Verdict, close_loop};
 use nalgebra::{Point3, Rotation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -29,11 +29,7 @@ fn survey(
             MeasuredPoint::new(format!("P{i}"), pair)
         })
         .collect();
-    let air = Covariate {
-        name: "air_c".to_owned(),
-        values: (0..30).map(air_c).collect(),
-        origin: Origin::Recorded,
-    };
+    let air = Covariate::recorded("air_c", Quantity::Temperature, (0..30).map(air_c).collect());
     let model =
         FrameModel::new(points, std::slice::from_ref(&air), &Options::of(transform)).unwrap();
     let options = model_discrepancy::Options { nested, ..Default::default() };

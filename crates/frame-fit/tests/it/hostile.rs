@@ -5,7 +5,7 @@ use frame_fit::{
     Uncertainty, compare_transforms, fit_frame, shape_of, snoop,
 };
 use least_squares::Loss;
-use model_discrepancy::{Covariate, Model, Origin, State};
+use model_discrepancy::{Covariate, Model, Quantity, State};
 use nalgebra::{Point, SMatrix, SVector};
 use proptest::prelude::*;
 
@@ -93,8 +93,7 @@ fn survive<const D: usize>(
         prop_assert_eq!(snooping.kept.len() + snooping.suspects.len(), pairs.len());
     }
     let points = pairs.iter().enumerate().map(|(k, p)| MeasuredPoint::new(k.to_string(), *p));
-    let covariates =
-        [Covariate { name: "air_c".to_owned(), values: times.to_vec(), origin: Origin::Recorded }];
+    let covariates = [Covariate::recorded("air_c", Quantity::Temperature, times.to_vec())];
     if let Ok(model) = FrameModel::new(points.collect(), &covariates, options) {
         let state = State::start(&model);
         prop_assert!(model.residuals(&state).iter().all(|v| v.is_finite()));

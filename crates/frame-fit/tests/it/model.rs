@@ -4,7 +4,7 @@ use frame_fit::{
     FrameFitError, FrameModel, Handedness, MeasuredPoint, Noise, Options, PointPair, Transform,
     Uncertainty, fit_frame,
 };
-use model_discrepancy::{Covariate, Model, Origin, Role, State, check_tangents};
+use model_discrepancy::{Covariate, Model, Origin, Quantity, Role, State, check_tangents};
 use nalgebra::{DMatrix, DVector, Point, Rotation3, SVector, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,10 +13,6 @@ use crate::scene;
 
 /// What central differences show, see `check_tangents`.
 const TANGENT_TOL: f64 = 1e-7;
-
-fn column(name: &str, values: Vec<f64>) -> Covariate {
-    Covariate { name: name.to_owned(), values, origin: Origin::Recorded }
-}
 
 /// Eight noisy points with a time and two temperatures.
 fn model<const D: usize>(rng: &mut ChaCha8Rng, options: &Options) -> FrameModel<D> {
@@ -30,10 +26,14 @@ fn model<const D: usize>(rng: &mut ChaCha8Rng, options: &Options) -> FrameModel<
     let named = pairs.iter().enumerate().map(|(k, p)| MeasuredPoint::new(format!("P{k}"), *p));
     let mut values = |low: f64, high: f64| (0..8).map(|_| rng.random_range(low..high)).collect();
     let covariates = [
-        column("time_s", (0..8).map(|k| 100.0 + 60.0 * f64::from(k)).collect()),
-        column("air_c", values(18.0, 25.0)),
-        column("part_c", values(19.0, 21.0)),
-        column("humidity", values(30.0, 50.0)),
+        Covariate::recorded(
+            "time_s",
+            Quantity::Time,
+            (0..8).map(|k| 100.0 + 60.0 * f64::from(k)).collect(),
+        ),
+        Covariate::recorded("air_c", Quantity::Temperature, values(18.0, 25.0)),
+        Covariate::recorded("part_c", Quantity::Temperature, values(19.0, 21.0)),
+        Covariate::recorded("humidity", Quantity::Other, values(30.0, 50.0)),
     ];
     FrameModel::new(named.collect(), &covariates, options).unwrap()
 }
@@ -273,9 +273,12 @@ fn a_covariate_of_the_wrong_length_is_an_error() {
         .map(|p| MeasuredPoint::new("P", PointPair::isotropic(p, p, 0.01)))
         .to_vec();
     for values in [vec![20.0, 21.0], vec![20.0, f64::NAN, 21.0]] {
-        let error =
-            FrameModel::new(points.clone(), &[column("air_c", values)], &Options::default())
-                .unwrap_err();
+        let error = FrameModel::new(
+            points.clone(),
+            &[Covariate::recorded("air_c", Quantity::Temperature, values)],
+            &Options::default(),
+        )
+        .unwrap_err();
         let expected = FrameFitError::InvalidCovariate { covariate: "air_c".into(), needed: 3 };
         assert_eq!(error, expected);
     }
@@ -307,7 +310,7 @@ fn proposals_show_what_the_design_hides() {
             MeasuredPoint::new(k.to_string(), PointPair::isotropic(place, place, 0.01))
         })
         .collect();
-    let air = column("air_c", vec![23.0; 9]);
+    let air = Covariate::recorded("air_c", Quantity::Temperature, vec![23.0; 9]);
     let model = FrameModel::new(points, &[air], &Options::of(Transform::Affine)).unwrap_err();
     assert!(matches!(model, FrameFitError::Degenerate { .. }), "{model}");
 
@@ -317,7 +320,7 @@ fn proposals_show_what_the_design_hides() {
             MeasuredPoint::new(k.to_string(), PointPair::isotropic(place, place, 0.01))
         })
         .collect();
-    let air = column("air_c", vec![23.0; 9]);
+    let air = Covariate::recorded("air_c", Quantity::Temperature, vec![23.0; 9]);
     let model = FrameModel::new(points, &[air], &Options::default()).unwrap();
     let proposed = |start: &str| {
         let proposals = model.proposals();

@@ -6,7 +6,8 @@
 use std::f64::consts::TAU;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Layout, LinearModel, Parameter, Scope, State, clearest_settling,
+    Covariate, Declared, Effect, Layout, LinearModel, Parameter, Quantity, Scope, State,
+    clearest_settling,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -18,8 +19,6 @@ use crate::missing::parameter::parameter;
 const REFERENCE_C: f64 = 20.0;
 /// Name of the column that times the readings.
 const TIME: &str = "time_s";
-/// Ending of the columns that are temperatures.
-const CELSIUS: &str = "_c";
 /// Fewest and most targets with a deviation of their own: two are a scale, and of many a curve says
 /// the same with less.
 const MIN_PLACES: usize = 3;
@@ -340,7 +339,7 @@ impl AxisRun<'_> {
     fn growth(&self) -> Vec<AxisTerm> {
         let (fine, factor) = self.motion.reported();
         let (ratio, per) = ratio(self.motion);
-        let columns = self.covariates.iter().filter(|c| c.name.ends_with(CELSIUS));
+        let columns = self.covariates.iter().filter(|c| c.quantity == Quantity::Temperature);
         columns
             .map(|column| {
                 let text = format!("the axis grows, or its zero moves, with {}", column.name);

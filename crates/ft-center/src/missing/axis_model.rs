@@ -1,8 +1,9 @@
 //! A positioning run as a model for the loop.
 
-use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Origin, resolution_of};
+use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Quantity, resolution_of};
 use nalgebra::{DMatrix, DVector};
 
+use crate::axis_reading::AxisMotion;
 use crate::error::require_positive;
 use crate::missing::axis_effects::{AxisRun, AxisTerm};
 use crate::{FtCenterError, Table};
@@ -65,11 +66,12 @@ fn check(run: &AxisRun<'_>, sigma: Option<f64>) -> Result<(), FtCenterError> {
 /// Targets, and which way the axis came where that is known of every reading, as covariates.
 #[must_use]
 pub fn axis_coordinates(run: &AxisRun<'_>, target: &str) -> Vec<Covariate> {
-    let column =
-        |name: &str, values: Vec<f64>, origin| Covariate { name: name.to_owned(), values, origin };
     let targets = run.readings.iter().map(|r| r.target).collect();
-    let mut all = vec![column(target, targets, Origin::Coordinate)];
+    let quantity = match run.motion {
+        AxisMotion::Linear => Quantity::Position,
+        AxisMotion::Rotary => Quantity::Angle,
+    };
     let ways: Option<Vec<f64>> = run.readings.iter().map(|r| Some(r.approach?.sign())).collect();
-    all.extend(ways.map(|ways| column("direction", ways, Origin::Recorded)));
-    all
+    let ways = ways.map(|ways| Covariate::recorded("direction", Quantity::Other, ways));
+    std::iter::once(Covariate::coordinate(target, quantity, targets)).chain(ways).collect()
 }

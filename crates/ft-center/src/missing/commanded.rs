@@ -21,7 +21,7 @@ impl CommandedFrame {
         let arm = linear * (datum_mm - pivot_mm * (1.0 + scale));
         // From the pivot, whose image the base parameters are, to where it is with the datum.
         let shifted = linear * datum_mm;
-        // Origin, scale; angle, image of the pivot.
+        // scale; angle, image of the pivot.
         let mut jacobian = DMatrix::zeros(6, closure.columns.len());
         for (k, column) in closure.columns.iter().enumerate() {
             let moved = match *column {

@@ -1,8 +1,8 @@
 //! Tables of commanded and solved displacements as a model for the loop.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Proposal, Role, Row, Scope,
-    State, resolution_of,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Proposal, Quantity, Role, Row,
+    Scope, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -139,11 +139,11 @@ impl DisplacementModel {
             Observed::Moved { commanded_mm, .. } => Some(*commanded_mm),
             Observed::Travel { .. } | Observed::Weight => None,
         };
-        vec![Covariate {
-            name: "commanded_mm".to_owned(),
-            values: self.rows.iter().filter_map(moved).collect(),
-            origin: Origin::Coordinate,
-        }]
+        vec![Covariate::coordinate(
+            "commanded_mm",
+            Quantity::Position,
+            self.rows.iter().filter_map(moved).collect(),
+        )]
     }
 
     fn push(&mut self, name: &str, observed: Observed, sigma: f64, role: Role) {

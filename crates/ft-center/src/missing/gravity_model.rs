@@ -2,7 +2,7 @@
 
 use geometry::Wrench;
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Origin, Parameter, Proposal, Role,
+    Covariate, Declared, Effect, Group, Inside, Layout, Model, Parameter, Proposal, Quantity, Role,
     Row, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
@@ -54,7 +54,8 @@ impl GravityModel {
             let (got, needed) = (wrong.values.len(), poses.len());
             return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
         }
-        let warm: Vec<_> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        let warm: Vec<_> =
+            covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
         let mut effects = GRAVITY_EFFECTS.to_vec();
         let mut described: Vec<_> = effects.iter().map(|e| e.described()).collect();
         for (column, covariate) in warm.iter().enumerate() {
@@ -87,10 +88,8 @@ impl GravityModel {
         let down: Vec<_> = (self.poses.iter())
             .map(|p| p.base_from_sensor.inverse() * self.gravity.into_inner())
             .collect();
-        let column = |name: &str, axis: usize| Covariate {
-            name: name.to_owned(),
-            values: down.iter().map(|d| d[axis]).collect(),
-            origin: Origin::Coordinate,
+        let column = |name: &str, axis: usize| {
+            Covariate::coordinate(name, Quantity::Other, down.iter().map(|d| d[axis]).collect())
         };
         vec![column("gravity_x", 0), column("gravity_y", 1), column("gravity_z", 2)]
     }

@@ -3,7 +3,7 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Origin, Role, Row, Settling, State, clearest_settling,
+    Covariate, Declared, Group, Layout, Quantity, Role, Row, Settling, State, clearest_settling,
 };
 use nalgebra::DVector;
 
@@ -64,7 +64,8 @@ impl PressModel {
         let covariances_mm2 = center_covariances(presses, contact.z0_mm, options.noise)?;
         let observed: Vec<_> =
             (0..presses.len()).filter(|&i| presses[i].role != PressRole::Locate).collect();
-        let warm: Vec<_> = covariates.iter().filter(|c| c.name.ends_with("_c")).collect();
+        let warm: Vec<_> =
+            covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
         if let Some(wrong) = covariates.iter().find(|c| c.values.len() != observed.len()) {
             let (got, needed) = (wrong.values.len(), observed.len());
             return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
@@ -173,15 +174,13 @@ impl PressModel {
     /// Position in the machine and mean load of each observation, as covariates for the loop.
     #[must_use]
     pub fn covariates(&self) -> Vec<Covariate> {
-        let column = |name: &str, value: fn(&PressPoint) -> f64| Covariate {
-            name: name.to_owned(),
-            values: self.points.iter().map(value).collect(),
-            origin: Origin::Coordinate,
+        let column = |name: &str, quantity, value: fn(&PressPoint) -> f64| {
+            Covariate::coordinate(name, quantity, self.points.iter().map(value).collect())
         };
         vec![
-            column("machine_x_mm", |p| p.machine_mm.x),
-            column("machine_y_mm", |p| p.machine_mm.y),
-            column("fz_n", load_n),
+            column("machine_x_mm", Quantity::Position, |p| p.machine_mm.x),
+            column("machine_y_mm", Quantity::Position, |p| p.machine_mm.y),
+            column("fz_n", Quantity::Other, load_n),
         ]
     }
 

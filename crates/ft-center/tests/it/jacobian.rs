@@ -4,7 +4,7 @@ use ft_center::{
     Displacement, DisplacementModel, GravityModel, GravityOptions, LocateOptions, Noise,
     OrbitOptions, PressModel, solve_presses,
 };
-use model_discrepancy::{Covariate, Model, Origin, State, check_tangents};
+use model_discrepancy::{Covariate, Model, Quantity, State, check_tangents};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -55,11 +55,11 @@ fn assert_tangents(model: &dyn Model) {
 fn presses() {
     let presses = grid(&[40.0, 70.0], 8.0, &Colour::COLOURED, 1, |_, _| {});
     let solved = solve_presses(&presses, &CONTACT, &OrbitOptions::default()).unwrap();
-    let warm = Covariate {
-        name: "air_c".to_owned(),
-        values: (0..18).map(|i| 19.0 + 0.3 * f64::from(i)).collect(),
-        origin: Origin::Recorded,
-    };
+    let warm = Covariate::recorded(
+        "air_c",
+        Quantity::Temperature,
+        (0..18).map(|i| 19.0 + 0.3 * f64::from(i)).collect(),
+    );
     let options = LocateOptions::default();
     assert_tangents(&PressModel::new(&solved, &CONTACT, &options, &[warm]).unwrap());
 }
@@ -81,10 +81,10 @@ fn static_poses() {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let noise = Noise { force_n: 0.05, moment_nmm: 2.0 };
     let poses = crate::gravity::poses(10, &noise, &mut rng, |_, _| {});
-    let warm = Covariate {
-        name: "air_c".to_owned(),
-        values: (0..10).map(|i| 19.0 + 0.3 * f64::from(i)).collect(),
-        origin: Origin::Recorded,
-    };
+    let warm = Covariate::recorded(
+        "air_c",
+        Quantity::Temperature,
+        (0..10).map(|i| 19.0 + 0.3 * f64::from(i)).collect(),
+    );
     assert_tangents(&GravityModel::new(&poses, &GravityOptions::default(), &[warm]).unwrap());
 }

@@ -5,7 +5,7 @@ use ft_center::{
     positioning_model,
 };
 use model_discrepancy::{
-    Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
+    Closure, Covariate, Model, Options, Quantity, State, Verdict, check_tangents, close_loop,
 };
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
@@ -296,11 +296,11 @@ fn amplitude(closure: &Closure, step: usize, parameter: usize) -> f64 {
 #[test]
 fn tangents_are_derivatives() {
     let readings = run(3, SIGMA_MM, |_, _, _| 0.0);
-    let temperature = Covariate {
-        name: "screw_c".to_owned(),
-        values: (0..readings.len()).map(|i| 20.0 + 0.01 * i as f64).collect(),
-        origin: Origin::Recorded,
-    };
+    let temperature = Covariate::recorded(
+        "screw_c",
+        Quantity::Temperature,
+        (0..readings.len()).map(|i| 20.0 + 0.01 * i as f64).collect(),
+    );
     let run = AxisRun {
         readings: &readings,
         motion: AxisMotion::Linear,
@@ -392,7 +392,7 @@ fn what_an_axis_does_is_named_with_its_size() {
     for (reading, t) in readings.iter_mut().zip(&warm) {
         reading.deviation += 11e-6 * reading.target * (t - 20.0);
     }
-    let column = Covariate { name: "screw_c".to_owned(), values: warm, origin: Origin::Recorded };
+    let column = Covariate::recorded("screw_c", Quantity::Temperature, warm);
     let thermal = closed(&readings, &[column], None);
     assert_eq!(named(&thermal), ["temperature"]);
     assert!((amplitude(&thermal, 0, 1) - 11.0).abs() < 0.6, "{:?}", thermal.steps);

@@ -58,18 +58,26 @@ impl LookedThrough {
         tangent - taken
     }
 
+    /// Amplitudes of such columns; `None` where these depend on each other.
+    pub(crate) fn amplitudes(&self, left: &DMatrix<f64>) -> Option<DVector<f64>> {
+        Some(left.tr_mul(left).cholesky()?.solve(&left.tr_mul(&self.residual)))
+    }
+
     /// What such columns take of the sum of squares; `None` where they depend on each other.
     pub(crate) fn explained(&self, left: &DMatrix<f64>) -> Option<f64> {
-        let along = left.tr_mul(&self.residual);
-        let solved = left.tr_mul(left).cholesky()?.solve(&along);
-        Some(along.dot(&solved))
+        Some(left.tr_mul(&self.residual).dot(&self.amplitudes(left)?))
     }
 
     /// Chance that white noise gives so many columns as much.
     pub(crate) fn p_value(&self, explained: f64, columns: usize) -> f64 {
+        self.p_value_of_more(explained, columns, explained)
+    }
+
+    /// Chance that white noise gives so many columns more as much, of all that is explained.
+    pub(crate) fn p_value_of_more(&self, more: f64, columns: usize, explained: f64) -> f64 {
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
         let left = (self.residual.norm_squared() - explained).max(0.0);
-        f_tail(explained / count(columns) * count(dof) / left, count(columns), count(dof))
+        f_tail(more / count(columns) * count(dof) / left, count(columns), count(dof))
     }
 }
 

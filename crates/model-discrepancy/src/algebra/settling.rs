@@ -1,5 +1,7 @@
 //! A drift that comes to rest, found by looking for its time constant.
 
+use nalgebra::DMatrix;
+
 use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
 use crate::count::count;
 use crate::{Effect, Model, State, whole_tangent};
@@ -8,22 +10,46 @@ use crate::{Effect, Model, State, whole_tangent};
 /// beyond which the course is a straight line with a bend, and a drift is called so.
 const SHARES: [f64; 6] = [0.03, 0.05, 0.08, 0.12, 0.18, 0.27];
 
+/// Longer ones of a slower course beside a fast one.
+const SLOWER: [f64; 3] = [0.4, 0.6, 1.0];
+
+/// Times by which a slower course is slower, at least: closer ones are one.
+const APART: f64 = 2.5;
+
+/// Share of the whole that either of two courses has, at least.
+const LEAST: f64 = 0.1;
+
 /// Steps of the time constant once one is found, either way.
 const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
 
-/// A first-order course, `1 − exp(−t/τ)`: a spindle or a stand that warms up, a pad that sets.
+/// A first-order course, `1 − exp(−t/τ)`: a spindle or a stand that warms up, a pad that sets; or two
+/// of them, a small part that is warm soon and a frame that follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settling {
     /// In the unit in which time is counted.
     time_constant: f64,
+    slower: Option<Slower>,
     searched: usize,
+}
+
+/// The slower of two courses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Slower {
+    time_constant: f64,
+    /// Of the whole, 0 to 1.
+    share: f64,
 }
 
 impl Settling {
     /// How far it has come at each time since its start.
     #[must_use]
     pub fn course(&self, elapsed: &[f64]) -> Vec<f64> {
-        elapsed.iter().map(|t| -(-t / self.time_constant).exp_m1()).collect()
+        let slower = |t: &f64| self.slower.map(|s| (s.share, course(*t, s.time_constant)));
+        let whole = |t: &f64| {
+            let (share, slow) = slower(t).unwrap_or((0.0, 0.0));
+            (1.0 - share) * course(*t, self.time_constant) + share * slow
+        };
+        elapsed.iter().map(whole).collect()
     }
 
     /// The effect for a drift that goes on evenly; its amplitudes, in units of their own, are what it
@@ -33,8 +59,12 @@ impl Settling {
         let mut effect = even.clone();
         let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
         effect.subject = Some(format!("{subject}settling"));
+        let slower = self.slower.map_or_else(String::new, |slower| {
+            let Slower { time_constant, share } = slower;
+            format!(", and {:.1} % of it with τ = {time_constant} {time_unit}", 100.0 * share)
+        });
         effect.description = format!(
-            "{} and comes to rest: 1 − exp(−t/τ), τ = {} {time_unit}",
+            "{} and comes to rest: 1 − exp(−t/τ), τ = {} {time_unit}{slower}",
             even.description, self.time_constant
         );
         effect.searched = self.searched;
@@ -46,8 +76,13 @@ impl Settling {
     }
 }
 
+fn course(elapsed: f64, time_constant: f64) -> f64 {
+    -(-elapsed / time_constant).exp_m1()
+}
+
 /// The time constant with which a drift takes most of the residual of a model at `at`, a solution
-/// of its declared part; `None` where white noise might show one as clear.
+/// of its declared part, and a second one where the first leaves what that takes; `None` where white
+/// noise might show one as clear.
 ///
 /// `drift` is the effect that goes on evenly, `elapsed` what its amplitudes are multiplied by: the
 /// time since the start of the series, one value per observation.
@@ -67,30 +102,126 @@ pub fn clearest_settling(
     let observations: Vec<usize> =
         residual.rows().iter().map(|&row| rows[row].observation).collect();
     let even = whole_tangent(model, at, drift).select_rows(residual.rows());
-    let searched = SHARES.len();
-    let explained = |time_constant: f64| {
-        let settling = Settling { time_constant: three_digits(time_constant), searched };
-        let course = settling.course(elapsed);
-        let mut columns = even.clone();
-        for (mut row, &observation) in columns.row_iter_mut().zip(&observations) {
+    let drifts = Drifts { residual, observations, even, elapsed };
+    let tried = |share: f64| drifts.explained(Settling::of(share * span, SHARES.len()));
+    let all = SHARES.iter().filter_map(|share| tried(*share));
+    let best = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let moved = |s: &Settling, factor: f64| Settling::of(s.time_constant * factor, s.searched);
+    let (most, best) = drifts.refined(best, &[&moved]);
+    let columns = drifts.even.ncols();
+    if drifts.residual.p_value(most, columns) * count(SHARES.len()) > FALSE_ALARM {
+        return None;
+    }
+    Some(drifts.with_slower(span, most).unwrap_or(best))
+}
+
+impl Settling {
+    fn of(time_constant: f64, searched: usize) -> Self {
+        Self { time_constant: three_digits(time_constant), slower: None, searched }
+    }
+}
+
+/// A residual in which drifts are looked for.
+struct Drifts<'a> {
+    residual: LookedThrough,
+    /// Of each row.
+    observations: Vec<usize>,
+    /// Tangent of the drift that goes on evenly.
+    even: DMatrix<f64>,
+    elapsed: &'a [f64],
+}
+
+/// One of the numbers of a course moved by a factor.
+type Moved<'m> = &'m dyn Fn(&Settling, f64) -> Settling;
+
+impl Drifts<'_> {
+    /// What the fitted parameters leave of the drift along a course.
+    fn left_of(&self, settling: &Settling) -> DMatrix<f64> {
+        let course = settling.course(self.elapsed);
+        let mut columns = self.even.clone();
+        for (mut row, &observation) in columns.row_iter_mut().zip(&self.observations) {
             // What has no time, as prior knowledge, no drift moves.
-            let passed = elapsed.get(observation).copied().filter(|t| *t > 0.0);
+            let passed = self.elapsed.get(observation).copied().filter(|t| *t > 0.0);
             row *= passed.map_or(0.0, |t| course[observation] / t);
         }
-        let left = residual.left_of(residual.whitened(columns));
-        Some((residual.explained(&left)?, left.ncols(), settling))
-    };
-    let all = SHARES.iter().filter_map(|share| explained(share * span));
-    let (mut most, columns, mut best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    for step in REFINED {
-        for factor in [1.0 / step, step] {
-            let moved = explained(best.time_constant * factor);
-            if let Some((more, _, settling)) = moved.filter(|(more, ..)| *more > most) {
-                (most, best) = (more, settling);
+        self.residual.left_of(self.residual.whitened(columns))
+    }
+
+    fn explained(&self, settling: Settling) -> Option<(f64, Settling)> {
+        Some((self.residual.explained(&self.left_of(&settling))?, settling))
+    }
+
+    fn refined(&self, best: (f64, Settling), ways: &[Moved<'_>]) -> (f64, Settling) {
+        let mut best = best;
+        for step in REFINED {
+            for (way, factor) in ways.iter().flat_map(|way| [(way, 1.0 / step), (way, step)]) {
+                let moved = self.explained(way(&best.1, factor));
+                if let Some(more) = moved.filter(|(more, _)| *more > best.0) {
+                    best = more;
+                }
             }
         }
+        best
     }
-    (residual.p_value(most, columns) * count(searched) <= FALSE_ALARM).then_some(best)
+
+    /// Two courses, where one leaves clearly more than they do.
+    fn with_slower(&self, span: f64, most: f64) -> Option<Settling> {
+        let slower: Vec<f64> = SHARES.iter().chain(&SLOWER).copied().collect();
+        let pairs: Vec<(f64, f64)> = (SHARES.iter())
+            .flat_map(|fast| slower.iter().map(move |slow| (*fast, *slow)))
+            .filter(|(fast, slow)| *slow >= APART * fast)
+            .collect();
+        let searched = pairs.len();
+        let of_pair = |&(fast, slow): &(f64, f64)| {
+            let one = Settling::of(fast * span, searched);
+            let time_constant = three_digits(slow * span);
+            let share = self.share(&one, &Settling::of(time_constant, 1))?;
+            let two = Slower { time_constant, share };
+            self.explained(Settling { slower: Some(two), ..one })
+        };
+        let all = pairs.iter().filter_map(of_pair);
+        let best = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let faster = |s: &Settling, factor: f64| Settling {
+            time_constant: three_digits(s.time_constant * factor),
+            ..*s
+        };
+        let of_slower = |s: &Settling, change: &dyn Fn(Slower) -> Slower| Settling {
+            slower: s.slower.map(change),
+            ..*s
+        };
+        let later = |s: &Settling, factor: f64| {
+            of_slower(s, &|two| Slower {
+                time_constant: three_digits(two.time_constant * factor),
+                ..two
+            })
+        };
+        let more = |s: &Settling, factor: f64| {
+            let within = |share: f64| share.clamp(LEAST, 1.0 - LEAST);
+            of_slower(s, &|two| Slower { share: within(three_digits(two.share * factor)), ..two })
+        };
+        let (explained, two) = self.refined(best, &[&faster, &later, &more]);
+        // A second time constant and a share.
+        let p_value = self.residual.p_value_of_more(explained - most, 2, explained);
+        (p_value * count(searched) <= FALSE_ALARM).then_some(two)
+    }
+
+    /// Share of the second of two courses in what both come to, where both have a part in it.
+    fn share(&self, one: &Settling, other: &Settling) -> Option<f64> {
+        let columns = self.even.ncols();
+        let [first, second] = [self.left_of(one), self.left_of(other)];
+        let mut both = DMatrix::zeros(first.nrows(), 2 * columns);
+        both.columns_mut(0, columns).copy_from(&first);
+        both.columns_mut(columns, columns).copy_from(&second);
+        let amplitudes = self.residual.amplitudes(&both)?;
+        // In what each amplitude moves the readings: their units may differ.
+        let moved: Vec<f64> = second.column_iter().map(|c| c.norm_squared()).collect();
+        let of = |k: usize| (amplitudes[k], amplitudes[columns + k], moved[k]);
+        let (part, whole) = (0..columns).map(of).fold((0.0, 0.0), |(part, whole), (a, b, m)| {
+            (part + m * b * (a + b), whole + m * (a + b) * (a + b))
+        });
+        let share = three_digits(part / whole);
+        (LEAST..=1.0 - LEAST).contains(&share).then_some(share)
+    }
 }
 
 /// Rounded to three significant digits, as it is printed.

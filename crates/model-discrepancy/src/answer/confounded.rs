@@ -19,7 +19,6 @@ use crate::levels::CHOICE_FOLDS;
 use crate::levels::DECIDED;
 use crate::levels::MIN_KEPT_CONFOUNDED;
 use crate::levels::STAY;
-use crate::model::covariate::ORDER;
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::{compare, folds, leave_out};
 use crate::tests::significance::significance;
@@ -111,7 +110,7 @@ fn recorded_shapes(
     let another_word = |c: &Candidate| same_span(&span(&lin.basis, c), &accepted_span);
     let mut found = Vec::new();
     for (covariate, shapes) in context.along() {
-        let order = covariate.name == ORDER || covariate.name.ends_with("_s");
+        let order = covariate.is_course();
         if driver.as_deref() == Some(covariate.name.as_str())
             || (covariate.origin == Origin::Coordinate && !order)
         {

@@ -7,9 +7,8 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::choice::context::Context;
 use crate::count::count;
-use crate::model::covariate::ORDER;
 use crate::noise::linear::Linear;
-use crate::{Origin, Remaining};
+use crate::{Origin, Quantity, Remaining};
 
 /// Neighbours of an observation whose residuals are compared with its own.
 const NEIGHBOURS: usize = 4;
@@ -120,7 +119,7 @@ fn neighbour_z(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>)
 /// Positions, within the rows of `lin`, of each row and the same component of each neighbour.
 fn neighbour_pairs(context: &Context<'_>, lin: &Linear<'_>) -> Option<Vec<(usize, usize)>> {
     let axes: Vec<_> = (context.covariates.iter())
-        .filter(|c| c.origin == Origin::Coordinate && c.name != ORDER)
+        .filter(|c| c.origin == Origin::Coordinate && c.quantity != Quantity::Order)
         .map(|c| (c, spread(&c.values)))
         .collect();
     let mut pairs = Vec::new();

@@ -2,7 +2,6 @@
 
 use crate::choice::shape::{Shape, constant, distinct_fitted};
 use crate::count::count;
-use crate::model::covariate::ORDER;
 use crate::{Covariate, Layout};
 
 /// Distinct values on either side of a break: a level and a slope, and as many again to judge them.
@@ -14,9 +13,8 @@ const COARSE: usize = 32;
 /// Places of a break along `covariate`, one between each two successive values; none where it is
 /// not a time: along a position a break is a matter of the part, and its smooth shapes go first.
 pub(crate) fn breaks(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
-    let is_time = covariate.name == ORDER || covariate.name.ends_with("_s");
     let distinct = distinct_fitted(layout, covariate);
-    if !is_time || distinct.len() < 2 * MIN_SIDE {
+    if !covariate.is_course() || distinct.len() < 2 * MIN_SIDE {
         return Vec::new();
     }
     let between = (MIN_SIDE..=distinct.len() - MIN_SIDE)

@@ -306,7 +306,7 @@ mod tests {
     use crate::algebra::basis::NEW_DIRECTION;
     use crate::algebra::linearised::Linearised;
     use crate::choice::interruption::interrupted;
-    use crate::{Group, Layout, Origin, Role, Row};
+    use crate::{Group, Layout, Quantity, Role, Row};
 
     /// Round-off of products of numbers near one.
     const ROUND_OFF: f64 = 1e-12;
@@ -360,7 +360,7 @@ mod tests {
         let lin = Linear::from(rows);
         let screening = Screening::new(&lin, &lin.clean_residual());
         let values: Vec<f64> = (0..POINTS).map(|i| 900.0 + 7.0 * wave(i, 2)).collect();
-        let covariate = Covariate { name: "time_s".to_owned(), values, origin: Origin::Recorded };
+        let covariate = Covariate::recorded("time_s", Quantity::Time, values);
 
         let breaks = [894.0, 898.5, 901.0, 905.5];
         let shapes: Vec<Shape> =

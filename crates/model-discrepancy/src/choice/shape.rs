@@ -9,8 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::system::Empirical;
 use crate::choice::level::Levels;
 use crate::count::count;
-use crate::model::covariate::ORDER;
-use crate::{Covariate, Layout, Role};
+use crate::{Covariate, Layout, Quantity, Role};
 
 /// Reference temperature of ISO 1, in °C.
 const REFERENCE_C: f64 = 20.0;
@@ -115,7 +114,7 @@ pub(crate) fn periods(
         return None;
     };
     let range = high - low;
-    if covariate.name.ends_with("_deg") && range >= MIN_ARC_DEG && distinct.len() > 4 {
+    if covariate.quantity == Quantity::Angle && range >= MIN_ARC_DEG && distinct.len() > 4 {
         return Some(Periods { longest: 360.0, parts: vec![1, 2, 3], tried: 3.0 });
     }
     let widest = distinct.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
@@ -125,7 +124,8 @@ pub(crate) fn periods(
     // Half periods in the range, so that no phase falls between two frequencies.
     let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
     let longest = 2.0 * range;
-    let design = if covariate.name == ORDER { revisits(layout, all) } else { Vec::new() };
+    let design =
+        if covariate.quantity == Quantity::Order { revisits(layout, all) } else { Vec::new() };
     let is_open = |half: &usize| !is_of_the_design(longest / count(*half), &design);
     let parts = (3..=2 * most).filter(is_open).collect();
     Some(Periods { longest, parts, tried: count(most) })
@@ -154,7 +154,7 @@ fn centre_and_scale(fitted: &[f64]) -> (f64, f64) {
 fn linear(covariate: &Covariate, fitted: &[f64], distinct: usize) -> Shape {
     let unit = covariate.name.rsplit_once('_').map_or("unit", |(_, unit)| unit);
     let name = if distinct == 2 { "two-valued" } else { "linear" };
-    if covariate.name.ends_with("_c") {
+    if covariate.quantity == Quantity::Temperature {
         let values = covariate.values.iter().map(|v| v - REFERENCE_C).collect();
         return Shape {
             name: name.to_owned(),
@@ -222,7 +222,7 @@ pub(crate) fn apart(layout: &Layout, covariate: &Covariate) -> Vec<Shape> {
 }
 
 fn levels(covariate: &Covariate, fitted: &[f64]) -> Option<Levels> {
-    if covariate.name == ORDER { None } else { Levels::of(fitted) }
+    if covariate.quantity == Quantity::Order { None } else { Levels::of(fitted) }
 }
 
 /// One at the observations of a level.
@@ -255,7 +255,7 @@ fn revisited_after(layout: &Layout, covariate: &Covariate) -> Option<f64> {
 
 /// [`revisited_after`] of every covariate but the order, where its values repeat.
 fn revisits(layout: &Layout, covariates: &[Covariate]) -> Vec<f64> {
-    let others = covariates.iter().filter(|c| c.name != ORDER);
+    let others = covariates.iter().filter(|c| c.quantity != Quantity::Order);
     others.filter_map(|c| revisited_after(layout, c)).collect()
 }
 
@@ -275,29 +275,40 @@ fn periodic(covariate: &Covariate, period: f64, tried: f64) -> Shape {
     Shape { name: format!("periodic, period {}", significant(period)), functions, tried }
 }
 
-/// The covariate one observation earlier, and the way it is going.
+/// The covariate one observation earlier, and the way it is going; the way to the first reading is not
+/// recorded, so both are looked at.
 fn lagged(covariate: &Covariate) -> Vec<Shape> {
     let values = &covariate.values;
     let before = |i: usize| values[i.saturating_sub(1)];
     let mean = values.iter().sum::<f64>() / count(values.len());
     let late = (0..values.len()).map(|i| before(i) - mean).collect();
-    let way = (0..values.len()).map(|i| sign(values[i] - before(i))).collect();
+    let on = ways(values);
+    let mut back = on.clone();
+    back[0] = -back[0];
     let shape = |name: &str, function: &str, column| Shape {
         name: name.to_owned(),
         functions: vec![(function.to_owned(), column), constant(covariate)],
         tried: 1.0,
     };
-    vec![shape("lagged", "per unit, one earlier", late), shape("direction", "half step", way)]
+    vec![
+        shape("lagged", "per unit, one earlier", late),
+        shape("direction", "half step", on),
+        shape("direction, the first reading reached the other way", "half step", back),
+    ]
 }
 
-fn sign(x: f64) -> f64 {
-    if x > 0.0 {
-        1.0
-    } else if x < 0.0 {
-        -1.0
-    } else {
-        0.0
-    }
+/// The way each value was reached, 1 or −1: as the one before where it stays, the first as the one
+/// after it.
+fn ways(values: &[f64]) -> Vec<f64> {
+    let moves = values.windows(2).map(|w| w[1] - w[0]).filter(|step| *step != 0.0);
+    let mut way = moves.map(f64::signum).next().unwrap_or(1.0);
+    let steps = std::iter::once(0.0).chain(values.windows(2).map(|w| w[1] - w[0]));
+    steps
+        .map(|step| {
+            way = if step == 0.0 { way } else { step.signum() };
+            way
+        })
+        .collect()
 }
 
 /// Three significant digits.

@@ -15,7 +15,7 @@ pub(crate) mod validate;
 use nalgebra::{DMatrix, DVector};
 
 pub use check::check_tangents;
-pub use covariate::{Covariate, Origin};
+pub use covariate::{Covariate, Origin, Quantity};
 pub use declared::{Declared, Group, Layout, Projected, Remaining, Role, Row};
 pub use differences::Differenced;
 pub use effect::{Effect, Parameter, Scope};

@@ -8,11 +8,10 @@ use crate::algebra::f_tail::f_tail;
 use crate::algebra::silent::silent_components;
 use crate::algebra::system::{System, rows_of};
 use crate::levels::LACK_OF_FIT;
-use crate::model::covariate::ORDER;
 use crate::model::validate::validate;
 use crate::noise::linear::Linear;
 use crate::noise::reach::Memory;
-use crate::{Covariate, LoopError, Model, Origin, Remaining, Role};
+use crate::{Covariate, LoopError, Model, Origin, Quantity, Remaining, Role};
 
 /// Column that says which way a place was come to: from either side it is a place of its own.
 const DIRECTION: &str = "direction";
@@ -81,7 +80,10 @@ impl Places {
     pub(crate) fn of(model: &dyn Model, covariates: &[Covariate]) -> Option<Self> {
         let layout = &model.declared().layout;
         let coordinates: Vec<&Covariate> = (covariates.iter())
-            .filter(|c| c.origin == Origin::Coordinate && c.name != ORDER || c.name == DIRECTION)
+            .filter(|c| {
+                c.origin == Origin::Coordinate && c.quantity != Quantity::Order
+                    || c.name == DIRECTION
+            })
             .filter(|c| c.values.len() == layout.observations.len())
             .collect();
         let fitted = |o: &usize| layout.groups[layout.observations[*o]].role == Role::Fit;

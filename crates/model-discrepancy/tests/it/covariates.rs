@@ -1,6 +1,6 @@
 //! Recorded columns: named, corrected empirically, and not mistaken for something else.
 
-use model_discrepancy::{Covariate, Options, Origin, Verdict, close_loop};
+use model_discrepancy::{Covariate, Options, Quantity, Scope, Verdict, close_loop};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -9,7 +9,7 @@ use crate::linear_model::{normal, scalars};
 const N: usize = 40;
 
 fn recorded(name: &str, values: Vec<f64>) -> Covariate {
-    Covariate { name: name.to_owned(), values, origin: Origin::Recorded }
+    Covariate::recorded(name, Quantity::Other, values)
 }
 
 /// Readings with noise 1 that follow `truth` of a random column between 0 and 10.
@@ -37,9 +37,12 @@ fn a_column_that_drives_the_residual_is_named_and_corrected() {
 #[test]
 fn a_period_is_found_whatever_its_phase() {
     let (column, data) = driven(2, |c| 3.0 * (c * 2.5 + 0.4).sin());
-    let closure =
-        close_loop(&scalars(&data, &[]), &[recorded("lead_mm", column)], &Options::default())
-            .unwrap();
+    let closure = close_loop(
+        &scalars(&data, &[]),
+        &[Covariate::recorded("lead_mm", Quantity::Position, column)],
+        &Options::default(),
+    )
+    .unwrap();
     assert_eq!(closure.steps[0].effect, "covariate:lead_mm");
     assert!(closure.steps[0].description.contains("periodic"), "{}", closure.steps[0].description);
 }
@@ -61,6 +64,34 @@ fn a_course_that_breaks_off_is_found_where_it_breaks() {
     assert!(closure.after.held_out_rms < 0.5 * closure.before.held_out_rms);
 }
 
+/// The way to the first reading is not recorded: whichever it was, its half step is not taken for a
+/// reading that is off on its own.
+#[test]
+fn what_goes_with_the_direction_goes_with_that_of_the_first_reading() {
+    const HALF: f64 = 6.0;
+    for (seed, first) in [(11, 1.0), (12, -1.0), (13, 1.0), (14, -1.0)] {
+        let (column, _) = driven(seed, |c| c);
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+        let way = |i: usize| if i == 0 { first } else { (column[i] - column[i - 1]).signum() };
+        let data: Vec<f64> = (0..N).map(|i| HALF * way(i) + normal(&mut rng)).collect();
+        let single: Vec<_> = (0..N)
+            .map(|own| ("bad", (0..N).map(|i| f64::from(u8::from(i == own))).collect()))
+            .collect();
+        let mut model = scalars(&data, &single);
+        for (own, effect) in model.declared.effects.iter_mut().enumerate() {
+            effect.subject = Some(format!("reading {own}"));
+            effect.scope = Scope::Observation(own);
+            model.tangents[own] = model.tangents[own].rows(own, 1).into_owned();
+        }
+        let closure =
+            close_loop(&model, &[recorded("part_x_mm", column)], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["covariate:part_x_mm"], "{:?}", closure.verdict);
+        let step = &closure.steps[0].parameters[0];
+        assert!((step.value - HALF).abs() < 4.0 * step.std, "{step:?}");
+    }
+}
+
 #[test]
 fn temperature_counts_from_twenty_degrees() {
     let (column, _) = driven(3, |c| c);
@@ -68,8 +99,12 @@ fn temperature_counts_from_twenty_degrees() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let data: Vec<_> = temperature.iter().map(|t| 4.0 * (t - 20.0) + normal(&mut rng)).collect();
     let model = scalars(&data, &[("shift", vec![1.0; N])]);
-    let closure =
-        close_loop(&model, &[recorded("air_c", temperature)], &Options::default()).unwrap();
+    let closure = close_loop(
+        &model,
+        &[Covariate::recorded("air_c", Quantity::Temperature, temperature)],
+        &Options::default(),
+    )
+    .unwrap();
     let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
     assert_eq!(names, ["covariate:air_c"], "the shift at the mean temperature is not an effect");
     let slope = &closure.steps[0].parameters[0];

@@ -1,7 +1,7 @@
 //! Input that cannot be judged: one clear error each.
 
 use model_discrepancy::{
-    Covariate, LoopError, Options, Origin, Projected, Scope, State, assess, check_tangents,
+    Covariate, LoopError, Options, Projected, Quantity, Scope, State, assess, check_tangents,
     close_loop,
 };
 use nalgebra::{DMatrix, Vector3};
@@ -84,7 +84,7 @@ fn an_effect_that_moves_nothing_is_an_error_unless_it_says_so() {
 fn covariates_are_checked() {
     let model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
     for values in [vec![1.0; 3], vec![1.0, f64::NAN, 2.0, 3.0]] {
-        let covariate = Covariate { name: "air_c".to_owned(), values, origin: Origin::Recorded };
+        let covariate = Covariate::recorded("air_c", Quantity::Temperature, values);
         let error = close_loop(&model, &[covariate], &Options::default()).unwrap_err();
         assert!(matches!(error, LoopError::InvalidCovariate { .. }), "{error}");
     }

@@ -1,7 +1,7 @@
 //! A linear model with any base and any effects, and a plate of points to measure with it.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, LinearModel, Origin, Parameter, Role, Row,
+    Covariate, Declared, Effect, Group, Layout, LinearModel, Parameter, Quantity, Role, Row,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -145,10 +145,12 @@ pub(crate) fn body(points: &[Vector3<f64>], errors: &[Vector3<f64>]) -> LinearMo
 pub(crate) fn coordinates(points: &[Vector3<f64>]) -> Vec<Covariate> {
     let axis = |k: usize| points.iter().map(|p| p[k]).collect();
     (0..3)
-        .map(|k| Covariate {
-            name: ["from_x_mm", "from_y_mm", "from_z_mm"][k].to_owned(),
-            values: axis(k),
-            origin: Origin::Coordinate,
+        .map(|k| {
+            Covariate::coordinate(
+                ["from_x_mm", "from_y_mm", "from_z_mm"][k],
+                Quantity::Position,
+                axis(k),
+            )
         })
         .collect()
 }

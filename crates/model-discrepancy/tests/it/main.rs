@@ -11,5 +11,6 @@ mod patch;
 mod position_noise;
 mod power;
 mod repeats;
+mod settling;
 mod superfluous;
 mod unforeseen;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use model_discrepancy::{
-    Covariate, LinearModel, Options, Origin, Verdict, close_loop, lack_of_fit,
+    Covariate, LinearModel, Options, Quantity, Verdict, close_loop, lack_of_fit,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ fn positions() -> Vec<f64> {
 }
 
 fn commanded(values: Vec<f64>) -> Covariate {
-    Covariate { name: "commanded_mm".to_owned(), values, origin: Origin::Coordinate }
+    Covariate::coordinate("commanded_mm", Quantity::Position, values)
 }
 
 /// One where the noise remembers for so long that nothing is a repeat.

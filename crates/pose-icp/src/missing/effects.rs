@@ -3,7 +3,7 @@
 //! A positive amplitude is a ball that is larger, a surface that is higher, a reading that is
 //! longer than declared.
 
-use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
+use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
 use nalgebra::Vector3;
 
 use super::form::Form;
@@ -16,8 +16,6 @@ use crate::{Part, PoseParameter};
 const REFERENCE_C: f64 = 20.0;
 /// Name of the column that times the touches.
 pub(crate) const TIME: &str = "time_s";
-/// Ending of the columns that are temperatures.
-pub(crate) const CELSIUS: &str = "_c";
 /// Mean square of a normal's component from which a drift along that axis can be told: below it,
 /// the touches see less than a fifth of it.
 const SEEN_DRIFT: f64 = 0.04;
@@ -226,7 +224,8 @@ fn drift(setting: &Setting<'_>) -> Entry {
 }
 
 fn temperatures(covariates: &[Covariate]) -> Vec<Entry> {
-    let columns: Vec<_> = covariates.iter().filter(|c| c.name.ends_with(CELSIUS)).collect();
+    let columns: Vec<_> =
+        covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
     let several = columns.len() > 1;
     (columns.into_iter())
         .map(|column| {

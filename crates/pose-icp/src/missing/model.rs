@@ -2,7 +2,7 @@ use geometry::Foot;
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Parameter, Patch, Role, Row, Settling,
+    Covariate, Declared, Effect, Group, Layout, Parameter, Patch, Quantity, Role, Row, Settling,
     State, clearest_patch, clearest_settling, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
@@ -235,10 +235,8 @@ impl PoseModel {
     /// `part_radius_mm`), one value per observation.
     #[must_use]
     pub fn all_covariates(&self) -> Vec<Covariate> {
-        let place = |name: &str, of: fn(&Foot) -> f64| Covariate {
-            name: name.to_owned(),
-            values: self.contacts.iter().map(of).collect(),
-            origin: Origin::Coordinate,
+        let place = |name: &str, of: fn(&Foot) -> f64| {
+            Covariate::coordinate(name, Quantity::Position, self.contacts.iter().map(of).collect())
         };
         let mut all = vec![
             place("part_x_mm", |f| f.point_mm.x),

@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use model_discrepancy::{Proposal, Role};
+use model_discrepancy::{Proposal, Quantity, Role};
 use nalgebra::{Matrix2, Point2, Point3, Vector3};
 
-use super::effects::{CELSIUS, TIME, ratio};
+use super::effects::{TIME, ratio};
 use super::measured::MeasuredTouch;
 use super::model::{PoseModel, Standard};
 use crate::{LateralPrior, PoseOptions, PoseStart, Touch};
@@ -66,7 +66,7 @@ pub(crate) fn proposals(model: &PoseModel) -> Vec<Proposal> {
     );
     let reversed: Vec<usize> = all.iter().rev().copied().collect();
     propose("touch all points a second time, in reverse order", again(model, &reversed, 0.0));
-    if model.covariates.iter().any(|c| c.name.ends_with(CELSIUS)) {
+    if model.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
         propose("touch all points again, 5 K warmer", again(model, &all, WARMER_K));
     }
     propose("turn the part by 90° about its axis and touch it again", turned(model));
@@ -96,7 +96,7 @@ fn extended(
                 let last = *values.last()?;
                 last + (last - values[0]) / ratio(values.len().max(2) - 1)
             } else {
-                let rise = if covariate.name.ends_with(CELSIUS) { warmer_k } else { 0.0 };
+                let rise = if covariate.quantity == Quantity::Temperature { warmer_k } else { 0.0 };
                 values[like] + rise
             };
             covariate.values.push(value);

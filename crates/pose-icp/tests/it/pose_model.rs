@@ -1,7 +1,7 @@
 //! The declared model as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Model, Options, Origin, Role, State, Verdict, check_tangents, close_loop,
+    Covariate, Model, Options, Quantity, Role, State, Verdict, check_tangents, close_loop,
 };
 use nalgebra::DVector;
 use pose_icp::{EdgeTouches, MeasuredTouch, PoseModel, PoseOptions, PoseParameter, Touch};
@@ -39,11 +39,11 @@ fn derivatives_agree_with_differences_for_every_effect_and_clamping() {
     let mut rng = ChaCha8Rng::seed_from_u64(461);
     let pose = random_pose(&mut rng);
     let points = touches(&pose, &spread(14, 45.0), 1e-3, &mut rng);
-    let recorded = ["time_s", "part_c"].map(|name| Covariate {
-        name: name.to_owned(),
-        values: (0..14).map(|i| 20.0 + f64::from(i * i % 11)).collect(),
-        origin: Origin::Recorded,
-    });
+    let recorded =
+        [("time_s", Quantity::Time), ("part_c", Quantity::Temperature)].map(|(name, quantity)| {
+            let values = (0..14).map(|i| 20.0 + f64::from(i * i % 11)).collect();
+            Covariate::recorded(name, quantity, values)
+        });
     // Side touches to 1 mm, so that rounding of whitened rows stays below the differences.
     let edge = EdgeTouches { sigma_mm: 1.0, ..edge(&pose, 1e-3, &mut rng) };
     let side = edge.locate(tip(), 0.3).unwrap();

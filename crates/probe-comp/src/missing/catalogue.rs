@@ -3,10 +3,10 @@
 //! A positive amplitude is a ball or a part that is larger, a reading that is longer or that is
 //! further along the approach than declared.
 
-use model_discrepancy::{Covariate, Effect, Parameter, Role, Scope};
+use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
 use nalgebra::Vector3;
 
-use super::columns::{CELSIUS, REFERENCE_C, TIME, as_f64, feed};
+use super::columns::{REFERENCE_C, TIME, as_f64, feed};
 use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
 use super::term::Term;
@@ -228,7 +228,8 @@ fn drifts(setting: &Setting<'_>) -> Vec<Entry> {
 }
 
 fn temperatures(setting: &Setting<'_>) -> Vec<Entry> {
-    let columns: Vec<_> = setting.covariates.iter().filter(|c| c.name.ends_with(CELSIUS)).collect();
+    let columns: Vec<_> =
+        setting.covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
     let several = columns.len() > 1;
     (columns.into_iter())
         .map(|column| {

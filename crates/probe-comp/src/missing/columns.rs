@@ -4,8 +4,6 @@ use model_discrepancy::Covariate;
 
 /// Column that times the touches.
 pub(crate) const TIME: &str = "time_s";
-/// Ending of the columns that are temperatures.
-pub(crate) const CELSIUS: &str = "_c";
 /// Reference temperature of dimensional measurement, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
 

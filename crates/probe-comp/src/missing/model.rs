@@ -1,5 +1,5 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Origin, Patch, Role, Row, Settling, State,
+    Covariate, Declared, Effect, Group, Layout, Patch, Quantity, Role, Row, Settling, State,
     clearest_patch, clearest_settling, resolution_of,
 };
 mod discrepancy;
@@ -203,10 +203,8 @@ impl ProbeModel {
     /// `part_z_mm`, and on a graph over xy `part_radius_mm`), one value per observation.
     #[must_use]
     pub fn all_covariates(&self) -> Vec<Covariate> {
-        let place = |name: &str, of: &dyn Fn(&NominalFoot) -> f64| Covariate {
-            name: name.to_owned(),
-            values: self.feet.iter().map(of).collect(),
-            origin: Origin::Coordinate,
+        let place = |name: &str, of: &dyn Fn(&NominalFoot) -> f64| {
+            Covariate::coordinate(name, Quantity::Position, self.feet.iter().map(of).collect())
         };
         let mut all =
             vec![place("part_x_mm", &|f| f.point_mm.x), place("part_y_mm", &|f| f.point_mm.y)];

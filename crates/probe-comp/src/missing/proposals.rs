@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_3;
 
-use model_discrepancy::{Covariate, Origin, Proposal, Role};
+use model_discrepancy::{Covariate, Proposal, Quantity, Role};
 use nalgebra::{Rotation3, Unit, Vector3};
 
-use super::columns::{CELSIUS, TIME, as_f64, feed};
+use super::columns::{TIME, as_f64, feed};
 use super::measured::MeasuredTouch;
 use super::model::{ProbeModel, Standard};
 
@@ -86,7 +86,7 @@ pub(crate) fn proposals(model: &ProbeModel) -> Vec<Proposal> {
     let reversed: Vec<usize> = all.iter().rev().copied().collect();
     let text = "touch all points a second time, in reverse order";
     propose(text, again(model, &reversed, AS_BEFORE));
-    if model.covariates.iter().any(|c| c.name.ends_with(CELSIUS)) {
+    if model.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
         let warmer = Repeat { warmer_k: WARMER_K, ..AS_BEFORE };
         propose("touch all points again, 5 K warmer", again(model, &all, warmer));
     }
@@ -103,11 +103,11 @@ fn slower(model: &ProbeModel, which: &[usize]) -> Option<ProbeModel> {
     let mut covariates = model.covariates.clone();
     let mut how = Repeat { feed_ratio: SLOW, ..AS_BEFORE };
     if feed(&covariates).is_none() {
-        covariates.push(Covariate {
-            name: "feed_mm_per_min".to_owned(),
-            values: vec![FEEDS_MM_PER_MIN[0]; model.touches.len()],
-            origin: Origin::Recorded,
-        });
+        covariates.push(Covariate::recorded(
+            "feed_mm_per_min",
+            Quantity::Other,
+            vec![FEEDS_MM_PER_MIN[0]; model.touches.len()],
+        ));
         how.feed_ratio = FEEDS_MM_PER_MIN[1] / FEEDS_MM_PER_MIN[0];
     }
     extended(model, covariates, which, how)
@@ -137,7 +137,8 @@ fn extended(
             } else if Some(&covariate.name) == feed.as_ref() {
                 values[like] * how.feed_ratio
             } else {
-                let rise = if covariate.name.ends_with(CELSIUS) { how.warmer_k } else { 0.0 };
+                let rise =
+                    if covariate.quantity == Quantity::Temperature { how.warmer_k } else { 0.0 };
                 values[like] + rise
             };
             covariate.values.push(value);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use geometry::{Asphere, AsphereShape};
-use model_discrepancy::{Covariate, Origin};
+use model_discrepancy::{Covariate, Quantity};
 use nalgebra::{Point2, Point3, Vector3};
 use probe_comp::{
     BallTouch, Contact, InvalidTouch, Nominal, NormalSource, ProbeError, ProbeModel, Side,
@@ -124,7 +124,7 @@ fn radii_of_a_micro_plane_that_cannot_be() {
 fn covariates_that_do_not_fit() {
     let touches = || measured(vec![touch(0.0, 0.0), touch(5.0, 1.0)]);
     for values in [vec![1.0], vec![1.0, f64::NAN]] {
-        let column = Covariate { name: "x".to_owned(), values, origin: Origin::Recorded };
+        let column = Covariate::recorded("x", Quantity::Other, values);
         let error = ProbeModel::new(setup(bowl()), touches(), &[column]).unwrap_err();
         assert!(matches!(error, ProbeError::InvalidCovariate { needed: 2, .. }), "{error}");
     }

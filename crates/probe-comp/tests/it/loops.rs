@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use geometry::Plane;
 use model_discrepancy::{
-    Closure, Covariate, Model, Options, Origin, State, Verdict, check_tangents, close_loop,
+    Closure, Covariate, Model, Options, Quantity, State, Verdict, check_tangents, close_loop,
 };
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use probe_comp::{BallTouch, Nominal, ProbeModel, Side};
@@ -46,10 +46,14 @@ fn names(closure: &Closure, step: usize) -> Vec<&str> {
 #[test]
 fn derivatives_agree_with_differences_for_every_effect_and_proposal() {
     let mut rng = ChaCha8Rng::seed_from_u64(31);
-    let recorded = ["time_s", "feed_mm_per_min", "part_c"].map(|name| Covariate {
-        name: name.to_owned(),
-        values: (0..14).map(|i| 20.0 + f64::from(i * i % 11)).collect(),
-        origin: Origin::Recorded,
+    let recorded = [
+        ("time_s", Quantity::Time),
+        ("feed_mm_per_min", Quantity::Other),
+        ("part_c", Quantity::Temperature),
+    ]
+    .map(|(name, quantity)| {
+        let values = (0..14).map(|i| 20.0 + f64::from(i * i % 11)).collect();
+        Covariate::recorded(name, quantity, values)
     });
     let on_sphere = directions(14)
         .iter()
@@ -146,8 +150,7 @@ fn a_reading_that_comes_late_shows_by_the_feed() {
         .zip(&feeds)
         .map(|(u, feed)| sphere_touch(u, Unit::new_normalize(-u), 2e-3 * feed / 60.0, &mut rng))
         .collect();
-    let name = "feed_mm_per_min".to_owned();
-    let column = Covariate { name, values: feeds, origin: Origin::Recorded };
+    let column = Covariate::recorded("feed_mm_per_min", Quantity::Other, feeds);
     let closure = closed(reference_sphere(Side::Along), touches.clone(), &[column]);
     assert_eq!(names(&closure, 0), ["latency"]);
     let time = &closure.steps[0].parameters[0];

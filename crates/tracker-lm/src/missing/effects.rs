@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use model_discrepancy::{Covariate, Effect, Parameter, Scope};
+use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
@@ -16,8 +16,6 @@ use crate::{Approach, Range, Step, Survey};
 
 /// Reference temperature of length, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
-/// Ending of the columns that are temperatures.
-const CELSIUS: &str = "_c";
 
 /// An effect as the loop sees it, and what it does to every range.
 #[derive(Clone, Debug)]
@@ -315,14 +313,9 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     })
 }
 
-/// Whether a column holds temperatures.
-pub(crate) fn is_temperature(column: &str) -> bool {
-    column.ends_with(CELSIUS)
-}
-
 /// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected.
 fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
-    let columns = scene.covariates.iter().filter(|c| is_temperature(&c.name));
+    let columns = scene.covariates.iter().filter(|c| c.quantity == Quantity::Temperature);
     columns
         .map(|column| {
             let text = format!(

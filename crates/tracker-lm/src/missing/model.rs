@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, LinearModel, Model, Origin, Parameter, Role, Row,
+    Covariate, Declared, Group, Layout, LinearModel, Model, Parameter, Quantity, Role, Row,
     resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3};
@@ -251,11 +251,7 @@ impl TrackerModel {
     pub fn coordinates(&self) -> Vec<Covariate> {
         let angle = |r: &crate::Range| self.survey.steps[r.step].angle_rad.to_degrees();
         let values = self.survey.ranges.iter().map(angle).collect();
-        vec![self.padded(&Covariate {
-            name: "angle_deg".to_owned(),
-            values,
-            origin: Origin::Coordinate,
-        })]
+        vec![self.padded(&Covariate::coordinate("angle_deg", Quantity::Angle, values))]
     }
 
     /// A covariate of the ranges with the value that the layout's last observation needs.

@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use model_discrepancy::{Covariate, Effect, Parameter, Scope};
+use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
 use nalgebra::Vector3;
 
 use super::TargetSurvey;
@@ -12,7 +12,7 @@ use super::faults::Fault;
 use super::sight::Sight;
 use crate::Approach;
 use crate::count::count;
-use crate::missing::effects::{REFERENCE_C, approaches, coordinates, is_temperature, parameter};
+use crate::missing::effects::{REFERENCE_C, approaches, coordinates, parameter};
 
 /// An effect as the loop sees it, and what it does to every reading.
 #[derive(Clone, Debug)]
@@ -199,7 +199,7 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
 }
 
 fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
-    let columns = scene.covariates.iter().filter(|c| is_temperature(&c.name));
+    let columns = scene.covariates.iter().filter(|c| c.quantity == Quantity::Temperature);
     columns
         .map(|column| {
             let text = format!(

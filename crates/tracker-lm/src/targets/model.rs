@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use least_squares::BorderedPoint;
 use model_discrepancy::{
-    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Origin, Proposal, Role, Row,
+    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Proposal, Quantity, Role, Row,
     State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Vector6};
@@ -326,7 +326,7 @@ impl TargetModel {
     pub fn coordinates(&self) -> Vec<Covariate> {
         let angle = |step: usize| self.survey.steps[step].angle_rad.to_degrees();
         let values = self.survey.targets.iter().map(|t| angle(t.step)).collect();
-        vec![Covariate { name: "angle_deg".to_owned(), values, origin: Origin::Coordinate }]
+        vec![Covariate::coordinate("angle_deg", Quantity::Angle, values)]
     }
 
     /// The calibration anew with amplitudes of effects, as indices of effect and parameter, among

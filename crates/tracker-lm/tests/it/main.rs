@@ -6,6 +6,7 @@ mod closing;
 mod consistency;
 mod degenerate;
 mod exports;
+mod find_axis;
 mod perfect;
 mod recovery;
 mod scene;

@@ -1,6 +1,6 @@
 //! The conclusion in one sentence.
 
-use model_discrepancy::{Closure, HoldOut, Role, Verdict};
+use model_discrepancy::{Closure, HoldOut, ParameterEstimate, Role, Verdict};
 
 use super::{Context, sentence};
 use crate::markup::Markup;
@@ -127,16 +127,30 @@ fn effect_names(out: &mut Markup, closure: &Closure) {
             1 => out.text(" (or another effect that looks the same here)"),
             n => out.text(&format!(" (or one of {n} effects that look the same here)")),
         }
-        let sized = step.parameters.iter().take(MOST_SIZES).map(|p| {
+        let sized = clearest(&step.parameters).into_iter().map(|p| {
             let (value, expanded) = with_expanded(p.value, p.std);
             let name = if step.parameters.len() == 1 { "" } else { &p.name };
             format!("{name} {value}\u{a0}±\u{a0}{expanded} {}", p.unit).trim().to_owned()
         });
         let sizes: Vec<String> = sized.collect();
         if !sizes.is_empty() {
-            out.text(&format!(", {} (k\u{a0}=\u{a0}2)", sizes.join(", ")));
+            let more = match step.parameters.len() - sizes.len() {
+                0 => String::new(),
+                n => format!(" and {n} less clear"),
+            };
+            out.text(&format!(", {}{more} (k\u{a0}=\u{a0}2)", sizes.join(", ")));
         }
     }
+}
+
+/// The amplitudes that differ most from zero for their uncertainty, in the order of the effect.
+fn clearest(parameters: &[ParameterEstimate]) -> Vec<&ParameterEstimate> {
+    let share = |k: usize| (parameters[k].value / parameters[k].std).abs();
+    let mut order: Vec<usize> = (0..parameters.len()).collect();
+    order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
+    order.truncate(MOST_SIZES);
+    order.sort_unstable();
+    order.into_iter().map(|k| &parameters[k]).collect()
 }
 
 fn solved(out: &mut Markup, context: &Context) {

@@ -1,6 +1,6 @@
 //! Numbers and sentences for people.
 
-use model_discrepancy::Outcome;
+use model_discrepancy::{Outcome, ParameterEstimate};
 use proptest::prelude::*;
 
 use super::sample::{four_displacements, long_log, photogrammetry};
@@ -97,6 +97,28 @@ fn a_class_of_names_is_not_given_as_one_name() {
     let headline = text_of(section(&document, "Error on data the fit never saw"));
     assert!(headline.contains("too few to repeat the choice"), "{headline}");
     assert!(headline.contains("Published: 0.280 mm rms (document [A], Table 4)."), "{headline}");
+}
+
+#[test]
+fn the_first_sentence_gives_the_clearest_of_many_amplitudes() {
+    let mut sample = four_displacements();
+    let step = &mut sample.closure.steps[0];
+    let one = step.parameters[0].clone();
+    let of = |(name, value): (&str, f64)| ParameterEstimate {
+        name: name.to_owned(),
+        value,
+        std: 1.0,
+        ..one.clone()
+    };
+    step.parameters =
+        [("EXB", 0.1), ("EYB", 15.0), ("EZB", -9.0), ("EAB", 0.2), ("EBB", -118.0), ("ECB", 7.0)]
+            .map(of)
+            .to_vec();
+    let page = render(&sample.closed());
+    let document = parse(&page);
+    let lede = text_of(document.descendants().find(|n| n.has_tag_name("header")).unwrap());
+    assert!(lede.contains("EYB 15") && lede.contains("EBB −118"), "{lede}");
+    assert!(lede.contains("and 2 less clear") && !lede.contains("EXB"), "{lede}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 use std::collections::HashMap;
 
+use super::column_kinds::ColumnKinds;
 use super::extras::Extras;
 use super::nearest::{distance, nearest};
 use super::number::{MAX_MAGNITUDE, MIN_POSITIVE};
@@ -125,8 +126,8 @@ impl<'t> Columns<'t> {
     /// The columns nobody asked for.
     ///
     /// One whose name is that of an absent known column but for the unit or the letter case
-    /// is an error; one with a similar name is a warning.
-    pub(crate) fn rest(self) -> Result<Extras, Error> {
+    /// is an error; one with a similar name is a warning. `kinds` say what the others hold.
+    pub(crate) fn rest(self, kinds: &ColumnKinds) -> Result<Extras, Error> {
         let mut extras = Extras::default();
         for (column, name) in self.table.names().iter().enumerate() {
             if self.taken[column] {
@@ -142,7 +143,7 @@ impl<'t> Columns<'t> {
                     self.table.at_column(column)
                 ));
             }
-            extras.add(self.table, column);
+            extras.add(self.table, column, kinds);
         }
         Ok(extras)
     }

@@ -1,6 +1,7 @@
 use std::borrow::Cow;
 
 use super::table::Table;
+use super::unit::conversion;
 
 /// A change to one file of a case, tried before anyone makes it.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub(crate) enum Change {
     Swap { column: String, names: [String; 2] },
     /// A column of new numbers.
     Replace { column: String, values: Vec<f64> },
+    /// Numbers added to those of a column, in the unit of its name; the table may have another.
+    Add { column: String, values: Vec<f64> },
     /// Columns that the table does not have, with a cell for each of its rows, and rows at the end.
     Append { columns: Vec<(String, Vec<String>)>, rows: Vec<Vec<String>> },
     /// A setting of `case.toml`, by the path of its keys.
@@ -81,6 +84,24 @@ impl Change {
                         written(values[row])
                     } else {
                         table.cell(row, column).into()
+                    }
+                })
+            }
+            Self::Add { column, values } => {
+                let in_another = |(at, name): (usize, &String)| {
+                    conversion(name, column).map(|conversion| (at, conversion.of(1.0)))
+                };
+                let names = table.names().iter().enumerate();
+                let found = index(column)
+                    .map(|at| (at, 1.0))
+                    .or_else(|| names.clone().find_map(in_another));
+                table.rewritten(&all, |table, row, column| {
+                    let cell = table.cell(row, column);
+                    match (found, cell.parse::<f64>()) {
+                        (Some((at, unit)), Ok(value)) if at == column => {
+                            written(value + values[row] / unit)
+                        }
+                        _ => cell.into(),
                     }
                 })
             }

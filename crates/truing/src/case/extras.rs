@@ -1,3 +1,6 @@
+use model_discrepancy::{Covariate, Quantity};
+
+use super::column_kinds::ColumnKinds;
 use super::quote::quote;
 use super::table::Table;
 
@@ -20,11 +23,24 @@ pub(crate) struct Extras {
 pub(crate) struct NumberColumn {
     pub(crate) name: String,
     pub(crate) values: Vec<f64>,
+    pub(crate) quantity: Quantity,
+}
+
+impl NumberColumn {
+    /// As the loop takes it.
+    pub(crate) fn covariate(&self) -> Covariate {
+        self.with(self.values.clone())
+    }
+
+    /// The same with other values.
+    pub(crate) fn with(&self, values: Vec<f64>) -> Covariate {
+        Covariate::recorded(self.name.as_str(), self.quantity, values)
+    }
 }
 
 impl Extras {
     /// Sorts a column into covariates and labels.
-    pub(crate) fn add(&mut self, table: &Table, column: usize) {
+    pub(crate) fn add(&mut self, table: &Table, column: usize, kinds: &ColumnKinds) {
         let name = &table.names()[column];
         let mut values = Vec::with_capacity(table.n_rows());
         let mut first_text = None;
@@ -37,7 +53,10 @@ impl Extras {
             }
         }
         match (first_text, first_gap) {
-            (None, None) => self.covariates.push(NumberColumn { name: name.clone(), values }),
+            (None, None) => {
+                let quantity = kinds.of(name);
+                self.covariates.push(NumberColumn { name: name.clone(), values, quantity });
+            }
             (None, Some(row)) => self.warnings.push(format!(
                 "{}: {}, so the covariate is left out",
                 table.at_cell(row, column),

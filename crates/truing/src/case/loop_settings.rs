@@ -3,12 +3,17 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use toml::Spanned;
 
+use super::column_kinds::ColumnKinds;
+
 /// The section `[loop]`, the same for every kind.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LoopSettings {
     /// Column whose equal values make one group.
     pub(crate) group: Option<Spanned<String>>,
+    /// What recorded columns hold, where their names do not say it.
+    #[serde(default)]
+    pub(crate) columns: ColumnKinds,
     /// Probability of adding anything where nothing is missing.
     alpha: Option<Probability>,
     /// Effects and corrections added at most.

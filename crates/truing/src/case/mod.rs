@@ -1,5 +1,6 @@
 //! Case folders: what is read, and what is said when it cannot be.
 
+mod column_kinds;
 mod columns;
 mod dialect;
 mod document;
@@ -19,6 +20,8 @@ mod quote;
 mod table;
 mod unit;
 
+pub(crate) use column_kinds::ColumnKinds;
+pub use column_kinds::quantity_of;
 pub(crate) use columns::Columns;
 pub(crate) use dialect::{Writing, with_point, writing};
 pub(crate) use document::{CASE_FILE, Document};

@@ -323,8 +323,8 @@ pub enum Problem {
         /// Its length.
         length: f64,
     },
-    /// A column to group by that is not there, or not one value per group.
-    #[error("no column {} to group by{}; the columns are {}", quote(column), did_you_mean(nearest.as_deref()), list(columns))]
+    /// A column that `[loop]` names and that is not there.
+    #[error("no column {}{}; the columns are {}", quote(column), did_you_mean(nearest.as_deref()), list(columns))]
     NoGroupColumn {
         /// The column asked for.
         column: String,
@@ -367,7 +367,7 @@ pub enum Problem {
         what: &'static str,
         /// The id.
         id: String,
-        /// The column to group by.
+        /// The column.
         column: String,
         /// One value.
         first: String,

@@ -66,7 +66,7 @@ impl Shown {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Fit the declared model of a case
-    Solve(Run),
+    Solve(Solving),
     /// Fit it, find what it is missing, and judge the error before and after on unseen data
     Loop(Closing),
     /// Validate a case and say what it can and cannot determine
@@ -308,6 +308,17 @@ pub(crate) struct Run {
     /// Also write a self-contained HTML report
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
+}
+
+/// A case to be solved.
+#[derive(Args, Debug)]
+pub(crate) struct Solving {
+    #[command(flatten)]
+    pub(crate) run: Run,
+    /// Also draw the data anew so many times from their declared noise, and say how the results
+    /// scatter (JCGM 101)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    pub(crate) monte_carlo: Option<u32>,
 }
 
 impl Run {

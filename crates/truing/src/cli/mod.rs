@@ -23,11 +23,11 @@ use truing::{
     ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check, close_loop, correct,
     design_force, force_report, import_planned_log, import_probe_log, import_table, loop_report,
     plan, plausible, read_case_with, read_findings, read_learnt, read_page, refuse_overlap, solve,
-    solve_report, write_files, write_imported, write_plan,
+    solve_drawn, solve_report, write_files, write_imported, write_plan,
 };
 
 use arguments::{
-    Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings, TouchKind,
+    Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings, Solving, TouchKind,
 };
 use monitor::monitor;
 use register::Register;
@@ -50,7 +50,13 @@ pub(crate) fn run() -> ExitCode {
 
 fn obey(command: Command, settings: Settings) -> Result<(), Error> {
     match command {
-        Command::Solve(run) => answer((&run, settings), "solving", Ok, solve, solve_report),
+        Command::Solve(Solving { run, monte_carlo }) => {
+            let solved = |case: &Case| match monte_carlo {
+                Some(draws) => solve_drawn(case, draws as usize),
+                None => solve(case),
+            };
+            answer((&run, settings), "solving", Ok, solved, solve_report)
+        }
         Command::Loop(Closing { run, carry }) => {
             let carrying = |case: Case| match &carry {
                 Some(path) => case.carrying(read_learnt(path)?),

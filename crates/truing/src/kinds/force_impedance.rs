@@ -30,6 +30,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "contact force of a polishing head on four legs",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),
         ("log.csv", include_str!("../../templates/force-impedance/log.csv")),
@@ -66,7 +67,7 @@ fn read_log(folder: &Folder, document: &Document, settings: Settings) -> Result<
     let names = segment_names.as_deref();
     let (segments, of_row) = segments(names, groups.as_deref(), &stretches, &table);
     let samples = samples(&table, &mut columns, (&time_s, &of_row))?;
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
     let mut warnings = noise_warning(sigma_n, samples[0].reference_n.is_some());
     warnings.extend(extras.warnings);

@@ -12,11 +12,13 @@ mod tip;
 use std::collections::BTreeSet;
 
 use frame_fit::{Handedness, Transform};
+use model_discrepancy::Quantity;
 
 use crate::Error;
 use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::{Measured, Reading};
+use crate::uncertain::{Std, Uncertain};
 
 pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
 pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
@@ -24,7 +26,8 @@ pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 use measured::{FrameCase, Sigma, Use};
 
 use settings::{
-    FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings, TO, TransformName,
+    DISTANCES, FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings, TO,
+    TransformName,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -32,6 +35,17 @@ pub(crate) const KIND: Kind = Kind {
     summary: "transform between two frames from points known in both",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },
+        Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&["sigma_mm"]) },
+        Uncertain { table: PAIRS, columns: &TO, std: Std::Declared("point_mm") },
+        Uncertain {
+            table: POSES,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Declared("point_mm"),
+        },
+        Uncertain { table: DISTANCES, columns: &["distance_mm"], std: Std::Columns(&["std_mm"]) },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/frame-fit/case.toml")),
         ("pairs.csv", include_str!("../../templates/frame-fit/pairs.csv")),
@@ -57,7 +71,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let sigma = sigma(&mut columns, dimension, settings.noise.point_mm, &mut warnings)?;
     let uses = columns.words("use", &[("fit", Use::Fit), ("check", Use::Check)], Some(Use::Fit))?;
     let bodies = columns.has("body").then(|| columns.texts("body")).transpose()?;
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let sessions = sessions(&table, &extras.labels);
     warnings.extend(extras.warnings);
     let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
@@ -100,6 +114,7 @@ fn sessions(table: &Table, labels: &[String]) -> Vec<NumberColumn> {
     let of = |name: &str| NumberColumn {
         name: format!("{SESSION}: {SESSION} {name}"),
         values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
+        quantity: Quantity::Other,
     };
     names.into_iter().map(of).collect()
 }

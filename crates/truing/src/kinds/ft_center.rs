@@ -17,6 +17,7 @@ use crate::Error;
 use crate::case::{Document, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::uncertain::{Std, Uncertain};
 
 pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
 pub use gravity_estimates::{GravityEstimates, LineMiss, WrenchEstimate};
@@ -31,6 +32,28 @@ pub(crate) const KIND: Kind = Kind {
     summary: "centre of a polishing head by a six-axis force/torque sensor",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain {
+            table: WRENCH,
+            columns: &["fx_n", "fy_n", "fz_n"],
+            std: Std::Declared("force_n"),
+        },
+        Uncertain {
+            table: WRENCH,
+            columns: &["mx_nmm", "my_nmm", "mz_nmm"],
+            std: Std::Declared("moment_nmm"),
+        },
+        Uncertain {
+            table: GRAVITY,
+            columns: &["fx_n", "fy_n", "fz_n"],
+            std: Std::Declared("force_n"),
+        },
+        Uncertain {
+            table: GRAVITY,
+            columns: &["mx_nmm", "my_nmm", "mz_nmm"],
+            std: Std::Declared("moment_nmm"),
+        },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/ft-center/case.toml")),
         ("presses.csv", include_str!("../../templates/ft-center/presses.csv")),

@@ -33,7 +33,8 @@ pub use positioning::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
 };
 pub use tracker_lm::{
-    AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+    AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate, StationEstimate,
+    TrackerLmEstimates,
 };
 
 pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach};

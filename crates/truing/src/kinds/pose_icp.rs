@@ -23,13 +23,14 @@ use crate::case::{Document, Finite, Folder, Location, Positive, Problem};
 use crate::kind::Kind;
 use crate::kinds::surface::{CONTROL, HEIGHTS};
 use crate::measured::{Measured, Reading};
+use crate::uncertain::{Std, Uncertain};
 
 use case::PoseCase;
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
 pub(crate) use plausible::plausible_reading;
 use surface::read_surface;
-use tables::Points;
+use tables::{Points, XYZ};
 
 use settings::{EDGE, NoiseSettings, POINTS, ParameterName, Settings, SideName, error, zero};
 
@@ -38,6 +39,10 @@ pub(crate) const KIND: Kind = Kind {
     summary: "pose of a workpiece from touches of its surface",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain { table: POINTS, columns: &XYZ, std: Std::Declared("point_mm") },
+        Uncertain { table: EDGE, columns: &XYZ, std: Std::Declared("point_mm") },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/pose-icp/case.toml")),
         ("points.csv", include_str!("../../templates/pose-icp/points.csv")),
@@ -49,7 +54,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
     let mut warnings = Vec::new();
     let surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
-    let points = Points::read(folder, document, settings.closure.group.as_ref())?;
+    let points = Points::read(folder, document, &settings.closure)?;
     warnings.extend(points.warnings.iter().cloned());
     if settings.noise.point_mm.is_none() {
         warnings.push(

@@ -27,6 +27,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "linear or rotary axis sent to targets, by ISO 230-2",
     read,
     mistakes,
+    uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/positioning/case.toml")),
         ("positions.csv", include_str!("../../templates/positioning/positions.csv")),
@@ -133,7 +134,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
             approach,
         })
         .collect();
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     warnings.extend(extras.warnings);
     let (sigma, lead, length_ratio) = declared(&settings, &positions, &mut warnings);
     let group = settings.closure.group.as_ref();

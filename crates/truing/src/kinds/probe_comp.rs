@@ -18,6 +18,7 @@ use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::kinds::surface::{CONTROL, HEIGHTS};
 use crate::measured::Reading;
+use crate::uncertain::{Std, Uncertain};
 
 use case::ProbeCase;
 pub use estimates::{
@@ -26,7 +27,7 @@ pub use estimates::{
 use qualification::corrected;
 pub use qualification::{LobeEstimate, QualificationEstimate};
 use surface::{PartSurface, read_surface};
-use tables::Touches;
+use tables::{Touches, XYZ};
 
 use settings::{MICRO, NormalName, ProbeSettings, QUALIFICATION, Settings, SideName, TOUCHES};
 
@@ -35,6 +36,11 @@ pub(crate) const KIND: Kind = Kind {
     summary: "contacts and deviations from the ball centres of a touch probe",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },
+        Uncertain { table: MICRO, columns: &XYZ, std: Std::Declared("point_mm") },
+        Uncertain { table: QUALIFICATION, columns: &XYZ, std: Std::Declared("point_mm") },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/probe-comp/case.toml")),
         ("touches.csv", include_str!("../../templates/probe-comp/touches.csv")),
@@ -46,7 +52,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let mut warnings = Vec::new();
     let tip_radius_mm = settings.probe.radius_mm(document)?;
     let stylus = settings.probe.stylus(document)?;
-    let mut touches = Touches::read(folder, document, settings.closure.group.as_ref())?;
+    let mut touches = Touches::read(folder, document, &settings.closure)?;
     warnings.extend(touches.warnings.iter().cloned());
     let mut surface = read_surface(&settings.surface, folder, document, &mut warnings)?;
     let side = side(&settings, &surface, &touches, tip_radius_mm, &mut warnings);

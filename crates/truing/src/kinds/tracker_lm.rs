@@ -15,20 +15,23 @@ mod targets;
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{
     AxisLetter, AxisModel, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options, RotaryAxis,
+    Sought,
 };
 
 use crate::Error;
 use crate::case::{Document, Finite, Folder, LoopSettings, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::uncertain::{Std, Uncertain};
 
 pub use estimates::{
-    AxisErrorEstimate, AxisLocationEstimate, MountEstimate, StationEstimate, TrackerLmEstimates,
+    AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate, StationEstimate,
+    TrackerLmEstimates,
 };
 
 use settings::{
-    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, Settings,
-    TARGETS, error,
+    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, STATIONS,
+    Settings, TARGETS, error,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -36,6 +39,28 @@ pub(crate) const KIND: Kind = Kind {
     summary: "six errors of a rotary axis by multilateration with a laser tracer",
     read,
     mistakes: suspects::mistakes,
+    uncertain: &[
+        Uncertain {
+            table: RANGES,
+            columns: &["displacement_mm"],
+            std: Std::Declared("displacement_mm"),
+        },
+        Uncertain {
+            table: STATIONS,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Declared("station_mm"),
+        },
+        Uncertain {
+            table: TARGETS,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Polar { range: "range_mm", angle: "angle_rad" },
+        },
+        Uncertain {
+            table: TARGETS,
+            columns: &["x_mm", "y_mm", "z_mm"],
+            std: Std::Declared("point_mm"),
+        },
+    ],
     example: &[
         ("case.toml", include_str!("../../templates/tracker-lm/case.toml")),
         ("stations.csv", include_str!("../../templates/tracker-lm/stations.csv")),
@@ -86,6 +111,7 @@ fn wrong_letter(
 }
 
 impl Settings {
+    /// The declared axis; of one that is to be found, the letter and a first direction.
     fn axis(&self, document: &Document) -> Result<RotaryAxis, Error> {
         let letter = match self.axis.letter {
             LetterName::A => AxisLetter::A,
@@ -101,13 +127,27 @@ impl Settings {
         if let Some(message) = wrong_letter(letter, along, &direction) {
             return Err(Error::case(document.at_file(), Problem::WrongValue { message }));
         }
-        let origin_mm = Point3::from(self.axis.origin_mm.map(|Finite(v)| v));
+        let origin_mm = self
+            .axis
+            .origin_mm
+            .map_or_else(Point3::origin, |origin_mm| Point3::from(origin_mm.map(|Finite(v)| v)));
         RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
+    }
+
+    /// What is to be found of the axis before it is calibrated.
+    fn sought(&self) -> Option<Sought> {
+        match (self.axis.origin_mm, self.axis.direction) {
+            (Some(_), _) => None,
+            (None, Some(_)) => Some(Sought::Origin),
+            (None, None) => Some(Sought::OriginAndDirection),
+        }
     }
 
     fn axis_model(&self) -> AxisModel {
         match self.model.axis {
             AxisName::Free => AxisModel::Free,
+            // No place is declared that it could be off.
+            AxisName::Fixed if self.axis.origin_mm.is_none() => AxisModel::Located,
             AxisName::Fixed => AxisModel::Fixed,
         }
     }

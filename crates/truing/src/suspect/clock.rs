@@ -7,6 +7,17 @@ use crate::case::{Change, Edit, Table};
 const FARTHEST: f64 = 60.0;
 /// Rounds of refinement, each to a fifth of the one before: a thousandth of an interval.
 const ROUNDS: usize = 5;
+/// Steps on either side that are looked at in a round of refinement.
+const REACH: i32 = 5;
+/// Readings about a time from which the one at that time is worked out: with six, a signal of five
+/// readings a period is known to a few hundredths of its height, with a straight line to a fifth.
+const NODES: usize = 6;
+/// Readings that an offset is judged by, at most, evenly over the record.
+const MOST_READINGS: usize = 3000;
+/// Share of the readings for which an offset must leave one to hold against them.
+const OVERLAP: f64 = 0.5;
+/// Share of the misfit of a constant offset that another rate leaves at most.
+const RATE_LEAVES: f64 = 0.7;
 /// Stretches of the record over which an offset may change.
 const STRETCHES: usize = 12;
 /// Residual where the signal is steep over that where it is flat: there, jitter is then three
@@ -38,50 +49,225 @@ pub(crate) struct Record<'t> {
     pub(crate) latency_s: f64,
 }
 
+/// A course of time that is off by so much where the record begins, and where it ends.
+#[derive(Clone, Copy)]
+struct Offset {
+    first_s: f64,
+    last_s: f64,
+}
+
 /// The clock of a record late or early, running at another rate, or jittering.
 pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
     let Some(interval_s) = median_step(record) else { return Vec::new() };
-    let all: Vec<usize> = (0..record.read.len()).collect();
-    let mut found = Vec::new();
-    let offset_s = best_offset(record, &all, interval_s);
-    let chunk = record.read.len().div_ceil(STRETCHES).max(1);
-    let parts: Vec<(f64, f64)> = all
-        .chunks(chunk)
-        .map(|rows| (record.time_s[rows[rows.len() / 2]], best_offset(record, rows, interval_s)))
-        .collect();
-    let (at_zero_s, rate) = line(&parts);
-    let subject = (record.file, &[record.column][..]);
+    let steady = |offset_s: f64| Offset { first_s: offset_s, last_s: offset_s };
+    let constant = record.best(interval_s, steady(record.farthest(interval_s, steady)), true);
+    let rate = record.best(interval_s, record.best_line(interval_s), false);
+    let offset_s = constant.first_s;
     let name = listed(&[record.column]);
-    let of = |description: String, offset: &dyn Fn(f64) -> f64| {
-        let values = (0..record.read.len()).map(|i| moved(record, i, offset(record.time_s[i])));
-        let change = Change::Replace { column: record.column.to_owned(), values: values.collect() };
-        let edits = vec![Edit { file: record.file, change }];
-        Hypothesis::of("input:clock", subject, description, edits)
-    };
-    let constant = of(
-        format!(
+    let mut found = Vec::new();
+    // No instrument reads ahead, and none is late for ever; what is late by less is physics.
+    if !(0.0..=record.latency_s).contains(&offset_s) {
+        let description = format!(
             "the clock of {name} in {} is {:.4} s {} that of the other channels (time offset): \
              move it by that",
             record.file,
             offset_s.abs(),
             if offset_s > 0.0 { "behind" } else { "ahead of" }
-        ),
-        &|_| offset_s,
-    );
-    // No instrument reads ahead, and none is late for ever.
-    let is_delay = (0.0..=record.latency_s).contains(&offset_s);
-    found.push(if is_delay { constant } else { constant.unphysical() });
-    found.push(of(
-        format!(
+        );
+        found.push(record.corrected(description, constant).unphysical());
+    }
+    let left = |offset: Offset| record.misfit(offset).unwrap_or(f64::INFINITY);
+    if left(rate) < RATE_LEAVES * left(constant) {
+        let slope = (rate.last_s - rate.first_s) / record.span_s();
+        let description = format!(
             "the clock of {name} in {} runs at another rate than that of the other channels: its \
-             time is off by {at_zero_s:.4} s and {:.0} ppm",
+             time is off by {:.4} s at first and {:.0} ppm",
             record.file,
-            1e6 * rate
-        ),
-        &|t| at_zero_s + rate * t,
-    ));
-    found.extend(jitter(record, interval_s, offset_s));
+            rate.first_s,
+            1e6 * slope
+        );
+        found.push(record.corrected(description, rate));
+    }
+    found.extend(jitter(record, offset_s));
     found
+}
+
+impl Record<'_> {
+    fn span_s(&self) -> f64 {
+        self.time_s.last().zip(self.time_s.first()).map_or(0.0, |(last, first)| last - first)
+    }
+
+    fn offset_s(&self, i: usize, offset: Offset) -> f64 {
+        let passed = (self.time_s[i] - self.time_s[0]) / self.span_s().max(f64::MIN_POSITIVE);
+        offset.first_s + passed * (offset.last_s - offset.first_s)
+    }
+
+    /// The record on the clock of the other channels; readings that it then does not have are left
+    /// out.
+    fn corrected(&self, description: String, offset: Offset) -> Hypothesis {
+        let all: Vec<Option<f64>> =
+            (0..self.read.len()).map(|i| self.at(self.read, i, self.offset_s(i, offset))).collect();
+        let values = all.iter().zip(self.read).map(|(moved, read)| moved.unwrap_or(*read));
+        let replace = Change::Replace { column: self.column.to_owned(), values: values.collect() };
+        let rows = (0..all.len()).filter(|&i| all[i].is_some()).collect();
+        let edits = [replace, Change::Keep { rows }];
+        let edits = edits.map(|change| Edit { file: self.file, change }).to_vec();
+        Hypothesis::of("input:clock", (self.file, &[self.column]), description, edits)
+    }
+
+    /// One of two courses this much later than at reading `i`, by a polynomial through the readings
+    /// about that time; `None` beyond the ends of a stretch.
+    fn at(&self, values: &[f64], i: usize, offset_s: f64) -> Option<f64> {
+        let at = self.time_s[i] + offset_s;
+        let (mut first, mut last) = (i, i);
+        let same = |j: usize| self.stretch[j] == self.stretch[i];
+        while last + 1 < values.len() && same(last + 1) && self.time_s[last] < at {
+            last += 1;
+        }
+        while first > 0 && same(first - 1) && self.time_s[first] > at {
+            first -= 1;
+        }
+        if self.time_s[first] > at || self.time_s[last] < at {
+            return None;
+        }
+        // The reading before that time or at it, and as many on either side.
+        let mut middle = if offset_s < 0.0 { first } else { last };
+        while middle > 0 && same(middle - 1) && self.time_s[middle] > at {
+            middle -= 1;
+        }
+        let (mut low, mut high) = (middle, middle);
+        while high - low + 1 < NODES {
+            let down = low > 0 && same(low - 1);
+            let up = high + 1 < values.len() && same(high + 1);
+            match (down, up) {
+                (true, true) if middle - low < high - middle => low -= 1,
+                (_, true) => high += 1,
+                (true, false) => low -= 1,
+                (false, false) => break,
+            }
+        }
+        let weight = |j: usize| -> f64 {
+            let factor = |k: usize| (at - self.time_s[k]) / (self.time_s[j] - self.time_s[k]);
+            (low..=high).filter(|k| *k != j).map(factor).product()
+        };
+        let value: f64 = (low..=high).map(|j| weight(j) * values[j]).sum();
+        value.is_finite().then_some(value)
+    }
+
+    /// Mean distance of the moved record from what it should have read, over the readings that it
+    /// has; `None` where these are few.
+    fn misfit(&self, offset: Offset) -> Option<f64> {
+        let off = |i: usize| {
+            let moved = self.at(self.read, i, self.offset_s(i, offset))?;
+            Some((moved - self.expected[i]).abs())
+        };
+        let looked_at = self.looked_at(0..self.read.len());
+        let all = looked_at.len();
+        let (mut sum, mut n) = (0.0, 0);
+        for distance in looked_at.filter_map(off) {
+            sum += distance;
+            n += 1;
+        }
+        (count(n) >= OVERLAP * count(all)).then(|| sum / count(n))
+    }
+
+    /// Some of the rows by which offsets are judged.
+    fn looked_at(&self, rows: std::ops::Range<usize>) -> std::iter::StepBy<std::ops::Range<usize>> {
+        rows.step_by(self.read.len().div_ceil(MOST_READINGS))
+    }
+
+    /// The offset of those looked at first that fits best.
+    fn farthest(&self, interval_s: f64, of: impl Fn(f64) -> Offset) -> f64 {
+        let mut best = (f64::INFINITY, 0.0);
+        for k in offsets() {
+            let misfit = self.misfit(of(k * interval_s)).unwrap_or(f64::INFINITY);
+            // Of equal ones the nearest.
+            if misfit < best.0 || misfit <= best.0 && k.abs() * interval_s < f64::abs(best.1) {
+                best = (misfit, k * interval_s);
+            }
+        }
+        best.1
+    }
+
+    /// The straight course of the offset that fits best, from the misfit of every stretch of the
+    /// record under every offset.
+    fn best_line(&self, interval_s: f64) -> Offset {
+        let n = self.read.len();
+        let table: Vec<Vec<(f64, f64)>> = (0..STRETCHES)
+            .map(|part| {
+                let rows = part * n / STRETCHES..(part + 1) * n / STRETCHES;
+                let of_offset = |k: f64| {
+                    let off = |i: usize| {
+                        Some((self.at(self.read, i, k * interval_s)? - self.expected[i]).abs())
+                    };
+                    self.looked_at(rows.clone())
+                        .filter_map(off)
+                        .fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0))
+                };
+                offsets().map(of_offset).collect()
+            })
+            .collect();
+        let all: Vec<f64> = offsets().collect();
+        let middle = |part: usize| {
+            let row = (2 * part + 1) * n / (2 * STRETCHES);
+            (self.time_s[row] - self.time_s[0]) / self.span_s().max(f64::MIN_POSITIVE)
+        };
+        let middles: Vec<f64> = (0..STRETCHES).map(middle).collect();
+        let judged = count(self.looked_at(0..n).len());
+        let mut best = (f64::INFINITY, Offset { first_s: 0.0, last_s: 0.0 });
+        for &first in &all {
+            for &last in &all {
+                let (mut sum, mut seen) = (0.0, 0.0);
+                for (row, passed) in table.iter().zip(&middles) {
+                    let k = first + passed * (last - first);
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        clippy::cast_sign_loss,
+                        reason = "between the offsets that are looked at"
+                    )]
+                    let (s, m) = row[((k - all[0]) / (all[1] - all[0])).round() as usize];
+                    (sum, seen) = (sum + s, seen + m);
+                }
+                if seen >= OVERLAP * judged && sum / seen < best.0 {
+                    let [first_s, last_s] = [first, last].map(|k| k * interval_s);
+                    best = (sum / seen, Offset { first_s, last_s });
+                }
+            }
+        }
+        best.1
+    }
+
+    /// A course of the offset refined, with both ends alike where it is constant.
+    fn best(&self, interval_s: f64, start: Offset, is_constant: bool) -> Offset {
+        let mut best = (self.misfit(start).unwrap_or(f64::INFINITY), start);
+        let mut step_s = 0.5 * interval_s;
+        for _ in 0..ROUNDS {
+            let center = best.1;
+            for first in -REACH..=REACH {
+                let others = if is_constant { first..=first } else { -REACH..=REACH };
+                for last in others {
+                    let first_s = center.first_s + f64::from(first) * step_s / f64::from(REACH);
+                    let last_s = center.last_s + f64::from(last) * step_s / f64::from(REACH);
+                    let offset = Offset { first_s, last_s };
+                    if let Some(less) = self.misfit(offset).filter(|m| *m < best.0) {
+                        best = (less, offset);
+                    }
+                }
+            }
+            step_s /= f64::from(REACH);
+        }
+        best.1
+    }
+}
+
+/// Offsets that are looked at first, in intervals.
+fn offsets() -> impl Iterator<Item = f64> {
+    let mut next = -FARTHEST;
+    std::iter::from_fn(move || {
+        let this = next;
+        next += 0.5;
+        (this <= FARTHEST).then_some(this)
+    })
 }
 
 fn median_step(record: &Record<'_>) -> Option<f64> {
@@ -93,73 +279,19 @@ fn median_step(record: &Record<'_>) -> Option<f64> {
     steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0)
 }
 
-/// What the record read `offset_s` later, on a straight line between its readings; at the ends of
-/// a stretch its last reading.
-fn moved(record: &Record<'_>, i: usize, offset_s: f64) -> f64 {
-    let at = record.time_s[i] + offset_s;
-    let same = |j: usize| record.stretch[j] == record.stretch[i];
-    let mut j = i;
-    while j + 1 < record.read.len() && same(j + 1) && record.time_s[j + 1] <= at {
-        j += 1;
-    }
-    while j > 0 && same(j - 1) && record.time_s[j] > at {
-        j -= 1;
-    }
-    let next = j + 1;
-    if record.time_s[j] > at || next >= record.read.len() || !same(next) {
-        return record.read[j];
-    }
-    let share = (at - record.time_s[j]) / (record.time_s[next] - record.time_s[j]);
-    record.read[j] + share * (record.read[next] - record.read[j])
-}
-
-/// The offset with which the rows agree best with what they should have read.
-fn best_offset(record: &Record<'_>, rows: &[usize], interval_s: f64) -> f64 {
-    let misfit = |offset_s: f64| -> f64 {
-        rows.iter().map(|&i| (moved(record, i, offset_s) - record.expected[i]).abs()).sum()
-    };
-    let (mut center, mut step) = (0.0, interval_s);
-    let mut reach = FARTHEST;
-    for _ in 0..ROUNDS {
-        let mut best = (misfit(center), center);
-        let mut k = -reach;
-        while k <= reach {
-            let offset = center + k * step;
-            let value = misfit(offset);
-            if value < best.0 {
-                best = (value, offset);
-            }
-            k += 1.0;
-        }
-        center = best.1;
-        step /= 5.0;
-        reach = 5.0;
-    }
-    center
-}
-
-/// Straight line through points: value at zero, and slope.
-fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = count(points.len());
-    let (mx, my) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let sxy: f64 = points.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
-    let sxx: f64 = points.iter().map(|(x, _)| (x - mx).powi(2)).sum();
-    let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
-    (my - slope * mx, slope)
-}
-
 /// Readings that scatter where the signal is steep, and nowhere else: each was taken at a time of
 /// its own.
-fn jitter(record: &Record<'_>, interval_s: f64, offset_s: f64) -> Option<Hypothesis> {
-    // By whole intervals: between two readings their jitter would be averaged.
-    let whole_s = (offset_s / interval_s).round() * interval_s;
+fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
+    // What it should have read is moved: between two of its own readings jitter would be averaged.
+    let expected: Vec<Option<f64>> =
+        (0..record.read.len()).map(|i| record.at(record.expected, i, -offset_s)).collect();
     let inner = (1..record.read.len().saturating_sub(1))
         .filter(|&i| record.stretch[i - 1] == record.stretch[i + 1]);
     let mut pairs: Vec<(f64, f64)> = inner
-        .map(|i| {
-            let slope = (record.expected[i + 1] - record.expected[i - 1])
-                / (record.time_s[i + 1] - record.time_s[i - 1]);
-            (slope, moved(record, i, whole_s) - record.expected[i])
+        .filter_map(|i| {
+            let [before, at, after] = [expected[i - 1]?, expected[i]?, expected[i + 1]?];
+            let slope = (after - before) / (record.time_s[i + 1] - record.time_s[i - 1]);
+            Some((slope, record.read[i] - at))
         })
         .collect();
     let tenth = pairs.len() / 10;

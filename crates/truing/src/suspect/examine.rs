@@ -32,10 +32,11 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         let fitted = refitted.as_ref().unwrap_or(fitted);
         let (misfit, yardstick) = Misfit::of(&*current.measured, fitted);
         let plain = Plain { misfit, yardstick, fitted };
-        if !plain.is_suspicious() {
-            break;
-        }
-        let (found, after) = decide(current, &plain, &mut physics);
+        let (found, after) = if plain.is_suspicious() {
+            decide(current, &plain, &mut physics)
+        } else {
+            (Trials::shown(&current.files, fitted).missing(&plain), None)
+        };
         let Some(found) = found else { break };
         examined.suspects.push(Suspect::of(&found, Some(&misfit)));
         if found.named.edits.is_empty() {

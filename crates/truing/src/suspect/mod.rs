@@ -24,7 +24,9 @@ pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::Hypothesis;
 pub use named::Suspect;
-pub(crate) use order::{cycles, exchanged_rows, exchanges, farthest, rows_shifted, swapped_names};
+pub(crate) use order::{
+    cycles, exchanged_blocks, exchanged_rows, exchanges, farthest, rows_shifted, swapped_names,
+};
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;
 pub(crate) use unit::{Dimension, units};

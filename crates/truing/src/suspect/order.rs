@@ -105,6 +105,44 @@ pub(crate) fn rows_shifted(
     all
 }
 
+/// Some columns exchanged between two blocks of as many rows, every pair of the first `most`.
+pub(crate) fn exchanged_blocks(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    within: &str,
+    most: usize,
+) -> Vec<Hypothesis> {
+    let there = present(table, columns);
+    let Some((table, names)) =
+        table.filter(|_| !there.is_empty()).and_then(|t| Some((t, t.column(within)?)))
+    else {
+        return Vec::new();
+    };
+    let blocks = blocks(table, Some(within));
+    let blocks = &blocks[..blocks.len().min(most)];
+    let mut all = Vec::new();
+    for (i, one) in blocks.iter().enumerate() {
+        for other in blocks[i + 1..].iter().filter(|other| other.len() == one.len()) {
+            let mut order: Vec<usize> = (0..table.n_rows()).collect();
+            for (&a, &b) in one.iter().zip(other) {
+                order.swap(a, b);
+            }
+            let description = format!(
+                "the values of {} of {file} in `{}` and `{}` of `{within}` are exchanged (swapped \
+                 labels): exchange them",
+                listed(&there),
+                table.cell(one[0], names),
+                table.cell(other[0], names)
+            );
+            let change = Change::Rows { columns: owned(&there), order };
+            let edits = vec![Edit { file, change }];
+            all.push(Hypothesis::of("input:labels", (file, &there), description, edits));
+        }
+    }
+    all
+}
+
 /// Rows that follow each other with one name in the column; all of them where there is none.
 fn blocks(table: &Table, within: Option<&str>) -> Vec<Vec<usize>> {
     let Some(column) = within.and_then(|name| table.column(name)) else {

@@ -17,7 +17,7 @@ const PHYSICS_IMITATES: f64 = 0.9;
 const IMITATION: f64 = 300.0;
 /// The same for a number of `case.toml`, where physics needs an effect more: an amplitude as large as
 /// the number itself, a ball off by its radius or a head by its weight, is hardly ever sound.
-const IMITATION_OF_SETTING: f64 = 20.0;
+const IMITATION_OF_SETTING: f64 = 60.0;
 /// Mistakes that may be as small as physics.
 const MILD: [&str; 4] = ["input:clock", "input:row-shift", "input:labels", "input:saturation"];
 /// Share of a misfit that physics leaves at most where it explains it.

@@ -28,6 +28,10 @@ const EVIDENCE: f64 = 30.0;
 const COMPONENTS: usize = 3;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
+/// Standard deviations by which readings that are all equal at the end of a range fit worse than the
+/// others, where the whole is within the noise: that they clip needs no fit to be seen, only that it
+/// matters.
+const WORSE: f64 = 2.0;
 /// Misfits as close as this are the same.
 const TIE: f64 = 1.25;
 
@@ -77,6 +81,17 @@ impl Misfit {
         (dof * fall.max(0.0)).sqrt()
     }
 
+    /// How much worse the readings fit that another fit is without, in standard deviations of noise
+    /// as that fit has it; `None` where no noise is declared.
+    fn by_what_is_left_out(&self, without: &Self) -> Option<f64> {
+        let (all, noise) = self.chi2_per_dof.zip(without.chi2_per_dof)?;
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let [dof, kept] = [self.dof as f64, without.dof as f64];
+        let out = dof - kept;
+        let square = (all * dof - noise * kept) / noise;
+        (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
+    }
+
     fn is_noise(&self) -> bool {
         self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
     }
@@ -103,6 +118,10 @@ pub(super) struct Found {
 }
 
 impl Found {
+    fn is_to_noise(&self) -> bool {
+        self.after.is_some_and(|after| after.is_noise())
+    }
+
     /// One without a change that mends it.
     pub(super) fn unmended(named: Hypothesis) -> Self {
         let named = Hypothesis { edits: Vec::new(), ..named };
@@ -127,7 +146,17 @@ pub(super) struct Trials(Vec<Tried>);
 
 impl Trials {
     pub(super) fn of(files: &Files, fitted: Option<&Fitted>) -> Self {
-        let mut list = (files.kind.mistakes)(files, fitted);
+        Self::of_those(files, (files.kind.mistakes)(files, fitted))
+    }
+
+    /// Only of what the data show themselves.
+    pub(super) fn shown(files: &Files, fitted: &Fitted) -> Self {
+        let mut list = (files.kind.mistakes)(files, Some(fitted));
+        list.retain(|hypothesis| hypothesis.proof == Proof::Data);
+        Self::of_those(files, list)
+    }
+
+    fn of_those(files: &Files, mut list: Vec<Hypothesis>) -> Self {
         list.truncate(MOST_TRIALS);
         let tried: Vec<Option<Misfit>> = list.par_iter().map(|h| trial(files, h)).collect();
         Self(list.into_iter().zip(tried).collect())
@@ -153,22 +182,37 @@ impl Trials {
     pub(super) fn explaining(&self, plain: &Plain<'_>) -> Option<Found> {
         let is_gross = plain.misfit.share >= plain.yardstick.gross;
         let gain = |m: &Misfit| plain.misfit.gain(m);
-        if is_gross && let Some(found) = best(self.pick(|_, m| gain(m) >= GROSS_GAIN), false) {
+        // Few rows fit anything.
+        let is_left =
+            |h: &Hypothesis, m: &Misfit| h.proof == Proof::Data || 2 * m.dof >= plain.misfit.dof;
+        let gross = |h: &Hypothesis, m: &Misfit| is_left(h, m) && gain(m) >= GROSS_GAIN;
+        if is_gross && let Some(found) = best(self.pick(gross), false) {
             return Some(found);
         }
         let shown = self.pick(|h, m| h.proof == Proof::Data && gain(m) >= SUBTLE_GAIN);
         if let Some(found) = best(shown, false) {
             return Some(found);
         }
-        if let Some((shown, _)) = self.0.iter().find(|(h, _)| h.proof == Proof::Data) {
-            return Some(Found::unmended(shown.clone()));
-        }
-        let subtle = |_: &Hypothesis, m: &Misfit| {
+        let subtle = |h: &Hypothesis, m: &Misfit| {
             let least = if m.chi2_per_dof.is_some() { SUBTLE_GAIN } else { BLIND_GAIN };
             let to_noise = m.chi2_per_dof.is_none() || m.is_noise();
-            to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
+            is_left(h, m) && to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
         };
-        best(self.pick(subtle), true)
+        let subtle = best(self.pick(subtle), true);
+        let shown = self.0.iter().find(|(h, _)| h.proof == Proof::Data);
+        // What brings the fit to the noise goes before what the data show and nothing mends.
+        match shown.filter(|_| subtle.as_ref().is_none_or(|s| !s.is_to_noise())) {
+            Some((shown, _)) => Some(Found::unmended(shown.clone())),
+            None => subtle,
+        }
+    }
+
+    /// The mistake whose readings fit worse than the others of a case that fits.
+    pub(super) fn missing(&self, plain: &Plain<'_>) -> Option<Found> {
+        let is_worse = |_: &Hypothesis, without: &Misfit| {
+            plain.misfit.by_what_is_left_out(without).is_some_and(|sigmas| sigmas >= WORSE)
+        };
+        best(self.pick(is_worse), false)
     }
 
     /// The mistakes that take at least this factor off the misfit and leave something to physics,

@@ -9,6 +9,7 @@
 
 mod answers;
 mod carry;
+mod columns;
 mod command;
 mod correct;
 mod examples;
@@ -25,6 +26,7 @@ mod linuxcnc;
 mod messages;
 mod met_by_all;
 mod monitor;
+mod monte_carlo;
 mod nurbs;
 mod plan;
 mod pose_icp;

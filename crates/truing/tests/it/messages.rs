@@ -331,7 +331,7 @@ fn text_that_is_not_utf8() {
 fn groups_that_do_not_exist() {
     assert_eq!(
         toml("kind = \"frame-fit\"\n[loop]\ngroup = \"pont\"\n"),
-        "case.toml, line 3, column 9: no column `pont` to group by; did you mean `point`?; the \
+        "case.toml, line 3, column 9: no column `pont`; did you mean `point`?; the \
          columns are `point`, `from_x_mm`, `from_y_mm`, `to_x_mm`, `to_y_mm`"
     );
 }

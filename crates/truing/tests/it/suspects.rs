@@ -181,6 +181,33 @@ fn a_clock_that_runs_ahead_or_jitters_is_told_from_a_delay() {
 }
 
 #[test]
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn a_clock_at_another_rate_is_told_with_the_readings_it_leaves_out() {
+    let case = log("nothing-coloured");
+    // From right to half a second late, ten of the forty readings of a strip.
+    read_at(&case, |n| -0.5 * n as f64 / 400.0);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:clock");
+    assert!(step["description"].as_str().unwrap().contains("another rate"), "{step}");
+}
+
+#[test]
+fn references_of_two_segments_are_exchanged_back() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| {
+        let of = match n / 40 {
+            2 => n + 120,
+            5 => n - 120,
+            _ => n,
+        };
+        old[of].clone()
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:labels", "{step}");
+    assert_eq!(step["subject"], "log.csv: reference_n");
+}
+
+#[test]
 fn a_channel_that_stands_still_is_stuck_and_not_at_a_limit() {
     let case = log("nothing-coloured");
     change(&case, "log.csv", &["f3_n"], |n, old| vec![old[n.min(200)][0].clone()]);

@@ -5,7 +5,7 @@ mod long_log;
 mod photogrammetry;
 
 use model_discrepancy::{
-    Closure, Covariate, ErrorSummary, HoldOut, Layout, Origin, Outcome, ParameterEstimate, Role,
+    Closure, Covariate, ErrorSummary, HoldOut, Layout, Outcome, ParameterEstimate, Quantity, Role,
     Row, Score, State,
 };
 use nalgebra::{DMatrix, DVector};
@@ -106,7 +106,7 @@ fn score(label: &str, (f, p): (f64, f64), held_out: f64, absorbed: f64, outcome:
 }
 
 fn covariate(name: &str, values: Vec<f64>) -> Covariate {
-    Covariate { name: name.into(), values, origin: Origin::Recorded }
+    Covariate::recorded(name, Quantity::Other, values)
 }
 
 /// Similarities that fall off with the distance in the list.

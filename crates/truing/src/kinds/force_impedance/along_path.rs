@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use force_impedance::{ForceImpedanceError, PathModel, PathOptions, PathSample};
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Model};
 use truing_report::{Curve, CurvePlot, Fact};
 
 use super::ContactForceEstimate;
@@ -57,7 +57,7 @@ pub(super) fn read(
             }
         })
         .collect();
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
     let mut warnings = Vec::new();
     if sigma_n.is_none() {
@@ -200,11 +200,7 @@ impl Measured for PathCase {
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let concrete = self.model()?;
         let mut covariates = concrete.covariates();
-        covariates.extend(self.covariates.iter().map(|c| Covariate {
-            name: c.name.clone(),
-            values: concrete.averaged(&c.values),
-            origin: Origin::Recorded,
-        }));
+        covariates.extend(self.covariates.iter().map(|c| c.with(concrete.averaged(&c.values))));
         let concrete = Arc::new(concrete);
         let mut model: Arc<dyn Model + Send> = Arc::<PathModel>::clone(&concrete);
         if let Some(groups) = &self.groups {

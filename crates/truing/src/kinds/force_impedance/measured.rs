@@ -4,7 +4,7 @@ use force_impedance::{
     Discretisation, ForceFormula, ForceImpedanceError, Head, Impedance, ImpedanceParameters,
     LogModel, LogOptions, LogSample, LoggedForce, solve_log,
 };
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Covariate, Model};
 use truing_report::{Curve, CurvePlot, Fact};
 
 use super::estimates::{
@@ -167,13 +167,8 @@ impl Measured for LogCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let recorded: Vec<Covariate> = (self.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: c.values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect();
+        let recorded: Vec<Covariate> =
+            (self.covariates.iter()).map(NumberColumn::covariate).collect();
         let concrete = LogModel::new(&self.head, &self.samples, &self.options, &recorded)
             .map_err(|e| self.error(e))?;
         let mut covariates = concrete.covariates(&self.samples);

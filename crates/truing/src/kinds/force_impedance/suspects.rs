@@ -7,8 +7,9 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanges, lengths,
-    rows_left_out, rows_shifted, scaled_setting, signs, standing_still, stretches, units,
+    Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanged_blocks,
+    exchanges, lengths, rows_left_out, rows_shifted, scaled_setting, signs, standing_still,
+    stretches, units,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -21,6 +22,8 @@ const UNMATCHED: f64 = 0.6;
 const GROSS_LENGTH: f64 = 0.01;
 /// Longest time by which a reference instrument with its filter reads late.
 const LATENCY_S: f64 = 0.1;
+/// Segments whose references may be exchanged, at most: each pair is a fit.
+const MOST_SEGMENTS: usize = 16;
 /// One kilogram weighs that much.
 const N_PER_KG: f64 = 9.806_65;
 
@@ -54,6 +57,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for column in [REFERENCE].iter().chain(&CELLS).chain(&LENGTHS) {
         all.extend(rows_shifted(LOG, table, &[*column], Some("segment")));
     }
+    all.extend(exchanged_blocks(LOG, table, &[REFERENCE], "segment", MOST_SEGMENTS));
     all.extend(of_head(files));
     all
 }

@@ -5,7 +5,7 @@ use frame_fit::{
     FrameFit, FrameFitError, FrameModel, Handedness, MapWithEffects, MeasuredPoint, Noise, Options,
     PointPair, Transform, Uncertainty, fit_frame,
 };
-use model_discrepancy::{Closure, Covariate, Origin, Role};
+use model_discrepancy::{Closure, Covariate, Role};
 use nalgebra::{Point, SVector};
 use truing_report::Fact;
 
@@ -270,11 +270,7 @@ impl FrameCase {
             pair: self.pair::<D>(row),
         };
         let points = (0..self.names.len()).map(point).collect();
-        let covariate = |c: &NumberColumn| Covariate {
-            name: c.name.clone(),
-            values: c.values.clone(),
-            origin: Origin::Recorded,
-        };
+        let covariate = |c: &NumberColumn| c.covariate();
         let recorded: Vec<Covariate> = self.covariates.iter().map(covariate).collect();
         let sessions = self.sessions.iter().map(covariate);
         let all: Vec<Covariate> = recorded.iter().cloned().chain(sessions).collect();

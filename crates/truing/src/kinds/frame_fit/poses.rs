@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use frame_fit::{FrameFitError, KnownDistance, TipFit, TipModel, TipPose, fit_tip};
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Covariate, Model};
 use nalgebra::{DMatrix, Vector3};
 use truing_report::Fact;
 
@@ -11,7 +11,7 @@ use super::settings::{COORDINATES, DISTANCES, ModelSettings, POSES, Settings};
 use super::tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 use crate::Error;
 use crate::case::{
-    Columns, Document, Folder, Location, NumberColumn, Positive, Problem, group_names,
+    ColumnKinds, Columns, Document, Folder, Location, NumberColumn, Positive, Problem, group_names,
 };
 use crate::estimates::Estimates;
 use crate::kinds::orientation::orientations;
@@ -56,7 +56,7 @@ pub(super) fn read(
     let [x, y, z] = COORDINATES.map(|name| columns.numbers(name));
     let (x, y, z) = (x?, y?, z?);
     let rotations = orientations(&table, &mut columns)?;
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let poses = (places.iter().zip(rotations).enumerate())
         .map(|(row, (place, rotation))| TipPose {
             place: (*place).to_owned(),
@@ -101,7 +101,7 @@ fn distances(folder: &Folder, places: &[&str]) -> Result<Vec<KnownDistance>, Err
     let mut columns = Columns::new(&table, OF_DISTANCE);
     let (from, to) = (columns.texts("from")?, columns.texts("to")?);
     let (distances_mm, stds_mm) = (columns.positives("distance_mm")?, columns.positives("std_mm")?);
-    columns.rest()?;
+    columns.rest(&ColumnKinds::default())?;
     for (row, name) in from.iter().zip(&to).enumerate().flat_map(|(i, (a, b))| [(i, a), (i, b)]) {
         if !places.contains(name) {
             let message = format!("no pose of {POSES} touches the place `{name}`");
@@ -211,7 +211,7 @@ impl PoseCase {
             let mean = c.values.iter().sum::<f64>() / c.values.len() as f64;
             let mut values = c.values.clone();
             values.resize(n_observations, mean);
-            Covariate { name: c.name.clone(), values, origin: Origin::Recorded }
+            c.with(values)
         };
         self.covariates.iter().map(padded).collect()
     }

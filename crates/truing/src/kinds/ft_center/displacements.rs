@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementModel};
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Covariate, Model, Quantity};
 use truing_report::Fact;
 
 use super::displacement_estimates::{DisplacementEstimates, DisplacementResidual};
@@ -61,7 +61,7 @@ pub(super) fn read(
     let rows = (names.into_iter().zip(commanded_mm).zip(solved_mm))
         .map(|((point, commanded_mm), solved_mm)| Displacement { point, commanded_mm, solved_mm })
         .collect();
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let mut warnings = unused(
         &[
             ("[frame] from", settings.frame.from.is_some()),
@@ -123,7 +123,7 @@ impl DisplacementCase {
     fn directions(&self) -> Option<Covariate> {
         let signs = self.readings.iter().map(|r| Some(r.approach?.sign()));
         let values = signs.collect::<Option<Vec<f64>>>()?;
-        Some(Covariate { name: "direction".to_owned(), values, origin: Origin::Recorded })
+        Some(Covariate::recorded("direction", Quantity::Other, values))
     }
 
     fn estimates(&self, freed: Option<&[f64]>, conditions: Vec<String>) -> Arc<dyn Estimates> {
@@ -220,9 +220,7 @@ pub(super) fn recorded<'c>(
     columns: &'c [NumberColumn],
     values: impl Fn(&NumberColumn) -> Vec<f64> + 'c,
 ) -> impl Iterator<Item = Covariate> + 'c {
-    columns.iter().map(move |column| Covariate {
-        name: column.name.clone(),
-        values: values(column),
-        origin: Origin::Recorded,
-    })
+    columns
+        .iter()
+        .map(move |column| Covariate::recorded(&column.name, column.quantity, values(column)))
 }

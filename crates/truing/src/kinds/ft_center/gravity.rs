@@ -58,7 +58,7 @@ pub(super) fn read(
             wrench,
         })
         .collect();
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let mut warnings = unused(
         &[
             ("[frame] from", settings.frame.from.is_some()),

@@ -16,8 +16,8 @@ use super::settings::{PRESSES, Settings, WRENCH, unused};
 use super::wrench::wrenches;
 use crate::Error;
 use crate::case::{
-    Columns, Document, Extras, Finite, Folder, NumberColumn, Positive, Problem, Table, group_name,
-    nearest, no_column,
+    ColumnKinds, Columns, Document, Extras, Finite, Folder, NumberColumn, Positive, Problem, Table,
+    group_name, nearest, no_column,
 };
 use crate::measured::Reading;
 
@@ -55,13 +55,14 @@ pub(super) fn read(
     let x_mm = columns.numbers("machine_x_mm")?;
     let y_mm = columns.numbers("machine_y_mm")?;
     let roles = columns.words("use", ROLES, None)?;
-    let extras = columns.rest()?;
+    let closure = &settings.closure;
+    let extras = columns.rest(&closure.columns)?;
     warnings.extend(extras.warnings.iter().cloned());
 
     let samples = folder.table(WRENCH, KNOWN_WRENCH)?;
-    let records = Records::read(&samples, &table, &names)?;
+    let records = Records::read(&samples, &table, &names, &closure.columns)?;
     warnings.extend(records.extras.warnings.iter().cloned());
-    let group = settings.closure.group.as_ref();
+    let group = closure.group.as_ref();
     let groups = match group {
         Some(group) => Some(groups(group, &table, &samples, &records, document)?),
         None => None,
@@ -126,12 +127,17 @@ struct Records {
 }
 
 impl Records {
-    fn read(samples: &Table, presses: &Table, names: &[&str]) -> Result<Self, Error> {
+    fn read(
+        samples: &Table,
+        presses: &Table,
+        names: &[&str],
+        kinds: &ColumnKinds,
+    ) -> Result<Self, Error> {
         let mut columns = Columns::new(samples, KNOWN_WRENCH);
         let of = columns.texts("press")?;
         let time_s = columns.numbers("time_s")?;
         let wrenches = wrenches(&mut columns)?;
-        let extras = columns.rest()?;
+        let extras = columns.rest(kinds)?;
         let index: HashMap<&str, usize> = names.iter().copied().zip(0..).collect();
         let mut rows = vec![Vec::new(); names.len()];
         for (row, press) in of.iter().enumerate() {
@@ -172,7 +178,7 @@ fn covariates(extras: Extras, records: &Records, warnings: &mut Vec<String>) -> 
             rows.iter().map(|row| column.values[*row]).sum::<f64>() / rows.len() as f64
         };
         let values = records.rows.iter().map(mean).collect();
-        all.push(NumberColumn { name: column.name.clone(), values });
+        all.push(NumberColumn { values, ..column.clone() });
     }
     all
 }

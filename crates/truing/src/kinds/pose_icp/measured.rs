@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Closure, Column, Covariate, EmpiricalCorrection, Model, Origin, Role, State, coverage_factor,
+    Closure, Column, Covariate, EmpiricalCorrection, Model, Role, State, coverage_factor,
 };
 use nalgebra::{Point3, Vector3};
 use pose_icp::{
@@ -14,6 +14,7 @@ use super::case::PoseCase;
 use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidual, rows, stds};
 use super::picture::{Picture, picture};
 use crate::Error;
+use crate::case::NumberColumn;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
@@ -67,13 +68,8 @@ impl Measured for PoseCase {
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let Located { fit, options, .. } = self.locate()?;
-        let recorded: Vec<Covariate> = (self.points.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: c.values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect();
+        let recorded: Vec<Covariate> =
+            (self.points.covariates.iter()).map(NumberColumn::covariate).collect();
         let part = self.surface.part.clone();
         let model = PoseModel::new(part, self.measured_touches(), &recorded, &fit.pose, &options)
             .map_err(|e| self.error(e, None))?;

@@ -1,10 +1,11 @@
 use nalgebra::Point3;
 use pose_icp::Touch;
-use toml::Spanned;
 
 use super::settings::{EDGE, POINTS};
 use crate::Error;
-use crate::case::{Columns, Document, Folder, Location, NumberColumn, Problem, group_names};
+use crate::case::{
+    Columns, Document, Folder, Location, LoopSettings, NumberColumn, Problem, group_names,
+};
 
 pub(super) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] = &["point", XYZ[0], XYZ[1], XYZ[2], "use"];
@@ -31,14 +32,14 @@ impl Points {
     pub(super) fn read(
         folder: &Folder,
         document: &Document,
-        group: Option<&Spanned<String>>,
+        closure: &LoopSettings,
     ) -> Result<Self, Error> {
         let table = folder.table(POINTS, &["point", XYZ[0], XYZ[1], XYZ[2]])?;
         let mut columns = Columns::new(&table, KNOWN);
         let names = columns.ids("point")?.into_iter().map(str::to_owned).collect();
         let centers_mm = coordinates(&mut columns)?;
         let is_check = columns.words("use", &[("fit", false), ("check", true)], Some(false))?;
-        let extras = columns.rest()?;
+        let extras = columns.rest(&closure.columns)?;
         Ok(Self {
             file: table.at_file(),
             lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
@@ -46,8 +47,8 @@ impl Points {
             centers_mm,
             is_check,
             covariates: extras.covariates,
-            groups: group_names(group, &table, document)?,
-            group_column: group.map(|g| g.get_ref().clone()),
+            groups: group_names(closure.group.as_ref(), &table, document)?,
+            group_column: closure.group.as_ref().map(|g| g.get_ref().clone()),
             warnings: extras.warnings,
         })
     }

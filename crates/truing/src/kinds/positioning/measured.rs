@@ -3,7 +3,7 @@ use std::sync::Arc;
 use ft_center::{
     AxisMotion, AxisReading, AxisRun, FtCenterError, axis_coordinates, positioning_model,
 };
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Covariate, Model};
 use truing_report::Fact;
 
 use super::estimates::{AxisRunEstimate, PositionResidual, PositioningEstimates};
@@ -68,11 +68,7 @@ impl PositioningCase {
     }
 
     fn recorded(&self) -> Vec<Covariate> {
-        let of = |c: &NumberColumn| Covariate {
-            name: c.name.clone(),
-            values: c.values.clone(),
-            origin: Origin::Recorded,
-        };
+        let of = |c: &NumberColumn| c.covariate();
         self.covariates.iter().map(of).collect()
     }
 }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, Origin, Role};
+use model_discrepancy::{Closure, Covariate, Role};
 use probe_comp::{
     BallTouch, Contact, MeasuredTouch, NormalSource, ProbeError, ProbeModel, ProbeSetup, compensate,
 };
@@ -9,6 +9,7 @@ use truing_report::Fact;
 use super::case::ProbeCase;
 use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate};
 use crate::Error;
+use crate::case::NumberColumn;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
@@ -55,13 +56,8 @@ impl Measured for ProbeCase {
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
         let Compensated { estimates: declared, sigmas_mm, .. } = self.compensated()?;
-        let recorded: Vec<Covariate> = (self.touches.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: c.values.clone(),
-                origin: Origin::Recorded,
-            })
-            .collect();
+        let recorded: Vec<Covariate> =
+            (self.touches.covariates.iter()).map(NumberColumn::covariate).collect();
         let setup = ProbeSetup {
             nominal: self.surface.nominal.clone(),
             tip_radius_mm: self.tip_radius_mm,

@@ -2,12 +2,12 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{Point2, Point3, Unit, Vector3};
 use probe_comp::{BallTouch, Nominal};
-use toml::Spanned;
 
 use super::settings::{MICRO, QUALIFICATION, TOUCHES};
 use crate::Error;
 use crate::case::{
-    Columns, Document, Folder, Location, NumberColumn, Problem, Table, group_names, nearest, quote,
+    ColumnKinds, Columns, Document, Folder, Location, LoopSettings, NumberColumn, Problem, Table,
+    group_names, nearest, quote,
 };
 
 pub(super) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -57,7 +57,7 @@ impl Touches {
     pub(super) fn read(
         folder: &Folder,
         document: &Document,
-        group: Option<&Spanned<String>>,
+        closure: &LoopSettings,
     ) -> Result<Self, Error> {
         let table = folder.table(TOUCHES, NEEDED)?;
         let mut columns = Columns::new(&table, KNOWN);
@@ -67,7 +67,7 @@ impl Touches {
         let guides = guides(&mut columns)?;
         let spindle_deg = if columns.has(SPINDLE) { Some(columns.numbers(SPINDLE)?) } else { None };
         let is_check = columns.words("use", &[("fit", false), ("check", true)], Some(false))?;
-        let extras = columns.rest()?;
+        let extras = columns.rest(&closure.columns)?;
         let mut warnings = extras.warnings;
         let mut micro =
             if folder.has(MICRO) { micro(folder, &names, &mut warnings)? } else { BTreeMap::new() };
@@ -88,8 +88,8 @@ impl Touches {
             balls,
             is_check,
             covariates: extras.covariates,
-            groups: group_names(group, &table, document)?,
-            group_column: group.map(|g| g.get_ref().clone()),
+            groups: group_names(closure.group.as_ref(), &table, document)?,
+            group_column: closure.group.as_ref().map(|g| g.get_ref().clone()),
             warnings,
         })
     }
@@ -128,7 +128,7 @@ pub(super) fn artefact_touches(folder: &Folder) -> Result<ArtefactTouches, Error
     let centers_mm = coordinates(&mut columns)?;
     let approaches = approaches(&mut columns, &table)?;
     let spindle_deg = if columns.has(SPINDLE) { Some(columns.numbers(SPINDLE)?) } else { None };
-    columns.rest()?;
+    columns.rest(&ColumnKinds::default())?;
     let ball = |(row, center_mm): (usize, &Point3<f64>)| BallTouch {
         approach: approaches.as_ref().map(|a| a[row]),
         spindle_rad: spindle_deg.as_ref().map_or(0.0, |s| s[row].to_radians()),
@@ -191,7 +191,7 @@ fn micro(
     let touches = columns.texts("touch")?;
     let numbers = columns.texts("k")?;
     let centers_mm = coordinates(&mut columns)?;
-    warnings.extend(columns.rest()?.warnings);
+    warnings.extend(columns.rest(&ColumnKinds::default())?.warnings);
     let index: HashMap<&str, usize> = names.iter().map(String::as_str).zip(0..).collect();
     let mut first_use = HashMap::new();
     let mut all: BTreeMap<usize, Vec<Point3<f64>>> = BTreeMap::new();

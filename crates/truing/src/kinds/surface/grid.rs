@@ -3,7 +3,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::{Drawn, DrawnShape};
 use crate::Error;
-use crate::case::{Columns, Folder, Location, Problem};
+use crate::case::{ColumnKinds, Columns, Folder, Location, Problem};
 
 /// Heights of a part that was measured or drawn place by place.
 pub(crate) const HEIGHTS: &str = "heights.csv";
@@ -18,7 +18,7 @@ pub(super) fn grid(folder: &Folder) -> Result<Drawn, Error> {
     let mut columns = Columns::new(&table, KNOWN);
     let [x, y, z] = PLACES.map(|name| columns.numbers(name));
     let (x, y, z) = (x?, y?, z?);
-    columns.rest()?;
+    columns.rest(&ColumnKinds::default())?;
     let wrong = |at: Location, message: String| Error::case(at, Problem::WrongValue { message });
     let (x_axis, y_axis) = (axis(&x), axis(&y));
     let (columns, rows) = (x_axis.count, y_axis.count);

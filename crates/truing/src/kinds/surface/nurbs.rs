@@ -3,7 +3,9 @@ use nalgebra::Point3;
 
 use super::{Drawn, DrawnShape, SurfaceSettings};
 use crate::Error;
-use crate::case::{Columns, Document, Finite, Folder, Location, Problem, Table, quote};
+use crate::case::{
+    ColumnKinds, Columns, Document, Finite, Folder, Location, Problem, Table, quote,
+};
 
 /// Control points of a NURBS surface.
 pub(crate) const CONTROL: &str = "control.csv";
@@ -88,7 +90,7 @@ fn net(folder: &Folder) -> Result<Net, Error> {
     let [x, y, z] = PLACES.map(|name| columns.numbers(name));
     let (x, y, z) = (x?, y?, z?);
     let weights = if columns.has(WEIGHT) { columns.numbers(WEIGHT)? } else { vec![1.0; x.len()] };
-    columns.rest()?;
+    columns.rest(&ColumnKinds::default())?;
     let wrong = |at: Location, message: String| Error::case(at, Problem::WrongValue { message });
     let counts = [&i, &j].map(|of| of.iter().max().map_or(0, |last| last + 1));
     if counts[0] * counts[1] != table.n_rows() {

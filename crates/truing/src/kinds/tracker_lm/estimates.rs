@@ -2,7 +2,7 @@ use model_discrepancy::Step;
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Serialize;
 use tracker_lm::{
-    AxisError, AxisLetter, AxisLocation, Calibration, Mount, StationPose, Survey,
+    AxisError, AxisLetter, AxisLocation, Calibration, Mount, RotaryAxis, StationPose, Survey,
     TargetCalibration, TargetSurvey, axis_errors_csv, heidenhain_table, linuxcnc_compensation,
 };
 use truing_report::{Curve, CurvePlot, ExtraPlot};
@@ -22,6 +22,8 @@ pub struct TrackerLmEstimates {
     pub mounts: Vec<MountEstimate>,
     /// Target points measured.
     pub points: usize,
+    /// The axis that the errors are against: as declared, or found where nothing was declared.
+    pub axis: AxisEstimate,
     /// One per angle, in the order in which the angles were first measured.
     pub axis_errors: Vec<AxisErrorEstimate>,
     /// Errors of an axis that is declared perfect about where it was found, as far as effects were
@@ -36,9 +38,28 @@ pub struct TrackerLmEstimates {
     #[serde(skip)]
     letter: AxisLetter,
     #[serde(skip)]
-    direction: [f64; 3],
-    #[serde(skip)]
     errors: Vec<AxisError>,
+}
+
+/// A rotary axis, machine frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AxisEstimate {
+    /// Its letter, ISO 841.
+    pub letter: char,
+    /// A point on it.
+    pub origin_mm: [f64; 3],
+    /// Its direction; angles count right-handed about it.
+    pub direction: [f64; 3],
+}
+
+impl From<&RotaryAxis> for AxisEstimate {
+    fn from(axis: &RotaryAxis) -> Self {
+        Self {
+            letter: axis.letter.letter(),
+            origin_mm: axis.origin_mm.into(),
+            direction: axis.direction.into_inner().into(),
+        }
+    }
 }
 
 /// A station, machine frame.
@@ -117,8 +138,7 @@ type Placed<'a> = (&'a String, Point3<f64>, Matrix3<f64>);
 
 /// What a calibration from ranges and one from points have in common.
 struct Parts<'a> {
-    letter: AxisLetter,
-    direction: [f64; 3],
+    axis: &'a RotaryAxis,
     stations: Vec<Placed<'a>>,
     /// Of every station, machine frame from its own; empty where ranges were measured.
     rotations: Vec<Matrix3<f64>>,
@@ -139,8 +159,7 @@ impl TrackerLmEstimates {
     pub(crate) fn of(survey: &Survey, found: &Calibration, reversal: Option<[f64; 6]>) -> Self {
         let named = survey.stations.iter().zip(&found.stations);
         Self::from_parts(&Parts {
-            letter: survey.axis.letter,
-            direction: survey.axis.direction.into_inner().into(),
+            axis: &survey.axis,
             stations: named.map(|(s, at)| (&s.name, at.position_mm, at.covariance_mm2)).collect(),
             rotations: Vec::new(),
             mounts: mounts(&survey.mounts, &found.mounts),
@@ -164,8 +183,7 @@ impl TrackerLmEstimates {
         };
         let stations = named.map(|(s, pose)| (&s.name, at(pose), pose.covariance_mm2)).collect();
         Self::from_parts(&Parts {
-            letter: survey.axis.letter,
-            direction: survey.axis.direction.into_inner().into(),
+            axis: &survey.axis,
             stations,
             rotations: found.stations.iter().map(turned).collect(),
             mounts: mounts(&survey.mounts, &found.mounts),
@@ -177,8 +195,11 @@ impl TrackerLmEstimates {
         })
     }
 
-    /// With stations counted from a zero so far away.
+    /// With stations and axis counted from a zero so far away.
     pub(crate) fn moved(mut self, away_mm: Vector3<f64>) -> Self {
+        for (at, away) in self.axis.origin_mm.iter_mut().zip(away_mm.iter()) {
+            *at += away;
+        }
         for station in &mut self.stations {
             station.x_mm += away_mm.x;
             station.y_mm += away_mm.y;
@@ -188,7 +209,7 @@ impl TrackerLmEstimates {
     }
 
     fn from_parts(parts: &Parts<'_>) -> Self {
-        let letter = parts.letter;
+        let letter = parts.axis.letter;
         let location = parts.location.map(|location| AxisLocationEstimate {
             names: letter.location_names(),
             values: location.errors.into(),
@@ -220,12 +241,12 @@ impl TrackerLmEstimates {
             stations: stations.collect(),
             mounts: mounts.collect(),
             points: parts.points,
+            axis: parts.axis.into(),
             axis_errors: parts.errors.iter().map(AxisErrorEstimate::of).collect(),
             axis_motion: parts.motion.map(|m| m.iter().map(AxisErrorEstimate::of).collect()),
             axis_location: location,
             reversal: parts.reversal,
             letter,
-            direction: parts.direction,
             errors: parts.errors.to_vec(),
         }
     }
@@ -361,7 +382,7 @@ impl Estimates for TrackerLmEstimates {
         let location = self.axis_location.iter();
         let found = FoundAxis {
             letter: self.letter.letter(),
-            direction: self.direction,
+            direction: self.axis.direction,
             own_rotation_deg: &self.own_rotation_deg(),
             location: location
                 .flat_map(|l| l.names.iter().map(String::as_str).zip(l.values))

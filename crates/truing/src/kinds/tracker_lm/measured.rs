@@ -1,6 +1,6 @@
 use std::sync::{Arc, OnceLock};
 
-use model_discrepancy::{Closure, Column, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Column, Covariate, Model, Quantity};
 use nalgebra::Vector3;
 use tracker_lm::{
     AxisModel, Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError,
@@ -231,15 +231,8 @@ impl TrackerCase {
 
 /// Recorded columns, the time among them.
 pub(super) fn recorded(time_s: Option<&Vec<f64>>, columns: &[NumberColumn]) -> Vec<Covariate> {
-    let time = time_s.map(|values| ("time_s", values)).into_iter();
-    let others = columns.iter().map(|c| (c.name.as_str(), &c.values));
-    time.chain(others)
-        .map(|(name, values)| Covariate {
-            name: name.to_owned(),
-            values: values.clone(),
-            origin: Origin::Recorded,
-        })
-        .collect()
+    let time = time_s.map(|values| Covariate::recorded("time_s", Quantity::Time, values.clone()));
+    time.into_iter().chain(columns.iter().map(NumberColumn::covariate)).collect()
 }
 
 /// Amplitudes of the accepted effects, as indices of effect and parameter.

@@ -1,9 +1,9 @@
 //! The tables of a survey of ranges.
 
-use tracker_lm::{Range, Survey};
+use tracker_lm::{Range, RotaryAxis, Survey, find_axis};
 
 use super::measured::TrackerCase;
-use super::settings::{MOUNTS, RANGES, STATIONS, Settings};
+use super::settings::{MOUNTS, RANGES, STATIONS, Settings, error};
 use super::tables::{References, Setup};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, group_names};
@@ -23,7 +23,7 @@ pub(super) fn read(
     let mut columns = Columns::new(&table, KNOWN);
     let references = setup.references(&mut columns, &table, RANGES)?;
     let displacements_mm = columns.numbers("displacement_mm")?;
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let mut warnings = settings.warnings();
     warnings.extend(extras.warnings);
     let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
@@ -37,12 +37,19 @@ pub(super) fn read(
         })
         .collect();
     let Setup { axis, stations, mounts, away_mm, .. } = setup;
+    let mut survey = Survey { axis, stations, mounts, steps, ranges };
+    let options = settings.options();
+    if let Some(sought) = settings.sought() {
+        survey.axis =
+            find_axis(&survey, sought, &options).map_err(|e| error(table.at_file(), e))?;
+        warnings.push(where_found(&survey.axis));
+    }
     let loop_settings = settings.loop_settings();
     let case = TrackerCase {
         file: table.at_file(),
         lines: (0..table.n_rows()).map(|row| table.line(row)).collect(),
-        survey: Survey { axis, stations, mounts, steps, ranges },
-        options: settings.options(),
+        survey,
+        options,
         time_s,
         covariates: extras.covariates,
         groups,
@@ -58,4 +65,14 @@ pub(super) fn read(
         warnings,
         tables: &[STATIONS, MOUNTS, RANGES],
     })
+}
+
+fn where_found(axis: &RotaryAxis) -> String {
+    let [x, y, z] = axis.origin_mm.coords.into();
+    let [i, j, k] = axis.direction.into_inner().into();
+    format!(
+        "`[axis] origin_mm` is not declared: the axis found is the line that the reflectors turn \
+         about, through ({x:.4}, {y:.4}, {z:.4}) mm along ({i:.7}, {j:.7}, {k:.7}); its errors are \
+         against this line"
+    )
 }

@@ -32,7 +32,8 @@ pub(super) struct Settings {
 #[serde(deny_unknown_fields)]
 pub(super) struct AxisSettings {
     pub(super) letter: LetterName,
-    pub(super) origin_mm: [Finite; 3],
+    /// Where the drawing has the axis; absent: it is found.
+    pub(super) origin_mm: Option<[Finite; 3]>,
     pub(super) direction: Option<[Finite; 3]>,
 }
 

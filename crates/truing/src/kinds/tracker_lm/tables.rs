@@ -7,7 +7,7 @@ use tracker_lm::{Approach, Mount, RotaryAxis, Station, Step};
 
 use super::settings::{MOUNTS, STATIONS, Settings};
 use crate::Error;
-use crate::case::{Columns, Document, Folder, Problem, Table, nearest};
+use crate::case::{ColumnKinds, Columns, Document, Folder, Problem, Table, nearest};
 
 pub(super) const PLACE: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN_STATIONS: &[&str] = &["station", PLACE[0], PLACE[1], PLACE[2]];
@@ -116,7 +116,7 @@ fn places(
     } else {
         Vec::new()
     };
-    columns.rest()?;
+    columns.rest(&ColumnKinds::default())?;
     let named = names.iter().enumerate().map(|(row, name)| ((*name).to_owned(), place(row)));
     Ok((named.collect(), bodies))
 }

@@ -1,6 +1,6 @@
 use std::sync::{Arc, OnceLock};
 
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Covariate, Model, Quantity};
 use nalgebra::Vector3;
 use tracker_lm::{
     AxisModel, HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
@@ -112,8 +112,7 @@ impl TargetCase {
         let concrete = Arc::new(model);
         let mut covariates = concrete.coordinates();
         if let Some(values) = &self.records.time_s {
-            let (name, values) = ("time_s".to_owned(), values.clone());
-            covariates.push(Covariate { name, values, origin: Origin::Recorded });
+            covariates.push(Covariate::recorded("time_s", Quantity::Time, values.clone()));
         }
         covariates.extend(self.records.covariates.iter().cloned());
         let mut model: Arc<dyn Model + Send> = Arc::<TargetModel>::clone(&concrete);

@@ -28,7 +28,7 @@ pub(super) fn read(
     let references = setup.references(&mut columns, &table, TARGETS)?;
     let [x, y, z] = PLACE.map(|name| columns.numbers(name));
     let (x, y, z) = (x?, y?, z?);
-    let extras = columns.rest()?;
+    let extras = columns.rest(&settings.closure.columns)?;
     let mut warnings = settings.target_warnings();
     warnings.extend(extras.warnings);
     let groups = group_names(settings.closure.group.as_ref(), &table, document)?;
@@ -49,6 +49,13 @@ pub(super) fn read(
         warnings.push(
             "whole reflectors are held out, and the fit of all to their nominal places says where the \
              axis should be: its location is fitted, and not judged"
+                .to_owned(),
+        );
+    }
+    if settings.sought().is_some() {
+        warnings.push(
+            "`[axis] origin_mm` is not declared: places are counted from the axis, in the frame of the \
+             reflectors' nominal places"
                 .to_owned(),
         );
     }

@@ -5,7 +5,7 @@ use ft_center::{
     Press, PressModel, PressRole, SavedFrame, SolvedPress, locate, locate_in, solve_presses,
 };
 use geometry::PlanarMap;
-use model_discrepancy::{Closure, Covariate, Model, Origin};
+use model_discrepancy::{Closure, Covariate, Model};
 use truing_report::Fact;
 
 use super::estimates::{FtCenterEstimates, Setting};
@@ -154,11 +154,7 @@ impl Measured for PressCase {
         let known: Vec<usize> =
             (0..presses.len()).filter(|press| presses[*press].role != PressRole::Locate).collect();
         let recorded: Vec<Covariate> = (self.covariates.iter())
-            .map(|c| Covariate {
-                name: c.name.clone(),
-                values: known.iter().map(|press| c.values[*press]).collect(),
-                origin: Origin::Recorded,
-            })
+            .map(|c| c.with(known.iter().map(|press| c.values[*press]).collect()))
             .collect();
         let concrete = PressModel::new(presses, &self.contact, &self.options, &recorded)
             .map_err(|e| error(self.presses_file.clone(), e))?;

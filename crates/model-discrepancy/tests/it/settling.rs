@@ -1,0 +1,74 @@
+//! Drifts that come to rest, with one time constant and with two.
+
+use model_discrepancy::{
+    LinearModel, Options, Settling, State, Verdict, clearest_settling, close_loop,
+};
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{normal, scalars};
+
+const N: usize = 60;
+/// Series without a second time constant that may show one: one in a hundred is let pass, and the
+/// law of small numbers gives more than 7 for 2 once in a thousand.
+const MOST_FALSE: usize = 7;
+
+fn elapsed() -> Vec<f64> {
+    (0..N).map(|i| i as f64).collect()
+}
+
+fn course(t: f64, time_constant: f64) -> f64 {
+    1.0 - (-t / time_constant).exp()
+}
+
+/// Readings with noise 1 about a zero that is fitted, with an even drift and a shift of all but the
+/// first reading in the catalogue.
+fn series(seed: u64, truth: impl Fn(f64) -> f64) -> LinearModel {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let data: Vec<f64> = elapsed().iter().map(|&t| truth(t) + normal(&mut rng)).collect();
+    let shifted = (0..N).map(|i| f64::from(u8::from(i > 2))).collect();
+    scalars(&data, &[("drift", elapsed()), ("shift", shifted)])
+}
+
+fn found(model: &LinearModel) -> Option<Settling> {
+    clearest_settling(model, &State::start(model), 0, &elapsed())
+}
+
+fn says_two(model: &LinearModel, settling: &Settling) -> bool {
+    let effect = settling.effect(&model.declared.effects[0], "s", "µm", 1.0);
+    effect.description.contains("% of it")
+}
+
+#[test]
+fn one_time_constant_shows_no_second() {
+    let wrong = (0..200).filter(|&seed| {
+        let model = series(seed, |t| 20.0 * course(t, 7.0));
+        let settling = found(&model).expect("twenty times the noise");
+        says_two(&model, &settling)
+    });
+    assert!(wrong.count() <= MOST_FALSE);
+}
+
+#[test]
+fn two_time_constants_are_one_drift_and_nothing_beside_it() {
+    for seed in 0..10 {
+        let mut model =
+            series(300 + seed, |t| 25.0 * (0.4 * course(t, 2.0) + 0.6 * course(t, 24.0)));
+        let settling = found(&model).expect("25 times the noise");
+        assert!(says_two(&model, &settling), "{settling:?}");
+        model.tangents.push(DMatrix::from_vec(
+            N,
+            1,
+            settling.course(&elapsed()).into_iter().map(|c| -c).collect(),
+        ));
+        model.declared.effects.push(settling.effect(&model.declared.effects[0], "s", "µm", 1.0));
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["drift"], "{:?}", closure.verdict);
+        assert_eq!(closure.verdict, Verdict::Explained);
+        let whole = &closure.steps[0].parameters[0];
+        // The slow one has hardly come to rest: what it comes to is known to a few times the noise.
+        assert!((whole.value - 25.0).abs() < 10.0, "{whole:?}");
+    }
+}

@@ -1,0 +1,68 @@
+//! A linear axis that is sent to the same targets again and again, both ways, and what a laser reads.
+
+use std::fmt::Write as _;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::generators::noise::gaussian;
+
+/// A run to simulate.
+#[derive(Clone, Debug)]
+pub(crate) struct Positions {
+    pub n_targets: usize,
+    pub n_cycles: usize,
+    /// Standard deviation of one reading, mm.
+    pub noise_mm: f64,
+    /// Standard deviation of the axis' own error from target to target, the same in every cycle, mm.
+    pub profile_mm: f64,
+    /// How far apart the axis stops when it comes from either side, mm.
+    pub reversal_mm: f64,
+    /// Whether cycles or targets are left out together.
+    pub group: &'static str,
+    pub seed: u64,
+}
+
+impl Positions {
+    /// Nine targets, five cycles, 3 µm; a sound axis.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            n_targets: 9,
+            n_cycles: 5,
+            noise_mm: 3e-3,
+            profile_mm: 0.0,
+            reversal_mm: 0.0,
+            group: "cycle",
+            seed,
+        }
+    }
+}
+
+/// Distance of targets, mm.
+const PITCH_MM: f64 = 5.0;
+
+/// The files of the case.
+pub(crate) fn tables(run: &Positions) -> Vec<(&'static str, String)> {
+    let mut rng = ChaCha8Rng::seed_from_u64(run.seed);
+    let profile_mm: Vec<f64> =
+        (0..run.n_targets).map(|_| run.profile_mm * gaussian(&mut rng)).collect();
+    let mut text = "point,commanded_mm,solved_mm,direction,cycle,target\n".to_owned();
+    for cycle in 0..run.n_cycles {
+        let there = (0..run.n_targets).map(|target| (target, 1.0));
+        let back = (0..run.n_targets).rev().map(|target| (target, -1.0));
+        for (target, way) in there.chain(back) {
+            let at_mm = PITCH_MM * f64::from(u32::try_from(target).expect("a few targets"));
+            let read_mm = at_mm
+                + profile_mm[target]
+                + 0.5 * way * run.reversal_mm
+                + run.noise_mm * gaussian(&mut rng);
+            let name = if way > 0.0 { "up" } else { "down" };
+            let _ = writeln!(
+                text,
+                "c{cycle}t{target}{name},{at_mm:.1},{read_mm:.5},{way},cycle{cycle},place{target}"
+            );
+        }
+    }
+    let case = format!("kind = \"ft-center\"\n\n[loop]\ngroup = \"{}\"\n", run.group);
+    vec![("case.toml", case), ("displacements.csv", text)]
+}

@@ -1,0 +1,56 @@
+//! Small runs of a tracer in which every effect on ranges is accepted at least once.
+
+use crate::kinds::tracker_lm::tracer::{Run, simulate};
+use crate::kinds::tracker_lm::tracer_run::Defect;
+use crate::kinds::tracker_lm::tracer_tables::tables;
+
+/// Beginnings of ids with subjects.
+pub(crate) const EFFECTS: &[&str] = &[
+    "range-scale",
+    "range-drift",
+    "range-drift [S",
+    "backlash",
+    "incidence",
+    "station-drift [S",
+    "bad-station [S",
+    "temperature",
+    "dead-path-jump [S2-R3 at",
+    "mount-slip [R2 at",
+];
+
+type Files = Vec<(&'static str, String)>;
+
+/// Cases by name.
+pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
+    let run = |seed: u64, defect: Defect| Run { n_angles: 13, defect, ..Run::new(seed) };
+    let known = |run: Run| Run { stations_off_mm: 5e-4, ..run };
+    vec![
+        ("range-scale", files(&known(run(701, Defect::RangeScale(150e-6))))),
+        ("range-drift", files(&Run { one_tracer: true, ..run(702, Defect::RangeDrift(0.012)) })),
+        (
+            "backlash",
+            files(&Run {
+                both_ways: true,
+                ..run(703, Defect::Backlash(12e-6, [0.0, 0.0015, 0.0]))
+            }),
+        ),
+        ("incidence", files(&run(704, Defect::Incidence(0.012)))),
+        ("station-drift", files(&run(705, Defect::StationDrift(2, [0.03, -0.05, 0.03])))),
+        // Along the beams a stand that drifts is a reading that creeps.
+        ("stand-along-beams", files(&run(705, Defect::StationDrift(2, [0.008, -0.006, 0.012])))),
+        ("bad-station", files(&known(run(706, Defect::BadStation(1, 120e-6))))),
+        (
+            "temperature",
+            files(&Run { record_air: true, ..known(run(707, Defect::Temperature(-8e-6))) }),
+        ),
+        ("dead-path-jump", files(&run(708, Defect::DeadPathJump(1, 2, 6, 0.006)))),
+        ("mount-slip", files(&run(709, Defect::MountSlip(1, 6, [0.02, 0.015, -0.02])))),
+        // So far that rows are not linear from one to the other.
+        ("beam-lost-for-20-mm", files(&run(710, Defect::DeadPathJump(1, 2, 6, 20.0)))),
+        ("mount-knocked-by-2-mm", files(&run(711, Defect::MountSlip(1, 6, [1.0, 1.5, -1.0])))),
+    ]
+}
+
+fn files(run: &Run) -> Files {
+    tables(run, &simulate(run))
+}
