@@ -51,8 +51,8 @@ impl Terms {
     }
 }
 
-/// Angles of a solved problem.
-pub(crate) struct Angles<'a, P, B, E> {
+/// A solved problem, angle by angle.
+pub(crate) struct Solved<'a, P, B, E> {
     pub(crate) problem: &'a P,
     pub(crate) covariance: &'a BorderedCovariance<'a, P>,
     pub(crate) angles_rad: &'a [f64],
@@ -121,7 +121,7 @@ struct OfAngle {
     fitted: Vec<f64>,
 }
 
-impl<P, B, E> Angles<'_, P, B, E>
+impl<P, B, E> Solved<'_, P, B, E>
 where
     P: Columns,
     B: Fn(usize, usize) -> Option<usize> + Sync + Send,

@@ -11,7 +11,7 @@
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::Vector3;
 
-use crate::gauge::StationChart;
+use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
 use crate::network::Network;
 use crate::spread::Columns;
@@ -148,10 +148,11 @@ impl<'a> FreePoints<'a> {
     fn beam(
         &self,
         [station, mount, dead_path]: [usize; 3],
+        places: &Places<'_>,
         shared: &[f64],
         block: &[f64],
     ) -> (f64, Vector3<f64>) {
-        let along = point_of(block, mount) - self.chart.position_mm(station, shared);
+        let along = point_of(block, mount) - places.at_mm(station);
         let path = along.norm();
         (path - shared[self.chart.dim() + dead_path], along * path.recip())
     }
@@ -166,9 +167,17 @@ impl<'a> FreePoints<'a> {
 
     /// Where an unseen coordinate is held: at zero, which is as good as anywhere.
     #[inline(always)]
-    fn residual(&self, row: Row, displacement_mm: f64, shared: &[f64], block: &[f64]) -> f64 {
+    fn residual(
+        &self,
+        (row, displacement_mm): (Row, f64),
+        places: &Places<'_>,
+        shared: &[f64],
+        block: &[f64],
+    ) -> f64 {
         match row {
-            Row::Range(seen) => (self.beam(seen, shared, block).0 - displacement_mm) * self.weight,
+            Row::Range(seen) => {
+                (self.beam(seen, places, shared, block).0 - displacement_mm) * self.weight
+            }
             Row::Distance(pair) => self.across(pair, shared, block).0 * self.rigid_weight,
             Row::Unseen(coordinate) => block[coordinate],
         }
@@ -207,9 +216,10 @@ impl BorderedProblem for FreePoints<'_> {
 
     #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
+        let places = self.chart.places(shared);
         let (rows, displacements) = self.rows(block);
         for ((row, displacement_mm), out) in rows.iter().zip(displacements).zip(out) {
-            *out = self.residual(*row, displacement_mm, shared, point);
+            *out = self.residual((*row, displacement_mm), &places, shared, point);
         }
     }
 
@@ -220,11 +230,12 @@ impl BorderedProblem for FreePoints<'_> {
             to[*at..*at + values.len()].copy_from_slice(values);
             *at += values.len();
         };
+        let places = self.chart.places(shared);
         let (listed, displacements) = self.rows(block);
         for ((n, row), displacement_mm) in listed.iter().enumerate().zip(displacements) {
             match *row {
                 Row::Range(seen) => {
-                    let (read_mm, beam) = self.beam(seen, shared, point);
+                    let (read_mm, beam) = self.beam(seen, &places, shared, point);
                     let beam = beam * self.weight;
                     rows.residuals[n] = (read_mm - displacement_mm) * self.weight;
                     put(rows.by_block, &mut own, beam.as_slice());

@@ -1,4 +1,8 @@
 //! What ties the stations to the machine: the directions in which they may move.
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions are chosen per caller: what is not inlined goes without them"
+)]
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, Rotation3, Vector3};
 
@@ -17,6 +21,27 @@ pub(crate) struct StationChart {
     moves: Vec<Vec<(usize, Vector3<f64>)>>,
     /// Standard uncertainty of each coordinate's nominal value, where it counts as data.
     pub(crate) prior_mm: Option<f64>,
+}
+
+/// Stations whose places are worked out once for all rows of a block.
+const FEW: usize = 16;
+
+/// Places of all stations at one set of parameters.
+pub(crate) struct Places<'a> {
+    chart: &'a StationChart,
+    shared: &'a [f64],
+    /// `None` where they are more than fit, or asked for once only.
+    known: Option<[Vector3<f64>; FEW]>,
+}
+
+impl Places<'_> {
+    #[inline(always)]
+    pub(crate) fn at_mm(&self, station: usize) -> Vector3<f64> {
+        match &self.known {
+            Some(places) => places[station],
+            None => self.chart.position_mm(station, self.shared),
+        }
+    }
 }
 
 /// Share of a motion's length below which the stations do not feel it: they are collinear.
@@ -51,6 +76,20 @@ impl StationChart {
     pub(crate) fn position_mm(&self, station: usize, shared: &[f64]) -> Vector3<f64> {
         let nominal = self.nominal_mm.fixed_rows::<3>(3 * station).into_owned();
         self.moves[station].iter().fold(nominal, |at, (p, way)| at + way * shared[*p])
+    }
+
+    /// Places of all stations, for many rows.
+    #[inline(always)]
+    pub(crate) fn places<'a>(&'a self, shared: &'a [f64]) -> Places<'a> {
+        let n = self.moves.len();
+        let place = |i| if i < n { self.position_mm(i, shared) } else { Vector3::zeros() };
+        let known = (n <= FEW).then(|| std::array::from_fn(place));
+        Places { known, ..self.place(shared) }
+    }
+
+    /// Places of stations, for one row.
+    pub(crate) fn place<'a>(&'a self, shared: &'a [f64]) -> Places<'a> {
+        Places { chart: self, shared, known: None }
     }
 
     /// The rigid motion that takes the given places where the gauge wants them.

@@ -13,7 +13,7 @@ use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
 
 use crate::curves::{Curves, LOCATION};
-use crate::gauge::StationChart;
+use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
 use crate::network::Network;
 use crate::shift::Shift;
@@ -185,9 +185,15 @@ impl<'a> Joint<'a> {
 
     /// Residual of a range in mm.
     #[inline(always)]
-    fn residual_mm(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> f64 {
+    fn residual_mm(
+        &self,
+        range: usize,
+        angle: usize,
+        (shared, places): (&[f64], &Places<'_>),
+        block: &Block,
+    ) -> f64 {
         let r = &self.network.survey.ranges[range];
-        let path = self.lines(range, angle, shared, block).0.norm();
+        let path = self.lines(range, angle, (shared, places), block).0.norm();
         path - shared[self.dead_path_start() + self.network.dead_path_of[range]] - r.displacement_mm
     }
 
@@ -205,12 +211,12 @@ impl<'a> Joint<'a> {
         &self,
         range: usize,
         angle: usize,
-        shared: &[f64],
+        (shared, places): (&[f64], &Places<'_>),
         block: &Block,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let station = self.network.survey.ranges[range].station;
         let moved = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.station_mm);
-        let station = self.chart.position_mm(station, shared) + moved;
+        let station = places.at_mm(station) + moved;
         let arm = block.turned * (self.rotations[angle] * self.body_mm(range, shared));
         let target = self.network.survey.axis.origin_mm.coords + block.displacement_mm + arm;
         (target - station, arm)
@@ -243,13 +249,19 @@ impl<'a> Joint<'a> {
     ) -> Slopes {
         let error = self.error(angle, shared, point);
         let own = self.shifted_block(range, &error).unwrap_or_else(|| Block::of(&error));
-        self.slopes(range, angle, shared, &own)
+        self.slopes(range, angle, (shared, &self.chart.place(shared)), &own)
     }
 
     #[inline(always)]
-    fn slopes(&self, range: usize, angle: usize, shared: &[f64], block: &Block) -> Slopes {
+    fn slopes(
+        &self,
+        range: usize,
+        angle: usize,
+        (shared, places): (&[f64], &Places<'_>),
+        block: &Block,
+    ) -> Slopes {
         let r = &self.network.survey.ranges[range];
-        let (along, arm) = self.lines(range, angle, shared, block);
+        let (along, arm) = self.lines(range, angle, (shared, places), block);
         let path = along.norm();
         let beam = along * path.recip();
         let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
@@ -306,10 +318,11 @@ impl BorderedProblem for Joint<'_> {
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let error = self.error(block, shared, point);
         let own = Block::of(&error);
+        let places = self.chart.places(shared);
         for (&range, out) in self.ranges_of[block].iter().zip(out) {
             let shifted = self.shifted_block(range, &error);
             let own = shifted.as_ref().unwrap_or(&own);
-            *out = self.residual_mm(range, block, shared, own) / self.sigma_mm;
+            *out = self.residual_mm(range, block, (shared, &places), own) / self.sigma_mm;
         }
     }
 
@@ -317,13 +330,14 @@ impl BorderedProblem for Joint<'_> {
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
         let error = self.error(block, shared, point);
         let own = Block::of(&error);
+        let places = self.chart.places(shared);
         let curves = self.curves.at(block, &shared[self.curve_start()..]).slopes;
         let weight = 1.0 / self.sigma_mm;
         let mut at = 0;
         for (row, &range) in self.ranges_of[block].iter().enumerate() {
             let shifted = self.shifted_block(range, &error);
             let own = shifted.as_ref().unwrap_or(&own);
-            let slopes = self.slopes(range, block, shared, own);
+            let slopes = self.slopes(range, block, (shared, &places), own);
             rows.residuals[row] = weight * slopes.residual_mm;
             for axis in 0..3 {
                 rows.by_block[6 * row + axis] = weight * slopes.beam[axis];

@@ -3,7 +3,7 @@
 use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix6, Point3, Vector3, Vector6};
 
-use crate::angle_spread::{Angles, Terms};
+use crate::angle_spread::{Solved, Terms};
 use crate::error_order::in_order;
 use crate::joint::Joint;
 use crate::network::Network;
@@ -28,7 +28,7 @@ pub(crate) fn result(
     let shared = covariance.shared();
     let angles_rad = network.angles_rad();
     let fixed = |k: usize| Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]);
-    let angles = Angles {
+    let solved = Solved {
         problem: joint,
         covariance: &covariance,
         angles_rad: &angles_rad,
@@ -39,7 +39,7 @@ pub(crate) fn result(
             Ok(fixed(k))
         },
     };
-    let spread = angles.spread(&network.survey.axis)?;
+    let spread = solved.spread(&network.survey.axis)?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
     for (&range, [residual, share]) in joint.ranges_of.iter().flatten().zip(spread.rows()) {

@@ -21,13 +21,10 @@ impl Kinds {
             return (self.last.1, false);
         }
         let next = self.numbers.len();
-        let number = match self.numbers.get(&self.room) {
-            Some(number) => *number,
-            None => {
-                self.numbers.insert(self.room.clone(), next);
-                next
-            }
-        };
+        let number = self.numbers.get(&self.room).copied().unwrap_or(next);
+        if number == next {
+            self.numbers.insert(self.room.clone(), next);
+        }
         std::mem::swap(&mut self.last.0, &mut self.room);
         self.last.1 = number;
         (number, number == next)

@@ -184,3 +184,52 @@ fn pseudo_inverse(design: &DMatrix<f64>, reach_mm: f64) -> Option<DMatrix<f64>> 
     }
     Some(inverse)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Vector3, Vector6};
+
+    use super::{by_singular_values, error_at_angle, reach};
+
+    /// Rounding of a metre's arms over their distance from a line.
+    const TOLERANCE: f64 = 1e-12;
+
+    /// The step about the centroid is that by singular values, near the axis and far from it.
+    #[test]
+    fn normal_equations_are_the_pseudo_inverse() {
+        for offset_mm in [0.0, 900.0] {
+            let arms =
+                [[150.0, 0.0, 20.0], [0.0, 120.0, -30.0], [-80.0, -90.0, 0.0], [10.0, 7.0, 99.0]]
+                    .map(|arm| Vector3::from(arm) + Vector3::repeat(offset_mm));
+            let seen = arms.map(|arm| {
+                Vector3::new(0.01, -0.02, 0.005)
+                    + Vector3::new(2e-4, 1e-4, -3e-4).cross(&arm)
+                    + Vector3::new(1e-3 * f64::sin(arm.x / 50.0), 1e-3, 0.0)
+            });
+            let (error, inverse) = error_at_angle(&arms, &seen).unwrap();
+            let mut other = vec![0.0; 6 * 3 * arms.len()];
+            let step = by_singular_values(&arms, &seen, &error, &mut other).unwrap();
+            let scale = Vector6::new(1.0, 1.0, 1.0, reach(&arms), reach(&arms), reach(&arms));
+            assert!(step.component_mul(&scale).amax() < TOLERANCE * reach(&arms));
+            for (i, row) in other.chunks_exact(3 * arms.len()).enumerate() {
+                for (j, value) in row.iter().enumerate() {
+                    let difference = (inverse[(i, j)] - value) * scale[i];
+                    // An inverse at the step before the last differs by that step.
+                    assert!(difference.abs() < 1e-9 * (1.0 + reach(&arms) / 100.0), "{difference}");
+                }
+            }
+        }
+    }
+
+    /// Points 0.1 µm off a line of a metre still show the turn about it.
+    #[test]
+    fn points_near_a_line_go_by_singular_values() {
+        let arms =
+            [0.0, 400.0, 1000.0].map(|x: f64| Vector3::new(x, 1e-4 * (x / 300.0).sin(), 0.0));
+        let seen = arms.map(|arm| Vector3::new(0.0, 0.0, 1e-3) + Vector3::y().cross(&arm) * 1e-5);
+        let (error, _) = error_at_angle(&arms, &seen).unwrap();
+        assert!((error[4] - 1e-5).abs() < 1e-9 && (error[2] - 1e-3).abs() < 1e-6, "{error}");
+        let line = arms.map(|arm| Vector3::new(arm.x, 0.0, 0.0));
+        assert!(error_at_angle(&line, &seen).is_none());
+    }
+}

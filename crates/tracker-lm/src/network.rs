@@ -233,7 +233,9 @@ fn check_references(survey: &Survey) -> Result<Vec<Vec<usize>>, TrackerError> {
 
 fn by_step(ranges: &[Range], n_steps: usize) -> Vec<Vec<usize>> {
     let mut counts = vec![0; n_steps];
-    ranges.iter().for_each(|r| counts[r.step] += 1);
+    for range in ranges {
+        counts[range.step] += 1;
+    }
     let mut of_step: Vec<Vec<usize>> = counts.into_iter().map(Vec::with_capacity).collect();
     for (index, range) in ranges.iter().enumerate() {
         of_step[range.step].push(index);

@@ -3,7 +3,7 @@
 use least_squares::{BorderedCovariance, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3, Vector6};
 
-use crate::angle_spread::{Angles, Room, Terms};
+use crate::angle_spread::{Room, Solved, Terms};
 use crate::count::count;
 use crate::free_points::{FreePoints, point_of};
 use crate::joint_result::{axis_errors, stations};
@@ -26,7 +26,7 @@ pub(crate) fn result(
     let blocks = Blocks { block_dim: points.block_dim(), numbers: &point.blocks };
     let reference = Reference::new(network, blocks)?;
     let angles_rad = network.angles_rad();
-    let angles = Angles {
+    let solved = Solved {
         problem: points,
         covariance: &covariance,
         angles_rad: &angles_rad,
@@ -34,7 +34,7 @@ pub(crate) fn result(
         references: &network.angles[0].steps,
         errors: |k: usize, terms: &mut Terms| reference.error(network, blocks, k, terms),
     };
-    let spread = angles.spread(&network.survey.axis)?;
+    let spread = solved.spread(&network.survey.axis)?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
     let steps = network.angles.iter().flat_map(|angle| &angle.steps);
@@ -158,7 +158,9 @@ impl Reference {
         }
         let rotation = axis.rotation(angle.angle_rad).to_rotation_matrix().into_inner();
         let Room { seen, arms, displacements, inverse } = &mut terms.room;
-        (seen.clear(), arms.clear(), displacements.clear());
+        seen.clear();
+        arms.clear();
+        displacements.clear();
         for (nth, &step) in angle.steps.iter().enumerate() {
             for &mount in network.mounts_at(step) {
                 let Some(body) = self.body_mm[mount] else { continue };

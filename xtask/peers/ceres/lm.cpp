@@ -4,8 +4,9 @@
 // distances between them. Parameter blocks: the targets of a step, and of each station its free
 // coordinates together with its dead paths; one with all distances. DENSE_SCHUR eliminates the
 // targets first; derivatives are by hand. The search ends with the first step that gains less than
-// LEAST_GAIN of the cost and keeps it, or below 1e-10 of it, where Ceres throws the step away. Prints a line of JSON per run, with the most memory that
-// the process has had so far; the solution goes to ceres.bin beside the problem.
+// LEAST_GAIN of the cost and keeps it, or below 1e-10 of it, where Ceres throws the step away.
+// Prints a line of JSON per run, with the most memory that the process has had so far; the solution
+// goes to ceres.bin beside the problem. With --version it prints that of Ceres.
 #include <ceres/ceres.h>
 #include <sys/resource.h>
 

@@ -18,20 +18,18 @@ struct Problem {
     distance_mm: &'static str,
     /// Step at which a search is over for whom that can be said: far below the error that noise leaves.
     step_mm: &'static str,
-    /// Peers that need minutes on it as packaged, and what comes out of them at the other problems.
+    /// Peers that need minutes on it as packaged.
     left_out: &'static [&'static str],
 }
 
 const PROBLEMS: [Problem; 3] = [
     Problem { name: "100k", distance_mm: "5", step_mm: "1e-4", left_out: &[] },
-    Problem {
-        name: "1m",
-        distance_mm: "5",
-        step_mm: "1e-4",
-        left_out: &["small_gicp-plane", "small_gicp-gicp"],
-    },
-    Problem { name: "scan", distance_mm: "1", step_mm: "1e-3", left_out: &[] },
+    Problem { name: "1m", distance_mm: "5", step_mm: "1e-4", left_out: SLOW },
+    Problem { name: "scan", distance_mm: "1", step_mm: "1e-3", left_out: SLOW },
 ];
+
+/// As packaged, one does not converge and the other takes thirty times as long as the corrected one.
+const SLOW: &[&str] = &["small_gicp-plane", "small_gicp-gicp"];
 
 /// Beyond the size of the face: all pairs count.
 const ANY_DISTANCE: &str = "1000";
@@ -130,7 +128,7 @@ fn build_ours(sources: &Path, work: &Path) -> Result<PathBuf> {
     Ok(target.join("release/ours"))
 }
 
-/// Compiles small_gicp from the source that its Python package comes with, with our factor.
+/// Compiles `small_gicp` from the source that its Python package comes with, with our factor.
 fn build_small_gicp(python: &Path, sources: &Path, work: &Path) -> Result<PathBuf> {
     if let Some(given) = overridden("SMALL_GICP") {
         return Ok(given);

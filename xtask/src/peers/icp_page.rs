@@ -24,7 +24,7 @@ against the pose that made the problem.
 Every peer runs as it does best here. Pairs further apart than 5 mm do not count for peers, on scan 1 mm: with 5 mm there
 Open3D and small_gicp go to and fro between sets of pairs for 100 iterations and end at 21.5 µm, with 2 mm at 16 to 17. pose-icp is told no distance. Open3D stops at its
 own criterion of 1e-6. small_gicp is compiled here for this machine, once more with a residual that is the dot product of normal and offset, by Gauss-Newton,
-until a step is below 1e-4 mm (scan: 1e-3 mm, less goes on among noise without getting nearer); as packaged, whose factor multiplies entry by entry, it takes minutes on 1m and is left out there.
+until a step is below 1e-4 mm (scan: 1e-3 mm, less goes on among noise without getting nearer); as packaged, whose factor multiplies entry by entry, it is shown on 100k alone.
 threecrate computes in single precision. Whoever runs the bench puts a program of the same arguments in the place of ours by `TRUING_PEER_SMALL_GICP`,
 `TRUING_PEER_POSE_ICP` (its neighbours `threecrate_plane`, `ours_basin` and `ours_poses` with it) or `TRUING_PEER_PYTHON`.
 

@@ -180,7 +180,7 @@ fn build_factrs(work: &Path) -> Result<PathBuf> {
     Ok(target.join("release/factrs-peer"))
 }
 
-/// A Python that has SciPy, which is installed where it is missing.
+/// A Python that has `SciPy`, which is installed where it is missing.
 fn python_with_scipy() -> Result<PathBuf> {
     let python = overridden("PYTHON").unwrap_or_else(|| "python3".into());
     let name = super::text(&python)?;

@@ -63,13 +63,12 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     let place = Place { problem, program: &program, robust: &options.robust, point };
     let steady = steady(place, options.rank_tolerance);
     let is_steady = steady.is_some();
-    let (triangle, rank) = match steady {
-        Some(steady) => steady,
-        None => {
-            super::diagnose::all_finite(place)?;
-            let shared = place.shared();
-            (shared.triangle(), place.rank(&shared, options.rank_tolerance))
-        }
+    let (triangle, rank) = if let Some(steady) = steady {
+        steady
+    } else {
+        super::diagnose::all_finite(place)?;
+        let shared = place.shared();
+        (shared.triangle(), place.rank(&shared, options.rank_tolerance))
     };
     let tally = Tally::new(place);
     if !rank.directions.is_empty() {
@@ -258,5 +257,160 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
         let mut inverse = DMatrix::identity(dim, dim);
         factor.triangle().solve_upper_triangular_mut(&mut inverse);
         (-factor.coupling(), &inverse * inverse.transpose())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::bordered_covariance;
+    use crate::{BlockRows, BorderedOptions, BorderedPoint, BorderedProblem, Pattern};
+
+    const BLOCKS: usize = 5;
+    const ROWS: usize = 7;
+    const OWN: usize = 3;
+    const SHARED: usize = 4;
+    /// Rounding of the whitened numbers, which are about one, times the condition.
+    const TOLERANCE: f64 = 1e-11;
+
+    /// A linear problem of arbitrary numbers; odd rows do not depend on the last own direction.
+    struct Arbitrary {
+        patterns: Vec<Pattern>,
+    }
+
+    impl Arbitrary {
+        fn new() -> Self {
+            let mut pattern = Pattern::new();
+            for row in 0..ROWS {
+                pattern.push(&[0, 1, 2][..OWN - row % 2], &[3, 1, 0, 2]);
+            }
+            Self { patterns: vec![pattern] }
+        }
+    }
+
+    fn number(seed: usize) -> f64 {
+        f64::sin(1.0 + 3.7 * f64::from(u32::try_from(seed).unwrap()).powf(1.3))
+    }
+
+    impl BorderedProblem for Arbitrary {
+        fn shared_dim(&self) -> usize {
+            SHARED
+        }
+        fn block_dim(&self) -> usize {
+            OWN
+        }
+        fn block_count(&self) -> usize {
+            BLOCKS
+        }
+        fn patterns(&self) -> &[Pattern] {
+            &self.patterns
+        }
+        fn residuals(&self, block: usize, _: &[f64], _: &[f64], out: &mut [f64]) {
+            (0..ROWS).for_each(|i| out[i] = number(1000 + block * ROWS + i));
+        }
+        fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
+            self.residuals(block, shared, point, rows.residuals);
+            let (first, own) = (100 * block, rows.by_block.len());
+            (0..own).for_each(|i| rows.by_block[i] = number(first + i));
+            let by_shared = rows.by_shared.iter_mut().enumerate();
+            by_shared.for_each(|(i, value)| *value = number(first + own + i));
+        }
+    }
+
+    fn near(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
+        (a - b).amax() <= TOLERANCE * b.amax()
+    }
+
+    /// Normal equations and reflections give the same parts, and these the covariance.
+    #[test]
+    fn parts_are_those_of_the_covariance_either_way() {
+        let problem = Arbitrary::new();
+        let point = BorderedPoint { shared: vec![0.0; SHARED], blocks: vec![0.0; BLOCKS * OWN] };
+        let options =
+            BorderedOptions { held_shared: vec![1], held_blocks: vec![3], ..Default::default() };
+        let mut covariance = bordered_covariance(&problem, &point, &options).unwrap();
+        assert!(covariance.is_steady);
+        let (mut parts, mut other) = (covariance.parts(), covariance.parts());
+        for is_steady in [true, false] {
+            covariance.is_steady = is_steady;
+            for block in 0..BLOCKS {
+                covariance.fill(block, &mut parts);
+                let width = parts.width();
+                let own = DMatrix::from_row_slice(OWN, OWN, parts.own());
+                let along = DMatrix::from_row_slice(OWN, width, parts.along());
+                let whole = &own + &along * along.transpose();
+                if block == 3 {
+                    assert!(whole.iter().all(|value| value.to_bits() == 0), "a held block");
+                } else {
+                    assert!(near(&whole, &covariance.block(block)), "{block}");
+                }
+                covariance.fill(0, &mut other);
+                let first = DMatrix::from_row_slice(OWN, width, other.along());
+                let between = covariance.between(block, 0);
+                if block != 0 && block != 3 {
+                    assert!(near(&(&along * first.transpose()), &between), "{block}");
+                }
+                let leverages = covariance.leverages(block);
+                for (i, leverage) in parts.leverages().iter().enumerate() {
+                    assert!((leverage - leverages[i]).abs() < TOLERANCE, "{block}, {i}");
+                }
+                let mut residuals = [0.0; ROWS];
+                problem.residuals(block, &[], &[], &mut residuals);
+                assert_eq!(parts.residuals(), residuals);
+                let a = DMatrix::from_fn(2, OWN, |i, j| number(7 + 3 * i + j));
+                let rows = a.transpose().as_slice().to_vec();
+                let (mut added, mut followed) = ([0.0; 4], vec![0.0; 2 * width]);
+                parts.add_combined(&rows, &mut added, &mut followed);
+                let expected = &a * &own * a.transpose();
+                assert!((DMatrix::from_row_slice(2, 2, &added) - expected).amax() < TOLERANCE);
+                let expected = &a * &along;
+                let followed = DMatrix::from_row_slice(2, width, &followed);
+                assert!((followed - expected).amax() < TOLERANCE);
+            }
+        }
+    }
+
+    /// Two columns that differ by a part in 1e5 leave a pivot of 1e-10: reflections take over, and the
+    /// covariance is that of the exact numbers.
+    #[test]
+    fn weak_blocks_are_reflected() {
+        struct Weak(Vec<Pattern>);
+        impl BorderedProblem for Weak {
+            fn shared_dim(&self) -> usize {
+                1
+            }
+            fn block_dim(&self) -> usize {
+                2
+            }
+            fn block_count(&self) -> usize {
+                1
+            }
+            fn patterns(&self) -> &[Pattern] {
+                &self.0
+            }
+            fn residuals(&self, _: usize, _: &[f64], _: &[f64], out: &mut [f64]) {
+                out.fill(0.0);
+            }
+            fn linearise(&self, _: usize, _: &[f64], _: &[f64], rows: BlockRows<'_>) {
+                rows.residuals.fill(0.0);
+                rows.by_block.copy_from_slice(&[1.0, 1.0, 0.0, WEAK, 0.0, 0.0]);
+                rows.by_shared.copy_from_slice(&[0.0, 0.0, 1.0]);
+            }
+        }
+        const WEAK: f64 = 1e-5;
+        let problem = Weak(vec![Pattern::dense(3, 2, 1)]);
+        let point = BorderedPoint { shared: vec![0.0], blocks: vec![0.0; 2] };
+        let covariance =
+            bordered_covariance(&problem, &point, &BorderedOptions::default()).unwrap();
+        assert!(!covariance.is_steady);
+        let mut parts = covariance.parts();
+        covariance.fill(0, &mut parts);
+        // (JᵀJ)⁻¹ of [1 1; 0 w].
+        let variance = WEAK.powi(-2);
+        let expected = [1.0 + variance, -variance, -variance, variance];
+        for (found, expected) in parts.own().iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < TOLERANCE, "{found} for {expected}");
+        }
     }
 }

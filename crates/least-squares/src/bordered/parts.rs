@@ -86,12 +86,17 @@ impl BlockParts {
         &self.leverages[..self.residual_count]
     }
 
-    /// Adds what the block brings to the covariance of `A·step` with `A` given by rows: `A·own·Aᵀ` to
-    /// `covariance` and `A·along` to `along`, both by rows.
-    pub fn add_combined(&self, a: &[f64], covariance: &mut [f64], along: &mut [f64]) {
+    /// Adds what the block brings to the covariance of `A·step`, with the coefficients `A` by rows:
+    /// `A·own·Aᵀ` to `covariance` and `A·along` to `derivative`, both by rows.
+    pub fn add_combined(
+        &self,
+        coefficients: &[f64],
+        covariance: &mut [f64],
+        derivative: &mut [f64],
+    ) {
         let b = self.own.len().isqrt();
         if b > 0 {
-            dispatch(Combine { parts: self, b, a, covariance, along });
+            dispatch(Combine { parts: self, b, a: coefficients, covariance, along: derivative });
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
-use crate::angle_spread::{Angles, Terms};
+use crate::angle_spread::{Solved, Terms};
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
 use crate::joint_result::{OfAxis, axis_errors};
@@ -165,7 +165,7 @@ fn result(
     let covariance = covariance(bundle, point, &held)?;
     let shared = covariance.shared();
     let angles_rad = bundle.angles_rad();
-    let angles = Angles {
+    let solved = Solved {
         problem: bundle,
         covariance: &covariance,
         angles_rad: &angles_rad,
@@ -176,7 +176,7 @@ fn result(
             Ok(Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]))
         },
     };
-    let spread = angles.spread(&survey.axis)?;
+    let spread = solved.spread(&survey.axis)?;
     let n = survey.targets.len();
     let (mut residuals_mm, mut redundancy) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
     let rows: Vec<[f64; 2]> = spread.rows().collect();
