@@ -16,6 +16,10 @@ const NODES: usize = 6;
 const MOST_READINGS: usize = 3000;
 /// Share of the readings for which an offset must leave one to hold against them.
 const OVERLAP: f64 = 0.5;
+/// Parts of the readings by what they should read, and the share of the scatter between these parts
+/// beyond which it follows the force, as a gain that changes with it does, and not the time.
+const PARTS: usize = 10;
+const FOLLOWS: f64 = 0.25;
 /// Share of the misfit of a constant offset that another rate leaves at most.
 const RATE_LEAVES: f64 = 0.7;
 /// Stretches of the record over which an offset may change.
@@ -287,13 +291,15 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
         (0..record.read.len()).map(|i| record.at(record.expected, i, -offset_s)).collect();
     let inner = (1..record.read.len().saturating_sub(1))
         .filter(|&i| record.stretch[i - 1] == record.stretch[i + 1]);
-    let mut pairs: Vec<(f64, f64)> = inner
-        .filter_map(|i| {
-            let [before, at, after] = [expected[i - 1]?, expected[i]?, expected[i + 1]?];
-            let slope = (after - before) / (record.time_s[i + 1] - record.time_s[i - 1]);
-            Some((slope, record.read[i] - at))
-        })
-        .collect();
+    let seen = inner.filter_map(|i| {
+        let [before, at, after] = [expected[i - 1]?, expected[i]?, expected[i + 1]?];
+        let slope = (after - before) / (record.time_s[i + 1] - record.time_s[i - 1]);
+        Some((at, (slope, record.read[i] - at)))
+    });
+    let (forces, mut pairs): (Vec<f64>, Vec<(f64, f64)>) = seen.unzip();
+    if follows(forces, &pairs) > FOLLOWS {
+        return None;
+    }
     let tenth = pairs.len() / 10;
     if tenth < FEWEST {
         return None;
@@ -340,6 +346,21 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     );
     let subject = (record.file, &[record.column][..]);
     Some(Hypothesis::of("input:clock", subject, description, Vec::new()).shown())
+}
+
+/// Share of the scatter of residuals that lies between parts of the readings, by their force.
+fn follows(forces: Vec<f64>, pairs: &[(f64, f64)]) -> f64 {
+    let mut sorted: Vec<(f64, f64)> =
+        forces.into_iter().zip(pairs).map(|(force, (_, r))| (force, *r)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let n = count(sorted.len());
+    let sum = |part: &[(f64, f64)]| part.iter().map(|(_, r)| r).sum::<f64>();
+    let mean = sum(&sorted) / n;
+    let whole: f64 = sorted.iter().map(|(_, r)| (r - mean).powi(2)).sum();
+    let between = sorted.chunks(sorted.len().div_ceil(PARTS).max(1));
+    let between =
+        between.map(|part| (sum(part) / count(part.len()) - mean).powi(2) * count(part.len()));
+    between.sum::<f64>() / whole
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
