@@ -1,4 +1,4 @@
-use model_discrepancy::{Closure, LoopError, Options, close_loop};
+use model_discrepancy::{Closure, LoopError, Options, Verdict, close_loop};
 
 use crate::measured::Prepared;
 
@@ -37,6 +37,9 @@ pub(crate) fn settled<'c>(
         }
         let Ok(anew) = close_loop(&*there.model, &there.covariates, options) else {
             closure.warnings.push(NOT_ANEW.to_owned());
+            if closure.verdict == Verdict::Explained {
+                closure.verdict = Verdict::StructureRemains;
+            }
             break;
         };
         on_the_way.push(std::mem::replace(&mut closure, anew));

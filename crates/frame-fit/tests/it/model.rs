@@ -213,7 +213,7 @@ fn a_motion_moves_what_is_deformed() {
         both.base = anywhere(&mut rng, &model, 20.0).base;
         let (reference, map) = (model.map_at(&start.base), model.map_at(&both.base));
         let deformations = moved(&model, &deformed);
-        let largest_mm = deformations.iter().map(|d| d.norm()).fold(0.0, f64::max);
+        let largest_mm = deformations.iter().map(Vector3::norm).fold(0.0, f64::max);
         assert!(largest_mm > 1.0, "{transform}: {largest_mm} mm show nothing");
         for ((got, deformation), x) in
             moved(&model, &both).iter().zip(&deformations).zip(coordinates(&model))

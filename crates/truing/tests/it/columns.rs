@@ -29,20 +29,23 @@ fn grown(column: &str, setting: &str) -> Case {
     case
 }
 
-/// Ids of the effects that were found, with the columns that they follow.
+/// Ids of the effects that were found, with their descriptions.
 fn found(case: &Case) -> Vec<(String, String)> {
     let answer = case.json("loop");
     let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
     let steps = answer["steps"].as_array().unwrap();
-    steps.iter().map(|step| (text(&step["effect"]), text(&step["subject"]))).collect()
+    steps.iter().map(|step| (text(&step["effect"]), text(&step["description"]))).collect()
 }
 
 #[test]
 fn a_temperature_is_told_by_its_name_or_by_the_case() {
-    let of = |column: &str| [("temperature".to_owned(), column.to_owned())];
-    assert_eq!(found(&grown("air_c", "")), of("air_c"));
     let said = "[loop]\ncolumns = { pt100 = \"temperature\" }\n";
-    assert_eq!(found(&grown("pt100", said)), of("pt100"));
+    for (column, setting) in [("air_c", ""), ("pt100", said)] {
+        let found = found(&grown(column, setting));
+        let [(effect, description)] = &found[..] else { panic!("{found:?}") };
+        assert_eq!(effect, "temperature");
+        assert!(description.contains(column), "{description}");
+    }
 }
 
 #[test]
