@@ -46,4 +46,4 @@ pub use number::{COVERAGE, significant, with_expanded};
 pub use page::render;
 pub use region::{Region, Stability};
 pub use summary::{Rms, Summary};
-pub use wording::{by_sign, with_size};
+pub use wording::{after_number, by_sign, with_size};

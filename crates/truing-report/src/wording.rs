@@ -53,8 +53,13 @@ pub fn with_size(said: &str, amplitudes: &[(f64, f64, &str)]) -> String {
     let short = short.trim_end_matches('.');
     let size = if is_signed(said) { value.abs() } else { *value };
     let (size, expanded) = with_expanded(size, *std);
-    let space = if unit.is_empty() { "" } else { " " };
-    format!("{short}: {size} ± {expanded}{space}{unit}")
+    format!("{short}: {size} ± {expanded}{}", after_number(unit))
+}
+
+/// A unit as it follows a number: nothing where that is a pure one.
+#[must_use]
+pub fn after_number(unit: &str) -> String {
+    if matches!(unit, "" | "1") { String::new() } else { format!(" {unit}") }
 }
 
 /// Every comparison the other way round.

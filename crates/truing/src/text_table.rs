@@ -1,6 +1,6 @@
 use std::fmt::{self, Write as _};
 
-use truing_report::{COVERAGE, with_expanded};
+use truing_report::{COVERAGE, after_number, with_expanded};
 
 use crate::{Detail, Layout};
 
@@ -117,12 +117,12 @@ pub(crate) fn plain(text: &str) -> String {
 
 /// `value ± U (k = 2) unit` to the digits that the uncertainty supports.
 pub(crate) fn with_uncertainty(value: f64, std: f64, unit: &str) -> String {
-    let space = if unit.is_empty() { "" } else { " " };
+    let unit = after_number(unit);
     if std > 0.0 && (COVERAGE * std).is_finite() && value.is_finite() {
         let (value, expanded) = with_expanded(value, std);
-        plain(&format!("{value} ± {expanded}{space}{unit}"))
+        plain(&format!("{value} ± {expanded}{unit}"))
     } else {
-        format!("{}{space}{unit}", number(Some(value)))
+        format!("{}{unit}", number(Some(value)))
     }
 }
 

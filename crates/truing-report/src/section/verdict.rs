@@ -6,6 +6,7 @@ use super::{Context, sentence};
 use crate::markup::Markup;
 use crate::number::{counted, percent, plural, significant, with_expanded};
 use crate::reading::rms;
+use crate::wording::after_number;
 
 /// Amplitudes of one effect whose sizes the first sentence gives.
 const MOST_SIZES: usize = 4;
@@ -130,7 +131,8 @@ fn effect_names(out: &mut Markup, closure: &Closure) {
         let sized = clearest(&step.parameters).into_iter().map(|p| {
             let (value, expanded) = with_expanded(p.value, p.std);
             let name = if step.parameters.len() == 1 { "" } else { &p.name };
-            format!("{name} {value}\u{a0}±\u{a0}{expanded} {}", p.unit).trim().to_owned()
+            let unit = after_number(&p.unit);
+            format!("{name} {value}\u{a0}±\u{a0}{expanded}{unit}").trim().to_owned()
         });
         let sizes: Vec<String> = sized.collect();
         if !sizes.is_empty() {

@@ -9,7 +9,7 @@ use crate::axis::{Range, ticks};
 use crate::markup::{shorten, text_width};
 use crate::number::{count, p_value, percent, plural, significant, trimmed, with_expanded};
 use crate::unit::{Shown, column_title};
-use crate::{Evidence, render, thin, trend};
+use crate::{Evidence, render, thin, trend, with_size};
 
 #[test]
 fn numbers_have_the_digits_that_mean_something() {
@@ -75,6 +75,15 @@ fn small_errors_are_shown_in_small_units() {
     assert_eq!(column_title("speed_mm_per_s"), "speed, mm/s");
     assert_eq!(column_title("_mm"), "_mm");
     assert_eq!(column_title("direction"), "direction");
+}
+
+#[test]
+fn a_pure_number_has_no_unit() {
+    assert_eq!(
+        with_size("the constant is larger", &[(4.0, 0.5, "1")]),
+        "the constant is larger: 4.0 ± 1.0"
+    );
+    assert_eq!(with_size("it is longer", &[(4.0, 0.5, "mm")]), "it is longer: 4.0 ± 1.0 mm");
 }
 
 #[test]
