@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::generators::noise::gaussian;
 use crate::generators::vector::{add, cross, norm, rotate, scale};
 use crate::kinds::positioning::axis_curves::Curves;
+use crate::kinds::tracker_lm::tracer_physics::{component, elsewhere};
 
 /// What is wrong with the measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,16 +206,11 @@ fn point_mm(
     let (mut origin, mut direction) = (measured.origin_mm, measured.direction);
     match survey.fault {
         Fault::AxisMoved(by, tilt) => {
-            origin = add(origin, by);
-            direction = rotate(scale(1.0 / norm(&tilt), tilt), norm(&tilt), direction);
+            (origin, direction) = elsewhere(origin, direction, by, tilt);
         }
         Fault::AxisMotion(error, order, size, phase) => {
             let wave = size * (f64::from(order) * angle_deg.to_radians() + phase).cos();
-            if error < 3 {
-                displacement[error] += wave;
-            } else {
-                rotation[error - 3] += wave;
-            }
+            *component(error, &mut displacement, &mut rotation) += wave;
         }
         _ => {}
     }

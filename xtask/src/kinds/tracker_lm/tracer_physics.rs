@@ -67,16 +67,11 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
     for defect in defects {
         match *defect {
             Defect::AxisMoved(by, tilt) => {
-                origin = add(origin, by);
-                direction = rotate(scale(1.0 / norm(&tilt), tilt), norm(&tilt), direction);
+                (origin, direction) = elsewhere(origin, direction, by, tilt);
             }
             Defect::AxisMotion(error, order, size, phase) => {
                 let wave = size * (f64::from(order) * angle_deg.to_radians() + phase).cos();
-                if error < 3 {
-                    displacement[error] += wave;
-                } else {
-                    rotation[error - 3] += wave;
-                }
+                *component(error, &mut displacement, &mut rotation) += wave;
             }
             _ => {}
         }
@@ -130,4 +125,24 @@ fn read_mm(
         Defect::Temperature(per_k) => l * (1.0 + per_k * (at.air_c - 20.0)),
         _ => l,
     }
+}
+
+/// Where an axis is that stands and leans elsewhere than it should: its origin and direction.
+pub(crate) fn elsewhere(
+    origin: [f64; 3],
+    direction: [f64; 3],
+    by: [f64; 3],
+    tilt: [f64; 3],
+) -> ([f64; 3], [f64; 3]) {
+    let leaning = rotate(scale(1.0 / norm(&tilt), tilt), norm(&tilt), direction);
+    (add(origin, by), leaning)
+}
+
+/// One of the six errors of an axis: three displacements, then three rotations.
+pub(crate) fn component<'e>(
+    error: usize,
+    displacement: &'e mut [f64; 3],
+    rotation: &'e mut [f64; 3],
+) -> &'e mut f64 {
+    if error < 3 { &mut displacement[error] } else { &mut rotation[error - 3] }
 }
