@@ -4,6 +4,7 @@ mod carry;
 mod case;
 mod checked;
 mod closed;
+mod count;
 mod design;
 mod drawn;
 mod error;

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::case::Problem;
+use crate::count::count;
 use crate::drawn::drawn;
 use crate::estimated::Estimated;
 use crate::estimates::Estimates;
@@ -124,9 +125,4 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     )]
     let rank = (share * count(sorted.len() - 1)).round() as usize;
     sorted[rank]
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

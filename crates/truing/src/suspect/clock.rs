@@ -2,6 +2,7 @@
 
 use super::hypothesis::{Hypothesis, listed};
 use crate::case::{Change, Edit, Table};
+use crate::count::count;
 
 /// Offsets looked at, in sampling intervals, either way.
 const FARTHEST: f64 = 60.0;
@@ -361,11 +362,6 @@ fn follows(forces: Vec<f64>, pairs: &[(f64, f64)]) -> f64 {
     let between =
         between.map(|part| (sum(part) / count(part.len()) - mean).powi(2) * count(part.len()));
     between.sum::<f64>() / whole
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }
 
 /// Which stretch each row of a table is in, by the names in a column.

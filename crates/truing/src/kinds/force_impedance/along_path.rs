@@ -11,6 +11,7 @@ use super::path_estimates::{PathCell, PathError, PathForceEstimates};
 use super::settings::{PATH, Settings};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
+use crate::count::count;
 use crate::estimates::Estimates;
 use crate::measured::{
     Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
@@ -271,9 +272,4 @@ impl Measured for PathCase {
             curves,
         }]
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

@@ -12,6 +12,7 @@ use super::estimates::{
 };
 use crate::Error;
 use crate::case::{Location, NumberColumn};
+use crate::count::count;
 use crate::estimates::Estimates;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
@@ -316,9 +317,4 @@ fn blocks(model: &LogModel, closure: &Closure) -> Vec<ForceBlock> {
             residual: closure.residuals_after[i],
         })
         .collect()
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

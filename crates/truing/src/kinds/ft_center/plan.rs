@@ -10,6 +10,7 @@ use super::plan_settings::{Lean, SensorPlanSettings};
 use super::settings::{GRAVITY, PRESSES, WRENCH};
 use crate::Error;
 use crate::case::{Location, Positive, Problem};
+use crate::count::count;
 use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, shuffled};
 use crate::kinds::{Beside, Cells, Offer, Offered};
 
@@ -240,9 +241,4 @@ fn pose(
         cells.push((name, format!("{value:.9}")));
     }
     Offered::of_row("pose", cells)
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }

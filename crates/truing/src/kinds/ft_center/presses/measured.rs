@@ -13,6 +13,7 @@ use super::repeatability::RepeatabilityEstimate;
 use super::saved::{far_from, nothing_fitted};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
+use crate::count::count;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::ft_center::plan::{Pressed, presses as offered_presses};
@@ -261,11 +262,6 @@ fn declared_chi2(model: &PressModel, observations: &[Observation]) -> f64 {
     let layout = &model.declared().layout;
     let fitted = layout.rows.iter().filter(|r| r.reported && observations[r.observation].fitted);
     fitted.map(|r| (observations[r.observation].residual[r.component] / r.sigma).powi(2)).sum()
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn count(n: usize) -> f64 {
-    n as f64
 }
 
 fn warnings(located: &Located, presses: &[SolvedPress]) -> Vec<String> {
