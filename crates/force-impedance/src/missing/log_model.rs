@@ -127,9 +127,13 @@ impl LogModel {
     /// other: that is of a leg, and not of the force.
     fn clearest_settling(&self) -> Option<Settling> {
         let drift = self.drift().filter(|_| self.has_reference)?;
-        let elapsed: Vec<f64> = self.blocks.iter().map(|b| b.elapsed_share).collect();
-        clearest_settling(self, &State::start(self), drift, &elapsed)
+        clearest_settling(self, &State::start(self), drift, &self.elapsed())
             .filter(|s| !s.leaves_another())
+    }
+
+    /// At each block, as a share of the log's length.
+    fn elapsed(&self) -> Vec<f64> {
+        self.blocks.iter().map(|b| b.elapsed_share).collect()
     }
 
     fn drift(&self) -> Option<usize> {
@@ -139,8 +143,9 @@ impl LogModel {
     /// The model with that course of its drift in the catalogue.
     fn with_settling(mut self, settling: Option<Settling>) -> Self {
         if let Some((settling, drift)) = settling.zip(self.drift()) {
-            let even = &self.declared.effects[drift];
-            let effect = settling.effect(even, "of the log's length", "N", 1.0);
+            let reported = ("N", 1.0);
+            let effect =
+                settling.effect(&self, drift, &self.elapsed(), "of the log's length", reported);
             self.declared.effects.push(effect);
             self.catalogue.push(LogEffect::Settling);
         }

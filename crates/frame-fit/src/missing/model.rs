@@ -139,7 +139,8 @@ impl<const D: usize> FrameModel<D> {
         let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed))| {
             let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "points" };
-            (settling.effect(even, unit, "mm", 1.0), settling.course(elapsed))
+            let effect = settling.effect(&self, drift, elapsed, unit, ("mm", 1.0));
+            (effect, settling.course(elapsed))
         });
         if let Some((effect, elapsed)) = added {
             self.declared.effects.push(effect);

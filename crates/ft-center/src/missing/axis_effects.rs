@@ -376,9 +376,8 @@ impl AxisRun<'_> {
             term(Effect::new("drift", text, amplitudes.clone()), self.grown(elapsed.clone()));
         let model = self.about_the_means(&even)?;
         let settling = clearest_settling(&model, &State::start(&model), 0, &elapsed)?;
-        let (unit, (fine, factor)) =
-            (if self.time().is_some() { "s" } else { "readings" }, self.motion.reported());
-        let mut effect = settling.effect(&even.effect, unit, fine, factor);
+        let unit = if self.time().is_some() { "s" } else { "readings" };
+        let mut effect = settling.effect(&model, 0, &elapsed, unit, self.motion.reported());
         // Zero and length have a unit each.
         effect.parameters = amplitudes;
         Some(AxisTerm { effect, columns: self.grown(settling.course(&elapsed)) })

@@ -146,15 +146,19 @@ impl PressModel {
 
     /// The time constant with which the drift comes to rest, where the residual shows one.
     fn clearest_settling(&self) -> Option<Settling> {
-        let elapsed: Vec<f64> = self.points.iter().map(|p| p.reading.elapsed_ratio).collect();
-        clearest_settling(self, &State::start(self), self.drift()?, &elapsed)
+        clearest_settling(self, &State::start(self), self.drift()?, &self.elapsed())
+    }
+
+    /// At each press, as a share of the session.
+    fn elapsed(&self) -> Vec<f64> {
+        self.points.iter().map(|p| p.reading.elapsed_ratio).collect()
     }
 
     /// The model with that course of its drift in the catalogue.
     fn with_settling(mut self, settling: Option<Settling>) -> Self {
         if let Some((settling, drift)) = settling.zip(self.drift()) {
-            let even = &self.declared.effects[drift];
-            let effect = settling.effect(even, "of the session", "µm", 1e3);
+            let reported = ("µm", 1e3);
+            let effect = settling.effect(&self, drift, &self.elapsed(), "of the session", reported);
             self.declared.effects.push(effect);
             self.design.catalogue.effects.push(PressEffect::Settling);
             for point in self.points.iter_mut().chain(&mut self.all_points) {

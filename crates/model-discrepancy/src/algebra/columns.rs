@@ -16,9 +16,9 @@ pub enum Column {
         /// Index into its amplitudes.
         parameter: usize,
     },
-    /// A coordinate of the place at which an effect was found by looking: a column of
-    /// [`Effect::by_place`](crate::Effect::by_place), times the amplitude. The place itself is no
-    /// part of a state.
+    /// A coordinate of the place, or a time constant, at which an effect was found by looking: the sum
+    /// over its amplitudes of each times its column of [`Effect::by_place`](crate::Effect::by_place).
+    /// The place itself is no part of a state.
     Place {
         /// Index into the catalogue.
         effect: usize,
@@ -39,8 +39,10 @@ impl Column {
     #[must_use]
     pub fn of_place(&self, model: &dyn Model, at: &State) -> Option<DVector<f64>> {
         let Self::Place { effect, coordinate } = *self else { return None };
-        let by_place = model.declared().effects[effect].by_place.as_ref()?;
-        Some(by_place.column(coordinate) * at.amplitudes[effect][0])
+        let by_place = &model.declared().effects[effect].by_place;
+        let amplitudes = at.amplitudes[effect].iter();
+        let each = by_place.iter().zip(amplitudes).map(|(by, a)| by.column(coordinate) * *a);
+        each.reduce(|sum, column| sum + column)
     }
 }
 

@@ -65,7 +65,7 @@ impl Patch {
         let mut effect =
             Effect::new("patch", &text, vec![height]).about(&format!("({x}, {y}, {z}) mm"));
         effect.searched = self.searched;
-        effect.by_place = Some(self.by_place(places_mm));
+        effect.by_place = vec![self.by_place(places_mm)];
         effect
     }
 

@@ -19,6 +19,10 @@ const APART: f64 = 2.5;
 /// Share of the whole that either of two courses has, at least.
 const LEAST: f64 = 0.1;
 
+/// Share of what the time constant does to the readings that their course must leave, squared: where
+/// the readings lie at two levels alone, every course is the same, and rounding leaves 1e-30.
+const SHOWN: f64 = 1e-9;
+
 /// Steps of the time constant once one is found, either way.
 const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
 
@@ -60,11 +64,30 @@ impl Settling {
         elapsed.iter().map(whole).collect()
     }
 
-    /// The effect for a drift that goes on evenly; its amplitudes, in units of their own, are what it
+    /// What a unit of each of its numbers adds to how far it has come: of its time constant, and of a
+    /// slower course the time constant and the share.
+    fn by_constant(&self, t: f64) -> Vec<f64> {
+        let fast = by_constant(t, self.time_constant);
+        let Some(Slower { time_constant, share }) = self.slower else { return vec![fast] };
+        let more = course(t, time_constant) - course(t, self.time_constant);
+        vec![(1.0 - share) * fast, share * by_constant(t, time_constant), more]
+    }
+
+    /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
+    /// that had passed at each observation; its amplitudes, reported in a unit by a factor, are what it
     /// comes to in the end.
     #[must_use]
-    pub fn effect(&self, even: &Effect, time_unit: &str, unit: &str, report_factor: f64) -> Effect {
+    pub fn effect(
+        &self,
+        model: &dyn Model,
+        drift: usize,
+        elapsed: &[f64],
+        time_unit: &str,
+        (unit, report_factor): (&str, f64),
+    ) -> Effect {
+        let even = &model.declared().effects[drift];
         let mut effect = even.clone();
+        effect.by_place = self.by_place(model, drift, elapsed);
         let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
         effect.subject = Some(format!("{subject}settling"));
         let slower = self.slower.map_or_else(String::new, |slower| {
@@ -82,6 +105,33 @@ impl Settling {
         }
         effect
     }
+
+    /// What a unit of its numbers does to the residual of each row, per unit of each amplitude.
+    fn by_place(&self, model: &dyn Model, drift: usize, elapsed: &[f64]) -> Vec<DMatrix<f64>> {
+        let even = whole_tangent(model, &State::start(model), drift);
+        let rows = &model.declared().layout.rows;
+        let ways: Vec<Vec<f64>> = (rows.iter())
+            .map(|row| elapsed.get(row.observation).copied().filter(|t| *t > 0.0))
+            .map(|t| t.map_or_else(Vec::new, |t| scaled(self.by_constant(t), 1.0 / t)))
+            .collect();
+        let numbers = ways.iter().map(Vec::len).max().unwrap_or(0);
+        let of = |amplitude: nalgebra::DVectorView<'_, f64>| {
+            DMatrix::from_fn(rows.len(), numbers, |row, number| {
+                ways[row].get(number).map_or(0.0, |way| way * amplitude[row])
+            })
+        };
+        even.column_iter().map(|amplitude| of(amplitude.as_view())).collect()
+    }
+}
+
+fn scaled(mut values: Vec<f64>, factor: f64) -> Vec<f64> {
+    values.iter_mut().for_each(|value| *value *= factor);
+    values
+}
+
+/// What a unit of the time constant adds to a course.
+fn by_constant(elapsed: f64, time_constant: f64) -> f64 {
+    -elapsed / time_constant.powi(2) * (-elapsed / time_constant).exp()
 }
 
 fn course(elapsed: f64, time_constant: f64) -> f64 {
@@ -117,6 +167,9 @@ pub fn clearest_settling(
     let moved = |s: &Settling, factor: f64| Settling::of(s.time_constant * factor, s.searched);
     let (most, best) = drifts.refined(best, &[&moved]);
     let columns = drifts.even.ncols();
+    if !drifts.shows_constant(&best) {
+        return None;
+    }
     if drifts.residual.p_value(most, columns) * count(SHARES.len()) > FALSE_ALARM {
         return None;
     }
@@ -149,14 +202,27 @@ type Moved<'m> = &'m dyn Fn(&Settling, f64) -> Settling;
 impl Drifts<'_> {
     /// What the fitted parameters leave of the drift along a course.
     fn left_of(&self, settling: &Settling) -> DMatrix<f64> {
-        let course = settling.course(self.elapsed);
+        self.left_along(|t| settling.course(&[t])[0])
+    }
+
+    fn left_along(&self, course: impl Fn(f64) -> f64) -> DMatrix<f64> {
         let mut columns = self.even.clone();
         for (mut row, &observation) in columns.row_iter_mut().zip(&self.observations) {
             // What has no time, as prior knowledge, no drift moves.
             let passed = self.elapsed.get(observation).copied().filter(|t| *t > 0.0);
-            row *= passed.map_or(0.0, |t| course[observation] / t);
+            row *= passed.map_or(0.0, |t| course(t) / t);
         }
         self.residual.left_of(self.residual.whitened(columns))
+    }
+
+    /// Whether another time constant is anything else than another amplitude.
+    fn shows_constant(&self, best: &Settling) -> bool {
+        let left = self.left_of(best);
+        let Some(amplitudes) = self.residual.amplitudes(&left) else { return false };
+        let way = self.left_along(|t| by_constant(t, best.time_constant)) * amplitudes;
+        let Some(inverse) = left.tr_mul(&left).cholesky() else { return false };
+        let taken = &left * inverse.solve(&left.tr_mul(&way));
+        (&way - taken).norm_squared() > SHOWN * way.norm_squared()
     }
 
     fn explained(&self, settling: Settling) -> Option<(f64, Settling)> {

@@ -336,7 +336,7 @@ impl<'a> System<'a> {
         let effects = &self.model.declared().effects;
         let of = |a: &Active| {
             let effect = a.effect;
-            let coordinates = effects[effect].by_place.as_ref().map_or(0, DMatrix::ncols);
+            let coordinates = effects[effect].by_place.first().map_or(0, DMatrix::ncols);
             (0..coordinates).map(move |coordinate| Column::Place { effect, coordinate })
         };
         self.active.iter().flat_map(of).collect()

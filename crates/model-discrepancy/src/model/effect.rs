@@ -22,10 +22,10 @@ pub struct Effect {
     /// How many like it were looked at in the same data to find it: its p-value is multiplied by
     /// that. One where it was not found by looking.
     pub searched: usize,
-    /// Where it was found by looking for its place, `∂² residual / ∂ amplitude ∂ place` by each
-    /// coordinate of that place: all rows of the layout, one column per coordinate. Such an effect
-    /// has one amplitude; uncertainties count its place as fitted.
-    pub by_place: Option<DMatrix<f64>>,
+    /// Where it was found by looking for its place or time constant, `∂² residual / ∂ amplitude ∂
+    /// coordinate` by each coordinate of that place: a matrix per amplitude, with all rows of the
+    /// layout and one column per coordinate. Uncertainties count the place as fitted. Empty of others.
+    pub by_place: Vec<DMatrix<f64>>,
     /// What it moves.
     pub scope: Scope,
     /// Size that no amplitude of it has in the world, in internal units; `None` where none is too
@@ -62,7 +62,7 @@ impl Effect {
             description: description.to_owned(),
             driver: None,
             searched: 1,
-            by_place: None,
+            by_place: Vec::new(),
             scope: Scope::Everywhere,
             maximum: None,
             parameters,

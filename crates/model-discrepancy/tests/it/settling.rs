@@ -13,6 +13,10 @@ const N: usize = 60;
 /// Series without a second time constant that may show one: one in a hundred is let pass, and the
 /// law of small numbers gives more than 7 for 2 once in a thousand.
 const MOST_FALSE: usize = 7;
+/// Loops whose intervals are counted.
+const LOOPS: u64 = 200;
+/// Of 200 intervals of 95 %, fewer than this cover once in a thousand.
+const FEWEST_COVERED: usize = 179;
 
 fn elapsed() -> Vec<f64> {
     (0..N).map(|i| i as f64).collect()
@@ -36,7 +40,7 @@ fn found(model: &LinearModel) -> Option<Settling> {
 }
 
 fn says_two(model: &LinearModel, settling: &Settling) -> bool {
-    let effect = settling.effect(&model.declared.effects[0], "s", "µm", 1.0);
+    let effect = settling.effect(model, 0, &elapsed(), "s", ("µm", 1.0));
     effect.description.contains("% of it")
 }
 
@@ -62,7 +66,8 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
             1,
             settling.course(&elapsed()).into_iter().map(|c| -c).collect(),
         ));
-        model.declared.effects.push(settling.effect(&model.declared.effects[0], "s", "µm", 1.0));
+        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
+        model.declared.effects.push(effect);
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["drift"], "{:?}", closure.verdict);
@@ -71,4 +76,32 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
         // The slow one has hardly come to rest: what it comes to is known to a few times the noise.
         assert!((whole.value - 25.0).abs() < 10.0, "{whole:?}");
     }
+}
+
+#[test]
+fn the_interval_of_the_size_counts_the_time_constant_as_found() {
+    let covered = (0..LOOPS).filter(|&seed| {
+        let truth = 12.0;
+        let mut model = series(700 + seed, |t| truth * course(t, 9.0));
+        let settling = found(&model).expect("twelve times the noise");
+        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
+        let come = settling.course(&elapsed()).into_iter().map(|c| -c).collect();
+        model.tangents.push(DMatrix::from_vec(N, 1, come));
+        model.declared.effects.push(effect);
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        assert_eq!(closure.steps[0].subject.as_deref(), Some("settling"), "{:?}", closure.steps);
+        let size = &closure.steps[0].parameters[0];
+        (size.value - truth).abs() <= 1.96 * size.std
+    });
+    let covered = covered.count();
+    assert!(covered >= FEWEST_COVERED, "{covered}");
+}
+
+#[test]
+fn two_levels_show_no_time_constant() {
+    let late: Vec<f64> = (0..N).map(|i| if i < N / 2 { 0.0 } else { 50.0 }).collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let data: Vec<f64> = late.iter().map(|t| 0.2 * t + normal(&mut rng)).collect();
+    let model = scalars(&data, &[("drift", late.clone())]);
+    assert_eq!(clearest_settling(&model, &State::start(&model), 0, &late), None);
 }

@@ -221,7 +221,7 @@ impl PoseModel {
             let even = &self.declared.effects[drift];
             let unit = if even.driver.is_some() { "s" } else { "touches" };
             let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
-            (settling.effect(even, unit, "µm", 1e3), term)
+            (settling.effect(&self, drift, elapsed, unit, ("µm", 1e3)), term)
         });
         if let Some((effect, term)) = added {
             self.declared.effects.push(effect);
