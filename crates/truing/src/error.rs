@@ -10,8 +10,8 @@ use tracker_lm::TrackerError;
 
 use crate::implausible::ImplausibleResult;
 use crate::{
-    CarryProblem, FileProblem, ImportProblem, Location, PlanProblem, Problem, RowProblem,
-    ShapeProblem, Suspect,
+    CarryProblem, FileProblem, ImportProblem, Location, MachineProblem, PlanProblem, Problem,
+    RowProblem, ShapeProblem, Suspect,
 };
 
 /// Why a command could not do what it was asked for.
@@ -251,6 +251,14 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// Cases cannot be taken together.
+    #[error("{}: {problem}", path.display())]
+    Machine {
+        /// The file that lists them.
+        path: PathBuf,
+        /// Why, and what to do.
+        problem: Box<MachineProblem>,
+    },
     /// No further measurement can be planned.
     #[error("{}: {problem}", path.display())]
     Plan {
@@ -294,6 +302,10 @@ impl Error {
 
     pub(crate) fn plan(path: &Path, problem: PlanProblem) -> Self {
         Self::Plan { path: path.to_owned(), problem: Box::new(problem) }
+    }
+
+    pub(crate) fn machine(path: &Path, problem: MachineProblem) -> Self {
+        Self::Machine { path: path.to_owned(), problem: Box::new(problem) }
     }
 
     pub(crate) fn carry(path: &Path, problem: CarryProblem) -> Self {
@@ -377,6 +389,7 @@ impl Error {
             | Self::OutputTwice { .. }
             | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
+            | Self::Machine { .. }
             | Self::Plan { .. }
             | Self::Findings { .. }
             | Self::Exists { .. }

@@ -19,6 +19,7 @@ mod interval_width;
 mod kind;
 mod kinds;
 mod layout;
+mod machine;
 mod measured;
 mod monitor;
 mod monte_carlo;
@@ -84,6 +85,10 @@ pub use kinds::{
     WrenchEstimate, kinds, write_example,
 };
 pub use layout::{Detail, Layout};
+pub use machine::{
+    Agreement, CaseOfMachine, ClosedMachine, Machine, MachineProblem, StepByCase, StepInCase,
+    close_machine, is_machine, read_machine,
+};
 pub use monitor::{
     PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,
     What,

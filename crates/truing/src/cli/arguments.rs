@@ -287,7 +287,8 @@ pub(crate) struct Closing {
 
 #[derive(Args, Debug)]
 pub(crate) struct Run {
-    /// Case folder: `case.toml` and its tables
+    /// Case folder: `case.toml` and its tables; for `loop` also a folder whose `machine.toml` lists
+    /// cases that were measured on one machine
     pub(crate) case: PathBuf,
     /// Print one JSON object and nothing else
     #[arg(long)]

@@ -24,6 +24,7 @@ mod import;
 mod import_table;
 mod judged;
 mod linuxcnc;
+mod machine;
 mod messages;
 mod met_by_all;
 mod monitor;
