@@ -251,6 +251,28 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// A case that names no polishing tool.
+    #[error(
+        "{}: no `[tool]`: give it `film_mm`, the height of the film below the tool's lowest point",
+        path.join("case.toml").display()
+    )]
+    NoTool {
+        /// The case.
+        path: PathBuf,
+    },
+    /// A program that never polishes the part.
+    #[error(
+        "{}: no move in feed polishes the part: {beside} of them end beside it and {above} above the          film; is the program in the coordinates that --planned says?",
+        path.display()
+    )]
+    NoDepth {
+        /// The program.
+        path: PathBuf,
+        /// Points beside the part.
+        beside: usize,
+        /// Points above the film.
+        above: usize,
+    },
     /// Cases cannot be taken together.
     #[error("{}: {problem}", path.display())]
     Machine {
@@ -390,6 +412,8 @@ impl Error {
             | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
             | Self::Machine { .. }
+            | Self::NoTool { .. }
+            | Self::NoDepth { .. }
             | Self::Plan { .. }
             | Self::Findings { .. }
             | Self::Exists { .. }

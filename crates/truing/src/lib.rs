@@ -5,6 +5,7 @@ mod case;
 mod checked;
 mod closed;
 mod count;
+mod depth;
 mod design;
 mod drawn;
 mod error;
@@ -58,6 +59,7 @@ pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStability, LoopStep,
     LoopTiming, close_loop,
 };
+pub use depth::{Depth, DepthAt, DepthRange, PolishingTool, Removal, Within, depth};
 pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
 };

@@ -21,7 +21,7 @@ use truing::report::render_index;
 use truing::{
     Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, MachineProblem,
     OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check,
-    close_loop, close_machine, correct, design_force, force_report, import_planned_log,
+    close_loop, close_machine, correct, depth, design_force, force_report, import_planned_log,
     import_probe_log, import_table, is_machine, loop_report, plan, plausible, read_case_with,
     read_findings, read_learnt, read_machine, read_page, refuse_overlap, solve, solve_drawn,
     solve_report, write_files, write_imported, write_plan,
@@ -78,6 +78,9 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             let case = read(&case, settings)?;
             let answer = answer.as_deref();
             correct_program(&case, &program, &planned, &options, answer, output.as_deref())
+        }
+        Command::Depth { case, program, planned, json } => {
+            print(depth(&read(&case, settings)?, &program, planned.as_ref())?, json, settings)
         }
         Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
@@ -170,6 +173,22 @@ impl Answer for truing::Closed {
 }
 
 impl Answer for truing::ClosedMachine {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn forget_timing(&mut self) {}
+}
+
+impl Answer for truing::Depth {
     fn text(&self, layout: Layout) -> String {
         self.text(layout)
     }

@@ -12,6 +12,7 @@ mod carry;
 mod columns;
 mod command;
 mod correct;
+mod depth;
 mod examples;
 mod files;
 mod force_impedance_messages;
