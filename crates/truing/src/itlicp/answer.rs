@@ -16,7 +16,7 @@ pub struct Itlicp {
     pub coarse_mm: Option<f64>,
     /// Δw1, spacing of the last level.
     pub fine_mm: Option<f64>,
-    /// δ_set: it ends when every touch is nearer to a model point.
+    /// `δ_set`: it ends when every touch is nearer to a model point.
     pub tolerance_mm: f64,
     /// One per level.
     pub levels: Vec<ItlicpLevel>,

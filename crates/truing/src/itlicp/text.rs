@@ -7,6 +7,9 @@ use crate::layout::written;
 use crate::text_table::TextTable;
 use crate::{Detail, Layout};
 
+/// Name, value and unit of a number of a pose.
+type Row = (&'static str, fn(&PoseBeside) -> f64, &'static str);
+
 impl fmt::Display for Itlicp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write(f, Layout::default())
@@ -36,7 +39,7 @@ impl Itlicp {
         let columns = ["", method, "exact", "unit"];
         let mut table = TextTable::of_quantities("pose, and what it leaves", &columns);
         let (a, b) = (&self.itlicp, &self.exact);
-        let rows: [(&str, fn(&PoseBeside) -> f64, &str); 8] = [
+        let rows: [Row; 8] = [
             ("x", |p| p.x_mm, "mm"),
             ("y", |p| p.y_mm, "mm"),
             ("z", |p| p.z_mm, "mm"),
