@@ -4,13 +4,14 @@ use crate::Origin;
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::f_tail::f_tail;
-use crate::algebra::system::{System, rows_of};
+use crate::algebra::system::{Estimate, System, rows_of};
 use crate::choice::candidate::{
     Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
 };
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
+use crate::choice::select::within_limits;
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::choice::shape::BY_LEVEL;
@@ -90,7 +91,11 @@ pub(crate) fn attribute<'a>(
         }));
     others.extend(recorded_shapes(context, &lin, &accepted));
     others.extend(same_levels(context, &lin, &accepted));
-    others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
+    others.retain(|rival| {
+        is_rival(&lin, &accepted, rival, &skip)
+            || leaves_nearly_as_little(&lin, &accepted, rival)
+                && takes_the_place_of(context, keep, &system, &estimate, rival, what)
+    });
     Some(Attribution { system, accepted, confounded: others })
 }
 
@@ -178,6 +183,42 @@ pub(crate) fn is_rival(
             c.difference <= c.std
         }
     }
+}
+
+/// Whether a rival leaves more than the accepted effect, but not clearly.
+///
+/// Where a parameter is hardly held, as the place of a shallow part beside its tilt, the fit moves far
+/// between one name and the other, and what is left is no longer what the tangents say.
+fn leaves_nearly_as_little(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate) -> bool {
+    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
+    let with = |c: &Candidate| lin.basis.with(&c.tangent, NEW_DIRECTION);
+    rival.home.is_none()
+        && matches!(rival.source, Source::Effect(_))
+        && alone.is_some_and(|t| t.p_value <= DECIDED)
+        && !inside(&span(&lin.basis, accepted), &span(&lin.basis, rival))
+        && !leaves_twice(lin, &with(accepted), &with(rival))
+}
+
+/// Whether the accepted effect adds nothing to the fit with the rival in its place.
+fn takes_the_place_of(
+    context: &Context<'_>,
+    keep: &[bool],
+    without: &System<'_>,
+    estimate: &Estimate,
+    rival: &Candidate,
+    accepted: &What,
+) -> bool {
+    let What::Effect(effect) = accepted else { return false };
+    let system = rival.added_to(without);
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let Ok(refitted) = system.fit(&rows, &system.warm_start(estimate)) else { return false };
+    if !within_limits(&system, &refitted) {
+        return false;
+    }
+    let lin = Linear::of(&system, &refitted, keep, context.silent);
+    let sight = estimability(context.model, *effect, &refitted, &lin, &lin.basis).candidate();
+    let needed = sight.and_then(|c| significance(&lin, &lin.basis, &c.tangent, c.reach, STAY));
+    needed.is_some_and(|test| test.p_value > STAY)
 }
 
 /// Whether a single amplitude of a rival spans what the accepted effect does.
