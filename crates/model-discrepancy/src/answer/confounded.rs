@@ -93,7 +93,7 @@ pub(crate) fn attribute<'a>(
     others.extend(same_levels(context, &lin, &accepted));
     others.retain(|rival| {
         is_rival(&lin, &accepted, rival, &skip)
-            || leaves_nearly_as_little(&lin, &accepted, rival)
+            || explains_most(&lin, &accepted, rival)
                 && takes_the_place_of(context, keep, &system, &estimate, rival, what)
     });
     Some(Attribution { system, accepted, confounded: others })
@@ -185,18 +185,21 @@ pub(crate) fn is_rival(
     }
 }
 
-/// Whether a rival leaves more than the accepted effect, but not clearly.
+/// Share of what the accepted effect explains from which on a rival is fitted in its place.
+const MOST: f64 = 0.5;
+
+/// Whether a rival explains most of what the accepted effect does, as the tangents have it.
 ///
 /// Where a parameter is hardly held, as the place of a shallow part beside its tilt, the fit moves far
 /// between one name and the other, and what is left is no longer what the tangents say.
-fn leaves_nearly_as_little(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate) -> bool {
-    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
-    let with = |c: &Candidate| lin.basis.with(&c.tangent, NEW_DIRECTION);
+fn explains_most(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate) -> bool {
+    let explained = |c: &Candidate| {
+        lin.basis.with(&c.tangent, NEW_DIRECTION).explained_from(lin.basis.dim(), &lin.residual)
+    };
     rival.home.is_none()
         && matches!(rival.source, Source::Effect(_))
-        && alone.is_some_and(|t| t.p_value <= DECIDED)
+        && explained(rival) >= MOST * explained(accepted)
         && !inside(&span(&lin.basis, accepted), &span(&lin.basis, rival))
-        && !leaves_twice(lin, &with(accepted), &with(rival))
 }
 
 /// Whether the accepted effect adds nothing to the fit with the rival in its place.

@@ -29,6 +29,9 @@ const MIN_ROWS: usize = 12;
 /// below which the readings refute it.
 const REFUTED: f64 = 0.01;
 
+/// Likelihood over that of the likeliest law from which on a law of the declared sigma is possible.
+const POSSIBLE: f64 = 0.1;
+
 /// Leverage beyond which a reading has no residual of its own.
 const FOLLOWED: f64 = 0.95;
 
@@ -37,7 +40,7 @@ const FOLLOWED: f64 = 0.95;
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
 /// likelihood of the other rows, of which one in a hundred may be a mistake as well. Where sigma was
 /// declared it may be the standard deviation of that law, most of which is then made by its tails:
-/// this counts unless the other rows refute it. `beside` is the span of the model with the
+/// the likeliest chance counts of all such laws that the other rows do not contradict. `beside` is the span of the model with the
 /// observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
@@ -150,12 +153,12 @@ impl Laws {
     fn of(rows: &[f64], farthest: f64, laws: impl Iterator<Item = (Law, f64)>) -> Self {
         let end = rows.iter().map(|z| z.abs()).fold(farthest, f64::max);
         let mistaken = MISTAKEN / (2.0 * end);
-        let mut prior = 0.0;
+        let mut all = 0.0;
         let mut weighed: Vec<(Law, f64)> = laws
             .map(|(law, probability)| {
                 let density = |z: &f64| (1.0 - MISTAKEN) * law.density(*z) + mistaken;
                 let likelihood: f64 = rows.iter().map(|z| density(z).ln()).sum();
-                prior += probability;
+                all += probability;
                 (law, probability.ln() + likelihood)
             })
             .collect();
@@ -164,14 +167,26 @@ impl Laws {
         for (_, weight) in &mut weighed {
             *weight = (*weight - best).exp() / total;
         }
-        Self { weighed, evidence: best + (total / prior).ln() }
+        Self { weighed, evidence: best + (total / all).ln() }
+    }
+
+    /// Laws that the rows do not contradict.
+    fn possible(&self) -> impl Iterator<Item = &Law> {
+        let likelihood = |(law, weight): &(Law, f64)| weight / prior(law.freedom);
+        let most = self.weighed.iter().map(likelihood).fold(0.0, f64::max);
+        let possible = move |of: &&(Law, f64)| likelihood(of) >= POSSIBLE * most;
+        self.weighed.iter().filter(possible).map(|(law, _)| law)
     }
 }
 
 /// Degrees of freedom, `None` for the normal law, and what each law is worth beforehand.
 fn families() -> impl Iterator<Item = (Option<f64>, f64)> {
-    let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
-    freedoms.chain([(None, 1.0)])
+    let freedoms = FREEDOMS.iter().copied().map(Some).chain([None]);
+    freedoms.map(|freedom| (freedom, prior(freedom)))
+}
+
+fn prior(freedom: Option<f64>) -> f64 {
+    freedom.map_or(1.0, |_| 1.0 / count(FREEDOMS.len()))
 }
 
 /// Residual over its own standard uncertainty of each reading that has one.
