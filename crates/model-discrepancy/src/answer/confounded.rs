@@ -4,7 +4,7 @@ use crate::Origin;
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::f_tail::f_tail;
-use crate::algebra::system::{Estimate, System, rows_of};
+use crate::algebra::system::{System, rows_of};
 use crate::choice::candidate::{
     Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
 };
@@ -94,7 +94,7 @@ pub(crate) fn attribute<'a>(
     others.retain(|rival| {
         is_rival(&lin, &accepted, rival, &skip)
             || explains_most(&lin, &accepted, rival)
-                && takes_the_place_of(context, keep, &system, &estimate, rival, what)
+                && takes_the_place_of(context, keep, &system, chosen, rival, what)
     });
     Some(Attribution { system, accepted, confounded: others })
 }
@@ -207,21 +207,25 @@ fn takes_the_place_of(
     context: &Context<'_>,
     keep: &[bool],
     without: &System<'_>,
-    estimate: &Estimate,
+    chosen: &Selected<'_>,
     rival: &Candidate,
     accepted: &What,
 ) -> bool {
     let What::Effect(effect) = accepted else { return false };
     let system = rival.added_to(without);
     let rows = rows_of(&context.model.declared().layout, keep);
-    let Ok(refitted) = system.fit(&rows, &system.warm_start(estimate)) else { return false };
+    let Ok(refitted) = system.fit(&rows, &system.warm_start(&chosen.estimate)) else {
+        return false;
+    };
     if !within_limits(&system, &refitted) {
         return false;
     }
     let lin = Linear::of(&system, &refitted, keep, context.silent);
     let sight = estimability(context.model, *effect, &refitted, &lin, &lin.basis).candidate();
     let needed = sight.and_then(|c| significance(&lin, &lin.basis, &c.tangent, c.reach, STAY));
-    needed.is_some_and(|test| test.p_value > STAY)
+    let own = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let leaves = |lin: &Linear<'_>| lin.residual.norm_squared();
+    leaves(&lin) < TWICE * leaves(&own) && needed.is_none_or(|test| test.p_value > STAY)
 }
 
 /// Whether a single amplitude of a rival spans what the accepted effect does.

@@ -40,8 +40,8 @@ const FOLLOWED: f64 = 0.95;
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
 /// likelihood of the other rows, of which one in a hundred may be a mistake as well. Where sigma was
 /// declared it may be the standard deviation of that law, most of which is then made by its tails:
-/// the likeliest chance counts of all such laws that the other rows do not contradict. `beside` is the span of the model with the
-/// observation's own effect.
+/// the largest chance counts of all such laws that the other rows do not contradict. `beside` is the
+/// span of the model with the observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
@@ -63,15 +63,12 @@ pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usi
 /// sigma where one is declared.
 fn chance_beyond(rest: &[f64], farthest: f64, n: f64, is_declared: bool) -> f64 {
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
-    let chance = |laws: &Laws| {
-        laws.weighed.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>()
-    };
     let free = Laws::of_any_scale(rest, farthest);
-    let mut most = chance(&free);
+    let mut most: f64 = free.weighed.iter().map(|(law, weight)| weight * any_beyond(law)).sum();
     if is_declared {
         let declared = Laws::of_standard_deviation_one(rest, farthest);
         if declared.evidence >= free.evidence + REFUTED.ln() {
-            most = most.max(chance(&declared));
+            most = declared.possible().map(any_beyond).fold(most, f64::max);
         }
     }
     most.clamp(0.0, 1.0)
