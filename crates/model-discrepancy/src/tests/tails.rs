@@ -29,9 +29,6 @@ const MIN_ROWS: usize = 12;
 /// below which the readings refute it.
 const REFUTED: f64 = 0.01;
 
-/// Likelihood over that of the likeliest law from which on a law of the declared sigma is possible.
-const POSSIBLE: f64 = 0.1;
-
 /// Leverage beyond which a reading has no residual of its own.
 const FOLLOWED: f64 = 0.95;
 
@@ -40,8 +37,8 @@ const FOLLOWED: f64 = 0.95;
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
 /// likelihood of the other rows, of which one in a hundred may be a mistake as well. Where sigma was
 /// declared it may be the standard deviation of that law, most of which is then made by its tails:
-/// the largest chance counts of all such laws that the other rows do not contradict. `beside` is the
-/// span of the model with the observation's own effect.
+/// the larger of both chances counts, unless the other rows refute it. `beside` is the span of the model
+/// with the observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
@@ -63,12 +60,15 @@ pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usi
 /// sigma where one is declared.
 fn chance_beyond(rest: &[f64], farthest: f64, n: f64, is_declared: bool) -> f64 {
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
+    let chance = |laws: &Laws| -> f64 {
+        laws.weighed.iter().map(|(law, weight)| weight * any_beyond(law)).sum()
+    };
     let free = Laws::of_any_scale(rest, farthest);
-    let mut most: f64 = free.weighed.iter().map(|(law, weight)| weight * any_beyond(law)).sum();
+    let mut most = chance(&free);
     if is_declared {
         let declared = Laws::of_standard_deviation_one(rest, farthest);
         if declared.evidence >= free.evidence + REFUTED.ln() {
-            most = declared.possible().map(any_beyond).fold(most, f64::max);
+            most = most.max(chance(&declared));
         }
     }
     most.clamp(0.0, 1.0)
@@ -166,24 +166,12 @@ impl Laws {
         }
         Self { weighed, evidence: best + (total / all).ln() }
     }
-
-    /// Laws that the rows do not contradict.
-    fn possible(&self) -> impl Iterator<Item = &Law> {
-        let likelihood = |(law, weight): &(Law, f64)| weight / prior(law.freedom);
-        let most = self.weighed.iter().map(likelihood).fold(0.0, f64::max);
-        let possible = move |of: &&(Law, f64)| likelihood(of) >= POSSIBLE * most;
-        self.weighed.iter().filter(possible).map(|(law, _)| law)
-    }
 }
 
 /// Degrees of freedom, `None` for the normal law, and what each law is worth beforehand.
 fn families() -> impl Iterator<Item = (Option<f64>, f64)> {
-    let freedoms = FREEDOMS.iter().copied().map(Some).chain([None]);
-    freedoms.map(|freedom| (freedom, prior(freedom)))
-}
-
-fn prior(freedom: Option<f64>) -> f64 {
-    freedom.map_or(1.0, |_| 1.0 / count(FREEDOMS.len()))
+    let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
+    freedoms.chain([(None, 1.0)])
 }
 
 /// Residual over its own standard uncertainty of each reading that has one.
