@@ -227,14 +227,14 @@ mod tests {
         }
     }
 
-    /// Student's t of three degrees of freedom: a third of its variance is beyond three times its scale.
+    /// The middle of Student's t of few degrees of freedom: readings that look normal and scatter by six
+    /// tenths of the standard deviation. Its tails put one of 40 beyond ten of these in a hundredth of such
+    /// sets, a normal law with their own scatter never.
     #[test]
     fn a_declared_sigma_that_the_tails_make_is_believed() {
-        let law = StudentsT::new(0.0, 3.0_f64.sqrt().recip(), 3.0).expect("valid");
-        let rows = quantiles(|p| law.inverse_cdf(p), 40);
-        let far = law.inverse_cdf(1.0 - 0.5 / 40.0 / 20.0);
-        let chance = chance_beyond(&rows, far, 40.0, true);
-        assert!(chance > IN_TAILS, "one of 20 such sets has a reading of {far} sigma: {chance}");
+        let rows = quantiles(|p| 0.6 * Normal::standard().inverse_cdf(p), 40);
+        let [declared, not] = [true, false].map(|known| chance_beyond(&rows, 10.0, 40.0, known));
+        assert!(declared > IN_TAILS && not < 0.5 * IN_TAILS, "{declared} {not}");
     }
 
     #[test]
