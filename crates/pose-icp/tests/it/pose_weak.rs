@@ -219,10 +219,8 @@ fn a_wrong_radius_of_a_near_sphere_is_among_the_names() {
         let model =
             PoseModel::new(part.clone(), measured(&touched), &[], &pose, &options()).unwrap();
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
-        for step in &closure.steps {
-            let names = || std::iter::once(&step.effect).chain(&step.indistinguishable_from);
-            assert!(names().any(|name| name == "vertex-radius"), "{seed}: {step:?}");
-        }
-        assert!(!closure.steps.is_empty(), "{seed}");
+        let step = closure.steps.first().expect("an error of more than twenty times the noise");
+        let mut names = std::iter::once(&step.effect).chain(&step.indistinguishable_from);
+        assert!(names.any(|name| name == "vertex-radius"), "{seed}: {step:?}");
     }
 }
