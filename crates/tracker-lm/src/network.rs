@@ -1,11 +1,14 @@
 //! A survey that has been checked: which readings share what.
 
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Vector3};
 
 use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
-use crate::{AxisModel, DeadPath, Formulation, Gauge, Options, Range, Step, Survey, TrackerError};
+use crate::head::head_angles;
+use crate::{
+    AxisModel, DeadPath, Formulation, Gauge, Options, Range, RotaryAxis, Step, Survey, TrackerError,
+};
 
 /// Fewest stations: three distances place a point, the fourth checks the stations.
 const MIN_STATIONS: usize = 4;
@@ -14,7 +17,7 @@ pub(crate) const MIN_MOUNTS: usize = 3;
 /// Numbers beyond are slips; a double then resolves less than 0.1 µm.
 pub(crate) const LARGEST: f64 = 1e9;
 /// Steps nearer to each other than this are at the same angle: 10 nm on a metre.
-const SAME_ANGLE_RAD: f64 = 1e-8;
+pub(crate) const SAME_ANGLE_RAD: f64 = 1e-8;
 /// Spread about a line over spread along it below which reflectors count as collinear: the
 /// rotation about the line is then a thousand times less certain than the others.
 const COLLINEAR: f64 = 1e-3;
@@ -24,8 +27,10 @@ const COLLINEAR: f64 = 1e-3;
 pub(crate) struct Network<'a> {
     pub(crate) survey: &'a Survey,
     pub(crate) axis_model: AxisModel,
-    /// In the order measured; the first is the reference.
+    /// In the order measured; the first is the reference, of two axes that where both stand.
     pub(crate) angles: Vec<Angle>,
+    /// Where each axis is at the reference.
+    reference_rad: [f64; 2],
     /// Angle of each step.
     pub(crate) angle_of_step: Vec<usize>,
     /// Ranges of each step.
@@ -43,6 +48,8 @@ pub(crate) struct Network<'a> {
 /// Stops at one angle.
 #[derive(Clone, Debug)]
 pub(crate) struct Angle {
+    /// Which axis turned: 0, or 1 the second of two.
+    pub(crate) axis: usize,
     pub(crate) angle_rad: f64,
     pub(crate) steps: Vec<usize>,
 }
@@ -53,7 +60,19 @@ impl<'a> Network<'a> {
         check_numbers(survey)?;
         let ranges_of_step = check_references(survey)?;
         check_shape(survey)?;
-        let (angles, angle_of_step) = angles(&survey.steps);
+        let (angles, angle_of_step, reference_rad) = match &survey.second {
+            None => {
+                let (angles, angle_of_step) = angles(&survey.steps);
+                let first_rad = angles.first().map_or(0.0, |angle| angle.angle_rad);
+                (angles, angle_of_step, [first_rad, 0.0])
+            }
+            Some(second) => {
+                if options.axis != AxisModel::Free || options.formulation != Formulation::Joint {
+                    return Err(TrackerError::TwoAxesOtherwise);
+                }
+                head_angles(survey, second)?
+            }
+        };
         let (mut mounts_seen, mut seen_from) = (Vec::new(), vec![0]);
         let mut seen = Vec::new();
         for ranges in &ranges_of_step {
@@ -69,6 +88,7 @@ impl<'a> Network<'a> {
             survey,
             axis_model: options.axis,
             angles,
+            reference_rad,
             angle_of_step,
             ranges_of_step,
             dead_paths,
@@ -82,6 +102,49 @@ impl<'a> Network<'a> {
 
     pub(crate) fn angles_rad(&self) -> Vec<f64> {
         self.angles.iter().map(|a| a.angle_rad).collect()
+    }
+
+    /// Axes that turn: one, or two.
+    pub(crate) fn axis_count(&self) -> usize {
+        1 + usize::from(self.survey.second.is_some())
+    }
+
+    pub(crate) fn axis(&self, axis: usize) -> &'a RotaryAxis {
+        match &self.survey.second {
+            Some(second) if axis == 1 => &second.axis,
+            _ => &self.survey.axis,
+        }
+    }
+
+    /// The axis that the reflectors are on.
+    pub(crate) fn carrier(&self) -> &'a RotaryAxis {
+        self.axis(self.axis_count() - 1)
+    }
+
+    /// Index of every angle at which an axis was, from the reference on, and where it was there.
+    pub(crate) fn angles_of(&self, axis: usize) -> impl Iterator<Item = (usize, f64)> {
+        let reference = self.reference_rad[axis];
+        let others = self.angles.iter().enumerate().skip(1).filter(move |(_, a)| a.axis == axis);
+        std::iter::once((0, reference)).chain(others.map(|(k, a)| (k, a.angle_rad)))
+    }
+
+    /// Point that the errors of an angle move, machine frame.
+    pub(crate) fn pivot_mm(&self, angle: usize) -> Point3<f64> {
+        self.axis(self.angles[angle].axis).origin_mm
+    }
+
+    /// Machine frame from that of the reflectors at an angle, without errors.
+    pub(crate) fn nominal(&self, angle: usize) -> Isometry3<f64> {
+        let Angle { axis, angle_rad, .. } = self.angles[angle];
+        let first = &self.survey.axis;
+        let Some(second) = &self.survey.second else { return first.machine_from_table(angle_rad) };
+        if axis == 1 {
+            return second.axis.machine_from_table(angle_rad);
+        }
+        // The first axis carries the second one along from where it stands.
+        let turned = first.machine_from_table(angle_rad)
+            * first.machine_from_table(self.reference_rad[0]).inverse();
+        turned * second.axis.machine_from_table(self.reference_rad[1])
     }
 
     /// Station, mount and dead path of a range.
@@ -178,6 +241,9 @@ fn check_numbers(survey: &Survey) -> Result<(), TrackerError> {
     }
     for (k, step) in survey.steps.iter().enumerate() {
         check(Record::Step, k, &[step.angle_rad])?;
+    }
+    for (k, angle) in survey.second.iter().flat_map(|s| &s.angles_rad).enumerate() {
+        check(Record::Step, k, &[*angle])?;
     }
     for (r, range) in survey.ranges.iter().enumerate() {
         check(Record::Range, r, &[range.displacement_mm])?;
@@ -302,7 +368,7 @@ pub(crate) fn angles(steps: &[Step]) -> (Vec<Angle>, Vec<usize>) {
         let angle_rad = steps[step].angle_rad;
         match angles.last_mut() {
             Some(last) if angle_rad - last.angle_rad <= SAME_ANGLE_RAD => last.steps.push(step),
-            _ => angles.push(Angle { angle_rad, steps: vec![step] }),
+            _ => angles.push(Angle { axis: 0, angle_rad, steps: vec![step] }),
         }
     }
     for angle in &mut angles {

@@ -46,5 +46,6 @@ mod shown;
 mod suspects;
 mod tables;
 mod threads;
+mod tracker_head;
 mod tracker_lm;
 mod tracker_targets;
