@@ -3,7 +3,8 @@
 use anyhow::{Context, Result};
 
 use crate::{
-    blunders, coverage, loop_speed, next_measurement, peers, power, shell, smallest_size, stability,
+    blunders, coverage, loop_speed, next_measurement, peers, power, shared_cause, shell,
+    smallest_size, stability,
 };
 
 /// What to measure.
@@ -30,6 +31,8 @@ enum What {
     Power(power::Arguments),
     /// How often 95 % intervals of what is handed back hold the truth, over many simulated cases.
     Coverage(coverage::Arguments),
+    /// Cases of one machine, alone and together.
+    Machine(shared_cause::Arguments),
     /// How often the right name alone is found once the planned measurements are made.
     Plan(next_measurement::Arguments),
     /// Mistakes in the input that are named, and sound input that is accused.
@@ -52,6 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Some(What::Loop(arguments)) => loop_speed::run(arguments),
         Some(What::Power(arguments)) => power::run(arguments),
         Some(What::Coverage(arguments)) => coverage::run(arguments),
+        Some(What::Machine(arguments)) => shared_cause::run(arguments),
         Some(What::Plan(arguments)) => next_measurement::run(arguments),
         Some(What::Blunders(arguments)) => blunders::run(arguments),
         Some(What::SmallestSize(arguments)) => smallest_size::run(arguments),

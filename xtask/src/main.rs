@@ -28,6 +28,7 @@ mod program;
 mod realtime;
 mod repro;
 mod schema;
+mod shared_cause;
 mod shell;
 mod site;
 mod smallest_size;

@@ -384,4 +384,26 @@ mod tests {
             }
         }
     }
+
+    /// A program over the example of a part, with a tool.
+    #[test]
+    fn depths_have_their_published_form() {
+        let truing = crate::program::Truing::beside_the_tests().unwrap();
+        let folder = shell::root().join("target/depth-test");
+        let _ = fs::remove_dir_all(&folder);
+        let path = folder.to_str().unwrap();
+        assert_eq!(truing.run(&["init", "pose-icp", path]).unwrap().code, Some(0));
+        let case = folder.join("case.toml");
+        let text = fs::read_to_string(&case).unwrap();
+        fs::write(&case, text + "\n[tool]\nfilm_mm = 2.0\nremoval_exponent = 1.0\n").unwrap();
+        let program = folder.join("part.ngc");
+        fs::write(&program, "G21 G90\nG1 X0 Y0 Z1 F100\nG1 X1\n").unwrap();
+        let words = ["depth", path, program.to_str().unwrap(), "--json"];
+        for planned in [&[][..], &["--planned", "0,0,0.1,0,0,0"]] {
+            let answer = truing.run(&[&words[..], planned].concat()).unwrap();
+            assert_eq!(answer.code, Some(0), "{}", answer.message);
+            let wrong = Schemas::read().unwrap().mismatches(&answer.json).unwrap();
+            assert_eq!(wrong, Vec::<String>::new());
+        }
+    }
 }

@@ -80,9 +80,10 @@ pub use answer::closure::{
 };
 pub use error::LoopError;
 pub use model::{
-    Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Layout, LinearModel, Model,
-    Origin, Parameter, Projected, Proposal, Quantity, Remaining, Role, Row, Scope, State,
-    check_tangents, resolution_of, whole_tangent,
+    CommonEffect, Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Joint,
+    JointPart, Layout, LinearModel, Model, Origin, Parameter, Projected, Proposal, Quantity,
+    Remaining, Role, Row, Scope, ShownAmplitude, State, check_tangents, resolution_of,
+    whole_tangent,
 };
 pub use nalgebra;
 pub use options::Options;

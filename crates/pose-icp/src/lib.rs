@@ -72,15 +72,15 @@ pub use mesh::{Holes, MeshSurface, MeshTarget, TriangleMesh, register_to_mesh, s
 
 pub use error::{InvalidTouch, PoseError};
 pub use exact::{
-    EdgeTouches, Height, LateralPrior, Noise, Part, PoseFit, PoseOptions, PoseParameter, PoseStart,
-    SideTouches, Tip, TipSide, Touch, WeakComponent, WeakMotion, fit_pose, height_at,
-    start_from_touches,
+    EdgeTouches, Gap, Height, LateralPrior, Noise, Part, PoseFit, PoseOptions, PoseParameter,
+    PoseStart, SideTouches, Tip, TipSide, Touch, WeakComponent, WeakMotion, fit_pose, gap_at,
+    height_at, start_from_touches,
 };
 #[cfg(feature = "loop")]
 pub use missing::{Fitted, MeasuredTouch, PoseModel};
 pub use program::{
-    ProgramError, ProgramOptions, Refused, correct_points, correct_program,
-    correct_program_for_machine, machine_correction,
+    ProgramError, ProgramOptions, ProgramPoint, Refused, correct_points, correct_program,
+    correct_program_for_machine, machine_correction, program_points,
 };
 pub use sampled::{
     Patch, SampledFit, SampledMethod, SampledOptions, SampledPass, fit_pose_on_samples,

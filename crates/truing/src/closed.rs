@@ -208,7 +208,7 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
 }
 
 /// The verdict where the input itself is wrong.
-const INPUT_WRONG: &str = "input-wrong";
+pub(crate) const INPUT_WRONG: &str = "input-wrong";
 
 fn doubt(is_corrected: bool) -> String {
     if is_corrected {
@@ -334,7 +334,7 @@ fn verdict(verdict: Verdict) -> &'static str {
 }
 
 impl JudgedRms {
-    fn of(summary: &ErrorSummary) -> Self {
+    pub(crate) fn of(summary: &ErrorSummary) -> Self {
         Self {
             train_rms: summary.train_rms,
             held_out_rms: summary.held_out_rms,
@@ -368,7 +368,7 @@ impl LoopStep {
         }
     }
 
-    fn of(step: &Step) -> Self {
+    pub(crate) fn of(step: &Step) -> Self {
         let values: Vec<f64> = step.parameters.iter().map(|p| p.value).collect();
         Self {
             effect: step.effect.clone(),

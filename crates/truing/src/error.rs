@@ -10,8 +10,8 @@ use tracker_lm::TrackerError;
 
 use crate::implausible::ImplausibleResult;
 use crate::{
-    CarryProblem, FileProblem, ImportProblem, Location, PlanProblem, Problem, RowProblem,
-    ShapeProblem, Suspect,
+    CarryProblem, FileProblem, ImportProblem, Location, MachineProblem, PlanProblem, Problem,
+    RowProblem, ShapeProblem, Suspect,
 };
 
 /// Why a command could not do what it was asked for.
@@ -251,6 +251,36 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// A case that names no polishing tool.
+    #[error(
+        "{}: no `[tool]`: give it `film_mm`, the height of the film below the tool's lowest point",
+        path.join("case.toml").display()
+    )]
+    NoTool {
+        /// The case.
+        path: PathBuf,
+    },
+    /// A program that never polishes the part.
+    #[error(
+        "{}: no move in feed polishes the part: {beside} of them end beside it and {above} above the          film; is the program in the coordinates that --planned says?",
+        path.display()
+    )]
+    NoDepth {
+        /// The program.
+        path: PathBuf,
+        /// Points beside the part.
+        beside: usize,
+        /// Points above the film.
+        above: usize,
+    },
+    /// Cases cannot be taken together.
+    #[error("{}: {problem}", path.display())]
+    Machine {
+        /// The file that lists them.
+        path: PathBuf,
+        /// Why, and what to do.
+        problem: Box<MachineProblem>,
+    },
     /// No further measurement can be planned.
     #[error("{}: {problem}", path.display())]
     Plan {
@@ -294,6 +324,10 @@ impl Error {
 
     pub(crate) fn plan(path: &Path, problem: PlanProblem) -> Self {
         Self::Plan { path: path.to_owned(), problem: Box::new(problem) }
+    }
+
+    pub(crate) fn machine(path: &Path, problem: MachineProblem) -> Self {
+        Self::Machine { path: path.to_owned(), problem: Box::new(problem) }
     }
 
     pub(crate) fn carry(path: &Path, problem: CarryProblem) -> Self {
@@ -379,6 +413,9 @@ impl Error {
             | Self::OutputTwice { .. }
             | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
+            | Self::Machine { .. }
+            | Self::NoTool { .. }
+            | Self::NoDepth { .. }
             | Self::Plan { .. }
             | Self::Findings { .. }
             | Self::Exists { .. }

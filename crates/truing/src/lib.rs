@@ -5,6 +5,7 @@ mod case;
 mod checked;
 mod closed;
 mod count;
+mod depth;
 mod design;
 mod drawn;
 mod error;
@@ -19,6 +20,7 @@ mod interval_width;
 mod kind;
 mod kinds;
 mod layout;
+mod machine;
 mod measured;
 mod monitor;
 mod monte_carlo;
@@ -57,6 +59,7 @@ pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStability, LoopStep,
     LoopTiming, close_loop,
 };
+pub use depth::{Depth, DepthAt, DepthRange, PolishingTool, Removal, Within, depth};
 pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
 };
@@ -85,6 +88,10 @@ pub use kinds::{
     WrenchEstimate, kinds, write_example,
 };
 pub use layout::{Detail, Layout};
+pub use machine::{
+    Agreement, CaseOfMachine, ClosedMachine, Machine, MachineProblem, StepByCase, StepInCase,
+    close_machine, is_machine, read_machine,
+};
 pub use monitor::{
     PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,
     What,

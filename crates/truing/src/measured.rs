@@ -8,6 +8,7 @@ use truing_report::{CurvePlot, Facet, Fact};
 
 use crate::Error;
 use crate::case::LoopSettings;
+use crate::depth::Polished;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::monitor::LiveFrame;
@@ -55,6 +56,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 
     /// Where a contact can be followed live; `None` where there is no frame of a sensor.
     fn live(&self) -> Result<Option<LiveFrame>, Error> {
+        Ok(None)
+    }
+
+    /// The part as it lies under a polishing tool; `None` of kinds without one.
+    fn polished(&self) -> Result<Option<Polished>, Error> {
         Ok(None)
     }
 

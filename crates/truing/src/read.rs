@@ -8,8 +8,8 @@ use model_discrepancy::{LoopError, Progress};
 use crate::Error;
 use crate::carry::{CarryProblem, Learnt};
 use crate::case::{
-    Document, Edit, Folder, Location, LoopSettings, Problem, Provenance, ReadOptions, nearest,
-    quote,
+    CASE_FILE, Document, Edit, Folder, Location, LoopSettings, Problem, Provenance, ReadOptions,
+    nearest, quote,
 };
 use crate::file::{InputFile, digest};
 use crate::kind::{Files, Kind};
@@ -138,7 +138,7 @@ pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
 pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Case, Error> {
     let started = Instant::now();
     let folder = Folder::open(path.as_ref(), options)?;
-    let document = Document::read(&folder)?;
+    let document = Document::read(&folder, CASE_FILE)?;
     let kind = kind_of(&document)?;
     let files = Files { folder: folder.clone(), document, kind };
     let mut reading = files.read().map_err(|source| named_cause(&files, source))?;

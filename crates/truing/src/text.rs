@@ -223,8 +223,13 @@ fn error_row(name: &str, error: &JudgedRms) -> Vec<Cell> {
 }
 
 impl LoopStep {
+    /// Id and subject.
+    pub(crate) fn label(&self) -> String {
+        labelled(&self.effect, self.subject.as_deref())
+    }
+
     /// What was found, by its sign and with its size.
-    fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         let amplitudes: Vec<(f64, f64, &str)> =
             self.parameters.iter().map(|p| (p.value, p.std, p.unit.as_str())).collect();
         plain(&with_size(&self.description, &amplitudes))
@@ -235,7 +240,7 @@ impl LoopStep {
 fn write_headline(f: &mut dyn fmt::Write, closed: &Closed) -> fmt::Result {
     writeln!(f, "{}: {}", closed.kind, closed.verdict)?;
     for step in &closed.steps {
-        let name = labelled(&step.effect, step.subject.as_deref());
+        let name = step.label();
         writeln!(f, "  {name} — {}{} (k = 2)", step.in_words(), several_sizes(&step.parameters))?;
         write_rivals(f, step)?;
     }
@@ -245,14 +250,16 @@ fn write_headline(f: &mut dyn fmt::Write, closed: &Closed) -> fmt::Result {
 }
 
 /// Sizes of an effect with more than one, which its words do not hold.
-fn several_sizes(parameters: &[LoopParameter]) -> String {
-    if parameters.len() < 2 {
-        return String::new();
-    }
+pub(crate) fn several_sizes(parameters: &[LoopParameter]) -> String {
+    if parameters.len() < 2 { String::new() } else { format!(": {}", sizes(parameters)) }
+}
+
+/// Amplitudes by their names.
+pub(crate) fn sizes(parameters: &[LoopParameter]) -> String {
     let size =
         |p: &LoopParameter| format!("{} {}", p.name, with_uncertainty(p.value, p.std, &p.unit));
     let sizes: Vec<String> = parameters.iter().map(size).collect();
-    format!(": {}", shortened(&sizes))
+    shortened(&sizes)
 }
 
 /// Names that the data cannot tell from that of a step.
@@ -265,7 +272,7 @@ fn write_rivals(f: &mut dyn fmt::Write, step: &LoopStep) -> fmt::Result {
 }
 
 fn write_step(f: &mut dyn fmt::Write, n: usize, step: &LoopStep) -> fmt::Result {
-    let name = labelled(&step.effect, step.subject.as_deref());
+    let name = step.label();
     let what = if step.effect.starts_with("input:") { "wrong input" } else { "added" };
     writeln!(f, "{what} {n}: {name} — {}", step.in_words())?;
     for p in &step.parameters {
@@ -292,7 +299,7 @@ fn absorbed_by(parameters: &[String]) -> String {
     }
 }
 
-fn advice(separate_by: Option<&str>) -> String {
+pub(crate) fn advice(separate_by: Option<&str>) -> String {
     separate_by.map_or_else(String::new, |text| format!("; to tell: {text}"))
 }
 
@@ -413,6 +420,6 @@ fn families(effects: &[ObservableEffect]) -> Vec<(&ObservableEffect, usize)> {
     families
 }
 
-fn labelled(effect: &str, subject: Option<&str>) -> String {
+pub(crate) fn labelled(effect: &str, subject: Option<&str>) -> String {
     subject.map_or_else(|| effect.to_owned(), |subject| format!("{effect} [{subject}]"))
 }

@@ -26,6 +26,7 @@ impl Scene for AxisRun {
         Some(match self.fault {
             Fault::Reversal(_) => "reversal",
             Fault::Cyclic(_) => "cyclic-error",
+            Fault::Long(_) => "pitch-error",
         })
     }
 

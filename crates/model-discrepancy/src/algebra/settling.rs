@@ -124,9 +124,8 @@ impl Settling {
     }
 }
 
-fn scaled(mut values: Vec<f64>, factor: f64) -> Vec<f64> {
-    values.iter_mut().for_each(|value| *value *= factor);
-    values
+fn scaled(values: Vec<f64>, factor: f64) -> Vec<f64> {
+    values.into_iter().map(|value| value * factor).collect()
 }
 
 /// What a unit of the time constant adds to a course.

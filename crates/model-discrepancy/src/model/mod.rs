@@ -7,6 +7,7 @@ mod differences;
 mod effect;
 mod extended;
 mod inside;
+mod joint;
 mod linear;
 pub(crate) mod moved;
 mod resolution;
@@ -21,6 +22,7 @@ pub use differences::Differenced;
 pub use effect::{Effect, Parameter, Scope};
 pub use extended::Extended;
 pub use inside::Inside;
+pub use joint::{CommonEffect, Joint, JointPart, ShownAmplitude};
 pub use linear::LinearModel;
 pub use resolution::resolution_of;
 

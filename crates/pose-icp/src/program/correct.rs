@@ -77,6 +77,38 @@ pub fn correct_program_for_machine(
     correction: &Affine3<f64>,
     options: &ProgramOptions,
 ) -> Result<String, ProgramError> {
+    Ok(read(program, correction, options)?.0)
+}
+
+/// A point to which a program moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgramPoint {
+    /// Line of the program, from 1.
+    pub line: usize,
+    /// Where it goes.
+    pub point_mm: Point3<f64>,
+    /// Whether it goes there in feed (G1, G2, G3), and not rapidly or to touch.
+    pub in_feed: bool,
+}
+
+/// Points to which a program moves, in its own coordinates; of arcs, those of its chords.
+///
+/// # Errors
+///
+/// As [`correct_program`].
+pub fn program_points(
+    program: &str,
+    options: &ProgramOptions,
+) -> Result<Vec<ProgramPoint>, ProgramError> {
+    Ok(read(program, &Affine3::identity(), options)?.1)
+}
+
+/// The corrected program, and the points of the planned one.
+fn read(
+    program: &str,
+    correction: &Affine3<f64>,
+    options: &ProgramOptions,
+) -> Result<(String, Vec<ProgramPoint>), ProgramError> {
     let chord_mm = options.chord_mm;
     if chord_mm.is_nan() || chord_mm <= 0.0 || chord_mm.is_infinite() {
         let (name, needed) = ("chord tolerance", "positive");
@@ -88,15 +120,18 @@ pub fn correct_program_for_machine(
         let value = options.decimals as f64;
         return Err(ProgramError::InvalidOption { name, needed, value });
     }
-    let mut writer = Writer { correction, options, modal: Modal::default(), written: None };
+    let modal = Modal::default();
+    let mut writer = Writer { correction, options, modal, written: None, points: Vec::new() };
     let mut out = String::with_capacity(2 * program.len());
     for (index, line) in program.split_inclusive('\n').enumerate() {
         let body = line.trim_end_matches(['\n', '\r']);
         let end = &line[body.len()..];
         let refused = |reason| ProgramError::Line { line: index + 1, reason };
+        let known = writer.points.len();
         writer.line(body, end, &mut out).map_err(refused)?;
+        writer.points[known..].iter_mut().for_each(|point| point.line = index + 1);
     }
-    Ok(out)
+    Ok((out, writer.points))
 }
 
 struct Writer<'a> {
@@ -105,6 +140,7 @@ struct Writer<'a> {
     modal: Modal,
     /// Corrected position that the words written so far lead to, in the program's unit.
     written: Option<Vector3<f64>>,
+    points: Vec<ProgramPoint>,
 }
 
 impl Writer<'_> {
@@ -128,6 +164,9 @@ impl Writer<'_> {
             vec![to]
         };
         for (k, point) in path.iter().enumerate() {
+            let point_mm = Point3::from(point * self.modal.mm_per_unit);
+            let in_feed = motion.is_arc() || motion == Motion::Linear;
+            self.points.push(ProgramPoint { line: 0, point_mm, in_feed });
             let words = self.words(point)?;
             if k == 0 {
                 rewrite(&pieces, motion.is_arc(), &words, out);

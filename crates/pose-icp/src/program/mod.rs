@@ -6,7 +6,7 @@ mod error;
 mod modal;
 
 pub use correct::{
-    ProgramOptions, correct_points, correct_program, correct_program_for_machine,
-    machine_correction,
+    ProgramOptions, ProgramPoint, correct_points, correct_program, correct_program_for_machine,
+    machine_correction, program_points,
 };
 pub use error::{ProgramError, Refused};

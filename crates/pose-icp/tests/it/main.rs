@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
 // Touches of a surface that is known exactly.
+mod gap;
 mod machine_scene;
 mod pose_degenerate;
 mod pose_exact;

@@ -28,9 +28,9 @@ struct Head {
 }
 
 impl Document {
-    pub(crate) fn read(folder: &Folder) -> Result<Self, Error> {
-        let text = folder.text(CASE_FILE)?;
-        Ok(Self { file: folder.location(CASE_FILE), text })
+    pub(crate) fn read(folder: &Folder, file: &str) -> Result<Self, Error> {
+        let text = folder.text(file)?;
+        Ok(Self { file: folder.location(file), text })
     }
 
     /// The document as it would be with the settings among `edits`.

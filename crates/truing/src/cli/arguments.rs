@@ -108,6 +108,21 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
+    /// Say how deep the part of a pose-icp case presses into a polishing tool along a program, with
+    /// its uncertainty: Δh = H − h
+    Depth {
+        /// Case folder of kind pose-icp with a `[tool]`
+        case: PathBuf,
+        /// Program that leads the tool's lowest point
+        program: PathBuf,
+        /// Pose that the program was written for: six numbers "x,y,z mm, alpha,beta,gamma deg";
+        /// default: the program is in coordinates of the workpiece
+        #[arg(long, value_name = "POSE", value_parser = pose, allow_hyphen_values = true)]
+        planned: Option<Isometry3<f64>>,
+        /// Print one JSON object and nothing else
+        #[arg(long)]
+        json: bool,
+    },
     /// Link pages written by `--report` from one page, with a table of all of them
     Index {
         /// Page to write
@@ -287,7 +302,8 @@ pub(crate) struct Closing {
 
 #[derive(Args, Debug)]
 pub(crate) struct Run {
-    /// Case folder: `case.toml` and its tables
+    /// Case folder: `case.toml` and its tables; for `loop` also a folder whose `machine.toml` lists
+    /// cases that were measured on one machine
     pub(crate) case: PathBuf,
     /// Print one JSON object and nothing else
     #[arg(long)]

@@ -19,11 +19,12 @@ use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
-    Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, OutputFile, PlanOptions,
-    ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check, close_loop, correct,
-    design_force, force_report, import_planned_log, import_probe_log, import_table, loop_report,
-    plan, plausible, read_case_with, read_findings, read_learnt, read_page, refuse_overlap, solve,
-    solve_drawn, solve_report, write_files, write_imported, write_plan,
+    Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, MachineProblem,
+    OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check,
+    close_loop, close_machine, correct, depth, design_force, force_report, import_planned_log,
+    import_probe_log, import_table, is_machine, loop_report, plan, plausible, read_case_with,
+    read_findings, read_learnt, read_machine, read_page, refuse_overlap, solve, solve_drawn,
+    solve_report, write_files, write_imported, write_plan,
 };
 
 use arguments::{
@@ -57,6 +58,9 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             };
             answer((&run, settings), "solving", Ok, solved, solve_report)
         }
+        Command::Loop(Closing { run, carry }) if is_machine(&run.case) => {
+            machine(&run, carry.is_some(), settings)
+        }
         Command::Loop(Closing { run, carry }) => {
             let carrying = |case: Case| match &carry {
                 Some(path) => case.carrying(read_learnt(path)?),
@@ -74,6 +78,9 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             let case = read(&case, settings)?;
             let answer = answer.as_deref();
             correct_program(&case, &program, &planned, &options, answer, output.as_deref())
+        }
+        Command::Depth { case, program, planned, json } => {
+            print(depth(&read(&case, settings)?, &program, planned.as_ref())?, json, settings)
         }
         Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
@@ -163,6 +170,38 @@ impl Answer for truing::Closed {
     fn forget_timing(&mut self) {
         self.timing = None;
     }
+}
+
+impl Answer for truing::ClosedMachine {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn forget_timing(&mut self) {}
+}
+
+impl Answer for truing::Depth {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn forget_timing(&mut self) {}
 }
 
 impl Answer for truing::Registered {
@@ -282,6 +321,26 @@ fn of_axis(path: &Path, letter: char) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
+}
+
+/// The loop on the cases of a machine.
+fn machine(run: &Run, carries: bool, settings: Settings) -> Result<(), Error> {
+    let of_one_case = [
+        ("--carry", carries),
+        ("--report", run.report.is_some()),
+        ("--errors", run.errors.is_some()),
+        ("--compensation", run.compensation.is_some()),
+        ("--heidenhain", run.heidenhain.is_some()),
+    ];
+    if let Some((option, _)) = of_one_case.into_iter().find(|(_, given)| *given) {
+        let problem = Box::new(MachineProblem::OneCaseOnly { option });
+        return Err(Error::Machine { path: run.case.clone(), problem });
+    }
+    let spinner = Spinner::start("closing the loops", settings.shown.quiet, &Progress::default());
+    let options = ReadOptions { allow_outside: settings.allow_outside };
+    let answer = close_machine(&read_machine(&run.case, options)?)?;
+    drop(spinner);
+    print(answer, run.json, settings)
 }
 
 fn paths(inputs: &[InputFile]) -> Vec<&Path> {

@@ -32,7 +32,9 @@ pub(crate) use plausible::plausible_reading;
 use surface::read_surface;
 use tables::{Points, XYZ};
 
-use settings::{EDGE, NoiseSettings, POINTS, ParameterName, Settings, SideName, error, zero};
+use settings::{
+    EDGE, NoiseSettings, POINTS, ParameterName, Settings, SideName, ToolSettings, error, zero,
+};
 
 pub(crate) const KIND: Kind = Kind {
     name: "pose-icp",
@@ -156,7 +158,8 @@ fn assemble(
     // γ is held by default; a freeform part may show it, and is asked where nobody states it.
     let ask_gamma = surface.shows_gamma && settings.pose.gamma_deg.is_none() && !is_named;
     let plan = settings.plan.clone();
-    Ok(PoseCase { surface, points, start, options, sigma_mm, ask_gamma, plan, document })
+    let tool = settings.tool.as_ref().map(ToolSettings::tool);
+    Ok(PoseCase { surface, points, start, options, sigma_mm, ask_gamma, plan, tool, document })
 }
 
 fn named(names: Option<&Spanned<Vec<ParameterName>>>) -> Vec<PoseParameter> {

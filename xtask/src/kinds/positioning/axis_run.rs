@@ -15,6 +15,8 @@ pub(crate) enum Fault {
     Reversal(f64),
     /// It goes to and fro by this much once a turn of the screw.
     Cyclic(f64),
+    /// It reads long, ratio: it stops short of where it says it is.
+    Long(f64),
 }
 
 /// A run to simulate.
@@ -39,6 +41,7 @@ impl AxisRun {
     fn read_mm(&self, target_mm: f64, rising: bool, rng: &mut ChaCha8Rng) -> f64 {
         let off_mm = match self.fault {
             Fault::Reversal(mm) => 0.5 * mm * if rising { 1.0 } else { -1.0 },
+            Fault::Long(ratio) => target_mm / (1.0 + ratio) - target_mm,
             Fault::Cyclic(mm) => mm * (TAU * target_mm / LEAD_MM + 0.7).sin(),
         };
         target_mm + off_mm + NOISE_MM * gaussian(rng)

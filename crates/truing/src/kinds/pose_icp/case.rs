@@ -5,6 +5,7 @@ use pose_icp::{PoseOptions, PoseStart};
 use super::surface::Surface;
 use super::tables::Points;
 use crate::case::Location;
+use crate::depth::PolishingTool;
 use crate::kinds::touching::PlanSettings;
 
 /// A `pose-icp` case as read.
@@ -20,6 +21,8 @@ pub(super) struct PoseCase {
     pub(super) ask_gamma: bool,
     /// What the machine can do.
     pub(super) plan: PlanSettings,
+    /// The tool that polishes it.
+    pub(super) tool: Option<PolishingTool>,
     /// Where that is declared.
     pub(super) document: Location,
 }

@@ -6,7 +6,7 @@ use model_discrepancy::{
 use nalgebra::{Point3, Vector3};
 use pose_icp::{
     Fitted as FittedPose, MeasuredTouch, PoseError, PoseFit, PoseModel, PoseOptions, PoseParameter,
-    Touch, fit_pose, height_at,
+    Tip, Touch, fit_pose, height_at,
 };
 use truing_report::Fact;
 
@@ -15,6 +15,7 @@ use super::estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, TouchResidua
 use super::picture::{Picture, picture};
 use crate::Error;
 use crate::case::NumberColumn;
+use crate::depth::Polished;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
@@ -79,6 +80,22 @@ impl Measured for PoseCase {
     fn offer(&self) -> Result<Option<Offer>, Error> {
         let Located { fit, options, .. } = self.locate()?;
         super::plan::offer(self, &fit.machine_from_workpiece, options.tip).map(Some)
+    }
+
+    fn polished(&self) -> Result<Option<Polished>, Error> {
+        let Located { fit, options, .. } = self.locate()?;
+        let with_larger_tip = match self.tool.filter(|tool| tool.std_tip_mm > 0.0) {
+            None => None,
+            Some(tool) => {
+                let tip = Tip { radius_mm: options.tip.radius_mm + tool.std_tip_mm, ..options.tip };
+                let options = PoseOptions { tip, ..options.clone() };
+                let (part, touches) = (&self.surface.part, self.touches());
+                let fit = fit_pose(part, &touches, &self.start, &options);
+                Some(fit.map_err(|e| self.error(e, Some(&self.points.fitted())))?)
+            }
+        };
+        let (part, side) = (self.surface.part.clone(), options.tip.side);
+        Ok(Some(Polished { part, side, fit, with_larger_tip, tool: self.tool }))
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

@@ -6,6 +6,7 @@ use toml::Spanned;
 
 use crate::Error;
 use crate::case::{Finite, Location, LoopSettings, Positive};
+use crate::depth::PolishingTool;
 use crate::kinds::surface::SurfaceSettings;
 use crate::kinds::touching::PlanSettings;
 
@@ -24,6 +25,7 @@ pub(super) struct Settings {
     pub(super) probe: ProbeSettings,
     #[serde(default)]
     pub(super) machine: MachineSettings,
+    pub(super) tool: Option<ToolSettings>,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
     #[serde(default)]
@@ -82,6 +84,38 @@ pub(super) struct MachineSettings {
     /// False for a laser tracker.
     pub(super) axes: Option<bool>,
 }
+
+/// A polishing tool whose film the part presses in.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ToolSettings {
+    pub(super) film_mm: Positive,
+    pub(super) depth_mm: Option<Positive>,
+    pub(super) tolerance_mm: Option<Positive>,
+    pub(super) std_film_mm: Option<Positive>,
+    pub(super) std_tip_mm: Option<Positive>,
+    pub(super) std_axis_mm: Option<Positive>,
+    pub(super) removal_exponent: Option<Positive>,
+}
+
+impl ToolSettings {
+    pub(super) fn tool(&self) -> PolishingTool {
+        let or_none = |value: &Option<Positive>| value.as_ref().map_or(0.0, |Positive(v)| *v);
+        let given = |value: &Option<Positive>| value.as_ref().map(|Positive(v)| *v);
+        PolishingTool {
+            film_mm: self.film_mm.0,
+            depth_mm: given(&self.depth_mm),
+            tolerance_mm: given(&self.tolerance_mm).unwrap_or(TOLERANCE_MM),
+            std_film_mm: or_none(&self.std_film_mm),
+            std_tip_mm: or_none(&self.std_tip_mm),
+            std_axis_mm: or_none(&self.std_axis_mm),
+            removal_exponent: given(&self.removal_exponent),
+        }
+    }
+}
+
+/// What document [D] asks of the immersion of its ribbon, ± mm.
+const TOLERANCE_MM: f64 = 0.010;
 
 #[derive(Clone, Copy, Default, Deserialize)]
 pub(super) enum SideName {
