@@ -1,11 +1,11 @@
 //! Poses of a head with two rotary axes: each turns while the other one stands.
 
-use crate::network::{Angle, SAME_ANGLE_RAD};
+use crate::network::{AngleSteps, SAME_ANGLE_RAD};
 use crate::{RotaryAxis, SecondAxis, Survey, TrackerError};
 
 /// Angles of both axes from the one on where both stand, the angle of each step, and where each
 /// axis stands.
-type HeadAngles = (Vec<Angle>, Vec<usize>, [f64; 2]);
+type HeadAngles = (Vec<AngleSteps>, Vec<usize>, [f64; 2]);
 
 pub(crate) fn head_angles(
     survey: &Survey,
@@ -26,21 +26,21 @@ pub(crate) fn head_angles(
         }
     }
     let stand = common_pose(survey, &poses)?;
-    let mut angles = vec![Angle { axis: 0, angle_rad: stand[0], steps: Vec::new() }];
+    let mut angles = vec![AngleSteps { axis: 0, angle_rad: stand[0], steps: Vec::new() }];
     let mut angle_of_step = Vec::with_capacity(needed);
     for (step, pose) in poses.iter().enumerate() {
         let turned = [0, 1].into_iter().find(|&axis| !same(pose[axis], stand[axis]));
         let known = match turned {
             None => Some(0),
             Some(axis) => {
-                let is_same = |a: &Angle| a.axis == axis && same(a.angle_rad, pose[axis]);
+                let is_same = |a: &AngleSteps| a.axis == axis && same(a.angle_rad, pose[axis]);
                 angles.iter().skip(1).position(is_same).map(|at| at + 1)
             }
         };
         let at = known.unwrap_or(angles.len());
         if at == angles.len() {
             let axis = turned.unwrap_or(0);
-            angles.push(Angle { axis, angle_rad: pose[axis], steps: Vec::new() });
+            angles.push(AngleSteps { axis, angle_rad: pose[axis], steps: Vec::new() });
         }
         angles[at].steps.push(step);
         angle_of_step.push(at);
@@ -57,26 +57,31 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 /// The pose with which every other shares an angle.
+///
+/// Either the first axis stands there where it is at the first step, or the second one does; the first
+/// step at which that one is elsewhere says where the other one stands.
 fn common_pose(survey: &Survey, poses: &[[f64; 2]]) -> Result<[f64; 2], TrackerError> {
-    let strays = |of: &[f64; 2]| {
-        let is_stray = |pose: &&[f64; 2]| !same(pose[0], of[0]) && !same(pose[1], of[1]);
-        poses.iter().filter(is_stray).count()
+    let is_stray = |pose: &[f64; 2], of: &[f64; 2]| (0..2).all(|i| !same(pose[i], of[i]));
+    let stray = |of: &[f64; 2]| poses.iter().position(|pose| is_stray(pose, of));
+    let candidate = |axis: usize| {
+        let mut stand = poses[0];
+        let elsewhere = poses.iter().find(|pose| !same(pose[axis], stand[axis]))?;
+        stand[1 - axis] = elsewhere[1 - axis];
+        Some(stand)
     };
-    let Some(best) = poses.iter().min_by_key(|pose| strays(pose)) else {
-        return Err(TrackerError::SecondAngles { needed: 0, got: 0 });
-    };
-    if strays(best) == 0 {
-        return Ok(*best);
+    let candidates: Vec<[f64; 2]> = [0, 1].into_iter().filter_map(candidate).collect();
+    let sound = candidates.iter().filter(|of| stray(of).is_none());
+    let is_measured = |of: &[f64; 2]| poses.iter().any(|pose| (0..2).all(|i| same(pose[i], of[i])));
+    if let Some(stand) = sound.clone().find(|of| is_measured(of)) {
+        return Ok(*stand);
     }
-    let all = poses.iter().flat_map(|a| poses.iter().map(|b| [a[0], b[1]]));
-    let [first_deg, second_deg] = match all.into_iter().find(|pose| strays(pose) == 0) {
-        Some(missing) => missing.map(f64::to_degrees),
-        None => {
-            let [first_deg, second_deg] = best.map(f64::to_degrees);
-            let stray = poses.iter().position(|p| !same(p[0], best[0]) && !same(p[1], best[1]));
-            let step = survey.steps[stray.unwrap_or(0)].name.clone();
-            return Err(TrackerError::BothAxesTurned { step, first_deg, second_deg });
-        }
-    };
-    Err(TrackerError::NoCommonPose { first_deg, second_deg })
+    if let Some(missing) = sound.clone().next() {
+        let [first_deg, second_deg] = missing.map(f64::to_degrees);
+        return Err(TrackerError::NoCommonPose { first_deg, second_deg });
+    }
+    let strays = |of: &[f64; 2]| poses.iter().filter(|pose| is_stray(pose, of)).count();
+    let of = candidates.iter().min_by_key(|of| strays(of)).unwrap_or(&poses[0]);
+    let [first_deg, second_deg] = of.map(f64::to_degrees);
+    let step = survey.steps[stray(of).unwrap_or(0)].name.clone();
+    Err(TrackerError::BothAxesTurned { step, first_deg, second_deg })
 }

@@ -28,7 +28,7 @@ pub(crate) struct Network<'a> {
     pub(crate) survey: &'a Survey,
     pub(crate) axis_model: AxisModel,
     /// In the order measured; the first is the reference, of two axes that where both stand.
-    pub(crate) angles: Vec<Angle>,
+    pub(crate) angles: Vec<AngleSteps>,
     /// Where each axis is at the reference.
     reference_rad: [f64; 2],
     /// Angle of each step.
@@ -47,7 +47,7 @@ pub(crate) struct Network<'a> {
 
 /// Stops at one angle.
 #[derive(Clone, Debug)]
-pub(crate) struct Angle {
+pub(crate) struct AngleSteps {
     /// Which axis turned: 0, or 1 the second of two.
     pub(crate) axis: usize,
     pub(crate) angle_rad: f64,
@@ -135,7 +135,7 @@ impl<'a> Network<'a> {
 
     /// Machine frame from that of the reflectors at an angle, without errors.
     pub(crate) fn nominal(&self, angle: usize) -> Isometry3<f64> {
-        let Angle { axis, angle_rad, .. } = self.angles[angle];
+        let AngleSteps { axis, angle_rad, .. } = self.angles[angle];
         let first = &self.survey.axis;
         let Some(second) = &self.survey.second else { return first.machine_from_table(angle_rad) };
         if axis == 1 {
@@ -360,15 +360,15 @@ pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerE
 }
 
 /// Steps by angle, in the order in which each angle first comes, and the angle of each step.
-pub(crate) fn angles(steps: &[Step]) -> (Vec<Angle>, Vec<usize>) {
+pub(crate) fn angles(steps: &[Step]) -> (Vec<AngleSteps>, Vec<usize>) {
     let mut by_angle: Vec<usize> = (0..steps.len()).collect();
     by_angle.sort_by(|&a, &b| steps[a].angle_rad.total_cmp(&steps[b].angle_rad).then(a.cmp(&b)));
-    let mut angles: Vec<Angle> = Vec::new();
+    let mut angles: Vec<AngleSteps> = Vec::new();
     for step in by_angle {
         let angle_rad = steps[step].angle_rad;
         match angles.last_mut() {
             Some(last) if angle_rad - last.angle_rad <= SAME_ANGLE_RAD => last.steps.push(step),
-            _ => angles.push(Angle { axis: 0, angle_rad, steps: vec![step] }),
+            _ => angles.push(AngleSteps { axis: 0, angle_rad, steps: vec![step] }),
         }
     }
     for angle in &mut angles {

@@ -75,7 +75,7 @@ pub use import::{
 };
 pub use interval_width::IntervalWidth;
 pub use kinds::{
-    AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisFigureEstimate,
+    AffineEstimate, AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisFigureEstimate,
     AxisLocationEstimate, AxisRunEstimate, AxisTargetEstimate, CenterEstimate, Conformity,
     ContactForceEstimate, DisplacementEstimates, DisplacementResidual, DistanceResidual,
     ForceBlock, ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates,

@@ -72,6 +72,6 @@ pub fn axis_coordinates(run: &AxisRun<'_>, target: &str) -> Vec<Covariate> {
         AxisMotion::Rotary => Quantity::Angle,
     };
     let ways: Option<Vec<f64>> = run.readings.iter().map(|r| Some(r.approach?.sign())).collect();
-    let ways = ways.map(|ways| Covariate::recorded("direction", Quantity::Other, ways));
+    let ways = ways.map(|ways| Covariate::coordinate("direction", Quantity::Other, ways));
     std::iter::once(Covariate::coordinate(target, quantity, targets)).chain(ways).collect()
 }

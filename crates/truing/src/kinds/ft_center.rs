@@ -22,7 +22,8 @@ use crate::uncertain::{Std, Uncertain};
 pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
 pub use gravity_estimates::{GravityEstimates, LineMiss, WrenchEstimate};
 pub use presses::{
-    CenterEstimate, Conformity, FrameEstimate, FtCenterEstimates, MeanWrench, RepeatabilityEstimate,
+    AffineEstimate, CenterEstimate, Conformity, FrameEstimate, FtCenterEstimates, MeanWrench,
+    RepeatabilityEstimate,
 };
 
 use settings::{DISPLACEMENTS, GRAVITY, NoiseSettings, PRESSES, Settings, WRENCH};

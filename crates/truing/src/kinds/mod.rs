@@ -25,9 +25,9 @@ pub use frame_fit::{
     TipEstimates, TransformStd,
 };
 pub use ft_center::{
-    CenterEstimate, Conformity, DisplacementEstimates, DisplacementResidual, FrameEstimate,
-    FtCenterEstimates, GravityEstimates, LineMiss, MeanWrench, RepeatabilityEstimate,
-    WrenchEstimate,
+    AffineEstimate, CenterEstimate, Conformity, DisplacementEstimates, DisplacementResidual,
+    FrameEstimate, FtCenterEstimates, GravityEstimates, LineMiss, MeanWrench,
+    RepeatabilityEstimate, WrenchEstimate,
 };
 pub use positioning::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,

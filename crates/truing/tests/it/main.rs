@@ -7,6 +7,7 @@
 )]
 #![expect(clippy::unwrap_used, reason = "helpers of tests, not marked as tests themselves")]
 
+mod affine_frame;
 mod answers;
 mod carry;
 mod columns;

@@ -1,5 +1,6 @@
 //! Presses with their records.
 
+mod affine;
 mod estimates;
 mod measured;
 mod repeatability;
@@ -21,6 +22,7 @@ use crate::case::{
 };
 use crate::measured::Reading;
 
+pub use affine::AffineEstimate;
 pub use estimates::{CenterEstimate, FrameEstimate, FtCenterEstimates, MeanWrench};
 pub(super) use measured::PressCase;
 pub use repeatability::{Conformity, RepeatabilityEstimate};

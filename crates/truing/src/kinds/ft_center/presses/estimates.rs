@@ -3,6 +3,7 @@ use ft_center::{
 };
 use serde::Serialize;
 
+use super::affine::AffineEstimate;
 use super::repeatability::RepeatabilityEstimate;
 
 use crate::estimated::Estimated;
@@ -24,6 +25,8 @@ pub struct FtCenterEstimates {
     pub conditions: Vec<String>,
     /// One per press.
     pub centers: Vec<CenterEstimate>,
+    /// The general map of [A]; `None` of fewer than three presses at known positions off one line.
+    pub affine: Option<AffineEstimate>,
     /// How well the head comes back; `None` where no place was pressed twice.
     pub repeatability: Option<RepeatabilityEstimate>,
 }
@@ -141,7 +144,8 @@ impl FtCenterEstimates {
         let conditions = located.conditions.clone();
         let repeatability = RepeatabilityEstimate::of(presses, &located.centers, setting.tolerance);
         let frame = FrameEstimate::of(located, setting.z0_mm);
-        Self { frame, conditions, centers, repeatability }
+        let affine = AffineEstimate::of(presses, frame.seat_mm);
+        Self { frame, conditions, centers, affine, repeatability }
     }
 }
 
@@ -199,7 +203,8 @@ impl Estimates for FtCenterEstimates {
             let names = [c.press.clone().into(), c.usage.into()];
             table.push(names.into_iter().chain(numbers).take(shown).collect());
         }
-        vec![table]
+        let affine = self.affine.iter().map(AffineEstimate::table);
+        std::iter::once(table).chain(affine).collect()
     }
 
     fn conditions(&self) -> &[String] {
