@@ -1,8 +1,7 @@
 //! What the errors of all angles say of where the axes are, and of how two lie to each other.
 
 use nalgebra::{
-    DMatrix, Matrix2, Matrix2x4, Matrix4, Point3, RowVector4, SMatrix, Unit, Vector2, Vector3,
-    Vector4,
+    DMatrix, Matrix2, Matrix2x4, Matrix4, Point3, RowVector4, SMatrix, Unit, Vector3, Vector4,
 };
 
 use crate::location::{AngleFit, AxisLocation, angle_fit, located};
@@ -22,10 +21,11 @@ pub struct AxesRelation {
     pub nominal_offset_mm: f64,
     /// Angle between the declared directions, 0 to π.
     pub nominal_angle_rad: f64,
-    /// Offset and rotation of the second axis against the first, along and about `direction`, beyond
-    /// what is declared: mm and rad.
-    pub errors: Vector2<f64>,
-    /// Their covariance.
+    /// Offset of the second axis from the first along `direction`, beyond what is declared.
+    pub offset_error_mm: f64,
+    /// Rotation of the second axis against the first about `direction`, beyond what is declared.
+    pub rotation_error_rad: f64,
+    /// Covariance of the two.
     pub covariance: Matrix2<f64>,
 }
 
@@ -93,7 +93,8 @@ pub(crate) fn relation(
         direction: across.direction,
         nominal_offset_mm: across.offset_mm,
         nominal_angle_rad: across.angle_rad,
-        errors: errors.fixed_rows::<2>(0).into_owned(),
+        offset_error_mm: errors[0],
+        rotation_error_rad: errors[1],
         covariance: covariance.fixed_view::<2, 2>(0, 0).into_owned(),
     })
 }

@@ -1,6 +1,6 @@
 //! Poses of a head with two rotary axes: each turns while the other one stands.
 
-use crate::network::{AngleSteps, SAME_ANGLE_RAD};
+use crate::angle_steps::{AngleSteps, SAME_ANGLE_RAD};
 use crate::{RotaryAxis, SecondAxis, Survey, TrackerError};
 
 /// Angles of both axes from the one on where both stand, the angle of each step, and where each

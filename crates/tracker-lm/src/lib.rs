@@ -41,6 +41,7 @@ pub use model_discrepancy;
 pub use nalgebra;
 
 mod angle_spread;
+mod angle_steps;
 mod axes;
 mod axis;
 mod calibrate;

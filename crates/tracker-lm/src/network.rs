@@ -2,12 +2,13 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Vector3};
 
+use crate::angle_steps::{AngleSteps, angles};
 use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
 use crate::head::head_angles;
 use crate::{
-    AxisModel, DeadPath, Formulation, Gauge, Options, Range, RotaryAxis, Step, Survey, TrackerError,
+    AxisModel, DeadPath, Formulation, Gauge, Options, Range, RotaryAxis, Survey, TrackerError,
 };
 
 /// Fewest stations: three distances place a point, the fourth checks the stations.
@@ -16,8 +17,6 @@ const MIN_STATIONS: usize = 4;
 pub(crate) const MIN_MOUNTS: usize = 3;
 /// Numbers beyond are slips; a double then resolves less than 0.1 µm.
 pub(crate) const LARGEST: f64 = 1e9;
-/// Steps nearer to each other than this are at the same angle: 10 nm on a metre.
-pub(crate) const SAME_ANGLE_RAD: f64 = 1e-8;
 /// Spread about a line over spread along it below which reflectors count as collinear: the
 /// rotation about the line is then a thousand times less certain than the others.
 const COLLINEAR: f64 = 1e-3;
@@ -43,15 +42,6 @@ pub(crate) struct Network<'a> {
     mounts_seen: Vec<usize>,
     /// Where those of each step begin; then their end.
     seen_from: Vec<usize>,
-}
-
-/// Stops at one angle.
-#[derive(Clone, Debug)]
-pub(crate) struct AngleSteps {
-    /// Which axis turned: 0, or 1 the second of two.
-    pub(crate) axis: usize,
-    pub(crate) angle_rad: f64,
-    pub(crate) steps: Vec<usize>,
 }
 
 impl<'a> Network<'a> {
@@ -357,31 +347,6 @@ pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerE
         off_line_mm: spread[1],
         line: eigen.eigenvectors.column(order[0]).into_owned().into(),
     })
-}
-
-/// Steps by angle, in the order in which each angle first comes, and the angle of each step.
-pub(crate) fn angles(steps: &[Step]) -> (Vec<AngleSteps>, Vec<usize>) {
-    let mut by_angle: Vec<usize> = (0..steps.len()).collect();
-    by_angle.sort_by(|&a, &b| steps[a].angle_rad.total_cmp(&steps[b].angle_rad).then(a.cmp(&b)));
-    let mut angles: Vec<AngleSteps> = Vec::new();
-    for step in by_angle {
-        let angle_rad = steps[step].angle_rad;
-        match angles.last_mut() {
-            Some(last) if angle_rad - last.angle_rad <= SAME_ANGLE_RAD => last.steps.push(step),
-            _ => angles.push(AngleSteps { axis: 0, angle_rad, steps: vec![step] }),
-        }
-    }
-    for angle in &mut angles {
-        angle.steps.sort_unstable();
-    }
-    angles.sort_by_key(|a| a.steps[0]);
-    let mut angle_of_step = vec![0; steps.len()];
-    for (a, angle) in angles.iter().enumerate() {
-        for &step in &angle.steps {
-            angle_of_step[step] = a;
-        }
-    }
-    (angles, angle_of_step)
 }
 
 /// Dead paths in the order of stations and mounts, and that of each range.

@@ -3,7 +3,7 @@
 use model_discrepancy::{Closure, Covariate, Layout};
 use serde::{Deserialize, Serialize};
 
-use super::summary::Rms;
+use super::error_rms::Rms;
 
 /// Everything that one page shows.
 #[derive(Clone, Debug)]

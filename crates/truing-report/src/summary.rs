@@ -3,6 +3,7 @@
 use model_discrepancy::HoldOut;
 use serde::{Deserialize, Serialize};
 
+use super::error_rms::Rms;
 use super::input::{Published, Story};
 use super::reading::rms;
 use super::section::{Context, INPUT_WRONG, verdict_words};
@@ -36,28 +37,6 @@ pub struct Summary {
     /// Whether the data come from a simulation.
     #[serde(default)]
     pub simulated: bool,
-}
-
-/// Root mean square error; `None` where there is no number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rms {
-    /// On the data fitted.
-    pub train: Option<f64>,
-    /// On data the fit never saw.
-    pub held_out: Option<f64>,
-    /// Standard error of `held_out`.
-    pub held_out_std: Option<f64>,
-}
-
-impl From<&model_discrepancy::ErrorSummary> for Rms {
-    fn from(error: &model_discrepancy::ErrorSummary) -> Self {
-        let number = |v: f64| v.is_finite().then_some(v);
-        Self {
-            train: number(error.train_rms),
-            held_out: number(error.held_out_rms),
-            held_out_std: number(error.held_out_std),
-        }
-    }
 }
 
 impl Summary {

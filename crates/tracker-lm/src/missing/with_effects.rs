@@ -14,7 +14,9 @@ use crate::missing::reduction::answer;
 use crate::network::Network;
 use crate::perfect::{PerfectAxis, selected};
 use crate::spread::dense_block;
-use crate::{AxisError, AxisLocation, AxisModel, Calibration, SecondCalibration, TrackerModel};
+use crate::{
+    AxesRelation, AxisError, AxisLocation, AxisModel, Calibration, SecondCalibration, TrackerModel,
+};
 
 impl TrackerModel {
     /// The calibration with what the loop accepted in the model.
@@ -318,8 +320,9 @@ fn widened(mut found: Calibration, others: &[Calibration]) -> Calibration {
             stretch_location(location, &|o| of(o).and_then(|s| s.location.as_ref()));
         }
         if let Some(relation) = &mut second.relation {
-            let at = relation.errors;
-            let errors = |o: &Calibration| Some(of(o)?.relation.as_ref()?.errors);
+            let both = |r: &AxesRelation| [r.offset_error_mm, r.rotation_error_rad];
+            let at = both(relation);
+            let errors = |o: &Calibration| Some(both(of(o)?.relation.as_ref()?));
             stretch(&mut relation.covariance, |i| {
                 away(&|o| errors(o).map_or(at[i], |e| e[i]), at[i])
             });

@@ -8,11 +8,11 @@ use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::sight::{ErrorAt, Place, Sight, StationAt, Weights};
+use crate::angle_steps::{AngleSteps, angles};
 use crate::curves::{Curves, LOCATION, Shape};
 use crate::frame::Frame;
 use crate::gauge::{StationChart, rigid_fit};
 use crate::joint::location_name;
-use crate::network::{AngleSteps, angles};
 use crate::spread::Columns;
 use crate::{AxisModel, Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
 

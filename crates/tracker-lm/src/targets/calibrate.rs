@@ -6,11 +6,11 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
 use crate::angle_spread::{Solved, Terms};
+use crate::angle_steps::angles;
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
 use crate::joint_result::{OfAxis, axis_errors};
 use crate::location::{angle_fit, located};
-use crate::network::angles;
 use crate::perfect::{PerfectAxis, selected};
 use crate::search::{covariance, settle};
 use crate::{

@@ -17,6 +17,7 @@ use super::faults::{Fault, Fitted, faults};
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
+use crate::angle_steps::angles;
 use crate::curves::{Curves, Shape};
 use crate::frame::Frame;
 use crate::missing::axis_effects::{AxisEffect, axis_effects};
@@ -24,7 +25,6 @@ use crate::missing::found::NEAR_MM;
 use crate::missing::model::elapsed;
 use crate::missing::orders::Orders;
 use crate::missing::stops::Stops;
-use crate::network::angles;
 use crate::{Approach, AxisModel, TrackerError};
 
 /// What was recorded beside the readings.

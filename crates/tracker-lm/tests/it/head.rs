@@ -1,12 +1,12 @@
 //! Both rotary axes of a head in one survey, against a head simulated without the crate's geometry.
 
 use model_discrepancy::{Verdict, close_loop};
-use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector2, Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tracker_lm::{
-    AxisLetter, AxisModel, Formulation, Mount, Noise, Options, Range, RotaryAxis, SecondAxis,
-    Station, Step, Survey, TrackerError, TrackerModel, calibrate, find_axis,
+    AxesRelation, AxisLetter, AxisModel, Formulation, Mount, Noise, Options, Range, RotaryAxis,
+    SecondAxis, Station, Step, Survey, TrackerError, TrackerModel, calibrate, find_axis,
 };
 
 use crate::scene::{gaussian, rodrigues};
@@ -240,11 +240,16 @@ fn axes_off_their_places_are_located_and_related() {
     assert!((relation.nominal_offset_mm - 30.0).abs() < 1e-9);
     assert!((relation.direction.x - 1.0).abs() < 1e-9);
     assert!(
-        (relation.nominal_offset_mm + relation.errors[0] - offset).abs() < 1e-6,
+        (relation.nominal_offset_mm + relation.offset_error_mm - offset).abs() < 1e-6,
         "{relation:?}"
     );
     // A rotation of B about x by a positive angle turns it towards C: the cosine grows with it.
-    assert!((relation.errors[1] - square).abs() < 1e-8, "{relation:?} {square}");
+    assert!((relation.rotation_error_rad - square).abs() < 1e-8, "{relation:?} {square}");
+}
+
+/// Offset and rotation.
+fn both(relation: &AxesRelation) -> Vector2<f64> {
+    Vector2::new(relation.offset_error_mm, relation.rotation_error_rad)
 }
 
 /// Normalised squares of the errors of both axes at their last angles, and of how the axes lie to each
@@ -255,7 +260,7 @@ fn uncertainties_cover_both_axes() {
     let head = head(errors);
     let (mut squares, mut of_relation) = ([0.0; 2], 0.0);
     let exact = calibrate(&simulate(&head, 0.0, 0.0, 1).survey, &options()).unwrap();
-    let known = exact.second.unwrap().relation.unwrap().errors;
+    let known = both(&exact.second.unwrap().relation.unwrap());
     for seed in 0..RUNS {
         let found =
             calibrate(&simulate(&head, NOISE_MM, STATION_MM, 100 + seed).survey, &options())
@@ -268,7 +273,7 @@ fn uncertainties_cover_both_axes() {
             squares[axis] += away.dot(&(inverse * away));
         }
         let relation = second.relation.as_ref().unwrap();
-        let away = relation.errors - known;
+        let away = both(relation) - known;
         of_relation += away.dot(&(relation.covariance.try_inverse().unwrap() * away));
         let place = |l: &tracker_lm::AxisLocation, i: usize| l.covariance[(i, i)].sqrt();
         let own = place(found.location.as_ref().unwrap(), 2)

@@ -89,10 +89,10 @@ impl From<&AxesRelation> for AxesRelationEstimate {
         Self {
             direction: relation.direction.into_inner().into(),
             nominal_offset_mm: relation.nominal_offset_mm,
-            offset_error_mm: relation.errors[0],
+            offset_error_mm: relation.offset_error_mm,
             std_offset_mm: std[0],
             nominal_angle_deg: relation.nominal_angle_rad.to_degrees(),
-            rotation_error_rad: relation.errors[1],
+            rotation_error_rad: relation.rotation_error_rad,
             std_rotation_rad: std[1],
         }
     }
