@@ -345,8 +345,10 @@ fn applied(folder: &Folder, json: &Value) -> Left {
         own.iter().sum::<f64>() / crate::handback::as_f64(own.len())
     };
     let squares: f64 = (0..rows).map(|row| (off[row] - dead_path(row)).powi(2)).sum();
-    let angles = json["estimates"]["axis_errors"].as_array().expect("errors").len();
-    let judged = rows - 6 * (angles - 1);
+    let estimates = &json["estimates"];
+    // None of the first angle of an axis, where its errors are zero.
+    let free = |of: &Value| of["axis_errors"].as_array().map_or(0, |errors| errors.len() - 1);
+    let judged = rows - 6 * (free(estimates) + free(&estimates["second_axis"]));
     Left {
         fitted: vec![vec![(squares / crate::handback::as_f64(judged)).sqrt()]],
         checked: Vec::new(),
