@@ -385,9 +385,9 @@ mod tests {
         }
     }
 
-    /// A program over the example of a part, with a tool.
+    /// On the example of a part, with a tool and a program.
     #[test]
-    fn depths_have_their_published_form() {
+    fn what_the_documents_ask_for_has_its_published_form() {
         let truing = crate::program::Truing::beside_the_tests().unwrap();
         let folder = shell::root().join("target/depth-test");
         let _ = fs::remove_dir_all(&folder);
@@ -399,8 +399,14 @@ mod tests {
         let program = folder.join("part.ngc");
         fs::write(&program, "G21 G90\nG1 X0 Y0 Z1 F100\nG1 X1\n").unwrap();
         let words = ["depth", path, program.to_str().unwrap(), "--json"];
-        for planned in [&[][..], &["--planned", "0,0,0.1,0,0,0"]] {
-            let answer = truing.run(&[&words[..], planned].concat()).unwrap();
+        let all = [
+            words.to_vec(),
+            [&words[..], &["--planned", "0,0,0.1,0,0,0"]].concat(),
+            vec!["itlicp", path, "--fine", "0.1", "--tolerance", "0.1", "--json"],
+            vec!["design", "micro-plane", "--curvatures", "0.02,0", "--json"],
+        ];
+        for words in all {
+            let answer = truing.run(&words).unwrap();
             assert_eq!(answer.code, Some(0), "{}", answer.message);
             let wrong = Schemas::read().unwrap().mismatches(&answer.json).unwrap();
             assert_eq!(wrong, Vec::<String>::new());

@@ -72,6 +72,12 @@ pub enum Error {
         /// Why.
         source: Box<ForceImpedanceError>,
     },
+    /// No micro-plane can be designed from the numbers.
+    #[error("{source}")]
+    DesignProbe {
+        /// Why.
+        source: Box<ProbeError>,
+    },
     /// The axis cannot be calibrated.
     #[error("{at}: {source}")]
     TrackerLm {
@@ -168,7 +174,7 @@ pub enum Error {
         suspect: Box<Suspect>,
     },
     /// A case without a pose to correct a program by.
-    #[error("a case of kind {kind} has no pose to correct a program by; give one of kind pose-icp")]
+    #[error("a case of kind {kind} has no pose of a part; give one of kind pose-icp")]
     NoPose {
         /// Kind of the case.
         kind: &'static str,
@@ -251,6 +257,9 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// A part that the method of document [D] cannot sample.
+    #[error("ITLICP samples a rotationally symmetric asphere; this part is none")]
+    NoAsphere,
     /// A case that names no polishing tool.
     #[error(
         "{}: no `[tool]`: give it `film_mm`, the height of the film below the tool's lowest point",
@@ -400,6 +409,7 @@ impl Error {
             | Self::StreamRow { .. }
             | Self::Carry { .. }
             | Self::Design { .. }
+            | Self::DesignProbe { .. }
             | Self::NoPose { .. }
             | Self::Program { .. }
             | Self::Shape { .. }
@@ -414,6 +424,7 @@ impl Error {
             | Self::AlreadyCorrected { .. }
             | Self::Page { .. }
             | Self::Machine { .. }
+            | Self::NoAsphere
             | Self::NoTool { .. }
             | Self::NoDepth { .. }
             | Self::Plan { .. }

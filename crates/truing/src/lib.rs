@@ -17,6 +17,7 @@ mod header;
 mod implausible;
 mod import;
 mod interval_width;
+mod itlicp;
 mod kind;
 mod kinds;
 mod layout;
@@ -61,7 +62,8 @@ pub use closed::{
 };
 pub use depth::{Depth, DepthAt, DepthRange, PolishingTool, Removal, Within, depth};
 pub use design::{
-    ContactDesign, ForceDesign, ForceDesignInput, StableRegion, design_force, force_report,
+    ContactDesign, ForceDesign, ForceDesignInput, MicroPlane, MicroPlaneInput, StableRegion,
+    design_force, design_micro_plane, force_report,
 };
 pub use error::Error;
 pub use estimated::{Estimated, Export, LoopParameter};
@@ -74,6 +76,7 @@ pub use import::{
     TableImport, import_planned_log, import_probe_log, import_table, write_imported,
 };
 pub use interval_width::IntervalWidth;
+pub use itlicp::{Itlicp, ItlicpLevel, ItlicpPoint, ItlicpTiming, PoseBeside, itlicp};
 pub use kinds::{
     AffineEstimate, AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisFigureEstimate,
     AxisLocationEstimate, AxisRunEstimate, AxisTargetEstimate, CenterEstimate, Conformity,

@@ -10,6 +10,7 @@ use crate::Error;
 use crate::case::LoopSettings;
 use crate::depth::Polished;
 use crate::estimates::Estimates;
+use crate::itlicp::SampledCase;
 use crate::kinds::Offer;
 use crate::monitor::LiveFrame;
 use crate::suspect::Yardstick;
@@ -56,6 +57,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 
     /// Where a contact can be followed live; `None` where there is no frame of a sensor.
     fn live(&self) -> Result<Option<LiveFrame>, Error> {
+        Ok(None)
+    }
+
+    /// What the method of document \[D\] needs; `None` of kinds without it.
+    fn sampled(&self) -> Result<Option<SampledCase>, Error> {
         Ok(None)
     }
 

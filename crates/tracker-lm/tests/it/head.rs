@@ -348,7 +348,8 @@ fn what_two_axes_need_is_said() {
     let mut apart = survey.clone();
     let is_common = |step: usize| {
         let b = survey.second.as_ref().unwrap().angles_rad[step];
-        survey.steps[step].angle_rad == head.stand[0] && b == head.stand[1]
+        survey.steps[step].angle_rad.total_cmp(&head.stand[0]).is_eq()
+            && b.total_cmp(&head.stand[1]).is_eq()
     };
     apart.ranges.retain(|r| !is_common(r.step));
     let kept: Vec<usize> = (0..survey.steps.len()).filter(|&s| !is_common(s)).collect();

@@ -175,8 +175,9 @@ fn a_place_and_a_motion_are_told_apart() {
 fn values_by_angle_need_three_visits() {
     const SIZE_RAD: f64 = 20e-6;
     let rest = |angle: f64| {
-        let nth = ((angle.to_degrees() + 90.0) / 18.0).round() as i32;
-        Vector6::ith(4, if nth % 2 == 0 { SIZE_RAD } else { -SIZE_RAD })
+        // Angles of 18° from −90° on.
+        let is_even = ((angle.to_degrees() + 90.0) / 36.0 + 0.25).fract() < 0.5;
+        Vector6::ith(4, if is_even { SIZE_RAD } else { -SIZE_RAD })
     };
     for once_more in [false, true] {
         let plan = Plan { angles: 11, both_ways: true, once_more, ..perfect() };

@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 use truing::{ColumnMap, Detail, Export, PlanBudget};
 
 use super::monitor::Live;
-use super::number::{budget, chord, decimals, not_negative, positive};
+use super::number::{budget, chord, decimals, not_negative, pair, positive};
 use super::register::{Register, pose};
 
 /// Solves measured cases of precision machines, and finds what their declared model is missing.
@@ -108,6 +108,8 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
+    /// Find the pose of an asphere by ITLICP, the method of document [D], beside the exact one
+    Itlicp(Sampling),
     /// Say how deep the part of a pose-icp case presses into a polishing tool along a program, with
     /// its uncertainty: Δh = H − h
     Depth {
@@ -228,6 +230,52 @@ pub(crate) enum TouchKind {
 pub(crate) enum Design {
     /// Stability, margins, steady error and response of a force loop by position impedance
     Force(ForceCard),
+    /// Radius of the circle on which three touches measure a normal, from noise and curvature [E]
+    MicroPlane(MicroPlaneCard),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct MicroPlaneCard {
+    /// Radius of the ball
+    #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
+    pub(crate) tip_radius: f64,
+    /// Standard uncertainty of a touch along the normal
+    #[arg(long, value_name = "MM", default_value_t = 1e-3, value_parser = positive)]
+    pub(crate) noise: f64,
+    /// Principal curvatures of the part, 1/mm, hollow positive: "0.02,0" for a hollow cylinder of 50 mm
+    #[arg(long, value_name = "K1,K2", value_parser = pair, allow_hyphen_values = true)]
+    pub(crate) curvatures: [f64; 2],
+    /// Smallest and largest radius that the machine can go to, mm
+    #[arg(long, value_name = "FROM,TO", default_value = "0.05,0.5", value_parser = pair)]
+    pub(crate) range: [f64; 2],
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// ITLICP as document [D] has it.
+#[derive(Args, Debug)]
+pub(crate) struct Sampling {
+    /// Case folder of kind pose-icp with an asphere
+    pub(crate) case: PathBuf,
+    /// Spacing of the model's points at the first level
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) coarse: f64,
+    /// Spacing at the second level
+    #[arg(long, value_name = "MM", default_value_t = 1e-3, value_parser = positive)]
+    pub(crate) fine: f64,
+    /// Spacings of the first level that the second samples around each touch: 1 (c = 1) or 2 (c = 4)
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub(crate) patch: u8,
+    /// It ends when every touch is nearer than this to a point of the model
+    #[arg(long, value_name = "MM", default_value_t = 7e-3, value_parser = positive)]
+    pub(crate) tolerance: f64,
+    /// The whole aperture at this spacing in one level, in place of two
+    #[arg(long, value_name = "MM", conflicts_with_all = ["coarse", "fine", "patch"], value_parser = positive)]
+    pub(crate) classical: Option<f64>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

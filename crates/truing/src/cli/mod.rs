@@ -13,22 +13,24 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 use nalgebra::Isometry3;
-use pose_icp::ProgramOptions;
+use pose_icp::{Patch, ProgramOptions, SampledMethod, SampledOptions};
 use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
     Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, MachineProblem,
-    OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check,
-    close_loop, close_machine, correct, depth, design_force, force_report, import_planned_log,
-    import_probe_log, import_table, is_machine, loop_report, plan, plausible, read_case_with,
-    read_findings, read_learnt, read_machine, read_page, refuse_overlap, solve, solve_drawn,
-    solve_report, write_files, write_imported, write_plan,
+    MicroPlaneInput, OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions,
+    TableImport, check, close_loop, close_machine, correct, depth, design_force,
+    design_micro_plane, force_report, import_planned_log, import_probe_log, import_table,
+    is_machine, itlicp, loop_report, plan, plausible, read_case_with, read_findings, read_learnt,
+    read_machine, read_page, refuse_overlap, solve, solve_drawn, solve_report, write_files,
+    write_imported, write_plan,
 };
 
 use arguments::{
-    Arguments, Closing, Command, Design, ForceCard, Import, Next, Run, Settings, Solving, TouchKind,
+    Arguments, Closing, Command, Design, ForceCard, Import, MicroPlaneCard, Next, Run, Sampling,
+    Settings, Solving, TouchKind,
 };
 use monitor::monitor;
 use register::Register;
@@ -79,11 +81,13 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             let answer = answer.as_deref();
             correct_program(&case, &program, &planned, &options, answer, output.as_deref())
         }
+        Command::Itlicp(command) => sampled(&command, settings),
         Command::Depth { case, program, planned, json } => {
             print(depth(&read(&case, settings)?, &program, planned.as_ref())?, json, settings)
         }
         Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
+        Command::Design { what: Design::MicroPlane(card) } => micro_plane(&card),
         Command::Import {
             what: Import::ProbeLog { log, plan, kind, feed, tip_radius, inch, out },
         } => {
@@ -204,6 +208,24 @@ impl Answer for truing::Depth {
     fn forget_timing(&mut self) {}
 }
 
+impl Answer for truing::Itlicp {
+    fn text(&self, layout: Layout) -> String {
+        self.text(layout)
+    }
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn forget_timing(&mut self) {
+        self.timing = None;
+    }
+}
+
 impl Answer for truing::Registered {
     fn text(&self, _: Layout) -> String {
         self.to_string()
@@ -321,6 +343,32 @@ fn of_axis(path: &Path, letter: char) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
+}
+
+fn sampled(command: &Sampling, settings: Settings) -> Result<(), Error> {
+    let Sampling { coarse, fine, patch, tolerance, classical, .. } = *command;
+    let patch = if patch == 1 { Patch::OneSpacing } else { Patch::TwoSpacings };
+    let method = match classical {
+        Some(spacing_mm) => SampledMethod::Classical { spacing_mm },
+        None => SampledMethod::TwoLevel { coarse_mm: coarse, fine_mm: fine, patch },
+    };
+    let options = SampledOptions { method, tolerance_mm: tolerance, ..SampledOptions::default() };
+    let spinner = Spinner::start("sampling", settings.shown.quiet, &Progress::default());
+    let answer = itlicp(&read(&command.case, settings)?, &options)?;
+    drop(spinner);
+    print(answer, command.json, settings)
+}
+
+fn micro_plane(card: &MicroPlaneCard) -> Result<(), Error> {
+    let input = MicroPlaneInput {
+        tip_radius_mm: card.tip_radius,
+        noise_mm: card.noise,
+        curvatures_per_mm: card.curvatures,
+        range_mm: card.range,
+    };
+    let design = design_micro_plane(&input)
+        .map_err(|source| Error::DesignProbe { source: Box::new(source) })?;
+    if card.json { output::json(&design) } else { output::text(&design) }
 }
 
 /// The loop on the cases of a machine.

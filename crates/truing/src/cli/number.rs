@@ -49,6 +49,13 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
         .map_err(|_| format!("expected a positive number up to {:e}", POSITIVE.end()))
 }
 
+/// Two numbers with a comma between them.
+pub(super) fn pair(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+    let both = text.split_once(',').and_then(|(a, b)| Some([number(a)?, number(b)?]));
+    both.ok_or_else(|| "expected two numbers with a comma between them, as 0.02,0".to_owned())
+}
+
 pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     within(text, &(0.0..=*POSITIVE.end()))
         .map(f64::abs)

@@ -7,7 +7,7 @@ mod text;
 use std::path::Path;
 
 use nalgebra::{Isometry3, Point3};
-use pose_icp::{Part, PoseFit, ProgramOptions, TipSide, gap_at, program_points};
+use pose_icp::{Part, PoseFit, ProgramOptions, ProgramPoint, TipSide, gap_at, program_points};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::file::{InputFile, MAX_BYTES, read_text};
@@ -50,42 +50,7 @@ pub fn depth(
         read_text(program, MAX_BYTES).map_err(|problem| Error::not_read(program, problem))?;
     let points = program_points(&text, &ProgramOptions::default())
         .map_err(|source| Error::Program { path: program.to_owned(), source: Box::new(source) })?;
-    let planned_at = planned.copied().unwrap_or_else(Isometry3::identity);
-    let found = polished.fit.machine_from_workpiece;
-    let mut at = Vec::new();
-    let (mut beside, mut above) = (0, 0);
-    for point in points.iter().filter(|point| point.in_feed) {
-        let corrected_mm = found * planned_at.inverse_transform_point(&point.point_mm);
-        let gap = gap_at(&polished.part, &polished.fit, polished.side, &corrected_mm);
-        let Some(gap) = gap.ok().filter(|gap| gap.inside_aperture) else {
-            beside += 1;
-            continue;
-        };
-        let depth_mm = tool.film_mm - gap.gap_mm;
-        if depth_mm <= 0.0 {
-            above += 1;
-            continue;
-        }
-        let as_written_mm = planned
-            .and_then(|_| {
-                gap_at(&polished.part, &polished.fit, polished.side, &point.point_mm).ok()
-            })
-            .map(|gap| tool.film_mm - gap.gap_mm);
-        let std_pose_mm = gap.sigma_mm;
-        let std_tip_mm = polished.by_tip_mm(&corrected_mm, gap.gap_mm);
-        let fixed = tool.std_axis_mm.powi(2) + tool.std_film_mm.powi(2) + std_tip_mm.powi(2);
-        at.push(DepthAt {
-            line: point.line,
-            x_mm: corrected_mm.x,
-            y_mm: corrected_mm.y,
-            z_mm: corrected_mm.z,
-            depth_mm,
-            as_written_mm,
-            std_mm: std_pose_mm.map(|pose| (pose * pose + fixed).sqrt()),
-            std_pose_mm,
-            std_tip_mm,
-        });
-    }
+    let Along { at, beside, above } = polished.along(&points, planned, &tool);
     if at.is_empty() {
         return Err(Error::NoDepth { path: program.to_owned(), beside, above });
     }
@@ -118,7 +83,58 @@ pub fn depth(
     })
 }
 
+/// Points of a program, by where they are.
+#[derive(Default)]
+struct Along {
+    at: Vec<DepthAt>,
+    beside: usize,
+    above: usize,
+}
+
 impl Polished {
+    /// The depth at every point that a program feeds to.
+    fn along(
+        &self,
+        points: &[ProgramPoint],
+        planned: Option<&Isometry3<f64>>,
+        tool: &PolishingTool,
+    ) -> Along {
+        let planned_at = planned.copied().unwrap_or_else(Isometry3::identity);
+        let found = self.fit.machine_from_workpiece;
+        let mut along = Along::default();
+        for point in points.iter().filter(|point| point.in_feed) {
+            let corrected_mm = found * planned_at.inverse_transform_point(&point.point_mm);
+            let gap = gap_at(&self.part, &self.fit, self.side, &corrected_mm);
+            let Some(gap) = gap.ok().filter(|gap| gap.inside_aperture) else {
+                along.beside += 1;
+                continue;
+            };
+            let depth_mm = tool.film_mm - gap.gap_mm;
+            if depth_mm <= 0.0 {
+                along.above += 1;
+                continue;
+            }
+            let as_written_mm = planned
+                .and_then(|_| gap_at(&self.part, &self.fit, self.side, &point.point_mm).ok())
+                .map(|gap| tool.film_mm - gap.gap_mm);
+            let std_pose_mm = gap.sigma_mm;
+            let std_tip_mm = self.by_tip_mm(&corrected_mm, gap.gap_mm);
+            let fixed = tool.std_axis_mm.powi(2) + tool.std_film_mm.powi(2) + std_tip_mm.powi(2);
+            along.at.push(DepthAt {
+                line: point.line,
+                x_mm: corrected_mm.x,
+                y_mm: corrected_mm.y,
+                z_mm: corrected_mm.z,
+                depth_mm,
+                as_written_mm,
+                std_mm: std_pose_mm.map(|pose| (pose * pose + fixed).sqrt()),
+                std_pose_mm,
+                std_tip_mm,
+            });
+        }
+        along
+    }
+
     /// Standard uncertainty of a gap from that of the ball's radius, which all touches share.
     fn by_tip_mm(&self, point_mm: &Point3<f64>, gap_mm: f64) -> f64 {
         let Some(fit) = &self.with_larger_tip else { return 0.0 };

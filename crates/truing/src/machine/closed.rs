@@ -12,6 +12,7 @@ use crate::carry::{Learnt, carrying};
 use crate::case::Location;
 use crate::closed::INPUT_WRONG;
 use crate::measured::Prepared;
+use crate::suspect::Suspect;
 use crate::text::labelled;
 use crate::{Closed, Error, Header, JudgedRms, LoopStep, close_loop};
 
@@ -95,7 +96,7 @@ impl Machine {
         let one = |member: &Member| {
             let closed = close_loop(&member.case)?;
             if closed.verdict == INPUT_WRONG {
-                let mistake = closed.suspects.first().map_or_else(String::new, |s| s.warning());
+                let mistake = closed.suspects.first().map_or_else(String::new, Suspect::warning);
                 let case = member.name.clone();
                 return Err(self.fail(MachineProblem::InputWrong { case, mistake }));
             }

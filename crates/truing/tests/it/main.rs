@@ -24,6 +24,7 @@ mod hostile;
 mod hostile_forms;
 mod import;
 mod import_table;
+mod itlicp;
 mod judged;
 mod linuxcnc;
 mod machine;

@@ -140,16 +140,11 @@ impl<'a> Survey<'a> {
         (moved, turned)
     }
 
-    /// Where an axis of two stands while the other one turns: its errors begin there.
-    fn stands(&self, errors: &Value) -> f64 {
-        errors["axis_errors"][0]["angle_deg"].as_f64().expect("an angle")
-    }
-
     /// Whether the second of two axes is away from where it stands.
     fn turns_second(&self, row: usize) -> bool {
         self.second.is_some()
             && (self.table.numbers("second_angle_deg")[row]
-                - self.stands(&self.json["estimates"]["second_axis"]))
+                - stands(&self.json["estimates"]["second_axis"]))
             .abs()
                 > 1e-8
     }
@@ -161,7 +156,7 @@ impl<'a> Survey<'a> {
         let Some((_, along)) = self.second else {
             return vec![(self.direction, angle("angle_deg"))];
         };
-        let since = angle("angle_deg") - self.stands(&self.json["estimates"]).to_radians();
+        let since = angle("angle_deg") - stands(&self.json["estimates"]).to_radians();
         vec![(along, angle("second_angle_deg")), (self.direction, since)]
     }
 
@@ -320,6 +315,11 @@ impl<'a> Survey<'a> {
         let rows = (0..self.table.rows()).filter(own);
         self.time[row] - rows.map(|r| self.time[r]).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// Where an axis of two stands while the other one turns: its errors begin there.
+fn stands(errors: &Value) -> f64 {
+    errors["axis_errors"][0]["angle_deg"].as_f64().expect("an angle")
 }
 
 /// One line of sight.

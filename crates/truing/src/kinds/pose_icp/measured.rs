@@ -1,4 +1,5 @@
 use std::sync::Arc;
+use std::time::Instant;
 
 use model_discrepancy::{
     Closure, Column, Covariate, EmpiricalCorrection, Model, Role, State, coverage_factor,
@@ -17,6 +18,7 @@ use crate::Error;
 use crate::case::NumberColumn;
 use crate::depth::Polished;
 use crate::estimates::Estimates;
+use crate::itlicp::SampledCase;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
 use crate::measured::{About, Fitted, Measured, Observation, Places, Prepared, Words};
@@ -80,6 +82,24 @@ impl Measured for PoseCase {
     fn offer(&self) -> Result<Option<Offer>, Error> {
         let Located { fit, options, .. } = self.locate()?;
         super::plan::offer(self, &fit.machine_from_workpiece, options.tip).map(Some)
+    }
+
+    fn sampled(&self) -> Result<Option<SampledCase>, Error> {
+        let started = Instant::now();
+        let Located { fit, options, .. } = self.locate()?;
+        let exact_s = started.elapsed().as_secs_f64();
+        let points = &self.points;
+        let of =
+            |row: usize| (points.names[row].clone(), points.centers_mm[row], points.is_check[row]);
+        Ok(Some(SampledCase {
+            part: self.surface.part.clone(),
+            tip: options.tip,
+            touches: self.touches(),
+            start: self.start,
+            exact: fit,
+            exact_s,
+            points: (0..points.names.len()).map(of).collect(),
+        }))
     }
 
     fn polished(&self) -> Result<Option<Polished>, Error> {

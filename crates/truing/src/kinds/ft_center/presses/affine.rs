@@ -41,7 +41,7 @@ impl AffineEstimate {
             (found.sensor_from_machine.linear, found.sensor_from_machine.translation_mm);
         let row = |i: usize| [linear[(i, 0)], linear[(i, 1)], moved[i]];
         let std = |i: usize| [found.linear_std_ratio[(i, 0)], found.linear_std_ratio[(i, 1)]];
-        let squares: f64 = found.residuals_mm.iter().map(|r| r.norm_squared()).sum();
+        let squares: f64 = found.residuals_mm.iter().map(nalgebra::Vector2::norm_squared).sum();
         Some(Self {
             matrix: [row(0), row(1)],
             scale_ratios: found.scale_ratios,
