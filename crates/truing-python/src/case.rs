@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::{Isometry3, Translation3};
 use pyo3::prelude::*;
+use truing::geometry::EulerAngles;
 use truing::{
     Case, Closed, Error, InputFile, Layout, OutputFile, PlanBudget, PlanOptions, ReadOptions,
-    Solved, loop_report, read_case_with, read_learnt, refuse_overlap, solve_report, write_files,
-    write_plan,
+    Solved, loop_report, read_case_with, read_learnt, read_machine, refuse_overlap, solve_report,
+    write_files, write_plan,
 };
 
 use crate::refusal::Refusal;
@@ -108,6 +110,57 @@ pub(crate) fn plan(
         Ok::<_, Error>(shown(
             serde_json::to_string_pretty(&answer),
             answer.text(Layout::default()),
+            answer.header.notes,
+            answer.warnings,
+        ))
+    })?)
+}
+
+/// Closes the loop on the cases of one machine.
+#[pyfunction]
+#[pyo3(signature = (folder, allow_outside))]
+pub(crate) fn close_machine(
+    py: Python<'_>,
+    folder: PathBuf,
+    allow_outside: bool,
+) -> Result<Answer, Refusal> {
+    Ok(py.detach(|| {
+        let machine = read_machine(&folder, ReadOptions { allow_outside })?;
+        let answer = truing::close_machine(&machine)?;
+        Ok::<_, Error>(shown(
+            serde_json::to_string_pretty(&answer),
+            answer.to_string(),
+            answer.header.notes,
+            answer.warnings,
+        ))
+    })?)
+}
+
+/// How deep a part presses into a polishing tool along a program; `planned` is position in mm and
+/// α, β, γ in degrees.
+#[pyfunction]
+#[pyo3(signature = (case, program, planned, allow_outside))]
+pub(crate) fn depth(
+    py: Python<'_>,
+    case: PathBuf,
+    program: PathBuf,
+    planned: Option<[f64; 6]>,
+    allow_outside: bool,
+) -> Result<Answer, Refusal> {
+    Ok(py.detach(|| {
+        let case = read_case_with(&case, ReadOptions { allow_outside })?;
+        let planned = planned.map(|[x, y, z, alpha, beta, gamma]| {
+            let turned = EulerAngles {
+                alpha_rad: alpha.to_radians(),
+                beta_rad: beta.to_radians(),
+                gamma_rad: gamma.to_radians(),
+            };
+            Isometry3::from_parts(Translation3::new(x, y, z), turned.to_rotation())
+        });
+        let answer = truing::depth(&case, &program, planned.as_ref())?;
+        Ok::<_, Error>(shown(
+            serde_json::to_string_pretty(&answer),
+            answer.to_string(),
             answer.header.notes,
             answer.warnings,
         ))

@@ -29,7 +29,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _truing {
     #[pymodule_export]
-    use crate::case::{check, close_loop, init, kinds, plan, solve};
+    use crate::case::{check, close_loop, close_machine, depth, init, kinds, plan, solve};
     #[pymodule_export]
     use crate::force::Controller;
     #[pymodule_export]

@@ -1,6 +1,7 @@
 """Case folders: the answers of the command line, errors with their place, and other threads meanwhile."""
 
 import json
+import shutil
 import subprocess
 import threading
 import time
@@ -45,6 +46,36 @@ def test_a_plan_is_that_of_the_command_line(program, tmp_path):
     assert "tip-radius" in planned._repr_html_()
     with pytest.raises(truing.InputError, match="not both"):
         truing.plan(tmp_path / "case", measurements=6, minutes=10.0)
+
+
+def test_a_machine_is_closed_as_on_the_command_line(fixtures, program, tmp_path):
+    listed = [("probe-comp", "axis-scale"), ("pose-icp", "nothing-white")]
+    for kind, case in listed:
+        shutil.copytree(fixtures / kind / case, tmp_path / kind)
+    toml = "".join(f'[[case]]\nfolder = "{kind}"\n' for kind, _ in listed)
+    (tmp_path / "machine.toml").write_text(f'name = "mill"\n{toml}', encoding="utf-8")
+    closed = truing.machine(tmp_path)
+    assert closed.to_json() == printed(program, "loop", str(tmp_path), "--json")
+    assert str(closed) == printed(program, "loop", str(tmp_path))
+    assert [case.case for case in closed.cases] == ["probe-comp", "pose-icp"]
+    assert closed.verdict in closed._repr_html_()
+    with pytest.raises(truing.InputError, match="machine.toml"):
+        truing.machine(tmp_path / "pose-icp")
+
+
+def test_depths_are_those_of_the_command_line(program, tmp_path):
+    case, nc = tmp_path / "case", tmp_path / "part.ngc"
+    truing.init("pose-icp", case)
+    with (case / "case.toml").open("a", encoding="utf-8") as settings:
+        settings.write("\n[tool]\nfilm_mm = 2.0\n")
+    nc.write_text("G21 G90\nG1 X0 Y0 Z1 F100\nG1 X1\n", encoding="utf-8")
+    depth = truing.depth(case, nc, planned=[0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    arguments = ("depth", str(case), str(nc), "--planned", "0,0,0.1,0,0,0")
+    assert depth.to_json() == printed(program, *arguments, "--json")
+    assert str(depth) == printed(program, *arguments)
+    assert "largest" in depth._repr_html_()
+    with pytest.raises(truing.InputError, match="a pose has six"):
+        truing.depth(case, nc, planned=[0.0, 0.0])
 
 
 def test_effects_are_carried_to_the_next_case(fixtures, tmp_path):

@@ -14,6 +14,7 @@ use crate::case::{
 use crate::file::{InputFile, digest};
 use crate::kind::{Files, Kind};
 use crate::kinds::KINDS;
+use crate::machine::{MachineProblem, is_machine};
 use crate::measured::Measured;
 use crate::suspect::named_cause;
 
@@ -137,6 +138,9 @@ pub fn read_case(path: impl AsRef<Path>) -> Result<Case, Error> {
 /// As [`read_case`].
 pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Case, Error> {
     let started = Instant::now();
+    if is_machine(path.as_ref()) {
+        return Err(Error::machine(path.as_ref(), MachineProblem::NotOneCase));
+    }
     let folder = Folder::open(path.as_ref(), options)?;
     let document = Document::read(&folder, CASE_FILE)?;
     let kind = kind_of(&document)?;

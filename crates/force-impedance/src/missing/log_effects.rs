@@ -27,6 +27,10 @@ pub(crate) enum LogEffect {
 
 /// No load cell reads too large or too small by more: a third.
 const GROSS_GAIN: f64 = 1.0 / 3.0;
+/// No more of the friction at the contact is read as normal force than all of it.
+const WHOLE: f64 = 1.0;
+/// No tool rubs on a workpiece with a larger coefficient of friction: rubber on dry steel has one.
+const GROSS_FRICTION: f64 = 2.0;
 
 const SENSORS: [&str; 4] = ["leg 1", "leg 2", "leg 3", "axial"];
 
@@ -75,9 +79,18 @@ impl LogEffect {
         };
         // A log without a reference shows lengths alone, and a head that stands still little.
         let scope = Scope::SomeDesigns;
-        // A cell that reads so much too large or too small is in another unit, or is another cell.
-        let maximum = matches!(self, Self::CellGain(_)).then_some(GROSS_GAIN);
+        let maximum = self.maximum();
         Effect { subject, driver, scope, maximum, ..Effect::new(id, text, vec![parameter]) }
+    }
+
+    /// What needs more is no physics of a head: a cell in another unit, a reference of another log.
+    fn maximum(self) -> Option<f64> {
+        match self {
+            Self::CellGain(_) => Some(GROSS_GAIN),
+            Self::FrictionShare => Some(WHOLE),
+            Self::FrictionLeftOut => Some(GROSS_FRICTION),
+            _ => None,
+        }
     }
 
     fn entry(self, warm: &[String]) -> (&'static str, Option<String>, &'static str, Parameter) {

@@ -11,6 +11,7 @@ use crate::choice::candidate::{
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
+use crate::choice::select::within_limits;
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::choice::shape::BY_LEVEL;
@@ -90,7 +91,11 @@ pub(crate) fn attribute<'a>(
         }));
     others.extend(recorded_shapes(context, &lin, &accepted));
     others.extend(same_levels(context, &lin, &accepted));
-    others.retain(|rival| is_rival(&lin, &accepted, rival, &skip));
+    others.retain(|rival| {
+        is_rival(&lin, &accepted, rival, &skip)
+            || explains_most(&lin, &accepted, rival)
+                && takes_the_place_of(context, keep, &system, chosen, rival, what)
+    });
     Some(Attribution { system, accepted, confounded: others })
 }
 
@@ -178,6 +183,49 @@ pub(crate) fn is_rival(
             c.difference <= c.std
         }
     }
+}
+
+/// Share of what the accepted effect explains from which on a rival is fitted in its place.
+const MOST: f64 = 0.5;
+
+/// Whether a rival explains most of what the accepted effect does, as the tangents have it.
+///
+/// Where a parameter is hardly held, as the place of a shallow part beside its tilt, the fit moves far
+/// between one name and the other, and what is left is no longer what the tangents say.
+fn explains_most(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate) -> bool {
+    let explained = |c: &Candidate| {
+        lin.basis.with(&c.tangent, NEW_DIRECTION).explained_from(lin.basis.dim(), &lin.residual)
+    };
+    rival.home.is_none()
+        && matches!(rival.source, Source::Effect(_))
+        && explained(rival) >= MOST * explained(accepted)
+        && !inside(&span(&lin.basis, accepted), &span(&lin.basis, rival))
+}
+
+/// Whether the accepted effect adds nothing to the fit with the rival in its place.
+fn takes_the_place_of(
+    context: &Context<'_>,
+    keep: &[bool],
+    without: &System<'_>,
+    chosen: &Selected<'_>,
+    rival: &Candidate,
+    accepted: &What,
+) -> bool {
+    let What::Effect(effect) = accepted else { return false };
+    let system = rival.added_to(without);
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let Ok(refitted) = system.fit(&rows, &system.warm_start(&chosen.estimate)) else {
+        return false;
+    };
+    if !within_limits(&system, &refitted) {
+        return false;
+    }
+    let lin = Linear::of(&system, &refitted, keep, context.silent);
+    let sight = estimability(context.model, *effect, &refitted, &lin, &lin.basis).candidate();
+    let needed = sight.and_then(|c| significance(&lin, &lin.basis, &c.tangent, c.reach, STAY));
+    let own = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let leaves = |lin: &Linear<'_>| lin.residual.norm_squared();
+    leaves(&lin) < TWICE * leaves(&own) && needed.is_none_or(|test| test.p_value > STAY)
 }
 
 /// Whether a single amplitude of a rival spans what the accepted effect does.

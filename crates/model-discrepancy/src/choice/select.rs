@@ -214,7 +214,7 @@ fn what(candidate: &Candidate) -> What {
 }
 
 /// Whether every effect has a size that it can have.
-fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
+pub(crate) fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
     system.active.iter().all(|active| {
         let maximum = system.model.declared().effects[active.effect].maximum;
         maximum.is_none_or(|maximum| at.state.amplitudes[active.effect].amax() <= maximum)

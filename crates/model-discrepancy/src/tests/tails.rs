@@ -25,14 +25,20 @@ const MISTAKEN: f64 = 0.01;
 /// Fewest readings that say anything of the tails.
 const MIN_ROWS: usize = 12;
 
+/// Likelihood of the declared sigma as the standard deviation of the noise, over that of any scale,
+/// below which the readings refute it.
+const REFUTED: f64 = 0.01;
+
 /// Leverage beyond which a reading has no residual of its own.
 const FOLLOWED: f64 = 0.95;
 
 /// Chance that the noise alone puts any row as far off as the worst one of `observation`.
 ///
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
-/// likelihood of the other rows, of which one in a hundred may be a mistake as well. `beside` is the
-/// span of the model with the observation's own effect.
+/// likelihood of the other rows, of which one in a hundred may be a mistake as well. Where sigma was
+/// declared it may be the standard deviation of that law, most of which is then made by its tails:
+/// the larger of both chances counts, unless the other rows refute it. `beside` is the span of the model
+/// with the observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
@@ -43,10 +49,29 @@ pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usi
     if rest.len() < MIN_ROWS {
         return 0.0;
     }
-    let laws = weighed(&rest, farthest);
     let n = count(own.len() + others.len());
+    // A common scatter that was fitted already holds the reading asked about.
+    let as_declared = |(row, sigma): (&usize, &f64)| *sigma <= lin.layout.rows[*row].sigma;
+    let is_declared = lin.layout.sigma_declared && lin.rows.iter().zip(&lin.sigma).all(as_declared);
+    chance_beyond(&rest, farthest, n, is_declared)
+}
+
+/// Chance that the law of `rest` puts any of `n` readings beyond `farthest`; in units of the declared
+/// sigma where one is declared.
+fn chance_beyond(rest: &[f64], farthest: f64, n: f64, is_declared: bool) -> f64 {
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
-    laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>().clamp(0.0, 1.0)
+    let chance = |laws: &Laws| -> f64 {
+        laws.weighed.iter().map(|(law, weight)| weight * any_beyond(law)).sum()
+    };
+    let free = Laws::of_any_scale(rest, farthest);
+    let mut most = chance(&free);
+    if is_declared {
+        let declared = Laws::of_standard_deviation_one(rest, farthest);
+        if declared.evidence >= free.evidence + REFUTED.ln() {
+            most = most.max(chance(&declared));
+        }
+    }
+    most.clamp(0.0, 1.0)
 }
 
 /// Degrees of freedom of Student's t that the residual shows, on the whole, where a normal law is
@@ -56,7 +81,7 @@ pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
     if rows.len() < MIN_ROWS {
         return None;
     }
-    let laws = weighed(&rows, 0.0);
+    let laws = Laws::of_any_scale(&rows, 0.0).weighed;
     let normal: f64 = laws.iter().filter(|(l, _)| l.freedom.is_none()).map(|(_, w)| w).sum();
     let inverse = laws.iter().filter_map(|(l, w)| l.freedom.map(|f| w / f)).sum::<f64>();
     (normal <= HEAVY_TAILS).then(|| (1.0 - normal) / inverse)
@@ -100,30 +125,53 @@ impl Law {
 }
 
 /// Laws with their probabilities; the normal law is as likely beforehand as all others together.
-/// Mistakes lie anywhere up to the farthest row, or to `farthest` where that is farther.
-fn weighed(rows: &[f64], farthest: f64) -> Vec<(Law, f64)> {
-    let rms = (rows.iter().map(|z| z * z).sum::<f64>() / count(rows.len())).sqrt();
-    let end = rows.iter().map(|z| z.abs()).fold(farthest, f64::max);
-    let mistaken = MISTAKEN / (2.0 * end);
-    let ratio = (LARGEST / SMALLEST).powf(1.0 / count(SCALES - 1));
-    let scales = (0..SCALES).map(|i| rms * SMALLEST * ratio.powf(count(i)));
-    let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
-    let families: Vec<(Option<f64>, f64)> = freedoms.chain([(None, 1.0)]).collect();
-    let mut laws: Vec<(Law, f64)> = Vec::with_capacity(families.len() * SCALES);
-    for scale in scales {
-        for &(freedom, prior) in &families {
-            let law = Law::new(freedom, scale);
-            let density = |z: &f64| (1.0 - MISTAKEN) * law.density(*z) + mistaken;
-            let likelihood: f64 = rows.iter().map(|z| density(z).ln()).sum();
-            laws.push((law, prior.ln() + likelihood));
+struct Laws {
+    weighed: Vec<(Law, f64)>,
+    /// Logarithm of the mean likelihood of the rows.
+    evidence: f64,
+}
+
+impl Laws {
+    fn of_any_scale(rows: &[f64], farthest: f64) -> Self {
+        let rms = (rows.iter().map(|z| z * z).sum::<f64>() / count(rows.len())).sqrt();
+        let ratio = (LARGEST / SMALLEST).powf(1.0 / count(SCALES - 1));
+        let scales = (0..SCALES).map(|i| rms * SMALLEST * ratio.powf(count(i)));
+        let of_scale = |scale| families().map(move |(freedom, p)| (Law::new(freedom, scale), p));
+        Self::of(rows, farthest, scales.flat_map(of_scale))
+    }
+
+    fn of_standard_deviation_one(rows: &[f64], farthest: f64) -> Self {
+        let scale = |freedom: Option<f64>| freedom.map_or(1.0, |f| ((f - 2.0) / f).sqrt());
+        let laws = families().map(|(freedom, p)| (Law::new(freedom, scale(freedom)), p));
+        Self::of(rows, farthest, laws)
+    }
+
+    /// Mistakes lie anywhere up to the farthest row, or to `farthest` where that is farther.
+    fn of(rows: &[f64], farthest: f64, laws: impl Iterator<Item = (Law, f64)>) -> Self {
+        let end = rows.iter().map(|z| z.abs()).fold(farthest, f64::max);
+        let mistaken = MISTAKEN / (2.0 * end);
+        let mut all = 0.0;
+        let mut weighed: Vec<(Law, f64)> = laws
+            .map(|(law, probability)| {
+                let density = |z: &f64| (1.0 - MISTAKEN) * law.density(*z) + mistaken;
+                let likelihood: f64 = rows.iter().map(|z| density(z).ln()).sum();
+                all += probability;
+                (law, probability.ln() + likelihood)
+            })
+            .collect();
+        let best = weighed.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = weighed.iter().map(|(_, l)| (l - best).exp()).sum();
+        for (_, weight) in &mut weighed {
+            *weight = (*weight - best).exp() / total;
         }
+        Self { weighed, evidence: best + (total / all).ln() }
     }
-    let best = laws.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = laws.iter().map(|(_, l)| (l - best).exp()).sum();
-    for (_, weight) in &mut laws {
-        *weight = (*weight - best).exp() / total;
-    }
-    laws
+}
+
+/// Degrees of freedom, `None` for the normal law, and what each law is worth beforehand.
+fn families() -> impl Iterator<Item = (Option<f64>, f64)> {
+    let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
+    freedoms.chain([(None, 1.0)])
 }
 
 /// Residual over its own standard uncertainty of each reading that has one.
@@ -139,6 +187,7 @@ fn studentized(lin: &Linear<'_>, beside: &Basis, readings: &[Reading]) -> Vec<f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::levels::IN_TAILS;
 
     /// Quantiles of a law at evenly spaced probabilities: data without chance.
     fn quantiles(inverse: impl Fn(f64) -> f64, n: usize) -> Vec<f64> {
@@ -146,7 +195,8 @@ mod tests {
     }
 
     fn weight_of_normal(rows: &[f64]) -> f64 {
-        weighed(rows, 0.0).iter().filter(|(law, _)| law.freedom.is_none()).map(|(_, w)| w).sum()
+        let laws = Laws::of_any_scale(rows, 0.0).weighed;
+        laws.iter().filter(|(law, _)| law.freedom.is_none()).map(|(_, w)| w).sum()
     }
 
     #[test]
@@ -167,12 +217,37 @@ mod tests {
     fn weights_are_probabilities_at_any_scale() {
         for scale in [1e-9, 1.0, 1e6] {
             let rows = quantiles(|p| scale * Normal::standard().inverse_cdf(p), 60);
-            let sum: f64 = weighed(&rows, 0.0).iter().map(|(_, w)| w).sum();
+            let laws = Laws::of_any_scale(&rows, 0.0).weighed;
+            let sum: f64 = laws.iter().map(|(_, w)| w).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{sum}");
             let far = 9.0 * scale;
             let beyond = |(law, w): &(Law, f64)| w * law.outside(far);
-            let chance: f64 = weighed(&rows, 0.0).iter().map(beyond).sum();
+            let chance: f64 = laws.iter().map(beyond).sum();
             assert!(chance < 1e-3, "{chance}");
         }
+    }
+
+    /// The middle of Student's t of few degrees of freedom: readings that look normal and scatter by six
+    /// tenths of the standard deviation. Its tails put one of 40 beyond ten of these in a hundredth of such
+    /// sets, a normal law with their own scatter never.
+    #[test]
+    fn a_declared_sigma_that_the_tails_make_is_believed() {
+        let rows = quantiles(|p| 0.6 * Normal::standard().inverse_cdf(p), 40);
+        let [declared, not] = [true, false].map(|known| chance_beyond(&rows, 10.0, 40.0, known));
+        assert!(declared > IN_TAILS && not < 0.5 * IN_TAILS, "{declared} {not}");
+    }
+
+    #[test]
+    fn a_reading_far_off_normal_noise_of_the_declared_size_is_a_mistake() {
+        let rows = quantiles(|p| Normal::standard().inverse_cdf(p), 40);
+        let chance = chance_beyond(&rows, 9.0, 40.0, true);
+        assert!(chance < IN_TAILS, "{chance}");
+    }
+
+    #[test]
+    fn a_sigma_declared_too_large_is_refuted_by_many_readings() {
+        let rows = quantiles(|p| 0.4 * Normal::standard().inverse_cdf(p), 300);
+        let chance = chance_beyond(&rows, 6.0, 300.0, true);
+        assert!(chance < IN_TAILS, "{chance}");
     }
 }

@@ -25,6 +25,8 @@ const GROSS_RAD: f64 = 1e-3;
 /// No axis reads longer than this, even without any compensation, and no axes are further out of
 /// square: what needs more is no error of the machine. A hundredth.
 const NO_MACHINE: f64 = 1e-2;
+/// No part is made with another conic constant by more: a sphere in place of a paraboloid has one.
+const NO_PART: f64 = 1.0;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -71,12 +73,14 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
             vec![parameter("radius", "mm", 1.0)],
             Term::Form(Form::VertexRadius),
         ));
-        entries.push(entry(
+        let mut conic = entry(
             "conic",
             "the conic constant of the part is larger than declared",
             vec![parameter("conic", "1", 1.0)],
             Term::Form(Form::Conic),
-        ));
+        );
+        conic.effect.maximum = Some(NO_PART);
+        entries.push(conic);
     } else {
         let text = "the part is bent more than declared, alike in all directions";
         let parameters = vec![parameter("height", "µm", 1e3)];

@@ -11,11 +11,9 @@ use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
 use super::term::Term;
 
-/// Mean square of a normal's component from which a motion along that axis can be told: below it,
-/// the touches see less than a fifth of it.
-const SEEN: f64 = 0.04;
-/// The same for a shift of the workpiece frame, or a drift of it: below a tenth a turn does the same, and
-/// where only one of two is offered it would be named for both.
+/// Mean square of a normal's component from which a motion along that axis can be told: the touches
+/// see a tenth of it. Below it a turn of the workpiece frame does the same, and of what is not offered
+/// another effect bears the name.
 const SHOWN: f64 = 0.01;
 /// No machine is further out of square than this.
 const GROSS_RAD: f64 = 1e-3;
@@ -192,7 +190,7 @@ fn reversal(setting: &Setting<'_>) -> Entry {
         });
         ways.push(way);
     }
-    let axes = axes_beyond(SEEN, setting);
+    let axes = axes_beyond(SHOWN, setting);
     let text = "an axis reads otherwise when it comes to a touch from the other side";
     let names = axes.iter().map(|&k| AXES[k]).chain(["first touch"]);
     let parameters = names.map(micrometres).collect();

@@ -230,3 +230,30 @@ fn a_form_about_the_origin_of_the_part_is_no_turn_of_its_frame() {
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     assert!(names(&closure, 0).contains(&"astigmatism"), "{:?}", closure.steps);
 }
+
+/// A shallow part shows a hundredth to a twenty-fifth of the square of a motion along x or y: its reversal must have
+/// its own name, or a scale, a drift or a turn bears it.
+#[test]
+fn a_reversal_that_a_shallow_part_shows_is_no_scale() {
+    let half_mm = 0.04;
+    for seed in 61..65 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut before = f64::NEG_INFINITY;
+        let touches = (0..50)
+            .map(|_| {
+                let [x, y] = [(); 2].map(|()| rng.random_range(-30.0..30.0));
+                let up = normal_of(bowl_height, x, y);
+                let center = point_of(bowl_height, x, y) + up * TIP_MM;
+                let way = if center.x > before { 1.0 } else { -1.0 };
+                before = center.x;
+                let late = Vector3::x() * (half_mm * way) + noise(SIGMA_MM, &mut rng);
+                BallTouch::new(center + late, SIGMA_MM)
+            })
+            .collect();
+        let closure = closed(bowl(), touches, &[]);
+        assert_eq!(closure.steps.len(), 1, "{seed}: {:?}", closure.steps);
+        assert_eq!(names(&closure, 0), ["reversal"], "{seed}: {:?}", closure.steps);
+        let x = &closure.steps[0].parameters[0];
+        assert!((x.value - 1e3 * half_mm).abs() < 4.0 * x.std && x.name == "x", "{x:?}");
+    }
+}

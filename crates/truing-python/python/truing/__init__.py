@@ -18,8 +18,8 @@ from __future__ import annotations
 
 from . import force_impedance, frame_fit, ft_center, pose_icp, probe_comp, tracker_lm
 from ._truing import Surface, __version__
-from .answer import Checked, Closed, Planned, Record, Solved
-from .case import Case, check, init, kinds, loop, plan, solve
+from .answer import Checked, Closed, ClosedMachine, Depth, Planned, Record, Solved
+from .case import Case, check, depth, init, kinds, loop, machine, plan, solve
 from .errors import InputError, NotDeterminedError, TruingError
 from .own_model import Closure, Effect, Model, Parameter, close_loop
 
@@ -27,7 +27,9 @@ __all__ = [
     "Case",
     "Checked",
     "Closed",
+    "ClosedMachine",
     "Closure",
+    "Depth",
     "Effect",
     "InputError",
     "Model",
@@ -41,12 +43,14 @@ __all__ = [
     "__version__",
     "check",
     "close_loop",
+    "depth",
     "force_impedance",
     "frame_fit",
     "ft_center",
     "init",
     "kinds",
     "loop",
+    "machine",
     "plan",
     "pose_icp",
     "probe_comp",

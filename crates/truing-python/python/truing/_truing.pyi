@@ -22,8 +22,10 @@ __all__ = [
     "centers",
     "check",
     "close_loop",
+    "close_machine",
     "close_own_loop",
     "compensate",
+    "depth",
     "estimate_normals",
     "fit_frame",
     "fit_pose",
@@ -50,6 +52,10 @@ def plan(
     budget: tuple[int | None, float | None],
     out: str | None,
     allow_outside: bool,
+) -> _Answer: ...
+def close_machine(folder: str, allow_outside: bool) -> _Answer: ...
+def depth(
+    case: str, program: str, planned: Sequence[float] | None, allow_outside: bool
 ) -> _Answer: ...
 def init(kind: str, folder: str) -> list[str]: ...
 def kinds() -> list[tuple[str, str]]: ...

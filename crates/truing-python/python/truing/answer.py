@@ -107,6 +107,27 @@ class Closed(Answer):
         return error + found
 
 
+class ClosedMachine(Closed):
+    """Answer of :func:`truing.machine`."""
+
+
+class Depth(Answer):
+    """Answer of :func:`truing.depth`."""
+
+    def _title(self) -> str:
+        within = self["within"]
+        return "depth" if within is None else f"depth: {within['decision']}"
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        ranges = [("as written", self["as_written"]), ("as corrected", self["corrected"])]
+        return [
+            (f"{which}, {end}", _number(depths[f"{end}_mm"]), "mm")
+            for which, depths in ranges
+            if depths is not None
+            for end in ("least", "mean", "largest")
+        ]
+
+
 class Checked(Answer):
     """Answer of :func:`truing.check`."""
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Union
 
 from . import _truing
-from .answer import Checked, Closed, Planned, Solved
+from .answer import Checked, Closed, ClosedMachine, Depth, Planned, Solved
 from .errors import InputError
 from .tables import TableLike, csv
 
 #: Largest budget of a plan, measurements or minutes.
 _MOST_BUDGET = 1e6
+
+#: Numbers of a pose.
+_POSE = 6
 
 #: A case folder, or a case that is still in memory.
 CaseLike = Union[str, "os.PathLike[str]", "Case"]
@@ -124,6 +127,31 @@ def plan(
         raise InputError(f"a budget is above 0 and up to {_MOST_BUDGET:g}")
     with _on_disk(case) as folder:
         return Planned(_truing.plan(folder, _path(answer), aim, (measurements, minutes), _path(out), allow_outside))
+
+
+def machine(folder: str | os.PathLike[str], *, allow_outside: bool = False) -> ClosedMachine:
+    """Closes the loop on the cases that ``machine.toml`` of a folder lists, as ``truing loop`` does there.
+
+    What they share, as the scale of an axis, has one amplitude with the data of all.
+    """
+    return ClosedMachine(_truing.close_machine(os.fspath(folder), allow_outside))
+
+
+def depth(
+    case: CaseLike,
+    program: str | os.PathLike[str],
+    *,
+    planned: Sequence[float] | None = None,
+    allow_outside: bool = False,
+) -> Depth:
+    """How deep a part presses into a polishing tool along an NC program, as ``truing depth`` does.
+
+    ``planned`` is the pose that the program was written for: x, y, z in mm, and alpha, beta, gamma in *degrees*, as in files.
+    """
+    if planned is not None and len(planned) != _POSE:
+        raise InputError(f"planned has {len(planned)} numbers; a pose has six: x, y, z in mm, alpha, beta, gamma in degrees")
+    with _on_disk(case) as folder:
+        return Depth(_truing.depth(folder, os.fspath(program), planned, allow_outside))
 
 
 def init(kind: str, folder: str | os.PathLike[str]) -> list[Path]:

@@ -62,6 +62,12 @@ pub enum MachineProblem {
         /// What its own loop says.
         mistake: String,
     },
+    /// A folder of several cases where one is wanted.
+    #[error(
+        "several cases are listed here, and only `truing loop` takes them together: give one of \
+             their folders"
+    )]
+    NotOneCase,
     /// An option that is about one case.
     #[error("{option} is for single cases: close the loop on the case for it")]
     OneCaseOnly {

@@ -79,6 +79,15 @@ fn reports_and_exports_are_for_single_cases() {
     assert!(!Path::new("page.html").exists());
 }
 
+#[test]
+fn one_case_is_asked_for_by_the_other_commands() {
+    let machine = machine(&listed(&[PROBED, TOUCHED]), &[PROBED, TOUCHED]);
+    for verb in ["solve", "check", "plan"] {
+        let message = machine.message(verb, 2);
+        assert!(message.contains("give one of their folders"), "{message}");
+    }
+}
+
 /// Two sound machines, one of whose parts was touched with errors of its own: nothing is shared, and
 /// each case ends as it does alone.
 #[test]

@@ -305,3 +305,21 @@ fn a_whole_table_one_row_down_is_named() {
     change(&case, "targets.csv", &place, |n, old| old[(n + old.len() - 1) % old.len()].clone());
     assert_eq!(first(&case).0["effect"], "input:row-shift");
 }
+
+/// Friction of thirty times what there is, and a force that goes against itself, would explain it.
+#[test]
+fn a_reference_of_another_session_is_no_friction() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| old[(n * 389 + 131) % old.len()].clone());
+    let answer = case.json("loop");
+    assert_eq!(answer["verdict"], "structure-remains");
+    assert_eq!(answer["steps"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn wrenches_of_another_session_belong_to_no_poses() {
+    let case = fixture("ft-center/measured-wheel", &["case.toml", "gravity.csv"]);
+    let wrench = ["fx_n", "fy_n", "fz_n", "mx_nmm", "my_nmm", "mz_nmm"];
+    change(&case, "gravity.csv", &wrench, |n, old| old[(n * 7 + 3) % old.len()].clone());
+    assert_eq!(first(&case).0["effect"], "input:unmatched");
+}

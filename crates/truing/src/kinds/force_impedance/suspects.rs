@@ -8,8 +8,8 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanged_blocks,
-    exchanges, lengths, rows_left_out, rows_shifted, scaled_setting, signs, standing_still,
-    stretches, units,
+    exchanges, lengths, rows_left_out, rows_shifted, scaled_setting, signs, spread_of,
+    standing_still, stretches, units,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -18,6 +18,9 @@ const REFERENCE: &str = "reference_n";
 const GROSS: f64 = 0.4;
 /// The same beyond which legs and reference have nothing to do with each other.
 const UNMATCHED: f64 = 0.6;
+/// The same where the legs say no more of the reference than that it varies: what they miss it by is
+/// as much.
+const TOLD_NOTHING: f64 = 1.0;
 /// Disagreement of the four lengths over their mean that no zero error makes.
 const GROSS_LENGTH: f64 = 0.01;
 /// Longest time by which a reference instrument with its filter reads late.
@@ -126,8 +129,11 @@ pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
     };
     // A reference that is too large by its unit makes the force look small beside it.
     let cells = rms(samples.iter().map(|s| s.cells_n[3]));
-    let spread = rms(reference.into_iter()).max(cells);
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+    let spread = rms(reference.iter().copied()).max(cells);
+    let points: Vec<[f64; 1]> = reference.iter().map(|read| [*read]).collect();
+    let variation = spread_of(points.iter().map(<[f64; 1]>::as_slice));
+    let unmatched = (TOLD_NOTHING * variation / spread).clamp(GROSS, UNMATCHED);
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched }
 }
 
 pub(super) fn path_yardstick(samples: &[PathSample]) -> Yardstick {

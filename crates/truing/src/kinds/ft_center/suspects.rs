@@ -25,6 +25,9 @@ const UNMATCHED: f64 = 0.4;
 const GROSS_TRAVEL: f64 = 0.02;
 /// Misfit of a wrench over what gravity changes in it that no sensor makes.
 const GROSS_WRENCH: f64 = 0.1;
+/// The same of forces and moments together where poses and wrenches have nothing to do with each other:
+/// each alone is then nearly all that is read.
+const UNMATCHED_WRENCH: f64 = 1.2;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
 
@@ -187,6 +190,8 @@ pub(super) fn gravity_yardstick(poses: &[StaticPose], fitted: &Fitted) -> Yardst
     let found = fitted.estimates.downcast_ref::<GravityEstimates>();
     let is_upside_down = found.is_some_and(|found| found.weight_n < 0.0);
     let taken_up = forces * (missed / moments).hypot(if is_upside_down { 1.0 } else { 0.0 });
-    // Beside a light tool, a zero that turns or a mount that leans may be all that is read.
-    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched: f64::INFINITY }
+    // Beside a light tool, a zero that turns or a mount that leans may be all that is read: physics is
+    // asked before the poses are said not to belong to the wrenches.
+    let unmatched = UNMATCHED_WRENCH;
+    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched }
 }
