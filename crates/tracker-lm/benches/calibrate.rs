@@ -92,7 +92,7 @@ fn read(folder: &Path) -> Survey {
         displacement_mm,
     };
     let ranges = numbers("obs.bin").into_iter().enumerate().map(range).collect();
-    Survey { axis, stations, steps: (0..steps).map(step).collect(), ranges, mounts }
+    Survey { axis, second: None, stations, steps: (0..steps).map(step).collect(), ranges, mounts }
 }
 
 /// Every reflector at every step, as its place and the errors of the axis give it.

@@ -60,7 +60,8 @@ fn main() -> Result<(), tracker_lm::TrackerError> {
     let mounts = near(&MOUNTS_MM, 0.3).into_iter().enumerate().map(mount).collect();
     let noise = Noise { displacement_mm: Some(5e-4), station_mm: Some(0.004), ..Noise::default() };
     let options = Options { noise, ..Options::default() };
-    let found = calibrate(&Survey { axis, stations, mounts, steps, ranges }, &options)?;
+    let found =
+        calibrate(&Survey { axis, second: None, stations, mounts, steps, ranges }, &options)?;
 
     let location = found.location.as_ref().expect("half a turn shows the axis");
     let sigma_mm = location.covariance[(0, 0)].sqrt();

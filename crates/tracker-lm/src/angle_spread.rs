@@ -6,9 +6,9 @@ use std::ops::Range;
 use least_squares::{BlockParts, BorderedCovariance};
 use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 
-use crate::location::{LocationFit, located};
+use crate::TrackerError;
+use crate::location::AngleFit;
 use crate::spread::Columns;
-use crate::{AxisLocation, RotaryAxis, TrackerError};
 
 const SIX: usize = 6;
 
@@ -55,7 +55,7 @@ impl Terms {
 pub(crate) struct Solved<'a, P, B, E> {
     pub(crate) problem: &'a P,
     pub(crate) covariance: &'a BorderedCovariance<'a, P>,
-    pub(crate) angles_rad: &'a [f64],
+    pub(crate) angle_count: usize,
     /// The blocks of an angle, counted; no block is of two.
     pub(crate) nth_block: B,
     /// Blocks that the errors of every angle may follow.
@@ -68,8 +68,8 @@ pub(crate) struct Solved<'a, P, B, E> {
 pub(crate) struct AngleSpread {
     errors: Vec<Vec<(Vector6<f64>, Matrix6<f64>)>>,
     rows: Vec<Vec<[f64; 2]>>,
-    /// The location that the errors show.
-    pub(crate) location: Option<AxisLocation>,
+    /// The sums of the fit asked for, with their covariance.
+    pub(crate) sums: Option<(Vector4<f64>, Matrix4<f64>)>,
 }
 
 impl AngleSpread {
@@ -127,19 +127,18 @@ where
     B: Fn(usize, usize) -> Option<usize> + Sync + Send,
     E: Fn(usize, &mut Terms) -> Result<Vector6<f64>, TrackerError> + Sync + Send,
 {
-    pub(crate) fn spread(&self, axis: &RotaryAxis) -> Result<AngleSpread, TrackerError> {
+    pub(crate) fn spread(&self, axis_fit: Option<&AngleFit>) -> Result<AngleSpread, TrackerError> {
         let reference = |&block: &usize| {
             let mut parts = self.covariance.parts();
             self.covariance.fill(block, &mut parts);
             parts
         };
         let references: Vec<BlockParts> = self.references.iter().map(reference).collect();
-        let axis_fit = LocationFit::new(axis, self.angles_rad);
-        let count = self.angles_rad.len();
-        let parts = self.covariance.in_chunks(count, |angles, parts| {
-            self.part(angles, parts, &references, axis_fit.as_ref())
-        });
-        let mut spread = AngleSpread { errors: Vec::new(), rows: Vec::new(), location: None };
+        let count = self.angle_count;
+        let parts = self
+            .covariance
+            .in_chunks(count, |angles, parts| self.part(angles, parts, &references, axis_fit));
+        let mut spread = AngleSpread { errors: Vec::new(), rows: Vec::new(), sums: None };
         let mut sums: Option<Sums> = None;
         for part in parts {
             let part = part?;
@@ -151,10 +150,7 @@ where
             }
         }
         if axis_fit.is_some() {
-            spread.location = sums.map(|sums| {
-                let (errors, covariance) = self.located(sums, &references);
-                located(*axis, self.angles_rad[0], errors, covariance)
-            });
+            spread.sums = sums.map(|sums| self.located(sums, &references));
         }
         Ok(spread)
     }
@@ -164,7 +160,7 @@ where
         angles: Range<usize>,
         parts: &mut BlockParts,
         references: &[BlockParts],
-        fit: Option<&LocationFit>,
+        fit: Option<&AngleFit>,
     ) -> Result<Part, TrackerError> {
         let block_dim = self.problem.block_dim();
         let n = parts.width();
@@ -195,13 +191,13 @@ where
             let error = (self.errors)(k, &mut room.terms)?;
             room.covariance.fill(0.0);
             room.along.fill(0.0);
-            let fit = fit.map(|fit| fit.matrix(self.angles_rad[k]));
+            let fit = fit.map(|fit| &fit[k]);
             let mut nth = 0;
             while let Some(block) = (self.nth_block)(k, nth) {
                 self.covariance.fill(block, parts);
                 let a = &room.terms.own[nth * length..][..length];
                 parts.add_combined(a, &mut room.covariance, &mut room.along);
-                if let Some(fit) = &fit {
+                if let Some(fit) = fit {
                     let a = fitted(fit, a, &mut room.fitted);
                     parts.add_combined(a, &mut part.sums.own, &mut part.sums.along);
                 }
@@ -210,7 +206,7 @@ where
                 part.rows.extend(rows.map(|(r, h)| [*r, (1.0 - h).clamp(0.0, 1.0)]));
                 nth += 1;
             }
-            if let Some(fit) = &fit {
+            if let Some(fit) = fit {
                 part.sums.errors += fit * error;
                 part.sums.add_references(fit, &mut room, block_dim);
             }

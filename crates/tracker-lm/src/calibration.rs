@@ -3,7 +3,7 @@
 use least_squares::Report;
 use nalgebra::{Matrix3, Matrix6, Point3, Vector6};
 
-use crate::AxisLocation;
+use crate::{AxesRelation, AxisLocation};
 
 /// A calibrated axis: everything with its standard uncertainty.
 ///
@@ -18,13 +18,16 @@ pub struct Calibration {
     pub dead_paths: Vec<DeadPathEstimate>,
     /// In the order of the survey.
     pub mounts: Vec<MountEstimate>,
-    /// One per angle, in the order in which the angles were first measured.
+    /// One per angle, in the order in which the angles were first measured; of two axes those of the
+    /// first, from where it stands on.
     pub axis_errors: Vec<AxisError>,
     /// Location of the axis, where the angles show it; of a perfect axis, where it was fitted.
     pub location: Option<AxisLocation>,
     /// Errors of a perfect axis about where it was found, angle by angle, as far as effects were
     /// accepted; `None` of an axis with six errors at every angle.
     pub motion: Option<Vec<AxisError>>,
+    /// The second axis of a head with two.
+    pub second: Option<SecondCalibration>,
     /// `|P − S| − (l + L)` of every range, in the order of the survey.
     pub residuals_mm: Vec<f64>,
     /// Share of an error of each range that its own residual shows, 0 to 1.
@@ -39,6 +42,18 @@ pub struct Calibration {
     pub displacement_mm: f64,
     /// How the search went.
     pub report: Report,
+}
+
+/// The second of two axes, machine frame where the first one stands.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SecondCalibration {
+    /// One per angle, from where it stands on, in the order in which these were first measured.
+    pub axis_errors: Vec<AxisError>,
+    /// Its location, where the angles show it.
+    pub location: Option<AxisLocation>,
+    /// How it lies to the first axis; `None` where they are parallel or a location does not show.
+    pub relation: Option<AxesRelation>,
 }
 
 /// A station.

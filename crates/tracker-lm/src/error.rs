@@ -115,6 +115,58 @@ pub enum TrackerError {
          formulation"
     )]
     PerfectAxisOfFreePoints,
+    /// Two axes are calibrated with six free errors each in the joint bundle.
+    #[error(
+        "both axes of a head are calibrated in the joint formulation with six free errors each: \
+         take one axis alone for another model, and declare where both are"
+    )]
+    TwoAxesOtherwise,
+    /// The second axis has an angle for another number of steps.
+    #[error("{got} angles of the second axis for {needed} steps")]
+    SecondAngles {
+        /// Steps.
+        needed: usize,
+        /// Angles.
+        got: usize,
+    },
+    /// One of two axes never turned.
+    #[error(
+        "axis {letter} stands at {angle_deg:.4}° at every step: its errors, its place and its direction \
+         are free; measure it at other angles while the other axis stands, or declare the other axis \
+         alone"
+    )]
+    AxisStands {
+        /// Its letter.
+        letter: char,
+        /// Where it stands.
+        angle_deg: f64,
+    },
+    /// A step at which neither of two axes stands where it does while the other turns.
+    #[error(
+        "step {step}: both axes are away from where they stand while the other turns \
+         ({first_deg:.4}° and {second_deg:.4}°): such a step shows the errors of both together; leave it \
+         out"
+    )]
+    BothAxesTurned {
+        /// Name of the step.
+        step: String,
+        /// Where the first stands.
+        first_deg: f64,
+        /// Where the second stands.
+        second_deg: f64,
+    },
+    /// The pose that ties the two axes together was not measured.
+    #[error(
+        "no step at {first_deg:.4}° of the first and {second_deg:.4}° of the second axis, where each \
+         stands while the other turns: how the errors of one lie to those of the other is free; measure \
+         the reflectors there"
+    )]
+    NoCommonPose {
+        /// Where the first stands.
+        first_deg: f64,
+        /// Where the second stands.
+        second_deg: f64,
+    },
     /// Nothing is declared of where the axis is, and the readings do not say it.
     #[error(
         "the readings do not say where the axis is: a point on it is free; declare where the \

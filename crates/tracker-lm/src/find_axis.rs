@@ -35,12 +35,16 @@ const SETTLED: [f64; 2] = [1e-7, 1e-10];
 /// # Errors
 ///
 /// As of [`calibrate`](crate::calibrate): what is too little for a location is an error.
+/// [`TrackerError::TwoAxesOtherwise`] of a head with two axes, and
 /// [`TrackerError::AxisNotFound`] where the stations do not say where the axis is.
 pub fn find_axis(
     survey: &Survey,
     sought: Sought,
     options: &Options,
 ) -> Result<RotaryAxis, TrackerError> {
+    if survey.second.is_some() {
+        return Err(TrackerError::TwoAxesOtherwise);
+    }
     let located = Options { formulation: Formulation::Joint, axis: AxisModel::Located, ..*options };
     let given = survey.axis.direction;
     let kept = |axis: RotaryAxis| match sought {

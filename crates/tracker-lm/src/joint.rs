@@ -1,7 +1,8 @@
 //! The joint bundle: stations, dead paths, reflectors and six errors per angle in one problem.
 //!
 //! `u = |o + e + exp(ω)·Rot(b)·t − S| − (l + L)`, one block `[e, ω]` per angle; everything else
-//! is shared. The errors at the first angle are held at zero: the reflectors absorb them.
+//! is shared. The errors at the first angle are held at zero: the reflectors absorb them. Of a head
+//! with two axes each angle belongs to one of them, and the other one stands.
 
 #![expect(
     clippy::inline_always,
@@ -10,7 +11,7 @@
 
 use geometry::so3;
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
-use nalgebra::{Matrix3, Point3, Translation3, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Vector3, Vector6};
 
 use crate::curves::{Curves, LOCATION};
 use crate::gauge::{Places, StationChart};
@@ -30,6 +31,8 @@ pub(crate) struct Joint<'a> {
     sigma_mm: f64,
     /// Nominal rotation at each angle.
     rotations: Vec<Matrix3<f64>>,
+    /// What the errors of each angle move, and from there to the origin of the reflectors.
+    pivots_mm: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// Ranges of each angle, in the order of its rows.
     pub(crate) ranges_of: Vec<Vec<usize>>,
     patterns: Vec<Pattern>,
@@ -76,11 +79,14 @@ pub(crate) fn location_name(letter: AxisLetter, index: usize) -> String {
 impl<'a> Joint<'a> {
     pub(crate) fn new(network: &'a Network<'a>, chart: &'a StationChart, sigma_mm: f64) -> Self {
         let axis = &network.survey.axis;
-        let rotations = network
-            .angles
-            .iter()
-            .map(|a| axis.rotation(a.angle_rad).to_rotation_matrix().into_inner())
-            .collect();
+        let nominal: Vec<_> = (0..network.angles.len()).map(|k| network.nominal(k)).collect();
+        let rotations =
+            nominal.iter().map(|n| n.rotation.to_rotation_matrix().into_inner()).collect();
+        let pivot = |(k, nominal): (usize, &Isometry3<f64>)| {
+            let pivot_mm = network.pivot_mm(k).coords;
+            (pivot_mm, nominal.translation.vector - pivot_mm)
+        };
+        let pivots_mm = nominal.iter().enumerate().map(pivot).collect();
         let of_steps = |steps: &[usize]| -> Vec<&[usize]> {
             steps.iter().map(|&s| network.ranges_of_step[s].as_slice()).collect()
         };
@@ -96,6 +102,7 @@ impl<'a> Joint<'a> {
             chart,
             sigma_mm,
             rotations,
+            pivots_mm,
             ranges_of,
             patterns: Vec::new(),
             pattern_of: Vec::new(),
@@ -158,18 +165,17 @@ impl<'a> Joint<'a> {
 
     /// A start as parameters: the first angle's errors are zero, whatever frame the axis is in.
     pub(crate) fn start(&self, start: &Start) -> BorderedPoint {
-        let axis = &self.network.survey.axis;
-        let first = axis.machine_from_table(self.network.angles[0].angle_rad);
+        let first = self.network.nominal(0);
         let mounts = start.mounts.iter().flat_map(|m| {
             let at = first.inverse() * start.moved * first * Point3::from(*m);
             <[f64; 3]>::from(at.coords)
         });
-        let origin = Translation3::from(axis.origin_mm.coords);
-        let blocks = self.network.angles.iter().enumerate().flat_map(|(k, angle)| {
+        let blocks = (0..self.network.angles.len()).flat_map(|k| {
             if k == 0 || self.network.axis_model != AxisModel::Free {
                 return [0.0; 6];
             }
-            let nominal = axis.machine_from_table(angle.angle_rad);
+            let nominal = self.network.nominal(k);
+            let origin = Translation3::from(self.network.pivot_mm(k).coords);
             // Where the body is, against where the nominal turn from the first angle takes it.
             let body = start.moved * nominal * (start.moved * first).inverse() * first;
             let error = origin.inverse() * body * nominal.inverse() * origin;
@@ -217,8 +223,10 @@ impl<'a> Joint<'a> {
         let station = self.network.survey.ranges[range].station;
         let moved = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.station_mm);
         let station = places.at_mm(station) + moved;
-        let arm = block.turned * (self.rotations[angle] * self.body_mm(range, shared));
-        let target = self.network.survey.axis.origin_mm.coords + block.displacement_mm + arm;
+        let (pivot_mm, from_pivot_mm) = &self.pivots_mm[angle];
+        let arm = self.rotations[angle] * self.body_mm(range, shared) + from_pivot_mm;
+        let arm = block.turned * arm;
+        let target = pivot_mm + block.displacement_mm + arm;
         (target - station, arm)
     }
 
@@ -381,7 +389,7 @@ impl BorderedProblem for Joint<'_> {
     }
 
     fn block_name(&self, block: usize, index: usize) -> String {
-        let letter = self.network.survey.axis.letter;
+        let letter = self.network.axis(self.network.angles[block].axis).letter;
         let angle_deg = self.network.angles[block].angle_rad.to_degrees();
         let unit = if index < 3 { "mm" } else { "rad" };
         format!("{} at {angle_deg:.4}° ({unit})", letter.error_names()[index])

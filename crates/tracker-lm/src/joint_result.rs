@@ -4,6 +4,7 @@ use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix6, Point3, Vector3, Vector6};
 
 use crate::angle_spread::{Solved, Terms};
+use crate::axes::{LocationSums, location, relation};
 use crate::error_order::in_order;
 use crate::joint::Joint;
 use crate::network::Network;
@@ -12,7 +13,7 @@ use crate::search::covariance;
 use crate::weights::Weights;
 use crate::{
     AxisError, AxisLocation, AxisModel, Calibration, DeadPathEstimate, ErrorOrder, MountEstimate,
-    Options, RotaryAxis, StationEstimate, TrackerError,
+    Options, RotaryAxis, SecondCalibration, StationEstimate, TrackerError,
 };
 
 pub(crate) fn result(
@@ -26,12 +27,11 @@ pub(crate) fn result(
     let held = joint.held();
     let covariance = covariance(joint, point, &held)?;
     let shared = covariance.shared();
-    let angles_rad = network.angles_rad();
     let fixed = |k: usize| Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]);
     let solved = Solved {
         problem: joint,
         covariance: &covariance,
-        angles_rad: &angles_rad,
+        angle_count: network.angles.len(),
         nth_block: |k: usize, nth: usize| (nth == 0).then_some(k),
         references: &[],
         errors: |k: usize, terms: &mut Terms| {
@@ -39,7 +39,8 @@ pub(crate) fn result(
             Ok(fixed(k))
         },
     };
-    let spread = solved.spread(&network.survey.axis)?;
+    let sums = LocationSums::new(network);
+    let spread = solved.spread(sums.of_axis[0].as_ref())?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
     for (&range, [residual, share]) in joint.ranges_of.iter().flatten().zip(spread.rows()) {
@@ -47,16 +48,22 @@ pub(crate) fn result(
         redundancy[range] = share;
     }
     let (stations, dead_paths) = stations(network, joint.chart, &point.shared, &shared);
+    let errors: Vec<_> = spread.errors().collect();
+    let second = match network.axis_count() {
+        1 => None,
+        _ => Some(SecondCalibration {
+            axis_errors: errors_of(network, 1, &errors, options.order),
+            location: (solved.spread(sums.of_axis[1].as_ref())?.sums)
+                .map(|sums| location(network, 1, sums)),
+            relation: (solved.spread(sums.relation.as_ref())?.sums)
+                .and_then(|sums| relation(network, sums)),
+        }),
+    };
     let of_axis = match network.axis_model {
         AxisModel::Free => OfAxis {
             mounts: mounts(joint, &point.shared, &shared),
-            axis_errors: axis_errors(
-                &network.survey.axis,
-                &angles_rad,
-                spread.errors(),
-                options.order,
-            ),
-            location: spread.location.clone(),
+            axis_errors: errors_of(network, 0, &errors, options.order),
+            location: spread.sums.map(|sums| location(network, 0, sums)),
             motion: None,
         },
         AxisModel::Fixed | AxisModel::Located => perfect_axis(joint, point, &shared, options),
@@ -69,6 +76,7 @@ pub(crate) fn result(
         axis_errors,
         location,
         motion,
+        second,
         residuals_mm,
         redundancy,
         n_points: network.point_count(),
@@ -85,6 +93,17 @@ pub(crate) struct OfAxis {
     pub(crate) axis_errors: Vec<AxisError>,
     pub(crate) location: Option<AxisLocation>,
     pub(crate) motion: Option<Vec<AxisError>>,
+}
+
+/// Errors of one axis among those of all angles, fixed frame, as those asked for.
+fn errors_of(
+    network: &Network<'_>,
+    axis: usize,
+    all: &[(Vector6<f64>, Matrix6<f64>)],
+    order: ErrorOrder,
+) -> Vec<AxisError> {
+    let (at, angles_rad): (Vec<usize>, Vec<f64>) = network.angles_of(axis).unzip();
+    axis_errors(network.axis(axis), &angles_rad, at.into_iter().map(|k| all[k]), order)
 }
 
 /// Errors in the fixed frame as those asked for.

@@ -41,6 +41,8 @@ pub use model_discrepancy;
 pub use nalgebra;
 
 mod angle_spread;
+mod angle_steps;
+mod axes;
 mod axis;
 mod calibrate;
 mod calibration;
@@ -53,6 +55,7 @@ mod find_axis;
 mod frame;
 mod free_points;
 mod gauge;
+mod head;
 mod joint;
 mod joint_result;
 mod kinds;
@@ -72,9 +75,12 @@ mod survey;
 mod targets;
 mod weights;
 
+pub use axes::AxesRelation;
 pub use axis::{AxisLetter, RotaryAxis};
 pub use calibrate::calibrate;
-pub use calibration::{AxisError, Calibration, DeadPathEstimate, MountEstimate, StationEstimate};
+pub use calibration::{
+    AxisError, Calibration, DeadPathEstimate, MountEstimate, SecondCalibration, StationEstimate,
+};
 pub use error::{Record, Shortage, TrackerError};
 pub use export::{axis_errors_csv, heidenhain_table, linuxcnc_compensation};
 pub use find_axis::{Sought, find_axis};
@@ -83,7 +89,7 @@ pub use location::AxisLocation;
 pub use missing::TrackerModel;
 pub use motion::error_at_angle;
 pub use options::{AxisModel, DeadPath, ErrorOrder, Formulation, Gauge, Noise, Options};
-pub use survey::{Approach, Mount, Range, Station, Step, Survey};
+pub use survey::{Approach, Mount, Range, SecondAxis, Station, Step, Survey};
 #[cfg(feature = "loop")]
 pub use targets::{HoldOut, TargetModel, TargetRecords};
 pub use targets::{

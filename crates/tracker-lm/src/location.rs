@@ -1,7 +1,7 @@
 //! Where the axis really is: the harmonics that its misplacement puts into the six errors.
 
 use geometry::so3;
-use nalgebra::{Cholesky, Const, DMatrix, Matrix3, Matrix4, SMatrix, Vector3, Vector4, Vector6};
+use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4, Vector6};
 
 use crate::RotaryAxis;
 
@@ -45,44 +45,26 @@ fn harmonics(axis: &RotaryAxis, angle_rad: f64) -> SMatrix<f64, 6, 4> {
     design
 }
 
-/// The least-squares fit of the location, `Σ Aₖ·errorₖ`.
-#[derive(Clone, Debug)]
-pub(crate) struct LocationFit {
-    axis: RotaryAxis,
-    first_angle_rad: f64,
-    factor: Cholesky<f64, Const<4>>,
-}
+/// Four sums over angles, `Σ Aₖ·errorₖ`.
+pub(crate) type AngleFit = Vec<SMatrix<f64, 4, 6>>;
 
-impl LocationFit {
-    /// `None` where the angles hardly differ.
-    pub(crate) fn new(axis: &RotaryAxis, angles_rad: &[f64]) -> Option<Self> {
-        /// Mean square of a harmonic below which it does not show: an arc of 0.06°.
-        const SMALLEST: f64 = 1e-6;
-        let first_angle_rad = *angles_rad.first()?;
-        let design = |angle: &f64| harmonics(axis, angle - first_angle_rad);
-        let normal: Matrix4<f64> = angles_rad.iter().map(design).map(|d| d.tr_mul(&d)).sum();
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let mean = normal / angles_rad.len() as f64;
-        let least = mean.symmetric_eigenvalues().min();
-        if least.is_nan() || least <= SMALLEST {
-            return None;
-        }
-        Some(Self { axis: *axis, first_angle_rad, factor: normal.cholesky()? })
-    }
-
-    /// `A` of an angle.
-    pub(crate) fn matrix(&self, angle_rad: f64) -> SMatrix<f64, 4, 6> {
-        self.factor.solve(&harmonics(&self.axis, angle_rad - self.first_angle_rad).transpose())
-    }
-}
-
-/// The matrices of the fit of all angles.
+/// The sums that fit the location of an axis by least squares, from its first angle on.
 ///
 /// `None` where the angles hardly differ.
-pub(crate) fn fit_matrices(axis: &RotaryAxis, angles_rad: &[f64]) -> Option<Vec<DMatrix<f64>>> {
-    let fit = LocationFit::new(axis, angles_rad)?;
-    let matrix = |angle: &f64| DMatrix::from_column_slice(4, 6, fit.matrix(*angle).as_slice());
-    Some(angles_rad.iter().map(matrix).collect())
+pub(crate) fn angle_fit(axis: &RotaryAxis, angles_rad: &[f64]) -> Option<AngleFit> {
+    /// Mean square of a harmonic below which it does not show: an arc of 0.06°.
+    const SMALLEST: f64 = 1e-6;
+    let first_angle_rad = *angles_rad.first()?;
+    let design = |angle: &f64| harmonics(axis, angle - first_angle_rad);
+    let normal: Matrix4<f64> = angles_rad.iter().map(design).map(|d| d.tr_mul(&d)).sum();
+    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+    let mean = normal / angles_rad.len() as f64;
+    let least = mean.symmetric_eigenvalues().min();
+    if least.is_nan() || least <= SMALLEST {
+        return None;
+    }
+    let factor = normal.cholesky()?;
+    Some(angles_rad.iter().map(|angle| factor.solve(&design(angle).transpose())).collect())
 }
 
 /// The location that errors in the fixed frame show, with its covariance.

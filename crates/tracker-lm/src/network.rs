@@ -1,11 +1,15 @@
 //! A survey that has been checked: which readings share what.
 
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Vector3};
 
+use crate::angle_steps::{AngleSteps, angles};
 use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
-use crate::{AxisModel, DeadPath, Formulation, Gauge, Options, Range, Step, Survey, TrackerError};
+use crate::head::head_angles;
+use crate::{
+    AxisModel, DeadPath, Formulation, Gauge, Options, Range, RotaryAxis, Survey, TrackerError,
+};
 
 /// Fewest stations: three distances place a point, the fourth checks the stations.
 const MIN_STATIONS: usize = 4;
@@ -13,8 +17,6 @@ const MIN_STATIONS: usize = 4;
 pub(crate) const MIN_MOUNTS: usize = 3;
 /// Numbers beyond are slips; a double then resolves less than 0.1 µm.
 pub(crate) const LARGEST: f64 = 1e9;
-/// Steps nearer to each other than this are at the same angle: 10 nm on a metre.
-const SAME_ANGLE_RAD: f64 = 1e-8;
 /// Spread about a line over spread along it below which reflectors count as collinear: the
 /// rotation about the line is then a thousand times less certain than the others.
 const COLLINEAR: f64 = 1e-3;
@@ -24,8 +26,10 @@ const COLLINEAR: f64 = 1e-3;
 pub(crate) struct Network<'a> {
     pub(crate) survey: &'a Survey,
     pub(crate) axis_model: AxisModel,
-    /// In the order measured; the first is the reference.
-    pub(crate) angles: Vec<Angle>,
+    /// In the order measured; the first is the reference, of two axes that where both stand.
+    pub(crate) angles: Vec<AngleSteps>,
+    /// Where each axis is at the reference.
+    reference_rad: [f64; 2],
     /// Angle of each step.
     pub(crate) angle_of_step: Vec<usize>,
     /// Ranges of each step.
@@ -40,20 +44,25 @@ pub(crate) struct Network<'a> {
     seen_from: Vec<usize>,
 }
 
-/// Stops at one angle.
-#[derive(Clone, Debug)]
-pub(crate) struct Angle {
-    pub(crate) angle_rad: f64,
-    pub(crate) steps: Vec<usize>,
-}
-
 impl<'a> Network<'a> {
     pub(crate) fn new(survey: &'a Survey, options: &Options) -> Result<Self, TrackerError> {
         check_noise(options)?;
         check_numbers(survey)?;
         let ranges_of_step = check_references(survey)?;
         check_shape(survey)?;
-        let (angles, angle_of_step) = angles(&survey.steps);
+        let (angles, angle_of_step, reference_rad) = match &survey.second {
+            None => {
+                let (angles, angle_of_step) = angles(&survey.steps);
+                let first_rad = angles.first().map_or(0.0, |angle| angle.angle_rad);
+                (angles, angle_of_step, [first_rad, 0.0])
+            }
+            Some(second) => {
+                if options.axis != AxisModel::Free || options.formulation != Formulation::Joint {
+                    return Err(TrackerError::TwoAxesOtherwise);
+                }
+                head_angles(survey, second)?
+            }
+        };
         let (mut mounts_seen, mut seen_from) = (Vec::new(), vec![0]);
         let mut seen = Vec::new();
         for ranges in &ranges_of_step {
@@ -69,6 +78,7 @@ impl<'a> Network<'a> {
             survey,
             axis_model: options.axis,
             angles,
+            reference_rad,
             angle_of_step,
             ranges_of_step,
             dead_paths,
@@ -82,6 +92,49 @@ impl<'a> Network<'a> {
 
     pub(crate) fn angles_rad(&self) -> Vec<f64> {
         self.angles.iter().map(|a| a.angle_rad).collect()
+    }
+
+    /// Axes that turn: one, or two.
+    pub(crate) fn axis_count(&self) -> usize {
+        1 + usize::from(self.survey.second.is_some())
+    }
+
+    pub(crate) fn axis(&self, axis: usize) -> &'a RotaryAxis {
+        match &self.survey.second {
+            Some(second) if axis == 1 => &second.axis,
+            _ => &self.survey.axis,
+        }
+    }
+
+    /// The axis that the reflectors are on.
+    pub(crate) fn carrier(&self) -> &'a RotaryAxis {
+        self.axis(self.axis_count() - 1)
+    }
+
+    /// Index of every angle at which an axis was, from the reference on, and where it was there.
+    pub(crate) fn angles_of(&self, axis: usize) -> impl Iterator<Item = (usize, f64)> {
+        let reference = self.reference_rad[axis];
+        let others = self.angles.iter().enumerate().skip(1).filter(move |(_, a)| a.axis == axis);
+        std::iter::once((0, reference)).chain(others.map(|(k, a)| (k, a.angle_rad)))
+    }
+
+    /// Point that the errors of an angle move, machine frame.
+    pub(crate) fn pivot_mm(&self, angle: usize) -> Point3<f64> {
+        self.axis(self.angles[angle].axis).origin_mm
+    }
+
+    /// Machine frame from that of the reflectors at an angle, without errors.
+    pub(crate) fn nominal(&self, angle: usize) -> Isometry3<f64> {
+        let AngleSteps { axis, angle_rad, .. } = self.angles[angle];
+        let first = &self.survey.axis;
+        let Some(second) = &self.survey.second else { return first.machine_from_table(angle_rad) };
+        if axis == 1 {
+            return second.axis.machine_from_table(angle_rad);
+        }
+        // The first axis carries the second one along from where it stands.
+        let turned = first.machine_from_table(angle_rad)
+            * first.machine_from_table(self.reference_rad[0]).inverse();
+        turned * second.axis.machine_from_table(self.reference_rad[1])
     }
 
     /// Station, mount and dead path of a range.
@@ -178,6 +231,9 @@ fn check_numbers(survey: &Survey) -> Result<(), TrackerError> {
     }
     for (k, step) in survey.steps.iter().enumerate() {
         check(Record::Step, k, &[step.angle_rad])?;
+    }
+    for (k, angle) in survey.second.iter().flat_map(|s| &s.angles_rad).enumerate() {
+        check(Record::Step, k, &[*angle])?;
     }
     for (r, range) in survey.ranges.iter().enumerate() {
         check(Record::Range, r, &[range.displacement_mm])?;
@@ -291,31 +347,6 @@ pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerE
         off_line_mm: spread[1],
         line: eigen.eigenvectors.column(order[0]).into_owned().into(),
     })
-}
-
-/// Steps by angle, in the order in which each angle first comes, and the angle of each step.
-pub(crate) fn angles(steps: &[Step]) -> (Vec<Angle>, Vec<usize>) {
-    let mut by_angle: Vec<usize> = (0..steps.len()).collect();
-    by_angle.sort_by(|&a, &b| steps[a].angle_rad.total_cmp(&steps[b].angle_rad).then(a.cmp(&b)));
-    let mut angles: Vec<Angle> = Vec::new();
-    for step in by_angle {
-        let angle_rad = steps[step].angle_rad;
-        match angles.last_mut() {
-            Some(last) if angle_rad - last.angle_rad <= SAME_ANGLE_RAD => last.steps.push(step),
-            _ => angles.push(Angle { angle_rad, steps: vec![step] }),
-        }
-    }
-    for angle in &mut angles {
-        angle.steps.sort_unstable();
-    }
-    angles.sort_by_key(|a| a.steps[0]);
-    let mut angle_of_step = vec![0; steps.len()];
-    for (a, angle) in angles.iter().enumerate() {
-        for &step in &angle.steps {
-            angle_of_step[step] = a;
-        }
-    }
-    (angles, angle_of_step)
 }
 
 /// Dead paths in the order of stations and mounts, and that of each range.

@@ -4,6 +4,7 @@ use least_squares::{BorderedCovariance, BorderedProblem, BorderedSolution};
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3, Vector6};
 
 use crate::angle_spread::{Room, Solved, Terms};
+use crate::axes::{LocationSums, location};
 use crate::count::count;
 use crate::free_points::{FreePoints, point_of};
 use crate::joint_result::{axis_errors, stations};
@@ -29,12 +30,13 @@ pub(crate) fn result(
     let solved = Solved {
         problem: points,
         covariance: &covariance,
-        angles_rad: &angles_rad,
+        angle_count: angles_rad.len(),
         nth_block: |k: usize, nth: usize| network.angles[k].steps.get(nth).copied(),
         references: &network.angles[0].steps,
         errors: |k: usize, terms: &mut Terms| reference.error(network, blocks, k, terms),
     };
-    let spread = solved.spread(&network.survey.axis)?;
+    let sums = LocationSums::new(network);
+    let spread = solved.spread(sums.of_axis[0].as_ref())?;
     let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
     let mut redundancy = vec![0.0; residuals_mm.len()];
     let steps = network.angles.iter().flat_map(|angle| &angle.steps);
@@ -48,7 +50,8 @@ pub(crate) fn result(
         stations,
         dead_paths,
         mounts: reference.mounts(network, &covariance),
-        location: spread.location.clone(),
+        location: spread.sums.map(|sums| location(network, 0, sums)),
+        second: None,
         motion: None,
         axis_errors: axis_errors(&network.survey.axis, &angles_rad, spread.errors(), options.order),
         residuals_mm,

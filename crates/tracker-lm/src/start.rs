@@ -50,8 +50,7 @@ impl Start {
 
     fn with_stations(network: &Network<'_>, stations: Vec<Vector3<f64>>) -> Self {
         let survey = network.survey;
-        let poses: Vec<_> =
-            survey.steps.iter().map(|s| survey.axis.machine_from_table(s.angle_rad)).collect();
+        let poses: Vec<_> = network.angle_of_step.iter().map(|&k| network.nominal(k)).collect();
         let mut sums = vec![(0.0, 0.0); network.dead_paths.len()];
         for (index, range) in survey.ranges.iter().enumerate() {
             let target = (poses[range.step] * survey.mounts[range.mount].nominal_mm).coords;
@@ -69,9 +68,8 @@ impl Start {
 
     /// Points of every step, mount by mount; the origin where one was not seen.
     pub(crate) fn points_mm(&self, network: &Network<'_>) -> Vec<Vec<Vector3<f64>>> {
-        let survey = network.survey;
-        let step = |(step, at): (usize, &crate::Step)| {
-            let pose = self.moved * survey.axis.machine_from_table(at.angle_rad);
+        let step = |step: usize| {
+            let pose = self.moved * network.nominal(network.angle_of_step[step]);
             let seen = network.mounts_at(step);
             let point = |(mount, place): (usize, &Vector3<f64>)| {
                 let point = (pose * Point3::from(*place)).coords;
@@ -79,16 +77,16 @@ impl Start {
             };
             self.mounts.iter().enumerate().map(point).collect()
         };
-        survey.steps.iter().enumerate().map(step).collect()
+        (0..network.survey.steps.len()).map(step).collect()
     }
 }
 
 fn target_mm(network: &Network<'_>, mount: usize, step: usize) -> Vector3<f64> {
-    let pose = network.survey.axis.machine_from_table(network.survey.steps[step].angle_rad);
+    let pose = network.nominal(network.angle_of_step[step]);
     (pose * network.survey.mounts[mount].nominal_mm).coords
 }
 
-/// What one station saw of nominal targets, about the origin of the axis.
+/// What one station saw of nominal targets as they turned about one axis, about its origin.
 struct Sights {
     origin_mm: Vector3<f64>,
     axis: Vector3<f64>,
@@ -101,11 +99,18 @@ struct Sights {
 
 impl Sights {
     fn of(network: &Network<'_>, station: usize) -> Self {
-        let origin_mm = network.survey.axis.origin_mm.coords;
-        let axis = network.survey.axis.direction.into_inner();
+        let turning = network.carrier();
+        let origin_mm = turning.origin_mm.coords;
+        let axis = turning.direction.into_inner();
+        let last = network.axis_count() - 1;
+        let is_about_it = |step: usize| {
+            let angle = network.angle_of_step[step];
+            angle == 0 || network.angles[angle].axis == last
+        };
         let mut paths: Vec<usize> = Vec::new();
         let mut seen = Vec::new();
-        for range in network.survey.ranges.iter().filter(|r| r.station == station) {
+        let own = network.survey.ranges.iter().filter(|r| r.station == station);
+        for range in own.filter(|r| is_about_it(r.step)) {
             // Each mount is a circle of its own, whatever shares the dead path.
             let own = paths.iter().position(|&m| m == range.mount).unwrap_or_else(|| {
                 paths.push(range.mount);

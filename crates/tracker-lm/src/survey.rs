@@ -12,6 +12,9 @@ use crate::RotaryAxis;
 pub struct Survey {
     /// The nominal axis.
     pub axis: RotaryAxis,
+    /// The other axis of a head with two, which rides on [`Self::axis`] and carries the reflectors.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub second: Option<SecondAxis>,
     /// Where the tracer stood.
     pub stations: Vec<Station>,
     /// Reflectors on the axis.
@@ -20,6 +23,19 @@ pub struct Survey {
     pub steps: Vec<Step>,
     /// Readings; what was not seen has no record.
     pub ranges: Vec<Range>,
+}
+
+/// The rotary axis of a head that another one carries.
+///
+/// Each axis turns while the other one stands; the pose in which both stand is measured too, and the
+/// errors of both are relative to it.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SecondAxis {
+    /// The nominal axis where the first one stands, machine frame.
+    pub axis: RotaryAxis,
+    /// Its commanded angle at every step.
+    pub angles_rad: Vec<f64>,
 }
 
 /// A place of the tracer.
@@ -38,8 +54,8 @@ pub struct Station {
 pub struct Mount {
     /// Name.
     pub name: String,
-    /// Nominal centre in the frame that turns with the axis, which at angle 0 is parallel to the
-    /// machine's with its origin in that of the axis.
+    /// Nominal centre in the frame that turns with the axis, of two with the second one, which at
+    /// angle 0 is parallel to the machine's with its origin in that of the axis.
     pub nominal_mm: Point3<f64>,
 }
 
@@ -49,7 +65,7 @@ pub struct Mount {
 pub struct Step {
     /// Name.
     pub name: String,
-    /// Commanded angle.
+    /// Commanded angle, of two axes that of the first.
     pub angle_rad: f64,
     /// Which way the axis came.
     pub approach: Option<Approach>,

@@ -39,6 +39,7 @@ pub(crate) fn calibrate<'py>(
     let place = |(i, at): (usize, [f64; 3])| (i.to_string(), Point3::from(at));
     let survey = Survey {
         axis,
+        second: None,
         stations: (rows("stations_mm", &stations_mm)?.into_iter().enumerate().map(place))
             .map(|(name, nominal_mm)| Station { name, nominal_mm })
             .collect(),

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::error_rms::Rms;
 use super::markup::Markup;
 use super::number::{NONE, significant, with_expanded};
 use super::page::{CASE_MARKS, INDEX, SUMMARY_MARKS, document};
 use super::section::{Cell, Kind, change, table};
-use super::summary::{Rms, Summary};
+use super::summary::Summary;
 use super::unit::Shown;
 
 /// One case of an index: its line in a table.

@@ -3,6 +3,8 @@
 use model_discrepancy::{Closure, Covariate, Layout};
 use serde::{Deserialize, Serialize};
 
+use super::error_rms::Rms;
+
 /// Everything that one page shows.
 #[derive(Clone, Debug)]
 pub struct ReportInput<'a> {
@@ -14,6 +16,8 @@ pub struct ReportInput<'a> {
     pub source: Option<&'a str>,
     /// What is wrong with the input; everything else on the page is of the input as corrected.
     pub mistakes: &'a [Mistake],
+    /// Error of the declared model on the input as it is, where that is wrong and can be fitted.
+    pub as_read: Option<Rms>,
     /// What was measured and why, one paragraph per line.
     pub description: &'a [String],
     /// Facts about the measurement worth a table; counts of the layout are added by the page.
@@ -61,6 +65,8 @@ pub enum Evidence<'a> {
 /// A mistake in the input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mistake {
+    /// Its name, and those that explain the data as well.
+    pub names: Vec<String>,
     /// File and column.
     pub subject: String,
     /// What to change.

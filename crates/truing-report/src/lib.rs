@@ -10,6 +10,7 @@ mod wording;
 
 mod axis;
 mod deviation_map;
+mod error_rms;
 mod even_axes;
 mod heatmap;
 mod interval;
@@ -35,6 +36,7 @@ mod page;
 mod tests;
 
 pub use design_card::{DesignCard, Figure, FigureTable, RegionFigure, render_design};
+pub use error_rms::Rms;
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
     Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,
@@ -45,5 +47,5 @@ pub use names::{MOST_NAMES, shortened};
 pub use number::{COVERAGE, significant, with_expanded};
 pub use page::render;
 pub use region::{Region, Stability};
-pub use summary::{Rms, Summary};
+pub use summary::Summary;
 pub use wording::{after_number, by_sign, with_size};

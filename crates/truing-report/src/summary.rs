@@ -3,9 +3,10 @@
 use model_discrepancy::HoldOut;
 use serde::{Deserialize, Serialize};
 
+use super::error_rms::Rms;
 use super::input::{Published, Story};
 use super::reading::rms;
-use super::section::{Context, verdict_words};
+use super::section::{Context, INPUT_WRONG, verdict_words};
 
 /// One case in one line: carried inside its page, shown in an index.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,13 +19,13 @@ pub struct Summary {
     pub source: Option<String>,
     /// Unit of `before` and `after`.
     pub unit: String,
-    /// The declared model.
+    /// The declared model, on the input as it is.
     pub before: Rms,
     /// The model with every accepted effect; `None` where the loop was not closed.
     pub after: Option<Rms>,
     /// How the error on unseen data was obtained; `None` where it was not.
     pub hold_out: Option<String>,
-    /// Effects added, with those that explain the data as well.
+    /// Mistakes in the input and effects added, with those that explain the data as well.
     pub added: Vec<Vec<String>>,
     /// The verdict in words.
     pub verdict: Option<String>,
@@ -38,28 +39,6 @@ pub struct Summary {
     pub simulated: bool,
 }
 
-/// Root mean square error; `None` where there is no number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rms {
-    /// On the data fitted.
-    pub train: Option<f64>,
-    /// On data the fit never saw.
-    pub held_out: Option<f64>,
-    /// Standard error of `held_out`.
-    pub held_out_std: Option<f64>,
-}
-
-impl From<&model_discrepancy::ErrorSummary> for Rms {
-    fn from(error: &model_discrepancy::ErrorSummary) -> Self {
-        let number = |v: f64| v.is_finite().then_some(v);
-        Self {
-            train: number(error.train_rms),
-            held_out: number(error.held_out_rms),
-            held_out_std: number(error.held_out_std),
-        }
-    }
-}
-
 impl Summary {
     pub(crate) fn of(context: &Context) -> Self {
         let input = context.input;
@@ -69,6 +48,9 @@ impl Summary {
             held_out: None,
             held_out_std: None,
         };
+        let mistakes = input.mistakes.iter().map(|mistake| mistake.names.clone());
+        let verdict = closure.map(|c| verdict_words(c.verdict).to_string());
+        let is_wrong = !input.mistakes.is_empty();
         let added = closure.into_iter().flat_map(|c| &c.steps).map(|step| {
             let own = super::section::step_name(step);
             [vec![own], step.indistinguishable_from.clone()].concat()
@@ -78,11 +60,11 @@ impl Summary {
             kind: input.kind.to_string(),
             source: input.source.map(str::to_string),
             unit: input.layout.unit.clone(),
-            before: closure.map_or(solved, |c| Rms::from(&c.before)),
+            before: input.as_read.unwrap_or(closure.map_or(solved, |c| Rms::from(&c.before))),
             after: closure.map(|c| Rms::from(&c.after)),
             hold_out: closure.map(|c| hold_out_words(c.after.hold_out).to_string()),
-            added: added.collect(),
-            verdict: closure.map(|c| verdict_words(c.verdict).to_string()),
+            added: mistakes.chain(added).collect(),
+            verdict: if is_wrong { Some(INPUT_WRONG.to_string()) } else { verdict },
             published: input.published.cloned(),
             story: input.story.cloned(),
             simulated: input.simulated,

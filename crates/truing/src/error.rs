@@ -385,6 +385,8 @@ impl Error {
                     | TrackerError::CollinearStations
                     | TrackerError::AxisNotFound
                     | TrackerError::UndeterminedAngle { .. }
+                    | TrackerError::AxisStands { .. }
+                    | TrackerError::NoCommonPose { .. }
                     | TrackerError::Unobservable { .. }
                     | TrackerError::NotConverged { .. }
             ),

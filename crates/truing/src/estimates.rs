@@ -41,6 +41,11 @@ pub trait Estimates: Any + erased_serde::Serialize + fmt::Debug + Send + Sync {
         None
     }
 
+    /// The same of a second axis, with its letter; it goes to a file of its own.
+    fn export_of_second(&self, _format: Export) -> Option<(char, String)> {
+        None
+    }
+
     /// What of them can be true of no machine; `max_correction_deg` replaces the bound of a
     /// compensation.
     fn implausible(&self, max_correction_deg: Option<f64>) -> Option<ImplausibleResult>;

@@ -78,16 +78,17 @@ pub use import::{
 pub use interval_width::IntervalWidth;
 pub use itlicp::{Itlicp, ItlicpLevel, ItlicpPoint, ItlicpTiming, PoseBeside, itlicp};
 pub use kinds::{
-    AffineEstimate, AxisErrorEstimate, AxisEstimate, AxisFigureEstimate, AxisLocationEstimate,
-    AxisRunEstimate, AxisTargetEstimate, CenterEstimate, Conformity, ContactForceEstimate,
-    DisplacementEstimates, DisplacementResidual, DistanceResidual, ForceBlock,
-    ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates, GravityEstimates,
-    HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench, MeasuredNormalEstimate,
-    MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate, PlannedContactEstimate,
-    PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals, PoseResidual, PositionResidual,
-    PositioningEstimates, ProbeCompEstimates, QualificationEstimate, RepeatabilityEstimate,
-    ScaleEstimate, StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates,
-    TransformStd, WrenchEstimate, kinds, write_example,
+    AffineEstimate, AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisFigureEstimate,
+    AxisLocationEstimate, AxisRunEstimate, AxisTargetEstimate, CenterEstimate, Conformity,
+    ContactForceEstimate, DisplacementEstimates, DisplacementResidual, DistanceResidual,
+    ForceBlock, ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates,
+    GravityEstimates, HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench,
+    MeasuredNormalEstimate, MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate,
+    PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals,
+    PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates,
+    QualificationEstimate, RepeatabilityEstimate, ScaleEstimate, SecondAxisEstimate,
+    StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
+    WrenchEstimate, kinds, write_example,
 };
 pub use layout::{Detail, Layout};
 pub use machine::{

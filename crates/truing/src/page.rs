@@ -6,7 +6,7 @@ use std::path::Path;
 use model_discrepancy::{Model, State};
 use truing_report::{
     Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
-    ReportInput, VectorMap, render,
+    ReportInput, Rms, VectorMap, render,
 };
 
 use crate::estimates::Estimates;
@@ -27,11 +27,17 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let parameters = parameters(&*solved.estimates, None);
     let evidence = Evidence::Solved { residuals: &residuals };
     let own = solved.estimates.plots();
-    Ok(page(case, &prepared, (&parameters, evidence, own), &[], &[], &solved.warnings))
+    let input = (&[][..], None);
+    Ok(page(case, &prepared, (&parameters, evidence, own), input, &[], &solved.warnings))
 }
 
 fn mistake(suspect: &Suspect) -> Mistake {
-    Mistake { subject: suspect.subject.clone(), description: suspect.description.clone() }
+    let own = format!("{} [{}]", suspect.effect, suspect.subject);
+    Mistake {
+        names: [vec![own], suspect.indistinguishable_from.clone()].concat(),
+        subject: suspect.subject.clone(),
+        description: suspect.description.clone(),
+    }
 }
 
 /// The report of a closed loop: one self-contained HTML page.
@@ -56,7 +62,17 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
     let own = closed.estimates.plots();
     let carried = closed.carried.as_ref().map(carried_words).unwrap_or_default();
     let mistakes: Vec<Mistake> = closed.suspects.iter().map(mistake).collect();
-    Ok(page(case, &prepared, (&parameters, evidence, own), &mistakes, &carried, &warnings))
+    let as_read = (!mistakes.is_empty()).then(|| {
+        let number = |v: f64| v.is_finite().then_some(v);
+        let before = &closed.before;
+        Rms {
+            train: number(before.train_rms),
+            held_out: number(before.held_out_rms),
+            held_out_std: number(before.held_out_std),
+        }
+    });
+    let input = (&mistakes[..], as_read);
+    Ok(page(case, &prepared, (&parameters, evidence, own), input, &carried, &warnings))
 }
 
 /// What was taken over from another case, and what it is worth.
@@ -110,7 +126,7 @@ fn page(
     case: &Case,
     prepared: &Prepared<'_>,
     (parameters, evidence, mut plots): (&[ParameterRow], Evidence<'_>, Vec<ExtraPlot>),
-    mistakes: &[Mistake],
+    (mistakes, as_read): (&[Mistake], Option<Rms>),
     carried: &[String],
     warnings: &[String],
 ) -> String {
@@ -135,6 +151,7 @@ fn page(
         kind: case.kind,
         source: provenance.source.as_deref(),
         mistakes,
+        as_read,
         description: &[],
         measured: &measured,
         declared: &declared,

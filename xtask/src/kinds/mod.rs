@@ -21,6 +21,7 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(force_impedance::stroke_cases::cases());
     cases.extend(tracker_lm::tracer_cases::cases());
     cases.extend(tracker_lm::target_cases::cases());
+    cases.push(tracker_lm::head::case());
     cases.extend(probe_comp::probe_cases::cases());
     cases
 }

@@ -83,3 +83,59 @@ fn turned_back([w, x, y, z]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     ];
     std::array::from_fn(|k| rows[0][k] * v[0] + rows[1][k] * v[1] + rows[2][k] * v[2])
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use crate::generators::noise::gaussian;
+    use crate::generators::vector::orthonormal;
+
+    /// Error on unseen poses without and with the interruption at pose 49.5, as the page has them, N.
+    const WITHOUT_N: f64 = 0.275;
+    const WITH_N: f64 = 0.061;
+    const POSES: usize = 100;
+    /// Poses before and after an interruption at least.
+    const MARGIN: usize = 8;
+
+    /// Square of what is left of `values` beside the columns.
+    fn left(values: &[f64], columns: &[Vec<f64>]) -> f64 {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let explained: f64 = orthonormal(columns).iter().map(|d| dot(d, values).powi(2)).sum();
+        dot(values, values) - explained
+    }
+
+    /// A hundred poses without time stamps cannot tell a drift that paused and jumped from one whose rate
+    /// changes by chance: of zeros whose rate wanders, a third look interrupted somewhere by as large a
+    /// share of the variance as the recording's.
+    #[test]
+    fn a_wandering_drift_looks_as_interrupted() {
+        let share = 1.0 - (WITH_N / WITHOUT_N).powi(2);
+        let number = |i: usize| f64::from(u32::try_from(i).expect("a hundred"));
+        let ones = vec![1.0; POSES];
+        let along: Vec<f64> = (0..POSES).map(|i| number(i) / number(POSES) - 0.5).collect();
+        let mut rng = ChaCha8Rng::seed_from_u64(49);
+        let (runs, mut as_interrupted) = (200, 0);
+        for _ in 0..runs {
+            let (mut rate, mut zero) = (0.0, 0.0);
+            let zeros: Vec<f64> = (0..POSES)
+                .map(|_| {
+                    rate += gaussian(&mut rng);
+                    zero += rate;
+                    zero
+                })
+                .collect();
+            let straight = left(&zeros, &[ones.clone(), along.clone()]);
+            let at = |k: usize| {
+                let after = |of: &[f64]| -> Vec<f64> {
+                    of.iter().enumerate().map(|(i, v)| if i < k { 0.0 } else { *v }).collect()
+                };
+                left(&zeros, &[ones.clone(), along.clone(), after(&ones), after(&along)])
+            };
+            let best = (MARGIN..POSES - MARGIN).map(at).fold(f64::INFINITY, f64::min);
+            as_interrupted += usize::from(1.0 - best / straight >= share);
+        }
+        assert!(as_interrupted > runs / 5, "{as_interrupted} of {runs}");
+    }
+}

@@ -51,8 +51,11 @@ pub(crate) struct Scene<'a> {
 /// The catalogue: effects of the whole run, then changes at the given steps.
 pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     let n_stations = scene.survey.stations.len();
-    let mut entries =
-        vec![range_scale(scene), range_drift(scene), backlash(scene), incidence(scene)];
+    let mut entries = vec![range_scale(scene), range_drift(scene)];
+    // Of two axes the one that stands keeps the side that it came from last, which is in the errors of
+    // the other one.
+    entries.extend(scene.survey.second.is_none().then(|| backlash(scene)));
+    entries.push(incidence(scene));
     entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
     entries.extend((n_stations > 1).then(|| common_drift(scene)));

@@ -244,14 +244,19 @@ impl TrackerModel {
         &self.solved.calibration
     }
 
-    /// Where the ranges were measured, as covariates: `angle_deg`.
+    /// Where the ranges were measured, as covariates: `angle_deg`, and of two axes `second_angle_deg`.
     ///
     /// The last value of a covariate belongs to the prior knowledge of the stations.
     #[must_use]
     pub fn coordinates(&self) -> Vec<Covariate> {
-        let angle = |r: &crate::Range| self.survey.steps[r.step].angle_rad.to_degrees();
-        let values = self.survey.ranges.iter().map(angle).collect();
-        vec![self.padded(&Covariate::coordinate("angle_deg", Quantity::Angle, values))]
+        let steps = self.survey.steps.iter().map(|step| step.angle_rad).collect();
+        let second =
+            self.survey.second.as_ref().map(|s| ("second_angle_deg", s.angles_rad.clone()));
+        let coordinate = |(name, of_step): (&str, Vec<f64>)| {
+            let values = self.survey.ranges.iter().map(|r| of_step[r.step].to_degrees());
+            self.padded(&Covariate::coordinate(name, Quantity::Angle, values.collect()))
+        };
+        [("angle_deg", steps)].into_iter().chain(second).map(coordinate).collect()
     }
 
     /// A covariate of the ranges with the value that the layout's last observation needs.

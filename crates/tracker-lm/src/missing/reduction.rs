@@ -162,7 +162,7 @@ fn lock(network: &Network<'_>, range: usize) -> (usize, usize) {
 fn undetermined(network: &Network<'_>, angle: usize) -> TrackerError {
     TrackerError::UndeterminedAngle {
         angle_deg: network.angles[angle].angle_rad.to_degrees(),
-        free: network.survey.axis.letter.error_names().to_vec(),
+        free: network.axis(network.angles[angle].axis).letter.error_names().to_vec(),
     }
 }
 

@@ -3,7 +3,7 @@
 use least_squares::BorderedPoint;
 use nalgebra::{Vector3, Vector6};
 
-use crate::Survey;
+use crate::RotaryAxis;
 use crate::joint::Joint;
 use crate::shift::Shift;
 
@@ -30,6 +30,7 @@ pub(crate) struct Sight {
 /// Geometry of all ranges, in the order of the survey.
 pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
     let survey = joint.network.survey;
+    let carrier = joint.network.carrier();
     let mut sights: Vec<Option<Sight>> = vec![None; survey.ranges.len()];
     for (angle, ranges) in joint.ranges_of.iter().enumerate() {
         let block = &at.blocks[6 * angle..6 * angle + 6];
@@ -45,7 +46,7 @@ pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
                 ),
                 by_mount: slopes.by_mount,
                 // `by_mount` is the beam seen from the turning frame.
-                cosine: slopes.by_mount.dot(&outward(survey, &body)),
+                cosine: slopes.by_mount.dot(&outward(carrier, &body)),
             });
         }
     }
@@ -66,8 +67,8 @@ pub(crate) fn without(shifts: &[Shift], sights: &[Sight]) -> Vec<f64> {
 }
 
 /// Direction in which a reflector is taken to look, in the turning frame.
-pub(crate) fn outward(survey: &Survey, body_mm: &Vector3<f64>) -> Vector3<f64> {
-    let axis = survey.axis.direction.into_inner();
+pub(crate) fn outward(axis: &RotaryAxis, body_mm: &Vector3<f64>) -> Vector3<f64> {
+    let axis = axis.direction.into_inner();
     let radial = body_mm - axis * axis.dot(body_mm);
     if radial.norm() > ON_AXIS_MM { radial.normalize() } else { axis }
 }

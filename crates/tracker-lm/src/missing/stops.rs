@@ -17,13 +17,17 @@ pub(crate) struct Stops<'a> {
 const MOST_LEVELS: usize = 64;
 /// Fewest angles at which values say more than harmonics.
 const FEWEST_LEVELS: usize = 3;
+/// Fewest visits of an angle, on the mean. Stops need not scatter alike: two visits of an angle show
+/// its own scatter by one difference, and as many variances of one degree of freedom each bound no
+/// joint test of the values.
+const FEWEST_VISITS: usize = 3;
 
 impl Stops<'_> {
-    /// Whether angles are visited again, so that a value at each of them can be told from noise.
+    /// Whether angles are visited so often that a value at each of them can be told from noise.
     pub(crate) fn are_repeated(&self) -> bool {
         let n_visits: usize = self.visits.iter().sum();
         let n_angles = self.angles_rad.len();
-        (FEWEST_LEVELS..=MOST_LEVELS).contains(&n_angles) && n_visits >= 2 * n_angles
+        (FEWEST_LEVELS..=MOST_LEVELS).contains(&n_angles) && n_visits >= FEWEST_VISITS * n_angles
     }
 }
 

@@ -2,18 +2,21 @@
 
 use least_squares::BorderedProblem;
 use model_discrepancy::{Closure, Column, std_over_names};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, SMatrix, Vector4, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, Vector6};
 
+use crate::axes::{LocationSums, location, relation, summed};
 use crate::curves::Curves;
 use crate::error_order::in_order;
 use crate::gauge::StationChart;
 use crate::joint::Joint;
-use crate::location::{fit_matrices, located};
+use crate::location::AngleFit;
 use crate::missing::reduction::answer;
 use crate::network::Network;
 use crate::perfect::{PerfectAxis, selected};
 use crate::spread::dense_block;
-use crate::{AxisError, AxisModel, Calibration, TrackerModel};
+use crate::{
+    AxesRelation, AxisError, AxisLocation, AxisModel, Calibration, SecondCalibration, TrackerModel,
+};
 
 impl TrackerModel {
     /// The calibration with what the loop accepted in the model.
@@ -233,24 +236,38 @@ impl TrackerModel {
             let own: Matrix3<f64> = covariance.fixed_view::<3, 3>(at, at).into_owned();
             mount.covariance_mm2 = own;
         }
-        for ((error, angle), nominal) in
-            found.axis_errors.iter_mut().zip(angles).zip(&network.angles)
-        {
-            let spread = &angle.follows * covariance * angle.follows.transpose() + &angle.own;
-            let fixed = AxisError {
-                angle_rad: nominal.angle_rad,
-                error: angle.own_error,
-                covariance: Matrix6::from_iterator(spread.iter().copied()),
+        let errors_of = |axis: usize| -> Vec<AxisError> {
+            let of = |(k, angle_rad): (usize, f64)| {
+                let angle = &angles[k];
+                let spread = &angle.follows * covariance * angle.follows.transpose() + &angle.own;
+                let covariance = Matrix6::from_iterator(spread.iter().copied());
+                let fixed = AxisError { angle_rad, error: angle.own_error, covariance };
+                in_order(network.axis(axis), self.options.order, fixed)
             };
-            *error = in_order(&self.survey.axis, self.options.order, fixed);
-        }
+            network.angles_of(axis).map(of).collect()
+        };
+        found.axis_errors = errors_of(0);
         for (k, angle) in angles.iter().enumerate() {
             let ranges = network.angles[k].steps.iter().flat_map(|&s| &network.ranges_of_step[s]);
             for (&range, residual) in ranges.zip(angle.residuals_mm.iter()) {
                 found.residuals_mm[range] = *residual;
             }
         }
-        found.location = location(network, angles, covariance);
+        let sums = LocationSums::new(network);
+        let summed = |fit: &AngleFit| {
+            let angles = angles.iter().map(|a| (&a.own_error, &a.own, &a.follows));
+            summed(fit, angles, covariance)
+        };
+        let of_axis = |axis: usize| {
+            let fit = sums.of_axis[axis].as_ref()?;
+            Some(location(network, axis, summed(fit)))
+        };
+        found.location = of_axis(0);
+        found.second = (network.axis_count() > 1).then(|| SecondCalibration {
+            axis_errors: errors_of(1),
+            location: of_axis(1),
+            relation: (sums.relation.as_ref()).and_then(|fit| relation(network, summed(fit))),
+        });
         found
     }
 }
@@ -263,10 +280,13 @@ fn widened(mut found: Calibration, others: &[Calibration]) -> Calibration {
     let away = |of: &dyn Fn(&Calibration) -> f64, own: f64| -> Vec<f64> {
         others.iter().map(|other| of(other) - own).collect()
     };
-    for (k, error) in found.axis_errors.iter_mut().enumerate() {
-        let at = error.error;
-        stretch(&mut error.covariance, |i| away(&|o| o.axis_errors[k].error[i], at[i]));
-    }
+    let stretch_errors = |errors: &mut [AxisError], of: &dyn Fn(&Calibration) -> &[AxisError]| {
+        for (k, error) in errors.iter_mut().enumerate() {
+            let at = error.error;
+            stretch(&mut error.covariance, |i| away(&|o| of(o)[k].error[i], at[i]));
+        }
+    };
+    stretch_errors(&mut found.axis_errors, &|o| &o.axis_errors);
     for (k, error) in found.motion.iter_mut().flatten().enumerate() {
         let at = error.error;
         stretch(&mut error.covariance, |i| {
@@ -281,11 +301,32 @@ fn widened(mut found: Calibration, others: &[Calibration]) -> Calibration {
         let at = mount.position_mm;
         stretch(&mut mount.covariance_mm2, |i| away(&|o| o.mounts[k].position_mm[i], at[i]));
     }
+    let stretch_location =
+        |location: &mut AxisLocation, of: &dyn Fn(&Calibration) -> Option<&AxisLocation>| {
+            let at = location.errors;
+            stretch(&mut location.covariance, |i| {
+                away(&|o| of(o).map_or(at[i], |l| l.errors[i]), at[i])
+            });
+        };
     if let Some(location) = &mut found.location {
-        let at = location.errors;
-        stretch(&mut location.covariance, |i| {
-            away(&|o| o.location.as_ref().map_or(at[i], |l| l.errors[i]), at[i])
-        });
+        stretch_location(location, &|o| o.location.as_ref());
+    }
+    if let Some(second) = &mut found.second {
+        fn of(other: &Calibration) -> Option<&SecondCalibration> {
+            other.second.as_ref()
+        }
+        stretch_errors(&mut second.axis_errors, &|o| of(o).map_or(&[], |s| &s.axis_errors));
+        if let Some(location) = &mut second.location {
+            stretch_location(location, &|o| of(o).and_then(|s| s.location.as_ref()));
+        }
+        if let Some(relation) = &mut second.relation {
+            let both = |r: &AxesRelation| [r.offset_error_mm, r.rotation_error_rad];
+            let at = both(relation);
+            let errors = |o: &Calibration| Some(both(of(o)?.relation.as_ref()?));
+            stretch(&mut relation.covariance, |i| {
+                away(&|o| errors(o).map_or(at[i], |e| e[i]), at[i])
+            });
+        }
     }
     found
 }
@@ -311,24 +352,4 @@ pub(crate) struct AngleChange {
     /// Covariance with these fixed.
     own: DMatrix<f64>,
     residuals_mm: DVector<f64>,
-}
-
-fn location(
-    network: &Network<'_>,
-    angles: &[AngleChange],
-    covariance: &DMatrix<f64>,
-) -> Option<crate::AxisLocation> {
-    let angles_rad: Vec<f64> = network.angles.iter().map(|a| a.angle_rad).collect();
-    let matrices = fit_matrices(&network.survey.axis, &angles_rad)?;
-    let mut sum = Vector4::zeros();
-    let mut own = DMatrix::zeros(4, 4);
-    let mut follows = DMatrix::zeros(4, covariance.nrows());
-    for (matrix, angle) in matrices.iter().zip(angles) {
-        sum += Vector4::from_iterator((matrix * angle.own_error).iter().copied());
-        own += matrix * &angle.own * matrix.transpose();
-        follows += matrix * &angle.follows;
-    }
-    let spread = own + &follows * covariance * follows.transpose();
-    let spread = Matrix4::from_iterator(spread.iter().copied());
-    Some(located(network.survey.axis, angles_rad[0], sum, spread))
 }

@@ -8,11 +8,11 @@ use least_squares::{BlockRows, BorderedPoint, BorderedProblem, Pattern};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3, Vector6};
 
 use super::sight::{ErrorAt, Place, Sight, StationAt, Weights};
+use crate::angle_steps::{AngleSteps, angles};
 use crate::curves::{Curves, LOCATION, Shape};
 use crate::frame::Frame;
 use crate::gauge::{StationChart, rigid_fit};
 use crate::joint::location_name;
-use crate::network::{Angle, angles};
 use crate::spread::Columns;
 use crate::{AxisModel, Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
 
@@ -35,7 +35,7 @@ pub(super) struct Added {
 pub(super) struct Bundle<'a> {
     pub(super) survey: &'a TargetSurvey,
     pub(super) axis_model: AxisModel,
-    pub(super) angles: Vec<Angle>,
+    pub(super) angles: Vec<AngleSteps>,
     pub(super) angle_of_step: Vec<usize>,
     /// Places of the reflectors under the gauge.
     pub(super) chart: StationChart,
@@ -65,7 +65,7 @@ impl<'a> Bundle<'a> {
         let nominal: Vec<Point3<f64>> = survey.mounts.iter().map(|m| m.nominal_mm).collect();
         let inner = Options { gauge: Gauge::Inner, ..Options::default() };
         let rotation =
-            |a: &Angle| survey.axis.rotation(a.angle_rad).to_rotation_matrix().into_inner();
+            |a: &AngleSteps| survey.axis.rotation(a.angle_rad).to_rotation_matrix().into_inner();
         let mut targets_of = vec![Vec::new(); angles.len()];
         for step in angles.iter().flat_map(|a| a.steps.iter().copied()) {
             let own = (0..survey.targets.len()).filter(|&n| survey.targets[n].step == step);

@@ -6,10 +6,11 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3, Vector6};
 use super::bundle::{Added, Bundle};
 use super::check::{check, check_count};
 use crate::angle_spread::{Solved, Terms};
+use crate::angle_steps::angles;
 use crate::frame::{Frame, Motion};
 use crate::joint::held;
 use crate::joint_result::{OfAxis, axis_errors};
-use crate::network::angles;
+use crate::location::{angle_fit, located};
 use crate::perfect::{PerfectAxis, selected};
 use crate::search::{covariance, settle};
 use crate::{
@@ -168,7 +169,7 @@ fn result(
     let solved = Solved {
         problem: bundle,
         covariance: &covariance,
-        angles_rad: &angles_rad,
+        angle_count: angles_rad.len(),
         nth_block: |k: usize, nth: usize| (nth == 0).then_some(k),
         references: &[],
         errors: |k: usize, terms: &mut Terms| {
@@ -176,7 +177,8 @@ fn result(
             Ok(Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]))
         },
     };
-    let spread = solved.spread(&survey.axis)?;
+    let fit = angle_fit(&survey.axis, &angles_rad);
+    let spread = solved.spread(fit.as_ref())?;
     let n = survey.targets.len();
     let (mut residuals_mm, mut redundancy) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
     let rows: Vec<[f64; 2]> = spread.rows().collect();
@@ -190,7 +192,9 @@ fn result(
         AxisModel::Free => OfAxis {
             mounts: mounts(bundle, &point.shared, &shared),
             axis_errors: axis_errors(&survey.axis, &angles_rad, spread.errors(), options.order),
-            location: spread.location,
+            location: (spread.sums).map(|(errors, covariance)| {
+                located(survey.axis, angles_rad[0], errors, covariance)
+            }),
             motion: None,
         },
         AxisModel::Fixed | AxisModel::Located => {

@@ -17,6 +17,7 @@ use super::faults::{Fault, Fitted, faults};
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
+use crate::angle_steps::angles;
 use crate::curves::{Curves, Shape};
 use crate::frame::Frame;
 use crate::missing::axis_effects::{AxisEffect, axis_effects};
@@ -24,7 +25,6 @@ use crate::missing::found::NEAR_MM;
 use crate::missing::model::elapsed;
 use crate::missing::orders::Orders;
 use crate::missing::stops::Stops;
-use crate::network::angles;
 use crate::{Approach, AxisModel, TrackerError};
 
 /// What was recorded beside the readings.
@@ -147,8 +147,8 @@ impl TargetModel {
         };
         let residual = rows.columns(1, |n, c, _| residual_mm(n, c)).column(0).into_owned();
         let layout = layout(&survey, &rows, hold_out, &options, calibration.point_mm.is_none());
+        let (basis, left) = beside(&rows, &jacobian, &residual);
         let find = || {
-            let (basis, left) = beside(&rows, &jacobian, &residual);
             faults(&Fitted {
                 survey: &survey,
                 sights: &sights,
@@ -185,7 +185,7 @@ impl TargetModel {
             first += own.len();
             shapes.push(Some(own));
         }
-        let tangents = entries.iter().map(|e| tangent(&rows, &e.columns)).collect();
+        let tangents = entries.iter().map(|e| tangent(&rows, &basis, e)).collect();
         drop(by_base);
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let declared = Declared {
@@ -413,15 +413,22 @@ fn places(bundle: &Bundle<'_>, hold_out: HoldOut) -> Vec<usize> {
     places
 }
 
-/// Share of an amplitude's column below which the rows hold nothing of it but rounding.
-const NOTHING_LEFT: f64 = 1e-9;
+/// Share of an amplitude's column that must be left beside the model and the units that are held out:
+/// errors of a design and what rows leave out by being linear are as large, a mm on a metre.
+const NOTHING_LEFT: f64 = 1e-3;
+/// The same of an effect that follows a recorded column: only rounding is less.
+const NOTHING_LEFT_DRIVEN: f64 = 1e-9;
 
-/// Columns of an effect as reduced rows; zero where the units that are held out take all of it.
-fn tangent(rows: &Rows, columns: &[Vec<f64>]) -> DMatrix<f64> {
+/// Columns of an effect as reduced rows; zero where nothing is left of them beside the base parameters,
+/// whose whitened columns `basis` spans, and what the units that are held out have of their own.
+fn tangent(rows: &Rows, basis: &DMatrix<f64>, entry: &Entry) -> DMatrix<f64> {
+    let columns = &entry.columns;
     let mut reduced = rows.columns(columns.len(), |n, c, p| columns[p][3 * n + c]);
+    let least = if entry.effect.driver.is_some() { NOTHING_LEFT_DRIVEN } else { NOTHING_LEFT };
     for (mut left, whole) in reduced.column_iter_mut().zip(columns) {
-        let length = whole.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if left.norm() <= NOTHING_LEFT * length {
+        let whitened = DVector::from_fn(left.len(), |i, _| left[i] / rows.sigma_mm[i]);
+        let beside = &whitened - basis * basis.tr_mul(&whitened);
+        if beside.norm() <= least * rows.whitened_norm(whole) {
             left.fill(0.0);
         }
     }

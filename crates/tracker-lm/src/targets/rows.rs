@@ -107,6 +107,16 @@ impl Rows {
         self.tied_to.len()
     }
 
+    /// Length of a column of three components per reading before anything is taken out of it, each
+    /// over its standard uncertainty.
+    pub(super) fn whitened_norm(&self, column: &[f64]) -> f64 {
+        let of_unit = |unit: &Unit| -> f64 {
+            let pairs = unit.of.iter().zip(&unit.sigma_mm);
+            pairs.map(|(&(n, c), sigma)| (column[3 * n + c] / sigma).powi(2)).sum()
+        };
+        self.units.iter().map(of_unit).sum::<f64>().sqrt()
+    }
+
     /// Columns given for every component of every reading, as columns of the reduced rows.
     pub(super) fn columns(
         &self,

@@ -5,8 +5,10 @@
 mod closing;
 mod consistency;
 mod degenerate;
+mod elevation;
 mod exports;
 mod find_axis;
+mod head;
 mod perfect;
 mod recovery;
 mod scene;

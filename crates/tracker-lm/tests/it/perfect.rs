@@ -168,6 +168,36 @@ fn a_place_and_a_motion_are_told_apart() {
     assert_eq!(found, [("angular-positioning", Some("EBB")), ("axis-location", None)]);
 }
 
+/// A rest that changes from each angle to the next is named where every angle was met three times.
+/// Met twice, the two stops of an angle say by one difference how far stops scatter there, and the
+/// values stay without a name: as «more noise than declared», and not as something else.
+#[test]
+fn values_by_angle_need_three_visits() {
+    const SIZE_RAD: f64 = 20e-6;
+    let rest = |angle: f64| {
+        // Angles of 18° from −90° on.
+        let is_even = ((angle.to_degrees() + 90.0) / 36.0 + 0.25).fract() < 0.5;
+        Vector6::ith(4, if is_even { SIZE_RAD } else { -SIZE_RAD })
+    };
+    for once_more in [false, true] {
+        let plan = Plan { angles: 11, both_ways: true, once_more, ..perfect() };
+        let (model, closure) = closed(moved(&simulate(&plan, 38), rest));
+        if !once_more {
+            assert!(closure.steps.is_empty(), "{:?}", closure.steps);
+            assert_eq!(closure.verdict, Verdict::NoiseLargerThanDeclared);
+            continue;
+        }
+        assert_eq!(names(&closure), [("angular-positioning", Some("EBB angle by angle"))]);
+        assert_eq!(closure.verdict, Verdict::Explained);
+        let motion = model.calibration_with(&closure).unwrap().motion.unwrap();
+        let mean = motion.iter().map(|e| rest(e.angle_rad)[4]).sum::<f64>() / motion.len() as f64;
+        for error in &motion {
+            let away = error.error[4] - (rest(error.angle_rad)[4] - mean);
+            assert!(away.abs() < 5.0 * error.sigmas()[4], "{} {away}", error.angle_rad);
+        }
+    }
+}
+
 #[test]
 fn from_one_side_a_backlash_is_the_place_of_the_axis() {
     let model =

@@ -27,6 +27,8 @@ pub(crate) struct Plan {
     pub error_rad: f64,
     /// Whether every angle is met from both sides.
     pub both_ways: bool,
+    /// Whether the axis goes through its angles once more after that.
+    pub once_more: bool,
     /// Whether each lock has a dead path of its own.
     pub per_lock: bool,
     /// Share of readings that are missing.
@@ -47,6 +49,7 @@ impl Default for Plan {
             error_mm: 5e-3,
             error_rad: 20e-6,
             both_ways: false,
+            once_more: false,
             per_lock: true,
             missing: 0.0,
         }
@@ -132,6 +135,9 @@ pub(crate) fn simulate(plan: &Plan, seed: u64) -> Scene {
     if plan.both_ways {
         order.extend((0..plan.angles).rev().map(|k| (k, Some(Approach::Negative))));
     }
+    if plan.once_more {
+        order.extend((0..plan.angles).map(|k| (k, Some(Approach::Positive))));
+    }
     let dead: Vec<Vec<f64>> = (0..plan.stations)
         .map(|_| {
             let one = rng.random_range(50.0..150.0);
@@ -160,6 +166,7 @@ pub(crate) fn simulate(plan: &Plan, seed: u64) -> Scene {
         |truth: &Vector3<f64>, off: f64| Point3::from(truth + random_vector(&mut rng) * off);
     let survey = Survey {
         axis: RotaryAxis::new(plan.letter, Point3::from(origin), direction).unwrap(),
+        second: None,
         stations: (stations_mm.iter().enumerate())
             .map(|(i, s)| Station {
                 name: format!("S{}", i + 1),

@@ -31,7 +31,7 @@ pub(crate) use observable::observable;
 pub(crate) use residual::{residual_after, residual_before};
 pub(crate) use score::scores;
 pub(crate) use table::{Cell, Kind, facts, table};
-pub(crate) use verdict::{change, lede, verdict_words};
+pub(crate) use verdict::{INPUT_WRONG, change, lede, verdict_words};
 pub(crate) use views::views;
 
 use super::markup::Markup;

@@ -21,6 +21,9 @@ pub(crate) fn verdict_words(verdict: Verdict) -> &'static str {
     }
 }
 
+/// What a case is called whose input is wrong.
+pub(crate) const INPUT_WRONG: &str = "input wrong";
+
 /// The page's opening: what was found, in one or two sentences.
 pub(crate) fn lede(out: &mut Markup, context: &Context) {
     mistakes(out, context);
@@ -36,7 +39,7 @@ pub(crate) fn lede(out: &mut Markup, context: &Context) {
 fn mistakes(out: &mut Markup, context: &Context) {
     for mistake in context.input.mistakes {
         out.open("p", &[("class", &"lede")]);
-        out.element("span", &[("class", &"verdict open")], "input wrong");
+        out.element("span", &[("class", &"verdict open")], INPUT_WRONG);
         out.text(" ");
         out.name(&mistake.subject);
         out.text(": ");

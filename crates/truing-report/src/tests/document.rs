@@ -131,6 +131,7 @@ fn a_case_without_anything_still_makes_a_page() {
             kind: "",
             source: None,
             mistakes: &[],
+            as_read: None,
             description: &[],
             measured: &[],
             declared: &[],

@@ -2,7 +2,7 @@
 
 use super::sample::{Sample, four_displacements, nothing_missing, photogrammetry};
 use super::{parse, text_of};
-use crate::{IndexEntry, ReadPageError, ReportInput, Story, render, render_index};
+use crate::{IndexEntry, Mistake, ReadPageError, ReportInput, Rms, Story, render, render_index};
 
 #[test]
 fn the_table_has_a_line_per_case_that_leads_to_it() {
@@ -64,6 +64,26 @@ fn three() -> Vec<IndexEntry> {
         IndexEntry::from_page(&render(&input), format!("{i}.html")).unwrap()
     };
     samples.iter().enumerate().map(page).collect()
+}
+
+/// What was wrong with the input is named with the error before it was mended, not after.
+#[test]
+fn a_case_whose_input_is_wrong_says_so_in_its_line() {
+    let sample = photogrammetry();
+    let mistakes = [Mistake {
+        names: vec!["input:unit [pairs.csv: to_x_mm]".into(), "input:sign".into()],
+        subject: "pairs.csv: to_x_mm".into(),
+        description: "in inches".into(),
+    }];
+    let as_read = Rms { train: Some(300.0), held_out: Some(321.0), held_out_std: Some(9.0) };
+    let input = ReportInput { mistakes: &mistakes, as_read: Some(as_read), ..sample.closed() };
+    let entry = IndexEntry::from_page(&render(&input), "0.html").unwrap();
+    let plain = IndexEntry::from_page(&render(&sample.closed()), "0.html").unwrap();
+    assert_eq!(entry.summary.verdict.as_deref(), Some("input wrong"));
+    assert_eq!((entry.summary.before, entry.summary.after), (as_read, plain.summary.after));
+    assert_eq!(entry.summary.added[0], mistakes[0].names);
+    assert_eq!(entry.summary.added[1..], plain.summary.added);
+    assert!(render_index("Cases", "", &[entry]).contains("input:unit [pairs.csv: to_x_mm]"));
 }
 
 #[test]

@@ -320,6 +320,11 @@ fn answer<A: Estimated>(
         let kind = answer.kind();
         let content = answer.estimates().export(format).ok_or(Error::NothingToExport { kind })?;
         files.push(OutputFile { path: path.to_owned(), content });
+        if let Some((letter, content)) = answer.estimates().export_of_second(format) {
+            let path = of_axis(path, letter);
+            refuse_overlap(&[&path], &paths(case.inputs()))?;
+            files.push(OutputFile { path, content });
+        }
     }
     if let Some(path) = &run.report {
         files.push(OutputFile { path: path.clone(), content: report(&case, &answer)? });
@@ -327,6 +332,17 @@ fn answer<A: Estimated>(
     write_files(&files)?;
     drop(spinner);
     print(answer, run.json, settings)
+}
+
+/// `errors.csv` of a second axis B is `errors-B.csv`.
+fn of_axis(path: &Path, letter: char) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{letter}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
 }
 
 fn sampled(command: &Sampling, settings: Settings) -> Result<(), Error> {

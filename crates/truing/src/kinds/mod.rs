@@ -33,8 +33,8 @@ pub use positioning::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
 };
 pub use tracker_lm::{
-    AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate, StationEstimate,
-    TrackerLmEstimates,
+    AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate,
+    SecondAxisEstimate, StationEstimate, TrackerLmEstimates,
 };
 
 pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach};

@@ -25,8 +25,8 @@ use crate::measured::Reading;
 use crate::uncertain::{Std, Uncertain};
 
 pub use estimates::{
-    AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate, StationEstimate,
-    TrackerLmEstimates,
+    AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate,
+    SecondAxisEstimate, StationEstimate, TrackerLmEstimates,
 };
 
 use settings::{
@@ -91,6 +91,7 @@ const LEAST_COSINE: f64 = 0.5;
 
 /// What is wrong where a direction is not about the machine axis of the letter.
 fn wrong_letter(
+    section: &str,
     letter: AxisLetter,
     along: Vector3<f64>,
     direction: &Vector3<f64>,
@@ -103,35 +104,59 @@ fn wrong_letter(
     let fitting = [AxisLetter::A, AxisLetter::B, AxisLetter::C][nearest].letter();
     let machine_axis = ["x", "y", "z"][nearest];
     Some(format!(
-        "`[axis] letter = \"{}\"` does not fit `[axis] direction`, which is nearest to \
+        "`[{section}] letter = \"{}\"` does not fit `[{section}] direction`, which is nearest to \
          {machine_axis}: an axis about {machine_axis} is {fitting} (ISO 841); write `letter = \
          \"{fitting}\"`, or the direction of the axis meant",
         letter.letter()
     ))
 }
 
+/// Letter, point and direction that a section declares; the direction may be that of the letter.
+fn declared_axis(
+    section: &str,
+    (name, origin_mm, direction): (LetterName, Point3<f64>, Option<[Finite; 3]>),
+    document: &Document,
+) -> Result<RotaryAxis, Error> {
+    let letter = match name {
+        LetterName::A => AxisLetter::A,
+        LetterName::B => AxisLetter::B,
+        LetterName::C => AxisLetter::C,
+    };
+    let along = match name {
+        LetterName::A => Vector3::x(),
+        LetterName::B => Vector3::y(),
+        LetterName::C => Vector3::z(),
+    };
+    let direction = direction.map_or(along, |d| Vector3::from(d.map(|Finite(v)| v)));
+    if let Some(message) = wrong_letter(section, letter, along, &direction) {
+        return Err(Error::case(document.at_file(), Problem::WrongValue { message }));
+    }
+    RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
+}
+
+fn point(of: [Finite; 3]) -> Point3<f64> {
+    Point3::from(of.map(|Finite(v)| v))
+}
+
 impl Settings {
     /// The declared axis; of one that is to be found, the letter and a first direction.
     fn axis(&self, document: &Document) -> Result<RotaryAxis, Error> {
-        let letter = match self.axis.letter {
-            LetterName::A => AxisLetter::A,
-            LetterName::B => AxisLetter::B,
-            LetterName::C => AxisLetter::C,
-        };
-        let along = match self.axis.letter {
-            LetterName::A => Vector3::x(),
-            LetterName::B => Vector3::y(),
-            LetterName::C => Vector3::z(),
-        };
-        let direction = self.axis.direction.map_or(along, |d| Vector3::from(d.map(|Finite(v)| v)));
-        if let Some(message) = wrong_letter(letter, along, &direction) {
+        let origin_mm = self.axis.origin_mm.map_or_else(Point3::origin, point);
+        declared_axis("axis", (self.axis.letter, origin_mm, self.axis.direction), document)
+    }
+
+    /// The axis that rides on the other one, where there are two.
+    fn second_axis(&self, document: &Document) -> Result<Option<RotaryAxis>, Error> {
+        let Some(second) = &self.second_axis else { return Ok(None) };
+        if second.letter == self.axis.letter {
+            let message =
+                "`[second_axis] letter` is that of `[axis]`: two axes of a head have two \
+                           letters"
+                    .to_owned();
             return Err(Error::case(document.at_file(), Problem::WrongValue { message }));
         }
-        let origin_mm = self
-            .axis
-            .origin_mm
-            .map_or_else(Point3::origin, |origin_mm| Point3::from(origin_mm.map(|Finite(v)| v)));
-        RotaryAxis::new(letter, origin_mm, direction).map_err(|e| error(document.at_file(), e))
+        let declared = (second.letter, point(second.origin_mm), second.direction);
+        declared_axis("second_axis", declared, document).map(Some)
     }
 
     /// What is to be found of the axis before it is calibrated.

@@ -50,5 +50,6 @@ mod shown;
 mod suspects;
 mod tables;
 mod threads;
+mod tracker_head;
 mod tracker_lm;
 mod tracker_targets;

@@ -130,7 +130,7 @@ fn files_are_written_beside_the_answer() {
     let tab = fs::read_to_string(tab).unwrap();
     assert!(tab.starts_with("; ") && tab.contains("\nBEGIN ERRORS_B.TAB MM\n"), "{tab}");
     let page = fs::read_to_string(page).unwrap();
-    assert!(page.contains("Rotation errors of the axis") && page.contains("ECB"));
+    assert!(page.contains("Rotation errors of axis B") && page.contains("ECB"));
 }
 
 #[test]

@@ -50,6 +50,8 @@ struct Survey<'a> {
     origin: [f64; 3],
     direction: [f64; 3],
     letter: String,
+    /// Origin and direction of an axis that rides on the other one.
+    second: Option<([f64; 3], [f64; 3])>,
     one_dead_path: bool,
     time: Vec<f64>,
     timed: bool,
@@ -59,9 +61,19 @@ impl<'a> Survey<'a> {
     fn new(folder: &Folder, json: &'a Value) -> Self {
         let document = folder.document();
         let axis = &document["axis"];
-        let triple = |key: &str| -> [f64; 3] {
-            let list = axis[key].as_array().expect("three numbers");
+        let triple = |list: &toml::Value| -> [f64; 3] {
+            let list = list.as_array().expect("three numbers");
             std::array::from_fn(|k| list[k].as_float().expect("a number with a point"))
+        };
+        // Along the axis of its letter where the case does not say.
+        let line = |axis: &toml::Value| {
+            let along = || match axis["letter"].as_str() {
+                Some("A") => [1.0, 0.0, 0.0],
+                Some("B") => [0.0, 1.0, 0.0],
+                _ => [0.0, 0.0, 1.0],
+            };
+            let direction = axis.get("direction").map_or_else(along, triple);
+            (triple(&axis["origin_mm"]), scale(1.0 / norm(&direction), direction))
         };
         let table = folder.table("ranges.csv");
         let timed = table.has("time_s");
@@ -73,12 +85,13 @@ impl<'a> Survey<'a> {
             let last = crate::handback::as_f64(table.rows() - 1);
             (0..table.rows()).map(|row| crate::handback::as_f64(row) / last).collect()
         };
-        let direction = triple("direction");
+        let (origin, direction) = line(axis);
         let dead_path = document.get("model").and_then(|m| m.get("dead_path"));
         Self {
             json,
-            origin: triple("origin_mm"),
-            direction: scale(1.0 / norm(&direction), direction),
+            origin,
+            direction,
+            second: document.get("second_axis").map(line),
             letter: axis["letter"].as_str().expect("a letter").to_owned(),
             one_dead_path: dead_path.is_some_and(|name| name.as_str() == Some("station")),
             table,
@@ -104,8 +117,13 @@ impl<'a> Survey<'a> {
 
     /// Displacement and rotation of the axis at the angle of a row.
     fn error(&self, row: usize) -> ([f64; 3], [f64; 3]) {
-        let angle = self.table.numbers("angle_deg")[row];
-        let all = self.json["estimates"]["axis_errors"].as_array().expect("errors");
+        let estimates = &self.json["estimates"];
+        let (all, angle) = if self.turns_second(row) {
+            (&estimates["second_axis"]["axis_errors"], self.table.numbers("second_angle_deg")[row])
+        } else {
+            (&estimates["axis_errors"], self.table.numbers("angle_deg")[row])
+        };
+        let all = all.as_array().expect("errors");
         let is_own = |e: &&Value| (e["angle_deg"].as_f64().expect("an angle") - angle).abs() < 1e-8;
         let own = all.iter().find(is_own).expect("errors of every angle");
         let six = ERRORS.map(|name| own[name].as_f64().expect("an error"));
@@ -120,6 +138,40 @@ impl<'a> Survey<'a> {
             }
         }
         (moved, turned)
+    }
+
+    /// Whether the second of two axes is away from where it stands.
+    fn turns_second(&self, row: usize) -> bool {
+        self.second.is_some()
+            && (self.table.numbers("second_angle_deg")[row]
+                - stands(&self.json["estimates"]["second_axis"]))
+            .abs()
+                > 1e-8
+    }
+
+    /// Directions and angles of the rotations that take the body of a row to where it is without errors, in
+    /// the order applied.
+    fn turns(&self, row: usize) -> Vec<([f64; 3], f64)> {
+        let angle = |column: &str| self.table.numbers(column)[row].to_radians();
+        let Some((_, along)) = self.second else {
+            return vec![(self.direction, angle("angle_deg"))];
+        };
+        let since = angle("angle_deg") - stands(&self.json["estimates"]).to_radians();
+        vec![(along, angle("second_angle_deg")), (self.direction, since)]
+    }
+
+    /// The point that errors move, and the reflector from there without them.
+    fn nominal(&self, row: usize, body: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let turns = self.turns(row);
+        let arm = rotate(turns[0].0, turns[0].1, body);
+        match self.second {
+            None => (self.origin, arm),
+            Some((origin, _)) if self.turns_second(row) => (origin, arm),
+            Some((origin, _)) => {
+                let from_first = add(add(origin, scale(-1.0, self.origin)), arm);
+                (self.origin, rotate(turns[1].0, turns[1].1, from_first))
+            }
+        }
     }
 
     /// 1 where the axis came with rising angles, −1 with falling ones.
@@ -164,27 +216,26 @@ impl<'a> Survey<'a> {
                 station = add(station, scale(share, come));
             }
         }
-        let angle = self.table.numbers("angle_deg")[row].to_radians();
         let (moved, turned) = self.error(row);
-        let mut arm = rotate(self.direction, angle, body);
+        let (pivot, mut arm) = self.nominal(row, body);
         let size = norm(&turned);
         if size > 0.0 {
             arm = rotate(scale(1.0 / size, turned), size, arm);
         }
-        let beam = add(add(self.origin, add(moved, arm)), scale(-1.0, station));
+        let beam = add(add(pivot, add(moved, arm)), scale(-1.0, station));
         let length = norm(&beam);
         // The beam as the reflector sees it.
         let mut seen = scale(1.0 / length, beam);
         if size > 0.0 {
             seen = rotate(scale(1.0 / size, turned), -size, seen);
         }
-        seen = rotate(self.direction, -angle, seen);
-        let radial = cross(cross(self.direction, body), self.direction);
-        let looks = if norm(&radial) > ON_AXIS_MM {
-            scale(1.0 / norm(&radial), radial)
-        } else {
-            self.direction
-        };
+        for (along, angle) in self.turns(row).into_iter().rev() {
+            seen = rotate(along, -angle, seen);
+        }
+        let carrier = self.second.map_or(self.direction, |(_, along)| along);
+        let radial = cross(cross(carrier, body), carrier);
+        let looks =
+            if norm(&radial) > ON_AXIS_MM { scale(1.0 / norm(&radial), radial) } else { carrier };
         Sight { length, cosine: dot(seen, looks).abs().min(1.0) }
     }
 
@@ -266,6 +317,11 @@ impl<'a> Survey<'a> {
     }
 }
 
+/// Where an axis of two stands while the other one turns: its errors begin there.
+fn stands(errors: &Value) -> f64 {
+    errors["axis_errors"][0]["angle_deg"].as_f64().expect("an angle")
+}
+
 /// One line of sight.
 struct Sight {
     length: f64,
@@ -289,8 +345,10 @@ fn applied(folder: &Folder, json: &Value) -> Left {
         own.iter().sum::<f64>() / crate::handback::as_f64(own.len())
     };
     let squares: f64 = (0..rows).map(|row| (off[row] - dead_path(row)).powi(2)).sum();
-    let angles = json["estimates"]["axis_errors"].as_array().expect("errors").len();
-    let judged = rows - 6 * (angles - 1);
+    let estimates = &json["estimates"];
+    // None of the first angle of an axis, where its errors are zero.
+    let free = |of: &Value| of["axis_errors"].as_array().map_or(0, |errors| errors.len() - 1);
+    let judged = rows - 6 * (free(estimates) + free(&estimates["second_axis"]));
     Left {
         fitted: vec![vec![(squares / crate::handback::as_f64(judged)).sqrt()]],
         checked: Vec::new(),

@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 pub(crate) mod handback;
+pub(crate) mod head;
 pub(crate) mod target_cases;
 pub(crate) mod target_cells;
 pub(crate) mod target_design;

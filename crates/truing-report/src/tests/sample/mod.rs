@@ -49,6 +49,7 @@ impl Sample {
 
     fn input<'a>(&'a self, evidence: Evidence<'a>) -> ReportInput<'a> {
         ReportInput {
+            as_read: None,
             title: &self.title,
             kind: self.kind,
             source: self.source.as_deref(),

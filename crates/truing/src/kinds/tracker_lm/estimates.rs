@@ -2,8 +2,9 @@ use model_discrepancy::Step;
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Serialize;
 use tracker_lm::{
-    AxisError, AxisLetter, AxisLocation, Calibration, Mount, RotaryAxis, StationPose, Survey,
-    TargetCalibration, TargetSurvey, axis_errors_csv, heidenhain_table, linuxcnc_compensation,
+    AxesRelation, AxisError, AxisLetter, AxisLocation, Calibration, Mount, RotaryAxis,
+    SecondCalibration, StationPose, Survey, TargetCalibration, TargetSurvey, axis_errors_csv,
+    heidenhain_table, linuxcnc_compensation,
 };
 use truing_report::{Curve, CurvePlot, ExtraPlot};
 
@@ -32,6 +33,12 @@ pub struct TrackerLmEstimates {
     pub axis_motion: Option<Vec<AxisErrorEstimate>>,
     /// Location of the axis; `None` where the angles do not show it, or where it is as declared.
     pub axis_location: Option<AxisLocationEstimate>,
+    /// The second axis of a head with two, which rides on the first one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second_axis: Option<SecondAxisEstimate>,
+    /// How the two axes of a head lie to each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes_relation: Option<AxesRelationEstimate>,
     /// Difference of `[e_x, e_y, e_z, e_a, e_b, e_c]` between coming with rising and with falling
     /// angles, mm and rad, where the loop found one.
     pub reversal: Option<[f64; 6]>,
@@ -39,6 +46,56 @@ pub struct TrackerLmEstimates {
     letter: AxisLetter,
     #[serde(skip)]
     errors: Vec<AxisError>,
+}
+
+/// The second of two axes, where the first one stands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SecondAxisEstimate {
+    /// The axis that its errors are against, as declared.
+    pub axis: AxisEstimate,
+    /// One per angle, relative to where it stands while the first one turns.
+    pub axis_errors: Vec<AxisErrorEstimate>,
+    /// Its location; `None` where the angles do not show it.
+    pub axis_location: Option<AxisLocationEstimate>,
+    #[serde(skip)]
+    letter: AxisLetter,
+    #[serde(skip)]
+    errors: Vec<AxisError>,
+}
+
+/// How the second axis lies to the first one, without the uncertainty of the machine's frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxesRelationEstimate {
+    /// Across both axes, machine frame.
+    pub direction: [f64; 3],
+    /// From the first axis to the second one along it, as declared.
+    pub nominal_offset_mm: f64,
+    /// What the offset is beyond that.
+    pub offset_error_mm: f64,
+    /// Standard uncertainty of the offset.
+    pub std_offset_mm: f64,
+    /// Angle between the axes as declared.
+    pub nominal_angle_deg: f64,
+    /// Rotation of the second axis about `direction` against the first one, beyond what is declared: of
+    /// axes at right angles their squareness.
+    pub rotation_error_rad: f64,
+    /// Its standard uncertainty.
+    pub std_rotation_rad: f64,
+}
+
+impl From<&AxesRelation> for AxesRelationEstimate {
+    fn from(relation: &AxesRelation) -> Self {
+        let std = relation.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+        Self {
+            direction: relation.direction.into_inner().into(),
+            nominal_offset_mm: relation.nominal_offset_mm,
+            offset_error_mm: relation.offset_error_mm,
+            std_offset_mm: std[0],
+            nominal_angle_deg: relation.nominal_angle_rad.to_degrees(),
+            rotation_error_rad: relation.rotation_error_rad,
+            std_rotation_rad: std[1],
+        }
+    }
 }
 
 /// A rotary axis, machine frame.
@@ -147,6 +204,7 @@ struct Parts<'a> {
     errors: &'a [AxisError],
     motion: Option<&'a [AxisError]>,
     location: Option<&'a AxisLocation>,
+    second: Option<(&'a RotaryAxis, &'a SecondCalibration)>,
     reversal: Option<[f64; 6]>,
 }
 
@@ -167,6 +225,7 @@ impl TrackerLmEstimates {
             errors: &found.axis_errors,
             motion: found.motion.as_deref(),
             location: found.location.as_ref(),
+            second: survey.second.as_ref().map(|s| &s.axis).zip(found.second.as_ref()),
             reversal,
         })
     }
@@ -191,14 +250,18 @@ impl TrackerLmEstimates {
             errors: &found.axis_errors,
             motion: found.motion.as_deref(),
             location: found.location.as_ref(),
+            second: None,
             reversal,
         })
     }
 
     /// With stations and axis counted from a zero so far away.
     pub(crate) fn moved(mut self, away_mm: Vector3<f64>) -> Self {
-        for (at, away) in self.axis.origin_mm.iter_mut().zip(away_mm.iter()) {
-            *at += away;
+        let second = self.second_axis.iter_mut().map(|second| &mut second.axis);
+        for axis in std::iter::once(&mut self.axis).chain(second) {
+            for (at, away) in axis.origin_mm.iter_mut().zip(away_mm.iter()) {
+                *at += away;
+            }
         }
         for station in &mut self.stations {
             station.x_mm += away_mm.x;
@@ -210,11 +273,19 @@ impl TrackerLmEstimates {
 
     fn from_parts(parts: &Parts<'_>) -> Self {
         let letter = parts.axis.letter;
-        let location = parts.location.map(|location| AxisLocationEstimate {
+        let location = |letter: AxisLetter, location: &AxisLocation| AxisLocationEstimate {
             names: letter.location_names(),
             values: location.errors.into(),
             std: location.covariance.diagonal().map(|v| v.max(0.0).sqrt()).into(),
+        };
+        let second_axis = parts.second.map(|(axis, found)| SecondAxisEstimate {
+            axis: axis.into(),
+            axis_errors: found.axis_errors.iter().map(AxisErrorEstimate::of).collect(),
+            axis_location: found.location.as_ref().map(|l| location(axis.letter, l)),
+            letter: axis.letter,
+            errors: found.axis_errors.clone(),
         });
+        let relation = parts.second.and_then(|(_, found)| found.relation.as_ref());
         let std_mm = |spread: &Matrix3<f64>| (spread.trace() / 3.0).max(0.0).sqrt();
         let rows = |turned: &Matrix3<f64>| {
             std::array::from_fn(|i| std::array::from_fn(|j| turned[(i, j)]))
@@ -244,13 +315,50 @@ impl TrackerLmEstimates {
             axis: parts.axis.into(),
             axis_errors: parts.errors.iter().map(AxisErrorEstimate::of).collect(),
             axis_motion: parts.motion.map(|m| m.iter().map(AxisErrorEstimate::of).collect()),
-            axis_location: location,
+            axis_location: parts.location.map(|l| location(letter, l)),
+            second_axis,
+            axes_relation: relation.map(AxesRelationEstimate::from),
             reversal: parts.reversal,
             letter,
             errors: parts.errors.to_vec(),
         }
     }
 
+    /// The axes: one, or the two of a head.
+    fn axes(&self) -> Vec<OfAxis<'_>> {
+        let first = OfAxis {
+            letter: self.letter,
+            declared: &self.axis,
+            errors: &self.axis_errors,
+            location: self.axis_location.as_ref(),
+        };
+        let second = self.second_axis.as_ref().map(|second| OfAxis {
+            letter: second.letter,
+            declared: &second.axis,
+            errors: &second.axis_errors,
+            location: second.axis_location.as_ref(),
+        });
+        std::iter::once(first).chain(second).collect()
+    }
+
+    /// What the errors are relative to.
+    fn reference(&self) -> &'static str {
+        match self.second_axis {
+            None => "relative to the first angle",
+            Some(_) => "relative to where it stands while the other axis turns",
+        }
+    }
+}
+
+/// What was found of one axis.
+struct OfAxis<'a> {
+    letter: AxisLetter,
+    declared: &'a AxisEstimate,
+    errors: &'a [AxisErrorEstimate],
+    location: Option<&'a AxisLocationEstimate>,
+}
+
+impl OfAxis<'_> {
     /// Angle and rotation error about the axis itself, degrees.
     fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
         let own = match self.letter {
@@ -259,31 +367,10 @@ impl TrackerLmEstimates {
             AxisLetter::C => 5,
         };
         let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
-        self.axis_errors.iter().map(of).collect()
-    }
-}
-
-impl Estimates for TrackerLmEstimates {
-    fn parameters(&self) -> Vec<Estimated> {
-        let mut all = Vec::new();
-        if let Some(location) = &self.axis_location {
-            for (i, name) in location.names.iter().enumerate() {
-                let (unit, factor) = if i < 2 { ("mm", 1.0) } else { ("µrad", 1e6) };
-                let (value, std) = (factor * location.values[i], factor * location.std[i]);
-                all.push(Estimated::new(name, unit, value, Some(std)));
-            }
-        }
-        for s in &self.stations {
-            let places = [("x", s.x_mm), ("y", s.y_mm), ("z", s.z_mm)];
-            for ((axis, value), std) in places.into_iter().zip(s.std_xyz_mm) {
-                let name = format!("station {} {axis}", s.station);
-                all.push(Estimated::new(&name, "mm", value, Some(std)));
-            }
-        }
-        all
+        self.errors.iter().map(of).collect()
     }
 
-    fn tables(&self) -> Vec<TextTable> {
+    fn table(&self, reference: &str) -> TextTable {
         let columns = [
             "angle °",
             "e_x µm",
@@ -300,9 +387,9 @@ impl Estimates for TrackerLmEstimates {
             "U e_c µrad",
         ];
         let letter = self.letter.letter();
-        let title = format!("errors of axis {letter}, relative to the first angle; U with k = 2");
+        let title = format!("errors of axis {letter}, {reference}; U with k = 2");
         let mut table = TextTable::new(title, &columns);
-        for e in &self.axis_errors {
+        for e in self.errors {
             let factor = |c: usize| if c % 6 < 3 { 1e3 } else { 1e6 };
             let shown: [f64; 12] = std::array::from_fn(|c| e.numbers()[c] * factor(c));
             let errors = (0..6).map(|c| Cell::Known(shown[c], Some(shown[6 + c])));
@@ -310,47 +397,96 @@ impl Estimates for TrackerLmEstimates {
             let angle = std::iter::once(Cell::from(number(Some(e.angle_deg))));
             table.push(angle.chain(errors).chain(expanded).collect());
         }
-        vec![table]
+        table
     }
 
-    /// The six curves with their 95 % bands.
+    fn implausible(&self, limit_deg: f64) -> Option<ImplausibleResult> {
+        let location = self.location.into_iter();
+        let found = FoundAxis {
+            letter: self.letter.letter(),
+            direction: self.declared.direction,
+            own_rotation_deg: &self.own_rotation_deg(),
+            location: location
+                .flat_map(|l| l.names.iter().map(String::as_str).zip(l.values))
+                .collect(),
+        };
+        implausible(&found, limit_deg)
+    }
+}
+
+impl AxesRelationEstimate {
+    /// Offset and rotation for people.
+    fn parameters(&self, [first, second]: [char; 2]) -> [Estimated; 2] {
+        let direction = Vector3::from(self.direction);
+        let along = ["x", "y", "z"][direction.iamax()];
+        let offset = format!("offset of {second} from {first} along {along}, beyond nominal");
+        let is_square = (self.nominal_angle_deg - 90.0).abs() < SQUARE_DEG;
+        let what = if is_square { "squareness" } else { "rotation" };
+        let rotation = format!("{what} of {second} to {first} about {along}");
+        [
+            Estimated::new(&offset, "mm", self.offset_error_mm, Some(self.std_offset_mm)),
+            Estimated::new(
+                &rotation,
+                "µrad",
+                1e6 * self.rotation_error_rad,
+                Some(1e6 * self.std_rotation_rad),
+            ),
+        ]
+    }
+}
+
+/// Axes whose nominal angle is nearer to a right one are square to each other.
+const SQUARE_DEG: f64 = 1.0;
+
+impl Estimates for TrackerLmEstimates {
+    fn parameters(&self) -> Vec<Estimated> {
+        let mut all = Vec::new();
+        for location in self.axes().iter().filter_map(|axis| axis.location) {
+            for (i, name) in location.names.iter().enumerate() {
+                let (unit, factor) = if i < 2 { ("mm", 1.0) } else { ("µrad", 1e6) };
+                let (value, std) = (factor * location.values[i], factor * location.std[i]);
+                all.push(Estimated::new(name, unit, value, Some(std)));
+            }
+        }
+        if let (Some(relation), Some(second)) = (&self.axes_relation, &self.second_axis) {
+            all.extend(relation.parameters([self.letter, second.letter].map(AxisLetter::letter)));
+        }
+        for s in &self.stations {
+            let places = [("x", s.x_mm), ("y", s.y_mm), ("z", s.z_mm)];
+            for ((axis, value), std) in places.into_iter().zip(s.std_xyz_mm) {
+                let name = format!("station {} {axis}", s.station);
+                all.push(Estimated::new(&name, "mm", value, Some(std)));
+            }
+        }
+        all
+    }
+
+    fn tables(&self) -> Vec<TextTable> {
+        self.axes().iter().map(|axis| axis.table(self.reference())).collect()
+    }
+
+    /// The six curves of every axis with their 95 % bands.
     fn plots(&self) -> Vec<ExtraPlot> {
-        let (errors, of, caption) = match &self.axis_motion {
-            None => (
-                &self.axis_errors,
-                "errors",
-                "Relative to the first angle measured; bands are 95 % intervals.",
-            ),
-            Some(motion) => (
-                motion,
-                "motion errors",
-                "About the axis where it was found, as far as they were named (ISO 230-7); bands are \
-                 95 % intervals.",
-            ),
+        let reference = match self.second_axis {
+            None => "Relative to the first angle measured; bands are 95 % intervals.",
+            Some(_) => {
+                "Relative to where the axis stands while the other one turns; bands are 95 % \
+                 intervals."
+            }
         };
-        let names = self.letter.error_names();
-        let plot = |what: &str, unit: &str, first: usize, factor: f64| {
-            let curve = |c: usize| {
-                let mut points: Vec<([f64; 2], f64)> = (errors.iter())
-                    .map(|e| {
-                        let numbers = e.numbers();
-                        let half = 1.96 * numbers[6 + c] * factor;
-                        ([e.angle_deg, numbers[c] * factor], half)
-                    })
-                    .collect();
-                points.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-                let (points, half_widths) = points.into_iter().unzip();
-                Curve { name: names[c].clone(), points, half_widths, joined: true }
-            };
-            ExtraPlot::Curves(CurvePlot {
-                title: format!("{what} {of} of the axis"),
-                caption: caption.to_owned(),
-                x_title: format!("{} (°)", self.letter.letter()),
-                y_title: format!("error ({unit})"),
-                curves: (first..first + 3).map(curve).collect(),
-            })
+        let all =
+            self.axes().into_iter().map(|axis| (axis.letter, axis.errors, "errors", reference));
+        let motion = self.axis_motion.as_ref().map(|motion| {
+            let caption =
+                "About the axis where it was found, as far as they were named (ISO 230-7); bands \
+                 are 95 % intervals.";
+            (self.letter, &motion[..], "motion errors", caption)
+        });
+        let curves: Vec<_> = match motion {
+            Some(motion) => vec![motion],
+            None => all.collect(),
         };
-        vec![plot("Displacement", "µm", 0, 1e3), plot("Rotation", "µrad", 3, 1e6)]
+        curves.into_iter().flat_map(plots_of).collect()
     }
 
     /// Gives the place of the axis among the steps the uncertainty that it has in the machine's frame,
@@ -368,28 +504,65 @@ impl Estimates for TrackerLmEstimates {
     }
 
     fn export(&self, format: Export) -> Option<String> {
-        Some(match format {
-            Export::Csv => axis_errors_csv(self.letter, &self.errors),
-            Export::LinuxCnc => {
-                let reversal = self.reversal.unwrap_or_default().into();
-                linuxcnc_compensation(self.letter, &self.errors, &reversal)
-            }
-            Export::Heidenhain => heidenhain_table(self.letter, &self.errors),
-        })
+        Some(file(self.letter, &self.errors, self.reversal, format))
+    }
+
+    fn export_of_second(&self, format: Export) -> Option<(char, String)> {
+        let second = self.second_axis.as_ref()?;
+        let content = file(second.letter, &second.errors, None, format);
+        Some((second.letter.letter(), content))
     }
 
     fn implausible(&self, max_correction_deg: Option<f64>) -> Option<ImplausibleResult> {
-        let location = self.axis_location.iter();
-        let found = FoundAxis {
-            letter: self.letter.letter(),
-            direction: self.axis.direction,
-            own_rotation_deg: &self.own_rotation_deg(),
-            location: location
-                .flat_map(|l| l.names.iter().map(String::as_str).zip(l.values))
-                .collect(),
-        };
-        implausible(&found, max_correction_deg.unwrap_or(MAX_ROTATION_DEG))
+        let limit_deg = max_correction_deg.unwrap_or(MAX_ROTATION_DEG);
+        self.axes().iter().find_map(|axis| axis.implausible(limit_deg))
     }
+}
+
+/// Errors of one axis as a file.
+fn file(
+    letter: AxisLetter,
+    errors: &[AxisError],
+    reversal: Option<[f64; 6]>,
+    format: Export,
+) -> String {
+    match format {
+        Export::Csv => axis_errors_csv(letter, errors),
+        Export::LinuxCnc => {
+            linuxcnc_compensation(letter, errors, &reversal.unwrap_or_default().into())
+        }
+        Export::Heidenhain => heidenhain_table(letter, errors),
+    }
+}
+
+/// Displacements and rotations of one axis.
+fn plots_of(
+    (letter, errors, of, caption): (AxisLetter, &[AxisErrorEstimate], &str, &str),
+) -> [ExtraPlot; 2] {
+    let names = letter.error_names();
+    let plot = |what: &str, unit: &str, first: usize, factor: f64| {
+        let curve = |c: usize| {
+            let mut points: Vec<([f64; 2], f64)> = (errors.iter())
+                .map(|e| {
+                    let numbers = e.numbers();
+                    let half = 1.96 * numbers[6 + c] * factor;
+                    ([e.angle_deg, numbers[c] * factor], half)
+                })
+                .collect();
+            points.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+            let (points, half_widths) = points.into_iter().unzip();
+            Curve { name: names[c].clone(), points, half_widths, joined: true }
+        };
+        let letter = letter.letter();
+        ExtraPlot::Curves(CurvePlot {
+            title: format!("{what} {of} of axis {letter}"),
+            caption: caption.to_owned(),
+            x_title: format!("{letter} (°)"),
+            y_title: format!("error ({unit})"),
+            curves: (first..first + 3).map(curve).collect(),
+        })
+    };
+    [plot("Displacement", "µm", 0, 1e3), plot("Rotation", "µrad", 3, 1e6)]
 }
 
 /// Angles come back as they stand in the table: what rounding to radians left is taken off.

@@ -152,6 +152,9 @@ impl Measured for TrackerCase {
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {
+        if self.survey.second.is_some() {
+            return Ok(None);
+        }
         let surveyed = Surveyed {
             survey: &self.survey,
             found: self.solved()?,
@@ -174,6 +177,11 @@ impl Measured for TrackerCase {
         let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
         let survey = &self.survey;
         let noise = self.options.noise;
+        let first = survey.axis.letter.letter();
+        let axes = match &survey.second {
+            None => first.to_string(),
+            Some(second) => format!("{} on {first}", second.axis.letter.letter()),
+        };
         let mm = |value: Option<f64>, otherwise: &str| {
             value.map_or_else(|| otherwise.to_owned(), |v| format!("{v} mm"))
         };
@@ -183,7 +191,7 @@ impl Measured for TrackerCase {
             components: &[],
             group_noun: self.group_noun.clone().unwrap_or_else(|| "step".to_owned()),
             measured: vec![
-                fact("axis", survey.axis.letter.letter().to_string()),
+                fact("axis", axes),
                 fact("stations", survey.stations.len().to_string()),
                 fact("reflectors", survey.mounts.len().to_string()),
                 fact("noise of a displacement", mm(noise.displacement_mm, "estimated")),
@@ -200,6 +208,10 @@ impl TrackerCase {
             Formulation::Joint if self.options.axis != AxisModel::Free => {
                 "Joint bundle: stations, dead paths, reflectors on a rigid body, and a perfect axis \
                  where it is declared."
+            }
+            Formulation::Joint if self.survey.second.is_some() => {
+                "Joint bundle: stations, dead paths, reflectors on a rigid body and six errors of \
+                 both axes at every angle, relative to where each stands while the other turns."
             }
             Formulation::Joint => {
                 "Joint bundle: stations, dead paths, reflectors on a rigid body and six errors of \

@@ -1,10 +1,10 @@
 //! The tables of a survey of ranges.
 
-use tracker_lm::{Range, RotaryAxis, Survey, find_axis};
+use tracker_lm::{Range, RotaryAxis, SecondAxis, Survey, find_axis};
 
 use super::measured::TrackerCase;
 use super::settings::{MOUNTS, RANGES, STATIONS, Settings, error};
-use super::tables::{References, Setup};
+use super::tables::{References, Setup, of_steps};
 use crate::Error;
 use crate::case::{Columns, Document, Folder, group_names};
 use crate::measured::Reading;
@@ -12,6 +12,20 @@ use crate::measured::Reading;
 const NEEDED: &[&str] = &["station", "mount", "step", "angle_deg", "displacement_mm"];
 const KNOWN: &[&str] =
     &["station", "mount", "step", "angle_deg", "displacement_mm", "time_s", "direction"];
+/// Of a head with two axes.
+const SECOND_ANGLE: &str = "second_angle_deg";
+const NEEDED_OF_TWO: &[&str] =
+    &["station", "mount", "step", "angle_deg", SECOND_ANGLE, "displacement_mm"];
+const KNOWN_OF_TWO: &[&str] = &[
+    "station",
+    "mount",
+    "step",
+    "angle_deg",
+    SECOND_ANGLE,
+    "displacement_mm",
+    "time_s",
+    "direction",
+];
 
 pub(super) fn read(
     folder: &Folder,
@@ -19,9 +33,22 @@ pub(super) fn read(
     settings: &Settings,
 ) -> Result<Reading, Error> {
     let setup = Setup::read(folder, document, settings)?;
-    let table = folder.table(RANGES, NEEDED)?;
-    let mut columns = Columns::new(&table, KNOWN);
+    let (needed, known) = match &setup.second_axis {
+        None => (NEEDED, KNOWN),
+        Some(_) => (NEEDED_OF_TWO, KNOWN_OF_TWO),
+    };
+    let table = folder.table(RANGES, needed)?;
+    let mut columns = Columns::new(&table, known);
     let references = setup.references(&mut columns, &table, RANGES)?;
+    let second = match setup.second_axis {
+        None => None,
+        Some(axis) => {
+            let angles_deg = columns.numbers(SECOND_ANGLE)?;
+            let angles_deg = of_steps(&table, (SECOND_ANGLE, &angles_deg), &references.step_of)?;
+            let angles_rad = angles_deg.into_iter().map(f64::to_radians).collect();
+            Some(SecondAxis { axis, angles_rad })
+        }
+    };
     let displacements_mm = columns.numbers("displacement_mm")?;
     let extras = columns.rest(&settings.closure.columns)?;
     let mut warnings = settings.warnings();
@@ -37,7 +64,7 @@ pub(super) fn read(
         })
         .collect();
     let Setup { axis, stations, mounts, away_mm, .. } = setup;
-    let mut survey = Survey { axis, stations, mounts, steps, ranges };
+    let mut survey = Survey { axis, second, stations, mounts, steps, ranges };
     let options = settings.options();
     if let Some(sought) = settings.sought() {
         survey.axis =

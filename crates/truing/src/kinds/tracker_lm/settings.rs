@@ -18,6 +18,8 @@ pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
     pub(super) axis: AxisSettings,
+    /// The other axis of a head, which rides on `axis` and carries the reflectors.
+    pub(super) second_axis: Option<SecondAxisSettings>,
     #[serde(default)]
     pub(super) model: ModelSettings,
     #[serde(default)]
@@ -34,6 +36,15 @@ pub(super) struct AxisSettings {
     pub(super) letter: LetterName,
     /// Where the drawing has the axis; absent: it is found.
     pub(super) origin_mm: Option<[Finite; 3]>,
+    pub(super) direction: Option<[Finite; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SecondAxisSettings {
+    pub(super) letter: LetterName,
+    /// Where the drawing has it while the first axis stands.
+    pub(super) origin_mm: [Finite; 3],
     pub(super) direction: Option<[Finite; 3]>,
 }
 
@@ -63,7 +74,7 @@ pub(super) struct NoiseSettings {
     pub(super) point_mm: Option<Positive>,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, PartialEq)]
 pub(super) enum LetterName {
     A,
     B,

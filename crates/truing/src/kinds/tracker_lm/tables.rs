@@ -26,6 +26,8 @@ const APPROACHES: &[(&str, Option<Approach>)] = &[
 /// Axis, stations and mounts of a case.
 pub(super) struct Setup {
     pub(super) axis: RotaryAxis,
+    /// The axis that rides on it.
+    pub(super) second_axis: Option<RotaryAxis>,
     pub(super) stations: Vec<Station>,
     pub(super) mounts: Vec<Mount>,
     /// Body that each mount is on; empty where the table does not say.
@@ -54,6 +56,10 @@ impl Setup {
         let mut axis = settings.axis(document)?;
         let away_mm = away(&axis);
         axis.origin_mm -= away_mm;
+        let mut second_axis = settings.second_axis(document)?;
+        if let Some(second) = &mut second_axis {
+            second.origin_mm -= away_mm;
+        }
         let stations_table = folder.table(STATIONS, &KNOWN_STATIONS[..4])?;
         let (stations, _) = places(&stations_table, KNOWN_STATIONS, "station")?;
         let mounts_table = folder.table(MOUNTS, &KNOWN_MOUNTS[..4])?;
@@ -62,7 +68,16 @@ impl Setup {
         let stations = stations.into_iter().map(near).collect();
         let mounts =
             mounts.into_iter().map(|(name, nominal_mm)| Mount { name, nominal_mm }).collect();
-        Ok(Self { axis, stations, mounts, bodies, away_mm, stations_table, mounts_table })
+        Ok(Self {
+            axis,
+            second_axis,
+            stations,
+            mounts,
+            bodies,
+            away_mm,
+            stations_table,
+            mounts_table,
+        })
     }
 
     /// Takes the columns that readings of both kinds have.
@@ -182,6 +197,26 @@ fn steps(
         step_of.push(step);
     }
     Ok((steps, step_of))
+}
+
+/// Values of a column that belong to the steps, one each.
+pub(super) fn of_steps(
+    table: &Table,
+    (name, values): (&str, &[f64]),
+    step_of: &[usize],
+) -> Result<Vec<f64>, Error> {
+    let mut first_rows: Vec<usize> = Vec::new();
+    for (row, &step) in step_of.iter().enumerate() {
+        // Steps are numbered in the order in which they first come.
+        if step == first_rows.len() {
+            first_rows.push(row);
+        }
+        let first = first_rows[step];
+        if values[row].total_cmp(&values[first]).is_ne() {
+            return Err(two_values(table, row, first, name));
+        }
+    }
+    Ok(first_rows.into_iter().map(|row| values[row]).collect())
 }
 
 fn two_values(table: &Table, row: usize, first: usize, name: &str) -> Error {

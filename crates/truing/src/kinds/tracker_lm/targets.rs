@@ -23,6 +23,13 @@ pub(super) fn read(
     settings: &Settings,
 ) -> Result<Reading, Error> {
     let setup = Setup::read(folder, document, settings)?;
+    if setup.second_axis.is_some() {
+        let message =
+            "`[second_axis]` needs `ranges.csv`: both axes of a head are calibrated from \
+                       ranges; give each axis a case of its own for points"
+                .to_owned();
+        return Err(Error::case(document.at_file(), Problem::WrongValue { message }));
+    }
     let table = folder.table(TARGETS, NEEDED)?;
     let mut columns = Columns::new(&table, KNOWN);
     let references = setup.references(&mut columns, &table, TARGETS)?;
