@@ -4,7 +4,7 @@
 //! The frame comes from nominal places: of the stations, or of the reflectors where a tracker gives
 //! points. A location error below the uncertainty of that frame is none of the axis.
 
-use nalgebra::{Matrix3, Matrix4, Matrix6, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix3x6, Matrix4, Matrix6, Vector3, Vector4};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::{AxisError, AxisLocation, RotaryAxis};
@@ -12,9 +12,12 @@ use crate::{AxisError, AxisLocation, RotaryAxis};
 /// Chance that an axis in its place seems to be off it.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// Uncertainty of where the frame has the axis: of its four location errors.
+/// Uncertainty of the frame about the origin of the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frame {
+    /// Of a motion of all of it, displacement before rotation.
+    motion: Matrix6<f64>,
+    /// Of where it has the axis: of its four location errors.
     pub(crate) covariance: Matrix4<f64>,
     /// Of the scatter that it rests on; `None` where that is declared.
     dof: Option<usize>,
@@ -55,15 +58,32 @@ impl Frame {
     ) -> Option<Self> {
         let mut information = Matrix6::zeros();
         for place in from_origin_mm {
-            let mut by_motion = nalgebra::Matrix3x6::zeros();
-            by_motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
-            by_motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-place.cross_matrix());
+            let by_motion = by_motion(place);
             information += by_motion.tr_mul(&by_motion);
         }
         let all = information.cholesky()?.inverse() * sigma_mm.powi(2);
         let [first, second] = axis.letter.across();
         let of = [first, second, 3 + first, 3 + second];
-        Some(Self { covariance: Matrix4::from_fn(|i, j| all[(of[i], of[j])]), dof })
+        let covariance = Matrix4::from_fn(|i, j| all[(of[i], of[j])]);
+        Some(Self { motion: all, covariance, dof })
+    }
+
+    /// Covariance that it gives a place, from the origin of the axis and along the machine's axes, beside
+    /// that of the place in it.
+    pub(crate) fn of_place(&self, from_origin_mm: &Vector3<f64>) -> Matrix3<f64> {
+        let by_motion = by_motion(from_origin_mm);
+        by_motion * self.motion * by_motion.transpose()
+    }
+
+    /// Covariance that it gives a reflector on the axis, which stands where it stood at the first angle.
+    pub(crate) fn of_mount(
+        &self,
+        axis: &RotaryAxis,
+        first_rad: f64,
+        place_mm: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let turned = axis.rotation(first_rad).to_rotation_matrix().into_inner();
+        turned.tr_mul(&self.of_place(&(turned * place_mm))) * turned
     }
 
     /// Whether a location, found in the frame as though that were exact, is off its declared place by
@@ -85,4 +105,12 @@ impl Frame {
         };
         p_value < FALSE_ALARM
     }
+}
+
+/// What a motion of the frame about the origin does to a place.
+fn by_motion(place: &Vector3<f64>) -> Matrix3x6<f64> {
+    let mut by_motion = Matrix3x6::zeros();
+    by_motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+    by_motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-place.cross_matrix());
+    by_motion
 }

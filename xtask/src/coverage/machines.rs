@@ -1,11 +1,13 @@
 //! Rotary axes, workpieces and touch probes.
 
 use super::situation::{Simulated, Situation, Truth, size_of_effect, truth};
+use crate::generators::vector::{add, rotate, scale};
 use crate::kinds::pose_icp::mirror::{self, Mirror};
 use crate::kinds::probe_comp::probe::{self, Session};
 use crate::kinds::probe_comp::probe_tables;
 use crate::kinds::tracker_lm::tracer::{self, Run};
-use crate::kinds::tracker_lm::tracer_run::Defect;
+use crate::kinds::tracker_lm::tracer_physics::elsewhere;
+use crate::kinds::tracker_lm::tracer_run::{Defect, Measured};
 use crate::kinds::tracker_lm::tracer_tables::tables;
 
 /// Thirteen angles keep a loop at a fraction of a second.
@@ -80,14 +82,17 @@ pub(super) fn axis_off_its_place() -> Situation {
         effect: Some("axis-location"),
         make: |seed| {
             let by_mm = [0.3, 0.0, -0.4];
-            let defect = Defect::AxisMoved(by_mm, [3e-4, 0.0, 4e-4]);
-            let (files, mut truths) = of_run(&Run { defect, perfect: true, ..run(seed) });
-            // The six errors are of the axis that was declared, and true ones are not; reflectors are
-            // counted from it, and went with the axis.
+            let tilt_rad = [3e-4, 0.0, 4e-4];
+            let defect = Defect::AxisMoved(by_mm, tilt_rad);
+            let moved = Run { defect, perfect: true, ..run(seed) };
+            let measured = tracer::simulate(&moved);
+            let (files, mut truths) = of_run(&moved);
+            // The six errors are of the axis that was declared, and true ones are not; reflectors stand
+            // beside it as the first angle has them.
             truths.retain(|truth| !truth.name.ends_with("of the axis"));
             let reflectors = truths.iter_mut().filter(|truth| truth.name == "reflectors");
-            for (truth, by_mm) in reflectors.zip(by_mm.into_iter().cycle()) {
-                truth.known += by_mm;
+            for (truth, known) in reflectors.zip(beside_declared(&measured, by_mm, tilt_rad)) {
+                truth.known = known;
             }
             for (k, known) in [0.3, -0.4, 3e-4, 4e-4].into_iter().enumerate() {
                 let at = "estimates.axis_location";
@@ -102,6 +107,23 @@ pub(super) fn axis_off_its_place() -> Situation {
             (files, truths)
         },
     }
+}
+
+/// Coordinates of all reflectors, in the frame of the declared axis, as they stand at the first angle
+/// about the axis that there is.
+fn beside_declared(
+    measured: &Measured,
+    by_mm: [f64; 3],
+    tilt_rad: [f64; 3],
+) -> impl Iterator<Item = f64> {
+    let (origin_mm, direction) = elsewhere(measured.origin_mm, measured.direction, by_mm, tilt_rad);
+    let (first_deg, _) = measured.steps[0];
+    let first_rad = first_deg.to_radians();
+    let from_declared_mm = add(origin_mm, scale(-1.0, measured.origin_mm));
+    measured.mounts_mm.iter().flat_map(move |(place, _)| {
+        let stands_mm = add(from_declared_mm, rotate(direction, first_rad, *place));
+        rotate(measured.direction, -first_rad, stands_mm)
+    })
 }
 
 fn run(seed: u64) -> Run {

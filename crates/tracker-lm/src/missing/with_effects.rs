@@ -205,6 +205,13 @@ impl TrackerModel {
             let with: Vec<usize> = (at..at + 3).chain(parameters.iter().copied()).collect();
             *mount = perfect.mount(&mount.position_mm.coords, &selected(covariance, &with));
         }
+        let Some(frame) = &self.frame else { return };
+        for mount in &mut found.mounts {
+            mount.covariance_mm2 += frame.of_mount(axis, angles_rad[0], &mount.position_mm.coords);
+        }
+        for station in &mut found.stations {
+            station.covariance_mm2 += frame.of_place(&(station.position_mm - axis.origin_mm));
+        }
     }
 
     fn put_together(

@@ -206,7 +206,7 @@ fn result(
     points.sort_unstable();
     points.dedup();
     Ok(TargetCalibration {
-        stations: stations(bundle, &point.shared, &shared),
+        stations: stations(bundle, &point.shared, &shared, frame),
         mounts,
         axis_errors,
         location,
@@ -252,7 +252,12 @@ fn perfect_axis(
         }
         let all = covariance.view((first, first), (n + own.len(), n + own.len()));
         let of_mount = &follows * all * follows.transpose();
-        perfect.mount(&bundle.body_mm(j, &point.shared), &of_mount)
+        let mut mount = perfect.mount(&bundle.body_mm(j, &point.shared), &of_mount);
+        if let Some(frame) = frame {
+            let (axis, place_mm) = (&bundle.survey.axis, &mount.position_mm.coords);
+            mount.covariance_mm2 += frame.of_mount(axis, angles_rad[0], place_mm);
+        }
+        mount
     };
     OfAxis {
         mounts: (0..bundle.survey.mounts.len()).map(mount).collect(),
@@ -262,13 +267,21 @@ fn perfect_axis(
     }
 }
 
-fn stations(bundle: &Bundle<'_>, shared: &[f64], covariance: &DMatrix<f64>) -> Vec<StationPose> {
-    (0..bundle.survey.stations.len())
-        .map(|i| StationPose {
-            machine_from_station: bundle.station(i, shared),
-            covariance_mm2: covariance.fixed_view::<3, 3>(6 * i, 6 * i).into_owned(),
-        })
-        .collect()
+fn stations(
+    bundle: &Bundle<'_>,
+    shared: &[f64],
+    covariance: &DMatrix<f64>,
+    frame: Option<&Frame>,
+) -> Vec<StationPose> {
+    let origin_mm = bundle.survey.axis.origin_mm.coords;
+    let station = |i: usize| {
+        let machine_from_station = bundle.station(i, shared);
+        let from_origin_mm = machine_from_station.translation.vector - origin_mm;
+        let own: Matrix3<f64> = covariance.fixed_view::<3, 3>(6 * i, 6 * i).into_owned();
+        let of_frame = frame.map_or_else(Matrix3::zeros, |frame| frame.of_place(&from_origin_mm));
+        StationPose { machine_from_station, covariance_mm2: own + of_frame }
+    };
+    (0..bundle.survey.stations.len()).map(station).collect()
 }
 
 fn mounts(bundle: &Bundle<'_>, shared: &[f64], covariance: &DMatrix<f64>) -> Vec<MountEstimate> {
