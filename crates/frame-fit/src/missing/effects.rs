@@ -143,11 +143,17 @@ fn scale<const D: usize>(fixed_mm: SVector<f64, D>) -> Entry<D> {
     entry("scale", text, vec![parameter("scale", "ppm", 1e6)], Term::Scale { fixed_mm })
 }
 
+/// An axis that is off by its whole length is mirrored, or in another unit.
+const NO_SCALE: f64 = 1.0;
+
 fn anisotropic_scale<const D: usize>(fixed_mm: SVector<f64, D>) -> Entry<D> {
     let text = "the axes of the source frame differ in scale from those of the target frame, \
                 each by its own amount";
     let parameters = per_axis::<D>("ppm", 1e6);
-    entry("anisotropic-scale", text, parameters, Term::AnisotropicScale { fixed_mm })
+    let mut entry =
+        entry("anisotropic-scale", text, parameters, Term::AnisotropicScale { fixed_mm });
+    entry.effect.maximum = Some(NO_SCALE);
+    entry
 }
 
 fn shear<const D: usize>(fixed_mm: SVector<f64, D>) -> Entry<D> {
