@@ -257,7 +257,7 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
-    /// A part that the method of document [D] cannot sample.
+    /// A part that the method of document \[D\] cannot sample.
     #[error("ITLICP samples a rotationally symmetric asphere; this part is none")]
     NoAsphere,
     /// A case that names no polishing tool.

@@ -18,7 +18,7 @@ pub struct MicroPlaneInput {
     pub range_mm: [f64; 2],
 }
 
-/// Radius of the circle of three touches of [E]; serialises as its JSON.
+/// Radius of the circle of three touches of \[E\]; serialises as its JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MicroPlane {
     /// Form and program.

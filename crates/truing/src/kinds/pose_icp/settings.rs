@@ -114,7 +114,7 @@ impl ToolSettings {
     }
 }
 
-/// What document [D] asks of the immersion of its ribbon, ± mm.
+/// What document \[D\] asks of the immersion of its ribbon, ± mm.
 const TOLERANCE_MM: f64 = 0.010;
 
 #[derive(Clone, Copy, Default, Deserialize)]

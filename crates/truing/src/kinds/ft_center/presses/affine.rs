@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::text_table::{Cell, EXPANDED, TextTable};
 
-/// The general map `T = S P⁻¹` of (1.14) in [A], machine to sensor: what the rigid frame leaves out.
+/// The general map `T = S P⁻¹` of (1.14) in \[A\], machine to sensor: what the rigid frame leaves out.
 ///
 /// Its six unknowns fit three presses without residual whatever their errors, so it is told and not
 /// used: scale and shear beyond their uncertainty say that something else is wrong.

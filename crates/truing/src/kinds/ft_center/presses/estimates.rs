@@ -25,7 +25,7 @@ pub struct FtCenterEstimates {
     pub conditions: Vec<String>,
     /// One per press.
     pub centers: Vec<CenterEstimate>,
-    /// The general map of [A]; `None` of fewer than three presses at known positions off one line.
+    /// The general map of \[A\]; `None` of fewer than three presses at known positions off one line.
     pub affine: Option<AffineEstimate>,
     /// How well the head comes back; `None` where no place was pressed twice.
     pub repeatability: Option<RepeatabilityEstimate>,
