@@ -169,7 +169,7 @@ fn nested_errors(
         })
         .collect();
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
-    let open = undetermined(context, keep, chosen, fitted, &fold);
+    let open = undetermined(context, keep, chosen, (fitted, &fold), skip_groups);
     for (members, repetition) in &repetitions {
         for (k, &i) in members.iter().enumerate().filter(|(_, i)| !open.contains(i)) {
             errors[0][i] = repetition.before[k];
@@ -187,8 +187,8 @@ fn undetermined(
     context: &Context<'_>,
     keep: &[bool],
     chosen: &Selected<'_>,
-    fitted: &[usize],
-    fold: &[usize],
+    (fitted, fold): (&[usize], &[usize]),
+    skip_groups: &[usize],
 ) -> Vec<usize> {
     let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
     let place = |group: &usize| fitted.iter().position(|f| f == group);
@@ -197,10 +197,12 @@ fn undetermined(
         return Vec::new();
     }
     let folds: Vec<usize> = places.iter().map(|&i| fold[i]).collect();
-    let errors = leave_out(&lin, &lin.basis, &folds, &vec![false; lin.clusters.len()]);
-    let open = places.iter().zip(&errors).filter(|(_, error)| error.is_none());
-    let open: Vec<usize> = open.map(|(i, _)| *i).collect();
-    if open.len() < places.len() { open } else { Vec::new() }
+    let skip: Vec<bool> = lin.cluster_groups.iter().map(|g| skip_groups.contains(g)).collect();
+    let errors = leave_out(&lin, &lin.basis, &folds, &skip);
+    let judged = || places.iter().zip(&errors).zip(&skip).filter(|(_, skip)| !**skip);
+    let open: Vec<usize> =
+        judged().filter(|((_, error), _)| error.is_none()).map(|((i, _), _)| *i).collect();
+    if open.len() < judged().count() { open } else { Vec::new() }
 }
 
 /// The choice made without some groups, and the errors of both models on them.
