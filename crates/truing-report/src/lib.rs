@@ -12,6 +12,7 @@ mod axis;
 mod deviation_map;
 mod error_rms;
 mod even_axes;
+mod forest;
 mod heatmap;
 mod interval;
 mod layer;
@@ -30,6 +31,7 @@ mod summary;
 
 mod design_card;
 mod index;
+mod machine_page;
 mod page;
 
 #[cfg(test)]
@@ -42,6 +44,7 @@ pub use input::{
     Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,
     Published, ReportInput, Story, VectorMap,
 };
+pub use machine_page::{MachineAmplitude, MachineCase, MachineEffect, MachinePage, render_machine};
 pub use model_discrepancy;
 pub use names::{MOST_NAMES, shortened};
 pub use number::{COVERAGE, significant, with_expanded};

@@ -3,6 +3,7 @@
 mod document;
 mod hostile;
 mod index;
+mod machine;
 mod plots;
 mod sample;
 mod words;
