@@ -9,6 +9,7 @@ mod unit;
 mod wording;
 
 mod axis;
+mod data_table;
 mod deviation_map;
 mod error_rms;
 mod even_axes;
@@ -18,6 +19,7 @@ mod layer;
 mod panel;
 mod region;
 mod score_chart;
+mod slug;
 mod svg;
 mod vector_map;
 

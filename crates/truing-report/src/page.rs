@@ -8,10 +8,12 @@ use super::section::{
     Context, added, apart, declared, error_path, headline, lede, left, measured, observable,
     residual_after, residual_before, scores, views, warnings,
 };
+use super::slug::slug;
 use super::summary::Summary;
 
 const STYLE: &str = include_str!("style.css");
 const SORT: &str = include_str!("sort.js");
+const ZOOM: &str = include_str!("zoom.js");
 const FILTER: &str = include_str!("filter.js");
 
 /// What a page may load: nothing but what it holds.
@@ -106,9 +108,7 @@ impl Section {
 
     /// Address of the section within the page.
     fn anchor(&self) -> String {
-        let kept = self.heading().chars().map(|c| if c.is_alphanumeric() { c } else { '-' });
-        let joined = kept.collect::<String>().to_lowercase();
-        joined.split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-")
+        slug(self.heading())
     }
 
     fn write(&self, out: &mut Markup) {
@@ -226,6 +226,8 @@ pub(crate) fn document(title: &str, class: &str, body: &Markup) -> String {
     page.constant(SORT);
     if class == INDEX {
         page.constant(FILTER);
+    } else {
+        page.constant(ZOOM);
     }
     page.close("script");
     page.close("body");

@@ -12,6 +12,7 @@ mod measured;
 mod observable;
 mod order;
 mod residual;
+mod residual_data;
 mod residual_table;
 mod score;
 mod score_table;
