@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 
+mod budget;
+mod form;
 mod input;
 
 mod markup;
@@ -37,8 +39,10 @@ mod page;
 #[cfg(test)]
 mod tests;
 
+pub use budget::{Budget, BudgetResult};
 pub use design_card::{DesignCard, Figure, FigureTable, RegionFigure, render_design};
 pub use error_rms::Rms;
+pub use form::{Form, FormLimit, FormResult};
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
     Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,

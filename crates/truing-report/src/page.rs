@@ -5,8 +5,8 @@ use std::fmt::Write;
 use super::input::{ReportInput, Story};
 use super::markup::{Markup, is_forbidden, turns_direction};
 use super::section::{
-    Context, added, apart, declared, error_path, headline, lede, left, measured, observable,
-    residual_after, residual_before, scores, views, warnings,
+    Context, added, apart, budget, declared, error_path, form, headline, lede, left, measured,
+    observable, residual_after, residual_before, scores, views, warnings,
 };
 use super::slug::slug;
 use super::summary::Summary;
@@ -72,8 +72,9 @@ enum Place {
 type WriteSection = fn(&mut Markup, &Context);
 
 /// In reading order: the answer, its pictures, what is left open; then what it rests on.
-const SECTIONS: [(WriteSection, Place); 13] = [
+const SECTIONS: [(WriteSection, Place); 15] = [
     (headline, Place::Open),
+    (form, Place::Open),
     (views, Place::Open),
     (added, Place::Open),
     (left, Place::Open),
@@ -83,6 +84,7 @@ const SECTIONS: [(WriteSection, Place); 13] = [
     (residual_after, Place::Open),
     (measured, Place::Folded),
     (declared, Place::Folded),
+    (budget, Place::Folded),
     (scores, Place::Folded),
     (error_path, Place::Folded),
     (observable, Place::Folded),

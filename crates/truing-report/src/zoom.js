@@ -16,7 +16,7 @@ for (const svg of plots) {
     svg.classList.toggle("zoomed", zoom > 1);
     // Ticks stay at the edge that they belong to.
     for (const [text, left, top] of labels) {
-      const is = (side) => zoom > 1 && text.classList.contains(side);
+      const is = (side) => (zoom > 1 ? text.classList.contains(side) : false);
       text.setAttribute("x", is("end") ? x + (width / zoom) * 0.06 : left);
       text.setAttribute("y", is("middle") ? y + (height - 4) / zoom : top);
     }
@@ -41,7 +41,7 @@ for (const svg of plots) {
   svg.addEventListener("pointerup", () => {
     const box = frame.isConnected ? frame.getBBox() : null;
     leave();
-    if (!box || Math.max(box.width, box.height) * (svg.getScreenCTM()?.a ?? 1) < SMALLEST) return;
+    if (!box || SMALLEST > Math.max(box.width, box.height) * svg.getScreenCTM().a) return;
     // As wide to its height as the whole, about the middle of what was dragged over.
     const zoom = Math.min(width / Math.max(box.width, 1e-3), height / Math.max(box.height, 1e-3));
     show(box.x + 0.5 * (box.width - width / zoom), box.y + 0.5 * (box.height - height / zoom), zoom);

@@ -147,6 +147,8 @@ fn a_case_without_anything_still_makes_a_page() {
             evidence,
             covariates: &[],
             plots: &[],
+            form: None,
+            budget: None,
             published: None,
             story: None,
             simulated: false,

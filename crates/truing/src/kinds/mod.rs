@@ -42,7 +42,7 @@ pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, T
 pub(crate) use pose_icp::{plausible_reading, stds};
 pub use probe_comp::{
     LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
-    QualificationEstimate, TouchEstimate,
+    ProbingCheckEstimate, QualificationEstimate, TouchEstimate,
 };
 
 /// Every kind, in the order in which they are listed.

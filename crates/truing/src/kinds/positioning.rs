@@ -2,6 +2,7 @@
 
 mod approach;
 mod estimates;
+mod form;
 mod measured;
 mod plan;
 
@@ -19,6 +20,7 @@ pub(crate) use approach::{approaches, derived, has_directions, names_of};
 pub use estimates::{
     AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
 };
+pub(crate) use form::positioning_form;
 use measured::PositioningCase;
 pub(crate) use plan::{AxisPlanSettings, AxisTable, Ways};
 
@@ -58,6 +60,8 @@ const FARTHEST: usize = 6;
 struct Settings {
     #[serde(rename = "kind")]
     _kind: serde::de::IgnoredAny,
+    #[serde(default, rename = "conformity")]
+    _conformity: serde::de::IgnoredAny,
     #[serde(default)]
     axis: AxisSettings,
     #[serde(default)]

@@ -1,6 +1,7 @@
 //! `tracker-lm`: six errors of a rotary axis from laser-tracer displacements.
 
 mod estimates;
+mod form;
 mod measured;
 mod plan;
 mod plan_settings;

@@ -5,8 +5,8 @@ use nalgebra::Matrix6;
 use pose_icp::{PoseStart, Registration};
 use serde::Serialize;
 
-use crate::Header;
 use crate::kinds::{PoseEstimate, stds};
+use crate::{Header, Layout};
 
 /// Answer of `truing register`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -73,6 +73,14 @@ pub(super) fn pose_of(found: &Registration) -> PoseEstimate {
         (pose.std_alpha_deg, pose.std_beta_deg, pose.std_gamma_deg) = (None, None, None);
     }
     pose
+}
+
+impl Registered {
+    /// The answer for people, the same in every layout.
+    #[must_use]
+    pub fn text(&self, _: Layout) -> String {
+        self.to_string()
+    }
 }
 
 impl fmt::Display for Registered {

@@ -24,6 +24,8 @@ pub(super) const KNOWN: &[&str] = &[
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default)]
     pub(super) model: ModelSettings,
     #[serde(default)]

@@ -18,6 +18,8 @@ pub(super) const EDGE: &str = "edge.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     pub(super) surface: SurfaceSettings,
     #[serde(default)]
     pub(super) pose: PoseSettings,

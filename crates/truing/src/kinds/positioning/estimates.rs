@@ -2,8 +2,9 @@ use std::fmt::Write as _;
 
 use ft_center::{AxisFigures, AxisMotion, AxisReading, OneWay, TargetFigures, axis_figures};
 use serde::Serialize;
-use truing_report::{Curve, CurvePlot, ExtraPlot};
+use truing_report::{Curve, CurvePlot, ExtraPlot, Form};
 
+use super::form::positioning_form;
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
 use crate::implausible::ImplausibleResult;
@@ -286,6 +287,10 @@ impl Estimates for PositioningEstimates {
 
     fn plots(&self) -> Vec<ExtraPlot> {
         vec![self.run.plot()]
+    }
+
+    fn form(&self) -> Option<Form> {
+        Some(positioning_form(&self.run))
     }
 
     fn export(&self, format: Export) -> Option<String> {

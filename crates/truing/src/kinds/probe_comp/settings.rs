@@ -19,6 +19,8 @@ pub(super) const QUALIFICATION: &str = "qualification.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     pub(super) surface: SurfaceSettings,
     pub(super) probe: ProbeSettings,
     pub(super) qualification: Option<QualificationSettings>,

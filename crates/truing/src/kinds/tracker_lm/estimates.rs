@@ -6,8 +6,9 @@ use tracker_lm::{
     SecondCalibration, StationPose, Survey, TargetCalibration, TargetSurvey, axis_errors_csv,
     heidenhain_table, linuxcnc_compensation,
 };
-use truing_report::{Curve, CurvePlot, ExtraPlot};
+use truing_report::{Curve, CurvePlot, ExtraPlot, Form};
 
+use super::form::{AxisOfForm, axis_form};
 use super::plausible::{FoundAxis, MAX_ROTATION_DEG, implausible};
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
@@ -489,6 +490,20 @@ impl Estimates for TrackerLmEstimates {
         curves.into_iter().flat_map(plots_of).collect()
     }
 
+    fn form(&self) -> Option<Form> {
+        // Where there is one, of one axis.
+        let motion = self.axis_motion.as_deref();
+        let axes: Vec<AxisOfForm<'_>> = (self.axes().into_iter())
+            .map(|axis| AxisOfForm {
+                letter: axis.letter,
+                errors: motion.unwrap_or(axis.errors),
+                is_motion: motion.is_some(),
+                location: axis.location,
+            })
+            .collect();
+        Some(axis_form(&axes, self.stations.len(), self.points))
+    }
+
     /// Gives the place of the axis among the steps the uncertainty that it has in the machine's frame,
     /// of which the readings know nothing.
     fn widen(&self, steps: &mut [Step]) {
@@ -589,7 +604,7 @@ impl AxisErrorEstimate {
     }
 
     /// Errors, then standard uncertainties.
-    fn numbers(&self) -> [f64; 12] {
+    pub(super) fn numbers(&self) -> [f64; 12] {
         [
             self.e_x_mm,
             self.e_y_mm,

@@ -17,6 +17,8 @@ pub(super) const TARGETS: &str = "targets.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     pub(super) axis: AxisSettings,
     /// The other axis of a head, which rides on `axis` and carries the reflectors.
     pub(super) second_axis: Option<SecondAxisSettings>,
