@@ -55,5 +55,5 @@ if (plots.length > 0) {
   const hint = document.createElement("p");
   hint.className = "quiet hint";
   hint.textContent = "Drag over a plot to enlarge a part of it; a double click shows all of it again.";
-  document.querySelector("nav, header")?.after(hint);
+  (document.querySelector("nav") ?? document.querySelector("header")).after(hint);
 }

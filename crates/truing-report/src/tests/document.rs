@@ -211,12 +211,12 @@ fn pictures_offer_their_numbers() {
     assert_eq!(name, "residual-with-the-added-effects.csv");
     let mut lines = csv.lines();
     let head = lines.next().unwrap();
-    assert!(head.starts_with("point,use,\"residual x, µm\",\"residual y, µm\""), "{head}");
+    assert!(head.starts_with("point,use,\"residual x, mm\",\"residual y, mm\""), "{head}");
     let mut found = 0;
     for (i, line) in lines.enumerate() {
         let cells: Vec<&str> = line.split(',').collect();
         for component in 0..3 {
-            let expected = 1e3 * sample.closure.residuals_after[3 * i + component];
+            let expected = sample.closure.residuals_after[3 * i + component];
             let value: f64 = cells[2 + component].parse().unwrap();
             assert!((value - expected).abs() <= WRITTEN * expected.abs(), "{line}: {expected}");
             found += 1;

@@ -60,14 +60,14 @@ const FARTHEST: usize = 6;
 struct Settings {
     #[serde(rename = "kind")]
     _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    _conformity: serde::de::IgnoredAny,
     #[serde(default)]
     axis: AxisSettings,
     #[serde(default)]
     noise: NoiseSettings,
     #[serde(default)]
     plan: AxisPlanSettings,
+    #[serde(default, rename = "conformity")]
+    _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
 }

@@ -87,8 +87,8 @@ fn every_kind_takes_limits_and_has_a_form_for_them() {
     let named = [
         ("frame-fit", "x = 1000.0"),
         ("pose-icp", "x = 1000.0"),
-        ("tracker-lm", "EXC = 1000.0"),
-        ("ft-center", "angle = 1000.0"),
+        ("tracker-lm", "EXB = 1000.0"),
+        ("ft-center", "\"frame angle\" = 1000.0"),
     ];
     for (kind, limits) in named {
         let case = limited(kind, limits);

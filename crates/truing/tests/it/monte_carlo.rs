@@ -70,7 +70,7 @@ fn without_declared_noise_there_is_nothing_to_draw_from() {
 
 #[test]
 fn draws_of_a_loop_are_of_the_model_that_it_ended_with() {
-    for (kind, effect) in [("frame-fit", "scale"), ("tracker-lm", "range-scale")] {
+    for (kind, effect) in [("frame-fit", "scale"), ("tracker-lm", "dead-path-jump")] {
         let case = Case::example(kind);
         let path = case.path().to_str().unwrap();
         let asked = ["loop", path, "--json", "--no-timing", "--monte-carlo", DRAWS];

@@ -36,8 +36,6 @@ pub(super) const LENGTH_TOL: f64 = 1e-3;
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default)]
     pub(super) head: Option<HeadSettings>,
     #[serde(default)]
@@ -46,6 +44,8 @@ pub(super) struct Settings {
     pub(super) model: ModelSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

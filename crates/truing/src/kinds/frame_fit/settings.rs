@@ -24,14 +24,14 @@ pub(super) const KNOWN: &[&str] = &[
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default)]
     pub(super) model: ModelSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
     #[serde(default)]
     pub(super) plan: FramePlanSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

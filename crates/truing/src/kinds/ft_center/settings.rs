@@ -19,8 +19,6 @@ pub(super) const GRAVITY: &str = "gravity.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default)]
     pub(super) contact: ContactSettings,
     #[serde(default)]
@@ -33,6 +31,8 @@ pub(super) struct Settings {
     pub(super) tolerance: ToleranceSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

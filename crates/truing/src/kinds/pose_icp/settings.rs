@@ -18,8 +18,6 @@ pub(super) const EDGE: &str = "edge.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    pub(super) _conformity: serde::de::IgnoredAny,
     pub(super) surface: SurfaceSettings,
     #[serde(default)]
     pub(super) pose: PoseSettings,
@@ -32,6 +30,8 @@ pub(super) struct Settings {
     pub(super) noise: NoiseSettings,
     #[serde(default)]
     pub(super) plan: PlanSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

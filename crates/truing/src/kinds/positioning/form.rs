@@ -42,7 +42,10 @@ fn conditions(run: &AxisRunEstimate) -> Vec<Fact> {
     let unit = if run.target_unit == "deg" { "°" } else { run.target_unit };
     let mut facts = vec![fact("targets", run.targets.len().to_string())];
     if let (Some(first), Some(last)) = (run.targets.first(), run.targets.last()) {
-        facts.push(fact("travel", format!("{} to {} {unit}", first.target, last.target)));
+        facts.push(fact(
+            "travel",
+            format!("{} to {} {unit}", first.target, last.target).replace('-', "−"),
+        ));
     }
     let cycles = |of: fn(&AxisTargetEstimate) -> usize| {
         let counts = || run.targets.iter().map(of);

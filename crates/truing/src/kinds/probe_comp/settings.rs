@@ -19,8 +19,6 @@ pub(super) const QUALIFICATION: &str = "qualification.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    pub(super) _conformity: serde::de::IgnoredAny,
     pub(super) surface: SurfaceSettings,
     pub(super) probe: ProbeSettings,
     pub(super) qualification: Option<QualificationSettings>,
@@ -30,6 +28,8 @@ pub(super) struct Settings {
     pub(super) noise: NoiseSettings,
     #[serde(default)]
     pub(super) plan: PlanSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

@@ -27,7 +27,10 @@ pub(super) fn axis_form(axes: &[AxisOfForm<'_>], stations: usize, points: usize)
                 (low.min(angle), high.max(angle))
             });
         let name = format!("angles of axis {}", axis.letter.letter());
-        conditions.push(fact(&name, format!("{}, from {low} to {high}°", angles().count())));
+        conditions.push(fact(
+            &name,
+            format!("{}, from {low} to {high}°", angles().count()).replace('-', "−"),
+        ));
     }
     conditions.push(fact("stations of the tracker", stations.to_string()));
     conditions.push(fact("target points", points.to_string()));
@@ -93,11 +96,13 @@ fn ranges(axis: &AxisOfForm<'_>) -> Vec<FormResult> {
     let names = axis.letter.error_names();
     let result = |(c, name): (usize, &String)| {
         let what = match (c < 3, c % 3 == own) {
-            (true, true) => "axial error motion",
-            (true, false) => "radial error motion",
+            (true, true) => "axial error",
+            (true, false) => "radial error",
             (false, true) => "angular positioning error",
-            (false, false) => "tilt error motion",
+            (false, false) => "tilt error",
         };
+        // About the axis where it is: what ISO 230-7 calls so.
+        let motion = if axis.is_motion && !what.contains("position") { " motion" } else { "" };
         let (unit, factor) = if c < 3 { ("µm", 1e3) } else { ("µrad", 1e6) };
         let of = |error: &AxisErrorEstimate| {
             let numbers = error.numbers();
@@ -108,7 +113,7 @@ fn ranges(axis: &AxisOfForm<'_>) -> Vec<FormResult> {
         let high = all().max_by(|a, b| a[0].total_cmp(&b[0]));
         FormResult {
             symbol: name.clone(),
-            name: format!("{what}, range"),
+            name: format!("{what}{motion}, range"),
             unit: unit.to_owned(),
             value: low.zip(high).map(|(low, high)| high[0] - low[0]),
             std: low.zip(high).map(|(low, high)| low[1].hypot(high[1])),

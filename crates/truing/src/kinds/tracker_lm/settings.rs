@@ -17,8 +17,6 @@ pub(super) const TARGETS: &str = "targets.csv";
 pub(super) struct Settings {
     #[serde(rename = "kind")]
     pub(super) _kind: serde::de::IgnoredAny,
-    #[serde(default, rename = "conformity")]
-    pub(super) _conformity: serde::de::IgnoredAny,
     pub(super) axis: AxisSettings,
     /// The other axis of a head, which rides on `axis` and carries the reflectors.
     pub(super) second_axis: Option<SecondAxisSettings>,
@@ -28,6 +26,8 @@ pub(super) struct Settings {
     pub(super) noise: NoiseSettings,
     #[serde(default)]
     pub(super) plan: TracerPlanSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }
