@@ -89,10 +89,10 @@ pub use kinds::{
     GravityEstimates, HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench,
     MeasuredNormalEstimate, MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate,
     PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals,
-    PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates, ProbingCheckEstimate,
-    QualificationEstimate, RepeatabilityEstimate, ScaleEstimate, SecondAxisEstimate,
-    StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
-    WrenchEstimate, kinds, write_example,
+    PoseNumbers, PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates,
+    ProbingCheckEstimate, QualificationEstimate, RepeatabilityEstimate, ScaleEstimate,
+    SecondAxisEstimate, StationEstimate, TipEstimates, TouchEstimate, TouchResidual,
+    TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use layout::{Detail, Layout};
 pub use machine::{

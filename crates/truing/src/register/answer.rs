@@ -86,19 +86,20 @@ impl Registered {
 impl fmt::Display for Registered {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pose = &self.pose;
+        let at = &pose.numbers;
         writeln!(f, "pose of the source in the target's frame, standard uncertainty")?;
         for (name, value, std) in [
-            ("x", pose.x_mm, pose.std_x_mm),
-            ("y", pose.y_mm, pose.std_y_mm),
-            ("z", pose.z_mm, pose.std_z_mm),
+            ("x", at.x_mm, pose.std_x_mm),
+            ("y", at.y_mm, pose.std_y_mm),
+            ("z", at.z_mm, pose.std_z_mm),
         ] {
             let std = std.map_or_else(String::new, |std| format!("± {std:.2e}"));
             writeln!(f, "  {name:<5} {value:>16.6} mm  {std}")?;
         }
         for (name, value, std) in [
-            ("alpha", pose.alpha_deg, pose.std_alpha_deg),
-            ("beta", pose.beta_deg, pose.std_beta_deg),
-            ("gamma", pose.gamma_deg, pose.std_gamma_deg),
+            ("alpha", at.alpha_deg, pose.std_alpha_deg),
+            ("beta", at.beta_deg, pose.std_beta_deg),
+            ("gamma", at.gamma_deg, pose.std_gamma_deg),
         ] {
             let std = std.map_or_else(|| "not unique".to_owned(), |std| format!("± {std:.2e}"));
             writeln!(f, "  {name:<5} {value:>16.6} deg {std}")?;
