@@ -5,6 +5,7 @@ pub(crate) mod columns;
 pub(crate) mod components;
 pub(crate) mod coverage;
 pub(crate) mod f_tail;
+pub(crate) mod interruption;
 pub(crate) mod inverse_root;
 pub(crate) mod leverage;
 pub(crate) mod linearised;

@@ -169,14 +169,40 @@ fn nested_errors(
         })
         .collect();
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
+    let open = undetermined(context, keep, chosen, (fitted, &fold), skip_groups);
     for (members, repetition) in &repetitions {
-        for (k, &i) in members.iter().enumerate() {
+        for (k, &i) in members.iter().enumerate().filter(|(_, i)| !open.contains(i)) {
             errors[0][i] = repetition.before[k];
             errors[1][i] = repetition.after[k];
         }
     }
     let choices: Vec<_> = repetitions.into_iter().map(|(_, r)| r.added).collect();
     (errors, shares(chosen, attributions, &choices))
+}
+
+/// Groups of which the chosen model predicts nothing from the others: what it predicts is tied to a
+/// parameter that they alone show, as to the first step of an axis, from which errors count. A fit to
+/// the rest leaves it anywhere. None where that is true of all.
+fn undetermined(
+    context: &Context<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+    (fitted, fold): (&[usize], &[usize]),
+    skip_groups: &[usize],
+) -> Vec<usize> {
+    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let place = |group: &usize| fitted.iter().position(|f| f == group);
+    let places: Vec<usize> = lin.cluster_groups.iter().filter_map(place).collect();
+    if places.len() < lin.clusters.len() {
+        return Vec::new();
+    }
+    let folds: Vec<usize> = places.iter().map(|&i| fold[i]).collect();
+    let skip: Vec<bool> = lin.cluster_groups.iter().map(|g| skip_groups.contains(g)).collect();
+    let errors = leave_out(&lin, &lin.basis, &folds, &skip);
+    let judged = || places.iter().zip(&errors).zip(&skip).filter(|(_, skip)| !**skip);
+    let open: Vec<usize> =
+        judged().filter(|((_, error), _)| error.is_none()).map(|((i, _), _)| *i).collect();
+    if open.len() < judged().count() { open } else { Vec::new() }
 }
 
 /// The choice made without some groups, and the errors of both models on them.

@@ -7,6 +7,7 @@ pub(crate) mod global_test;
 pub(crate) mod hold_out;
 pub(crate) mod lack_of_fit;
 pub(crate) mod odd_group;
+pub(crate) mod pooled_scatter;
 pub(crate) mod significance;
 pub(crate) mod tails;
 pub(crate) mod under_noise;

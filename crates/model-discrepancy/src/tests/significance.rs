@@ -13,6 +13,7 @@ use crate::levels::MIN_AGREEING;
 use crate::noise::linear::Linear;
 use crate::tests::agreement::agreement_p_value;
 use crate::tests::cluster_robust::cluster_robust;
+use crate::tests::pooled_scatter::pooled_scatter;
 use crate::tests::under_noise::Tested;
 use crate::tests::vector_noise::vector_p_value;
 
@@ -52,8 +53,9 @@ impl Asked {
 /// and of long memory; and one at group level. Where a group is one vector, that is the F test with
 /// the covariance of its components estimated; where it holds many readings, a Wald test on the
 /// cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky
-/// and Tipton (2018) do, which asks no more than independent groups; with as many directions as
-/// groups, or more, it is the agreement of the groups with each other.
+/// and Tipton (2018) do, which asks no more than independent groups, or, where that cannot decide and
+/// declared noise is all that is left, on their pooled scatter; with as many directions as groups, or
+/// more, it is the agreement of the groups with each other.
 /// Where one is above `level` the rest are not asked: they could only raise it.
 pub(crate) fn significance(
     lin: &Linear<'_>,
@@ -98,7 +100,7 @@ pub(crate) fn significance_beside(
     // The cheap ones first.
     if asked.reach == Reach::Many {
         let at_group_level = vector_p_value(lin, base, beside, &full)
-            .unwrap_or_else(|| group_p_value(lin, &test, residual, &added, &full));
+            .unwrap_or_else(|| group_p_value(lin, &test, residual, (&added, &full), asked.level));
         test.p_value = test.p_value.max(at_group_level);
     }
     if test.dof >= MIN_DOF_FOR_CORRELATION {
@@ -144,15 +146,17 @@ fn group_p_value(
     lin: &Linear<'_>,
     test: &Significance,
     residual: &DVector<f64>,
-    added: &Basis,
-    full: &Basis,
+    (added, full): (&Basis, &Basis),
+    level: f64,
 ) -> f64 {
     let clusters = lin.clusters.len();
     if clusters >= MIN_AGREEING && added.dim() >= clusters {
         return agreement_p_value(lin, residual, added);
     }
     if clusters >= MIN_CLUSTERS {
-        return cluster_robust(lin, added, full);
+        let robust = cluster_robust(lin, added, full);
+        let pooled = if robust > level { pooled_scatter(lin, added, full) } else { None };
+        return pooled.unwrap_or(robust).min(robust);
     }
     let largest = lin.clusters.iter().map(Vec::len).max().unwrap_or(1);
     if largest == 1 {
