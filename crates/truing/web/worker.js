@@ -25,12 +25,17 @@ onmessage = async ({ data: { command, files } }) => {
   };
   const root = new PreopenDirectory("/", new Map([["case", new Directory(folder(files))]]));
   const descriptors = [new OpenFile(new File([])), collect("out"), collect("err"), root];
-  const program = ["truing", command, "/case", "--report", "/report.html", "--threads", "1"];
+  const program = ["truing", command, "/case", "--report", "/report.html"];
   const wasi = new WASI(program, [], descriptors);
   const { instance } = await WebAssembly.instantiateStreaming(fetch("truing.wasm"), {
     wasi_snapshot_preview1: wasi.wasiImport,
   });
-  const code = wasi.start(instance);
+  let code = 1;
+  try {
+    code = wasi.start(instance);
+  } catch (error) {
+    text.err += `${error}\n`;
+  }
   const report = root.dir.contents.get("report.html");
   postMessage({ code, ...text, report: report?.data });
 };
