@@ -1,6 +1,6 @@
 //! What a machine is to be set to, as a page.
 
-use super::input::Fact;
+use super::fact::Fact;
 use super::markup::Markup;
 use super::number::{NONE, percent, significant};
 use super::page::document;

@@ -1,7 +1,7 @@
 //! What a customer asks for of a test: who measured what, the results by their names, and whether
 //! they are within their limits.
 
-use super::input::Fact;
+use super::fact::Fact;
 
 /// The form of a test, e.g. of a positioning by ISO 230-2.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
 use super::error_rms::Rms;
+use super::fact::Fact;
 use super::form::Form;
 
 /// Everything that one page shows.
@@ -77,15 +78,6 @@ pub struct Mistake {
     pub subject: String,
     /// What to change.
     pub description: String,
-}
-
-/// One line of a table of facts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fact {
-    /// What it is.
-    pub name: String,
-    /// Its value with its unit, ready to read.
-    pub value: String,
 }
 
 /// One solved parameter, in the unit it is reported in.

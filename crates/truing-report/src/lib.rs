@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod budget;
+mod fact;
 mod form;
 mod input;
 
@@ -42,10 +43,11 @@ mod tests;
 pub use budget::{Budget, BudgetResult};
 pub use design_card::{DesignCard, Figure, FigureTable, RegionFigure, render_design};
 pub use error_rms::Rms;
+pub use fact::Fact;
 pub use form::{Form, FormLimit, FormResult};
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
-    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,
+    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Mistake, ParameterRow,
     Published, ReportInput, Story, VectorMap,
 };
 pub use model_discrepancy;

@@ -223,7 +223,9 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
 /// As of [`close_loop`] and [`monte_carlo`](crate::monte_carlo()).
 pub fn close_loop_drawn(case: &Case, draws: usize) -> Result<Closed, Error> {
     let mut closed = close_loop(case)?;
-    let drawn = monte_carlo_of_loop(case, &closed, draws)?;
+    let case = closed.corrected.as_deref().unwrap_or(case);
+    let found = (&closed.closure, &*closed.estimates);
+    let drawn = monte_carlo_of_loop(case, found, draws)?;
     closed.warnings.extend(drawn.warning());
     closed.monte_carlo = Some(drawn);
     Ok(closed)

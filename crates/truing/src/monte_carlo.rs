@@ -1,5 +1,6 @@
 //! Uncertainty by drawing the data anew, beside the linear one.
 
+use model_discrepancy::Closure;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -9,7 +10,7 @@ use crate::drawn::{Source, drawn};
 use crate::estimates::Estimates;
 use crate::refit::{Accepted, Amplitude};
 use crate::uncertain::keys;
-use crate::{Case, Closed, Error};
+use crate::{Case, Error};
 
 /// How the numbers that describe a case scatter where its data are drawn anew (JCGM 101:2008).
 ///
@@ -76,11 +77,10 @@ pub fn monte_carlo(case: &Case, draws: usize) -> Result<MonteCarlo, Error> {
 /// accepted effects. What was chosen stays chosen.
 pub(crate) fn monte_carlo_of_loop(
     case: &Case,
-    closed: &Closed,
+    (closure, estimates): (&Closure, &dyn Estimates),
     draws: usize,
 ) -> Result<MonteCarlo, Error> {
-    let case = closed.corrected.as_deref().unwrap_or(case);
-    let accepted = Accepted::of(case, &closed.closure)?;
+    let accepted = Accepted::of(case, closure)?;
     let amplitudes = accepted.amplitudes();
     let named = |a: &Amplitude| Number {
         name: a.name.clone(),
@@ -89,7 +89,7 @@ pub(crate) fn monte_carlo_of_loop(
         std: Some(a.std),
     };
     let effects: Vec<Number> = amplitudes.iter().map(named).collect();
-    let found = [described(&*closed.estimates), effects.clone()].concat();
+    let found = [described(estimates), effects.clone()].concat();
     let solved = |drawn: &Case| -> Result<Option<Vec<Number>>, Error> {
         let Some(refitted) = accepted.fitted_to(drawn)? else { return Ok(None) };
         let effects = effects.iter().zip(refitted.amplitudes);

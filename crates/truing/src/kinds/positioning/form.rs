@@ -2,7 +2,7 @@
 
 use truing_report::{Fact, Form, FormResult};
 
-use super::estimates::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
+use super::axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 
 /// Figures, targets and cycles by the names of ISO 230-2.
 pub(crate) fn positioning_form(run: &AxisRunEstimate) -> Form {

@@ -3,7 +3,7 @@
 use tracker_lm::AxisLetter;
 use truing_report::{Fact, Form, FormResult};
 
-use super::estimates::{AxisErrorEstimate, AxisLocationEstimate};
+use super::axis_error::{AxisErrorEstimate, AxisLocationEstimate};
 
 /// One axis as its form needs it.
 pub(super) struct AxisOfForm<'a> {
