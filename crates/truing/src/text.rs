@@ -45,7 +45,10 @@ impl Solved {
             writeln!(f)?;
             drawn_table(drawn).write(f, layout)?;
         }
-        write_conformity(f, &self.conformity, layout)?;
+        if !self.conformity.is_empty() {
+            writeln!(f)?;
+            write_conformity(f, &self.conformity, layout)?;
+        }
         self.lack_of_fit.as_ref().map_or(Ok(()), |test| writeln!(f, "\n{}", test.line()))
     }
 }
@@ -91,7 +94,6 @@ fn write_conformity(
             d.decision.into(),
         ]);
     }
-    writeln!(f)?;
     table.write(f, layout)
 }
 
@@ -160,6 +162,9 @@ impl Closed {
         tables(f, &*self.estimates, layout)?;
         if let Some(drawn) = &self.monte_carlo {
             drawn_table(drawn).write(f, layout)?;
+            if !self.conformity.is_empty() {
+                writeln!(f)?;
+            }
         }
         write_conformity(f, &self.conformity, layout)
     }
