@@ -8,9 +8,8 @@ use serde::Serialize;
 use truing::geometry::EulerAngles;
 use truing::{
     Case, Error, Header, InputFile, Layout, OutputFile, PlanBudget, PlanOptions, ReadOptions,
-    close_loop_drawn, loop_report, read_case_with, read_learnt, read_machine, refuse_overlap, solve_drawn,
-    solve_report,
-    write_files, write_plan,
+    close_loop_drawn, loop_report, read_case_with, read_learnt, read_machine, refuse_overlap,
+    solve_drawn, solve_report, write_files, write_plan,
 };
 
 use crate::refusal::Refusal;
@@ -165,12 +164,7 @@ pub(crate) fn kinds() -> Vec<(&'static str, &'static str)> {
     truing::kinds().collect()
 }
 
-fn shown(
-    answer: &impl Serialize,
-    text: String,
-    header: &Header,
-    warnings: &[String],
-) -> Answer {
+fn shown(answer: &impl Serialize, text: String, header: &Header, warnings: &[String]) -> Answer {
     let json = serde_json::to_string_pretty(answer).expect("plain data with text keys");
     (json, text, header.notes.clone(), warnings.to_vec())
 }
