@@ -16,6 +16,7 @@ mod data_table;
 mod deviation_map;
 mod error_rms;
 mod even_axes;
+mod forest;
 mod heatmap;
 mod interval;
 mod layer;
@@ -35,6 +36,7 @@ mod summary;
 
 mod design_card;
 mod index;
+mod machine_page;
 mod page;
 
 #[cfg(test)]
@@ -50,6 +52,7 @@ pub use input::{
     Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Mistake, ParameterRow,
     Published, ReportInput, Story, VectorMap,
 };
+pub use machine_page::{MachineAmplitude, MachineCase, MachineEffect, MachinePage, render_machine};
 pub use model_discrepancy;
 pub use names::{MOST_NAMES, shortened};
 pub use number::{COVERAGE, significant, with_expanded};

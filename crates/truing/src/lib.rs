@@ -97,7 +97,7 @@ pub use kinds::{
 pub use layout::{Detail, Layout};
 pub use machine::{
     Agreement, CaseOfMachine, ClosedMachine, Machine, MachineProblem, StepByCase, StepInCase,
-    close_machine, is_machine, read_machine,
+    close_machine, is_machine, machine_report, read_machine,
 };
 pub use monitor::{
     PathEvent, PathMonitor, PathMonitorOptions, PathSummary, RowProblem, StreamRow, StreamTable,

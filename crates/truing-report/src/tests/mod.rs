@@ -4,6 +4,7 @@ mod document;
 mod form;
 mod hostile;
 mod index;
+mod machine;
 mod plots;
 mod sample;
 mod words;

@@ -23,9 +23,9 @@ use truing::{
     PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check, close_loop,
     close_loop_drawn, close_machine, correct, depth, design_force, design_micro_plane,
     force_report, import_planned_log, import_probe_log, import_table, is_machine, itlicp,
-    loop_report, plan, plausible, read_case_with, read_findings, read_learnt, read_machine,
-    read_page, refuse_overlap, solve, solve_drawn, solve_report, write_files, write_imported,
-    write_plan,
+    loop_report, machine_report, plan, plausible, read_case_with, read_findings, read_learnt,
+    read_machine, read_page, refuse_overlap, solve, solve_drawn, solve_report, write_files,
+    write_imported, write_plan,
 };
 
 use answer::{Answer, Estimated};
@@ -208,7 +208,6 @@ fn machine(closing: &Closing, settings: Settings) -> Result<(), Error> {
     let of_one_case = [
         ("--carry", closing.carry.is_some()),
         ("--monte-carlo", closing.monte_carlo.is_some()),
-        ("--report", run.report.is_some()),
         ("--errors", run.errors.is_some()),
         ("--compensation", run.compensation.is_some()),
         ("--heidenhain", run.heidenhain.is_some()),
@@ -220,6 +219,9 @@ fn machine(closing: &Closing, settings: Settings) -> Result<(), Error> {
     let spinner = Spinner::start("closing the loops", settings.shown.quiet, &Progress::default());
     let options = ReadOptions { allow_outside: settings.allow_outside };
     let answer = close_machine(&read_machine(&run.case, options)?)?;
+    if let Some(path) = &run.report {
+        write_files(&[OutputFile { path: path.clone(), content: machine_report(&answer) }])?;
+    }
     drop(spinner);
     print(answer, run.json, settings)
 }

@@ -71,12 +71,27 @@ fn forces_and_lengths_are_not_joined() {
 }
 
 #[test]
-fn reports_and_exports_are_for_single_cases() {
+fn exports_are_for_single_cases() {
     let machine = machine(&listed(&[PROBED, TOUCHED]), &[PROBED, TOUCHED]);
-    let ended = closed(&machine, &["--report", "page.html"]);
+    let ended = closed(&machine, &["--compensation", "table.csv"]);
     assert_eq!(ended.code, 2);
-    assert!(ended.stderr.contains("--report is for single cases"), "{}", ended.stderr);
-    assert!(!Path::new("page.html").exists());
+    assert!(ended.stderr.contains("--compensation is for single cases"), "{}", ended.stderr);
+    assert!(!Path::new("table.csv").exists());
+}
+
+#[test]
+fn a_machine_has_a_page_with_every_case() {
+    let cases = ["probe-comp/bad-point", TOUCHED];
+    let machine = machine(&listed(&cases), &cases);
+    let page = machine.file("page.html");
+    let ended = closed(&machine, &["--report", page.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let html = fs::read_to_string(&page).unwrap();
+    for expected in
+        ["2 cases: explained", "probe-comp-bad-point", "pose-icp-nothing-white", "bad-point ["]
+    {
+        assert!(html.contains(expected), "{expected}");
+    }
 }
 
 #[test]
