@@ -35,6 +35,7 @@ mod smallest_size;
 mod stability;
 mod test;
 mod tidy;
+mod web;
 
 use std::process::ExitCode;
 
@@ -70,6 +71,8 @@ enum Command {
     Realtime,
     /// Writes the documentation as a site, with mdBook and rustdoc, to `target/site/html`.
     Site,
+    /// Compiles the program for WASI and puts it behind a static page, in `target/web`.
+    Web,
     /// Checks the rules of the house that the compiler does not.
     Tidy(tidy::Arguments),
 }
@@ -86,6 +89,7 @@ fn main() -> ExitCode {
         Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
         Command::Realtime => realtime::run(),
         Command::Site => site::run(),
+        Command::Web => web::run(),
         Command::Tidy(arguments) => tidy::run(arguments),
     };
     match done {

@@ -36,7 +36,7 @@ fn pairs(n: usize, per_axis: bool) -> Vec<PointPair<3>> {
 }
 
 fn fits(criterion: &mut Criterion) {
-    for n in [8, 1000] {
+    for n in [8, 1000, 100_000] {
         for (transform, per_axis) in [
             (Transform::Rigid, false),
             (Transform::Rigid, true),

@@ -34,17 +34,22 @@ def write_machine(folder: Path, number: int) -> str:
     return str(case.write(folder / f"machine-{number:04}"))
 
 
-def kill_workers(client: Client, times: int, rows: Path, total: int, killed: "list[int]") -> None:
+def kill_workers(
+    client: Client, options: argparse.Namespace, rows: Path, killed: "list[int]", done: threading.Event
+) -> None:
     """Kills a worker each time that a further share of the rows is there."""
     draws = random.Random(1)
-    for k in range(1, times + 1):
-        while len(list(rows.glob("[!.]*.json"))) < k * total // (times + 1):
-            time.sleep(0.02)
-        # The cluster puts another one in its place.
-        alive = {address: info["pid"] for address, info in client.run(lambda: {"pid": os.getpid()}).items()}
-        pid = draws.choice(sorted(alive.values()))
-        os.kill(pid, signal.SIGKILL)
-        killed.append(pid)
+    while not done.wait(0.1):
+        # As a batch system does: whoever is not there any more is replaced.
+        client.cluster.scale(options.workers)
+        share = (len(killed) + 1) * options.cases // (options.kill + 1)
+        if len(killed) == options.kill or len(list(rows.glob("[!.]*.json"))) < share:
+            continue
+        alive = client.run(os.getpid)
+        if alive:
+            pid = draws.choice(sorted(alive.values()))
+            os.kill(pid, signal.SIGKILL)
+            killed.append(pid)
 
 
 def main() -> None:
@@ -65,12 +70,13 @@ def main() -> None:
             n_workers=options.workers, threads_per_worker=1, dashboard_address=None
         ) as cluster, Client(cluster) as client:
             rows = folder / "together" / "rows"
-            arguments_of_killer = (client, options.kill, rows, len(cases), killed)
-            killer = threading.Thread(target=kill_workers, args=arguments_of_killer)
+            done = threading.Event()
+            killer = threading.Thread(target=kill_workers, args=(client, options, rows, killed, done))
             started = time.perf_counter()
             killer.start()
             table = fleet.run(cases, folder / "together", client=client)
             together_s = time.perf_counter() - started
+            done.set()
             killer.join()
         names = parquet.read_table(table)["case"].to_pylist()
         assert names == sorted(cases), "a case is lost or doubled"

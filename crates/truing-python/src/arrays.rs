@@ -42,6 +42,20 @@ pub(crate) fn rows_of<const D: usize>(
     }
 }
 
+/// The rows of a table of `D` columns where they lie; `n` of them where that is given.
+pub(crate) fn each_row<'a, const D: usize>(
+    name: &str,
+    table: &'a Table<'_>,
+    n: Option<usize>,
+) -> Result<impl Iterator<Item = [f64; D]> + 'a, Refusal> {
+    let view = table.as_array();
+    if view.ncols() != D || n.is_some_and(|n| n != view.nrows()) {
+        let n = n.map_or_else(|| "n".to_owned(), |n| n.to_string());
+        return Err(Refusal::shape(name, &format!("{n} × {D}"), table.shape()));
+    }
+    Ok((0..view.nrows()).map(move |i| std::array::from_fn(|k| view[[i, k]])))
+}
+
 /// A contiguous column, where it lies.
 pub(crate) fn slice<'a>(name: &str, column: &'a Column<'_>) -> Result<&'a [f64], Refusal> {
     column.as_slice().map_err(|_| Refusal::of(format!("{name}: an array without gaps is needed")))

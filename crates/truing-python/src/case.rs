@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Translation3};
 use pyo3::prelude::*;
+use serde::Serialize;
 use truing::geometry::EulerAngles;
 use truing::{
-    Case, Closed, Error, InputFile, Layout, OutputFile, PlanBudget, PlanOptions, ReadOptions,
-    Solved, loop_report, read_case_with, read_learnt, read_machine, refuse_overlap, solve_report,
-    write_files, write_plan,
+    Case, Error, Header, InputFile, Layout, OutputFile, PlanBudget, PlanOptions, ReadOptions,
+    close_loop_drawn, loop_report, read_case_with, read_learnt, read_machine, refuse_overlap,
+    solve_drawn, solve_report, write_files, write_plan,
 };
 
 use crate::refusal::Refusal;
@@ -18,32 +19,32 @@ type Answer = (String, String, Vec<String>, Vec<String>);
 
 /// Fits the declared model of a case.
 #[pyfunction]
-#[pyo3(signature = (case, allow_outside, timing, report))]
+#[pyo3(signature = (case, allow_outside, timing, report, monte_carlo))]
 pub(crate) fn solve(
     py: Python<'_>,
     case: PathBuf,
     allow_outside: bool,
     timing: bool,
     report: Option<PathBuf>,
+    monte_carlo: Option<usize>,
 ) -> Result<Answer, Refusal> {
     Ok(py.detach(|| {
         let case = read_case_with(&case, ReadOptions { allow_outside })?;
         refuse(report.as_deref(), &case)?;
-        let mut answer: Solved = truing::solve(&case)?;
+        let mut answer = match monte_carlo {
+            Some(draws) => solve_drawn(&case, draws)?,
+            None => truing::solve(&case)?,
+        };
         write(report, || solve_report(&case, &answer))?;
         answer.timing = answer.timing.filter(|_| timing);
-        Ok::<_, Error>(shown(
-            serde_json::to_string_pretty(&answer),
-            answer.to_string(),
-            answer.header.notes,
-            answer.warnings,
-        ))
+        let text = answer.to_string();
+        Ok::<_, Error>(shown(&answer, text, &answer.header, &answer.warnings))
     })?)
 }
 
 /// Closes the loop on a case.
 #[pyfunction]
-#[pyo3(signature = (case, carry, allow_outside, timing, report))]
+#[pyo3(signature = (case, carry, allow_outside, timing, report, monte_carlo))]
 pub(crate) fn close_loop(
     py: Python<'_>,
     case: PathBuf,
@@ -51,6 +52,7 @@ pub(crate) fn close_loop(
     allow_outside: bool,
     timing: bool,
     report: Option<PathBuf>,
+    monte_carlo: Option<usize>,
 ) -> Result<Answer, Refusal> {
     Ok(py.detach(|| {
         let mut case = read_case_with(&case, ReadOptions { allow_outside })?;
@@ -58,15 +60,14 @@ pub(crate) fn close_loop(
             case = case.carrying(read_learnt(carry)?)?;
         }
         refuse(report.as_deref(), &case)?;
-        let mut answer: Closed = truing::close_loop(&case)?;
+        let mut answer = match monte_carlo {
+            Some(draws) => close_loop_drawn(&case, draws)?,
+            None => truing::close_loop(&case)?,
+        };
         write(report, || loop_report(&case, &answer))?;
         answer.timing = answer.timing.filter(|_| timing);
-        Ok::<_, Error>(shown(
-            serde_json::to_string_pretty(&answer),
-            answer.to_string(),
-            answer.header.notes,
-            answer.warnings,
-        ))
+        let text = answer.to_string();
+        Ok::<_, Error>(shown(&answer, text, &answer.header, &answer.warnings))
     })?)
 }
 
@@ -77,12 +78,8 @@ pub(crate) fn check(py: Python<'_>, case: PathBuf, allow_outside: bool) -> Resul
     Ok(py.detach(|| {
         let case = read_case_with(&case, ReadOptions { allow_outside })?;
         let answer = truing::check(&case)?;
-        Ok::<_, Error>(shown(
-            serde_json::to_string_pretty(&answer),
-            answer.to_string(),
-            answer.header.notes,
-            answer.warnings,
-        ))
+        let text = answer.to_string();
+        Ok::<_, Error>(shown(&answer, text, &answer.header, &answer.warnings))
     })?)
 }
 
@@ -107,12 +104,8 @@ pub(crate) fn plan(
         if let Some(folder) = &out {
             write_plan(&answer, folder)?;
         }
-        Ok::<_, Error>(shown(
-            serde_json::to_string_pretty(&answer),
-            answer.text(Layout::default()),
-            answer.header.notes,
-            answer.warnings,
-        ))
+        let text = answer.text(Layout::default());
+        Ok::<_, Error>(shown(&answer, text, &answer.header, &answer.warnings))
     })?)
 }
 
@@ -127,12 +120,8 @@ pub(crate) fn close_machine(
     Ok(py.detach(|| {
         let machine = read_machine(&folder, ReadOptions { allow_outside })?;
         let answer = truing::close_machine(&machine)?;
-        Ok::<_, Error>(shown(
-            serde_json::to_string_pretty(&answer),
-            answer.to_string(),
-            answer.header.notes,
-            answer.warnings,
-        ))
+        let text = answer.to_string();
+        Ok::<_, Error>(shown(&answer, text, &answer.header, &answer.warnings))
     })?)
 }
 
@@ -158,12 +147,8 @@ pub(crate) fn depth(
             Isometry3::from_parts(Translation3::new(x, y, z), turned.to_rotation())
         });
         let answer = truing::depth(&case, &program, planned.as_ref())?;
-        Ok::<_, Error>(shown(
-            serde_json::to_string_pretty(&answer),
-            answer.to_string(),
-            answer.header.notes,
-            answer.warnings,
-        ))
+        let text = answer.to_string();
+        Ok::<_, Error>(shown(&answer, text, &answer.header, &answer.warnings))
     })?)
 }
 
@@ -179,13 +164,9 @@ pub(crate) fn kinds() -> Vec<(&'static str, &'static str)> {
     truing::kinds().collect()
 }
 
-fn shown(
-    json: serde_json::Result<String>,
-    text: String,
-    notes: Vec<String>,
-    warnings: Vec<String>,
-) -> Answer {
-    (json.expect("plain data with text keys"), text, notes, warnings)
+fn shown(answer: &impl Serialize, text: String, header: &Header, warnings: &[String]) -> Answer {
+    let json = serde_json::to_string_pretty(answer).expect("plain data with text keys");
+    (json, text, header.notes.clone(), warnings.to_vec())
 }
 
 /// A report must not overwrite what the run reads.

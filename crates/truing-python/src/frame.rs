@@ -9,7 +9,7 @@ use truing::frame_fit::{
 };
 use truing::least_squares::Loss;
 
-use crate::arrays::{Table, column, matrix, rows, rows_of, small, vectors};
+use crate::arrays::{Table, column, each_row, matrix, small, vectors};
 use crate::refusal::Refusal;
 
 /// Fits the transform that takes one table of points to another.
@@ -66,41 +66,40 @@ fn fitted<'py, const D: usize>(
     std_mm: &PyReadonlyArrayDyn<'py, f64>,
     options: &Options,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let from_mm = rows::<D>("from_mm", from_mm)?;
-    let n = from_mm.len();
-    let to_mm = rows_of::<D>("to_mm", to_mm, n)?;
-    let uncertainties = uncertainties::<D>(std_mm, n)?;
-    let fit = py.detach(|| {
-        let pairs: Vec<PointPair<D>> = (from_mm.into_iter().zip(to_mm).zip(uncertainties))
-            .map(|((from, to), uncertainty)| PointPair {
-                target_mm: Point::from(to),
-                source_mm: Point::from(from),
-                uncertainty,
-            })
-            .collect();
-        frame_fit::fit_frame(&pairs, options)
-    });
+    let (from_mm, n) = (each_row::<D>("from_mm", from_mm, None)?, from_mm.shape()[0]);
+    let to_mm = each_row::<D>("to_mm", to_mm, Some(n))?;
+    let uncertainty = uncertainties::<D>(std_mm, n)?;
+    // Written once, where the solver reads them.
+    let pairs: Vec<PointPair<D>> = (from_mm.zip(to_mm).enumerate())
+        .map(|(i, (from, to))| PointPair {
+            target_mm: Point::from(to),
+            source_mm: Point::from(from),
+            uncertainty: uncertainty(i),
+        })
+        .collect();
+    let fit = py.detach(|| frame_fit::fit_frame(&pairs, options));
     answer(py, fit.map_err(Refusal::from)?)
 }
 
 /// One standard uncertainty for all, one a point, one a coordinate, or a covariance a point.
-fn uncertainties<const D: usize>(
-    std_mm: &PyReadonlyArrayDyn<'_, f64>,
+fn uncertainties<'a, const D: usize>(
+    std_mm: &'a PyReadonlyArrayDyn<'_, f64>,
     n: usize,
-) -> Result<Vec<Uncertainty<D>>, Refusal> {
+) -> Result<Box<dyn Fn(usize) -> Uncertainty<D> + 'a>, Refusal> {
     let view = std_mm.as_array();
-    let isotropic = |&sigma_mm: &f64| Uncertainty::Isotropic { sigma_mm };
+    let isotropic = |sigma_mm: f64| Uncertainty::Isotropic { sigma_mm };
     match *view.shape() {
-        [] => Ok(view.first().map(isotropic).into_iter().cycle().take(n).collect()),
-        [len] if len == n => Ok(view.iter().map(isotropic).collect()),
-        [len, c] if len == n && c == D => {
-            let at = |i: usize| SVector::from_fn(|k, _| view[[i, k].as_slice()]);
-            Ok((0..n).map(|i| Uncertainty::PerAxis { sigma_mm: at(i) }).collect())
+        [] => {
+            let sigma_mm = view.first().copied().unwrap_or(f64::NAN);
+            Ok(Box::new(move |_| isotropic(sigma_mm)))
         }
-        [len, r, c] if len == n && r == D && c == D => {
-            let at = |i: usize| SMatrix::from_fn(|k, l| view[[i, k, l].as_slice()]);
-            Ok((0..n).map(|i| Uncertainty::Full { covariance_mm2: at(i) }).collect())
-        }
+        [len] if len == n => Ok(Box::new(move |i| isotropic(view[[i].as_slice()]))),
+        [len, c] if len == n && c == D => Ok(Box::new(move |i| Uncertainty::PerAxis {
+            sigma_mm: SVector::from_fn(|k, _| view[[i, k].as_slice()]),
+        })),
+        [len, r, c] if len == n && r == D && c == D => Ok(Box::new(move |i| Uncertainty::Full {
+            covariance_mm2: SMatrix::from_fn(|k, l| view[[i, k, l].as_slice()]),
+        })),
         ref shape => {
             let needed = format!("() or {n} or {n} × {D}, or {n} × {D} × {D} for covariances");
             Err(Refusal::shape("std_mm", &needed, shape))

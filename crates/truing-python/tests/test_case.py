@@ -36,6 +36,17 @@ def test_the_loop_names_what_the_command_line_names(fixtures, program, tmp_path)
     assert "<html" in page.read_text(encoding="utf-8")
 
 
+def test_draws_are_those_of_the_command_line(program, tmp_path):
+    truing.init("frame-fit", tmp_path / "case")
+    for verb, answer in (("solve", truing.solve), ("loop", truing.loop)):
+        drawn = answer(tmp_path / "case", monte_carlo=100, timing=False)
+        arguments = (verb, str(tmp_path / "case"), "--monte-carlo", "100", "--json", "--no-timing")
+        assert drawn.to_json() == printed(program, *arguments)
+        assert drawn.monte_carlo.draws == 100
+    with pytest.raises(truing.InputError, match="100 to"):
+        truing.solve(tmp_path / "case", monte_carlo=5)
+
+
 def test_a_plan_is_that_of_the_command_line(program, tmp_path):
     truing.init("probe-comp", tmp_path / "case")
     planned = truing.plan(tmp_path / "case", aim="tip-radius", measurements=6, out=tmp_path / "next")

@@ -1,6 +1,6 @@
 //! What a machine is to be set to, as a page.
 
-use super::input::Fact;
+use super::fact::Fact;
 use super::markup::Markup;
 use super::number::{NONE, percent, significant};
 use super::page::document;
@@ -82,6 +82,7 @@ pub fn render_design(card: &DesignCard) -> String {
     for (width, class) in WIDTHS {
         body.append(&card.region.region.draw(width, class));
     }
+    card.region.region.data().link(&mut body, card.region.heading);
     body.close("section");
     body.open("section", &[]);
     body.element("h2", &[], card.figures.heading);

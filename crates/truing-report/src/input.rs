@@ -3,7 +3,10 @@
 use model_discrepancy::{Closure, Covariate, Layout};
 use serde::{Deserialize, Serialize};
 
+use super::budget::Budget;
 use super::error_rms::Rms;
+use super::fact::Fact;
+use super::form::Form;
 
 /// Everything that one page shows.
 #[derive(Clone, Debug)]
@@ -40,6 +43,10 @@ pub struct ReportInput<'a> {
     pub covariates: &'a [Covariate],
     /// Pictures that only this kind of case has.
     pub plots: &'a [ExtraPlot],
+    /// The form of the test that the case is, where it is one.
+    pub form: Option<&'a Form>,
+    /// Where the uncertainties come from, where the data were drawn anew.
+    pub budget: Option<&'a Budget>,
     /// Figure printed in the source, to compare with.
     pub published: Option<&'a Published>,
     /// What is asked of the data, and known of them from elsewhere.
@@ -71,15 +78,6 @@ pub struct Mistake {
     pub subject: String,
     /// What to change.
     pub description: String,
-}
-
-/// One line of a table of facts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fact {
-    /// What it is.
-    pub name: String,
-    /// Its value with its unit, ready to read.
-    pub value: String,
 }
 
 /// One solved parameter, in the unit it is reported in.

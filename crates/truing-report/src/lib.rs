@@ -1,5 +1,8 @@
 #![doc = include_str!("../README.md")]
 
+mod budget;
+mod fact;
+mod form;
 mod input;
 
 mod markup;
@@ -9,6 +12,7 @@ mod unit;
 mod wording;
 
 mod axis;
+mod data_table;
 mod deviation_map;
 mod error_rms;
 mod even_axes;
@@ -19,6 +23,7 @@ mod layer;
 mod panel;
 mod region;
 mod score_chart;
+mod slug;
 mod svg;
 mod vector_map;
 
@@ -37,11 +42,14 @@ mod page;
 #[cfg(test)]
 mod tests;
 
+pub use budget::{Budget, BudgetResult};
 pub use design_card::{DesignCard, Figure, FigureTable, RegionFigure, render_design};
 pub use error_rms::Rms;
+pub use fact::Fact;
+pub use form::{Form, FormLimit, FormResult};
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
-    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Fact, Mistake, ParameterRow,
+    Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Mistake, ParameterRow,
     Published, ReportInput, Story, VectorMap,
 };
 pub use machine_page::{MachineAmplitude, MachineCase, MachineEffect, MachinePage, render_machine};

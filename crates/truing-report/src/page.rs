@@ -5,13 +5,15 @@ use std::fmt::Write;
 use super::input::{ReportInput, Story};
 use super::markup::{Markup, is_forbidden, turns_direction};
 use super::section::{
-    Context, added, apart, declared, error_path, headline, lede, left, measured, observable,
-    residual_after, residual_before, scores, views, warnings,
+    Context, added, apart, budget, declared, error_path, form, headline, lede, left, measured,
+    observable, residual_after, residual_before, scores, views, warnings,
 };
+use super::slug::slug;
 use super::summary::Summary;
 
 const STYLE: &str = include_str!("style.css");
 const SORT: &str = include_str!("sort.js");
+const ZOOM: &str = include_str!("zoom.js");
 const FILTER: &str = include_str!("filter.js");
 
 /// What a page may load: nothing but what it holds.
@@ -70,8 +72,9 @@ enum Place {
 type WriteSection = fn(&mut Markup, &Context);
 
 /// In reading order: the answer, its pictures, what is left open; then what it rests on.
-const SECTIONS: [(WriteSection, Place); 13] = [
+const SECTIONS: [(WriteSection, Place); 15] = [
     (headline, Place::Open),
+    (form, Place::Open),
     (views, Place::Open),
     (added, Place::Open),
     (left, Place::Open),
@@ -81,6 +84,7 @@ const SECTIONS: [(WriteSection, Place); 13] = [
     (residual_after, Place::Open),
     (measured, Place::Folded),
     (declared, Place::Folded),
+    (budget, Place::Folded),
     (scores, Place::Folded),
     (error_path, Place::Folded),
     (observable, Place::Folded),
@@ -106,9 +110,7 @@ impl Section {
 
     /// Address of the section within the page.
     fn anchor(&self) -> String {
-        let kept = self.heading().chars().map(|c| if c.is_alphanumeric() { c } else { '-' });
-        let joined = kept.collect::<String>().to_lowercase();
-        joined.split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-")
+        slug(self.heading())
     }
 
     fn write(&self, out: &mut Markup) {
@@ -226,6 +228,8 @@ pub(crate) fn document(title: &str, class: &str, body: &Markup) -> String {
     page.constant(SORT);
     if class == INDEX {
         page.constant(FILTER);
+    } else {
+        page.constant(ZOOM);
     }
     page.close("script");
     page.close("body");

@@ -1,6 +1,7 @@
 //! Where something is stable, over two quantities.
 
 use super::axis::{Range, Scale, Tick};
+use super::data_table::{DataTable, Datum};
 use super::layer::Area;
 use super::markup::Markup;
 use super::number::{real, significant};
@@ -73,6 +74,24 @@ impl Region {
         line(&mut svg, "reference", (LEFT, y), (width - RIGHT, y));
         svg.close("svg");
         svg
+    }
+}
+
+impl Region {
+    /// What is so at every place.
+    pub(crate) fn data(&self) -> DataTable {
+        let mut data = DataTable::new([self.x_title.as_str(), self.y_title.as_str(), "stability"]);
+        for (y, cells) in self.y.iter().zip(&self.cells) {
+            for (x, cell) in self.x.iter().zip(cells) {
+                let word = match cell {
+                    Stability::Unstable => "unstable",
+                    Stability::Stable => "stable",
+                    Stability::Comfortable => "comfortable",
+                };
+                data.push([Datum::from(*x), Datum::from(*y), Datum::from(word)]);
+            }
+        }
+        data
     }
 }
 

@@ -8,9 +8,11 @@ use serde::Serialize;
 use truing_report::by_sign;
 
 use crate::carry::{CarriedEffect, Matched, carrying, matched};
+use crate::conformity::{LimitDecision, decisions};
 use crate::estimated::LoopParameter;
 use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Prepared};
+use crate::monte_carlo::{MonteCarlo, monte_carlo_of_loop};
 use crate::noise_test::{Repeats, scatter_warning};
 use crate::plausible::plausible;
 use crate::residual::Residual;
@@ -57,6 +59,12 @@ pub struct Closed {
     pub estimates: Arc<dyn Estimates>,
     /// What makes 95 % intervals of its standard uncertainties.
     pub interval: IntervalWidth,
+    /// How the numbers scatter where the data are drawn anew; `None` where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub monte_carlo: Option<MonteCarlo>,
+    /// What is decided of the results that `[conformity] limits` names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conformity: Vec<LimitDecision>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     /// Mistakes in the input; the first steps are about them.
@@ -207,6 +215,22 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     Ok(closed)
 }
 
+/// Closes the loop on a case, and fits what it ended with as often as asked for with the data drawn
+/// anew: declared parameters and the amplitudes of the accepted effects. What was chosen stays chosen.
+///
+/// # Errors
+///
+/// As of [`close_loop`] and [`monte_carlo`](crate::monte_carlo()).
+pub fn close_loop_drawn(case: &Case, draws: usize) -> Result<Closed, Error> {
+    let mut closed = close_loop(case)?;
+    let case = closed.corrected.as_deref().unwrap_or(case);
+    let found = (&closed.closure, &*closed.estimates);
+    let drawn = monte_carlo_of_loop(case, found, draws)?;
+    closed.warnings.extend(drawn.warning());
+    closed.monte_carlo = Some(drawn);
+    Ok(closed)
+}
+
 /// The verdict where the input itself is wrong.
 pub(crate) const INPUT_WRONG: &str = "input-wrong";
 
@@ -286,6 +310,7 @@ fn close(
         .chain(&doubtful)
         .cloned()
         .collect();
+    let interval = IntervalWidth::new(closure.degrees_of_freedom);
     Ok(Closed {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -300,8 +325,10 @@ fn close(
         residual,
         lack_of_fit: closure.lack_of_fit.as_ref().map(Repeats::of),
         not_observable: closure.not_observable.iter().map(LoopNotObservable::of).collect(),
+        monte_carlo: None,
+        conformity: decisions(case, &*estimates, interval)?,
         estimates,
-        interval: IntervalWidth::new(closure.degrees_of_freedom),
+        interval,
         warnings,
         suspects: Vec::new(),
         closure,

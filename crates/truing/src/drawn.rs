@@ -11,16 +11,23 @@ use crate::uncertain::{Std, Uncertain};
 /// The first of all draws; each has a stream of its own, whatever thread it is drawn on.
 const SEED: u64 = 0x6375_6d31;
 
-/// Changes that add to every uncertain number of a case a draw from its normal distribution;
-/// `None` where the case declares none of them.
-pub(crate) fn drawn(uncertain: &[Uncertain], files: &Files, draw: u64) -> Option<Vec<Edit>> {
+/// Uncertain numbers of one table, drawn.
+pub(crate) struct Source {
+    /// Table and key.
+    pub(crate) name: String,
+    /// Changes that add to every one of them a draw from its normal distribution.
+    pub(crate) edits: Vec<Edit>,
+}
+
+/// One draw of everything that is uncertain and declared so.
+pub(crate) fn drawn(uncertain: &[Uncertain], files: &Files, draw: u64) -> Vec<Source> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     rng.set_stream(draw);
-    let mut edits: Vec<Edit> = Vec::new();
+    let mut sources: Vec<Source> = Vec::new();
     for numbers in uncertain.iter().filter(|numbers| files.folder.has(numbers.table)) {
         let Ok(table) = files.folder.table(numbers.table, &[]) else { continue };
         let is_done = |column: &str| {
-            edits.iter().any(|edit| {
+            sources.iter().flat_map(|source| &source.edits).any(|edit| {
                 edit.file == numbers.table
                     && matches!(&edit.change, Change::Add { column: done, .. } if done == column)
             })
@@ -29,12 +36,16 @@ pub(crate) fn drawn(uncertain: &[Uncertain], files: &Files, draw: u64) -> Option
             continue;
         }
         let added = added(numbers, files, &table, &mut rng);
-        edits.extend(added.into_iter().map(|(column, values)| Edit {
+        let edit = |(column, values): (&str, Vec<f64>)| Edit {
             file: numbers.table,
             change: Change::Add { column: column.to_owned(), values },
-        }));
+        };
+        let edits: Vec<Edit> = added.into_iter().map(edit).collect();
+        if !edits.is_empty() {
+            sources.push(Source { name: numbers.name(), edits });
+        }
     }
-    Some(edits).filter(|edits| !edits.is_empty())
+    sources
 }
 
 /// What is added to each row of each column; nothing where their uncertainty is not declared.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use model_discrepancy::Step;
 use serde::Serializer;
-use truing_report::ExtraPlot;
+use truing_report::{ExtraPlot, Form};
 
 use crate::estimated::{Estimated, Export};
 use crate::implausible::ImplausibleResult;
@@ -34,6 +34,11 @@ pub trait Estimates: Any + erased_serde::Serialize + fmt::Debug + Send + Sync {
     /// Pictures that only this kind has.
     fn plots(&self) -> Vec<ExtraPlot> {
         Vec::new()
+    }
+
+    /// The form of the test that the case is: title, conditions, results; `None` of other data.
+    fn form(&self) -> Option<Form> {
+        None
     }
 
     /// The estimates as a file of that format; `None` where the kind has nothing to put there.

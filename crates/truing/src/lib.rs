@@ -4,6 +4,7 @@ mod carry;
 mod case;
 mod checked;
 mod closed;
+mod conformity;
 mod count;
 mod depth;
 mod design;
@@ -12,6 +13,7 @@ mod error;
 mod estimated;
 mod estimates;
 mod file;
+mod form;
 mod found_pose;
 mod header;
 mod implausible;
@@ -31,6 +33,7 @@ mod plan;
 mod plausible;
 mod program;
 mod read;
+mod refit;
 mod register;
 mod regrouped;
 mod residual;
@@ -58,8 +61,9 @@ pub use case::{Location, Problem, Provenance, ReadOptions, quantity_of};
 pub use checked::{Checked, Counts, Detectable, Determined, HiddenEffect, ObservableEffect, check};
 pub use closed::{
     Carried, Closed, JudgedRms, LoopNotObservable, LoopRemaining, LoopStability, LoopStep,
-    LoopTiming, close_loop,
+    LoopTiming, close_loop, close_loop_drawn,
 };
+pub use conformity::LimitDecision;
 pub use depth::{Depth, DepthAt, DepthRange, PolishingTool, Removal, Within, depth};
 pub use design::{
     ContactDesign, ForceDesign, ForceDesignInput, MicroPlane, MicroPlaneInput, StableRegion,
@@ -85,10 +89,10 @@ pub use kinds::{
     GravityEstimates, HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench,
     MeasuredNormalEstimate, MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate,
     PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals,
-    PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates,
-    QualificationEstimate, RepeatabilityEstimate, ScaleEstimate, SecondAxisEstimate,
-    StationEstimate, TipEstimates, TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd,
-    WrenchEstimate, kinds, write_example,
+    PoseNumbers, PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates,
+    ProbingCheckEstimate, QualificationEstimate, RepeatabilityEstimate, ScaleEstimate,
+    SecondAxisEstimate, StationEstimate, TipEstimates, TouchEstimate, TouchResidual,
+    TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
 };
 pub use layout::{Detail, Layout};
 pub use machine::{

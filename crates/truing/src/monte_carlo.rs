@@ -1,13 +1,14 @@
 //! Uncertainty by drawing the data anew, beside the linear one.
 
+use model_discrepancy::Closure;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::case::Problem;
 use crate::count::count;
-use crate::drawn::drawn;
-use crate::estimated::Estimated;
+use crate::drawn::{Source, drawn};
 use crate::estimates::Estimates;
+use crate::refit::{Accepted, Amplitude};
 use crate::uncertain::keys;
 use crate::{Case, Error};
 
@@ -20,8 +21,10 @@ use crate::{Case, Error};
 pub struct MonteCarlo {
     /// Draws asked for.
     pub draws: usize,
-    /// Draws of which the declared model could not be solved; they are in no figure.
+    /// Draws of which the model could not be solved; they are in no figure.
     pub failed: usize,
+    /// What is drawn: table and key.
+    pub sources: Vec<String>,
     /// Numbers that have a standard uncertainty.
     pub parameters: Vec<DrawnParameter>,
 }
@@ -32,7 +35,7 @@ pub struct DrawnParameter {
     /// Its name.
     pub name: String,
     /// Its unit; empty for a pure number.
-    pub unit: &'static str,
+    pub unit: String,
     /// Estimate from the data as they are.
     pub value: f64,
     /// Standard uncertainty by linear propagation.
@@ -41,72 +44,157 @@ pub struct DrawnParameter {
     pub std: f64,
     /// Probabilistically symmetric 95 % coverage interval over the draws.
     pub interval_95: [f64; 2],
+    /// Standard deviation where one source alone is drawn, one per source.
+    pub by_source: Vec<f64>,
+}
+
+impl MonteCarlo {
+    /// How many draws have no solution, where there are any.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let Self { failed, draws, .. } = self;
+        (*failed > 0).then(|| format!("{failed} of {draws} draws of the data have no solution"))
+    }
 }
 
 /// Probability in each tail of a coverage interval.
 const TAIL: f64 = 0.025;
 
-/// Solves a case with `draws` data sets that might have been measured as well.
+/// Solves the declared model of a case with `draws` data sets that might have been measured as well.
 ///
 /// # Errors
 ///
 /// [`Error::Case`] where the case declares no noise to draw from; what the fit of the data as they are
 /// says, or that of the first draw where none can be solved.
 pub fn monte_carlo(case: &Case, draws: usize) -> Result<MonteCarlo, Error> {
+    let found = described(&*case.fit()?.estimates);
+    let solved = |drawn: &Case| -> Result<Option<Vec<Number>>, Error> {
+        Ok(Some(described(&*drawn.fit()?.estimates)))
+    };
+    scattered(case, draws, found, solved)
+}
+
+/// The same of the model that a loop ended with: declared parameters and the amplitudes of the
+/// accepted effects. What was chosen stays chosen.
+pub(crate) fn monte_carlo_of_loop(
+    case: &Case,
+    (closure, estimates): (&Closure, &dyn Estimates),
+    draws: usize,
+) -> Result<MonteCarlo, Error> {
+    let accepted = Accepted::of(case, closure)?;
+    let amplitudes = accepted.amplitudes();
+    let named = |a: &Amplitude| Number {
+        name: a.name.clone(),
+        unit: a.unit.clone(),
+        value: a.value,
+        std: Some(a.std),
+    };
+    let effects: Vec<Number> = amplitudes.iter().map(named).collect();
+    let found = [described(estimates), effects.clone()].concat();
+    let solved = |drawn: &Case| -> Result<Option<Vec<Number>>, Error> {
+        let Some(refitted) = accepted.fitted_to(drawn)? else { return Ok(None) };
+        let effects = effects.iter().zip(refitted.amplitudes);
+        let effects = effects.map(|(named, value)| Number { value, ..named.clone() });
+        Ok(Some(described(&*refitted.estimates).into_iter().chain(effects).collect()))
+    };
+    scattered(case, draws, found, solved)
+}
+
+/// A number with its name and uncertainty.
+#[derive(Clone, Debug)]
+struct Number {
+    name: String,
+    unit: String,
+    value: f64,
+    std: Option<f64>,
+}
+
+/// The numbers that describe a case.
+fn described(estimates: &dyn Estimates) -> Vec<Number> {
+    let number = |p: crate::estimated::Estimated| Number {
+        name: p.name,
+        unit: p.unit.to_owned(),
+        value: p.value,
+        std: p.std,
+    };
+    estimates.parameters().into_iter().map(number).collect()
+}
+
+/// Scatter of what was found where the data are drawn anew, from all sources and from each alone.
+fn scattered(
+    case: &Case,
+    draws: usize,
+    found: Vec<Number>,
+    solved: impl Fn(&Case) -> Result<Option<Vec<Number>>, Error> + Sync,
+) -> Result<MonteCarlo, Error> {
     let uncertain = case.files.kind.uncertain;
     let refused = |problem| Err(Error::case(case.files.document.at_file(), problem));
     if uncertain.is_empty() {
         let message = format!("results of `{}` have no uncertainty to draw", case.kind);
         return refused(Problem::WrongValue { message });
     }
-    if drawn(uncertain, &case.files, 0).is_none() {
+    let sources = drawn(uncertain, &case.files, 0);
+    if sources.is_empty() {
         let key = format!("[noise] {}", keys(uncertain).join("`, `"));
         let purpose = "draws are taken from the noise that is declared, and none is";
         return refused(Problem::MissingKey { key, purpose });
     }
-    let solved = |estimates: &dyn Estimates| -> Vec<_> {
-        let is_uncertain = |p: &Estimated| p.std.is_some_and(|std| std > 0.0);
-        estimates.parameters().into_iter().filter(is_uncertain).collect()
+    let found: Vec<Number> =
+        found.into_iter().filter(|number| number.std.is_some_and(|std| std > 0.0)).collect();
+    let of_draw = |draw: u64, only: Option<usize>| -> Result<Option<Vec<f64>>, Error> {
+        let sources = drawn(uncertain, &case.files, draw).into_iter().enumerate();
+        let chosen = sources.filter(|(k, _)| only.is_none_or(|only| only == *k));
+        let edits: Vec<_> = chosen.flat_map(|(_, source)| source.edits).collect();
+        let Some(numbers) = solved(&case.with(&edits)?)? else { return Ok(None) };
+        let value = |of: &Number| numbers.iter().find(|n| n.name == of.name).map(|n| n.value);
+        Ok(found.iter().map(value).collect())
     };
-    let found = solved(&*case.fit()?.estimates);
-    let of_draw = |draw: u64| -> Result<Vec<f64>, Error> {
-        let edits = drawn(uncertain, &case.files, draw).unwrap_or_default();
-        let fitted = case.with(&edits)?.fit()?;
-        let values = solved(&*fitted.estimates);
-        Ok(values.into_iter().map(|parameter| parameter.value).collect())
+    let all = |only: Option<usize>| -> Vec<Vec<f64>> {
+        let draws = (0..draws as u64).into_par_iter();
+        draws.filter_map(|draw| of_draw(draw, only).ok().flatten()).collect()
     };
-    let all: Vec<_> = (0..draws as u64).into_par_iter().map(of_draw).collect();
-    let is_whole = |values: &&Vec<f64>| values.len() == found.len();
-    let whole: Vec<&Vec<f64>> = all.iter().flatten().filter(is_whole).collect();
+    let whole = all(None);
     let failed = draws - whole.len();
     if whole.is_empty() {
         // Every draw has failed, the first as any.
         let message = "no draw of the data can be solved".to_owned();
-        return of_draw(0).and(refused(Problem::WrongValue { message }));
+        return of_draw(0, None).and(refused(Problem::WrongValue { message }));
     }
+    let alone: Vec<Vec<Vec<f64>>> = match sources.len() {
+        1 => vec![whole.clone()],
+        n => (0..n).map(|k| all(Some(k))).collect(),
+    };
     let parameters = found
-        .iter()
+        .into_iter()
         .enumerate()
-        .map(|(k, parameter)| {
-            let near = |value: f64| match parameter.unit {
-                // Angles come round.
-                "°" => (value - parameter.value + 180.0).rem_euclid(360.0) - 180.0,
-                _ => value - parameter.value,
-            };
-            let mut off: Vec<f64> = whole.iter().map(|values| near(values[k])).collect();
-            off.sort_by(f64::total_cmp);
+        .map(|(k, Number { name, unit, value, std })| {
+            let off = scatter(&whole, k, value, &unit);
+            let by_source = alone.iter().map(|own| deviation(&scatter(own, k, value, &unit)));
             DrawnParameter {
-                name: parameter.name.clone(),
-                unit: parameter.unit,
-                value: parameter.value,
-                linear_std: parameter.std.unwrap_or(f64::NAN),
+                value,
+                linear_std: std.unwrap_or(f64::NAN),
                 std: deviation(&off),
                 interval_95: [quantile(&off, TAIL), quantile(&off, 1.0 - TAIL)]
-                    .map(|off| parameter.value + off),
+                    .map(|off| value + off),
+                by_source: by_source.collect(),
+                name,
+                unit,
             }
         })
         .collect();
-    Ok(MonteCarlo { draws, failed, parameters })
+    let sources = sources.into_iter().map(|Source { name, .. }| name).collect();
+    Ok(MonteCarlo { draws, failed, sources, parameters })
+}
+
+/// The k-th number of every draw less its value, ascending.
+fn scatter(draws: &[Vec<f64>], k: usize, value: f64, unit: &str) -> Vec<f64> {
+    let off = |drawn: f64| match unit {
+        // Angles come round.
+        "°" => (drawn - value + 180.0).rem_euclid(360.0) - 180.0,
+        _ => drawn - value,
+    };
+    let mut all: Vec<f64> = draws.iter().map(|values| off(values[k])).collect();
+    all.sort_by(f64::total_cmp);
+    all
 }
 
 /// Standard deviation about the mean.

@@ -5,13 +5,15 @@ use std::path::Path;
 
 use model_discrepancy::{Model, State};
 use truing_report::{
-    Arrow, DeviationMap, Evidence, ExtraPlot, Fact, IndexEntry, Mistake, ParameterRow, Published,
-    ReportInput, Rms, VectorMap, render,
+    Arrow, Budget, BudgetResult, DeviationMap, Evidence, ExtraPlot, Fact, Form, IndexEntry,
+    Mistake, ParameterRow, Published, ReportInput, Rms, VectorMap, render,
 };
 
 use crate::estimates::Estimates;
 use crate::file::read_text;
+use crate::form::filled;
 use crate::measured::{Places, Prepared, Words};
+use crate::monte_carlo::{DrawnParameter, MonteCarlo};
 use crate::solved::Solved;
 use crate::text_table::number;
 use crate::{Carried, Case, Closed, Error, Suspect};
@@ -28,7 +30,10 @@ pub fn solve_report(case: &Case, solved: &Solved) -> Result<String, Error> {
     let evidence = Evidence::Solved { residuals: &residuals };
     let own = solved.estimates.plots();
     let input = (&[][..], None);
-    Ok(page(case, &prepared, (&parameters, evidence, own), input, &[], &solved.warnings))
+    let budget = solved.monte_carlo.as_ref().map(budget);
+    let form = filled(solved.estimates.form(), &solved.conformity, case.provenance.as_ref());
+    let forms = (form.as_ref(), budget.as_ref());
+    Ok(page(case, &prepared, (&parameters, evidence, own), input, forms, (&[], &solved.warnings)))
 }
 
 fn mistake(suspect: &Suspect) -> Mistake {
@@ -72,7 +77,10 @@ pub fn loop_report(case: &Case, closed: &Closed) -> Result<String, Error> {
         }
     });
     let input = (&mistakes[..], as_read);
-    Ok(page(case, &prepared, (&parameters, evidence, own), input, &carried, &warnings))
+    let budget = closed.monte_carlo.as_ref().map(budget);
+    let form = filled(closed.estimates.form(), &closed.conformity, case.provenance.as_ref());
+    let forms = (form.as_ref(), budget.as_ref());
+    Ok(page(case, &prepared, (&parameters, evidence, own), input, forms, (&carried, &warnings)))
 }
 
 /// What was taken over from another case, and what it is worth.
@@ -122,13 +130,32 @@ pub fn read_findings(path: &Path) -> Result<BTreeMap<String, Vec<String>>, Error
     serde_json::from_str(&text).map_err(|source| Error::Findings { path: path.to_owned(), source })
 }
 
+/// What the draws say of every result, for the page.
+fn budget(drawn: &MonteCarlo) -> Budget {
+    let result = |p: &DrawnParameter| BudgetResult {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        value: p.value,
+        linear_std: p.linear_std,
+        std: p.std,
+        interval_95: p.interval_95,
+        by_source: p.by_source.clone(),
+    };
+    Budget {
+        draws: drawn.draws - drawn.failed,
+        failed: drawn.failed,
+        sources: drawn.sources.clone(),
+        results: drawn.parameters.iter().map(result).collect(),
+    }
+}
+
 fn page(
     case: &Case,
     prepared: &Prepared<'_>,
     (parameters, evidence, mut plots): (&[ParameterRow], Evidence<'_>, Vec<ExtraPlot>),
     (mistakes, as_read): (&[Mistake], Option<Rms>),
-    carried: &[String],
-    warnings: &[String],
+    (form, budget): (Option<&Form>, Option<&Budget>),
+    (carried, warnings): (&[String], &[String]),
 ) -> String {
     let Words { mut declared, residual, components, group_noun, measured, places } =
         case.measured.words();
@@ -163,6 +190,8 @@ fn page(
         evidence,
         covariates: &prepared.covariates,
         plots: &plots,
+        form,
+        budget,
         published: published.as_ref(),
         story: provenance.story().as_ref(),
         simulated: provenance.is_simulated(),

@@ -50,7 +50,7 @@ pub fn correct(
     };
     let found: Affine3<f64> = match answer {
         Some(answer) => found_pose(answer, estimates)?,
-        None => convert(estimates.pose.machine_from_workpiece()),
+        None => convert(estimates.pose.numbers.machine_from_workpiece()),
     };
     plausible_reading(&found.matrix().fixed_view::<3, 3>(0, 0).into_owned())?;
     let correction = found * convert::<_, Affine3<f64>>(planned.inverse());

@@ -8,8 +8,8 @@ use model_discrepancy::{LoopError, Progress};
 use crate::Error;
 use crate::carry::{CarryProblem, Learnt};
 use crate::case::{
-    CASE_FILE, Document, Edit, Folder, Location, LoopSettings, Problem, Provenance, ReadOptions,
-    nearest, quote,
+    CASE_FILE, ConformitySettings, Document, Edit, Folder, Location, LoopSettings, Problem,
+    Provenance, ReadOptions, nearest, quote,
 };
 use crate::file::{InputFile, digest};
 use crate::kind::{Files, Kind};
@@ -27,6 +27,8 @@ pub struct Case {
     pub(crate) files: Files,
     pub(crate) measured: Box<dyn Measured>,
     pub(crate) loop_settings: LoopSettings,
+    /// What results are held against.
+    pub(crate) conformity: ConformitySettings,
     /// Effects of another case that count as declared.
     pub(crate) learnt: Option<Learnt>,
     pub(crate) provenance: Option<Provenance>,
@@ -79,6 +81,7 @@ impl Case {
             files,
             measured: reading.measured,
             loop_settings: reading.loop_settings,
+            conformity: self.conformity.clone(),
             learnt: self.learnt.clone(),
             provenance: self.provenance.clone(),
             inputs: self.inputs.clone(),
@@ -150,6 +153,7 @@ pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Ca
         let table = quote(&table);
         reading.warnings.push(format!("{table} is not read by a case of kind {}", kind.name));
     }
+    let conformity = files.document.conformity()?;
     let provenance = Provenance::read(&folder, &mut reading.warnings);
     Ok(Case {
         path: path.as_ref().to_owned(),
@@ -157,6 +161,7 @@ pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Ca
         files,
         measured: reading.measured,
         loop_settings: reading.loop_settings,
+        conformity,
         learnt: None,
         provenance,
         inputs: folder.ledger().inputs(),

@@ -13,7 +13,7 @@ pub(crate) struct Settled {
 
 /// Times that a model is put about what was found at most. Each takes what is left of the way to its
 /// square over the length of a beam: two do for what moves by a millimetre, four for a tenth of it.
-const MOST_ROUNDS: usize = 5;
+pub(crate) const MOST_ROUNDS: usize = 5;
 
 const NOT_SETTLED: &str = "what was found moves so far that the answer did not settle: correct the \
                            input by it and close the loop again";
@@ -61,7 +61,8 @@ impl Settled {
 }
 
 impl Prepared<'_> {
-    fn there(&self, closure: &Closure) -> Option<Self> {
+    /// What the loop needs, anew about what a closure has found.
+    pub(crate) fn there(&self, closure: &Closure) -> Option<Self> {
         self.about.as_ref().and_then(|about| about(closure))
     }
 }

@@ -4,6 +4,7 @@ use std::time::Instant;
 use model_discrepancy::Model;
 use serde::Serialize;
 
+use crate::conformity::{LimitDecision, decisions};
 use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Observation};
 use crate::monte_carlo::{MonteCarlo, monte_carlo};
@@ -41,6 +42,9 @@ pub struct Solved {
     /// How the numbers scatter where the data are drawn anew; `None` where it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub monte_carlo: Option<MonteCarlo>,
+    /// What is decided of the results that `[conformity] limits` names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conformity: Vec<LimitDecision>,
     /// Notes the user should read.
     pub warnings: Vec<String>,
     /// Mistakes in the input that the data bear out; the warnings tell them.
@@ -81,6 +85,7 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
     let scatter = scatter_warning(residual.chi2_per_dof, residual.chi2_interval);
     let estimated = (case.measured.known_before())
         .or_else(|| Some(degrees_of_freedom).filter(|_| chi2_per_dof.is_none()));
+    let interval = IntervalWidth::new(estimated);
     Ok(Solved {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -88,8 +93,9 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
         timing: Some(SolveTiming { read_s: case.read_s, solve_s: started.elapsed().as_secs_f64() }),
         residual,
         check,
+        conformity: decisions(case, &*estimates, interval)?,
         estimates,
-        interval: IntervalWidth::new(estimated),
+        interval,
         observations,
         monte_carlo: None,
         lack_of_fit,
@@ -112,10 +118,7 @@ pub fn solve(case: &Case) -> Result<Solved, Error> {
 pub fn solve_drawn(case: &Case, draws: usize) -> Result<Solved, Error> {
     let mut solved = solve(case)?;
     let drawn = monte_carlo(case, draws)?;
-    if drawn.failed > 0 {
-        let failed = drawn.failed;
-        solved.warnings.push(format!("{failed} of {draws} draws of the data have no solution"));
-    }
+    solved.warnings.extend(drawn.warning());
     solved.monte_carlo = Some(drawn);
     Ok(solved)
 }

@@ -12,7 +12,7 @@ use crate::layout::written;
 use crate::monte_carlo::MonteCarlo;
 use crate::residual::Residual;
 use crate::text_table::{Cell, EXPANDED, TextTable, number, plain, with_uncertainty};
-use crate::{Checked, Closed, Detail, Estimates, Layout, ObservableEffect, Solved};
+use crate::{Checked, Closed, Detail, Estimates, Layout, LimitDecision, ObservableEffect, Solved};
 
 impl fmt::Display for Solved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -45,6 +45,10 @@ impl Solved {
             writeln!(f)?;
             drawn_table(drawn).write(f, layout)?;
         }
+        if !self.conformity.is_empty() {
+            writeln!(f)?;
+            write_conformity(f, &self.conformity, layout)?;
+        }
         self.lack_of_fit.as_ref().map_or(Ok(()), |test| writeln!(f, "\n{}", test.line()))
     }
 }
@@ -63,10 +67,34 @@ fn drawn_table(drawn: &MonteCarlo) -> TextTable {
             Cell::Expanded(Some(parameter.std)),
             known(low),
             known(high),
-            parameter.unit.into(),
+            parameter.unit.as_str().into(),
         ]);
     }
     table
+}
+
+fn write_conformity(
+    f: &mut dyn fmt::Write,
+    decisions: &[LimitDecision],
+    layout: Layout,
+) -> fmt::Result {
+    let Some(first) = decisions.first() else { return Ok(()) };
+    let title = format!("conformity, probability of at least {} (JCGM 106)", first.required);
+    let columns = ["result", "value", "limit", "guard band", "unit", "within", "decision"];
+    let mut table = TextTable::new(title, &columns);
+    for d in decisions {
+        let share = d.probability.map(|p| format!("{:.1} %", 100.0 * p));
+        table.push(vec![
+            d.parameter.as_str().into(),
+            d.value.map_or_else(|| Cell::from(None), |value| Cell::Known(value, d.std)),
+            d.limit.into(),
+            d.guard_band.into(),
+            d.unit.as_str().into(),
+            share.unwrap_or_else(|| "–".to_owned()).into(),
+            d.decision.into(),
+        ]);
+    }
+    table.write(f, layout)
 }
 
 fn residual_row(name: &str, residual: &Residual) -> Vec<Cell> {
@@ -131,7 +159,14 @@ impl Closed {
             }
         }
         self.write_left(f, is_full)?;
-        tables(f, &*self.estimates, layout)
+        tables(f, &*self.estimates, layout)?;
+        if let Some(drawn) = &self.monte_carlo {
+            drawn_table(drawn).write(f, layout)?;
+            if !self.conformity.is_empty() {
+                writeln!(f)?;
+            }
+        }
+        write_conformity(f, &self.conformity, layout)
     }
 
     fn write_errors(&self, f: &mut dyn fmt::Write, layout: Layout) -> fmt::Result {

@@ -8,6 +8,18 @@ pub(crate) struct Uncertain {
     pub(crate) std: Std,
 }
 
+impl Uncertain {
+    /// Table and key, for people.
+    pub(crate) fn name(&self) -> String {
+        let by = match self.std {
+            Std::Declared(key) => format!("[noise] {key}"),
+            Std::Columns(columns) => columns.join(", "),
+            Std::Polar { range, angle } => format!("[noise] {range}, {angle}"),
+        };
+        format!("{} by {by}", self.table)
+    }
+}
+
 /// Where a standard uncertainty stands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Std {

@@ -40,9 +40,16 @@ __all__ = [
 
 __version__: str
 
-def solve(case: str, allow_outside: bool, timing: bool, report: str | None) -> _Answer: ...
+def solve(
+    case: str, allow_outside: bool, timing: bool, report: str | None, monte_carlo: int | None
+) -> _Answer: ...
 def close_loop(
-    case: str, carry: str | None, allow_outside: bool, timing: bool, report: str | None
+    case: str,
+    carry: str | None,
+    allow_outside: bool,
+    timing: bool,
+    report: str | None,
+    monte_carlo: int | None,
 ) -> _Answer: ...
 def check(case: str, allow_outside: bool) -> _Answer: ...
 def plan(

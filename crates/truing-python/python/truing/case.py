@@ -16,6 +16,9 @@ from .answer import Checked, Closed, ClosedMachine, Depth, Planned, Solved
 from .errors import InputError
 from .tables import TableLike, csv
 
+#: Draws of a Monte Carlo: fewer say nothing of an interval.
+_FEWEST_DRAWS, _MOST_DRAWS = 100, 10_000_000
+
 #: Largest budget of a plan, measurements or minutes.
 _MOST_BUDGET = 1e6
 
@@ -65,12 +68,14 @@ def solve(
     case: CaseLike,
     *,
     report: str | os.PathLike[str] | None = None,
+    monte_carlo: int | None = None,
     timing: bool = True,
     allow_outside: bool = False,
 ) -> Solved:
     """Fits the declared model of a case, as ``truing solve`` does.
 
-    ``report`` is a page to write; without ``timing`` two runs answer the same bytes; ``allow_outside`` reads files that
+    ``report`` is a page to write; ``monte_carlo`` solves it so many times more with its data drawn anew from their declared
+    noise; without ``timing`` two runs answer the same bytes; ``allow_outside`` reads files that
     ``case.toml`` names outside of the folder.
 
     >>> import tempfile
@@ -81,7 +86,7 @@ def solve(
     ('frame-fit', 'mm')
     """
     with _on_disk(case) as folder:
-        return Solved(_truing.solve(folder, allow_outside, timing, _path(report)))
+        return Solved(_truing.solve(folder, allow_outside, timing, _path(report), _draws(monte_carlo)))
 
 
 def loop(
@@ -89,15 +94,17 @@ def loop(
     *,
     carry: str | os.PathLike[str] | None = None,
     report: str | os.PathLike[str] | None = None,
+    monte_carlo: int | None = None,
     timing: bool = True,
     allow_outside: bool = False,
 ) -> Closed:
     """Fits, finds what is missing, and judges the error before and after on unseen data, as ``truing loop`` does.
 
-    ``carry`` is what ``truing loop`` printed as JSON on another case, whose effects then count as declared.
+    ``carry`` is what ``truing loop`` printed as JSON on another case, whose effects then count as declared; ``monte_carlo``
+    fits what the loop ended with so many times more with the data drawn anew.
     """
     with _on_disk(case) as folder:
-        return Closed(_truing.close_loop(folder, _path(carry), allow_outside, timing, _path(report)))
+        return Closed(_truing.close_loop(folder, _path(carry), allow_outside, timing, _path(report), _draws(monte_carlo)))
 
 
 def check(case: CaseLike, *, allow_outside: bool = False) -> Checked:
@@ -181,6 +188,12 @@ class _on_disk(ExitStack):
             return os.fspath(self._case)
         folder = self.enter_context(tempfile.TemporaryDirectory(prefix="truing-"))
         return os.fspath(self._case.write(folder))
+
+
+def _draws(monte_carlo: int | None) -> int | None:
+    if monte_carlo is not None and not _FEWEST_DRAWS <= monte_carlo <= _MOST_DRAWS:
+        raise InputError(f"monte_carlo is {monte_carlo}; give {_FEWEST_DRAWS} to {_MOST_DRAWS} draws")
+    return monte_carlo
 
 
 def _path(path: str | os.PathLike[str] | None) -> str | None:

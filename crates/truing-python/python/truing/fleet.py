@@ -143,12 +143,16 @@ def _on_cluster(client: Any, names: list[str], store: str, verb: Verb, retries: 
     for again in range(retries + 1):
         futures = {client.submit(row, name, store, verb, retries=retries, pure=False): name for name in waiting}
         waiting = []
-        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call,unused-ignore]
+        # With results: asked for later, one may be gone with its worker, and nobody would go on meanwhile.
+        for future, result in as_completed(  # type: ignore[no-untyped-call,unused-ignore]
+            list(futures), with_results=True, raise_errors=False
+        ):
             name = futures[future]
+            if future.status == "finished":
+                found[name] = result
+                continue
             error = future.exception()
-            if error is None:
-                found[name] = future.result()
-            elif isinstance(error, KilledWorker) and again < retries:
+            if isinstance(error, KilledWorker) and again < retries:
                 # Several workers died while it waited there: that says nothing of the case.
                 waiting.append(name)
             else:

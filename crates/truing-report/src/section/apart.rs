@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 
 use super::added::step_name;
 use super::{Context, for_both, paragraph};
+use crate::data_table::{DataTable, Datum};
 use crate::heatmap::Heatmap;
 use crate::markup::Markup;
 use crate::number::{count, fixed};
@@ -92,6 +93,12 @@ fn picture(out: &mut Markup, closure: &Closure) {
     }
     out.element("figcaption", &[], &caption.join(" "));
     out.close("figure");
+    let names = || chosen.iter().map(|i| ids[*i].as_str());
+    let mut data = DataTable::new(["candidate"].into_iter().chain(names()));
+    for (name, row) in names().zip(heatmap.rows) {
+        data.push([Datum::from(name)].into_iter().chain(row.into_iter().map(Datum::from)));
+    }
+    data.link(out, "how alike the candidates look");
 }
 
 /// Indices of those with the nearest neighbours, in the order given.

@@ -27,7 +27,7 @@ pub(super) fn covariate_figures(
     range: Range,
     model: &str,
 ) {
-    let chosen = choose(context);
+    let chosen = drawn(context);
     if chosen.is_empty() {
         return;
     }
@@ -46,7 +46,7 @@ pub(super) fn covariate_figures(
 }
 
 /// Those that a finding names first, then in the order given.
-fn choose<'a>(context: &Context<'a>) -> Vec<&'a Covariate> {
+pub(super) fn drawn<'a>(context: &Context<'a>) -> Vec<&'a Covariate> {
     let mut rank: HashMap<&str, usize> = HashMap::new();
     if let Some(closure) = context.closure {
         let steps = closure.steps.iter().filter_map(|s| s.effect.strip_prefix("covariate:"));

@@ -4,6 +4,7 @@ use model_discrepancy::{Closure, ErrorSummary, HoldOut, Role};
 
 use super::verdict::change;
 use super::{Context, for_both, paragraph};
+use crate::data_table::{DataTable, Datum};
 use crate::interval::{IntervalChart, IntervalRow};
 use crate::markup::Markup;
 use crate::number::{COVERAGE, counted, plural, significant, with_expanded};
@@ -22,6 +23,15 @@ pub(crate) fn headline(out: &mut Markup, context: &Context) {
         uncertainty (k\u{a0}=\u{a0}2) from its spread over groups. Open: on the data fitted. Root mean \
         square per observation.");
     out.close("figure");
+    let expanded = "expanded uncertainty (k = 2)";
+    let columns = ["on unseen data", expanded, "on data fitted"];
+    let titles = columns.map(|quantity| context.shown.title(quantity));
+    let mut data = DataTable::new(["model".to_owned()].into_iter().chain(titles));
+    for row in &chart.rows {
+        let numbers = [row.held_out, row.expanded, row.fitted].map(Datum::from);
+        data.push([Datum::from(row.name.as_str())].into_iter().chain(numbers));
+    }
+    data.link(out, "error on data the fit never saw");
     published(out, context);
 }
 

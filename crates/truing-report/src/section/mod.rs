@@ -2,16 +2,19 @@
 
 mod added;
 mod apart;
+mod budget;
 mod context;
 mod covariates;
 mod declared;
 mod error_path;
+mod form;
 mod headline;
 mod left;
 mod measured;
 mod observable;
 mod order;
 mod residual;
+mod residual_data;
 mod residual_table;
 mod score;
 mod score_table;
@@ -21,9 +24,11 @@ mod views;
 
 pub(crate) use added::{added, step_name};
 pub(crate) use apart::apart;
+pub(crate) use budget::budget;
 pub(crate) use context::Context;
 pub(crate) use declared::declared;
 pub(crate) use error_path::error_path;
+pub(crate) use form::form;
 pub(crate) use headline::headline;
 pub(crate) use left::{left, warnings};
 pub(crate) use measured::measured;

@@ -1,7 +1,8 @@
 //! The residual before and after, on one scale.
 
-use super::covariates::covariate_figures;
+use super::covariates::{covariate_figures, drawn};
 use super::order::order_figure;
+use super::residual_data::residual_data;
 use super::residual_table::residual_table;
 use super::{Context, paragraph};
 use crate::axis::Range;
@@ -44,6 +45,8 @@ fn figures(out: &mut Markup, context: &Context, readings: &[Reading], model: &st
     }
     order_figure(out, context, readings, context.range, model);
     covariate_figures(out, context, readings, context.range, model);
+    let data = residual_data(context, readings, &drawn(context));
+    data.link(out, &format!("residual {model}"));
 }
 
 /// What is left on a scale of its own, where the common one flattens it.

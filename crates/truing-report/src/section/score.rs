@@ -5,6 +5,7 @@ use model_discrepancy::{Closure, HoldOut, Outcome, Pass};
 use super::added::step_name;
 use super::score_table::score_table;
 use super::{Context, for_both, paragraph};
+use crate::data_table::DataTable;
 use crate::markup::Markup;
 use crate::number::{counted, p_value};
 use crate::score_chart::{ScoreChart, ScoreRow, bar_sign};
@@ -65,7 +66,9 @@ fn one_pass(out: &mut Markup, context: &Context, number: usize, pass: &Pass, wit
     out.element("h3", &[], &heading(number, pass));
     // A pass that added nothing is told by its table.
     if pass.scores.iter().any(|s| s.outcome == Outcome::Added) {
-        figure(out, &chart(context, number, pass, without), pass);
+        let chart = chart(context, number, pass, without);
+        figure(out, &chart, pass);
+        chart_data(&chart).link(out, &format!("scores in pass {number}"));
     }
     score_table(out, context, number, pass);
 }
@@ -84,6 +87,14 @@ fn figure(out: &mut Markup, chart: &ScoreChart, pass: &Pass) {
     }
     out.element("figcaption", &[], &caption.join(" "));
     out.close("figure");
+}
+
+fn chart_data(chart: &ScoreChart) -> DataTable {
+    let mut data = DataTable::new(["candidate", "p", chart.error_title.as_str()]);
+    for row in &chart.rows {
+        data.push([row.name.as_str().into(), row.p_value.into(), row.held_out.into()]);
+    }
+    data
 }
 
 /// What the looks of bars mean: those that occur.

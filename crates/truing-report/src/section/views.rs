@@ -2,6 +2,7 @@
 
 use super::{Context, for_both, paragraph};
 use crate::axis::Range;
+use crate::data_table::{DataTable, Datum};
 use crate::deviation_map::Colouring;
 use crate::input::{Arrow, Curve, CurvePlot, DeviationMap, ExtraPlot, VectorMap};
 use crate::layer::{Layer, MarkStyle, mark_sign};
@@ -9,6 +10,7 @@ use crate::markup::Markup;
 use crate::number::{count, counted};
 use crate::panel::{Axis, Panel};
 use crate::thin;
+use crate::unit::with_unit;
 use crate::vector_map::Exaggeration;
 
 /// Points of one curve.
@@ -40,6 +42,19 @@ fn vectors(out: &mut Markup, map: &VectorMap) {
         (!arrows.is_empty()).then(|| (drawn(), vector_caption(name, arrows.len())))
     };
     side_by_side(out, [(&map.before, BEFORE, 0), (&map.after, AFTER, 2)].map(figure));
+    let error = |of: &str, way: &str| with_unit(&format!("error {way}, {of}"), &map.unit);
+    let columns = [BEFORE, AFTER].map(|of| [error(of, "horizontally"), error(of, "vertically")]);
+    let mut data = DataTable::new(
+        ["name".to_owned(), map.x_title.clone(), map.y_title.clone()]
+            .into_iter()
+            .chain(columns.into_iter().flatten()),
+    );
+    for (i, arrow) in map.before.iter().enumerate() {
+        let after = map.after.get(i).map_or([f64::NAN; 2], |after| after.error);
+        let numbers = [arrow.at, arrow.error, after].into_iter().flatten().map(Datum::from);
+        data.push([Datum::from(arrow.name.as_str())].into_iter().chain(numbers));
+    }
+    data.link(out, &map.title);
 }
 
 fn deviations(out: &mut Markup, map: &DeviationMap) {
@@ -54,6 +69,15 @@ fn deviations(out: &mut Markup, map: &DeviationMap) {
         (!values.is_empty()).then(|| (colouring.draw(map, values, name, MAP), caption()))
     };
     side_by_side(out, [(&map.before, BEFORE), (&map.after, AFTER)].map(figure));
+    let [before, after] =
+        [BEFORE, AFTER].map(|of| with_unit(&format!("deviation, {of}"), &map.unit));
+    let mut data = DataTable::new(["name", &map.x_title, &map.y_title, &before, &after]);
+    for (i, (name, [x, y])) in map.names.iter().zip(&map.at).enumerate() {
+        let of = |values: &[f64]| values.get(i).copied().unwrap_or(f64::NAN);
+        let numbers = [*x, *y, of(&map.before), of(&map.after)].map(Datum::from);
+        data.push([Datum::from(name.as_str())].into_iter().chain(numbers));
+    }
+    data.link(out, &map.title);
 }
 
 fn heading(out: &mut Markup, title: &str, caption: &str) {
@@ -118,6 +142,15 @@ fn curves(out: &mut Markup, plot: &CurvePlot) {
         out.element("figcaption", &[], &text);
     }
     out.close("figure");
+    let mut data =
+        DataTable::new(["curve", &plot.x_title, &plot.y_title, "half of a 95 % interval"]);
+    for curve in &plot.curves {
+        for (i, [x, y]) in curve.points.iter().enumerate() {
+            let half_width = curve.half_widths.get(i).copied().unwrap_or(f64::NAN);
+            data.push([curve.name.as_str().into(), (*x).into(), (*y).into(), half_width.into()]);
+        }
+    }
+    data.link(out, &plot.title);
 }
 
 fn ranges(plot: &CurvePlot) -> Option<(Range, Range)> {

@@ -23,7 +23,11 @@ fn pages_are_well_formed_and_load_nothing() {
             for name in ["src", "srcset", "data", "poster", "xlink:href"] {
                 assert_eq!(node.attribute(name), None, "{}", node.tag_name().name());
             }
-            assert!(node.attribute("href").is_none_or(|h| h.starts_with('#')));
+            let is_within = |href: &str| {
+                let saved = href.starts_with("data:text/csv;") && node.has_attribute("download");
+                saved || href.starts_with('#')
+            };
+            assert!(node.attribute("href").is_none_or(is_within));
             assert!(!node.has_tag_name("link"));
         }
         for address in ["http://", "https://", "url(", "@import"] {
@@ -143,6 +147,8 @@ fn a_case_without_anything_still_makes_a_page() {
             evidence,
             covariates: &[],
             plots: &[],
+            form: None,
+            budget: None,
             published: None,
             story: None,
             simulated: false,
@@ -165,4 +171,77 @@ fn a_long_log_stays_small_and_says_what_is_not_drawn() {
     assert!(page.contains("The best 12 of 42 candidates are drawn."));
     // Two that were significant and six more are shown at once.
     assert!(page.contains("34 more that were not significant"));
+}
+
+/// The text that a `data:` address holds.
+fn decoded(address: &str) -> String {
+    let (_, encoded) = address.split_once(',').unwrap();
+    let mut bytes = Vec::new();
+    let mut rest = encoded.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(match byte {
+            b'%' => {
+                let digits = [rest.next().unwrap(), rest.next().unwrap()];
+                u8::from_str_radix(std::str::from_utf8(&digits).unwrap(), 16).unwrap()
+            }
+            byte => byte,
+        });
+    }
+    String::from_utf8(bytes).unwrap()
+}
+
+/// The first file that a section offers.
+fn saved(page: &str, heading: &str) -> (String, String) {
+    let document = parse(page);
+    let link = section(&document, heading)
+        .descendants()
+        .find(|n| n.has_attribute("download"))
+        .unwrap_or_else(|| panic!("no data under «{heading}»"));
+    (link.attribute("download").unwrap().into(), decoded(link.attribute("href").unwrap()))
+}
+
+/// Numbers of the files are written to seven digits.
+const WRITTEN: f64 = 1e-6;
+
+#[test]
+fn pictures_offer_their_numbers() {
+    let sample = photogrammetry();
+    let page = render(&sample.closed());
+    let (name, csv) = saved(&page, "Residual with the added effects");
+    assert_eq!(name, "residual-with-the-added-effects.csv");
+    let mut lines = csv.lines();
+    let head = lines.next().unwrap();
+    assert!(head.starts_with("point,use,\"residual x, mm\",\"residual y, mm\""), "{head}");
+    let mut found = 0;
+    for (i, line) in lines.enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        for component in 0..3 {
+            let expected = sample.closure.residuals_after[3 * i + component];
+            let value: f64 = cells[2 + component].parse().unwrap();
+            assert!((value - expected).abs() <= WRITTEN * expected.abs(), "{line}: {expected}");
+            found += 1;
+        }
+    }
+    assert_eq!(found, sample.closure.residuals_after.len());
+
+    let document = parse(&page);
+    let figures = document.descendants().filter(|n| n.has_tag_name("section")).filter(|s| {
+        s.descendants().any(|n| n.attribute("class").is_some_and(|c| c.starts_with("plot")))
+    });
+    for section in figures {
+        let offers = section.descendants().any(|n| n.has_attribute("download"));
+        assert!(offers, "{}", text_of(section));
+    }
+}
+
+#[test]
+fn of_a_long_log_one_row_in_several_is_offered_and_that_is_said() {
+    let sample = long_log(50);
+    let page = render(&sample.closed());
+    let (_, csv) = saved(&page, "Residual of the declared model");
+    let all = sample.layout.observations.len();
+    let document = parse(&page);
+    let said = text_of(section(&document, "Residual of the declared model"));
+    assert!(csv.lines().count() < all, "{all}");
+    assert!(said.contains("data as CSV (one row in "), "{said}");
 }

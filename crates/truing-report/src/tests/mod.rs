@@ -1,6 +1,7 @@
 //! What a page must hold whatever the data.
 
 mod document;
+mod form;
 mod hostile;
 mod index;
 mod machine;

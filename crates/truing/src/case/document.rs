@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
+use super::conformity::ConformitySettings;
 use super::edit::Edit;
 use super::folder::Folder;
 use super::nearest::nearest;
@@ -25,6 +26,13 @@ pub(crate) struct Document {
 #[derive(Deserialize)]
 struct Head {
     kind: Spanned<String>,
+}
+
+/// What every kind takes and none reads.
+#[derive(Deserialize)]
+struct Common {
+    #[serde(default)]
+    conformity: ConformitySettings,
 }
 
 impl Document {
@@ -53,6 +61,12 @@ impl Document {
             section = section.get(*key)?.as_table()?;
         }
         section.get(*last).cloned()
+    }
+
+    /// The section `[conformity]`, which every kind takes.
+    pub(crate) fn conformity(&self) -> Result<ConformitySettings, Error> {
+        let common: Common = self.settings()?;
+        Ok(common.conformity)
     }
 
     pub(crate) fn kind(&self) -> Result<Spanned<String>, Error> {

@@ -2,6 +2,7 @@
 
 mod column_kinds;
 mod columns;
+mod conformity;
 mod dialect;
 mod document;
 mod edit;
@@ -23,6 +24,7 @@ mod unit;
 pub(crate) use column_kinds::ColumnKinds;
 pub use column_kinds::quantity_of;
 pub(crate) use columns::Columns;
+pub(crate) use conformity::{Conformance, ConformitySettings};
 pub(crate) use dialect::{Writing, with_point, writing};
 pub(crate) use document::{CASE_FILE, Document};
 pub(crate) use edit::{Change, Edit};

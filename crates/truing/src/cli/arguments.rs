@@ -346,6 +346,10 @@ pub(crate) struct Closing {
     /// there: what `truing loop OTHER --json` printed
     #[arg(long, value_name = "FILE.json")]
     pub(crate) carry: Option<PathBuf>,
+    /// Also draw the data anew so many times from their declared noise, and say how the results
+    /// scatter (JCGM 101)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    pub(crate) monte_carlo: Option<u32>,
 }
 
 #[derive(Args, Debug)]

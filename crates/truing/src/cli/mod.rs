@@ -1,5 +1,6 @@
 //! Arguments in; text, JSON, reports and exit codes out.
 
+mod answer;
 mod arguments;
 mod monitor;
 mod number;
@@ -14,20 +15,20 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser};
 use nalgebra::Isometry3;
 use pose_icp::{Patch, ProgramOptions, SampledMethod, SampledOptions};
-use serde::Serialize;
 use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
-    Case, Error, Estimates, ForceDesignInput, Header, InputFile, Layout, MachineProblem,
-    MicroPlaneInput, OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions,
-    TableImport, check, close_loop, close_machine, correct, depth, design_force,
-    design_micro_plane, force_report, import_planned_log, import_probe_log, import_table,
-    is_machine, itlicp, loop_report, machine_report, plan, plausible, read_case_with,
-    read_findings, read_learnt, read_machine, read_page, refuse_overlap, solve, solve_drawn,
-    solve_report, write_files, write_imported, write_plan,
+    Case, Error, ForceDesignInput, InputFile, Layout, MachineProblem, MicroPlaneInput, OutputFile,
+    PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check, close_loop,
+    close_loop_drawn, close_machine, correct, depth, design_force, design_micro_plane,
+    force_report, import_planned_log, import_probe_log, import_table, is_machine, itlicp,
+    loop_report, machine_report, plan, plausible, read_case_with, read_findings, read_learnt,
+    read_machine, read_page, refuse_overlap, solve, solve_drawn, solve_report, write_files,
+    write_imported, write_plan,
 };
 
+use answer::{Answer, Estimated};
 use arguments::{
     Arguments, Closing, Command, Design, ForceCard, Import, MicroPlaneCard, Next, Run, Sampling,
     Settings, Solving, TouchKind,
@@ -60,15 +61,17 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             };
             answer((&run, settings), "solving", Ok, solved, solve_report)
         }
-        Command::Loop(Closing { run, carry }) if is_machine(&run.case) => {
-            machine(&run, carry.is_some(), settings)
-        }
-        Command::Loop(Closing { run, carry }) => {
+        Command::Loop(closing) if is_machine(&closing.run.case) => machine(&closing, settings),
+        Command::Loop(Closing { run, carry, monte_carlo }) => {
             let carrying = |case: Case| match &carry {
                 Some(path) => case.carrying(read_learnt(path)?),
                 None => Ok(case),
             };
-            answer((&run, settings), "closing the loop", carrying, close_loop, loop_report)
+            let closed = |case: &Case| match monte_carlo {
+                Some(draws) => close_loop_drawn(case, draws as usize),
+                None => close_loop(case),
+            };
+            answer((&run, settings), "closing the loop", carrying, closed, loop_report)
         }
         Command::Check { case, json } => checked(&case, json, settings),
         Command::Plan(next) => planned(&next, settings),
@@ -128,178 +131,6 @@ fn limit_threads(threads: Option<u16>) -> Result<(), Error> {
 
 fn read(case: &Path, settings: Settings) -> Result<Case, Error> {
     read_case_with(case, ReadOptions { allow_outside: settings.allow_outside })
-}
-
-/// An answer that can be shown as text, as JSON, and as a page.
-trait Answer: Serialize {
-    fn header(&self) -> &Header;
-    fn warnings(&self) -> &[String];
-    /// For people.
-    fn text(&self, layout: Layout) -> String;
-    /// Leaves out what differs from run to run.
-    fn forget_timing(&mut self);
-}
-
-impl Answer for truing::Solved {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {
-        self.timing = None;
-    }
-}
-
-impl Answer for truing::Closed {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {
-        self.timing = None;
-    }
-}
-
-impl Answer for truing::ClosedMachine {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {}
-}
-
-impl Answer for truing::Depth {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {}
-}
-
-impl Answer for truing::Itlicp {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {
-        self.timing = None;
-    }
-}
-
-impl Answer for truing::Registered {
-    fn text(&self, _: Layout) -> String {
-        self.to_string()
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {
-        self.timing = None;
-    }
-}
-
-impl Answer for truing::Planned {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {}
-}
-
-impl Answer for truing::Checked {
-    fn text(&self, layout: Layout) -> String {
-        self.text(layout)
-    }
-
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
-    fn forget_timing(&mut self) {}
-}
-
-/// An answer with estimates.
-trait Estimated: Answer {
-    fn kind(&self) -> &'static str;
-    fn estimates(&self) -> &dyn Estimates;
-}
-
-impl Estimated for truing::Solved {
-    fn kind(&self) -> &'static str {
-        self.kind
-    }
-
-    fn estimates(&self) -> &dyn Estimates {
-        &*self.estimates
-    }
-}
-
-impl Estimated for truing::Closed {
-    fn kind(&self) -> &'static str {
-        self.kind
-    }
-
-    fn estimates(&self) -> &dyn Estimates {
-        &*self.estimates
-    }
 }
 
 fn answer<A: Estimated>(
@@ -372,9 +203,11 @@ fn micro_plane(card: &MicroPlaneCard) -> Result<(), Error> {
 }
 
 /// The loop on the cases of a machine.
-fn machine(run: &Run, carries: bool, settings: Settings) -> Result<(), Error> {
+fn machine(closing: &Closing, settings: Settings) -> Result<(), Error> {
+    let run = &closing.run;
     let of_one_case = [
-        ("--carry", carries),
+        ("--carry", closing.carry.is_some()),
+        ("--monte-carlo", closing.monte_carlo.is_some()),
         ("--errors", run.errors.is_some()),
         ("--compensation", run.compensation.is_some()),
         ("--heidenhain", run.heidenhain.is_some()),
@@ -445,7 +278,7 @@ fn print(mut answer: impl Answer, json: bool, settings: Settings) -> Result<(), 
     let layout = Layout { detail: settings.shown.detail(), columns: output::columns() };
     output::answer(&answer.text(layout))?;
     if !settings.shown.quiet {
-        output::notes(&answer.header().notes);
+        output::notes(answer.notes());
     }
     output::warnings(answer.warnings());
     Ok(())

@@ -1,7 +1,7 @@
 //! Everything that leaves the process, but for files.
 
 use std::fmt::Display;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 
 use serde::Serialize;
 use truing::Error;
@@ -33,7 +33,10 @@ pub(crate) fn answer(text: &str) -> Result<(), Error> {
 
 /// Columns of the terminal that shows standard output; `None` where none does.
 pub(crate) fn columns() -> Option<usize> {
-    let (terminal_size::Width(columns), _) = terminal_size::terminal_size_of(io::stdout())?;
+    if !io::stdout().is_terminal() {
+        return None;
+    }
+    let (terminal_size::Width(columns), _) = terminal_size::terminal_size()?;
     // One that says it has none, or next to none, does not know.
     Some(usize::from(columns)).filter(|&columns| columns >= LEAST_COLUMNS)
 }

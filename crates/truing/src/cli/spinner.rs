@@ -25,7 +25,7 @@ impl Spinner {
         }
         let (stop, stopped) = mpsc::channel::<()>();
         let progress = progress.clone();
-        let thread = std::thread::spawn(move || {
+        let thread = std::thread::Builder::new().spawn(move || {
             let started = Instant::now();
             let mut repeating: Option<Instant> = None;
             let mut wait = QUIET;
@@ -44,7 +44,8 @@ impl Spinner {
                 show("");
             }
         });
-        Self { running: Some((stop, thread)) }
+        // Where there are no threads, as in a browser, nobody watches.
+        Self { running: thread.ok().map(|thread| (stop, thread)) }
     }
 }
 

@@ -1,6 +1,7 @@
 use serde::Serialize;
 
 use crate::Header;
+use crate::kinds::PoseNumbers;
 
 /// Answer of `truing itlicp`; serialises as its JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -44,14 +45,10 @@ pub struct ItlicpLevel {
 
 /// A pose, workpiece to machine, and what it leaves of all points along the part's normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "position of the workpiece's origin and Euler angles, as in solve")]
 pub struct PoseBeside {
-    pub x_mm: f64,
-    pub y_mm: f64,
-    pub z_mm: f64,
-    pub alpha_deg: f64,
-    pub beta_deg: f64,
-    pub gamma_deg: f64,
+    /// Position and angles.
+    #[serde(flatten)]
+    pub numbers: PoseNumbers,
     /// Root mean square.
     pub rms_mm: f64,
     /// The largest.

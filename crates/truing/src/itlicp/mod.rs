@@ -8,7 +8,6 @@ use std::time::Instant;
 use nalgebra::{Isometry3, Point3};
 use pose_icp::{Part, PoseFit, PoseStart, SampledMethod, SampledOptions, Tip, Touch};
 
-use crate::kinds::PoseEstimate;
 use crate::{Case, Error, Header};
 
 pub use answer::{Itlicp, ItlicpLevel, ItlicpPoint, ItlicpTiming, PoseBeside};
@@ -82,16 +81,10 @@ pub fn itlicp(case: &Case, options: &SampledOptions) -> Result<Itlicp, Error> {
 
 impl PoseBeside {
     fn of(pose: &PoseStart, residuals_mm: impl Iterator<Item = Option<f64>>) -> Self {
-        let of = PoseEstimate::of(pose, None);
         let residuals: Vec<f64> = residuals_mm.flatten().collect();
         let squares: f64 = residuals.iter().map(|r| r * r).sum();
         Self {
-            x_mm: of.x_mm,
-            y_mm: of.y_mm,
-            z_mm: of.z_mm,
-            alpha_deg: of.alpha_deg,
-            beta_deg: of.beta_deg,
-            gamma_deg: of.gamma_deg,
+            numbers: pose.into(),
             rms_mm: (squares / crate::count::count(residuals.len().max(1))).sqrt(),
             largest_mm: residuals.iter().fold(0.0, |largest, r| r.abs().max(largest)),
         }

@@ -40,12 +40,12 @@ impl Itlicp {
         let mut table = TextTable::of_quantities("pose, and what it leaves", &columns);
         let (a, b) = (&self.itlicp, &self.exact);
         let rows: [Row; 8] = [
-            ("x", |p| p.x_mm, "mm"),
-            ("y", |p| p.y_mm, "mm"),
-            ("z", |p| p.z_mm, "mm"),
-            ("alpha", |p| p.alpha_deg, "°"),
-            ("beta", |p| p.beta_deg, "°"),
-            ("gamma", |p| p.gamma_deg, "°"),
+            ("x", |p| p.numbers.x_mm, "mm"),
+            ("y", |p| p.numbers.y_mm, "mm"),
+            ("z", |p| p.numbers.z_mm, "mm"),
+            ("alpha", |p| p.numbers.alpha_deg, "°"),
+            ("beta", |p| p.numbers.beta_deg, "°"),
+            ("gamma", |p| p.numbers.gamma_deg, "°"),
             ("rms", |p| 1e3 * p.rms_mm, "µm"),
             ("largest", |p| 1e3 * p.largest_mm, "µm"),
         ];

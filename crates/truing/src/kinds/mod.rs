@@ -38,11 +38,13 @@ pub use tracker_lm::{
 };
 
 pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach};
-pub use pose_icp::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
+pub use pose_icp::{
+    HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, PoseNumbers, TouchResidual,
+};
 pub(crate) use pose_icp::{plausible_reading, stds};
 pub use probe_comp::{
     LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
-    QualificationEstimate, TouchEstimate,
+    ProbingCheckEstimate, QualificationEstimate, TouchEstimate,
 };
 
 /// Every kind, in the order in which they are listed.

@@ -6,6 +6,7 @@ mod measured;
 mod picture;
 mod plan;
 mod plausible;
+mod pose_numbers;
 mod settings;
 mod surface;
 mod suspects;
@@ -29,6 +30,7 @@ use case::PoseCase;
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
 pub(crate) use plausible::plausible_reading;
+pub use pose_numbers::PoseNumbers;
 use surface::read_surface;
 use tables::{Points, XYZ};
 

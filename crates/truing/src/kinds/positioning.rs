@@ -1,7 +1,9 @@
 //! `positioning`: a linear or rotary axis sent to targets, by ISO 230-2.
 
 mod approach;
+mod axis_run;
 mod estimates;
+mod form;
 mod measured;
 mod plan;
 
@@ -16,9 +18,9 @@ use crate::measured::{Fitted, Reading};
 use crate::suspect::{Dimension, Hypothesis, exchanged_rows, farthest, rows_shifted, signs, units};
 
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
-pub use estimates::{
-    AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
-};
+pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
+pub use estimates::{PositionResidual, PositioningEstimates};
+pub(crate) use form::positioning_form;
 use measured::PositioningCase;
 pub(crate) use plan::{AxisPlanSettings, AxisTable, Ways};
 
@@ -64,6 +66,8 @@ struct Settings {
     noise: NoiseSettings,
     #[serde(default)]
     plan: AxisPlanSettings,
+    #[serde(default, rename = "conformity")]
+    _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     closure: LoopSettings,
 }

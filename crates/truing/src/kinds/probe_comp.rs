@@ -4,6 +4,7 @@ mod case;
 mod estimates;
 mod measured;
 mod plan;
+mod probing_check;
 mod qualification;
 mod settings;
 mod surface;
@@ -24,6 +25,7 @@ use case::ProbeCase;
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
 };
+pub use probing_check::ProbingCheckEstimate;
 use qualification::corrected;
 pub use qualification::{LobeEstimate, QualificationEstimate};
 use surface::{PartSurface, read_surface};

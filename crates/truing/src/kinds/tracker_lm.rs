@@ -1,6 +1,8 @@
 //! `tracker-lm`: six errors of a rotary axis from laser-tracer displacements.
 
+mod axis_error;
 mod estimates;
+mod form;
 mod measured;
 mod plan;
 mod plan_settings;
@@ -24,9 +26,10 @@ use crate::kind::Kind;
 use crate::measured::Reading;
 use crate::uncertain::{Std, Uncertain};
 
+pub use axis_error::{AxisErrorEstimate, AxisLocationEstimate};
 pub use estimates::{
-    AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate,
-    SecondAxisEstimate, StationEstimate, TrackerLmEstimates,
+    AxesRelationEstimate, AxisEstimate, MountEstimate, SecondAxisEstimate, StationEstimate,
+    TrackerLmEstimates,
 };
 
 use settings::{

@@ -5,8 +5,8 @@ use nalgebra::Matrix6;
 use pose_icp::{PoseStart, Registration};
 use serde::Serialize;
 
-use crate::Header;
 use crate::kinds::{PoseEstimate, stds};
+use crate::{Header, Layout};
 
 /// Answer of `truing register`; serialises as its JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -75,22 +75,31 @@ pub(super) fn pose_of(found: &Registration) -> PoseEstimate {
     pose
 }
 
+impl Registered {
+    /// The answer for people, the same in every layout.
+    #[must_use]
+    pub fn text(&self, _: Layout) -> String {
+        self.to_string()
+    }
+}
+
 impl fmt::Display for Registered {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pose = &self.pose;
+        let at = &pose.numbers;
         writeln!(f, "pose of the source in the target's frame, standard uncertainty")?;
         for (name, value, std) in [
-            ("x", pose.x_mm, pose.std_x_mm),
-            ("y", pose.y_mm, pose.std_y_mm),
-            ("z", pose.z_mm, pose.std_z_mm),
+            ("x", at.x_mm, pose.std_x_mm),
+            ("y", at.y_mm, pose.std_y_mm),
+            ("z", at.z_mm, pose.std_z_mm),
         ] {
             let std = std.map_or_else(String::new, |std| format!("± {std:.2e}"));
             writeln!(f, "  {name:<5} {value:>16.6} mm  {std}")?;
         }
         for (name, value, std) in [
-            ("alpha", pose.alpha_deg, pose.std_alpha_deg),
-            ("beta", pose.beta_deg, pose.std_beta_deg),
-            ("gamma", pose.gamma_deg, pose.std_gamma_deg),
+            ("alpha", at.alpha_deg, pose.std_alpha_deg),
+            ("beta", at.beta_deg, pose.std_beta_deg),
+            ("gamma", at.gamma_deg, pose.std_gamma_deg),
         ] {
             let std = std.map_or_else(|| "not unique".to_owned(), |std| format!("± {std:.2e}"));
             writeln!(f, "  {name:<5} {value:>16.6} deg {std}")?;

@@ -12,6 +12,7 @@ mod answers;
 mod carry;
 mod columns;
 mod command;
+mod conformity;
 mod correct;
 mod depth;
 mod examples;

@@ -237,7 +237,7 @@ fn case_files() {
     assert_eq!(
         toml("kind = \"frame-fit\"\npoint_mm = 0.01\n"),
         "case.toml, line 2, column 1: unknown key `point_mm`; expected one of `kind`, `model`, \
-         `noise`, `plan`, `loop`"
+         `noise`, `plan`, `conformity`, `loop`"
     );
     assert_eq!(
         toml("kind = \"frame-fit\"\n[model]\ntransform = \"ridgid\"\n"),

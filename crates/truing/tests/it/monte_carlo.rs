@@ -67,3 +67,37 @@ fn without_declared_noise_there_is_nothing_to_draw_from() {
     let ended = truing(&["solve", &path, "--monte-carlo", "10"]);
     assert_eq!(ended.code, 2);
 }
+
+#[test]
+fn draws_of_a_loop_are_of_the_model_that_it_ended_with() {
+    for (kind, effect) in [("frame-fit", "scale"), ("tracker-lm", "dead-path-jump")] {
+        let case = Case::example(kind);
+        let path = case.path().to_str().unwrap();
+        let asked = ["loop", path, "--json", "--no-timing", "--monte-carlo", DRAWS];
+        let ended = truing(&asked);
+        assert_eq!(ended.code, 0, "{}", ended.stderr);
+        let answer: Value = serde_json::from_str(&ended.stdout).unwrap();
+        let steps = answer["steps"].as_array().unwrap();
+        assert!(steps.iter().any(|step| step["effect"] == effect), "{kind}: {steps:?}");
+        let drawn = parameters(&ended.stdout);
+        let amplitude = |p: &&Value| p["name"].as_str().unwrap().starts_with(effect);
+        assert!(drawn.iter().any(|p| amplitude(&p)), "{kind}: {drawn:?}");
+        for parameter in &drawn {
+            let ratio =
+                parameter["std"].as_f64().unwrap() / parameter["linear_std"].as_f64().unwrap();
+            assert!((ratio - 1.0).abs() < AGREEMENT, "{kind}: {parameter}");
+        }
+    }
+}
+
+#[test]
+fn sources_add_up_in_squares() {
+    let case = Case::example("tracker-lm");
+    let drawn = parameters(&answer(&case, "2"));
+    for parameter in &drawn {
+        let alone = parameter["by_source"].as_array().unwrap();
+        let together = alone.iter().map(|s| s.as_f64().unwrap().powi(2)).sum::<f64>().sqrt();
+        let ratio = together / parameter["std"].as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < AGREEMENT, "{parameter}");
+    }
+}

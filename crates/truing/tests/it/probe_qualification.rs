@@ -137,3 +137,48 @@ fn artefacts_that_cannot_be() {
     let absent = Case::new(&[("case.toml", TOML), ("touches.csv", &table([0.0; 3], 25.0, 9))]);
     assert!(message(&absent, 2).contains("qualification.csv: the file is missing"));
 }
+
+/// Three lobes that no place and no radius imitate: as many touches on either side of it.
+const FORM_MM: f64 = 0.002;
+/// What the squares of the lobes over the radius leave.
+const SECOND_ORDER_MM: f64 = 1e-6;
+
+#[test]
+fn a_check_of_the_ball_has_the_quantities_of_the_standard() {
+    let mut text = "touch,x_mm,y_mm,z_mm\n".to_owned();
+    for up in [0.1_f64, 0.5, 0.9] {
+        for k in 0..12_u32 {
+            let azimuth = std::f64::consts::TAU * f64::from(k) / 12.0;
+            let side = (1.0 - up * up).sqrt();
+            let normal = [side * azimuth.cos(), side * azimuth.sin(), up];
+            let reach = SPHERE_MM + 3.0 - PRETRAVEL_MM + FORM_MM * (3.0 * azimuth).cos();
+            let [x, y, z] = [0, 1, 2].map(|c| PLACE_MM[c] + reach * normal[c]);
+            let _ = writeln!(text, "U{up}-{k},{x:.9},{y:.9},{z:.9}");
+        }
+    }
+    let case = case();
+    case.write("qualification.csv", &text);
+    let solved = case.json("solve");
+    let check = &solved["estimates"]["qualification"]["probing_check"];
+    let near = |value: &serde_json::Value, truth: f64| {
+        assert!((value.as_f64().unwrap() - truth).abs() < SECOND_ORDER_MM, "{check}");
+    };
+    assert_eq!(check["touches"], 36);
+    near(&check["form_mm"], 2.0 * FORM_MM);
+    near(&check["size_mm"], -2.0 * PRETRAVEL_MM);
+    assert!(check["std_size_mm"].as_f64().unwrap() > 0.0, "{check}");
+
+    // The form has no uncertainty, so that nothing is decided of it.
+    let toml = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let limits = "[conformity]\nlimits = { \"P_Size.Sph\" = 50.0, \"P_Form.Sph\" = 50.0 }\n";
+    case.write("case.toml", format!("{toml}{limits}"));
+    let decided = case.json("solve")["conformity"].clone();
+    assert_eq!(
+        (&decided[0]["parameter"], &decided[0]["decision"]),
+        (&"P_Form.Sph".into(), &"undecided".into())
+    );
+    assert_eq!(
+        (&decided[1]["parameter"], &decided[1]["decision"]),
+        (&"P_Size.Sph".into(), &"pass".into())
+    );
+}

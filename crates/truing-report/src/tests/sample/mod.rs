@@ -65,6 +65,8 @@ impl Sample {
             evidence,
             covariates: &self.covariates,
             plots: &self.plots,
+            form: None,
+            budget: None,
             published: self.published.as_ref(),
             story: None,
             simulated: false,

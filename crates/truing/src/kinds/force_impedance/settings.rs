@@ -44,6 +44,8 @@ pub(super) struct Settings {
     pub(super) model: ModelSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

@@ -1,13 +1,14 @@
 //! What a table of displacements is solved for.
 
 use serde::Serialize;
-use truing_report::ExtraPlot;
+use truing_report::{ExtraPlot, Form};
 
 use super::{CenterEstimate, FrameEstimate};
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
 use crate::implausible::ImplausibleResult;
 use crate::kinds::AxisRunEstimate;
+use crate::kinds::positioning::positioning_form;
 use crate::text_table::TextTable;
 
 /// What a table of displacements is solved for: nothing but its own residual.
@@ -66,6 +67,10 @@ impl Estimates for DisplacementEstimates {
 
     fn plots(&self) -> Vec<ExtraPlot> {
         self.run.iter().map(AxisRunEstimate::plot).collect()
+    }
+
+    fn form(&self) -> Option<Form> {
+        self.run.as_ref().map(positioning_form)
     }
 
     fn export(&self, format: Export) -> Option<String> {

@@ -2,12 +2,11 @@
 
 use ft_center::{FtCenterError, Handedness};
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _};
 use toml::Spanned;
 
 use super::plan_settings::SensorPlanSettings;
 use crate::Error;
-use crate::case::{Finite, Location, LoopSettings, Positive};
+use crate::case::{Conformance, Finite, Location, LoopSettings, Positive};
 
 pub(super) const PRESSES: &str = "presses.csv";
 pub(super) const WRENCH: &str = "wrench.csv";
@@ -32,6 +31,8 @@ pub(super) struct Settings {
     pub(super) tolerance: ToleranceSettings,
     #[serde(default)]
     pub(super) noise: NoiseSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }
@@ -72,22 +73,6 @@ pub(super) struct FrameSettings {
 pub(super) struct ToleranceSettings {
     pub(super) repeatability_mm: Option<Positive>,
     pub(super) conformance: Option<Conformance>,
-}
-
-/// Probability from which on a thing conforms, above one half and below one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Conformance(pub(super) f64);
-
-impl<'de> Deserialize<'de> for Conformance {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Finite(value) = Finite::deserialize(deserializer)?;
-        if value > 0.5 && value < 1.0 {
-            return Ok(Self(value));
-        }
-        Err(D::Error::custom(format_args!(
-            "expected a probability above 0.5 and below 1, found {value}"
-        )))
-    }
 }
 
 #[derive(Clone, Copy, Deserialize)]

@@ -1,9 +1,9 @@
-use geometry::EulerAngles;
-use nalgebra::{Isometry3, Matrix3, Matrix4, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix4, Matrix6, Vector6};
 use pose_icp::PoseStart;
 use serde::Serialize;
 
 use super::plausible::{bad_axes, too_far};
+use super::pose_numbers::PoseNumbers;
 use crate::estimated::Estimated;
 use crate::estimates::Estimates;
 use crate::implausible::ImplausibleResult;
@@ -38,18 +38,9 @@ pub struct PoseIcpEstimates {
 /// They are 0 for what is held, `None` where the noise is unknown and nothing is redundant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseEstimate {
-    /// Position of the workpiece's origin.
-    pub x_mm: f64,
-    /// Position of the workpiece's origin.
-    pub y_mm: f64,
-    /// Position of the workpiece's origin.
-    pub z_mm: f64,
-    /// Tilt about x.
-    pub alpha_deg: f64,
-    /// Tilt about y.
-    pub beta_deg: f64,
-    /// Rotation about z.
-    pub gamma_deg: f64,
+    /// Position and angles.
+    #[serde(flatten)]
+    pub numbers: PoseNumbers,
     /// Of `x_mm`.
     pub std_x_mm: Option<f64>,
     /// Of `y_mm`.
@@ -130,30 +121,11 @@ pub struct TouchResidual {
 }
 
 impl PoseEstimate {
-    /// The pose as a rigid transform.
-    #[must_use]
-    pub fn machine_from_workpiece(&self) -> Isometry3<f64> {
-        let position_mm = Vector3::new(self.x_mm, self.y_mm, self.z_mm);
-        let angles = EulerAngles {
-            alpha_rad: self.alpha_deg.to_radians(),
-            beta_rad: self.beta_deg.to_radians(),
-            gamma_rad: self.gamma_deg.to_radians(),
-        };
-        PoseStart { position_mm, angles }.machine_from_workpiece()
-    }
-
     pub(crate) fn of(pose: &PoseStart, stds: Option<Vector6<f64>>) -> Self {
-        let PoseStart { position_mm, angles } = pose;
-        let EulerAngles { alpha_rad, beta_rad, gamma_rad } = *angles;
         let length = |k: usize| stds.map(|s| s[k]);
         let angle = |k: usize| stds.map(|s| s[k].to_degrees());
         Self {
-            x_mm: position_mm.x,
-            y_mm: position_mm.y,
-            z_mm: position_mm.z,
-            alpha_deg: alpha_rad.to_degrees(),
-            beta_deg: beta_rad.to_degrees(),
-            gamma_deg: gamma_rad.to_degrees(),
+            numbers: pose.into(),
             std_x_mm: length(0),
             std_y_mm: length(1),
             std_z_mm: length(2),
@@ -173,13 +145,14 @@ impl PoseEstimate {
         let around_deg = |k: usize, value: f64| {
             [value - reach[k][0].to_degrees(), value + reach[k][1].to_degrees()]
         };
+        let at = &self.numbers;
         let interval_95 = PoseIntervals {
-            x_mm: around(0, self.x_mm),
-            y_mm: around(1, self.y_mm),
-            z_mm: around(2, self.z_mm),
-            alpha_deg: around_deg(3, self.alpha_deg),
-            beta_deg: around_deg(4, self.beta_deg),
-            gamma_deg: around_deg(5, self.gamma_deg),
+            x_mm: around(0, at.x_mm),
+            y_mm: around(1, at.y_mm),
+            z_mm: around(2, at.z_mm),
+            alpha_deg: around_deg(3, at.alpha_deg),
+            beta_deg: around_deg(4, at.beta_deg),
+            gamma_deg: around_deg(5, at.gamma_deg),
         };
         Self {
             std_x_mm: std(0),
@@ -205,13 +178,14 @@ pub(super) fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
 impl Estimates for PoseIcpEstimates {
     fn parameters(&self) -> Vec<Estimated> {
         let p = &self.pose;
+        let at = &p.numbers;
         vec![
-            Estimated::new("x", "mm", p.x_mm, p.std_x_mm),
-            Estimated::new("y", "mm", p.y_mm, p.std_y_mm),
-            Estimated::new("z", "mm", p.z_mm, p.std_z_mm),
-            Estimated::new("alpha", "°", p.alpha_deg, p.std_alpha_deg),
-            Estimated::new("beta", "°", p.beta_deg, p.std_beta_deg),
-            Estimated::new("gamma", "°", p.gamma_deg, p.std_gamma_deg),
+            Estimated::new("x", "mm", at.x_mm, p.std_x_mm),
+            Estimated::new("y", "mm", at.y_mm, p.std_y_mm),
+            Estimated::new("z", "mm", at.z_mm, p.std_z_mm),
+            Estimated::new("alpha", "°", at.alpha_deg, p.std_alpha_deg),
+            Estimated::new("beta", "°", at.beta_deg, p.std_beta_deg),
+            Estimated::new("gamma", "°", at.gamma_deg, p.std_gamma_deg),
         ]
     }
 

@@ -6,7 +6,8 @@ use ft_center::{
 use model_discrepancy::{Closure, Covariate, Model};
 use truing_report::Fact;
 
-use super::estimates::{AxisRunEstimate, PositionResidual, PositioningEstimates};
+use super::axis_run::AxisRunEstimate;
+use super::estimates::{PositionResidual, PositioningEstimates};
 use super::plan::{AxisPlanSettings, AxisTable};
 use crate::Error;
 use crate::case::{Location, NumberColumn};

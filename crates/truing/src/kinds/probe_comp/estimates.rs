@@ -1,6 +1,7 @@
 use nalgebra::{Point3, Unit, Vector3};
 use probe_comp::{Contact, ContactChange};
 use serde::Serialize;
+use truing_report::Form;
 
 use super::qualification::QualificationEstimate;
 use crate::estimated::Estimated;
@@ -228,6 +229,10 @@ impl Estimates for ProbeCompEstimates {
             ]);
         }
         vec![table]
+    }
+
+    fn form(&self) -> Option<Form> {
+        self.qualification.as_ref()?.probing_check.map(|check| check.form())
     }
 
     fn implausible(&self, _: Option<f64>) -> Option<ImplausibleResult> {

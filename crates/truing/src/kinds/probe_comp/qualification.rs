@@ -2,6 +2,7 @@ use nalgebra::{Unit, Vector3};
 use probe_comp::{BallTouch, ProbeError, ProbeTerms, Qualification, Reference, qualify};
 use serde::Serialize;
 
+use super::probing_check::ProbingCheckEstimate;
 use super::settings::{ArtefactName, QualificationSettings};
 use super::tables::{Touches, artefact_touches};
 use crate::Error;
@@ -30,6 +31,9 @@ pub struct QualificationEstimate {
     pub bending_mm: Option<f64>,
     /// Standard uncertainty of it.
     pub std_bending_mm: Option<f64>,
+    /// The check of the declared ball on the sphere; absent of a ring.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probing_check: Option<ProbingCheckEstimate>,
 }
 
 /// One harmonic of the travel until the trigger.
@@ -81,7 +85,9 @@ impl QualificationSettings {
             };
             super::settings::error(at, source)
         })?;
-        let estimate = QualificationEstimate::of(&found, &terms, tip_radius_mm);
+        let mut estimate = QualificationEstimate::of(&found, &terms, tip_radius_mm);
+        estimate.probing_check =
+            ProbingCheckEstimate::of(&artefact.balls, &reference, &terms, tip_radius_mm);
         Ok((found, estimate))
     }
 
@@ -140,6 +146,7 @@ impl QualificationEstimate {
             lobes: found.lobes.iter().enumerate().map(lobe).collect(),
             bending_mm: terms.bending.then_some(found.bending_mm),
             std_bending_mm: if terms.bending { std(bending_at) } else { None },
+            probing_check: None,
         }
     }
 

@@ -28,6 +28,8 @@ pub(super) struct Settings {
     pub(super) noise: NoiseSettings,
     #[serde(default)]
     pub(super) plan: PlanSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

@@ -26,6 +26,8 @@ pub(super) struct Settings {
     pub(super) noise: NoiseSettings,
     #[serde(default)]
     pub(super) plan: TracerPlanSettings,
+    #[serde(default, rename = "conformity")]
+    pub(super) _conformity: serde::de::IgnoredAny,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

@@ -4,12 +4,11 @@ use ft_center::{Repeatability, SolvedPress};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::kinds::ft_center::settings::{Conformance, ToleranceSettings};
+use crate::case::Conformance;
+use crate::kinds::ft_center::settings::ToleranceSettings;
 
 /// Standard deviations across the band of a repeatability, as ISO 230-2 has it: `R = 4 s`.
 const BAND: f64 = 4.0;
-/// Probability from which on a head conforms where none is declared.
-const CONFORMANCE: f64 = 0.95;
 
 /// How well the head comes back to a place.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -63,7 +62,7 @@ impl RepeatabilityEstimate {
         let Repeatability { places, presses, degrees_of_freedom, std_mm } = found;
         let worse_mm = BAND * std_mm.max();
         let conformity = tolerance.repeatability_mm.map(|limit| {
-            let Conformance(required) = tolerance.conformance.unwrap_or(Conformance(CONFORMANCE));
+            let Conformance(required) = tolerance.conformance.unwrap_or_default();
             Conformity::of(worse_mm, degrees_of_freedom, (limit.0, required))
         });
         Some(Self {
