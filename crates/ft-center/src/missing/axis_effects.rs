@@ -140,7 +140,7 @@ impl AxisRun<'_> {
         let along = |target: f64| 2.0 * (target - low) / span - 1.0;
         let everywhere = Effect::new(
             "reversal",
-            "the axis stops elsewhere when it comes from larger than from smaller positions",
+            "the axis stops elsewhere when it comes from the other side",
             vec![parameter("rising less falling", fine, factor)],
         );
         let by_place = Effect::new(
