@@ -35,8 +35,10 @@ pub struct FrameModel<const D: usize> {
     pub(crate) pivot_mm: SVector<f64, D>,
     /// Point of the source frame that rotations, scales and shears leave where it is.
     pub(crate) fixed_mm: SVector<f64, D>,
-    /// How the drift comes to rest, where it may.
+    /// Courses that the drift may take.
     pub(crate) courses: Vec<Course>,
+    /// A session measured warmer than what went before, which no column says.
+    pub(crate) warm: Option<Course>,
     pub(crate) declared: Declared,
     pub(crate) terms: Vec<Term<D>>,
 }
@@ -74,8 +76,8 @@ impl<const D: usize> FrameModel<D> {
             && fit.reflection.is_some_and(|r| r.speaks_against(options.handedness));
         let reference = fit.target_from_source;
         let model = Self::about(reference, points, covariates.to_vec(), *options, mirrored);
-        let courses = model.clearest_courses();
-        Ok(model.with_courses(&courses))
+        let (courses, warm) = (model.clearest_courses(), model.clearest_warm_session());
+        Ok(model.with_courses(&courses).with_warm_session(warm))
     }
 
     /// The model in a chart about `reference`; everything else is taken as checked.
@@ -113,6 +115,7 @@ impl<const D: usize> FrameModel<D> {
             reference,
             motions,
             courses: Vec::new(),
+            warm: None,
             declared,
             terms,
         }
@@ -125,7 +128,7 @@ impl<const D: usize> FrameModel<D> {
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.
-    fn drift(&self) -> Option<(usize, &[f64])> {
+    pub(super) fn drift(&self) -> Option<(usize, &[f64])> {
         let all = self.declared.effects.iter().zip(&self.terms).enumerate();
         let mut drifts = all.filter(|(_, (effect, _))| effect.id == "drift");
         drifts.find_map(|(index, (_, term))| match term {

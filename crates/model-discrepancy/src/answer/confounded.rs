@@ -5,13 +5,13 @@ use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::f_tail::f_tail;
 use crate::algebra::system::{System, rows_of};
-use crate::choice::addition::within_limits;
 use crate::choice::candidate::{
     Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
 };
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
+use crate::choice::select::within_limits;
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::choice::shape::BY_LEVEL;

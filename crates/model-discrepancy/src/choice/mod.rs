@@ -1,11 +1,9 @@
 //! Which effects are added, one a pass.
 
-pub(crate) mod addition;
 pub(crate) mod additivity;
 pub(crate) mod candidate;
 pub(crate) mod context;
 pub(crate) mod detectable;
-pub(crate) mod in_place;
 pub(crate) mod interruption;
 pub(crate) mod level;
 pub(crate) mod masked;

@@ -1,24 +1,24 @@
 //! Which effects are missing: one a pass, each refitted and judged on groups left out.
 
 use crate::algebra::system::{Estimate, System, rows_of};
-use crate::choice::addition::{add, what, within_limits};
 use crate::choice::additivity::not_additive;
-use crate::choice::candidate::{Candidate, Estimability, estimability, label};
+use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
-use crate::choice::in_place::{one_shape_is_better, replaced_by_effect, replaced_by_shape};
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
 use crate::choice::replace::replace_superseded;
 use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
-use crate::choice::selected::{Selected, What};
+use crate::choice::selected::{Added, Selected, What};
+use crate::choice::shape::is_of_levels;
 use crate::choice::tail::may_be_a_tail;
 use crate::count::count;
 use crate::levels::CATALOGUE_SHARE;
 use crate::levels::LATER;
 use crate::levels::QUARTER;
 use crate::levels::STAY;
+use crate::levels::WORTH_MENTIONING;
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::rms;
 use crate::tests::significance::{Reach, holds_in_readings, significance};
@@ -43,9 +43,7 @@ pub(crate) fn select<'a>(
     loop {
         let shapes = chosen.system.empirical.len();
         let lin = catalogue_passes(context, keep, &mut chosen);
-        let replaced = replaced_by_effect(context, keep, &mut chosen)
-            | replaced_by_shape(context, keep, &mut chosen);
-        let lin = if replaced { None } else { lin };
+        let lin = if replaced_by_shape(context, keep, &mut chosen) { None } else { lin };
         covariate_pass(context, keep, &mut chosen, lin);
         // With nothing new along the covariates the catalogue has had its say.
         let unchanged = chosen.system.empirical.len() == shapes;
@@ -113,6 +111,121 @@ fn catalogue_passes<'a>(
         }
     }
     None
+}
+
+/// Whether a single shape along a covariate describes the data better than two named effects.
+fn one_shape_is_better(context: &Context<'_>, scoring: &Scoring<'_>, pair: &[Scored; 2]) -> bool {
+    better_shape(context, scoring, (pair[0].criterion, 0), |_| true).is_some()
+}
+
+/// The shape along a covariate that describes the data best of those whose names `counts`, where it
+/// does so clearly better than effects of this criterion and so many directions; with no more
+/// directions than these, where it does so no worse.
+fn better_shape(
+    context: &Context<'_>,
+    scoring: &Scoring<'_>,
+    (than, directions): (f64, usize),
+    counts: impl Fn(&str) -> bool,
+) -> Option<Scored> {
+    let judged = score_covariates(context, scoring);
+    let order = eligible(&judged, context.options.alpha * QUARTER);
+    let n = count(scoring.lin.rows.len());
+    let before = scoring.lin.clean_residual().norm_squared();
+    let criterion = |judged: &Scored| {
+        let Source::Empirical(shape) = &judged.candidate.source else { return f64::INFINITY };
+        if !counts(&shape.shape) {
+            return f64::INFINITY;
+        }
+        let left = (judged.test.variance * count(judged.test.dof) / before).max(f64::MIN_POSITIVE);
+        let (free, own) = (judged.test.directions, shape.constants);
+        if free <= directions {
+            // As many laws as levels: they pass through any values, and their names say nothing.
+            return n * left.ln() + count(free) * n.ln() - 2.0 * WORTH_MENTIONING;
+        }
+        // Unlike effects, a shape brings its constants along: they count here.
+        n * left.ln() + count(free + own) * n.ln()
+    };
+    let all = order.iter().map(|&i| (criterion(&judged[i]), i));
+    let (best, i) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best < than - WORTH_MENTIONING).then(|| judged[i].clone())
+}
+
+/// Puts a shape of levels in place of two named effects where it describes the data better: two laws
+/// of a load pass through any three loads, and say nothing where one of the loads went otherwise.
+fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>) -> bool {
+    let effects: Vec<usize> = chosen.system.active.iter().map(|a| a.effect).collect();
+    let [first, second] = effects[..] else { return false };
+    let mut plain = chosen.clone();
+    plain.system = plain.system.without_effect(first).without_effect(second);
+    plain.added.retain(|a| ![first, second].map(What::Effect).contains(&a.what));
+    let rows = rows_of(&context.model.declared().layout, keep);
+    let start = plain.system.warm_start(&chosen.estimate);
+    let Ok(estimate) = plain.system.fit(&rows, &start) else { return false };
+    plain.estimate = estimate;
+    let lin = Linear::of(&plain.system, &plain.estimate, keep, context.silent);
+    let named = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let n = count(lin.rows.len());
+    let left =
+        cost(&chosen.system, &chosen.estimate, &rows) / cost(&plain.system, &plain.estimate, &rows);
+    let directions = named.basis.dim().saturating_sub(lin.basis.dim());
+    let criterion = n * left.max(f64::MIN_POSITIVE).ln() + count(directions) * n.ln();
+    let alpha = context.options.alpha * QUARTER;
+    let scoring = Scoring::new(context, &plain.system, &plain.estimate, &lin, alpha);
+    let than = (criterion, directions);
+    let Some(shape) = better_shape(context, &scoring, than, is_of_levels) else { return false };
+    if !add(&mut plain, keep, &[&shape]) {
+        return false;
+    }
+    plain.passes.clone_from(&chosen.passes);
+    *chosen = plain;
+    true
+}
+
+/// Adds candidates and refits; false, and nothing changed, when the nested cost did not fall.
+fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Scored]) -> bool {
+    let mut system = chosen.system.clone();
+    for judged in candidates {
+        system = judged.candidate.added_to(&system);
+    }
+    let rows = rows_of(&system.model.declared().layout, keep);
+    let start = system.warm_start(&chosen.estimate);
+    let Ok(estimate) = system.fit(&rows, &start) else { return false };
+    if cost(&system, &estimate, &rows) >= cost(&chosen.system, &chosen.estimate, &rows) {
+        return false;
+    }
+    let Ok(estimate) = system.reweighed(&rows, estimate) else { return false };
+    if !within_limits(&system, &estimate) {
+        return false;
+    }
+    chosen.system = system;
+    chosen.estimate = estimate;
+    for judged in candidates {
+        let what = what(&judged.candidate);
+        chosen.added.push(Added { what, p_value: judged.test.p_value });
+    }
+    true
+}
+
+fn what(candidate: &Candidate) -> What {
+    match &candidate.source {
+        Source::Effect(active) => What::Effect(active.effect),
+        Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
+    }
+}
+
+/// Whether every effect has a size that it can have.
+pub(crate) fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
+    system.active.iter().all(|active| {
+        let maximum = system.model.declared().effects[active.effect].maximum;
+        maximum.is_none_or(|maximum| at.state.amplitudes[active.effect].amax() <= maximum)
+    })
+}
+
+/// Sum of squared whitened residuals over `rows`.
+fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
+    let layout = &system.model.declared().layout;
+    let all = system.residuals(at);
+    rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
 }
 
 fn at_round_off(lin: &Linear<'_>) -> bool {

@@ -98,6 +98,9 @@ fn amplitudes_are_those_of_the_drift() {
     assert_eq!(effect.subject.as_deref(), Some("from 30 on"));
     assert_eq!(effect.parameters.len(), 1);
     assert_eq!(effect.parameters[0].name, parameter("a0").name);
-    assert_eq!((effect.parameters[0].unit.as_str(), effect.parameters[0].report_factor), ("µm", 1e3));
+    assert_eq!(
+        (effect.parameters[0].unit.as_str(), effect.parameters[0].report_factor),
+        ("µm", 1e3)
+    );
     assert_eq!(course.come(&[29.0, 30.0, 75.0]), [0.0, 1.0, 1.0]);
 }
