@@ -92,7 +92,7 @@ mod tests {
     use crate::generators::noise::gaussian;
     use crate::generators::vector::orthonormal;
 
-    /// Error on unseen poses without and with the interruption at pose 49.5, as the page has them, N.
+    /// Error on unseen poses with a drift that goes on evenly, and that breaks off at pose 49.5, N.
     const WITHOUT_N: f64 = 0.275;
     const WITH_N: f64 = 0.061;
     const POSES: usize = 100;
@@ -106,8 +106,8 @@ mod tests {
         dot(values, values) - explained
     }
 
-    /// A hundred poses without time stamps cannot tell a drift that paused and jumped from one whose rate
-    /// changes by chance: of zeros whose rate wanders, a third look interrupted somewhere by as large a
+    /// A hundred poses without time stamps cannot tell whether a drift that looks interrupted paused and
+    /// jumped, or its rate changed by chance: of zeros whose rate wanders, a third look interrupted somewhere by as large a
     /// share of the variance as the recording's.
     #[test]
     fn a_wandering_drift_looks_as_interrupted() {

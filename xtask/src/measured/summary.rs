@@ -94,7 +94,8 @@ fn choice_fixed(answer: &Value) -> f64 {
         return answer["carried"]["with"]["train_rms"].as_f64().unwrap_or(f64::NAN);
     }
     let last = answer["steps"].as_array().and_then(|steps| steps.last());
-    last.map_or(f64::NAN, |step| step["held_out_rms"].as_f64().unwrap_or(f64::NAN))
+    // With nothing added there is no choice to fix.
+    last.map_or_else(|| error(answer, "after"), |s| s["held_out_rms"].as_f64().unwrap_or(f64::NAN))
 }
 
 fn unit(answer: &Value) -> &str {

@@ -1,5 +1,7 @@
 //! What the calibration of a free-hanging tool may leave out.
 
+use std::ops::Range;
+
 use geometry::so3;
 use model_discrepancy::{Effect, Parameter, Scope};
 use nalgebra::{DMatrix, DVector, Matrix3, Unit, UnitQuaternion, Vector3, Vector6};
@@ -9,22 +11,35 @@ use crate::missing::parameter::parameter;
 /// One effect of the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GravityEffect {
-    ForceDrift,
-    MomentDrift,
+    /// The zero of some channels follows this many drivers from the first on.
+    Zero {
+        of: Channels,
+        first: usize,
+        drivers: usize,
+    },
     ForceGain,
     MomentGain,
     ForceCrosstalk,
     ForceIntoMoment,
     PlatformTilt,
     MountRotation,
-    /// Follows the temperature column of this index.
-    Temperature(usize),
 }
 
-/// All effects but those of temperature.
+/// Channels of the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Channels {
+    Force,
+    Moment,
+    All,
+}
+
+/// Driver of the zero that goes on evenly, from 0 at the first pose to 1 at the last.
+pub(crate) const ELAPSED: usize = 0;
+
+/// What every case is asked for.
 pub(crate) const GRAVITY_EFFECTS: [GravityEffect; 8] = [
-    GravityEffect::ForceDrift,
-    GravityEffect::MomentDrift,
+    GravityEffect::Zero { of: Channels::Force, first: ELAPSED, drivers: 1 },
+    GravityEffect::Zero { of: Channels::Moment, first: ELAPSED, drivers: 1 },
     GravityEffect::ForceGain,
     GravityEffect::MomentGain,
     GravityEffect::ForceCrosstalk,
@@ -35,11 +50,12 @@ pub(crate) const GRAVITY_EFFECTS: [GravityEffect; 8] = [
 
 /// Amplitudes of all effects; zero in the declared model.
 ///
-/// A reading is `force (I + F) W·g + zero + drift`, `moment (I + G)(r × W·g) + K W·g + zero + drift`.
+/// A reading is `force (I + F) W·g + zero`, `moment (I + G)(r × W·g) + K W·g + zero`; the zero is that
+/// of the base parameters and, for each driver, its value times an amplitude.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct GravityErrors {
-    pub(crate) force_drift_n: Vector3<f64>,
-    pub(crate) moment_drift_nmm: Vector3<f64>,
+    /// Per unit of each driver.
+    pub(crate) zero: Vec<Vector6<f64>>,
     /// `F`: gains on the diagonal, symmetric cross-talk beside it.
     pub(crate) force: Matrix3<f64>,
     /// `G`: diagonal.
@@ -50,20 +66,34 @@ pub(crate) struct GravityErrors {
     pub(crate) tilt_rad: [f64; 2],
     /// Rotation of the sensor's axes against the orientation given.
     pub(crate) mount_rad: Vector3<f64>,
-    /// Zero per kelvin, one per temperature column.
-    pub(crate) zero_per_k: Vec<Vector6<f64>>,
 }
 
 /// Entries of a symmetric matrix: the diagonal, then xy, xz, yz.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+impl Channels {
+    /// Of a wrench `[force, moment]`.
+    pub(crate) fn range(self) -> Range<usize> {
+        match self {
+            Self::Force => 0..3,
+            Self::Moment => 3..6,
+            Self::All => 0..6,
+        }
+    }
+}
 
 impl GravityEffect {
     /// Writes an amplitude into the errors.
     pub(crate) fn apply(self, amplitude: &DVector<f64>, errors: &mut GravityErrors) {
         let triple = || Vector3::from_column_slice(&amplitude.as_slice()[..3]);
         match self {
-            Self::ForceDrift => errors.force_drift_n = triple(),
-            Self::MomentDrift => errors.moment_drift_nmm = triple(),
+            Self::Zero { of, first, drivers } => {
+                let channels = of.range();
+                let each = amplitude.as_slice().chunks(channels.len());
+                for (zero, values) in errors.zero[first..first + drivers].iter_mut().zip(each) {
+                    channels.clone().zip(values).for_each(|(k, value)| zero[k] += value);
+                }
+            }
             Self::ForceGain => errors.force += Matrix3::from_diagonal(&triple()),
             Self::MomentGain => errors.moment = Matrix3::from_diagonal(&triple()),
             Self::ForceCrosstalk => {
@@ -76,9 +106,6 @@ impl GravityEffect {
             }
             Self::PlatformTilt => errors.tilt_rad = [amplitude[0], amplitude[1]],
             Self::MountRotation => errors.mount_rad = triple(),
-            Self::Temperature(column) => {
-                errors.zero_per_k[column] = Vector6::from_column_slice(amplitude.as_slice());
-            }
         }
     }
 
@@ -86,12 +113,12 @@ impl GravityEffect {
     pub(crate) fn condition(self, described: &Effect) -> String {
         let corrections = "is in the corrections of the poses";
         match self {
-            Self::ForceDrift | Self::MomentDrift => {
-                format!("the bias is that of the first pose; its drift {corrections}")
-            }
-            Self::Temperature(_) => {
+            Self::Zero { of: Channels::All, .. } => {
                 let column = described.driver.as_deref().unwrap_or("a temperature");
                 format!("the bias holds at {column} = 20 °C; its change beyond {corrections}")
+            }
+            Self::Zero { .. } => {
+                format!("the bias is that of the first pose; its drift {corrections}")
             }
             Self::ForceGain | Self::MomentGain => format!(
                 "weight and centre of gravity are as the axes read them that have no gain among the \
@@ -109,7 +136,7 @@ impl GravityEffect {
         let (id, subject, description, parameters) = self.entry();
         // A sensor that is turned about one line only never sees some of its axes loaded.
         let scope = match self {
-            Self::ForceDrift | Self::MomentDrift => Scope::Everywhere,
+            Self::Zero { .. } => Scope::Everywhere,
             _ => Scope::SomeDesigns,
         };
         let subject = subject.map(str::to_owned);
@@ -122,13 +149,13 @@ impl GravityEffect {
         };
         let (forces, moments) = (["fx", "fy", "fz"], ["mx", "my", "mz"]);
         match self {
-            Self::ForceDrift => (
+            Self::Zero { of: Channels::Force, .. } => (
                 "bias-drift",
                 Some("force"),
                 "the force read under no load drifts evenly from the first pose to the last",
                 named(&forces, "N", 1.0),
             ),
-            Self::MomentDrift => (
+            Self::Zero { of: Channels::Moment, .. } => (
                 "bias-drift",
                 Some("moment"),
                 "the moment read under no load drifts evenly from the first pose to the last",
@@ -174,7 +201,7 @@ impl GravityEffect {
                 "the sensor's axes are turned against the orientation given",
                 named(&["about x", "about y", "about z"], "mrad", 1e3),
             ),
-            Self::Temperature(_) => {
+            Self::Zero { of: Channels::All, .. } => {
                 let mut parameters = named(&forces, "N/K", 1.0);
                 parameters.extend(named(&moments, "N·mm/K", 1.0));
                 ("temperature", None, "the zero of the sensor follows the temperature", parameters)
@@ -232,19 +259,15 @@ pub(crate) struct Predicted<'a> {
     pub(crate) down: Down,
     pub(crate) weight_n: f64,
     pub(crate) arm_mm: Vector3<f64>,
-    pub(crate) elapsed_ratio: f64,
-    pub(crate) warmth_k: &'a [f64],
+    pub(crate) drivers: &'a [f64],
 }
 
 impl Predicted<'_> {
     /// Force and moment, zero left out.
     pub(crate) fn wrench(&self) -> Vector6<f64> {
         let load = self.down.direction * self.weight_n;
-        let u = self.elapsed_ratio;
-        let mut reading = self.by_load(load);
-        reading += stacked(self.errors.force_drift_n * u, self.errors.moment_drift_nmm * u);
-        let warmth = self.errors.zero_per_k.iter().zip(self.warmth_k);
-        reading + warmth.map(|(zero, k)| zero * *k).sum::<Vector6<f64>>()
+        let zero = self.errors.zero.iter().zip(self.drivers);
+        self.by_load(load) + zero.map(|(per_unit, driver)| per_unit * *driver).sum::<Vector6<f64>>()
     }
 
     /// Linear in the load.
@@ -270,10 +293,11 @@ impl Predicted<'_> {
         let moment = self.arm_mm.cross(&load);
         let none = Vector3::zeros();
         let axis = |k: usize| Vector3::ith(k, 1.0);
-        let u = self.elapsed_ratio;
         let columns: Vec<Vector6<f64>> = match effect {
-            GravityEffect::ForceDrift => (0..3).map(|k| stacked(axis(k) * u, none)).collect(),
-            GravityEffect::MomentDrift => (0..3).map(|k| stacked(none, axis(k) * u)).collect(),
+            GravityEffect::Zero { of, first, drivers } => self.drivers[first..first + drivers]
+                .iter()
+                .flat_map(|driver| of.range().map(|k| Vector6::ith(k, *driver)))
+                .collect(),
             GravityEffect::ForceGain => (0..3).map(|k| stacked(axis(k) * load[k], none)).collect(),
             GravityEffect::MomentGain => {
                 (0..3).map(|k| stacked(none, axis(k) * moment[k])).collect()
@@ -290,10 +314,6 @@ impl Predicted<'_> {
                 .collect(),
             GravityEffect::MountRotation => {
                 (0..3).map(|k| self.by_load(self.down.by_mount.column(k) * self.weight_n)).collect()
-            }
-            GravityEffect::Temperature(column) => {
-                let warmth_k = self.warmth_k.get(column).copied().unwrap_or(0.0);
-                (0..6).map(|k| Vector6::ith(k, warmth_k)).collect()
             }
         };
         DMatrix::from_fn(6, columns.len(), |row, column| columns[column][row])

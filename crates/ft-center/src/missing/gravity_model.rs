@@ -2,14 +2,14 @@
 
 use geometry::Wrench;
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Parameter, Proposal, Quantity, Role,
-    Row, State, resolution_of,
+    Covariate, Declared, Effect, Group, Inside, Interruption, Layout, Model, Parameter, Proposal,
+    Quantity, Role, Row, Settling, State, clearest_interruption, clearest_settling, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
 
 use crate::gravity::line_miss;
 use crate::missing::gravity_effects::{
-    Down, GRAVITY_EFFECTS, GravityEffect, GravityErrors, Predicted,
+    Channels, Down, ELAPSED, GRAVITY_EFFECTS, GravityEffect, GravityErrors, Predicted,
 };
 use crate::missing::parameter::parameter;
 use crate::missing::press_design::REFERENCE_C;
@@ -17,6 +17,9 @@ use crate::{FtCenterError, GravityCalibration, GravityOptions, StaticPose, calib
 
 /// Noise under which no reading is believed, so that readings without any still have weights.
 const FLOOR: f64 = 1e-9;
+
+/// Unit in which time is counted.
+const OF_SERIES: &str = "of the series";
 
 /// Static poses, their calibration, and what it leaves out.
 ///
@@ -30,8 +33,8 @@ pub struct GravityModel {
     poses: Vec<StaticPose>,
     gravity: Unit<Vector3<f64>>,
     calibrated: GravityCalibration,
-    /// One per pose, one value per temperature column, from 20 °C.
-    warmth_k: Vec<Vec<f64>>,
+    /// What the zero follows: one per pose, the time elapsed and the temperatures from 20 °C first.
+    drivers: Vec<Vec<f64>>,
 }
 
 impl GravityModel {
@@ -59,14 +62,19 @@ impl GravityModel {
         let mut effects = GRAVITY_EFFECTS.to_vec();
         let mut described: Vec<_> = effects.iter().map(|e| e.described()).collect();
         for (column, covariate) in warm.iter().enumerate() {
-            let effect = GravityEffect::Temperature(column);
+            let of_column = ELAPSED + 1 + column;
+            let effect = GravityEffect::Zero { of: Channels::All, first: of_column, drivers: 1 };
             let subject = (warm.len() > 1).then(|| covariate.name.clone());
             let driver = Some(covariate.name.clone());
             effects.push(effect);
             described.push(Effect { subject, driver, ..effect.described() });
         }
-        let of_pose = |i: usize| warm.iter().map(|c| c.values[i] - REFERENCE_C).collect();
-        Ok(Self {
+        let last = crate::count(poses.len().saturating_sub(1).max(1));
+        let of_pose = |i: usize| {
+            let warmth_k = warm.iter().map(|c| c.values[i] - REFERENCE_C);
+            std::iter::once(crate::count(i) / last).chain(warmth_k).collect()
+        };
+        let model = Self {
             declared: Declared {
                 start: start(&calibrated),
                 resolution: resolution_of(
@@ -75,11 +83,74 @@ impl GravityModel {
                 ..Declared::new(layout(poses, options, &calibrated), base(), described)
             },
             effects,
-            warmth_k: (0..poses.len()).map(of_pose).collect(),
+            drivers: (0..poses.len()).map(of_pose).collect(),
             poses: poses.to_vec(),
             gravity: options.gravity,
             calibrated,
+        };
+        Ok(model.with_courses())
+    }
+
+    /// With the drifts that come to rest or break off, where the residual shows one.
+    fn with_courses(self) -> Self {
+        let (elapsed, at) = (self.elapsed(), State::start(&self));
+        self.drifts().into_iter().fold(self, |model, (of, drift)| {
+            let settling = clearest_settling(&model, &at, drift, &elapsed);
+            let interruption = clearest_interruption(&model, &at, drift, &elapsed);
+            model.with_settling(of, drift, settling).with_interruption(of, drift, interruption)
         })
+    }
+
+    fn with_settling(self, of: Channels, drift: usize, settling: Option<Settling>) -> Self {
+        let Some(settling) = settling else { return self };
+        let elapsed = self.elapsed();
+        let even = &self.declared.effects[drift].parameters[0];
+        let reported = (even.unit.as_str(), even.report_factor);
+        let effect = settling.effect(&self, drift, &elapsed, OF_SERIES, reported);
+        self.with_course(of, effect, &[settling.course(&elapsed)])
+    }
+
+    fn with_interruption(
+        self,
+        of: Channels,
+        drift: usize,
+        interruption: Option<Interruption>,
+    ) -> Self {
+        let Some(interruption) = interruption else { return self };
+        let elapsed = self.elapsed();
+        let name = |i: usize| self.poses[i].name.as_str();
+        let between = interruption.between(&elapsed);
+        let place = between.map_or_else(String::new, |(last, next)| {
+            format!("between poses {} and {}", name(last), name(next))
+        });
+        let effect = interruption.effect(&self.declared.effects[drift], &place);
+        let courses = interruption.courses(&elapsed);
+        self.with_course(of, effect, &courses)
+    }
+
+    /// With an effect whose amplitudes, channel by channel, multiply each of some courses.
+    fn with_course(mut self, of: Channels, effect: Effect, courses: &[Vec<f64>]) -> Self {
+        let first = self.drivers.first().map_or(0, Vec::len);
+        self.effects.push(GravityEffect::Zero { of, first, drivers: courses.len() });
+        self.declared.effects.push(effect);
+        for (i, drivers) in self.drivers.iter_mut().enumerate() {
+            drivers.extend(courses.iter().map(|course| course[i]));
+        }
+        self
+    }
+
+    /// The effects of a zero that goes on evenly.
+    fn drifts(&self) -> Vec<(Channels, usize)> {
+        let even = |(i, effect): (usize, &GravityEffect)| match effect {
+            GravityEffect::Zero { of, first: ELAPSED, .. } => Some((*of, i)),
+            _ => None,
+        };
+        self.effects.iter().enumerate().filter_map(even).collect()
+    }
+
+    /// Of each pose, from 0 at the first to 1 at the last.
+    fn elapsed(&self) -> Vec<f64> {
+        self.drivers.iter().map(|drivers| drivers[ELAPSED]).collect()
     }
 
     /// Direction of gravity in sensor axes, as covariates for the loop.
@@ -140,9 +211,9 @@ impl GravityModel {
     }
 
     fn errors(&self, at: &State) -> GravityErrors {
-        let columns = self.effects.len() - GRAVITY_EFFECTS.len();
-        let zero_per_k = vec![Vector6::zeros(); columns];
-        let mut errors = GravityErrors { zero_per_k, ..GravityErrors::default() };
+        let drivers = self.drivers.first().map_or(0, Vec::len);
+        let zero = vec![Vector6::zeros(); drivers];
+        let mut errors = GravityErrors { zero, ..GravityErrors::default() };
         for (effect, amplitude) in self.effects.iter().zip(&at.amplitudes) {
             effect.apply(amplitude, &mut errors);
         }
@@ -155,14 +226,12 @@ impl GravityModel {
         at: &State,
         errors: &'a GravityErrors,
     ) -> Predicted<'a> {
-        let last = crate::count(self.poses.len().saturating_sub(1).max(1));
         Predicted {
             errors,
             down: Down::of(&self.poses[pose].base_from_sensor, &self.gravity, errors),
             weight_n: at.base[6],
             arm_mm: at.base.fixed_rows::<3>(7).into_owned(),
-            elapsed_ratio: crate::count(pose) / last,
-            warmth_k: &self.warmth_k[pose],
+            drivers: &self.drivers[pose],
         }
     }
 }

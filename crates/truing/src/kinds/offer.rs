@@ -17,6 +17,8 @@ pub(crate) struct Offer {
     pub(crate) offered: Vec<Offered>,
     /// What one of them is called.
     pub(crate) noun: &'static str,
+    /// How many of them there are, before those of the plan; `None`: one an observation.
+    pub(crate) made: Option<usize>,
     /// What one of them takes, where it is declared.
     pub(crate) minutes: Option<f64>,
     /// How the machine goes there, where it is sent by a program.

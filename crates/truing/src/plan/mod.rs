@@ -91,6 +91,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         None => folder.table(offer.table, &[])?.n_rows(),
     };
 
+    let made = offer.made.unwrap_or(n_measured);
+
     let every: Vec<usize> = (0..offer.offered.len()).collect();
     let all_rows = Rows::of(folder, &offer, &every)?;
     let with_all = case.with(&all_rows.edits())?;
@@ -109,7 +111,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     }
     let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
     let inseparable = inseparable(&design, &mut goals);
-    let most = budget.unwrap_or(n_measured.max(LEAST));
+    let most = budget.unwrap_or(made.max(LEAST));
     let before = assessed(&question, case, case)?;
     // What the tests of the linearised model promise is held against loops on simulated data of the
     // same design; where they name an effect too seldom, more is asked of the tests.
@@ -165,7 +167,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         header: Header::of("truing/plan/1", case),
         aim: question.aim.clone(),
         noun: offer.noun,
-        measured: n_measured,
+        measured: made,
         planned: sorted.len(),
         minutes: offer.minutes.map(|minutes| minutes * as_f64(sorted.len())),
         reached,

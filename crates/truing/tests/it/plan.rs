@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
+use std::path::Path;
 
 use serde_json::Value;
 
@@ -279,6 +280,62 @@ fn a_tracer_is_given_angles_and_a_station() {
     // Every reading of a run is a row of the table to be filled in.
     let rows = answer["measurements"].as_array().unwrap();
     assert!(rows.len() > 3 * 3 && rows.iter().all(|row| row["displacement_mm"] == ""), "{rows:?}");
+}
+
+/// Points of reflectors on an axis that was only turned upwards.
+fn points_upwards() -> Case {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/tracker-lm/targets-nothing");
+    let text = |name: &str| fs::read_to_string(Path::new(folder).join(name)).unwrap();
+    let same = ["case.toml", "stations.csv", "mounts.csv"].map(|name| (name, text(name)));
+    let case = Case::new(&same.each_ref().map(|(name, text)| (*name, text.as_str())));
+    let text = text("targets.csv");
+    let mut lines = text.lines();
+    let mut table = format!("{},direction\n", lines.next().unwrap());
+    for line in lines {
+        let _ = writeln!(table, "{line},1");
+    }
+    case.write("targets.csv", table);
+    case
+}
+
+#[test]
+fn a_tracker_of_points_is_told_to_turn_the_axis_the_other_way() {
+    let case = points_upwards();
+    let folder = case.file("next");
+    let answer = json(&case, &["--for", "backlash", "--out", folder.to_str().unwrap()]);
+    let plan = answer["plan"].as_array().unwrap();
+    assert!(!plan.is_empty());
+    for run in plan {
+        assert_eq!(run["cells"]["direction"].as_f64(), Some(-1.0), "{run}");
+    }
+    // Every reflector that a station saw, at every step, with its point to be measured.
+    let rows = answer["measurements"].as_array().unwrap();
+    assert_eq!(rows.len() % plan.len(), 0);
+    for row in rows {
+        assert!(["x_mm", "y_mm", "z_mm"].iter().all(|column| row[*column] == ""), "{row}");
+        assert!(row["station"].as_str().is_some_and(|s| s.starts_with('S')), "{row}");
+    }
+    assert_eq!(answer["measured"].as_u64(), Some(13), "steps, not readings");
+}
+
+#[test]
+fn a_further_tracker_and_a_further_reflector_of_points_have_rows_of_their_own() {
+    let case = points_upwards();
+    let toml = fs::read_to_string(case.file("case.toml")).unwrap();
+    let plan = "[plan]\nangles_deg = []\nx_mm = [-2000, 2000]\ny_mm = [1900, 2000]\nz_mm = [0, 100]\n\
+                spacing_mm = 2000\nmounts_mm = [[400, 0, 100]]\n";
+    case.write("case.toml", format!("{toml}\n{plan}"));
+    let folder = case.file("next");
+    let answer =
+        json(&case, &["--for", "all", "--budget", "20", "--out", folder.to_str().unwrap()]);
+    let new = |table: &str| {
+        let text = fs::read_to_string(folder.join(table)).unwrap();
+        text.lines().filter(|line| line.starts_with('N')).count()
+    };
+    let (stations, mounts) = (new("stations.csv"), new("mounts.csv"));
+    // All that is offered is within the budget.
+    assert!(stations > 1 && mounts == 1, "{stations} {mounts}");
+    assert_eq!(answer["planned"].as_u64(), Some((stations + mounts) as u64));
 }
 
 #[test]

@@ -12,6 +12,8 @@ use crate::generators::vector::{add, cross, norm, rotate, scale};
 pub(crate) const EFFECTS: &[&str] = &[
     "bias-drift [force]",
     "bias-drift [moment]",
+    "bias-drift [force, settling]",
+    "bias-drift [moment, interrupted]",
     "force-gain",
     "moment-gain",
     "crosstalk [forces]",
@@ -56,6 +58,22 @@ pub(crate) fn scenes() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
         Scene {
             name: "moment-drift",
             reads: |[f, m], share, _| [f, add(m, [20.0 * share, 0.0, -10.0 * share])],
+            ..SOUND
+        },
+        Scene {
+            name: "force-settles",
+            reads: |[f, m], share, _| {
+                [add(f, scale(1.0 - (-share / 0.15).exp(), [0.3, 0.0, -0.4])), m]
+            },
+            ..SOUND
+        },
+        Scene {
+            name: "moment-breaks-off",
+            reads: |[f, m], share, _| {
+                let after = f64::from(u8::from(share > 0.45));
+                let slower = after * (share - 0.45);
+                [f, add(m, [20.0 * share - 18.0 * slower, 12.0 * after, -6.0 * after])]
+            },
             ..SOUND
         },
         Scene {

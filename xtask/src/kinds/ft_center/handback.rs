@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::generators::vector::{add, cross, norm, scale};
 use crate::handback::Left;
 use crate::handback::folder::{Folder, Table};
-use crate::handback::loops::{accepted, amplitude, close, numbers, step};
+use crate::handback::loops::{accepted, amplitude, close, numbers, settled, step, subjects};
 use crate::kinds::ft_center::gravity_scenes::{self, turned};
 use crate::kinds::ft_center::press::{Fault, Session, simulate};
 use crate::kinds::ft_center::press_tables::{case_toml, presses_csv, wrench_csv};
@@ -324,10 +324,10 @@ fn read_of(
     for (k, axis) in axes.iter().enumerate() {
         let [f, m] = ["f", "m"].map(|kind| format!("{kind}{axis}"));
         force[k] += load[k] * (1.0 + a("force-gain", None, &f, 0.01))
-            + a("bias-drift", Some("force"), &f, 1.0) * share;
+            + zero_moved(json, table, "force", &f, share);
         moment[k] += arm[k] * (1.0 + a("moment-gain", None, &m, 0.01))
             + a("crosstalk", into, &format!("m{axis} of f{axis}"), 1.0) * load[k]
-            + a("bias-drift", Some("moment"), &m, 1.0) * share;
+            + zero_moved(json, table, "moment", &m, share);
         for column in table.ending("_c") {
             let excess_k = table.numbers(&column)[row] - 20.0;
             force[k] += a("temperature", None, &f, 1.0) * excess_k;
@@ -344,6 +344,33 @@ fn read_of(
         moment[k] += size * load[i];
     }
     [force, moment]
+}
+
+/// How far the zero of a channel has moved at a share of the series: evenly, to rest, or with a break
+/// midway between the two poses that its words name.
+fn zero_moved(json: &Value, table: &Table, channels: &str, name: &str, share: f64) -> f64 {
+    let moved = subjects(json, "bias-drift").into_iter().map(|(subject, step)| {
+        let Some(course) = subject.strip_prefix(channels) else { return 0.0 };
+        let size = amplitude(step, name);
+        match course {
+            "" => size * share,
+            ", settling" => size * settled(step, share, false, 2),
+            ", interrupted" => {
+                let words = step["description"].as_str().expect("words");
+                let poses = words.split("between poses ").nth(1).and_then(|w| w.split(',').next());
+                let last = poses.and_then(|p| p.split(" and ").next()).expect("two poses");
+                let names = table.texts("pose");
+                let last = names.iter().position(|n| n == last).expect("a pose of the table");
+                let number = crate::handback::as_f64;
+                let since = share - (number(last) + 0.5) / number(names.len() - 1);
+                let after = amplitude(step, &format!("{name} jump"))
+                    + amplitude(step, &format!("{name} rate change")) * since;
+                size * share + if since > 0.0 { after } else { 0.0 }
+            }
+            other => panic!("a drift {other}"),
+        }
+    });
+    moved.sum()
 }
 
 fn triple(list: &Value) -> [f64; 3] {

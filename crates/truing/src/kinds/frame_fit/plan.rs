@@ -50,6 +50,7 @@ pub(super) fn offer<const D: usize>(
         columns: Vec::new(),
         offered: shuffled(&offered.collect::<Vec<_>>()),
         noun: "point",
+        made: None,
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,
     })

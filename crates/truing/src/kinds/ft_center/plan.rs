@@ -95,6 +95,7 @@ pub(super) fn presses(
         columns: Vec::new(),
         offered: offered.collect(),
         noun: "press",
+        made: None,
         minutes: settings.minutes(),
         reach: None,
     })
@@ -220,6 +221,7 @@ pub(super) fn poses(
         columns: Vec::new(),
         offered: shuffled(&offered),
         noun: "pose",
+        made: None,
         minutes: settings.minutes(),
         reach: None,
     }

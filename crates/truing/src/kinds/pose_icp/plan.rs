@@ -83,6 +83,7 @@ pub(super) fn offer(
         columns: Vec::new(),
         offered,
         noun: "touch",
+        made: None,
         minutes: case.plan.minutes(),
         reach: (tip.side == TipSide::Above).then(|| case.plan.reach(highest)),
     })

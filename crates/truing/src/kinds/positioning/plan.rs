@@ -85,6 +85,7 @@ impl AxisPlanSettings {
             columns: Vec::new(),
             offered: shuffled(&offered),
             noun: "reading",
+            made: None,
             minutes: self.minutes_per_measurement.map(|Positive(minutes)| minutes),
             reach: None,
         }

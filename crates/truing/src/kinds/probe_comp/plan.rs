@@ -65,6 +65,7 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
         columns,
         offered,
         noun: "touch",
+        made: None,
         minutes: settings.minutes(),
         reach: from_above.then(|| settings.reach(highest)),
     }))

@@ -9,9 +9,9 @@ use tracker_lm::{
 use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
-use super::plan::{Surveyed, offer};
+use super::plan::{Sight, Surveyed, offer};
 use super::plan_settings::TracerPlanSettings;
-use super::settings::error;
+use super::settings::{RANGES, error};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
@@ -155,9 +155,18 @@ impl Measured for TrackerCase {
         if self.survey.second.is_some() {
             return Ok(None);
         }
+        let (survey, found) = (&self.survey, self.solved()?);
+        let places = found.stations.iter().map(|station| station.position_mm);
         let surveyed = Surveyed {
-            survey: &self.survey,
-            found: self.solved()?,
+            table: RANGES,
+            axis: &survey.axis,
+            steps: &survey.steps,
+            stations: survey.stations.iter().map(|s| s.name.as_str()).zip(places).collect(),
+            mounts: &found.mounts,
+            mount_names: survey.mounts.iter().map(|m| m.name.as_str()).collect(),
+            errors: &found.axis_errors,
+            seen: survey.ranges.iter().map(|range| (range.station, range.mount)).collect(),
+            sight: Sight::Range(&found.dead_paths),
             away_mm: self.away_mm,
             has_direction: self.has_direction,
             order: self.options.order,

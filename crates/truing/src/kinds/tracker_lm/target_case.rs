@@ -1,7 +1,7 @@
 use std::sync::{Arc, OnceLock};
 
 use model_discrepancy::{Closure, Covariate, Model, Quantity};
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use tracker_lm::{
     AxisModel, HoldOut, TargetCalibration, TargetModel, TargetNoise, TargetOptions, TargetRecords,
     TargetSurvey, TrackerError, calibrate_targets,
@@ -10,10 +10,13 @@ use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
 use super::measured::{active, reversal};
-use super::settings::error;
+use super::plan::{Sight, Surveyed, offer};
+use super::plan_settings::TracerPlanSettings;
+use super::settings::{TARGETS, error};
 use crate::Error;
 use crate::case::Location;
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::measured::{About, Fitted, Measured, Observation, Prepared, Words};
 use crate::regrouped::Regrouped;
 use crate::suspect::Yardstick;
@@ -33,6 +36,8 @@ pub(super) struct TargetCase {
     pub(super) group_noun: Option<String>,
     /// From the machine's zero to that of the survey.
     pub(super) away_mm: Vector3<f64>,
+    pub(super) has_direction: bool,
+    pub(super) plan: TracerPlanSettings,
     pub(super) solved: OnceLock<TargetCalibration>,
 }
 
@@ -154,6 +159,27 @@ impl Measured for TargetCase {
         let model = TargetModel::new(survey, &self.records, self.hold_out, &self.options)
             .map_err(|e| self.error(e))?;
         Ok(self.prepared(model))
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        let (survey, found) = (&self.survey, self.solved()?);
+        let places = (found.stations.iter())
+            .map(|station| Point3::from(station.machine_from_station.translation.vector));
+        let surveyed = Surveyed {
+            table: TARGETS,
+            axis: &survey.axis,
+            steps: &survey.steps,
+            stations: survey.stations.iter().map(|s| s.name.as_str()).zip(places).collect(),
+            mounts: &found.mounts,
+            mount_names: survey.mounts.iter().map(|m| m.name.as_str()).collect(),
+            errors: &found.axis_errors,
+            seen: survey.targets.iter().map(|target| (target.station, target.mount)).collect(),
+            sight: Sight::Point(&found.stations),
+            away_mm: self.away_mm,
+            has_direction: self.has_direction,
+            order: self.options.order,
+        };
+        Ok(Some(offer(&self.plan, &surveyed)))
     }
 
     fn yardstick(&self, fitted: &Fitted) -> Yardstick {

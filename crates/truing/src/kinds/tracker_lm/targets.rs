@@ -80,6 +80,8 @@ pub(super) fn read(
         groups,
         group_noun: settings.closure.group.as_ref().map(|g| g.get_ref().clone()),
         away_mm,
+        has_direction: table.column("direction").is_some(),
+        plan: settings.plan.clone(),
         solved: std::sync::OnceLock::new(),
     };
     Ok(Reading {
