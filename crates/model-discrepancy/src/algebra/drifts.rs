@@ -53,6 +53,16 @@ impl<'a> Drifts<'a> {
         self.residual.left_of(self.residual.whitened(columns))
     }
 
+    /// The same along each of some courses, with amplitudes of its own.
+    pub(crate) fn left_along_each(&self, courses: &[&dyn Fn(f64) -> f64]) -> DMatrix<f64> {
+        let columns = self.even.ncols();
+        let mut all = DMatrix::zeros(self.even.nrows(), courses.len() * columns);
+        for (k, course) in courses.iter().enumerate() {
+            all.columns_mut(k * columns, columns).copy_from(&self.left_along(course));
+        }
+        all
+    }
+
     /// Times of the observations that are looked at, ascending, one for each.
     pub(crate) fn times(&self) -> Vec<f64> {
         let mut seen = self.observations.clone();

@@ -267,11 +267,8 @@ impl Drifts<'_> {
     }
 
     fn left_of_both(&self, one: &Settling, other: &Settling) -> DMatrix<f64> {
-        let columns = self.even.ncols();
-        let mut both = DMatrix::zeros(self.even.nrows(), 2 * columns);
-        both.columns_mut(0, columns).copy_from(&self.left_of(one));
-        both.columns_mut(columns, columns).copy_from(&self.left_of(other));
-        both
+        let along = |settling: &Settling, t: f64| settling.course(&[t])[0];
+        self.left_along_each(&[&|t| along(one, t), &|t| along(other, t)])
     }
 
     /// Share of the second of two courses in what both come to, where both have a part in it.
