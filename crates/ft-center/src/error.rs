@@ -151,7 +151,8 @@ pub enum FtCenterError {
     /// The frame did not settle: covariances contradict each other wildly.
     #[error(
         "angle of the frame still moves by {step_rad:.1e} rad after {iterations} iterations: \
-         check the covariances of the presses"
+         check the covariances of the presses, and that positions and records belong together \
+         (rows in another order, labels exchanged, another session)"
     )]
     FrameNotConverged {
         /// Last step.

@@ -86,6 +86,18 @@ pub(crate) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
         .collect()
 }
 
+/// Accepted effects of an id that count from one of these readings on, of those that have begun at a row.
+pub(crate) fn begun<'a>(json: &'a Value, id: &str, names: &[String], row: usize) -> Vec<&'a Value> {
+    let first = |subject: &str| {
+        let first = subject.strip_prefix("from ")?.strip_suffix(" on")?;
+        names.iter().position(|name| name == first)
+    };
+    let all = subjects(json, id).into_iter();
+    all.filter(|(subject, _)| first(subject).is_some_and(|first| row >= first))
+        .map(|(_, step)| step)
+        .collect()
+}
+
 /// Whether a drift comes to rest, by its words.
 pub(crate) fn comes_to_rest(step: &Value) -> bool {
     step["description"].as_str().expect("words").contains("τ = ")

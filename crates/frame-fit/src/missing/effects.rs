@@ -108,7 +108,7 @@ fn scope<const D: usize>(term: &Term<D>) -> Scope {
     }
 }
 
-fn parameter(name: impl Into<String>, unit: &str, report_factor: f64) -> Parameter {
+pub(super) fn parameter(name: impl Into<String>, unit: &str, report_factor: f64) -> Parameter {
     Parameter { name: name.into(), unit: unit.to_owned(), report_factor }
 }
 
@@ -234,19 +234,25 @@ fn temperatures<const D: usize>(
         .map(|column| {
             let text = format!("thermal expansion with {} between the two frames", column.name);
             let excess_k: Vec<f64> = column.values.iter().map(|t| t - REFERENCE_C).collect();
-            let constant_mm = if transform.has_translation() {
-                mean_growth(points, &excess_k)
-            } else {
-                SVector::zeros()
-            };
             let parameters = vec![parameter("expansion", "ppm/K", 1e6)];
-            let term = Term::Expansion { excess_k, constant_mm };
+            let term = expansion(transform, points, excess_k);
             let mut entry = entry("temperature", &text, parameters, term);
             entry.effect.subject = several.then(|| column.name.clone());
             entry.effect.driver = Some(column.name.clone());
             entry
         })
         .collect()
+}
+
+/// An expansion about the origin; less its mean over the fitted points, where a translation takes that.
+pub(super) fn expansion<const D: usize>(
+    transform: Transform,
+    points: &[MeasuredPoint<D>],
+    excess_k: Vec<f64>,
+) -> Term<D> {
+    let constant_mm =
+        if transform.has_translation() { mean_growth(points, &excess_k) } else { SVector::zeros() };
+    Term::Expansion { excess_k, constant_mm }
 }
 
 /// Mean over the fitted points of what an expansion of 1/K moves them.

@@ -3,8 +3,8 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Parameter, Quantity, Role, Row, Settling, State,
-    clearest_settling, resolution_of,
+    Course, Covariate, Declared, Group, Layout, Parameter, Quantity, Role, Row, State,
+    clearest_courses, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
@@ -35,8 +35,10 @@ pub struct FrameModel<const D: usize> {
     pub(crate) pivot_mm: SVector<f64, D>,
     /// Point of the source frame that rotations, scales and shears leave where it is.
     pub(crate) fixed_mm: SVector<f64, D>,
-    /// How the drift comes to rest, where it may.
-    pub(crate) settling: Option<Settling>,
+    /// Courses that the drift may take.
+    pub(crate) courses: Vec<Course>,
+    /// A session measured warmer than what went before, which no column says.
+    pub(crate) warm: Option<Course>,
     pub(crate) declared: Declared,
     pub(crate) terms: Vec<Term<D>>,
 }
@@ -74,8 +76,8 @@ impl<const D: usize> FrameModel<D> {
             && fit.reflection.is_some_and(|r| r.speaks_against(options.handedness));
         let reference = fit.target_from_source;
         let model = Self::about(reference, points, covariates.to_vec(), *options, mirrored);
-        let settling = model.clearest_settling();
-        Ok(model.with_settling(settling))
+        let (courses, warm) = (model.clearest_courses(), model.clearest_warm_session());
+        Ok(model.with_courses(&courses).with_warm_session(warm))
     }
 
     /// The model in a chart about `reference`; everything else is taken as checked.
@@ -112,20 +114,21 @@ impl<const D: usize> FrameModel<D> {
             spread,
             reference,
             motions,
-            settling: None,
+            courses: Vec::new(),
+            warm: None,
             declared,
             terms,
         }
     }
 
-    /// The time constant with which the drift comes to rest, where the residual shows one.
-    fn clearest_settling(&self) -> Option<Settling> {
-        let (drift, elapsed) = self.drift()?;
-        clearest_settling(self, &State::start(self), drift, elapsed)
+    /// The courses of the drift that the residual shows.
+    fn clearest_courses(&self) -> Vec<Course> {
+        let Some((drift, elapsed)) = self.drift() else { return Vec::new() };
+        clearest_courses(self, &State::start(self), drift, elapsed)
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.
-    fn drift(&self) -> Option<(usize, &[f64])> {
+    pub(super) fn drift(&self) -> Option<(usize, &[f64])> {
         let all = self.declared.effects.iter().zip(&self.terms).enumerate();
         let mut drifts = all.filter(|(_, (effect, _))| effect.id == "drift");
         drifts.find_map(|(index, (_, term))| match term {
@@ -134,19 +137,18 @@ impl<const D: usize> FrameModel<D> {
         })
     }
 
-    /// The model with that course of its drift in the catalogue.
-    pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed))| {
-            let even = &self.declared.effects[drift];
-            let unit = if even.driver.is_some() { "s" } else { "points" };
-            let effect = settling.effect(&self, drift, elapsed, unit, ("mm", 1.0));
-            (effect, settling.course(elapsed))
-        });
-        if let Some((effect, elapsed)) = added {
+    /// The model with these courses of its drift in the catalogue.
+    pub(crate) fn with_courses(mut self, courses: &[Course]) -> Self {
+        for course in courses {
+            let Some((drift, elapsed)) = self.drift() else { break };
+            let is_timed = self.declared.effects[drift].driver.is_some();
+            let unit = if is_timed { "s" } else { "points" };
+            let effect = course.effect(&self, drift, elapsed, unit, ("mm", 1.0));
+            let elapsed = course.come(elapsed);
             self.declared.effects.push(effect);
             self.terms.push(Term::Drift { elapsed });
         }
-        self.settling = settling;
+        self.courses = courses.to_vec();
         self
     }
 

@@ -155,7 +155,7 @@ impl<const D: usize> Term<D> {
             }
             Self::Expansion { .. } if driver.is_none() => {
                 format!(
-                    "the matrix is that of the others; the growth of {subject} is in the corrections"
+                    "the matrix is that of the others; the growth ({subject}) is in the corrections"
                 )
             }
             Self::Drift { .. } => {

@@ -94,6 +94,38 @@ fn each_effect_gets_its_own_name() {
     assert!(false_steps <= 4, "{false_steps}");
 }
 
+/// The instrument was knocked, or set up anew, between two points; no column says when.
+#[test]
+fn a_session_that_no_column_says_is_named() {
+    for (seed, first) in [(81, 9), (82, 14), (83, 22)] {
+        let shift = Vector3::new(0.03, -0.02, 0.01);
+        let moved = |i: usize, _: &_| if i >= first { shift } else { Vector3::zeros() };
+        let closure = survey(seed, Transform::Rigid, true, moved);
+        assert_eq!(assert_named(&closure, "session-shift"), 0);
+        let step = &closure.steps[0];
+        assert_eq!(step.subject, Some(format!("from P{first} on")));
+        let found = Vector3::from_iterator(step.parameters.iter().map(|p| p.value)).norm();
+        // Turned with the frame, so that its length alone is known.
+        let std = step.parameters.iter().map(|p| p.std).fold(0.0, f64::max);
+        assert!((found - shift.norm()).abs() < 4.0 * std, "{found} ± {std}");
+    }
+}
+
+/// The part came back warm from a pause, and nobody read a thermometer.
+#[test]
+fn a_session_in_another_warmth_is_named() {
+    for (seed, first) in [(91, 10), (92, 17)] {
+        let moved = |i: usize, x: &Vector3<f64>| *x * if i >= first { 150e-6 } else { 0.0 };
+        let closure = survey(seed, Transform::Rigid, true, moved);
+        assert_eq!(assert_named(&closure, "session-temperature"), 0);
+        let step = &closure.steps[0];
+        assert_eq!(step.subject, Some(format!("from P{first} on")));
+        let growth = &step.parameters[0];
+        assert_eq!(growth.unit, "ppm");
+        assert!((growth.value - 150.0).abs() < 4.0 * growth.std, "{growth:?}");
+    }
+}
+
 #[test]
 fn where_nothing_is_missing_nothing_is_added() {
     let mut added = 0;

@@ -6,8 +6,8 @@
 use std::f64::consts::TAU;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Layout, LinearModel, Parameter, Quantity, Scope, State,
-    clearest_settling,
+    Course, Covariate, Declared, Effect, Layout, LinearModel, Parameter, Quantity, Scope, State,
+    clearest_courses,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -109,7 +109,7 @@ impl AxisRun<'_> {
         terms.extend(self.waves());
         terms.extend(self.growth());
         terms.push(self.drift());
-        terms.extend(self.settling_drift());
+        terms.extend(self.courses());
         terms.extend(self.bad_points());
         terms
     }
@@ -366,21 +366,23 @@ impl AxisRun<'_> {
         term(effect, self.grown(passed))
     }
 
-    /// The same until it comes to rest, where what is left about the mean of every target and side
-    /// shows a time constant.
-    fn settling_drift(&self) -> Option<AxisTerm> {
+    /// The same along another course, where what is left about the mean of every target and side shows
+    /// one.
+    fn courses(&self) -> Vec<AxisTerm> {
         let elapsed = self.elapsed();
         let amplitudes = self.growing(", in the end");
         let text = "zero and length of the axis drift";
         let even =
             term(Effect::new("drift", text, amplitudes.clone()), self.grown(elapsed.clone()));
-        let model = self.about_the_means(&even)?;
-        let settling = clearest_settling(&model, &State::start(&model), 0, &elapsed)?;
+        let Some(model) = self.about_the_means(&even) else { return Vec::new() };
         let unit = if self.time().is_some() { "s" } else { "readings" };
-        let mut effect = settling.effect(&model, 0, &elapsed, unit, self.motion.reported());
-        // Zero and length have a unit each.
-        effect.parameters = amplitudes;
-        Some(AxisTerm { effect, columns: self.grown(settling.course(&elapsed)) })
+        let along = |course: &Course| {
+            let mut effect = course.effect(&model, 0, &elapsed, unit, self.motion.reported());
+            // Zero and length have a unit each.
+            effect.parameters.clone_from(&amplitudes);
+            AxisTerm { effect, columns: self.grown(course.come(&elapsed)) }
+        };
+        clearest_courses(&model, &State::start(&model), 0, &elapsed).iter().map(along).collect()
     }
 
     /// One effect beside a free mean of every target and side; `None` where too few readings repeat

@@ -22,8 +22,8 @@ pub(crate) struct PressPoint {
     pub(crate) covariance_mm2: Matrix2<f64>,
     /// One per temperature column, from 20 °C; empty where the press has none.
     pub(crate) warmth_k: Vec<f64>,
-    /// How far a drift that comes to rest has come; 0 where none is looked for.
-    pub(crate) settled: f64,
+    /// How far a drift has come along each course that it may take.
+    pub(crate) come: Vec<f64>,
     /// Which `bad-press` candidate is about it.
     pub(crate) observation: Option<usize>,
 }
@@ -128,12 +128,12 @@ impl Design {
     ) -> Vector2<f64> {
         let m = &at.machine;
         let growth = m.growth_mm_per_k.iter().zip(&point.warmth_k);
+        let along = m.along_mm.iter().zip(&point.come);
         let mut moved = (point.machine_mm - self.pivot_mm) * m.scale
             + m.datum_mm
             + m.load_shift_mm_per_n * load_n(point)
             + m.drift_mm * point.reading.elapsed_ratio
-            + m.settling_mm * point.settled
-            + growth.map(|(k, warmth)| k * *warmth).sum::<Vector2<f64>>();
+            + growth.chain(along).map(|(k, warmth)| k * *warmth).sum::<Vector2<f64>>();
         if let Some(observation) = point.observation {
             let is = |e: &PressEffect| *e == PressEffect::BadPress(observation);
             if let Some(effect) = self.catalogue.effects.iter().position(is) {
@@ -165,7 +165,7 @@ impl Design {
         match effect {
             PressEffect::LoadShift => both(load_n(point)),
             PressEffect::Drift => both(point.reading.elapsed_ratio),
-            PressEffect::Settling => both(point.settled),
+            PressEffect::Course(k) => both(point.come.get(k).copied().unwrap_or(0.0)),
             PressEffect::DatumOffset => both(1.0),
             PressEffect::Temperature(k) => both(point.warmth_k.get(k).copied().unwrap_or(0.0)),
             PressEffect::BadPress(o) => both(if point.observation == Some(o) { 1.0 } else { 0.0 }),

@@ -28,8 +28,8 @@ pub(crate) enum PressEffect {
     LoadShift,
     /// Of the machine against the sensor, evenly.
     Drift,
-    /// The same, coming to rest.
-    Settling,
+    /// The same along the course of this index.
+    Course(usize),
     FrameScale,
     DatumOffset,
     /// Follows the temperature column of this index.
@@ -44,8 +44,8 @@ pub(crate) struct MachineErrors {
     pub(crate) load_shift_mm_per_n: Vector2<f64>,
     /// Over the whole session.
     pub(crate) drift_mm: Vector2<f64>,
-    /// What it comes to in the end.
-    pub(crate) settling_mm: Vector2<f64>,
+    /// What it comes to in the end, one per course.
+    pub(crate) along_mm: Vec<Vector2<f64>>,
     pub(crate) scale: f64,
     pub(crate) datum_mm: Vector2<f64>,
     /// One per temperature column.
@@ -79,7 +79,7 @@ impl PressEffect {
             Self::SlipAlong => &[E::SlipAlong],
             Self::LoadShift
             | Self::Drift
-            | Self::Settling
+            | Self::Course(_)
             | Self::FrameScale
             | Self::DatumOffset
             | Self::Temperature(_)
@@ -118,7 +118,7 @@ impl PressEffect {
             Self::SlipAlong => sensor.slip_along_mm = amplitude[0],
             Self::LoadShift => machine.load_shift_mm_per_n = pair(),
             Self::Drift => machine.drift_mm = pair(),
-            Self::Settling => machine.settling_mm = pair(),
+            Self::Course(course) => machine.along_mm[course] = pair(),
             Self::FrameScale => machine.scale = amplitude[0],
             Self::DatumOffset => machine.datum_mm = pair(),
             Self::Temperature(column) => machine.growth_mm_per_k[column] = pair(),
@@ -133,7 +133,7 @@ impl PressEffect {
             Self::LoadShift => {
                 Some(format!("the frame holds without load; the shift by load {in_corrections}"))
             }
-            Self::Drift | Self::Settling => {
+            Self::Drift | Self::Course(_) => {
                 Some(format!("the frame holds at the first press; the drift {in_corrections}"))
             }
             Self::Temperature(_) => {
@@ -281,7 +281,7 @@ impl PressEffect {
                 "the head gives way sideways in proportion to the load",
                 axes("µm/N", 1e3),
             ),
-            Self::Drift | Self::Settling => (
+            Self::Drift | Self::Course(_) => (
                 "drift",
                 "machine",
                 "the machine drifts against the sensor from the first press to the last",
@@ -365,10 +365,13 @@ impl Catalogue {
 
     /// Errors of sensor and machine at the amplitudes of `at`.
     pub(crate) fn errors(&self, at: &State) -> (SensorErrors, MachineErrors) {
-        let columns = self.effects.iter().filter(|e| matches!(e, PressEffect::Temperature(_)));
-        let growth_mm_per_k = vec![Vector2::zeros(); columns.count()];
+        let none = |is: fn(&&PressEffect) -> bool| {
+            vec![Vector2::zeros(); self.effects.iter().filter(is).count()]
+        };
+        let growth_mm_per_k = none(|e| matches!(e, PressEffect::Temperature(_)));
+        let along_mm = none(|e| matches!(e, PressEffect::Course(_)));
         let mut sensor = SensorErrors::default();
-        let mut machine = MachineErrors { growth_mm_per_k, ..MachineErrors::default() };
+        let mut machine = MachineErrors { growth_mm_per_k, along_mm, ..MachineErrors::default() };
         for (effect, amplitude) in self.effects.iter().zip(&at.amplitudes) {
             effect.apply(amplitude, &mut sensor, &mut machine);
         }

@@ -3,7 +3,7 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Quantity, Role, Row, Settling, State, clearest_settling,
+    Course, Covariate, Declared, Group, Layout, Quantity, Role, Row, State, clearest_courses,
 };
 use nalgebra::DVector;
 
@@ -39,8 +39,8 @@ pub struct PressModel {
     pub(crate) presses: Vec<SolvedPress>,
     /// One per press given.
     pub(crate) all_points: Vec<PressPoint>,
-    /// How the drift comes to rest, where it may.
-    pub(crate) settling: Option<Settling>,
+    /// Courses that the drift may take.
+    courses: Vec<Course>,
     observed: Vec<usize>,
 }
 
@@ -82,7 +82,7 @@ impl PressModel {
                 },
                 covariance_mm2: covariances_mm2[i],
                 warmth_k: observation.map_or_else(Vec::new, warmth),
-                settled: 0.0,
+                come: Vec::new(),
                 observation,
             }
         };
@@ -132,21 +132,22 @@ impl PressModel {
             frame,
             presses: presses.to_vec(),
             all_points,
-            settling: None,
+            courses: Vec::new(),
             observed,
         };
         model.lay_out();
-        let settling = model.clearest_settling();
-        Ok(model.with_settling(settling))
+        let courses = model.clearest_courses();
+        Ok(model.with_courses(courses))
     }
 
     fn drift(&self) -> Option<usize> {
         self.design.catalogue.effects.iter().position(|e| *e == PressEffect::Drift)
     }
 
-    /// The time constant with which the drift comes to rest, where the residual shows one.
-    fn clearest_settling(&self) -> Option<Settling> {
-        clearest_settling(self, &State::start(self), self.drift()?, &self.elapsed())
+    /// The courses of the drift that the residual shows.
+    fn clearest_courses(&self) -> Vec<Course> {
+        let Some(drift) = self.drift() else { return Vec::new() };
+        clearest_courses(self, &State::start(self), drift, &self.elapsed())
     }
 
     /// At each press, as a share of the session.
@@ -154,19 +155,28 @@ impl PressModel {
         self.points.iter().map(|p| p.reading.elapsed_ratio).collect()
     }
 
-    /// The model with that course of its drift in the catalogue.
-    fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        if let Some((settling, drift)) = settling.zip(self.drift()) {
+    /// The model with these courses of its drift in the catalogue.
+    fn with_courses(mut self, courses: Vec<Course>) -> Self {
+        let Some(drift) = self.drift() else { return self };
+        for (index, course) in courses.iter().enumerate() {
             let reported = ("µm", 1e3);
-            let effect = settling.effect(&self, drift, &self.elapsed(), "of the session", reported);
+            let effect = course.effect(&self, drift, &self.elapsed(), "of the session", reported);
             self.declared.effects.push(effect);
-            self.design.catalogue.effects.push(PressEffect::Settling);
-            for point in self.points.iter_mut().chain(&mut self.all_points) {
-                point.settled = settling.course(&[point.reading.elapsed_ratio])[0];
-            }
-            self.settling = Some(settling);
+            self.design.catalogue.effects.push(PressEffect::Course(index));
+        }
+        self.courses = courses;
+        for at in 0..self.points.len() {
+            self.points[at].come = self.come(self.points[at].reading.elapsed_ratio);
+        }
+        for at in 0..self.all_points.len() {
+            self.all_points[at].come = self.come(self.all_points[at].reading.elapsed_ratio);
         }
         self
+    }
+
+    /// How far a drift has come along each of its courses, at a share of the session.
+    pub(crate) fn come(&self, elapsed_ratio: f64) -> Vec<f64> {
+        self.courses.iter().map(|course| course.come(&[elapsed_ratio])[0]).collect()
     }
 
     /// Index into the presses given of each observation of the layout.

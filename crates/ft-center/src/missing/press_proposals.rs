@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use geometry::Wrench;
-use model_discrepancy::{Model, Proposal, Role, Settling};
+use model_discrepancy::{Model, Proposal, Role};
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::missing::press_design::{PressPoint, Standard, load_n};
@@ -106,8 +106,7 @@ fn with(model: &PressModel, points: impl IntoIterator<Item = PressPoint>) -> Pre
     for (i, mut point) in points.into_iter().enumerate() {
         // They come after everything so far.
         point.reading.elapsed_ratio = 1.0 + crate::count(i + 1) / n;
-        let course = |s: Settling| s.course(&[point.reading.elapsed_ratio])[0];
-        point.settled = model.settling.map_or(0.0, course);
+        point.come = model.come(point.reading.elapsed_ratio);
         extended.add_point(point);
     }
     extended

@@ -386,6 +386,17 @@ fn what_an_axis_does_is_named_with_its_size() {
     assert_eq!(settling.steps[at].subject.as_deref(), Some("settling"));
     assert!((amplitude(&settling, at, 1) - 30.0).abs() < 4.0, "{:?}", settling.steps);
 
+    // Homed anew in the middle of a cycle, by a quarter of a hundredth.
+    let homed =
+        |t: f64, _: f64, passed: f64| of_place(t) - 0.0025 * f64::from(u8::from(passed > 0.4));
+    let session = closed(&run(24, SIGMA_MM, homed), &[], None);
+    let mut names = named(&session);
+    names.sort();
+    assert_eq!(names, ["profile", "session-shift"], "{:?}", session.verdict);
+    let at = named(&session).iter().position(|name| name == "session-shift").unwrap();
+    let shift = &session.steps[at].parameters[0];
+    assert!((shift.value + 2.5).abs() < 4.0 * shift.std, "{shift:?}");
+
     let mut rng = ChaCha8Rng::seed_from_u64(19);
     let warm: Vec<f64> = (0..120).map(|_| 20.0 + rng.random_range(0.0..6.0)).collect();
     let mut readings = run(19, SIGMA_MM, |_, _, _| 0.0);

@@ -181,6 +181,28 @@ fn a_machine_that_comes_to_rest_is_a_drift_and_no_error_of_the_sensor() {
     }
 }
 
+/// A machine that was homed anew between two presses, which nobody wrote down.
+#[test]
+fn another_session_is_named_by_its_first_press() {
+    let rounds = grid(&[40.0, 80.0], 3.0, &Colour::WHITE, 6, |_, _| {});
+    // Both loads at every place, so that load and time do not go together.
+    let mut presses: Vec<Press> =
+        (0..9).flat_map(|i| [rounds[i].clone(), rounds[9 + i].clone()]).collect();
+    let first = 7;
+    for press in &mut presses[first..] {
+        press.machine_mm -= Vector2::new(0.20, -0.30);
+    }
+    let closure = closed(&presses);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let step = &closure.steps[0];
+    let subject = format!("from {} on", presses[first].name);
+    assert_eq!((&*step.effect, step.subject.as_ref()), ("session-shift", Some(&subject)));
+    assert_eq!(closure.verdict, Verdict::Explained);
+    for (parameter, shift_um) in step.parameters.iter().zip([200.0, -300.0]) {
+        assert!((parameter.value - shift_um).abs() < 4.0 * parameter.std, "{parameter:?}");
+    }
+}
+
 /// Play that is round lets the head go along the friction, by as much whatever the force: no height does.
 #[test]
 fn slip_in_a_round_guide_is_no_height() {

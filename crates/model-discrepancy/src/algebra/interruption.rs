@@ -1,10 +1,8 @@
 //! A drift that breaks off and goes on elsewhere, found by looking for the place of the break.
 
-use nalgebra::DMatrix;
-
-use crate::algebra::looked_through::LookedThrough;
+use crate::algebra::drifts::Drifts;
 use crate::count::count;
-use crate::{Effect, Model, State, whole_tangent};
+use crate::{Effect, Model, State};
 
 /// Distinct times on either side of a break: a level and a slope, and as many again to judge them.
 const MIN_SIDE: usize = 4;
@@ -79,31 +77,21 @@ pub fn clearest_interruption(
     drift: usize,
     elapsed: &[f64],
 ) -> Option<Interruption> {
+    let drifts = Drifts::of(model, at, drift, elapsed)?;
     let breaks = breaks(elapsed);
-    let residual = LookedThrough::of(model, at);
-    let rows = &model.declared().layout.rows;
-    let even = whole_tangent(model, at, drift).select_rows(residual.rows());
-    let times: Vec<f64> = (residual.rows().iter())
-        .map(|&row| elapsed.get(rows[row].observation).copied().unwrap_or(0.0))
-        .collect();
-    let explained = |columns| residual.explained(&residual.left_of(residual.whitened(columns)));
     let searched = breaks.len();
     let of_break = |at: f64| {
         let interruption = Interruption { at, searched };
-        let courses = interruption.courses(&times);
-        let columns = DMatrix::from_fn(even.nrows(), COURSES * even.ncols(), |row, column| {
-            let (course, amplitude) = (column / even.ncols(), column % even.ncols());
-            // What has no time, as prior knowledge, no drift moves.
-            let share = if times[row] > 0.0 { courses[course][row] / times[row] } else { 0.0 };
-            even[(row, amplitude)] * share
-        });
-        Some((explained(columns)?, interruption))
+        let course = |k: usize, t: f64| interruption.courses(&[t])[k][0];
+        let left =
+            drifts.left_along_each(&[&|t| course(0, t), &|t| course(1, t), &|t| course(2, t)]);
+        Some((drifts.residual.explained(&left)?, interruption))
     };
-    let evenly = explained(even.clone())?;
+    let evenly = drifts.residual.explained(&drifts.left_along(|t| t))?;
     let all = breaks.into_iter().filter_map(of_break);
     let (most, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let more = (COURSES - 1) * even.ncols();
-    let p_value = residual.p_value_of_more(most - evenly, more, most) * count(searched);
+    let more = (COURSES - 1) * drifts.even.ncols();
+    let p_value = drifts.residual.p_value_of_more(most - evenly, more, most) * count(searched);
     (p_value <= FALSE_ALARM).then_some(best)
 }
 

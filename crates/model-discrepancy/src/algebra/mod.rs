@@ -3,7 +3,9 @@
 pub(crate) mod basis;
 pub(crate) mod columns;
 pub(crate) mod components;
+pub(crate) mod course;
 pub(crate) mod coverage;
+pub(crate) mod drifts;
 pub(crate) mod f_tail;
 pub(crate) mod interruption;
 pub(crate) mod inverse_root;
@@ -13,6 +15,7 @@ pub(crate) mod looked_through;
 pub(crate) mod patch;
 pub(crate) mod raw_observations;
 pub(crate) mod reading;
+pub(crate) mod session;
 pub(crate) mod settling;
 pub(crate) mod silent;
 pub(crate) mod system;

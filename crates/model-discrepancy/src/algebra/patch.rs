@@ -14,7 +14,7 @@ use crate::{Effect, Model, Parameter, State};
 /// Readings about the middle of a patch, of which the farthest lies at its radius.
 const NEIGHBOURS: [usize; 3] = [4, 8, 16];
 /// Most readings within the radius, as a share: more are a bend of the whole surface.
-const MOST_WITHIN: f64 = 0.25;
+const MOST_WITHIN: f64 = 0.4;
 /// Fewest readings within the radius: fewer are readings far off, which have a name of their own.
 const FEWEST_WITHIN: usize = 5;
 /// Readings without which a patch must still show.

@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
+use crate::algebra::drifts::{Drifts, along};
+use crate::algebra::looked_through::FALSE_ALARM;
 use crate::count::count;
 use crate::{Effect, Model, State, whole_tangent};
 
@@ -83,10 +84,10 @@ impl Settling {
         drift: usize,
         elapsed: &[f64],
         time_unit: &str,
-        (unit, report_factor): (&str, f64),
+        reported: (&str, f64),
     ) -> Effect {
         let even = &model.declared().effects[drift];
-        let mut effect = even.clone();
+        let mut effect = along(even, self.searched, reported);
         effect.by_place = self.by_place(model, drift, elapsed);
         let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
         effect.subject = Some(format!("{subject}settling"));
@@ -98,11 +99,6 @@ impl Settling {
             "{} and comes to rest: 1 − exp(−t/τ), τ = {} {time_unit}{slower}",
             even.description, self.time_constant
         );
-        effect.searched = self.searched;
-        for parameter in &mut effect.parameters {
-            unit.clone_into(&mut parameter.unit);
-            parameter.report_factor = report_factor;
-        }
         effect
     }
 
@@ -150,16 +146,12 @@ pub fn clearest_settling(
     drift: usize,
     elapsed: &[f64],
 ) -> Option<Settling> {
-    let span = elapsed.iter().copied().fold(0.0, f64::max);
-    if !(span > 0.0 && span.is_finite()) || elapsed.iter().any(|t| *t < 0.0) {
-        return None;
-    }
-    let residual = LookedThrough::of(model, at);
-    let rows = &model.declared().layout.rows;
-    let observations: Vec<usize> =
-        residual.rows().iter().map(|&row| rows[row].observation).collect();
-    let even = whole_tangent(model, at, drift).select_rows(residual.rows());
-    let drifts = Drifts { residual, observations, even, elapsed };
+    settling_of(&Drifts::of(model, at, drift, elapsed)?)
+}
+
+/// The same in drifts that were looked at already.
+pub(crate) fn settling_of(drifts: &Drifts<'_>) -> Option<Settling> {
+    let span = drifts.span();
     let tried = |share: f64| drifts.explained(Settling::of(share * span, SHARES.len()));
     let all = SHARES.iter().filter_map(|share| tried(*share));
     let best = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -185,16 +177,6 @@ impl Settling {
     }
 }
 
-/// A residual in which drifts are looked for.
-struct Drifts<'a> {
-    residual: LookedThrough,
-    /// Of each row.
-    observations: Vec<usize>,
-    /// Tangent of the drift that goes on evenly.
-    even: DMatrix<f64>,
-    elapsed: &'a [f64],
-}
-
 /// One of the numbers of a course moved by a factor.
 type Moved<'m> = &'m dyn Fn(&Settling, f64) -> Settling;
 
@@ -202,16 +184,6 @@ impl Drifts<'_> {
     /// What the fitted parameters leave of the drift along a course.
     fn left_of(&self, settling: &Settling) -> DMatrix<f64> {
         self.left_along(|t| settling.course(&[t])[0])
-    }
-
-    fn left_along(&self, course: impl Fn(f64) -> f64) -> DMatrix<f64> {
-        let mut columns = self.even.clone();
-        for (mut row, &observation) in columns.row_iter_mut().zip(&self.observations) {
-            // What has no time, as prior knowledge, no drift moves.
-            let passed = self.elapsed.get(observation).copied().filter(|t| *t > 0.0);
-            row *= passed.map_or(0.0, |t| course(t) / t);
-        }
-        self.residual.left_of(self.residual.whitened(columns))
     }
 
     /// Whether another time constant is anything else than another amplitude.
@@ -295,11 +267,8 @@ impl Drifts<'_> {
     }
 
     fn left_of_both(&self, one: &Settling, other: &Settling) -> DMatrix<f64> {
-        let columns = self.even.ncols();
-        let mut both = DMatrix::zeros(self.even.nrows(), 2 * columns);
-        both.columns_mut(0, columns).copy_from(&self.left_of(one));
-        both.columns_mut(columns, columns).copy_from(&self.left_of(other));
-        both
+        let along = |settling: &Settling, t: f64| settling.course(&[t])[0];
+        self.left_along_each(&[&|t| along(one, t), &|t| along(other, t)])
     }
 
     /// Share of the second of two courses in what both come to, where both have a part in it.

@@ -14,6 +14,7 @@ mod patch;
 mod position_noise;
 mod power;
 mod repeats;
+mod session;
 mod settling;
 mod superfluous;
 mod unforeseen;

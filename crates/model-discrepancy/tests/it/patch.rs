@@ -1,8 +1,8 @@
 //! A patch that lies lower than the rest of a plate.
 
 use model_discrepancy::{
-    Declared, Group, Layout, LinearModel, Options, Parameter, Patch, Role, Row, State, Verdict,
-    clearest_patch, close_loop,
+    Declared, Effect, Group, Layout, LinearModel, Options, Parameter, Patch, Role, Row, State,
+    Verdict, clearest_patch, close_loop,
 };
 use nalgebra::{DMatrix, DVector, Point3};
 use rand::{RngExt, SeedableRng};
@@ -64,14 +64,54 @@ fn its_place_is_found_and_the_loop_names_it() {
         let (mut model, places) = plate(300 + seed, low);
         let patch = found(&model, &places).expect("eight times the noise, some ten touches");
         assert!((patch.center_mm - middle).norm() < 8.0, "{patch:?}");
-        let shares = places.iter().flatten().map(|p| -patch.share(p));
-        model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, shares));
-        model.declared.effects.push(patch.effect(&places));
+        with_patch(&mut model, &places);
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["patch"], "{:?}", closure.verdict);
         assert!(closure.steps[0].parameters[0].value < -4.0, "µm, lower");
         assert_ne!(closure.verdict, Verdict::NothingMissing);
+    }
+}
+
+/// The model with the patch that it shows in its catalogue.
+fn with_patch(model: &mut LinearModel, places: &[Option<Point3<f64>>]) {
+    let Some(patch) = found(model, places) else { return };
+    let shares = places.iter().flatten().map(|p| -patch.share(p));
+    model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, shares));
+    model.declared.effects.push(patch.effect(places));
+}
+
+#[test]
+fn one_over_a_third_of_the_plate_is_a_patch_and_nothing_beside_it() {
+    let middle = Point3::new(8.0, -5.0, 0.0);
+    let low =
+        |p: &Point3<f64>| 8e-3 * (-2.0 * (p - middle).norm_squared() / 34.0_f64.powi(2)).exp();
+    for seed in 0..10 {
+        let (mut model, places) = plate(2000 + seed, low);
+        with_patch(&mut model, &places);
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["patch"], "{:?}", closure.verdict);
+        assert_eq!(closure.verdict, Verdict::Explained);
+        let height = &closure.steps[0].parameters[0];
+        assert!((height.value + 8.0).abs() < 4.0 * height.std, "{height:?}");
+    }
+}
+
+#[test]
+fn a_bend_of_the_whole_plate_is_none() {
+    let bowl = |p: &Point3<f64>| p.coords.norm_squared() / HALF_MM.powi(2);
+    for seed in 0..10 {
+        let (mut model, places) = plate(2100 + seed, |p| 5e-3 * bowl(p));
+        let heights = places.iter().flatten().map(bowl);
+        model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, heights));
+        let height = Parameter::new("height", "µm", 1e3);
+        model.declared.effects.push(Effect::new("bowl", "the plate is bent", vec![height]));
+        with_patch(&mut model, &places);
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        let step = &closure.steps[0];
+        assert_eq!((step.effect.as_str(), step.indistinguishable_from.len()), ("bowl", 0));
+        assert_eq!(closure.verdict, Verdict::Explained);
     }
 }
 

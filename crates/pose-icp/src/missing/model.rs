@@ -2,8 +2,8 @@ use geometry::Foot;
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Parameter, Patch, Quantity, Role, Row, Settling,
-    State, clearest_patch, clearest_settling, resolution_of,
+    Course, Covariate, Declared, Effect, Group, Layout, Parameter, Patch, Quantity, Role, Row,
+    State, clearest_courses, clearest_patch, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -34,7 +34,7 @@ pub struct PoseModel {
     /// Where the surface may be higher in one place.
     pub(crate) patch: Option<Patch>,
     /// How the drift comes to rest, where it may.
-    pub(crate) settling: Option<Settling>,
+    pub(crate) courses: Vec<Course>,
     declared: Declared,
     pub(super) terms: Vec<Term>,
     /// Mean of the readings, machine frame.
@@ -88,8 +88,8 @@ impl PoseModel {
 
     /// The model with the patch and the course of its drift that the residual shows.
     fn with_what_shows(self) -> Self {
-        let (patch, settling) = (self.clearest_patch(), self.clearest_settling());
-        self.with_patch(patch).with_settling(settling)
+        let (patch, courses) = (self.clearest_patch(), self.clearest_courses());
+        self.with_patch(patch).with_courses(&courses)
     }
 
     /// The model with errors of form taken where the touches are on the part as it was found to lie;
@@ -173,7 +173,7 @@ impl PoseModel {
             free,
             standards,
             patch: None,
-            settling: None,
+            courses: Vec::new(),
             declared,
             terms,
             center_mm,
@@ -201,10 +201,10 @@ impl PoseModel {
         self
     }
 
-    /// The time constant with which the drift comes to rest, where the residual shows one.
-    fn clearest_settling(&self) -> Option<Settling> {
-        let (drift, elapsed, _) = self.drift()?;
-        clearest_settling(self, &State::start(self), drift, elapsed)
+    /// The courses of the drift that the residual shows.
+    fn clearest_courses(&self) -> Vec<Course> {
+        let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
+        clearest_courses(self, &State::start(self), drift, elapsed)
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -215,19 +215,18 @@ impl PoseModel {
         })
     }
 
-    /// The model with that course of its drift in the catalogue.
-    pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed, axes))| {
-            let even = &self.declared.effects[drift];
-            let unit = if even.driver.is_some() { "s" } else { "touches" };
-            let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
-            (settling.effect(&self, drift, elapsed, unit, ("µm", 1e3)), term)
-        });
-        if let Some((effect, term)) = added {
+    /// The model with these courses of its drift in the catalogue.
+    pub(crate) fn with_courses(mut self, courses: &[Course]) -> Self {
+        for course in courses {
+            let Some((drift, elapsed, axes)) = self.drift() else { break };
+            let is_timed = self.declared.effects[drift].driver.is_some();
+            let unit = if is_timed { "s" } else { "touches" };
+            let effect = course.effect(&self, drift, elapsed, unit, ("µm", 1e3));
+            let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.to_vec() };
             self.declared.effects.push(effect);
             self.terms.push(term);
         }
-        self.settling = settling;
+        self.courses = courses.to_vec();
         self
     }
 

@@ -1,6 +1,6 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Patch, Quantity, Role, Row, Settling, State,
-    clearest_patch, clearest_settling, resolution_of,
+    Course, Covariate, Declared, Effect, Group, Layout, Patch, Quantity, Role, Row, State,
+    clearest_courses, clearest_patch, resolution_of,
 };
 mod discrepancy;
 
@@ -50,7 +50,7 @@ pub struct ProbeModel {
     /// Where the part may be higher in one place.
     pub(crate) patch: Option<Patch>,
     /// How the drift comes to rest, where it may.
-    pub(crate) settling: Option<Settling>,
+    pub(crate) courses: Vec<Course>,
     pub(super) declared: Declared,
     pub(super) terms: Vec<Term>,
 }
@@ -91,8 +91,8 @@ impl ProbeModel {
             }
         }
         let model = Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())?;
-        let (patch, settling) = (model.clearest_patch(), model.clearest_settling());
-        Ok(model.with_patch(patch).with_settling(settling))
+        let (patch, courses) = (model.clearest_patch(), model.clearest_courses());
+        Ok(model.with_patch(patch).with_courses(&courses))
     }
 
     pub(crate) fn with_standards(
@@ -142,7 +142,7 @@ impl ProbeModel {
             approaches,
             compensation_mm,
             patch: None,
-            settling: None,
+            courses: Vec::new(),
             declared,
             terms,
         })
@@ -169,10 +169,10 @@ impl ProbeModel {
         self
     }
 
-    /// The time constant with which the drift comes to rest, where the residual shows one.
-    fn clearest_settling(&self) -> Option<Settling> {
-        let (drift, elapsed, _) = self.drift()?;
-        clearest_settling(self, &State::start(self), drift, elapsed)
+    /// The courses of the drift that the residual shows.
+    fn clearest_courses(&self) -> Vec<Course> {
+        let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
+        clearest_courses(self, &State::start(self), drift, elapsed)
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -183,19 +183,18 @@ impl ProbeModel {
         })
     }
 
-    /// The model with that course of its drift in the catalogue.
-    pub(crate) fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        let added = settling.zip(self.drift()).map(|(settling, (drift, elapsed, axes))| {
-            let even = &self.declared.effects[drift];
-            let unit = if even.driver.is_some() { "s" } else { "touches" };
-            let term = Term::Drift { elapsed: settling.course(elapsed), axes: axes.to_vec() };
-            (settling.effect(&self, drift, elapsed, unit, ("µm", 1e3)), term)
-        });
-        if let Some((effect, term)) = added {
+    /// The model with these courses of its drift in the catalogue.
+    pub(crate) fn with_courses(mut self, courses: &[Course]) -> Self {
+        for course in courses {
+            let Some((drift, elapsed, axes)) = self.drift() else { break };
+            let is_timed = self.declared.effects[drift].driver.is_some();
+            let unit = if is_timed { "s" } else { "touches" };
+            let effect = course.effect(&self, drift, elapsed, unit, ("µm", 1e3));
+            let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.to_vec() };
             self.declared.effects.push(effect);
             self.terms.push(term);
         }
-        self.settling = settling;
+        self.courses = courses.to_vec();
         self
     }
 

@@ -146,7 +146,7 @@ fn extended(
     }
     let setup = model.setup.clone();
     let extended = ProbeModel::with_standards(setup, touches, covariates, Vec::new());
-    Some(extended.ok()?.with_patch(model.patch).with_settling(model.settling))
+    Some(extended.ok()?.with_patch(model.patch).with_courses(&model.courses))
 }
 
 /// The way to the part, tilted about a tangent that turns from touch to touch.
@@ -162,7 +162,7 @@ fn oblique(model: &ProbeModel, index: usize) -> Unit<Vector3<f64>> {
 fn with_standards(model: &ProbeModel, standards: Vec<Standard>) -> Option<ProbeModel> {
     let (setup, touches) = (model.setup.clone(), model.touches.clone());
     let known = ProbeModel::with_standards(setup, touches, model.covariates.clone(), standards);
-    Some(known.ok()?.with_patch(model.patch).with_settling(model.settling))
+    Some(known.ok()?.with_patch(model.patch).with_courses(&model.courses))
 }
 
 fn forms(model: &ProbeModel) -> Vec<Standard> {

@@ -18,8 +18,8 @@ const EMPIRICAL: &str = "covariate:";
 /// Ending of the ids of effects that go with the course of one session.
 const DRIFT: &str = "drift";
 
-/// What is looked for in each case anew: its place is part of what it is.
-const PATCH: &str = "patch";
+/// What is looked for in each case anew: its place or time is part of what it is.
+const LOOKED_FOR: [&str; 3] = ["patch", "session-shift", "session-temperature"];
 
 /// An effect that counts as declared, with the amplitudes it was learnt to have.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -110,7 +110,7 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
     let catalogue = &model.declared().effects;
     let (id, own_subject) = present(&step.effect, step.subject.as_deref());
     let of_id = || catalogue.iter().enumerate().filter(|(_, e)| e.id == id);
-    if of_id().next().is_none() && id != PATCH {
+    if of_id().next().is_none() && !LOOKED_FOR.contains(&id) {
         let known: BTreeSet<String> = catalogue.iter().map(|e| format!("`{}`", e.id)).collect();
         let known = known.into_iter().collect();
         return Err(CarryProblem::UnknownEffect { effect: step.effect.clone(), known });

@@ -18,6 +18,8 @@ pub(crate) const EFFECTS: &[&str] = &[
     "bad-point",
     "drift",
     "drift [settling]",
+    "session-shift",
+    "session-temperature",
     "sag",
     "temperature",
     "lens-distortion",
@@ -101,6 +103,16 @@ fn all() -> Vec<Scene> {
                 let off = if p.index == 4 { 0.3 } else { 0.0 };
                 [9e-5 * p.at[0], 9e-5 * p.at[1] + off, 9e-5 * p.at[2]]
             },
+            ..PLAIN
+        },
+        Scene {
+            name: "session",
+            deform: |p| if p.index < 11 { [0.0; 3] } else { [0.03, -0.04, 0.02] },
+            ..PLAIN
+        },
+        Scene {
+            name: "warm-session",
+            deform: |p| p.at.map(|v| if p.index < 17 { 0.0 } else { 2e-4 * v }),
             ..PLAIN
         },
         Scene {

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::handback::Left;
 use crate::handback::folder::{Folder, Table};
-use crate::handback::loops::{accepted, amplitude, close, numbers, settled, step};
+use crate::handback::loops::{accepted, amplitude, begun, close, numbers, settled, step};
 use crate::kinds::frame_fit::frame_scenes::{EFFECTS, scenes};
 
 /// Digits that two ways to a correction may differ by, over the size of the field: sums of a few
@@ -164,6 +164,16 @@ fn field(
         for (k, axis) in axis_names.iter().enumerate() {
             field.target[k] += amplitude(drift, axis) * course;
         }
+    }
+    let names = table.texts("point");
+    for shift in begun(json, "session-shift", &names, row) {
+        for (k, axis) in axis_names.iter().enumerate() {
+            field.target[k] += amplitude(shift, axis);
+        }
+    }
+    for growth in begun(json, "session-temperature", &names, row) {
+        let growth = amplitude(growth, "growth") * 1e-6;
+        field.source.iter_mut().zip(p).for_each(|(source, p)| *source += growth * p);
     }
     if let Some(sag) = step(json, "sag", None) {
         let mut depth = amplitude(sag, "xx") * 1e-9 * u[0] * u[0]

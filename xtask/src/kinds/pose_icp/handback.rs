@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::generators::vector::{add, dot, scale};
 use crate::handback::folder::{Folder, Table};
 use crate::handback::loops::{
-    accepted, amplitude, close, correct, numbers, patch_mm, settled, step,
+    accepted, amplitude, begun, close, correct, numbers, patch_mm, settled, step,
 };
 use crate::handback::{Left, as_f64};
 use crate::kinds::pose_icp::pose_scenes::{EFFECTS, scenes};
@@ -216,6 +216,11 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
         let course = settled(drift, elapsed(table, row), table.has("time_s"), table.rows());
         for (k, axis) in AXES.iter().enumerate() {
             error[k] += amplitude(drift, axis) * 1e-3 * course;
+        }
+    }
+    for shift in begun(json, "session-shift", &table.texts("point"), row) {
+        for (k, axis) in AXES.iter().enumerate() {
+            error[k] += amplitude(shift, axis) * 1e-3;
         }
     }
     if let Some((growth, excess_k)) = temperature(json, table, row) {

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::generators::vector::{add, cross, dot, norm, scale};
 use crate::handback::folder::{Folder, Table};
-use crate::handback::loops::{accepted, amplitude, close, patch_mm, settled, step};
+use crate::handback::loops::{accepted, amplitude, begun, close, patch_mm, settled, step};
 use crate::handback::{Left, as_f64};
 use crate::kinds::probe_comp::probe_scenes::{EFFECTS, scenes};
 
@@ -253,6 +253,11 @@ impl Touch<'_> {
             let course = settled(found, self.elapsed(), is_time, rows);
             for (k, axis) in AXES.iter().enumerate() {
                 read[k] += 1e-3 * amplitude(found, axis) * course;
+            }
+        }
+        for found in begun(json, "session-shift", &self.table.texts("touch"), self.row) {
+            for (k, axis) in AXES.iter().enumerate() {
+                read[k] += 1e-3 * amplitude(found, axis);
             }
         }
         let warm = self.table.ending("_c");

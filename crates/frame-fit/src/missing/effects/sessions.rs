@@ -2,7 +2,7 @@
 
 use model_discrepancy::Covariate;
 
-use super::{Entry, SESSION, entry, mean_growth, parameter, per_axis};
+use super::{Entry, SESSION, entry, expansion, parameter, per_axis};
 use crate::MeasuredPoint;
 use crate::Transform;
 use crate::missing::term::Term;
@@ -20,17 +20,11 @@ pub(super) fn sessions<const D: usize>(
     columns
         .filter(|(_, column)| column.values.iter().sum::<f64>() >= FEWEST)
         .flat_map(|(name, column)| {
-            let excess_k = column.values.clone();
-            let constant_mm = if transform.has_translation() {
-                mean_growth(points, &excess_k)
-            } else {
-                nalgebra::SVector::zeros()
-            };
             let text = format!(
                 "the points of {name} were measured warmer or colder than the others, by a \
                  temperature that was not recorded"
             );
-            let term = Term::Expansion { excess_k, constant_mm };
+            let term = expansion(transform, points, column.values.clone());
             let growth = vec![parameter("growth", "ppm", 1e6)];
             let mut warm = entry("session-temperature", &text, growth, term);
             let text = format!("the target frame of {name} is shifted against that of the others");

@@ -1,0 +1,61 @@
+//! How a drift goes, where it does not go on evenly.
+
+use crate::algebra::drifts::Drifts;
+use crate::algebra::session::{Session, session_of};
+use crate::algebra::settling::{Settling, settling_of};
+use crate::{Effect, Model, State};
+
+/// A course that the residual shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course {
+    /// Until it comes to rest.
+    Settling(Settling),
+    /// All at once.
+    Session(Session),
+}
+
+impl Course {
+    /// How far it has come at each time since the start.
+    #[must_use]
+    pub fn come(&self, elapsed: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Settling(settling) => settling.course(elapsed),
+            Self::Session(session) => session.course(elapsed),
+        }
+    }
+
+    /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
+    /// that had passed at each observation; its amplitudes, reported in a unit by a factor, are what it
+    /// comes to in the end.
+    #[must_use]
+    pub fn effect(
+        &self,
+        model: &dyn Model,
+        drift: usize,
+        elapsed: &[f64],
+        time_unit: &str,
+        reported: (&str, f64),
+    ) -> Effect {
+        match self {
+            Self::Settling(settling) => settling.effect(model, drift, elapsed, time_unit, reported),
+            Self::Session(session) => session.effect(model, drift, elapsed, reported),
+        }
+    }
+}
+
+/// The courses other than an even one along which a drift takes most of the residual of a model at
+/// `at`, a solution of its declared part, each where white noise hardly ever shows one as clear.
+///
+/// `drift` is the effect that goes on evenly, `elapsed` what its amplitudes are multiplied by: the
+/// time since the start of the series, one value per observation.
+#[must_use]
+pub fn clearest_courses(
+    model: &dyn Model,
+    at: &State,
+    drift: usize,
+    elapsed: &[f64],
+) -> Vec<Course> {
+    let Some(drifts) = Drifts::of(model, at, drift, elapsed) else { return Vec::new() };
+    let settling = settling_of(&drifts).map(Course::Settling);
+    settling.into_iter().chain(session_of(&drifts).map(Course::Session)).collect()
+}

@@ -1,0 +1,106 @@
+//! What stands elsewhere from some reading on.
+
+use model_discrepancy::{
+    Course, LinearModel, Options, State, Verdict, clearest_courses, close_loop,
+};
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{normal, parameter, scalars, set_base};
+
+const N: usize = 60;
+/// Series of noise that are looked at.
+const SERIES: u64 = 400;
+/// Of these, one in a hundred may show a session: more than 12 of 4 expected come once in a thousand.
+const MOST_FALSE: usize = 12;
+/// Loops whose intervals are counted, and the fewest that 95 % leaves but once in a thousand.
+const LOOPS: u64 = 100;
+const FEWEST_COVERED: usize = 87;
+
+fn elapsed() -> Vec<f64> {
+    (0..N).map(|i| i as f64).collect()
+}
+
+/// Readings with noise 1 about a zero that is fitted, with an even drift in the catalogue.
+fn series(seed: u64, truth: impl Fn(usize) -> f64) -> LinearModel {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let data: Vec<f64> = (0..N).map(|i| truth(i) + normal(&mut rng)).collect();
+    let mut model = scalars(&data, &[("drift", elapsed())]);
+    set_base(&mut model, &["zero"], DMatrix::from_element(N, 1, 1.0));
+    model
+}
+
+fn sessions(model: &LinearModel) -> Vec<Course> {
+    let all = clearest_courses(model, &State::start(model), 0, &elapsed());
+    all.into_iter().filter(|course| matches!(course, Course::Session(_))).collect()
+}
+
+fn begun(i: usize, first: usize) -> f64 {
+    f64::from(u8::from(i >= first))
+}
+
+#[test]
+fn noise_hardly_ever_shows_a_session() {
+    let shown = (0..SERIES).filter(|&seed| !sessions(&series(seed, |_| 0.0)).is_empty());
+    assert!(shown.count() <= MOST_FALSE);
+}
+
+#[test]
+fn an_even_drift_is_no_session() {
+    for seed in 0..100 {
+        let model = series(1000 + seed, |i| 0.3 * i as f64);
+        assert_eq!(sessions(&model), []);
+    }
+}
+
+#[test]
+fn a_few_readings_far_off_at_the_end_are_no_session() {
+    for seed in 0..50 {
+        let model = series(2000 + seed, |i| 9.0 * begun(i, N - 2));
+        let says = |course: &Course| {
+            let subject = course.effect(&model, 0, &elapsed(), "s", ("mm", 1.0)).subject;
+            subject.is_some_and(|s| s.contains(&(N - 2).to_string()))
+        };
+        assert!(!sessions(&model).iter().any(says));
+    }
+}
+
+#[test]
+fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift() {
+    let truth = 6.0;
+    let covered = (0..LOOPS).filter(|&seed| {
+        let first = 12 + (seed as usize * 7) % 36;
+        let mut model = series(3000 + seed, |i| truth * begun(i, first));
+        for course in clearest_courses(&model, &State::start(&model), 0, &elapsed()) {
+            let effect = course.effect(&model, 0, &elapsed(), "s", ("mm", 1.0));
+            let come = course.come(&elapsed()).into_iter().map(|c| -c).collect();
+            model.tangents.push(DMatrix::from_vec(N, 1, come));
+            model.declared.effects.push(effect);
+        }
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["session-shift"], "{seed}: {:?}", closure.verdict);
+        assert_eq!(closure.verdict, Verdict::Explained, "{seed}");
+        let shift = &closure.steps[0].parameters[0];
+        assert_eq!(shift.unit, "mm");
+        (shift.value - truth).abs() <= 1.96 * shift.std
+    });
+    let covered = covered.count();
+    assert!(covered >= FEWEST_COVERED, "{covered}");
+}
+
+#[test]
+fn amplitudes_are_those_of_the_drift() {
+    let model = series(1, |i| 8.0 * begun(i, 30));
+    let [course] = sessions(&model)[..] else { panic!("eight times the noise") };
+    let effect = course.effect(&model, 0, &elapsed(), "s", ("µm", 1e3));
+    assert_eq!(effect.subject.as_deref(), Some("from 30 on"));
+    assert_eq!(effect.parameters.len(), 1);
+    assert_eq!(effect.parameters[0].name, parameter("a0").name);
+    assert_eq!(
+        (effect.parameters[0].unit.as_str(), effect.parameters[0].report_factor),
+        ("µm", 1e3)
+    );
+    assert_eq!(course.come(&[29.0, 30.0, 75.0]), [0.0, 1.0, 1.0]);
+}
