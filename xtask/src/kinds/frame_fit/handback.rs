@@ -166,12 +166,12 @@ fn field(
         }
     }
     let names = table.texts("point");
-    for shift in begun(json, "session-shift", &names, row) {
+    for shift in begun(json, "session-shift", names, row) {
         for (k, axis) in axis_names.iter().enumerate() {
             field.target[k] += amplitude(shift, axis);
         }
     }
-    for growth in begun(json, "session-temperature", &names, row) {
+    for growth in begun(json, "session-temperature", names, row) {
         let growth = amplitude(growth, "growth") * 1e-6;
         field.source.iter_mut().zip(p).for_each(|(source, p)| *source += growth * p);
     }

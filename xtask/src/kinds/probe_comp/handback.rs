@@ -255,7 +255,7 @@ impl Touch<'_> {
                 read[k] += 1e-3 * amplitude(found, axis) * course;
             }
         }
-        for found in begun(json, "session-shift", &self.table.texts("touch"), self.row) {
+        for found in begun(json, "session-shift", self.table.texts("touch"), self.row) {
             for (k, axis) in AXES.iter().enumerate() {
                 read[k] += 1e-3 * amplitude(found, axis);
             }
