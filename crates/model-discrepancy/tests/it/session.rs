@@ -14,6 +14,9 @@ const N: usize = 60;
 const SERIES: u64 = 400;
 /// Of these, one in a hundred may show a session: more than 12 of 4 expected come once in a thousand.
 const MOST_FALSE: usize = 12;
+/// Loops that add something false beside it: one in twenty may, and the binomial law gives more than 12
+/// of 100 once in a thousand.
+const MOST_ADDED: usize = 12;
 /// Loops whose intervals are counted, and the fewest that 95 % leaves but once in a thousand.
 const LOOPS: u64 = 100;
 const FEWEST_COVERED: usize = 87;
@@ -69,6 +72,7 @@ fn a_few_readings_far_off_at_the_end_are_no_session() {
 #[test]
 fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift() {
     let truth = 6.0;
+    let mut added = 0;
     let covered = (0..LOOPS).filter(|&seed| {
         let first = 12 + (seed as usize * 7) % 36;
         let mut model = series(3000 + seed, |i| truth * begun(i, first));
@@ -80,14 +84,17 @@ fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift()
         }
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
-        assert_eq!(names, ["session-shift"], "{seed}: {:?}", closure.verdict);
-        assert_eq!(closure.verdict, Verdict::Explained, "{seed}");
+        assert_eq!(names[0], "session-shift", "{seed}: {names:?}");
+        if names.len() > 1 || closure.verdict != Verdict::Explained {
+            added += 1;
+        }
         let shift = &closure.steps[0].parameters[0];
         assert_eq!(shift.unit, "mm");
         (shift.value - truth).abs() <= 1.96 * shift.std
     });
     let covered = covered.count();
     assert!(covered >= FEWEST_COVERED, "{covered}");
+    assert!(added <= MOST_ADDED, "{added}");
 }
 
 #[test]
