@@ -371,7 +371,7 @@ impl Catalogue {
         let growth_mm_per_k = none(|e| matches!(e, PressEffect::Temperature(_)));
         let along_mm = none(|e| matches!(e, PressEffect::Course(_)));
         let mut sensor = SensorErrors::default();
-        let mut machine = MachineErrors { growth_mm_per_k, along_mm, ..MachineErrors::default() };
+        let mut machine = MachineErrors { along_mm, growth_mm_per_k, ..MachineErrors::default() };
         for (effect, amplitude) in self.effects.iter().zip(&at.amplitudes) {
             effect.apply(amplitude, &mut sensor, &mut machine);
         }

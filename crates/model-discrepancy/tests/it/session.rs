@@ -74,7 +74,7 @@ fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift()
     let truth = 6.0;
     let mut added = 0;
     let covered = (0..LOOPS).filter(|&seed| {
-        let first = 12 + (seed as usize * 7) % 36;
+        let first = 12 + usize::try_from(seed * 7 % 36).unwrap();
         let mut model = series(3000 + seed, |i| truth * begun(i, first));
         for course in clearest_courses(&model, &State::start(&model), 0, &elapsed()) {
             let effect = course.effect(&model, 0, &elapsed(), "s", ("mm", 1.0));
