@@ -108,7 +108,7 @@ fn scope<const D: usize>(term: &Term<D>) -> Scope {
     }
 }
 
-pub(super) fn parameter(name: impl Into<String>, unit: &str, report_factor: f64) -> Parameter {
+fn parameter(name: impl Into<String>, unit: &str, report_factor: f64) -> Parameter {
     Parameter { name: name.into(), unit: unit.to_owned(), report_factor }
 }
 

@@ -7,7 +7,6 @@ mod point;
 mod proposals;
 mod term;
 mod tip_model;
-mod warm_session;
 mod with_effects;
 
 pub use model::FrameModel;

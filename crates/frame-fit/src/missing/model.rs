@@ -37,8 +37,6 @@ pub struct FrameModel<const D: usize> {
     pub(crate) fixed_mm: SVector<f64, D>,
     /// Courses that the drift may take.
     pub(crate) courses: Vec<Course>,
-    /// A session measured warmer than what went before, which no column says.
-    pub(crate) warm: Option<Course>,
     pub(crate) declared: Declared,
     pub(crate) terms: Vec<Term<D>>,
 }
@@ -76,8 +74,8 @@ impl<const D: usize> FrameModel<D> {
             && fit.reflection.is_some_and(|r| r.speaks_against(options.handedness));
         let reference = fit.target_from_source;
         let model = Self::about(reference, points, covariates.to_vec(), *options, mirrored);
-        let (courses, warm) = (model.clearest_courses(), model.clearest_warm_session());
-        Ok(model.with_courses(&courses).with_warm_session(warm))
+        let courses = model.clearest_courses();
+        Ok(model.with_courses(&courses))
     }
 
     /// The model in a chart about `reference`; everything else is taken as checked.
@@ -115,7 +113,6 @@ impl<const D: usize> FrameModel<D> {
             reference,
             motions,
             courses: Vec::new(),
-            warm: None,
             declared,
             terms,
         }
@@ -128,7 +125,7 @@ impl<const D: usize> FrameModel<D> {
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.
-    pub(super) fn drift(&self) -> Option<(usize, &[f64])> {
+    fn drift(&self) -> Option<(usize, &[f64])> {
         let all = self.declared.effects.iter().zip(&self.terms).enumerate();
         let mut drifts = all.filter(|(_, (effect, _))| effect.id == "drift");
         drifts.find_map(|(index, (_, term))| match term {

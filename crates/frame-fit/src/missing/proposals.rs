@@ -101,7 +101,6 @@ fn extended<const D: usize>(model: &FrameModel<D>, planned: Vec<Planned<D>>) -> 
     }
     FrameModel::about(*model.reference(), points, covariates, model.options, model.mirrored)
         .with_courses(&model.courses)
-        .with_warm_session(model.warm)
 }
 
 /// Time goes on at its mean pace; temperatures are those of the point `like`, or warmer.

@@ -111,21 +111,6 @@ fn a_session_that_no_column_says_is_named() {
     }
 }
 
-/// The part came back warm from a pause, and nobody read a thermometer.
-#[test]
-fn a_session_in_another_warmth_is_named() {
-    for (seed, first) in [(91, 10), (92, 17)] {
-        let moved = |i: usize, x: &Vector3<f64>| *x * if i >= first { 150e-6 } else { 0.0 };
-        let closure = survey(seed, Transform::Rigid, true, moved);
-        assert_eq!(assert_named(&closure, "session-temperature"), 0);
-        let step = &closure.steps[0];
-        assert_eq!(step.subject, Some(format!("from P{first} on")));
-        let growth = &step.parameters[0];
-        assert_eq!(growth.unit, "ppm");
-        assert!((growth.value - 150.0).abs() < 4.0 * growth.std, "{growth:?}");
-    }
-}
-
 #[test]
 fn where_nothing_is_missing_nothing_is_added() {
     let mut added = 0;

@@ -56,8 +56,8 @@ impl Session {
     }
 }
 
-/// The time from which on a shift by the amplitudes of a drift takes most of the residual, where white
-/// noise hardly ever shows one as clear and the drift, going on evenly, takes less.
+/// The time from which on a shift by the amplitudes of a drift takes most of the residual, where the
+/// drift, going on evenly, takes less, and white noise beside it hardly ever shows one as clear.
 pub(crate) fn session_of(drifts: &Drifts<'_>) -> Option<Session> {
     let times = drifts.times();
     let last = times.len().checked_sub(MIN_SIDE)?;
@@ -74,6 +74,8 @@ pub(crate) fn session_of(drifts: &Drifts<'_>) -> Option<Session> {
     let all = breaks.into_iter().filter_map(of_break);
     let (most, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let evenly = taken(&|t| t).unwrap_or(0.0);
-    let p_value = drifts.residual.p_value(most, drifts.even.ncols());
-    (most > evenly && p_value * count(searched) <= FALSE_ALARM).then_some(best)
+    let shift = |t: f64| best.course(&[t])[0];
+    let both = drifts.residual.explained(&drifts.left_along_each(&[&|t| t, &shift]))?;
+    let beside = drifts.residual.p_value_of_more(both - evenly, drifts.even.ncols(), both);
+    (most > evenly && beside * count(searched) <= FALSE_ALARM).then_some(best)
 }

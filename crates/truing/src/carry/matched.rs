@@ -19,7 +19,7 @@ const EMPIRICAL: &str = "covariate:";
 const DRIFT: &str = "drift";
 
 /// What is looked for in each case anew: its place or time is part of what it is.
-const LOOKED_FOR: [&str; 3] = ["patch", "session-shift", "session-temperature"];
+const LOOKED_FOR: [&str; 2] = ["patch", "session-shift"];
 
 /// An effect that counts as declared, with the amplitudes it was learnt to have.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -19,7 +19,6 @@ pub(crate) const EFFECTS: &[&str] = &[
     "drift",
     "drift [settling]",
     "session-shift",
-    "session-temperature",
     "sag",
     "temperature",
     "lens-distortion",
@@ -108,11 +107,6 @@ fn all() -> Vec<Scene> {
         Scene {
             name: "session",
             deform: |p| if p.index < 11 { [0.0; 3] } else { [0.03, -0.04, 0.02] },
-            ..PLAIN
-        },
-        Scene {
-            name: "warm-session",
-            deform: |p| p.at.map(|v| if p.index < 17 { 0.0 } else { 2e-4 * v }),
             ..PLAIN
         },
         Scene {

@@ -165,15 +165,10 @@ fn field(
             field.target[k] += amplitude(drift, axis) * course;
         }
     }
-    let names = table.texts("point");
-    for shift in begun(json, "session-shift", names, row) {
+    for shift in begun(json, "session-shift", table.texts("point"), row) {
         for (k, axis) in axis_names.iter().enumerate() {
             field.target[k] += amplitude(shift, axis);
         }
-    }
-    for growth in begun(json, "session-temperature", names, row) {
-        let growth = amplitude(growth, "growth") * 1e-6;
-        field.source.iter_mut().zip(p).for_each(|(source, p)| *source += growth * p);
     }
     if let Some(sag) = step(json, "sag", None) {
         let mut depth = amplitude(sag, "xx") * 1e-9 * u[0] * u[0]
