@@ -121,7 +121,12 @@ impl<const D: usize> FrameModel<D> {
     /// The courses of the drift that the residual shows.
     fn clearest_courses(&self) -> Vec<Course> {
         let Some((drift, elapsed)) = self.drift() else { return Vec::new() };
-        clearest_courses(self, &State::start(self), drift, elapsed)
+        let mut courses = clearest_courses(self, &State::start(self), drift, elapsed);
+        if self.declared.effects[drift].driver.is_none() {
+            // Rows of a table without times may be sorted by place.
+            courses.retain(|course| !matches!(course, Course::Session(_)));
+        }
+        courses
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.

@@ -17,6 +17,16 @@ fn survey(
     nested: bool,
     moved: impl Fn(usize, &Vector3<f64>) -> Vector3<f64>,
 ) -> Closure {
+    survey_of(seed, transform, (nested, false), moved)
+}
+
+/// The same, with or without a time of each point.
+fn survey_of(
+    seed: u64,
+    transform: Transform,
+    (nested, timed): (bool, bool),
+    moved: impl Fn(usize, &Vector3<f64>) -> Vector3<f64>,
+) -> Closure {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let truth = scene::random_map::<3>(&mut rng, transform);
     let points: Vec<MeasuredPoint<3>> = scene::cloud::<3>(&mut rng, 30, 200.0)
@@ -30,11 +40,13 @@ fn survey(
         })
         .collect();
     let air = Covariate::recorded("air_c", Quantity::Temperature, (0..30).map(air_c).collect());
-    let model =
-        FrameModel::new(points, std::slice::from_ref(&air), &Options::of(transform)).unwrap();
+    let time =
+        Covariate::recorded("time_s", Quantity::Time, (0..30).map(|i| 20.0 * i as f64).collect());
+    let recorded = if timed { vec![air, time] } else { vec![air] };
+    let model = FrameModel::new(points, &recorded, &Options::of(transform)).unwrap();
     let options = model_discrepancy::Options { nested, ..Default::default() };
     let mut covariates = model.coordinates();
-    covariates.push(air);
+    covariates.extend(recorded);
     close_loop(&model, &covariates, &options).unwrap()
 }
 
@@ -100,8 +112,11 @@ fn a_session_that_no_column_says_is_named() {
     for (seed, first) in [(81, 9), (82, 14), (83, 22)] {
         let shift = Vector3::new(0.03, -0.02, 0.01);
         let moved = |i: usize, _: &_| if i >= first { shift } else { Vector3::zeros() };
-        let closure = survey(seed, Transform::Rigid, true, moved);
+        let closure = survey_of(seed, Transform::Rigid, (true, true), moved);
         assert_eq!(assert_named(&closure, "session-shift"), 0);
+        // Rows without times may be sorted by place.
+        let untimed = survey(seed, Transform::Rigid, true, moved);
+        assert!(untimed.steps.iter().all(|step| step.effect != "session-shift"));
         let step = &closure.steps[0];
         assert_eq!(step.subject, Some(format!("from P{first} on")));
         let found = Vector3::from_iterator(step.parameters.iter().map(|p| p.value)).norm();

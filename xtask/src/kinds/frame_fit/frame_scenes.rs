@@ -106,6 +106,8 @@ fn all() -> Vec<Scene> {
         },
         Scene {
             name: "session",
+            columns: ",time_s",
+            cells: |p| format!(",{}", 500.0 + time_s(p)),
             deform: |p| if p.index < 11 { [0.0; 3] } else { [0.03, -0.04, 0.02] },
             ..PLAIN
         },
