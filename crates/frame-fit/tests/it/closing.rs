@@ -40,8 +40,11 @@ fn survey_of(
         })
         .collect();
     let air = Covariate::recorded("air_c", Quantity::Temperature, (0..30).map(air_c).collect());
-    let time =
-        Covariate::recorded("time_s", Quantity::Time, (0..30).map(|i| 20.0 * i as f64).collect());
+    let time = Covariate::recorded(
+        "time_s",
+        Quantity::Time,
+        (0..30).map(|i| 20.0 * f64::from(i)).collect(),
+    );
     let recorded = if timed { vec![air, time] } else { vec![air] };
     let model = FrameModel::new(points, &recorded, &Options::of(transform)).unwrap();
     let options = model_discrepancy::Options { nested, ..Default::default() };
