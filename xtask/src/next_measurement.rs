@@ -1,5 +1,6 @@
 //! `cargo xtask bench plan`: the loop, a plan, the planned data from the physics, the loop again.
 
+mod head;
 mod machines;
 mod scene;
 mod scenes;

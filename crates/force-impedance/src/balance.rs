@@ -96,6 +96,19 @@ impl Balance {
         a * f1 + b * f2 + c * f3 + d * f4 + self.of_weight_n
     }
 
+    /// Readings of the four cells under a contact force and a preload of the legs: the inverse of
+    /// [`Balance::force_n`] and [`Balance::preload_n`].
+    ///
+    /// `None` where legs and axis do not hold the head, or for what is not finite.
+    #[must_use]
+    pub fn cells_n(&self, force_n: &Vector3<f64>, preload_n: f64) -> Option<[f64; 4]> {
+        let influence = self.influence();
+        let shares = (influence * influence.transpose()).try_inverse()?;
+        let of_force = influence.transpose() * (shares * (force_n - self.of_weight_n));
+        let cells_n = of_force + orthogonal(&self.columns) * preload_n;
+        cells_n.iter().all(|f| f.is_finite()).then_some(cells_n.into())
+    }
+
     /// The same, split along the outward unit normal of the surface.
     #[inline]
     #[must_use]

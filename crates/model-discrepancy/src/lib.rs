@@ -74,7 +74,7 @@ pub use algebra::coverage::{coverage_factor, std_over_names};
 pub use algebra::interruption::{Interruption, clearest_interruption};
 pub use algebra::patch::{Patch, clearest_patch};
 pub use algebra::session::Session;
-pub use algebra::settling::{Settling, clearest_settling};
+pub use algebra::settling::Settling;
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{

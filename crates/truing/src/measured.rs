@@ -60,6 +60,12 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
         Ok(None)
     }
 
+    /// Row of the table of measurements with which each observation of the model begins; `None` where
+    /// every row is an observation.
+    fn rows(&self) -> Option<Vec<usize>> {
+        None
+    }
+
     /// What the method of document \[D\] needs; `None` of kinds without it.
     fn sampled(&self) -> Result<Option<SampledCase>, Error> {
         Ok(None)

@@ -5,8 +5,10 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
+use super::head::Polishing;
 use super::machines::{Pressing, Upwards};
 use super::scene::{Files, Scene};
+use crate::kinds::force_impedance::polish;
 use crate::kinds::frame_fit::survey::{Defect, Survey, measure_again, simulate};
 use crate::kinds::ft_center::press;
 use crate::kinds::pose_icp::mirror::{self, Mirror};
@@ -32,6 +34,7 @@ pub(super) fn situations() -> Vec<Situation> {
     let axis = |name, truth, make| Situation { krate: "positioning", name, truth, make };
     let tracer = |name, truth, make| Situation { krate: "tracker-lm", name, truth, make };
     let frame = |name, truth, make| Situation { krate: "frame-fit", name, truth, make };
+    let head = |name, truth, make| Situation { krate: "force-impedance", name, truth, make };
     vec![
         probe("ball 8 µm larger, touched along the normal", "tip-radius", |seed| {
             Box::new(Session { flaw: probe::Flaw::Ball(0.008), ..Session::new(seed) })
@@ -76,6 +79,15 @@ pub(super) fn situations() -> Vec<Situation> {
             let defect = tracer_run::Defect::Backlash(6e-5, [6e-3, -3e-3, 4.5e-3]);
             let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
             Box::new(Upwards(run))
+        }),
+        head("a leg's cell reads 2 % high, pressed with one load", "leg-gain", |seed| {
+            let flaw = polish::Flaw::CellGain(0, 0.02);
+            let run = polish::Run { flaw, loads_n: vec![45.0], ..polish::Run::new(seed) };
+            Box::new(Polishing { run, aim: "leg-gain", plan: "leans_deg = [0, 15]" })
+        }),
+        head("head 3 N heavier, upright on a hill", "head-weight", |seed| {
+            let run = polish::Run { flaw: polish::Flaw::Weight(3.0), ..polish::Run::new(seed) };
+            Box::new(Polishing { run, aim: "head-weight", plan: "leans_deg = [0, 20]" })
         }),
     ]
 }

@@ -18,8 +18,8 @@ pub(crate) enum LogEffect {
     FrictionLeftOut,
     SplineFriction,
     Drift,
-    /// The same, coming to rest.
-    Settling,
+    /// The same along another course, by its index.
+    Course(usize),
     Delay,
     /// Follows the temperature column of this index.
     Temperature(usize),
@@ -58,7 +58,7 @@ impl LogEffect {
             Self::SplineFriction => block.slide_normal,
             Self::Drift => block.elapsed_share,
             Self::Temperature(column) => block.warmth_k[column],
-            Self::FrictionLeftOut | Self::Settling | Self::Delay => 0.0,
+            Self::FrictionLeftOut | Self::Course(_) | Self::Delay => 0.0,
         }
     }
 
@@ -143,7 +143,7 @@ impl LogEffect {
                 "friction of the spline bypasses the axial cell, against the way the head slides",
                 number("friction force", "N", 1.0),
             ),
-            Self::Drift | Self::Settling => (
+            Self::Drift | Self::Course(_) => (
                 "force-drift",
                 None,
                 "the force drifts evenly from the first sample to the last",

@@ -5,7 +5,7 @@ mod discrepancy;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, Quantity, Role, Row, Settling, State, clearest_settling,
+    Course, Covariate, Declared, Group, Layout, Quantity, Role, Row, State, clearest_courses,
     resolution_of,
 };
 
@@ -40,8 +40,8 @@ pub struct LogModel {
     pub(crate) log: Arc<Recorded>,
     /// Standard uncertainty of one force reading, where declared.
     pub(crate) sigma_n: Option<f64>,
-    /// How the drift comes to rest, where it may.
-    pub(crate) settling: Option<Settling>,
+    /// Courses that the drift may take.
+    pub(crate) courses: Vec<Course>,
 }
 
 /// Settings of a [`LogModel`].
@@ -116,19 +116,20 @@ impl LogModel {
             record_of,
             log: Arc::new(log),
             sigma_n: options.sigma_n,
-            settling: None,
+            courses: Vec::new(),
         };
         model.lay_out(options);
-        let settling = model.clearest_settling();
-        Ok(model.with_settling(settling))
+        let courses = model.clearest_courses();
+        Ok(model.with_courses(courses))
     }
 
-    /// The course with which the drift comes to rest, where the residual shows one, and beside it no
-    /// other: that is of a leg, and not of the force.
-    fn clearest_settling(&self) -> Option<Settling> {
-        let drift = self.drift().filter(|_| self.has_reference)?;
-        clearest_settling(self, &State::start(self), drift, &self.elapsed())
-            .filter(|s| !s.leaves_another())
+    /// The courses of the drift that the residual shows; not one that comes to rest with another
+    /// beside it: that is of a leg, and not of the force.
+    fn clearest_courses(&self) -> Vec<Course> {
+        let Some(drift) = self.drift().filter(|_| self.has_reference) else { return Vec::new() };
+        let mut all = clearest_courses(self, &State::start(self), drift, &self.elapsed(), &[]);
+        all.retain(|course| !matches!(course, Course::Settling(s) if s.leaves_another()));
+        all
     }
 
     /// At each block, as a share of the log's length.
@@ -140,16 +141,16 @@ impl LogModel {
         self.catalogue.iter().position(|e| *e == LogEffect::Drift)
     }
 
-    /// The model with that course of its drift in the catalogue.
-    fn with_settling(mut self, settling: Option<Settling>) -> Self {
-        if let Some((settling, drift)) = settling.zip(self.drift()) {
-            let reported = ("N", 1.0);
-            let effect =
-                settling.effect(&self, drift, &self.elapsed(), "of the log's length", reported);
+    /// The model with these courses of its drift in the catalogue.
+    fn with_courses(mut self, courses: Vec<Course>) -> Self {
+        let Some(drift) = self.drift() else { return self };
+        for (index, course) in courses.iter().enumerate() {
+            let (elapsed, reported) = (self.elapsed(), ("N", 1.0));
+            let effect = course.effect(&self, drift, &elapsed, "of the log's length", reported);
             self.declared.effects.push(effect);
-            self.catalogue.push(LogEffect::Settling);
+            self.catalogue.push(LogEffect::Course(index));
         }
-        self.settling = settling;
+        self.courses = courses;
         self
     }
 
@@ -157,6 +158,12 @@ impl LogModel {
     #[must_use]
     pub fn solved(&self) -> &[LoggedForce] {
         &self.log.solved
+    }
+
+    /// Samples of a log that each observation of its model averages, known before it is made.
+    #[must_use]
+    pub fn ranges(samples: &[LogSample]) -> Vec<std::ops::Range<usize>> {
+        ranges(samples).into_iter().map(|(_, range)| range).collect()
     }
 
     /// Samples that each observation of the layout averages.
@@ -312,8 +319,8 @@ impl LogModel {
                 self.records[record].effect(&block.samples, amplitude)
             }),
             LogEffect::FrictionLeftOut => rubbed(block, amplitude),
-            LogEffect::Settling => {
-                let come = self.settling.map_or(0.0, |s| s.course(&[block.elapsed_share])[0]);
+            LogEffect::Course(index) => {
+                let come = self.courses[index].come(&[block.elapsed_share])[0];
                 (come * amplitude, come)
             }
             LogEffect::CellGain(cell) => {

@@ -7,6 +7,8 @@ use crate::usual_head::head;
 
 /// Forces of 300 N through a dozen operations.
 const EXACT_N: f64 = 1e-11;
+/// The same through normal equations of a condition below 1e3.
+const SOLVED_N: f64 = 1e-8;
 
 fn cells() -> impl Strategy<Value = [f64; 4]> {
     [-300.0..300.0, -300.0..300.0, -300.0..300.0, -300.0..300.0]
@@ -51,6 +53,19 @@ proptest! {
         let normal_n = weights.dot(&Vector4::from(cells_n)) + balance.of_weight_n().dot(&normal);
         prop_assert!((contact.normal_n - normal_n).abs() < EXACT_N);
         prop_assert_eq!(contact.friction_ratio.is_some(), contact.normal_n > 0.0);
+    }
+
+    /// Readings that stand for a contact force and a preload give them back.
+    #[test]
+    fn a_force_and_a_preload_are_four_readings(tip_mm in tips(), cells_n in cells()) {
+        let head = head();
+        let balance = head.balance(&head.pose_at(&tip_mm).unwrap());
+        let force_n = balance.force_n(&cells_n);
+        let found = balance.cells_n(&force_n, balance.preload_n(&cells_n)).unwrap();
+        for (found, read) in found.iter().zip(&cells_n) {
+            prop_assert!((found - read).abs() < SOLVED_N);
+        }
+        prop_assert_eq!(balance.cells_n(&(force_n * f64::NAN), 0.0), None);
     }
 
     /// A preload is what moves no contact force, and the covariance is that of a linear function.

@@ -6,7 +6,7 @@ use model_discrepancy::{
     Course, Covariate, Declared, Group, Layout, Parameter, Quantity, Role, Row, State,
     clearest_courses, resolution_of,
 };
-use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Point, Point3, SMatrix, SVector};
 
 use crate::missing::effects::{self, Entry};
 use crate::missing::finite_motion::reported;
@@ -121,12 +121,12 @@ impl<const D: usize> FrameModel<D> {
     /// The courses of the drift that the residual shows.
     fn clearest_courses(&self) -> Vec<Course> {
         let Some((drift, elapsed)) = self.drift() else { return Vec::new() };
-        let mut courses = clearest_courses(self, &State::start(self), drift, elapsed);
-        if self.declared.effects[drift].driver.is_none() {
-            // Rows of a table without times may be sorted by place.
-            courses.retain(|course| !matches!(course, Course::Session(_)));
-        }
-        courses
+        let place = |p: &MeasuredPoint<D>| {
+            let axis = |k: usize| p.pair.source_mm.coords.get(k).copied().unwrap_or(0.0);
+            Some(Point3::new(axis(0), axis(1), axis(2)))
+        };
+        let places: Vec<_> = self.points.iter().map(place).collect();
+        clearest_courses(self, &State::start(self), drift, elapsed, &places)
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.

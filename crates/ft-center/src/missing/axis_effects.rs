@@ -9,7 +9,7 @@ use model_discrepancy::{
     Course, Covariate, Declared, Effect, Layout, LinearModel, Parameter, Quantity, Scope, State,
     clearest_courses,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Point3};
 
 use crate::axis_reading::{AxisMotion, AxisReading, distinct_targets};
 use crate::count;
@@ -382,7 +382,10 @@ impl AxisRun<'_> {
             effect.parameters.clone_from(&amplitudes);
             AxisTerm { effect, columns: self.grown(course.come(&elapsed)) }
         };
-        clearest_courses(&model, &State::start(&model), 0, &elapsed).iter().map(along).collect()
+        let place = |r: &AxisReading| Some(Point3::new(r.target, 0.0, 0.0));
+        let places: Vec<_> = self.readings.iter().map(place).collect();
+        let courses = clearest_courses(&model, &State::start(&model), 0, &elapsed, &places);
+        courses.iter().map(along).collect()
     }
 
     /// One effect beside a free mean of every target and side; `None` where too few readings repeat

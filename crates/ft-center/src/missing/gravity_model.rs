@@ -2,8 +2,8 @@
 
 use geometry::Wrench;
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Interruption, Layout, Model, Parameter, Proposal,
-    Quantity, Role, Row, Settling, State, clearest_interruption, clearest_settling, resolution_of,
+    Course, Covariate, Declared, Effect, Group, Inside, Interruption, Layout, Model, Parameter,
+    Proposal, Quantity, Role, Row, State, clearest_courses, clearest_interruption, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Unit, Vector3, Vector6};
 
@@ -17,9 +17,6 @@ use crate::{FtCenterError, GravityCalibration, GravityOptions, StaticPose, calib
 
 /// Noise under which no reading is believed, so that readings without any still have weights.
 const FLOOR: f64 = 1e-9;
-
-/// Unit in which time is counted.
-const OF_SERIES: &str = "of the series";
 
 /// Static poses, their calibration, and what it leaves out.
 ///
@@ -91,32 +88,26 @@ impl GravityModel {
         Ok(model.with_courses())
     }
 
-    /// With the drifts that come to rest or break off, where the residual shows one.
+    /// With the other courses of the drifts that the residual shows.
     fn with_courses(self) -> Self {
         let (elapsed, at) = (self.elapsed(), State::start(&self));
         self.drifts().into_iter().fold(self, |model, (of, drift)| {
-            let settling = clearest_settling(&model, &at, drift, &elapsed);
+            let courses = clearest_courses(&model, &at, drift, &elapsed, &model.down());
             let interruption = clearest_interruption(&model, &at, drift, &elapsed);
-            model.with_settling(of, drift, settling).with_interruption(of, drift, interruption)
+            let model = courses.iter().fold(model, |m, course| m.with_course(of, drift, course));
+            interruption.iter().fold(model, |m, broken| m.with_interruption(of, drift, broken))
         })
     }
 
-    fn with_settling(self, of: Channels, drift: usize, settling: Option<Settling>) -> Self {
-        let Some(settling) = settling else { return self };
+    fn with_course(self, of: Channels, drift: usize, course: &Course) -> Self {
         let elapsed = self.elapsed();
         let even = &self.declared.effects[drift].parameters[0];
         let reported = (even.unit.as_str(), even.report_factor);
-        let effect = settling.effect(&self, drift, &elapsed, OF_SERIES, reported);
-        self.with_course(of, effect, &[settling.course(&elapsed)])
+        let effect = course.effect(&self, drift, &elapsed, "of the series", reported);
+        self.with_zero(of, effect, &[course.come(&elapsed)])
     }
 
-    fn with_interruption(
-        self,
-        of: Channels,
-        drift: usize,
-        interruption: Option<Interruption>,
-    ) -> Self {
-        let Some(interruption) = interruption else { return self };
+    fn with_interruption(self, of: Channels, drift: usize, interruption: &Interruption) -> Self {
         let elapsed = self.elapsed();
         let name = |i: usize| self.poses[i].name.as_str();
         let between = interruption.between(&elapsed);
@@ -125,11 +116,11 @@ impl GravityModel {
         });
         let effect = interruption.effect(&self.declared.effects[drift], &place);
         let courses = interruption.courses(&elapsed);
-        self.with_course(of, effect, &courses)
+        self.with_zero(of, effect, &courses)
     }
 
     /// With an effect whose amplitudes, channel by channel, multiply each of some courses.
-    fn with_course(mut self, of: Channels, effect: Effect, courses: &[Vec<f64>]) -> Self {
+    fn with_zero(mut self, of: Channels, effect: Effect, courses: &[Vec<f64>]) -> Self {
         let first = self.drivers.first().map_or(0, Vec::len);
         self.effects.push(GravityEffect::Zero { of, first, drivers: courses.len() });
         self.declared.effects.push(effect);
@@ -153,14 +144,19 @@ impl GravityModel {
         self.drivers.iter().map(|drivers| drivers[ELAPSED]).collect()
     }
 
+    /// Direction of gravity in sensor axes, which is all the place that a pose has.
+    fn down(&self) -> Vec<Option<Point3<f64>>> {
+        let down = |p: &StaticPose| p.base_from_sensor.inverse() * self.gravity.into_inner();
+        self.poses.iter().map(|p| Some(Point3::from(down(p)))).collect()
+    }
+
     /// Direction of gravity in sensor axes, as covariates for the loop.
     #[must_use]
     pub fn covariates(&self) -> Vec<Covariate> {
-        let down: Vec<_> = (self.poses.iter())
-            .map(|p| p.base_from_sensor.inverse() * self.gravity.into_inner())
-            .collect();
+        let down = self.down();
         let column = |name: &str, axis: usize| {
-            Covariate::coordinate(name, Quantity::Other, down.iter().map(|d| d[axis]).collect())
+            let along = down.iter().flatten().map(|d| d[axis]).collect();
+            Covariate::coordinate(name, Quantity::Other, along)
         };
         vec![column("gravity_x", 0), column("gravity_y", 1), column("gravity_z", 2)]
     }

@@ -147,7 +147,8 @@ impl PressModel {
     /// The courses of the drift that the residual shows.
     fn clearest_courses(&self) -> Vec<Course> {
         let Some(drift) = self.drift() else { return Vec::new() };
-        clearest_courses(self, &State::start(self), drift, &self.elapsed())
+        // Presses are in the order made: their records have times.
+        clearest_courses(self, &State::start(self), drift, &self.elapsed(), &[])
     }
 
     /// At each press, as a share of the session.

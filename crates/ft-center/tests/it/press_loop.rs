@@ -195,7 +195,7 @@ fn another_session_is_named_by_its_first_press() {
     let closure = closed(&presses);
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     let step = &closure.steps[0];
-    let subject = format!("from {} on", presses[first].name);
+    let subject = format!("machine, from {} on", presses[first].name);
     assert_eq!((&*step.effect, step.subject.as_ref()), ("session-shift", Some(&subject)));
     assert_eq!(closure.verdict, Verdict::Explained);
     for (parameter, shift_um) in step.parameters.iter().zip([200.0, -300.0]) {

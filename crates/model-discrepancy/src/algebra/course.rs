@@ -1,5 +1,7 @@
 //! How a drift goes, where it does not go on evenly.
 
+use nalgebra::Point3;
+
 use crate::algebra::drifts::Drifts;
 use crate::algebra::session::{Session, session_of};
 use crate::algebra::settling::{Settling, settling_of};
@@ -18,10 +20,11 @@ impl Course {
     /// How far it has come at each time since the start.
     #[must_use]
     pub fn come(&self, elapsed: &[f64]) -> Vec<f64> {
-        match self {
-            Self::Settling(settling) => settling.course(elapsed),
-            Self::Session(session) => session.course(elapsed),
-        }
+        let come = |t: &f64| match self {
+            Self::Settling(settling) => settling.come(*t),
+            Self::Session(session) => session.come(*t),
+        };
+        elapsed.iter().map(come).collect()
     }
 
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
@@ -34,12 +37,17 @@ impl Course {
         drift: usize,
         elapsed: &[f64],
         time_unit: &str,
-        reported: (&str, f64),
+        (unit, factor): (&str, f64),
     ) -> Effect {
-        match self {
-            Self::Settling(settling) => settling.effect(model, drift, elapsed, time_unit, reported),
-            Self::Session(session) => session.effect(model, drift, elapsed, reported),
+        let mut effect = match self {
+            Self::Settling(settling) => settling.effect(model, drift, elapsed, time_unit),
+            Self::Session(session) => session.effect(model, drift, elapsed),
+        };
+        for parameter in &mut effect.parameters {
+            unit.clone_into(&mut parameter.unit);
+            parameter.report_factor = factor;
         }
+        effect
     }
 }
 
@@ -47,15 +55,20 @@ impl Course {
 /// `at`, a solution of its declared part, each where white noise hardly ever shows one as clear.
 ///
 /// `drift` is the effect that goes on evenly, `elapsed` what its amplitudes are multiplied by: the
-/// time since the start of the series, one value per observation.
+/// time since the start of the series, one value per observation. Rows of a table without times may be
+/// sorted by place: where no column drives the drift, a session is one only where its readings lie
+/// among the others; `places` has the place of each observation, as far as there is one.
 #[must_use]
 pub fn clearest_courses(
     model: &dyn Model,
     at: &State,
     drift: usize,
     elapsed: &[f64],
+    places: &[Option<Point3<f64>>],
 ) -> Vec<Course> {
     let Some(drifts) = Drifts::of(model, at, drift, elapsed) else { return Vec::new() };
+    let is_timed = model.declared().effects[drift].driver.is_some();
+    let session = session_of(&drifts).filter(|s| is_timed || s.is_mixed(elapsed, places));
     let settling = settling_of(&drifts).map(Course::Settling);
-    settling.into_iter().chain(session_of(&drifts).map(Course::Session)).collect()
+    settling.into_iter().chain(session.map(Course::Session)).collect()
 }

@@ -5,6 +5,10 @@ use nalgebra::DMatrix;
 use crate::algebra::looked_through::LookedThrough;
 use crate::{Effect, Model, State, whole_tangent};
 
+/// Readings on either side of a break, at least: a level and a slope, and as many again to judge them.
+/// Fewer are readings far off, which have a name of their own.
+const MIN_SIDE: usize = 4;
+
 /// A residual in which drifts are looked for.
 pub(crate) struct Drifts<'a> {
     pub(crate) residual: LookedThrough,
@@ -63,25 +67,30 @@ impl<'a> Drifts<'a> {
         all
     }
 
-    /// Times of the observations that are looked at, ascending, one for each.
-    pub(crate) fn times(&self) -> Vec<f64> {
+    /// Times at which a drift may break off.
+    pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut seen = self.observations.clone();
         seen.sort_unstable();
         seen.dedup();
         let mut times: Vec<f64> =
             seen.iter().filter_map(|&observation| self.elapsed.get(observation).copied()).collect();
         times.sort_by(f64::total_cmp);
-        times
+        breaks(&times)
     }
 }
 
-/// The effect of a drift along another course, that was found by looking at so many; its amplitudes are
-/// reported in a unit by a factor.
-pub(crate) fn along(even: &Effect, searched: usize, (unit, factor): (&str, f64)) -> Effect {
-    let mut effect = Effect { searched, ..even.clone() };
-    for parameter in &mut effect.parameters {
-        unit.clone_into(&mut parameter.unit);
-        parameter.report_factor = factor;
-    }
-    effect
+/// One between each two successive values of an ascending series, with enough of it on either side.
+pub(crate) fn breaks(ascending: &[f64]) -> Vec<f64> {
+    let last = ascending.len().saturating_sub(MIN_SIDE);
+    (MIN_SIDE..=last)
+        .map(|after| [ascending[after - 1], ascending[after]])
+        .filter(|[before, after]| before < after)
+        .map(|[before, after]| f64::midpoint(before, after))
+        .collect()
+}
+
+/// The effect of a drift that goes on in another way, found by looking at so many.
+pub(crate) fn along(even: &Effect, how: &str, searched: usize) -> Effect {
+    let of = even.subject.as_ref().map_or_else(String::new, |subject| format!("{subject}, "));
+    Effect { subject: Some(format!("{of}{how}")), searched, ..even.clone() }
 }

@@ -1,11 +1,8 @@
 //! A drift that breaks off and goes on elsewhere, found by looking for the place of the break.
 
-use crate::algebra::drifts::Drifts;
+use crate::algebra::drifts::{Drifts, along};
 use crate::count::count;
 use crate::{Effect, Model, State};
-
-/// Distinct times on either side of a break: a level and a slope, and as many again to judge them.
-const MIN_SIDE: usize = 4;
 
 /// Chance that readings without a break offer one: a tenth of what other drifts are allowed, for level
 /// and rate on either side fit whatever a few last readings do together.
@@ -28,31 +25,30 @@ impl Interruption {
     /// the break, and the time since the break.
     #[must_use]
     pub fn courses(&self, elapsed: &[f64]) -> [Vec<f64>; COURSES] {
-        let each = |of: fn(f64) -> f64| elapsed.iter().map(|t| of(t - self.at)).collect();
-        [elapsed.to_vec(), each(|since| f64::from(u8::from(since > 0.0))), each(|s| s.max(0.0))]
+        std::array::from_fn(|k| elapsed.iter().map(|t| self.come(*t)[k]).collect())
+    }
+
+    fn come(&self, t: f64) -> [f64; COURSES] {
+        [t, f64::from(u8::from(t > self.at)), (t - self.at).max(0.0)]
     }
 
     /// The effect for a drift that goes on evenly: its amplitudes of all courses, course by course.
     /// `place` says where the break is.
     #[must_use]
     pub fn effect(&self, even: &Effect, place: &str) -> Effect {
-        let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
+        let mut effect = along(even, "interrupted", self.searched);
         let named = ["", " jump", " rate change"].into_iter().flat_map(|course| {
             even.parameters.iter().cloned().map(move |mut parameter| {
                 parameter.name.push_str(course);
                 parameter
             })
         });
-        Effect {
-            subject: Some(format!("{subject}interrupted")),
-            description: format!(
-                "{}, breaks off {place}, and goes on at another rate from another level",
-                even.description
-            ),
-            parameters: named.collect(),
-            searched: self.searched,
-            ..even.clone()
-        }
+        effect.parameters = named.collect();
+        effect.description = format!(
+            "{}, breaks off {place}, and goes on at another rate from another level",
+            even.description
+        );
+        effect
     }
 
     /// The last time before the break and the first one after it, as indices into the times.
@@ -78,13 +74,12 @@ pub fn clearest_interruption(
     elapsed: &[f64],
 ) -> Option<Interruption> {
     let drifts = Drifts::of(model, at, drift, elapsed)?;
-    let breaks = breaks(elapsed);
+    let breaks = drifts.breaks();
     let searched = breaks.len();
     let of_break = |at: f64| {
         let interruption = Interruption { at, searched };
-        let course = |k: usize, t: f64| interruption.courses(&[t])[k][0];
-        let left =
-            drifts.left_along_each(&[&|t| course(0, t), &|t| course(1, t), &|t| course(2, t)]);
+        let course = |k: usize| move |t: f64| interruption.come(t)[k];
+        let left = drifts.left_along_each(&[&course(0), &course(1), &course(2)]);
         Some((drifts.residual.explained(&left)?, interruption))
     };
     let evenly = drifts.residual.explained(&drifts.left_along(|t| t))?;
@@ -93,13 +88,4 @@ pub fn clearest_interruption(
     let more = (COURSES - 1) * drifts.even.ncols();
     let p_value = drifts.residual.p_value_of_more(most - evenly, more, most) * count(searched);
     (p_value <= FALSE_ALARM).then_some(best)
-}
-
-/// One between each two successive times, with enough of them on either side.
-fn breaks(elapsed: &[f64]) -> Vec<f64> {
-    let mut distinct = elapsed.to_vec();
-    distinct.sort_by(f64::total_cmp);
-    distinct.dedup();
-    let last = distinct.len().saturating_sub(MIN_SIDE);
-    (MIN_SIDE..=last).map(|i| f64::midpoint(distinct[i - 1], distinct[i])).collect()
 }

@@ -1,14 +1,20 @@
 //! A reading, a part or an instrument that stands elsewhere from some time on: another session that no
 //! column says.
 
+use nalgebra::Point3;
+
 use crate::algebra::drifts::{Drifts, along};
 use crate::algebra::looked_through::FALSE_ALARM;
 use crate::count::count;
 use crate::{Effect, Model};
 
-/// Observations before and after it, at least: fewer are readings far off, which have a name of their
-/// own.
-const MIN_SIDE: usize = 4;
+/// Readings whose nearest neighbour was read in the other session, at least, over how many there are
+/// where order and place have nothing to do with each other: with fewer, what stands elsewhere is a
+/// part of what was measured.
+const LEAST_MIXED: f64 = 0.5;
+
+/// Readings whose neighbours are looked for, at most.
+const MOST_LOOKED_AT: usize = 400;
 
 /// From when on everything reads elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,31 +26,43 @@ pub struct Session {
 
 impl Session {
     /// Nought before it and one from then on.
-    #[must_use]
-    pub fn course(&self, elapsed: &[f64]) -> Vec<f64> {
-        elapsed.iter().map(|t| f64::from(u8::from(*t > self.begins))).collect()
+    pub(crate) fn come(&self, t: f64) -> f64 {
+        f64::from(u8::from(t > self.begins))
     }
 
     /// The effect for a drift of the catalogue of a model, and the time that had passed at each
-    /// observation; its amplitudes are reported in a unit by a factor.
-    #[must_use]
-    pub fn effect(
-        &self,
-        model: &dyn Model,
-        drift: usize,
-        elapsed: &[f64],
-        reported: (&str, f64),
-    ) -> Effect {
+    /// observation.
+    pub(crate) fn effect(&self, model: &dyn Model, drift: usize, elapsed: &[f64]) -> Effect {
         let even = &model.declared().effects[drift];
-        let mut effect = along(even, self.searched, reported);
         let first = self.first(model, elapsed).unwrap_or_default();
+        let mut effect = along(even, &format!("from {first} on"), self.searched);
         "session-shift".clone_into(&mut effect.id);
-        effect.subject = Some(format!("from {first} on"));
+        let what = even.subject.as_deref().unwrap_or("everything");
         effect.description = format!(
-            "everything reads elsewhere from {first} on: the part, the machine or the instrument was \
+            "{what} reads elsewhere from {first} on: the part, the machine or the instrument was \
              moved, or another session began"
         );
         effect
+    }
+
+    /// Whether both sessions read all over the place: else the step may as well be one from place to
+    /// place. `places` are those of the observations, as far as they have one.
+    pub(crate) fn is_mixed(&self, elapsed: &[f64], places: &[Option<Point3<f64>>]) -> bool {
+        let come = |(t, place): (&f64, &Option<Point3<f64>>)| {
+            Some((place.as_ref().copied()?, *t > self.begins))
+        };
+        let all: Vec<(Point3<f64>, bool)> = elapsed.iter().zip(places).filter_map(come).collect();
+        let later = count(all.iter().filter(|(_, later)| *later).count()) / count(all.len().max(1));
+        let every = all.len().div_ceil(MOST_LOOKED_AT).max(1);
+        let is_among = |&(i, (place, later)): &(usize, &(Point3<f64>, bool))| {
+            let others = all.iter().enumerate().filter(|(other, _)| *other != i);
+            let near = |(_, (at, _)): &(usize, &(Point3<f64>, bool))| (at - place).norm_squared();
+            let nearest = others.min_by(|a, b| near(a).total_cmp(&near(b)));
+            nearest.is_some_and(|(_, (_, other))| other != later)
+        };
+        let looked_at = || all.iter().enumerate().step_by(every);
+        let among = count(looked_at().filter(is_among).count());
+        among >= LEAST_MIXED * 2.0 * later * (1.0 - later) * count(looked_at().count())
     }
 
     /// Name of the first observation of it.
@@ -59,22 +77,17 @@ impl Session {
 /// The time from which on a shift by the amplitudes of a drift takes most of the residual, where the
 /// drift, going on evenly, takes less, and white noise beside it hardly ever shows one as clear.
 pub(crate) fn session_of(drifts: &Drifts<'_>) -> Option<Session> {
-    let times = drifts.times();
-    let last = times.len().checked_sub(MIN_SIDE)?;
-    let breaks: Vec<f64> = (MIN_SIDE..=last)
-        .filter(|&first| times[first - 1] < times[first])
-        .map(|first| f64::midpoint(times[first - 1], times[first]))
-        .collect();
+    let breaks = drifts.breaks();
     let searched = breaks.len();
     let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
     let of_break = |begins: f64| {
         let session = Session { begins, searched };
-        Some((taken(&|t| session.course(&[t])[0])?, session))
+        Some((taken(&|t| session.come(t))?, session))
     };
     let all = breaks.into_iter().filter_map(of_break);
     let (most, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let evenly = taken(&|t| t).unwrap_or(0.0);
-    let shift = |t: f64| best.course(&[t])[0];
+    let shift = |t: f64| best.come(t);
     let both = drifts.residual.explained(&drifts.left_along_each(&[&|t| t, &shift]))?;
     let beside = drifts.residual.p_value_of_more(both - evenly, drifts.even.ncols(), both);
     (most > evenly && beside * count(searched) <= FALSE_ALARM).then_some(best)

@@ -54,15 +54,11 @@ impl Settling {
         self.leaves_another
     }
 
-    /// How far it has come at each time since its start.
-    #[must_use]
-    pub fn course(&self, elapsed: &[f64]) -> Vec<f64> {
-        let slower = |t: &f64| self.slower.map(|s| (s.share, course(*t, s.time_constant)));
-        let whole = |t: &f64| {
-            let (share, slow) = slower(t).unwrap_or((0.0, 0.0));
-            (1.0 - share) * course(*t, self.time_constant) + share * slow
-        };
-        elapsed.iter().map(whole).collect()
+    /// How far it has come at a time since its start.
+    pub(crate) fn come(&self, t: f64) -> f64 {
+        let slower = self.slower.map(|s| (s.share, course(t, s.time_constant)));
+        let (share, slow) = slower.unwrap_or((0.0, 0.0));
+        (1.0 - share) * course(t, self.time_constant) + share * slow
     }
 
     /// What a unit of each of its numbers adds to how far it has come: of its time constant, and of a
@@ -75,22 +71,17 @@ impl Settling {
     }
 
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
-    /// that had passed at each observation; its amplitudes, reported in a unit by a factor, are what it
-    /// comes to in the end.
-    #[must_use]
-    pub fn effect(
+    /// that had passed at each observation.
+    pub(crate) fn effect(
         &self,
         model: &dyn Model,
         drift: usize,
         elapsed: &[f64],
         time_unit: &str,
-        reported: (&str, f64),
     ) -> Effect {
         let even = &model.declared().effects[drift];
-        let mut effect = along(even, self.searched, reported);
+        let mut effect = along(even, "settling", self.searched);
         effect.by_place = self.by_place(model, drift, elapsed);
-        let subject = even.subject.as_ref().map_or_else(String::new, |s| format!("{s}, "));
-        effect.subject = Some(format!("{subject}settling"));
         let slower = self.slower.map_or_else(String::new, |slower| {
             let Slower { time_constant, share } = slower;
             format!(", and {:.1} % of it with τ = {time_constant} {time_unit}", 100.0 * share)
@@ -133,23 +124,8 @@ fn course(elapsed: f64, time_constant: f64) -> f64 {
     -(-elapsed / time_constant).exp_m1()
 }
 
-/// The time constant with which a drift takes most of the residual of a model at `at`, a solution
-/// of its declared part, and a second one where the first leaves what that takes; `None` where white
-/// noise might show one as clear.
-///
-/// `drift` is the effect that goes on evenly, `elapsed` what its amplitudes are multiplied by: the
-/// time since the start of the series, one value per observation.
-#[must_use]
-pub fn clearest_settling(
-    model: &dyn Model,
-    at: &State,
-    drift: usize,
-    elapsed: &[f64],
-) -> Option<Settling> {
-    settling_of(&Drifts::of(model, at, drift, elapsed)?)
-}
-
-/// The same in drifts that were looked at already.
+/// The time constant with which a drift takes most of the residual, and a second one where the first
+/// leaves what that takes; `None` where white noise might show one as clear.
 pub(crate) fn settling_of(drifts: &Drifts<'_>) -> Option<Settling> {
     let span = drifts.span();
     let tried = |share: f64| drifts.explained(Settling::of(share * span, SHARES.len()));
@@ -183,7 +159,7 @@ type Moved<'m> = &'m dyn Fn(&Settling, f64) -> Settling;
 impl Drifts<'_> {
     /// What the fitted parameters leave of the drift along a course.
     fn left_of(&self, settling: &Settling) -> DMatrix<f64> {
-        self.left_along(|t| settling.course(&[t])[0])
+        self.left_along(|t| settling.come(t))
     }
 
     /// Whether another time constant is anything else than another amplitude.
@@ -267,8 +243,7 @@ impl Drifts<'_> {
     }
 
     fn left_of_both(&self, one: &Settling, other: &Settling) -> DMatrix<f64> {
-        let along = |settling: &Settling, t: f64| settling.course(&[t])[0];
-        self.left_along_each(&[&|t| along(one, t), &|t| along(other, t)])
+        self.left_along_each(&[&|t| one.come(t), &|t| other.come(t)])
     }
 
     /// Share of the second of two courses in what both come to, where both have a part in it.

@@ -1,11 +1,9 @@
 //! A course that breaks off and goes on elsewhere: a pause, a collision, an instrument restarted.
 
+use crate::algebra::drifts;
 use crate::choice::shape::{Shape, constant, distinct_fitted};
 use crate::count::count;
 use crate::{Covariate, Layout};
-
-/// Distinct values on either side of a break: a level and a slope, and as many again to judge them.
-const MIN_SIDE: usize = 4;
 
 /// Places of a break that are looked at first, evenly over the readings.
 const COARSE: usize = 32;
@@ -13,13 +11,10 @@ const COARSE: usize = 32;
 /// Places of a break along `covariate`, one between each two successive values; none where it is
 /// not a time: along a position a break is a matter of the part, and its smooth shapes go first.
 pub(crate) fn breaks(layout: &Layout, covariate: &Covariate) -> Vec<f64> {
-    let distinct = distinct_fitted(layout, covariate);
-    if !covariate.is_course() || distinct.len() < 2 * MIN_SIDE {
+    if !covariate.is_course() {
         return Vec::new();
     }
-    let between = (MIN_SIDE..=distinct.len() - MIN_SIDE)
-        .map(|after| f64::midpoint(distinct[after - 1], distinct[after]));
-    between.collect()
+    drifts::breaks(&distinct_fitted(layout, covariate))
 }
 
 /// The break at which `powers` is largest: a coarse search, then a fine one around its best.

@@ -3,7 +3,7 @@
 use model_discrepancy::{
     Course, LinearModel, Options, State, Verdict, clearest_courses, close_loop,
 };
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Point3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -35,7 +35,7 @@ fn series(seed: u64, truth: impl Fn(usize) -> f64) -> LinearModel {
 }
 
 fn sessions(model: &LinearModel) -> Vec<Course> {
-    let all = clearest_courses(model, &State::start(model), 0, &elapsed());
+    let all = clearest_courses(model, &State::start(model), 0, &elapsed(), &[]);
     all.into_iter().filter(|course| matches!(course, Course::Session(_))).collect()
 }
 
@@ -76,7 +76,7 @@ fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift()
     let covered = (0..LOOPS).filter(|&seed| {
         let first = 12 + usize::try_from(seed * 7 % 36).unwrap();
         let mut model = series(3000 + seed, |i| truth * begun(i, first));
-        for course in clearest_courses(&model, &State::start(&model), 0, &elapsed()) {
+        for course in clearest_courses(&model, &State::start(&model), 0, &elapsed(), &[]) {
             let effect = course.effect(&model, 0, &elapsed(), "s", ("mm", 1.0));
             let come = course.come(&elapsed()).into_iter().map(|c| -c).collect();
             model.tangents.push(DMatrix::from_vec(N, 1, come));
@@ -95,6 +95,21 @@ fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift()
     let covered = covered.count();
     assert!(covered >= FEWEST_COVERED, "{covered}");
     assert!(added <= MOST_ADDED, "{added}");
+}
+
+/// Rows without times may be sorted: then what stands elsewhere is a place, and not a time.
+#[test]
+fn a_step_from_place_to_place_is_no_session_where_no_time_says_so() {
+    let mut model = series(1, |i| 8.0 * begun(i, 30));
+    let count = |model: &LinearModel, place: fn(usize) -> usize| {
+        let places: Vec<_> = (0..N).map(|i| Some(Point3::new(place(i) as f64, 0.0, 0.0))).collect();
+        let all = clearest_courses(model, &State::start(model), 0, &elapsed(), &places);
+        all.iter().filter(|course| matches!(course, Course::Session(_))).count()
+    };
+    assert_eq!(count(&model, |i| i), 0);
+    assert_eq!(count(&model, |i| i * 37 % N), 1);
+    model.declared.effects[0].driver = Some("time_s".to_owned());
+    assert_eq!(count(&model, |i| i), 1);
 }
 
 #[test]

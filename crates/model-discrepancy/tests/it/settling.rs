@@ -1,7 +1,7 @@
 //! Drifts that come to rest, with one time constant and with two.
 
 use model_discrepancy::{
-    LinearModel, Options, Settling, State, Verdict, clearest_settling, close_loop,
+    Course, LinearModel, Options, State, Verdict, clearest_courses, close_loop,
 };
 use nalgebra::DMatrix;
 use rand::SeedableRng;
@@ -35,11 +35,12 @@ fn series(seed: u64, truth: impl Fn(f64) -> f64) -> LinearModel {
     scalars(&data, &[("drift", elapsed()), ("shift", shifted)])
 }
 
-fn found(model: &LinearModel) -> Option<Settling> {
-    clearest_settling(model, &State::start(model), 0, &elapsed())
+fn found(model: &LinearModel) -> Option<Course> {
+    let all = clearest_courses(model, &State::start(model), 0, &elapsed(), &[]);
+    all.into_iter().find(|course| matches!(course, Course::Settling(_)))
 }
 
-fn says_two(model: &LinearModel, settling: &Settling) -> bool {
+fn says_two(model: &LinearModel, settling: &Course) -> bool {
     let effect = settling.effect(model, 0, &elapsed(), "s", ("µm", 1.0));
     effect.description.contains("% of it")
 }
@@ -64,7 +65,7 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
         model.tangents.push(DMatrix::from_vec(
             N,
             1,
-            settling.course(&elapsed()).into_iter().map(|c| -c).collect(),
+            settling.come(&elapsed()).into_iter().map(|c| -c).collect(),
         ));
         let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
         model.declared.effects.push(effect);
@@ -85,7 +86,7 @@ fn the_interval_of_the_size_counts_the_time_constant_as_found() {
         let mut model = series(700 + seed, |t| truth * course(t, 9.0));
         let settling = found(&model).expect("twelve times the noise");
         let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
-        let come = settling.course(&elapsed()).into_iter().map(|c| -c).collect();
+        let come = settling.come(&elapsed()).into_iter().map(|c| -c).collect();
         model.tangents.push(DMatrix::from_vec(N, 1, come));
         model.declared.effects.push(effect);
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
@@ -103,5 +104,5 @@ fn two_levels_show_no_time_constant() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let data: Vec<f64> = late.iter().map(|t| 0.2 * t + normal(&mut rng)).collect();
     let model = scalars(&data, &[("drift", late.clone())]);
-    assert_eq!(clearest_settling(&model, &State::start(&model), 0, &late), None);
+    assert_eq!(clearest_courses(&model, &State::start(&model), 0, &late, &[]), []);
 }

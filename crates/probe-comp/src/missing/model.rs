@@ -172,7 +172,7 @@ impl ProbeModel {
     /// The courses of the drift that the residual shows.
     fn clearest_courses(&self) -> Vec<Course> {
         let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
-        clearest_courses(self, &State::start(self), drift, elapsed)
+        clearest_courses(self, &State::start(self), drift, elapsed, &self.places_mm())
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.

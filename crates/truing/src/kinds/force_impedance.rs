@@ -4,6 +4,8 @@ mod along_path;
 mod estimates;
 mod measured;
 mod path_estimates;
+mod plan;
+mod plan_settings;
 mod settings;
 mod suspects;
 
@@ -66,6 +68,8 @@ fn read_log(folder: &Folder, document: &Document, settings: Settings) -> Result<
     let stretches = if segment_names.is_none() { stretches(&time_s) } else { Vec::new() };
     let names = segment_names.as_deref();
     let (segments, of_row) = segments(names, groups.as_deref(), &stretches, &table);
+    let unnamed = || of_row.iter().map(|segment| segments[*segment].clone()).collect();
+    let unnamed = segment_names.is_none().then(unnamed);
     let samples = samples(&table, &mut columns, (&time_s, &of_row))?;
     let extras = columns.rest(&settings.closure.columns)?;
     let sigma_n = settings.noise.force_n.map(|Positive(sigma)| sigma);
@@ -85,6 +89,8 @@ fn read_log(folder: &Folder, document: &Document, settings: Settings) -> Result<
         impedance: settings.impedance.as_ref().map(Into::into),
         samples,
         options: LogOptions { formula, sigma_n, segments },
+        unnamed,
+        plan: settings.plan,
         covariates: extras.covariates,
         groups,
         group_noun: noun,

@@ -4,6 +4,7 @@ mod example;
 mod force_impedance;
 mod frame_fit;
 mod ft_center;
+mod lean;
 mod offer;
 mod orientation;
 mod pose_icp;

@@ -7,8 +7,6 @@ use nalgebra::{Point3, Unit, Vector3};
 pub(crate) struct Offer {
     /// Table that the measurements are rows of.
     pub(crate) table: &'static str,
-    /// Observations of the model that there are, before those of the plan; `None`: one a row.
-    pub(crate) observed: Option<usize>,
     /// Columns that hold what is read: nominal in a plan, empty in the table handed out.
     pub(crate) readings: Vec<&'static str>,
     /// Columns that the table does not have, with a cell for each of its rows.
@@ -17,8 +15,10 @@ pub(crate) struct Offer {
     pub(crate) offered: Vec<Offered>,
     /// What one of them is called.
     pub(crate) noun: &'static str,
-    /// How many of them there are, before those of the plan; `None`: one an observation.
+    /// How many of them there are, before those of the plan; `None`: one a row.
     pub(crate) made: Option<usize>,
+    /// Whether the rows are a record that a controller writes, and nothing to be filled in by hand.
+    pub(crate) is_record: bool,
     /// What one of them takes, where it is declared.
     pub(crate) minutes: Option<f64>,
     /// How the machine goes there, where it is sent by a program.

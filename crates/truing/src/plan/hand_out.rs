@@ -11,6 +11,9 @@ use crate::case::CASE_FILE;
 use crate::file::{MAX_BYTES, read_text};
 use crate::kinds::{Offer, Offered};
 
+/// File that says what is to be recorded.
+const RECORDS: &str = "plan.csv";
+
 /// What is to be measured, one by one.
 pub(super) fn measurements(
     rows: &Rows,
@@ -20,9 +23,11 @@ pub(super) fn measurements(
     let one = |(name, &index): (&String, &usize)| {
         let offered @ Offered { told, touch, .. } = &offer.offered[index];
         let number = |(column, cell): &(&'static str, String)| Some((*column, cell.parse().ok()?));
+        // Cells of a record are what is read.
+        let common = offered.common().filter(|_| !offer.is_record);
         PlannedMeasurement {
             name: name.clone(),
-            cells: offered.common().filter_map(number).chain(told.iter().copied()).collect(),
+            cells: common.filter_map(number).chain(told.iter().copied()).collect(),
             touch: touch.map(|touch| PlannedTouchPlace {
                 contact_mm: touch.contact_mm.into(),
                 normal: touch.normal.into_inner().into(),
@@ -35,11 +40,29 @@ pub(super) fn measurements(
     rows.names.iter().zip(chosen).map(one).collect()
 }
 
-/// The rows handed out, by column.
-pub(super) fn handed_rows(rows: &Rows) -> Vec<BTreeMap<String, String>> {
-    let (columns, cells) = rows.handed();
+/// The rows handed out, by column: those of the table that are to be filled in, or one for each record.
+pub(super) fn handed_rows(
+    rows: &Rows,
+    offer: &Offer,
+    chosen: &[usize],
+) -> Vec<BTreeMap<String, String>> {
+    let (columns, cells) =
+        if offer.is_record { records(rows, offer, chosen) } else { rows.handed() };
     let row = |cells: &Vec<String>| columns.iter().cloned().zip(cells.iter().cloned()).collect();
     cells.iter().map(row).collect()
+}
+
+/// What is to be done in each record: its name, and what is planned of it.
+fn records(rows: &Rows, offer: &Offer, chosen: &[usize]) -> (Vec<String>, Vec<Vec<String>>) {
+    let all = || chosen.iter().map(|&index| &offer.offered[index]);
+    let told = all().next().into_iter().flat_map(|offered| offered.told.iter());
+    let names = all().next().map(|offered| offered.names.to_owned());
+    let columns = names.into_iter().chain(told.map(|(name, _)| (*name).to_owned())).collect();
+    let row = |(name, offered): (&String, &Offered)| {
+        let told = offered.told.iter().map(|(_, value)| value.to_string());
+        std::iter::once(name.clone()).chain(told).collect()
+    };
+    (columns, rows.names.iter().zip(all()).map(row).collect())
 }
 
 /// The files to work by: a case to be filled in, and the program where a machine runs one.
@@ -61,6 +84,11 @@ pub(super) fn hand_out(
         );
     }
     planned.files.extend(tables.iter().map(|(name, text)| ((*name).to_owned(), text.clone())));
+    if offer.is_record {
+        let (columns, cells) = records(rows, offer, chosen);
+        let lines = std::iter::once(&columns).chain(&cells).map(|cells| cells.join(",") + "\n");
+        planned.files.push((RECORDS.to_owned(), lines.collect()));
+    }
     let others = case.inputs.iter().filter(|input| {
         input.file == CASE_FILE
             || (tables.iter().all(|(name, _)| input.file != *name)

@@ -14,16 +14,26 @@ pub(super) struct Linear {
     starts: Vec<Option<usize>>,
 }
 
+/// Which rows of the table of measurements the observations of a model are.
+pub(super) struct Origins<'r> {
+    /// Row with which each begins; `None` where every row is one.
+    pub(super) rows: Option<Vec<usize>>,
+    /// Rows that there were; those after them could be made.
+    pub(super) n_rows: usize,
+    /// Rows of each measurement that could be made.
+    pub(super) sizes: &'r [usize],
+}
+
 impl Linear {
-    /// Of a model whose observations from `n_measured` on are those that could be made, `sizes` of
-    /// them for each measurement; `noise` is a standard uncertainty where the rows have none of
-    /// their own.
+    /// Of a model of what was measured and of what could be; `noise` is a standard uncertainty where
+    /// the rows have none of their own.
     pub(super) fn of(
         model: &dyn Model,
         effects: &[usize],
-        (n_measured, sizes): (usize, &[usize]),
+        origins: &Origins<'_>,
         noise: f64,
     ) -> Self {
+        let Origins { rows, n_rows, sizes } = origins;
         let declared = model.declared();
         let at = State::start(model);
         let mut columns = vec![model.base_jacobian(&at)];
@@ -37,13 +47,18 @@ impl Linear {
         }
         let layout = &declared.layout;
         let scale = if layout.sigma_declared { 1.0 } else { noise };
-        let of_observation: Vec<usize> = (sizes.iter().enumerate())
+        let of_row: Vec<usize> = (sizes.iter().enumerate())
             .flat_map(|(n, size)| std::iter::repeat_n(n, *size))
             .collect();
+        let origin = |observation: usize| match rows {
+            // Knowledge from outside comes after all.
+            Some(rows) => rows.get(observation).copied().unwrap_or(usize::MAX),
+            None => observation,
+        };
         let (mut measured, mut planned) = (Vec::new(), vec![Vec::new(); sizes.len()]);
         for (index, row) in layout.rows.iter().enumerate() {
-            let of_plan = (row.observation.checked_sub(n_measured))
-                .and_then(|n| of_observation.get(n).copied());
+            let of_plan =
+                origin(row.observation).checked_sub(*n_rows).and_then(|n| of_row.get(n).copied());
             let role = layout.groups[layout.observations[row.observation]].role;
             match of_plan {
                 Some(n) => planned[n].push(index),

@@ -29,7 +29,7 @@ use answer::LoopAnswer;
 use design::{Design, Goal};
 use figures::Outlook;
 use hand_out::{hand_out, handed_rows, measurements};
-use linear::Linear;
+use linear::{Linear, Origins};
 use question::{Ask, Question};
 use rows::Rows;
 
@@ -86,13 +86,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let budget = most(options.budget, offer.minutes).map_err(fail)?;
     let answer = LoopAnswer::of(case, options.answer.as_deref())?;
     let folder = &case.files.folder;
-    let n_measured = match offer.observed {
-        Some(observed) => observed,
-        None => folder.table(offer.table, &[])?.n_rows(),
-    };
-
-    let made = offer.made.unwrap_or(n_measured);
-
+    let n_rows = folder.table(offer.table, &[])?.n_rows();
+    let made = offer.made.unwrap_or(n_rows);
     let every: Vec<usize> = (0..offer.offered.len()).collect();
     let all_rows = Rows::of(folder, &offer, &every)?;
     let with_all = case.with(&all_rows.edits())?;
@@ -102,7 +97,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let loop_options = case.loop_settings.options();
     let noise = answer.noise(components(model));
     let effects = question.effects(model);
-    let linear = Linear::of(model, &effects, (n_measured, &all_rows.sizes), noise);
+    let origins = Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes };
+    let linear = Linear::of(model, &effects, &origins, noise);
     let mut goals = question.goals(model, &linear, &loop_options);
     if budget.is_some() {
         for (_, goal) in &mut goals {
@@ -137,7 +133,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);
-    let final_linear = Linear::of(final_model, &final_effects, (n_measured, &rows.sizes), noise);
+    let origins = Origins { rows: with_plan.measured.rows(), n_rows, sizes: &rows.sizes };
+    let final_linear = Linear::of(final_model, &final_effects, &origins, noise);
     let final_goals = question.goals(final_model, &final_linear, &loop_options);
     let outlook = Outlook::of(&question, final_model, &final_linear);
     let figures = outlook.figures(&final_goals, [&before, &after]);
@@ -175,7 +172,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         predicted: Prediction::of(&figures),
         figures,
         plan: measurements(&rows, &offer, &sorted),
-        measurements: handed_rows(&rows),
+        measurements: handed_rows(&rows, &offer, &sorted),
         program: None,
         warnings,
         files: Vec::new(),

@@ -8,8 +8,8 @@ pub enum PlanProblem {
     #[error(
         "no plan can be made for this case of kind {kind}; there are planners for touches \
          (`probe-comp` without neighbours, `pose-icp`), points of two frames (`frame-fit`), presses, \
-         poses and displacements (`ft-center`), targets (`positioning`), and the runs of one axis \
-         (`tracker-lm`)"
+         poses and displacements (`ft-center`), targets (`positioning`), the runs of one axis \
+         (`tracker-lm`), and those of a head (`force-impedance`, `log.csv`)"
     )]
     NoPlanner {
         /// Kind of the case.

@@ -30,7 +30,7 @@ struct Longer {
     filled: Vec<Vec<String>>,
     /// As they are handed out: what is to be measured is empty.
     empty: Vec<Vec<String>>,
-    /// Whether its rows are what is read, and so no part of what is handed out.
+    /// Whether its rows are a record, and so no part of what is handed out.
     are_readings: bool,
 }
 
@@ -48,7 +48,7 @@ impl Rows {
         let free = (1..).map(|n| format!("N{n}")).filter(|name| !known.contains(name));
         let names: Vec<String> = free.take(chosen.len()).collect();
 
-        let mut first = Longer::of(offer.table, table, offer.columns.clone(), false);
+        let mut first = Longer::of(offer.table, table, offer.columns.clone(), offer.is_record);
         let mut others: Vec<Longer> = Vec::new();
         for (&index, name) in chosen.iter().zip(&names) {
             let offered = &offer.offered[index];
@@ -89,8 +89,8 @@ impl Rows {
     }
 
     /// The rows handed out of the first table: its columns, and the cells of each.
-    pub(super) fn handed(&self) -> (Vec<String>, &[Vec<String>]) {
-        (self.tables[0].names().cloned().collect(), &self.tables[0].empty)
+    pub(super) fn handed(&self) -> (Vec<String>, Vec<Vec<String>>) {
+        (self.tables[0].names().cloned().collect(), self.tables[0].empty.clone())
     }
 }
 

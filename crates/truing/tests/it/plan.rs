@@ -185,11 +185,11 @@ fn what_cannot_be_planned_is_said() {
     );
     let told = message(&case, &["--budget", "5min"]);
     assert!(told.contains("needs `[plan] minutes_per_measurement`"), "{told}");
-    let of_head = Case::example("force-impedance");
-    assert!(
-        message(&of_head, &[])
-            .contains("no plan can be made for this case of kind force-impedance")
-    );
+    let path = "run,time_s,path_mm,force_n,reference_n\n".to_owned()
+        + &(0..40).map(|i| format!("A,{i},{i},20.{i},20\n")).collect::<String>();
+    let along = [("case.toml", "kind = \"force-impedance\"\n"), ("path.csv", path.as_str())];
+    let told = message(&Case::new(&along), &["--for", "all"]);
+    assert!(told.contains("no plan can be made for this case of kind force-impedance"), "{told}");
     for (plan, said) in [
         ("spacing = 3", "unknown key `spacing`"),
         ("x_mm = [3, 3]", "expected a number and a larger one, [low, high], found [3, 3]"),
@@ -203,6 +203,36 @@ fn what_cannot_be_planned_is_said() {
         let told = message(&case, &[]);
         assert!(told.contains(said), "{plan}: {told}");
     }
+}
+
+#[test]
+fn a_late_reference_is_seen_where_the_load_changes() {
+    let case = Case::example("force-impedance");
+    let plan = "\n[noise]\n";
+    case.replace(
+        "case.toml",
+        plan,
+        &format!("\n[plan]\nloads_n = [20, 60]\nseconds = 0.5\n{plan}"),
+    );
+    let folder = case.file("next");
+    let written = ["--for", "delay", "--budget", "6", "--out", folder.to_str().unwrap()];
+    let answer = json(&case, &written);
+    let planned = answer["plan"].as_array().unwrap();
+    assert!((1..=6).contains(&planned.len()), "{planned:?}");
+    // Under a load that stands still nobody sees when it was read.
+    let changes = |run: &&Value| run["cells"]["load_from_n"] != run["cells"]["load_to_n"];
+    assert!(2 * planned.iter().filter(changes).count() > planned.len(), "{planned:?}");
+    let of = |key: &str| answer["predicted"][key].as_f64().unwrap();
+    assert!(of("after") < of("before"), "{}", answer["predicted"]);
+    // A controller writes the log: what it is to do is one row a run, and nothing to be filled in.
+    let rows = answer["measurements"].as_array().unwrap();
+    assert_eq!(rows.len(), planned.len());
+    assert_eq!(rows[0]["segment"], "N1");
+    let log = |folder: &Path| fs::read_to_string(folder.join("log.csv")).unwrap();
+    assert_eq!(log(&folder), log(case.path()));
+    let runs = fs::read_to_string(folder.join("plan.csv")).unwrap();
+    assert_eq!(runs.lines().count(), 1 + planned.len());
+    assert!(runs.starts_with("segment,nx,ny,nz,lean_deg,lean_towards_deg,load_from_n,load_to_n,"));
 }
 
 /// An axis that stops 8 µm apart from either side, sent to its targets from below.

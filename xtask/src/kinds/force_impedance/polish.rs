@@ -148,78 +148,114 @@ const PAUSE_S: f64 = 1.0;
 pub(crate) fn simulate(run: &Run) -> Vec<Sample> {
     let mut rng = ChaCha8Rng::seed_from_u64(run.seed);
     let phases: [f64; 6] = std::array::from_fn(|_| rng.random_range(0.0..TAU));
-    let mut cells: Vec<Noise> = (0..5).map(|_| Noise::new(run.colour, &mut rng)).collect();
-    let mut lengths: Vec<Noise> = (0..4).map(|_| Noise::new(Colour::White, &mut rng)).collect();
-    let strip_s = as_f64(run.n_samples) / run.rate_hz;
-    let run_s = as_f64(run.n_segments) * (strip_s + PAUSE_S);
-    let rig = Rig { run, phases, strip_s, run_s };
-    let mut play_n = 0.0_f64;
-    let mut samples = Vec::with_capacity(run.n_segments * run.n_samples);
-    for segment in 0..run.n_segments {
-        for index in 0..run.n_samples {
-            let since_s = as_f64(index) / run.rate_hz;
-            let noise = std::array::from_fn(|i| run.noise_n * cells[i].next(&mut rng));
-            let jitter = std::array::from_fn(|i| run.length_noise_mm * lengths[i].next(&mut rng));
-            samples.push(rig.sample(segment, since_s, noise, jitter, &mut play_n));
-        }
-    }
-    samples
+    let mut rig = Rig::new(run, phases, &mut rng);
+    let strip_s = rig.strip_s;
+    let strip = |segment: usize| {
+        let at = |since_s: f64| raster(run, &phases, strip_s, segment, since_s);
+        rig.record(segment, run.n_samples, &mut rng, &at)
+    };
+    (0..run.n_segments).flat_map(strip).collect()
+}
+
+/// Runs recorded afterwards, each of so many samples, where the tool does something else.
+pub(crate) fn record_on(
+    run: &Run,
+    made: &[Box<dyn Fn(f64) -> Instant>],
+    n_samples: usize,
+    seed: u64,
+) -> Vec<Sample> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rig = Rig::new(run, [0.0; 6], &mut rng);
+    let segments = (run.n_segments..).zip(made);
+    segments.flat_map(|(segment, at)| rig.record(segment, n_samples, &mut rng, at)).collect()
 }
 
 struct Rig<'a> {
     run: &'a Run,
+    /// Of the air that nobody records.
     phases: [f64; 6],
     strip_s: f64,
     run_s: f64,
+    /// Noise of the cells and of the reference.
+    forces: Vec<Noise>,
+    lengths: Vec<Noise>,
+    /// What a reference with play shows.
+    play_n: f64,
 }
 
-/// One instant of the strip.
-struct Instant {
-    tip_mm: [f64; 3],
-    normal: [f64; 3],
-    rubs: [f64; 3],
-    press_n: f64,
+/// Where tool and workpiece are, and how hard they press.
+pub(crate) struct Instant {
+    pub(crate) tip_mm: [f64; 3],
+    /// Outward unit normal.
+    pub(crate) normal: [f64; 3],
+    /// Direction of friction on the tool; nothing where it stands.
+    pub(crate) rubs: [f64; 3],
+    pub(crate) press_n: f64,
 }
 
-impl Rig<'_> {
-    /// Where tool and workpiece are, and how hard they press, some time into a strip.
-    fn instant(&self, segment: usize, since_s: f64) -> Instant {
-        let [p0, p1, p2, p3, p4, p5] = self.phases;
-        let way = if segment.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let (x, z) =
-            (way * FEED_MM_PER_S * (since_s - 0.5 * self.strip_s), PITCH_MM * as_f64(segment));
-        let [[a, l], [b, m]] = WAVES;
-        let slope_x = TAU * a / l * (TAU * x / l + p0).cos();
-        let slope_z = TAU * b / m * (TAU * z / m + p1).cos();
-        let up = [-slope_x, 1.0, -slope_z];
-        let normal = scale(1.0 / norm(&up), up);
-        let along = [way, way * slope_x, 0.0];
-        let along = scale(1.0 / norm(&along), along);
-        // The pad turns: its rub is turned from the feed by 40°.
-        let across = cross(normal, along);
-        let rubs = add(scale(-0.766, along), scale(-0.643, across));
-        let t = since_s + as_f64(segment) * self.strip_s;
-        let off_mm = 0.5 * (TAU * 0.21 * t + p2).sin() + 0.25 * (TAU * 0.57 * t + p3).sin();
-        let load_n = self.run.loads_n[segment % self.run.loads_n.len()];
-        let ripple = 0.10 * (TAU * 0.9 * t + p4).sin() + 0.06 * (TAU * 1.7 * t + p5).sin();
-        Instant {
-            tip_mm: add(HeadModel::USUAL.start_tip_mm(), scale(off_mm, normal)),
-            normal,
-            rubs,
-            press_n: load_n * (1.0 + ripple),
-        }
+/// Some time into a strip of a raster over a wavy workpiece.
+fn raster(run: &Run, phases: &[f64; 6], strip_s: f64, segment: usize, since_s: f64) -> Instant {
+    let [p0, p1, p2, p3, p4, p5] = *phases;
+    let way = if segment.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let (x, z) = (way * FEED_MM_PER_S * (since_s - 0.5 * strip_s), PITCH_MM * as_f64(segment));
+    let [[a, l], [b, m]] = WAVES;
+    let slope_x = TAU * a / l * (TAU * x / l + p0).cos();
+    let slope_z = TAU * b / m * (TAU * z / m + p1).cos();
+    let up = [-slope_x, 1.0, -slope_z];
+    let normal = scale(1.0 / norm(&up), up);
+    let along = [way, way * slope_x, 0.0];
+    let along = scale(1.0 / norm(&along), along);
+    // The pad turns: its rub is turned from the feed by 40°.
+    let across = cross(normal, along);
+    let rubs = add(scale(-0.766, along), scale(-0.643, across));
+    let t = since_s + as_f64(segment) * strip_s;
+    let off_mm = 0.5 * (TAU * 0.21 * t + p2).sin() + 0.25 * (TAU * 0.57 * t + p3).sin();
+    let load_n = run.loads_n[segment % run.loads_n.len()];
+    let ripple = 0.10 * (TAU * 0.9 * t + p4).sin() + 0.06 * (TAU * 1.7 * t + p5).sin();
+    Instant {
+        tip_mm: add(HeadModel::USUAL.start_tip_mm(), scale(off_mm, normal)),
+        normal,
+        rubs,
+        press_n: load_n * (1.0 + ripple),
+    }
+}
+
+impl<'a> Rig<'a> {
+    fn new(run: &'a Run, phases: [f64; 6], rng: &mut ChaCha8Rng) -> Self {
+        let forces = (0..5).map(|_| Noise::new(run.colour, rng)).collect();
+        let lengths = (0..4).map(|_| Noise::new(Colour::White, rng)).collect();
+        let strip_s = as_f64(run.n_samples) / run.rate_hz;
+        let run_s = as_f64(run.n_segments) * (strip_s + PAUSE_S);
+        Self { run, phases, strip_s, run_s, forces, lengths, play_n: 0.0 }
+    }
+
+    /// A segment, of what goes on some time after it began.
+    fn record(
+        &mut self,
+        segment: usize,
+        n_samples: usize,
+        rng: &mut ChaCha8Rng,
+        at: &dyn Fn(f64) -> Instant,
+    ) -> Vec<Sample> {
+        let run = self.run;
+        let one = |index: usize| {
+            let since_s = as_f64(index) / run.rate_hz;
+            let noise = std::array::from_fn(|i| run.noise_n * self.forces[i].next(rng));
+            let jitter = std::array::from_fn(|i| run.length_noise_mm * self.lengths[i].next(rng));
+            self.sample((segment, since_s), at, noise, jitter)
+        };
+        (0..n_samples).map(one).collect()
     }
 
     fn sample(
-        &self,
-        segment: usize,
-        since_s: f64,
+        &mut self,
+        (segment, since_s): (usize, f64),
+        at: &dyn Fn(f64) -> Instant,
         noise: [f64; 5],
         jitter: [f64; 4],
-        play_n: &mut f64,
     ) -> Sample {
         let run = self.run;
-        let now = self.instant(segment, since_s);
+        let now = at(since_s);
         let time_s = as_f64(segment) * (self.strip_s + PAUSE_S) + since_s;
         let flaws = [run.flaw, run.also];
         let heavier_n: f64 =
@@ -230,7 +266,7 @@ impl Rig<'_> {
         let force_n = add(scale(now.press_n, now.normal), rub_n);
         let mut cells_n = placed.cells_n(force_n, BRACING_N);
         let mut lengths_mm = placed.lengths_mm;
-        let later = norm(&self.instant(segment, since_s + 1e-4).tip_mm);
+        let later = norm(&at(since_s + 1e-4).tip_mm);
         // Damp air comes and goes with the hour, not with the strips.
         let humidity_pct = 45.0 + 6.0 * (TAU * 1.37 * time_s / self.run_s + self.phases[0]).sin();
         let air_c = self.air_c(time_s);
@@ -258,12 +294,13 @@ impl Rig<'_> {
         }
         let late_s: f64 =
             flaws.iter().map(|f| if let Flaw::Delay(late_s) = f { *late_s } else { 0.0 }).sum();
-        let mut reference_n = self.instant(segment, since_s - late_s).press_n;
+        let mut reference_n = at(since_s - late_s).press_n;
         for flaw in flaws {
             match flaw {
                 Flaw::Play(width_n) => {
-                    *play_n = play_n.clamp(reference_n - width_n, reference_n + width_n);
-                    reference_n = *play_n;
+                    let within = (reference_n - width_n, reference_n + width_n);
+                    self.play_n = self.play_n.clamp(within.0, within.1);
+                    reference_n = self.play_n;
                 }
                 Flaw::Strip(off, high_n) if off == segment => reference_n += high_n,
                 Flaw::Warming(n) => reference_n -= n * (1.0 - (-8.0 * time_s / self.run_s).exp()),

@@ -10,10 +10,13 @@ use truing_report::{Curve, CurvePlot, Fact};
 use super::estimates::{
     ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate,
 };
+use super::plan::{self, Logged};
+use super::plan_settings::HeadPlanSettings;
 use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::count::count;
 use crate::estimates::Estimates;
+use crate::kinds::Offer;
 use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
 use crate::regrouped::Regrouped;
 use crate::suspect::Yardstick;
@@ -33,6 +36,9 @@ pub(super) struct LogCase {
     pub(super) impedance: Option<ImpedanceParameters>,
     pub(super) samples: Vec<LogSample>,
     pub(super) options: LogOptions,
+    /// Name of the segment of each sample, where no column has it.
+    pub(super) unnamed: Option<Vec<String>>,
+    pub(super) plan: HeadPlanSettings,
     /// One value per sample.
     pub(super) covariates: Vec<NumberColumn>,
     /// One name per sample.
@@ -198,6 +204,21 @@ impl Measured for LogCase {
             self.estimates(solved, residuals_n, &corrections_n, (conditions, blocks))
         });
         Ok(Prepared { model, covariates, estimates, about: None })
+    }
+
+    fn offer(&self) -> Result<Option<Offer>, Error> {
+        let logged = Logged {
+            head: &self.head,
+            formula: self.options.formula,
+            samples: &self.samples,
+            solved: &self.solved()?,
+            segments: self.unnamed.clone(),
+        };
+        Ok(Some(plan::offer(&self.plan, &logged)))
+    }
+
+    fn rows(&self) -> Option<Vec<usize>> {
+        Some(LogModel::ranges(&self.samples).into_iter().map(|samples| samples.start).collect())
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {

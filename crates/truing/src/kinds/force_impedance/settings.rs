@@ -3,6 +3,7 @@
 use force_impedance::ForceFormula;
 use serde::Deserialize;
 
+use super::plan_settings::HeadPlanSettings;
 use crate::case::{Finite, LoopSettings, Positive};
 
 pub(super) const LOG: &str = "log.csv";
@@ -46,6 +47,8 @@ pub(super) struct Settings {
     pub(super) noise: NoiseSettings,
     #[serde(default, rename = "conformity")]
     pub(super) _conformity: serde::de::IgnoredAny,
+    #[serde(default)]
+    pub(super) plan: HeadPlanSettings,
     #[serde(default, rename = "loop")]
     pub(super) closure: LoopSettings,
 }

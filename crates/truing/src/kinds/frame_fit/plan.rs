@@ -45,11 +45,11 @@ pub(super) fn offer<const D: usize>(
     });
     Ok(Offer {
         table: PAIRS,
-        observed: None,
         readings: TO[..D].to_vec(),
         columns: Vec::new(),
         offered: shuffled(&offered.collect::<Vec<_>>()),
         noun: "point",
+        is_record: false,
         made: None,
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

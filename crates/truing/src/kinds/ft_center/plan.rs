@@ -6,11 +6,12 @@ use ft_center::{Contact, GravityCalibration, Located, Press, PressRole, SolvedPr
 use geometry::Wrench;
 use nalgebra::{Point2, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::plan_settings::{Lean, SensorPlanSettings};
+use super::plan_settings::SensorPlanSettings;
 use super::settings::{GRAVITY, PRESSES, WRENCH};
 use crate::Error;
 use crate::case::{Location, Positive, Problem};
 use crate::count::count;
+use crate::kinds::lean::Lean;
 use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, shuffled};
 use crate::kinds::{Beside, Cells, Offer, Offered};
 
@@ -90,12 +91,12 @@ pub(super) fn presses(
     });
     Ok(Offer {
         table: PRESSES,
-        observed: Some(of.presses.iter().filter(|p| p.role != PressRole::Locate).count()),
         readings: Vec::new(),
         columns: Vec::new(),
         offered: offered.collect(),
         noun: "press",
-        made: None,
+        is_record: false,
+        made: Some(of.presses.iter().filter(|p| p.role != PressRole::Locate).count()),
         minutes: settings.minutes(),
         reach: None,
     })
@@ -216,11 +217,11 @@ pub(super) fn poses(
     }
     Offer {
         table: GRAVITY,
-        observed: None,
         readings: vec!["fx_n", "fy_n", "fz_n", "mx_nmm", "my_nmm", "mz_nmm"],
         columns: Vec::new(),
         offered: shuffled(&offered),
         noun: "pose",
+        is_record: false,
         made: None,
         minutes: settings.minutes(),
         reach: None,

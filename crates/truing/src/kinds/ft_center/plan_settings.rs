@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::case::{Finite, Positive};
+use crate::kinds::lean::Lean;
 use crate::kinds::positioning::{AxisPlanSettings, Ways};
 use crate::kinds::touching::Range;
 
@@ -20,22 +21,6 @@ pub(crate) struct SensorPlanSettings {
     pub(super) directions: Option<Ways>,
     pub(super) cycles: Option<u8>,
     pub(super) minutes_per_measurement: Option<Positive>,
-}
-
-/// An angle from upright, below a right angle for a press.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lean(pub(super) f64);
-
-impl<'de> Deserialize<'de> for Lean {
-    fn deserialize<D: serde::de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Finite(angle) = Finite::deserialize(deserializer)?;
-        if (0.0..=180.0).contains(&angle) {
-            return Ok(Self(angle));
-        }
-        Err(serde::de::Error::custom(format_args!(
-            "expected an angle from upright, from 0 to 180, found {angle}"
-        )))
-    }
 }
 
 impl SensorPlanSettings {

@@ -78,11 +78,11 @@ pub(super) fn offer(
     let highest = balls.chain(points.centers_mm.iter().map(|p| p.z)).fold(f64::MIN, f64::max);
     Ok(Offer {
         table: POINTS,
-        observed: None,
         readings: XYZ.to_vec(),
         columns: Vec::new(),
         offered,
         noun: "touch",
+        is_record: false,
         made: None,
         minutes: case.plan.minutes(),
         reach: (tip.side == TipSide::Above).then(|| case.plan.reach(highest)),

@@ -80,11 +80,11 @@ impl AxisPlanSettings {
         }
         Offer {
             table: table.file,
-            observed: None,
             readings: vec![reading],
             columns: Vec::new(),
             offered: shuffled(&offered),
             noun: "reading",
+            is_record: false,
             made: None,
             minutes: self.minutes_per_measurement.map(|Positive(minutes)| minutes),
             reach: None,

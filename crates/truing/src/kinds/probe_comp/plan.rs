@@ -60,11 +60,11 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
     let from_above = nominal.side() == Side::Along || reachable.iter().all(|p| p.normal.z >= 0.0);
     Ok(Some(Offer {
         table: TOUCHES,
-        observed: None,
         readings: XYZ.to_vec(),
         columns,
         offered,
         noun: "touch",
+        is_record: false,
         made: None,
         minutes: settings.minutes(),
         reach: from_above.then(|| settings.reach(highest)),

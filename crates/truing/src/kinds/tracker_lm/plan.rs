@@ -67,7 +67,6 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
     }
     Offer {
         table: of.table,
-        observed: None,
         readings: match of.sight {
             Sight::Range(_) => vec!["displacement_mm"],
             Sight::Point(_) => PLACE.to_vec(),
@@ -75,6 +74,7 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
         columns: Vec::new(),
         offered: shuffled(&offered),
         noun: "run",
+        is_record: false,
         made: Some(of.steps.len()),
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

@@ -178,6 +178,11 @@ impl Measured for PressCase {
         Ok(Prepared { model, covariates, estimates, about: None })
     }
 
+    fn rows(&self) -> Option<Vec<usize>> {
+        let is_known = |&press: &usize| self.presses[press].role != PressRole::Locate;
+        Some((0..self.presses.len()).filter(is_known).collect())
+    }
+
     fn offer(&self) -> Result<Option<Offer>, Error> {
         if self.saved.is_some() {
             return Ok(None);
