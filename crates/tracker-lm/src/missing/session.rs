@@ -85,7 +85,7 @@ fn clearest(
     station: Option<usize>,
     rows: &Rows<'_>,
 ) -> Option<Session> {
-    let begun = fitted.beginnings(station);
+    let (begun, stops) = fitted.beginnings(station);
     let searched = begun.len();
     let session = |first: usize| Session { station, first, searched };
     let taken = |shares: &[Vec<f64>]| fitted.taken(station, shares, rows);
@@ -94,15 +94,24 @@ fn clearest(
     let most_of = |tried: &mut dyn Iterator<Item = usize>| {
         tried.filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let stride = searched.div_ceil(TRIED).max(1);
-    let (coarse, about) = most_of(&mut (0..searched).step_by(stride))?;
+    // First at stops of the axis: what begins amid one is shown by that one alone where its angle is met
+    // once.
+    let stride = stops.len().div_ceil(TRIED).max(1);
+    let (coarse, about) = most_of(&mut stops.iter().copied().step_by(stride))?;
     let drift = fitted.drift(station);
     let (evenly, width) = taken(std::slice::from_ref(&drift)).unwrap_or((0.0, 0));
     let (_, shown) = taken(&[shift(begun[about])])?;
     if fitted.p_value([0.0, coarse], [0, shown]) * count(searched) > IN_SIGHT {
         return None;
     }
-    let (from, to) = (about.saturating_sub(stride), (about + stride).min(searched - 1));
+    let beside = |at: usize, by: usize| {
+        let stop = stops.partition_point(|&stop| stop < at);
+        (stops[stop.saturating_sub(by)], stops[(stop + by).min(stops.len() - 1)])
+    };
+    let (from, to) = beside(about, stride);
+    let within = stops.iter().copied().filter(|stop| (from..=to).contains(stop));
+    let (_, at_stop) = most_of(&mut within.into_iter())?;
+    let (from, to) = beside(at_stop, 1);
     let (most, best) = most_of(&mut (from..=to))?;
     let (both, all) = taken(&[drift, shift(begun[best])])?;
     let p_value = fitted.p_value([evenly, both], [width, all]) * count(searched);
@@ -110,21 +119,25 @@ fn clearest(
 }
 
 impl LookedThrough<'_> {
-    /// First readings of every session that there may be, in the order of time: between two stops of the
-    /// axis, for what begins amid one is shown by that one alone where its angle is met once.
-    fn beginnings(&self, station: Option<usize>) -> Vec<usize> {
+    /// First readings of every session that there may be, in the order of time, and which of these are the
+    /// first at a stop of the axis.
+    fn beginnings(&self, station: Option<usize>) -> (Vec<usize>, Vec<usize>) {
         let is_own = |r: &usize| station.is_none_or(|own| own == self.readings[*r].station);
         let mut own: Vec<usize> = (0..self.readings.len()).filter(is_own).collect();
         own.sort_by(|&a, &b| self.readings[a].time.total_cmp(&self.readings[b].time));
         let seen = |at: usize| &self.readings[own[at]];
-        let stops: Vec<usize> =
-            (0..own.len()).filter(|&at| at == 0 || seen(at - 1).step != seen(at).step).collect();
-        let within = MIN_STOPS..(stops.len() + 1).saturating_sub(MIN_STOPS).max(MIN_STOPS);
-        let all = stops.get(within).unwrap_or_default().iter().copied();
-        all.filter(|&at| (MIN_SIDE..=own.len() - MIN_SIDE.min(own.len())).contains(&at))
-            .filter(|&at| seen(at - 1).time < seen(at).time)
-            .map(|at| own[at])
-            .collect()
+        let is_stop = |at: usize| at == 0 || seen(at - 1).step != seen(at).step;
+        let stops: Vec<usize> = (0..own.len()).filter(|&at| is_stop(at)).collect();
+        let [Some(first), Some(last)] = [Some(MIN_STOPS), stops.len().checked_sub(MIN_STOPS)]
+            .map(|stop| stop.and_then(|stop| stops.get(stop).copied()))
+        else {
+            return (Vec::new(), Vec::new());
+        };
+        let (first, last) = (first.max(MIN_SIDE), last.min(own.len().saturating_sub(MIN_SIDE)));
+        let begun: Vec<usize> =
+            (first..=last).filter(|&at| seen(at - 1).time < seen(at).time).collect();
+        let at_stops = (0..begun.len()).filter(|&k| is_stop(begun[k])).collect();
+        (begun.into_iter().map(|at| own[at]).collect(), at_stops)
     }
 
     /// Time since the first reading of what is moved.
