@@ -3,14 +3,16 @@
 //! A positive amplitude is a ball that is larger, a surface that is higher, a reading that is
 //! longer than declared.
 
-use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
+use model_discrepancy::{Covariate, Quantity, Role};
 use nalgebra::Vector3;
 
+use super::entry::{AXES, Entry, Setting, entry, parameter};
 use super::form::Form;
 use super::measured::MeasuredTouch;
+use super::reversal::reversals;
 use super::setup::reported;
 use super::term::Term;
-use crate::{Part, PoseParameter};
+use crate::PoseParameter;
 
 /// Reference temperature of dimensional measurement, ISO 1.
 const REFERENCE_C: f64 = 20.0;
@@ -29,37 +31,6 @@ const NO_MACHINE: f64 = 1e-2;
 const NO_PART: f64 = 1.0;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
-
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// An effect as the loop sees it, and what it does.
-#[derive(Clone, Debug)]
-pub(crate) struct Entry {
-    pub(crate) effect: Effect,
-    pub(crate) term: Term,
-}
-
-/// What the catalogue depends on.
-pub(crate) struct Setting<'a> {
-    pub(crate) part: &'a Part,
-    pub(crate) held: &'a [PoseParameter],
-    /// Held ones that are not in question.
-    pub(crate) known: &'a [PoseParameter],
-    pub(crate) touches: &'a [MeasuredTouch],
-    pub(crate) covariates: &'a [Covariate],
-    /// Whether the machine has axes that may be wrong.
-    pub(crate) machine_axes: bool,
-    /// Distance from the axis at which the heights of errors of form count.
-    pub(crate) form_radius_mm: f64,
-    /// Rotation of the part about its axis.
-    pub(crate) gamma_rad: f64,
-    /// Mean of the readings, machine frame.
-    pub(crate) center_mm: Vector3<f64>,
-    /// Mean squares of the normals' components, machine frame.
-    pub(crate) normal_squares: Vector3<f64>,
-    /// Root mean square of the normals' components times the height over the mean, machine frame.
-    pub(crate) lateral_travel_mm: Vector3<f64>,
-}
 
 /// The catalogue.
 pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
@@ -99,6 +70,7 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
         entries.extend(diagonal_saddle(setting));
         entries.extend(scales(setting.center_mm));
         entries.push(squareness(setting));
+        entries.extend(reversals(setting));
     }
     entries.push(drift(setting));
     entries.extend(temperatures(setting.covariates));
@@ -109,24 +81,6 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
 /// A form with the place where its height counts, without which its amplitude says nothing.
 fn at_radius(text: &str, setting: &Setting<'_>) -> String {
     format!("{text}; height at {:.1} mm from the axis", setting.form_radius_mm)
-}
-
-fn entry(id: &str, description: &str, parameters: Vec<Parameter>, term: Term) -> Entry {
-    let effect = Effect::new(id, description, parameters).within(scope(&term));
-    Entry { effect, term }
-}
-
-/// What a term moves; touches in one plane, on one diameter or at 20 °C show nothing of some.
-fn scope(term: &Term) -> Scope {
-    match term {
-        Term::BadPoint { observation } => Scope::Observation(*observation),
-        Term::Tip | Term::Form(Form::VertexRadius | Form::Conic | Form::Focus) => Scope::Everywhere,
-        _ => Scope::SomeDesigns,
-    }
-}
-
-fn parameter(name: &str, unit: &str, report_factor: f64) -> Parameter {
-    Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
 }
 
 /// What the declared model holds may be wrong; γ of a surface of revolution changes nothing.

@@ -7,7 +7,8 @@ use model_discrepancy::{
 };
 use nalgebra::{Point3, Vector3};
 
-use super::effects::{self, Entry, Setting, ratio};
+use super::effects::{self, ratio};
+use super::entry::{Entry, Setting};
 use super::measured::MeasuredTouch;
 use super::setup::{Setup, reported};
 use super::term::{Contact, Distances, Term, combined};
@@ -281,7 +282,7 @@ impl PoseModel {
         Distances {
             shape: self.part.shape(),
             radius_mm: self.part.form_radius_mm(&self.contacts),
-            side: if self.options.tip.side == crate::TipSide::Above { 1.0 } else { -1.0 },
+            side: side(&self.options),
         }
     }
 
@@ -331,6 +332,11 @@ impl PoseModel {
     }
 }
 
+/// +1 or −1: the side of the part on which the ball is.
+fn side(options: &PoseOptions) -> f64 {
+    if options.tip.side == crate::TipSide::Above { 1.0 } else { -1.0 }
+}
+
 fn contacts(
     part: &Part,
     touches: &[MeasuredTouch],
@@ -358,9 +364,11 @@ fn setting<'a>(
     let sum = touches.iter().fold(Vector3::zeros(), |sum, t| sum + t.touch.center_mm.coords);
     let center_mm: Vector3<f64> = sum / n;
     let (mut normal_squares, mut travel_squares) = (Vector3::zeros(), Vector3::zeros());
-    for (index, contact) in contacts.iter().enumerate() {
-        let normal = setups[setup_of[index]].reference.direction_to_machine(&contact.normal);
-        let squares = normal.component_mul(&normal) / n;
+    let normals: Vec<_> = (contacts.iter().zip(setup_of))
+        .map(|(contact, &setup)| setups[setup].reference.direction_to_machine(&contact.normal))
+        .collect();
+    for (index, normal) in normals.iter().enumerate() {
+        let squares = normal.component_mul(normal) / n;
         normal_squares += squares;
         travel_squares += squares * (touches[index].touch.center_mm.z - center_mm.z).powi(2);
     }
@@ -374,6 +382,8 @@ fn setting<'a>(
         covariates,
         gamma_rad: setups[0].reference.angles.gamma_rad,
         center_mm,
+        normals,
+        side: side(options),
         normal_squares,
         lateral_travel_mm: travel_squares.map(f64::sqrt),
     }

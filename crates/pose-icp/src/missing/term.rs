@@ -20,12 +20,24 @@ pub(crate) enum Term {
     Scale { fixed_mm: Vector3<f64>, axis: usize },
     /// The machine's axes are not square: `first += γ second` for each pair; about `fixed_mm`.
     Squareness { fixed_mm: Vector3<f64>, pairs: Vec<(usize, usize)> },
+    /// Axes stop behind where they are read, on the side that they came from: +1 or −1 by touch along
+    /// each of `axes`.
+    Reversal { ways: Vec<Vector3<f64>>, axes: Vec<usize>, ways_from: WaysFrom },
     /// Readings along the axes in `axes` go with time or order.
     Drift { elapsed: Vec<f64>, axes: Vec<usize> },
     /// Readings of z, and the part's size, go with a temperature.
     Temperature { excess_k: Vec<f64> },
     /// One touch is off on its own.
     BadPoint { observation: usize },
+}
+
+/// What says from which side an axis came to a touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WaysFrom {
+    /// The touch before: the axis was sent there first, and the touch itself is made along another one.
+    TouchBefore,
+    /// The approach: the ball comes along the normal, with all axes moving.
+    Approach,
 }
 
 /// Where and how a touch was made.
@@ -47,6 +59,12 @@ impl Term {
             Self::Squareness { fixed_mm, pairs } => {
                 let arm = arm(fixed_mm);
                 pairs.iter().map(|&(first, second)| Vector3::ith(first, arm[second])).collect()
+            }
+            Self::Reversal { ways, axes, ways_from } => {
+                let way = ways.get(contact.observation).copied().unwrap_or_default();
+                let along = axes.iter().map(|&axis| Vector3::ith(axis, way[axis]));
+                let first = (*ways_from == WaysFrom::TouchBefore).then(Vector3::zeros);
+                along.chain(first).collect()
             }
             Self::Drift { elapsed, axes } => {
                 let elapsed = elapsed.get(contact.observation).copied().unwrap_or(0.0);
@@ -72,6 +90,14 @@ impl Term {
                 .map(|height| height * normal.z)
                 .collect(),
             Self::Patch(patch) => vec![patch.share(&contact.foot.point_mm)],
+            Self::Reversal { ways, axes, ways_from: WaysFrom::TouchBefore } => {
+                // From which side an axis came to the first touch is not known.
+                let way = ways.get(contact.observation);
+                let is_unknown = way.is_some_and(|way| axes.iter().any(|&axis| way[axis] == 0.0));
+                let mut distances = vec![0.0; axes.len()];
+                distances.push(f64::from(u8::from(is_unknown)));
+                distances
+            }
             Self::Temperature { excess_k } => {
                 let excess_k = excess_k.get(contact.observation).copied().unwrap_or(0.0);
                 vec![0.0, normal.dot(&contact.foot.point_mm.coords) * excess_k]

@@ -6,11 +6,13 @@
 use std::collections::HashMap;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
+use nalgebra::Vector3;
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
-use crate::missing::course::{self, Course, Courses};
+use crate::missing::course::{self, Course, Courses, moved, seen};
 use crate::missing::moves::{Moves, Part};
+use crate::missing::session::Session;
 use crate::missing::sights::Sight;
 use crate::{Approach, Range, Step, Survey};
 
@@ -58,8 +60,10 @@ pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     entries.push(incidence(scene));
     entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
+    entries.extend((0..n_stations).map(|i| drift_along_beams(scene, i)));
     entries.extend((n_stations > 1).then(|| common_drift(scene)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
+    entries.extend(scene.courses.sessions.iter().map(|session| another_session(scene, session)));
     entries.extend(temperatures(scene));
     entries.extend(changes.iter().map(|offered| {
         let mut entry = changed(scene, offered.change);
@@ -141,6 +145,11 @@ impl Scene<'_> {
         }
         let since = |(range, time): (&Range, &f64)| time - locked[&(range.station, range.mount)];
         self.survey.ranges.iter().zip(self.time).map(since).collect()
+    }
+
+    /// Law of a course that comes to rest.
+    fn law(&self, course: &Course) -> Option<String> {
+        course.law(if self.timed { "s" } else { "of the run" })
     }
 
     /// Unit and factor of something per unit of time.
@@ -257,13 +266,44 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let course = &scene.courses.of_station[station];
     let share = course::of_station(scene.survey, scene.time, station, course);
     let words = |rest: Option<String>| match rest {
-        None => format!("station {name} moves steadily while it measures"),
+        None => format!(
+            "station {name} moves steadily since its first reading, at which its place is printed"
+        ),
         Some(rest) => format!(
             "station {name} moves and comes to rest since its first reading, at which its place is \
              printed: {rest}"
         ),
     };
     drift(scene, Some(name.clone()), words, course, &share)
+}
+
+/// The part of a station's drift that goes along its beams: to one lock after the other it looks like a
+/// reading that drifts, and is to be named beside it.
+fn drift_along_beams(scene: &Scene<'_>, station: usize) -> Entry {
+    let name = &scene.survey.stations[station].name;
+    let course = &scene.courses.of_station[station];
+    let share = course::of_station(scene.survey, scene.time, station, course);
+    let own = scene.sights.iter().zip(&scene.survey.ranges).filter(|(_, r)| r.station == station);
+    let mean = own.fold(Vector3::zeros(), |sum, (sight, _)| sum + sight.beam);
+    // As it is printed.
+    let printed = |v: f64| format!("{v:.3}").parse().unwrap_or(v);
+    let way: Vector3<f64> = mean.try_normalize(f64::MIN_POSITIVE).unwrap_or_default().map(printed);
+    let rest = scene.law(course);
+    let text = format!(
+        "station {name} moves along ({:.3}, {:.3}, {:.3}), the mean of its beams, since its first reading, at \
+         which its place is printed{}",
+        way.x,
+        way.y,
+        way.z,
+        rest.as_ref().map_or_else(String::new, |law| format!(", and comes to rest: {law}"))
+    );
+    let (unit, factor) = if rest.is_some() { ("mm", 1.0) } else { scene.rate() };
+    let parameters = vec![parameter("along the beams", unit, factor)];
+    let moves = (Part::StationAlong(way), |r: usize| share[r]);
+    let subject = Some(format!("{name}, along its beams"));
+    let mut entry = scene.entry_that_moves("station-drift", subject, text, parameters, moves);
+    entry.effect.searched = course.searched;
+    entry
 }
 
 /// Of all stands alike, or of the machine against them, as on a floor that warms up.
@@ -292,18 +332,52 @@ fn drift(
     course: &Course,
     share: &[f64],
 ) -> Entry {
-    let (law, (unit, factor)) = match course.time_constant {
-        None => (None, scene.rate()),
-        Some(constant) => {
-            let unit = if scene.timed { "s" } else { "of the run" };
-            (Some(format!("1 − exp(−t/τ), τ = {constant} {unit}")), ("mm", 1.0))
-        }
-    };
+    let law = scene.law(course);
+    let (unit, factor) = if law.is_some() { ("mm", 1.0) } else { scene.rate() };
     let parameters = coordinates(unit, factor);
     let moves = (Part::Station, |r: usize| share[r]);
     let mut entry = scene.entry_that_moves("station-drift", subject, words(law), parameters, moves);
     entry.effect.searched = course.searched;
     entry
+}
+
+/// From some reading on the machine, or one stand, is elsewhere: another session, or a stand that was
+/// knocked.
+fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
+    let survey = scene.survey;
+    let first = &survey.ranges[session.first];
+    let named = |of: usize| &survey.stations[of].name;
+    let (mount, step) = (&survey.mounts[first.mount].name, &survey.steps[first.step].name);
+    let since = session.share(&seen(survey, scene.time));
+    let moves = (moved(session.station), |r: usize| since[r]);
+    let mut entry = if let Some(station) = session.station {
+        let subject = format!("{} from {mount} at {step} on", named(station));
+        let text = format!(
+            "station {} stands elsewhere from its reading of {mount} at step {step} on; its place is              printed as it was before",
+            named(station)
+        );
+        let parameters = coordinates("µm", 1e3);
+        scene.entry_that_moves("station-shift", Some(subject), text, parameters, moves)
+    } else {
+        let from = format!("{}-{mount} at {step}", named(first.station));
+        let text = format!(
+            "the axis, or what carries it, lies elsewhere against all stations from the reading of              {from} on: it was moved, or another session began; displacement and rotation of the              axis in the machine's frame"
+        );
+        let subject = format!("from {from} on");
+        let parameters = motion(["µm", "µrad"], str::to_owned);
+        scene.entry_that_moves("session-shift", Some(subject), text, parameters, moves)
+    };
+    entry.effect.searched = session.searched;
+    entry
+}
+
+/// Displacement and rotation, coordinate by coordinate.
+pub(crate) fn motion([mm, rad]: [&str; 2], name: impl Fn(&str) -> String) -> Vec<Parameter> {
+    let one = |(c, of): (usize, &&str)| {
+        let (unit, factor) = if c < 3 { (mm, 1e3) } else { (rad, 1e6) };
+        parameter(&name(of), unit, factor)
+    };
+    ["x", "y", "z", "a", "b", "c"].iter().enumerate().map(one).collect()
 }
 
 fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {

@@ -13,6 +13,7 @@ pub(crate) mod orders;
 mod proposals;
 pub(crate) mod reduce;
 mod reduction;
+pub(crate) mod session;
 mod sights;
 mod solved;
 pub(crate) mod stops;

@@ -8,11 +8,12 @@ use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
 use nalgebra::Vector3;
 
 use super::TargetSurvey;
-use super::faults::Fault;
+use super::faults::{Fault, seen};
 use super::sight::Sight;
 use crate::Approach;
 use crate::count::count;
-use crate::missing::effects::{REFERENCE_C, approaches, coordinates, parameter};
+use crate::missing::effects::{REFERENCE_C, approaches, coordinates, motion, parameter};
+use crate::missing::session::Session;
 
 /// An effect as the loop sees it, and what it does to every reading.
 #[derive(Clone, Debug)]
@@ -72,21 +73,12 @@ impl Scene<'_> {
     }
 }
 
-/// Displacement and rotation, coordinate by coordinate.
-fn six([mm, rad]: [&str; 2], name: impl Fn(&str) -> String) -> Vec<Parameter> {
-    let one = |(c, of): (usize, &&str)| {
-        let (unit, factor) = if c < 3 { (mm, 1e3) } else { (rad, 1e6) };
-        parameter(&name(of), unit, factor)
-    };
-    ["x", "y", "z", "a", "b", "c"].iter().enumerate().map(one).collect()
-}
-
 /// Half of the difference between coming with rising and with falling angles, error by error.
 fn backlash(scene: &Scene<'_>) -> Entry {
     let text = "the axis stops elsewhere when it comes from the other side".to_owned();
     let approaches = approaches(&scene.survey.steps);
     let letter = scene.survey.axis.letter.letter();
-    let parameters = six(["µm", "µrad"], |c| format!("E{}{letter}", c.to_uppercase()));
+    let parameters = motion(["µm", "µrad"], |c| format!("E{}{letter}", c.to_uppercase()));
     let way = |n: usize| match approaches[scene.survey.targets[n].step] {
         Approach::Positive => 0.5,
         Approach::Negative => -0.5,
@@ -123,10 +115,10 @@ fn body_motions(scene: &Scene<'_>) -> Vec<Entry> {
     }
     let first_rad = scene.survey.steps[0].angle_rad;
     // Few amplitudes at a time: with as many as stops of the axis, none could be told from chance.
-    let motion = |name: &String, (id, verb, first): (&str, &str, usize), wave: Wave| {
+    let moved = |name: &String, (id, verb, first): (&str, &str, usize), wave: Wave| {
         let text =
             format!("the reflectors of {name} {verb} against the others with the angle's {wave}");
-        let parameters = six(["µm", "µrad"], str::to_owned)[first..first + 3].to_vec();
+        let parameters = motion(["µm", "µrad"], str::to_owned)[first..first + 3].to_vec();
         scene.entry(id, Some(format!("{name}, {wave}")), text, parameters, |n, p| {
             let t = &scene.survey.targets[n];
             if scene.bodies[t.mount] != *name {
@@ -140,7 +132,7 @@ fn body_motions(scene: &Scene<'_>) -> Vec<Entry> {
     let others = names.into_iter().skip(1);
     let kinds = [("body-sag", "sag", 0), ("body-tilt", "tilt", 3)];
     let waves = [Wave::Cosine, Wave::Sine];
-    let all = others.flat_map(|name| kinds.map(|kind| waves.map(|wave| motion(name, kind, wave))));
+    let all = others.flat_map(|name| kinds.map(|kind| waves.map(|wave| moved(name, kind, wave))));
     all.flatten().collect()
 }
 
@@ -169,22 +161,27 @@ impl fmt::Display for Wave {
     }
 }
 
-/// A station moves and turns steadily.
+/// A station moves and turns steadily since its first reading.
 fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
-    let text = format!("station {name} moves steadily while it measures");
+    let text = format!(
+        "station {name} moves steadily since its first reading, at which its place is printed"
+    );
+    let is_own = |n: usize| scene.survey.targets[n].station == station;
+    let own = (0..scene.time.len()).filter(|&n| is_own(n)).map(|n| scene.time[n]);
+    let first = own.fold(f64::INFINITY, f64::min);
     let (units, factor) = if scene.timed {
         (["µm/h", "µrad/h"], 3600.0)
     } else {
         (["µm over the run", "µrad over the run"], 1.0)
     };
-    let mut parameters = six(units, str::to_owned);
+    let mut parameters = motion(units, str::to_owned);
     for parameter in &mut parameters {
         parameter.report_factor *= factor;
     }
     scene.entry("station-drift", Some(name.clone()), text, parameters, |n, c| {
-        let is_own = scene.survey.targets[n].station == station;
-        scene.sights[n].by_station_motion(c) * (f64::from(u8::from(is_own)) * scene.time[n])
+        let since = if is_own(n) { scene.time[n] - first } else { 0.0 };
+        scene.sights[n].by_station_motion(c) * since
     })
 }
 
@@ -217,6 +214,37 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
         .collect()
 }
 
+/// From some reading on the machine, or one tracker, is elsewhere.
+fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
+    let survey = scene.survey;
+    let first = &survey.targets[session.first];
+    let named = |of: usize| &survey.stations[of].name;
+    let (mount, step) = (&survey.mounts[first.mount].name, &survey.steps[first.step].name);
+    let (id, subject, text) = if let Some(station) = session.station {
+        let text = format!(
+            "station {} stands elsewhere from its reading of {mount} at step {step} on; its place is \
+             printed as it was before",
+            named(station)
+        );
+        ("station-shift", format!("{} from {mount} at {step} on", named(station)), text)
+    } else {
+        let from = format!("{}-{mount} at {step}", named(first.station));
+        let text = format!(
+            "the axis, or what carries it, lies elsewhere against all stations from the reading of \
+             {from} on: it was moved, or another session began; displacement and rotation of the \
+             axis in the machine's frame"
+        );
+        ("session-shift", format!("from {from} on"), text)
+    };
+    let since = session.share(&seen(survey, scene.time));
+    let parameters = motion(["µm", "µrad"], str::to_owned);
+    let mut entry = scene.entry(id, Some(subject), text, parameters, |n, c| {
+        Fault::Session(*session).column(survey, scene.sights, n, c) * since[n]
+    });
+    entry.effect.searched = session.searched;
+    entry
+}
+
 fn faulty(scene: &Scene<'_>, fault: Fault) -> Entry {
     let survey = scene.survey;
     let from = &survey.targets[fault.reading()];
@@ -224,6 +252,7 @@ fn faulty(scene: &Scene<'_>, fault: Fault) -> Entry {
     let station = &survey.stations[from.station].name;
     let step = &survey.steps[from.step].name;
     let (id, subject, text) = match fault {
+        Fault::Session(session) => return another_session(scene, &session),
         Fault::Slip(_) => (
             "mount-slip",
             format!("{mount} at {step} from {station}"),

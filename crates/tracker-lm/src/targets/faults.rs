@@ -3,7 +3,8 @@
 //! There are as many of either as readings, and testing all in the loop would cost every other
 //! effect its significance. So the catalogue holds, for each reflector, a slip in the middle of
 //! the run, and those faults that the residual shows so clearly that chance does it nowhere in a
-//! hundred surveys. Where reflectors are held out, nothing is known of one's slip.
+//! hundred surveys: another session of the machine or of one station, too. Where reflectors are held
+//! out, nothing is known of one's slip.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -11,7 +12,9 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetSurvey};
+use crate::Target;
 use crate::count::count;
+use crate::missing::session::{LookedThrough, Seen, Session, movable, sessions};
 
 /// Chance that a survey without any fault shows one.
 const FALSE_ALARM: f64 = 0.01;
@@ -27,6 +30,8 @@ pub(super) enum Fault {
     Slip(usize),
     /// This reading alone.
     BadPoint(usize),
+    /// The machine against all stations, or one station, from a reading on.
+    Session(Session),
 }
 
 /// The declared model at its solution, whitened.
@@ -39,16 +44,19 @@ pub(super) struct Fitted<'a> {
     /// Residual without what the basis explains.
     pub(super) residual: &'a DVector<f64>,
     pub(super) hold_out: HoldOut,
+    /// Of every reading.
+    pub(super) time: &'a [f64],
 }
 
 impl Fault {
     pub(super) fn reading(self) -> usize {
         match self {
             Self::Slip(reading) | Self::BadPoint(reading) => reading,
+            Self::Session(session) => session.first,
         }
     }
 
-    /// What coordinate `c` of it does to a reading.
+    /// What coordinate `c` of it does to a reading; of a session, while it lasts.
     pub(super) fn column(
         self,
         survey: &TargetSurvey,
@@ -57,6 +65,7 @@ impl Fault {
         c: usize,
     ) -> Vector3<f64> {
         match self {
+            Self::Session(session) => by_motion(&sights[target], session.station, c),
             Self::Slip(from) => {
                 let is_own = survey.targets[target].mount == survey.targets[from].mount;
                 sights[target].by_mount.column(c) * f64::from(u8::from(is_own && target >= from))
@@ -65,6 +74,43 @@ impl Fault {
             Self::BadPoint(_) => Vector3::zeros(),
         }
     }
+}
+
+/// What a motion of the axis, or of one station, does to a reading; the reading is that station's.
+fn by_motion(sight: &Sight, station: Option<usize>, c: usize) -> Vector3<f64> {
+    if station.is_some() { sight.by_station_motion(c) } else { sight.by_axis_motion(c) }
+}
+
+/// By which station and when every reading was taken.
+pub(super) fn seen(survey: &TargetSurvey, time: &[f64]) -> Vec<Seen> {
+    let of = |(target, time): (&Target, &f64)| {
+        let (station, step) = (target.station, target.step);
+        Seen { station, step, time: *time }
+    };
+    survey.targets.iter().zip(time).map(of).collect()
+}
+
+/// Coordinates of a motion.
+const MOTION: usize = 6;
+
+fn sessions_of(fitted: &Fitted<'_>) -> Vec<Session> {
+    let Fitted { survey, sights, basis, residual, .. } = *fitted;
+    let through = LookedThrough { readings: seen(survey, fitted.time), basis, residual };
+    let rows = |station: Option<usize>, share: &[f64]| {
+        let value = |n: usize, c: usize, k: usize| {
+            share[n] * if share[n] == 0.0 { 0.0 } else { by_motion(&sights[n], station, k)[c] }
+        };
+        let mut tangent = fitted.rows.columns(MOTION, value);
+        for (mut row, sigma) in tangent.row_iter_mut().zip(&fitted.rows.sigma_mm) {
+            row /= *sigma;
+        }
+        let column = |k: usize| -> Vec<f64> {
+            (0..3 * sights.len()).map(|i| value(i / 3, i % 3, k)).collect()
+        };
+        let whole = (0..MOTION).map(|k| fitted.rows.whitened_norm(&column(k))).collect();
+        (tangent, whole)
+    };
+    sessions(&through, movable(survey.stations.len()), &rows)
 }
 
 /// Faults for the catalogue.
@@ -97,6 +143,7 @@ pub(super) fn faults(fitted: &Fitted<'_>) -> Vec<Fault> {
         clear.sort_by(|a, b| a.0.total_cmp(&b.0));
         found.extend(clear.into_iter().take(MOST_FOUND).map(|(_, fault)| fault));
     }
+    found.extend(sessions_of(fitted).into_iter().map(Fault::Session));
     let mut seen = Vec::new();
     found.retain(|fault| {
         let is_new = !seen.contains(fault);

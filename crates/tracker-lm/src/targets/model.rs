@@ -148,6 +148,7 @@ impl TargetModel {
         let residual = rows.columns(1, |n, c, _| residual_mm(n, c)).column(0).into_owned();
         let layout = layout(&survey, &rows, hold_out, &options, calibration.point_mm.is_none());
         let (basis, left) = beside(&rows, &jacobian, &residual);
+        let time = elapsed(survey.targets.len(), records.time_s.as_deref());
         let find = || {
             faults(&Fitted {
                 survey: &survey,
@@ -156,10 +157,10 @@ impl TargetModel {
                 basis: &basis,
                 residual: &left,
                 hold_out,
+                time: &time,
             })
         };
         let faults = choices.map_or_else(find, |choices| choices.faults.clone());
-        let time = elapsed(survey.targets.len(), records.time_s.as_deref());
         let one_body = vec![String::new(); survey.mounts.len()];
         let scene = Scene {
             survey: &survey,
@@ -190,6 +191,7 @@ impl TargetModel {
         let (effects, columns) = entries.into_iter().map(|e| (e.effect, e.columns)).unzip();
         let declared = Declared {
             places: Some(places(&bundle, hold_out)),
+            projected: rows.projected(),
             resolution: resolution_of(survey.targets.iter().flat_map(|t| t.at_mm.iter().copied())),
             ..Declared::new(layout, base, effects)
         };

@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 
+use model_discrepancy::Projected;
 use nalgebra::DMatrix;
 
 use super::HoldOut;
@@ -105,6 +106,25 @@ impl Rows {
 
     pub(super) fn len(&self) -> usize {
         self.tied_to.len()
+    }
+
+    /// Of what components of readings the rows of every unit are combinations, each over its standard
+    /// uncertainty: a reading far off is one there, and among the rows it is spread over several.
+    pub(super) fn projected(&self) -> Vec<Projected> {
+        let mut first_row = 0;
+        let mut all = Vec::new();
+        for unit in &self.units {
+            let Some(reduced) = &unit.reduced else {
+                first_row += unit.of.len();
+                continue;
+            };
+            let combination = reduced.transformation.clone();
+            let n_rows = combination.nrows();
+            let observations = unit.of.iter().map(|(reading, _)| *reading).collect();
+            all.push(Projected { first_row, observations, combination });
+            first_row += n_rows;
+        }
+        all
     }
 
     /// Length of a column of three components per reading before anything is taken out of it, each

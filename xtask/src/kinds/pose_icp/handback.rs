@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::generators::vector::{add, dot, scale};
 use crate::handback::folder::{Folder, Table};
 use crate::handback::loops::{
-    accepted, amplitude, begun, close, correct, numbers, patch_mm, settled, step,
+    accepted, amplitude, begun, close, correct, numbers, patch_mm, settled, step, subjects,
 };
 use crate::handback::{Left, as_f64};
 use crate::kinds::pose_icp::pose_scenes::{EFFECTS, scenes};
@@ -223,10 +223,43 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
             error[k] += amplitude(shift, axis) * 1e-3;
         }
     }
+    for (k, axis) in AXES.iter().enumerate() {
+        let size = |by: &str| -> f64 {
+            let alone = step(json, "reversal", Some(&format!("{axis}, by {by}")));
+            let together = step(json, "reversal", Some(&format!("by {by}")));
+            [alone, together].into_iter().flatten().map(|found| amplitude(found, axis) * 1e-3).sum()
+        };
+        error[k] += size("touch") * way(table, row, k) + size("approach") * way_along(json, row, k);
+    }
     if let Some((growth, excess_k)) = temperature(json, table, row) {
         error[2] += amplitude(growth, "z growth") * 1e-3 * excess_k;
     }
     error
+}
+
+/// An axis that moves by less than this between two touches, mm, stays on the side that it came from.
+const STILL_MM: f64 = 0.02;
+
+/// +1 where an axis came up from the touch before, −1 where it came down; 0 while it has not moved.
+fn way(table: &Table, row: usize, axis: usize) -> f64 {
+    let read = table.numbers(["x_mm", "y_mm", "z_mm"][axis]);
+    let moved = (1..=row).rev().map(|r| read[r] - read[r - 1]);
+    moved.into_iter().find(|by| by.abs() > STILL_MM).map_or(0.0, f64::signum)
+}
+
+fn has_amplitude(found: &Value, axis: &str) -> bool {
+    found["parameters"].as_array().expect("parameters").iter().any(|p| p["name"] == axis)
+}
+
+/// The same while the ball came along the normal, from above the part.
+fn way_along(json: &Value, row: usize, axis: usize) -> f64 {
+    let normal = triple(&numbers(&json["estimates"]["points"][row]["declared_normal"]));
+    let pose = &json["estimates"]["pose"];
+    let origin = ["x_mm", "y_mm", "z_mm"].map(|name| pose[name].as_f64().expect("a number"));
+    let mut ahead = origin;
+    ahead[axis] += 1.0;
+    // The axis' direction in the workpiece.
+    -dot(in_workpiece(pose, ahead), normal).signum()
 }
 
 /// Hours since the first touch, or the share of the series that has passed.
@@ -278,6 +311,16 @@ fn added(json: &Value, part: &Asphere, table: &Table, row: usize, point: &Value)
         height += 1e-3 * amplitude(saddle, "diagonal") * rho.powi(2) * along;
     }
     let mut added = height * normal[2] + patch_mm(json, triple(&contact));
+    for (subject, found) in subjects(json, "reversal") {
+        let moved = AXES
+            .iter()
+            .enumerate()
+            .filter(|(_, axis)| subject.starts_with(&format!("{axis},")) || !subject.contains(','));
+        let mut moved = moved.filter(|(_, axis)| has_amplitude(found, axis));
+        if subject.ends_with("by touch") && moved.any(|(k, _)| way(table, row, k) == 0.0) {
+            added += amplitude(found, "first touch") * 1e-3;
+        }
+    }
     if let Some(ball) = step(json, "tip-radius", None) {
         added += amplitude(ball, "radius");
     }

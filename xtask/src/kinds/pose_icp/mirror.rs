@@ -38,6 +38,11 @@ pub(crate) enum Flaw {
     /// The spindle reaches its temperature: mm in the end, with this share of the session as its time
     /// constant.
     Settling(f64, f64),
+    /// An axis reads long where the ball comes to the part from below along it, and short from above:
+    /// which, and half of the difference, mm.
+    Play(usize, f64),
+    /// The same by the side from which the axis comes from the touch before.
+    PlayBetween(usize, f64),
     /// One touch reads high along z, mm.
     BadPoint(usize, f64),
     /// Readings of z follow the air, mm per kelvin.
@@ -153,15 +158,18 @@ pub(crate) fn simulate(mirror: &Mirror) -> Touched {
         check_noise_mm: 0.0,
     };
     let mut rows = Vec::new();
-    let mut n_checks = 0.0;
+    let (mut n_checks, mut before) = (0.0, None);
     for (index, &[x, y]) in places.iter().enumerate() {
         let nominal = ball(mirror, &NOMINAL, x, y);
         let real = ball(mirror, &mirror.flaws(), x, y);
         let real = pose.map(real);
+        let normal = pose.turn(normal(mirror, &NOMINAL, x, y));
+        let moved = add(real, scale(-1.0, before.unwrap_or(real)));
+        before = Some(real);
         let read = add(real, machine_error(mirror, &pose, real, index, &air));
+        let read = add(read, play(mirror, normal, moved));
         let noise: [f64; 3] =
             std::array::from_fn(|axis| mirror.noise_mm * noises[axis].next(&mut rng));
-        let normal = pose.turn(normal(mirror, &NOMINAL, x, y));
         let off = add(read, scale(-1.0, pose.map(nominal)));
         let is_check = index % 4 == 3;
         if is_check {
@@ -337,6 +345,21 @@ fn machine_error(mirror: &Mirror, pose: &Pose, at: [f64; 3], index: usize, air: 
         Flaw::Growth(per_k) => [0.0, 0.0, per_k * (air.temperature_c[index] - 20.0)],
         Flaw::Humidity(per_pct) => [0.0, 0.0, per_pct * (air.humidity_pct[index] - 45.0)],
         _ => [0.0; 3],
+    };
+    mirror.flaws().into_iter().map(of).fold([0.0; 3], add)
+}
+
+/// What axes read beyond what is after a way between two touches, the ball coming along the normal.
+fn play(mirror: &Mirror, normal: [f64; 3], moved: [f64; 3]) -> [f64; 3] {
+    let side = |way: f64| if way == 0.0 { 0.0 } else { way.signum() };
+    let of = |flaw: Flaw| {
+        let mut read = [0.0; 3];
+        match flaw {
+            Flaw::Play(axis, half) => read[axis] = half * side(-normal[axis]),
+            Flaw::PlayBetween(axis, half) => read[axis] = half * side(moved[axis]),
+            _ => {}
+        }
+        read
     };
     mirror.flaws().into_iter().map(of).fold([0.0; 3], add)
 }

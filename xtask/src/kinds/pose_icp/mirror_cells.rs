@@ -44,6 +44,16 @@ pub(crate) fn mirrors() -> Vec<Cell> {
         mirror("axes out of square", Named("squareness"), |seed| {
             touched(&large_mirror(seed), 1, |a, d| Flaw::Squareness([a * sign(d), 0.0, 0.0]))
         }),
+        mirror("x has play, the ball comes along the normal", Named("reversal"), |seed| {
+            touched(&large_mirror(seed), 1, |a, d| Flaw::Play(0, a * sign(d)))
+        }),
+        mirror("y has play between touches", Named("reversal"), |seed| {
+            touched(&large_mirror(seed), 2, |a, d| Flaw::PlayBetween(1, a * sign(d)))
+        }),
+        mirror("x has play, and three lobes", BothNamed(["reversal", "trefoil"]), |seed| {
+            let play = |a: f64, d: [f64; 3]| Flaw::Play(0, a * sign(d));
+            both(seed, 2, play, |a, d| Flaw::Trefoil([a * d[0], a * d[1]]))
+        }),
         mirror("spindle grows", Named("drift"), |seed| {
             touched(&large_mirror(seed), 1, |a, d| Flaw::Drift(a * sign(d)))
         }),

@@ -18,6 +18,9 @@ pub(crate) const EFFECTS: &[&str] = &[
     "axis-scale [x]",
     "axis-scale [y]",
     "squareness",
+    "reversal [x, by approach]",
+    "reversal [y, by touch]",
+    "reversal [by approach]",
     "drift",
     "drift [settling]",
     "temperature",
@@ -61,9 +64,22 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("trefoil", files(&with(Flaw::Trefoil([0.008, 0.009])), "")),
         ("patch", files(&with(Flaw::Bump(-0.02, 15.0)), "")),
         ("scale-x", files(&with(Flaw::MachineScale([4e-4, 0.0, 0.0])), "")),
-        ("scale-y", files(&with(Flaw::MachineScale([0.0, -4e-4, 0.0])), "")),
+        ("scale-y", files(&with(Flaw::MachineScale([0.0, -9e-4, 0.0])), "")),
         // On a paraboloid it is astigmatism.
         ("squareness", files(&skew, "")),
+        ("play", files(&Mirror { flaw: Flaw::Play(0, 8e-3), seed: 95, ..steep.clone() }, "")),
+        (
+            "play-of-both",
+            files(
+                &Mirror {
+                    flaw: Flaw::Play(0, 15e-3),
+                    also: Flaw::Play(1, -12e-3),
+                    ..steep.clone()
+                },
+                "",
+            ),
+        ),
+        ("play-between", files(&Mirror { flaw: Flaw::PlayBetween(1, -8e-3), ..steep.clone() }, "")),
         ("drift", files(&with(Flaw::Drift(0.012)), "")),
         ("settling", files(&with(Flaw::Settling(0.02, 0.08)), "")),
         ("temperature", files(&Mirror { record_air: true, ..with(Flaw::Growth(0.012)) }, "")),

@@ -137,6 +137,15 @@ impl<'a> Survey<'a> {
                 turned[k] += half * 1e-6 * amplitude(play, &format!("E{name}{}", self.letter));
             }
         }
+        for (subject, shift) in subjects(self.json, "session-shift") {
+            let first = subject.strip_prefix("from ").and_then(|s| s.strip_suffix(" on"));
+            let (lock, at) = first.and_then(|f| f.split_once(" at ")).expect("of a lock at a step");
+            let (station, mount) = lock.split_once('-').expect("of a station and a reflector");
+            if self.has_begun(row, station, mount, at) {
+                moved = add(moved, AXES.map(|axis| 1e-3 * amplitude(shift, axis)));
+                turned = add(turned, ["a", "b", "c"].map(|c| 1e-6 * amplitude(shift, c)));
+            }
+        }
         (moved, turned)
     }
 
@@ -205,7 +214,9 @@ impl<'a> Survey<'a> {
         }
         let name = self.text("station", row);
         let mut station = self.place("stations", "station", name);
-        for (subject, since) in [(None, self.since_middle(row)), (Some(name), self.time[row])] {
+        for (subject, since) in
+            [(None, self.since_middle(row)), (Some(name), self.since_first(row))]
+        {
             if let Some(drift) = step(self.json, "station-drift", subject) {
                 let come = AXES.map(|axis| amplitude(drift, axis));
                 let share = if comes_to_rest(drift) {
@@ -214,6 +225,30 @@ impl<'a> Survey<'a> {
                     since / if self.timed { 3600.0 } else { 1.0 }
                 };
                 station = add(station, scale(share, come));
+            }
+        }
+        if let Some(drift) =
+            step(self.json, "station-drift", Some(&format!("{name}, along its beams")))
+        {
+            let text = drift["description"].as_str().expect("words");
+            let way =
+                text.split_once('(').and_then(|(_, t)| t.split_once(')')).expect("a direction").0;
+            let number = |text: &str| text.trim().parse::<f64>().expect("a number");
+            let way: Vec<f64> = way.split(',').map(number).collect();
+            let share = if comes_to_rest(drift) {
+                self.settled(drift, row, true)
+            } else {
+                self.since_first(row) / if self.timed { 3600.0 } else { 1.0 }
+            };
+            let come = share * amplitude(drift, "along the beams");
+            station = add(station, scale(come, [way[0], way[1], way[2]]));
+        }
+        for (subject, shift) in subjects(self.json, "station-shift") {
+            let from = subject.strip_suffix(" on").and_then(|s| s.split_once(" from "));
+            let (own, first) = from.expect("of a station from a reading on");
+            let (mount, at) = first.split_once(" at ").expect("of a reflector at a step");
+            if own == name && self.has_begun(row, own, mount, at) {
+                station = add(station, AXES.map(|axis| 1e-3 * amplitude(shift, axis)));
             }
         }
         let (moved, turned) = self.error(row);
@@ -292,6 +327,18 @@ impl<'a> Survey<'a> {
 
     fn since_middle(&self, row: usize) -> f64 {
         self.about_middle(row, |r| self.time[r])
+    }
+
+    /// Time since the first reading from the station of a row.
+    fn since_first(&self, row: usize) -> f64 {
+        let own = self.of_its_station(row).into_iter();
+        self.time[row] - own.map(|r| self.time[r]).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a row was read when that of a reflector at a step by a station was, or later.
+    fn has_begun(&self, row: usize, station: &str, mount: &str, at: &str) -> bool {
+        let seen = |r: usize| self.text("mount", r) == mount && self.text("station", r) == station;
+        self.time[row] >= self.time[self.from(at, seen)]
     }
 
     /// A value from its mean over the rows of the station on.

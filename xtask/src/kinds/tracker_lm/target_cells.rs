@@ -29,6 +29,15 @@ pub(crate) fn cells() -> Vec<Cell> {
             let survey = Survey { n_angles: 25, ..Survey::new(seed) };
             with(&survey, 6, |a, d| Fault::Stand(1, d.map(|v| a * v), d.map(|v| 5e-4 * a * v)))
         }),
+        cell("points, one stand is knocked", Named("station-shift"), |seed| {
+            with(&Survey::new(seed), 6, |a, d| {
+                Fault::Knocked(1, 6, d.map(|v| a * v), d.map(|v| 5e-4 * a * v))
+            })
+        }),
+        cell("points, the machine is moved, there and back", Named("session-shift"), |seed| {
+            let survey = Survey { both_ways: true, ..Survey::new(seed) };
+            with(&survey, 6, |a, d| Fault::Moved(9, d.map(|v| a * v), d.map(|v| 1e-3 * a * v)))
+        }),
         cell("points, perfect axis, nothing", FalseAddition, |seed| {
             Scene::Targets(Survey { mounts_off_mm: 0.3, ..perfect(seed) })
         }),

@@ -10,6 +10,8 @@ pub(crate) const EFFECTS: &[&str] = &[
     "body-sag [frame, sine",
     "body-tilt [frame, cosine",
     "station-drift [S2",
+    "station-shift [S",
+    "session-shift [from",
     "bad-station [S",
     "temperature [air_c",
     "mount-slip [R3 at 7 from S1",
@@ -27,6 +29,17 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("points-backlash", plain(&Survey { both_ways: true, ..survey(721, backlash) })),
         ("points-sag", plain(&Survey { n_mounts: 8, ..survey(722, Fault::Flexure(0.080)) })),
         ("points-stand", plain(&survey(723, stand))),
+        (
+            "points-knocked",
+            plain(&survey(729, Fault::Knocked(1, 5, [0.06, -0.05, 0.08], [20e-6, 30e-6, -10e-6]))),
+        ),
+        (
+            "points-moved",
+            plain(&Survey {
+                both_ways: true,
+                ..survey(730, Fault::Moved(8, [0.06, -0.05, 0.08], [60e-6, 40e-6, -50e-6]))
+            }),
+        ),
         // Millimetres, as a stand that was knocked: rows are far from linear about its start.
         ("points-bad-point", edited(724, |_, r| is_bad(r).then_some([3.0, -2.0, 1.0]))),
         ("points-slip", edited(725, |measured, r| slipped(measured, r, [2.0, 1.0, -2.0]))),

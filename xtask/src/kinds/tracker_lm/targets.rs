@@ -25,6 +25,10 @@ pub(crate) enum Fault {
     AxisMoved([f64; 3], [f64; 3]),
     /// One of the six errors of the axis: which, how often per turn, mm or rad, phase.
     AxisMotion(usize, u8, f64, f64),
+    /// The machine is moved against all trackers before a step: which, mm, and rad about the axis' origin.
+    Moved(usize, [f64; 3], [f64; 3]),
+    /// A tracker's stand is knocked before a step: which, at which, mm, rad.
+    Knocked(usize, usize, [f64; 3], [f64; 3]),
     /// A tracker's stand gives way: which, and total over the measurement, mm, rad.
     Stand(usize, [f64; 3], [f64; 3]),
 }
@@ -181,7 +185,8 @@ fn take_readings(survey: &Survey, measured: &mut Measured, curves: &Curves, rng:
                 let number = as_f64(measured.readings.len());
                 let point = point_mm(survey, measured, curves, step, mount);
                 let share = number / as_f64(n_readings - 1);
-                let seen = seen_mm(survey, &measured.stations[station], station, point, share);
+                let seen =
+                    seen_mm(survey, &measured.stations[station], (station, step), point, share);
                 let noise = noise_mm(survey, seen, rng);
                 squares += noise.iter().map(|v| v * v).sum::<f64>();
                 let (time_s, at_mm) = (INTERVAL_S * number, add(seen, noise));
@@ -236,14 +241,22 @@ fn point_mm(
     if turn > 0.0 {
         arm = rotate(scale(1.0 / turn, rotation), turn, arm);
     }
-    add(add(origin, displacement), arm)
+    let target = add(add(origin, displacement), arm);
+    match survey.fault {
+        Fault::Moved(from, by, turned) if step >= from => {
+            let arm = add(target, scale(-1.0, measured.origin_mm));
+            let arm = rotate(scale(1.0 / norm(&turned), turned), norm(&turned), arm);
+            add(add(measured.origin_mm, by), arm)
+        }
+        _ => target,
+    }
 }
 
 /// The point in the tracker's own frame.
 fn seen_mm(
     survey: &Survey,
     pose: &Pose,
-    station: usize,
+    (station, step): (usize, usize),
     point_mm: [f64; 3],
     share: f64,
 ) -> [f64; 3] {
@@ -254,6 +267,14 @@ fn seen_mm(
         let turn = norm(&rotation);
         from = add(from, scale(-share, displacement));
         from = rotate(scale(1.0 / turn, rotation), -share * turn, from);
+    }
+    if let Fault::Knocked(knocked, first, displacement, rotation) = survey.fault
+        && knocked == station
+        && step >= first
+    {
+        let turn = norm(&rotation);
+        from = add(from, scale(-1.0, displacement));
+        from = rotate(scale(1.0 / turn, rotation), -turn, from);
     }
     rotate(pose.axis, -pose.turn_rad, from)
 }

@@ -177,9 +177,32 @@ impl<'a> Survey<'a> {
                 machine = add(machine, turn(AXES.map(|axis| 1e-3 * amplitude(slip, axis))));
             }
         }
+        for (subject, shift) in subjects(json, "session-shift") {
+            let first = subject.strip_prefix("from ").and_then(|s| s.strip_suffix(" on"));
+            let (lock, at) = first.and_then(|f| f.split_once(" at ")).expect("of a lock at a step");
+            let (by, seen) = lock.split_once('-').expect("of a station and a reflector");
+            if self.has_begun(row, by, seen, at) {
+                machine = add(machine, AXES.map(|axis| 1e-3 * amplitude(shift, axis)));
+                let turned = ["a", "b", "c"].map(|c| 1e-6 * amplitude(shift, c));
+                machine = add(machine, cross(turned, arm));
+            }
+        }
+        for (subject, shift) in subjects(json, "station-shift") {
+            let from = subject.strip_suffix(" on").and_then(|s| s.split_once(" from "));
+            let (own, first) = from.expect("of a station from a reading on");
+            let (seen, at) = first.split_once(" at ").expect("of a reflector at a step");
+            if own == station && self.has_begun(row, own, seen, at) {
+                machine = add(machine, AXES.map(|axis| -1e-3 * amplitude(shift, axis)));
+                let turned = ["a", "b", "c"].map(|c| 1e-6 * amplitude(shift, c));
+                machine = add(machine, cross(beam, turned));
+            }
+        }
         if let Some(drift) = step(json, "station-drift", Some(station)) {
+            let own = (0..self.table.rows()).filter(|&r| self.text("station", r) == station);
+            let first = own.map(|r| self.time[r]).fold(f64::INFINITY, f64::min);
+            let since = self.time[row] - first;
             let of = |names: [&str; 3], factor: f64| {
-                names.map(|name| self.time[row] * factor * amplitude(drift, name))
+                names.map(|name| since * factor * amplitude(drift, name))
             };
             machine = add(machine, scale(-1.0, of(AXES, 1e-3)));
             machine = add(machine, cross(beam, of(["a", "b", "c"], 1e-6)));
@@ -199,6 +222,16 @@ impl<'a> Survey<'a> {
             off = add(off, AXES.map(|axis| 1e-3 * amplitude(bad, axis)));
         }
         off
+    }
+
+    /// Whether a row was read when that of a reflector at a step by a station was, or later.
+    fn has_begun(&self, row: usize, station: &str, mount: &str, at: &str) -> bool {
+        let is_first = |&r: &usize| {
+            let named = [("station", station), ("mount", mount), ("step", at)];
+            named.iter().all(|(column, name)| self.text(column, r) == *name)
+        };
+        let first = (0..self.table.rows()).find(is_first).expect("the step was measured");
+        self.time[row] >= self.time[first]
     }
 
     /// What the reflectors of one body do against those of the first.

@@ -32,8 +32,28 @@ pub(crate) fn cells() -> Vec<Cell> {
             let run = Run { one_tracer: true, ..base(seed) };
             with(&run, 1, |a, d| Defect::RangeDrift(a * sign(d)))
         }),
+        cell("the tracer at one station creeps", Named("range-drift"), |seed| {
+            with(&base(seed), 1, |a, d| Defect::Creep(2, a * sign(d)))
+        }),
         cell("one stand drifts", Named("station-drift"), |seed| {
             with(&base(seed), 3, |a, d| Defect::StationDrift(2, d.map(|v| a * v)))
+        }),
+        cell("one stand drifts, one tracer at all", Named("station-drift"), |seed| {
+            let run = Run { one_tracer: true, ..base(seed) };
+            with(&run, 3, |a, d| Defect::StationDrift(2, d.map(|v| a * v)))
+        }),
+        cell("one stand is knocked", Named("station-shift"), |seed| {
+            with(&base(seed), 3, |a, d| Defect::Knocked(2, 8, d.map(|v| a * v)))
+        }),
+        cell("the machine is moved, there and back", Named("session-shift"), |seed| {
+            let run = Run { both_ways: true, n_angles: 13, ..base(seed) };
+            with(&run, 6, |a, d| {
+                Defect::Moved(
+                    9,
+                    d.map(|v| a * v),
+                    [1e-3 * a * d[1], 1e-3 * a * d[2], 1e-3 * a * d[0]],
+                )
+            })
         }),
         cell("backlash", Named("backlash"), |seed| {
             let run = Run { both_ways: true, n_angles: 13, ..base(seed) };

@@ -57,6 +57,9 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
                     [0.8 * cos, 0.8 * sin, if at.station.is_multiple_of(2) { 0.6 } else { -0.6 }];
                 station = add(station, scale(settling(at.share) * total, way));
             }
+            Defect::Knocked(knocked, step, by) if knocked == at.station && at.step >= step => {
+                station = add(station, by);
+            }
             Defect::StationDrift(warm, total) if warm == at.station => {
                 station = add(station, scale(settling(at.share), total));
             }
@@ -90,7 +93,16 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
     if angle > 0.0 {
         arm = rotate(scale(1.0 / angle, rotation), angle, arm);
     }
-    let target = add(add(origin, displacement), arm);
+    let mut target = add(add(origin, displacement), arm);
+    for defect in defects {
+        if let Defect::Moved(step, by, turned) = *defect
+            && at.step >= step
+        {
+            let from = add(target, scale(-1.0, measured.origin_mm));
+            let from = rotate(scale(1.0 / norm(&turned), turned), norm(&turned), from);
+            target = add(add(measured.origin_mm, by), from);
+        }
+    }
     add(target, scale(-1.0, station))
 }
 
@@ -106,6 +118,7 @@ fn read_mm(
     match defect {
         Defect::RangeScale(s) => l * (1.0 + s),
         Defect::RangeDrift(total) => l + total * settling(at.locked),
+        Defect::Creep(station, total) if station == at.station => l + total * at.locked,
         Defect::Incidence(glass) => {
             let (angle_deg, _) = measured.steps[at.step];
             let body = measured.mounts_mm[at.mount].0;

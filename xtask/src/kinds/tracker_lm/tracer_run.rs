@@ -10,10 +10,17 @@ pub(crate) enum Defect {
     /// The reading creeps after every lock-on: total over a run of one lock, mm, with the
     /// curve of a first-order settling whose time constant is as long as the run.
     RangeDrift(f64),
+    /// The reading of the tracer at one station creeps evenly after every lock-on: which, and total over
+    /// a run of one lock, mm.
+    Creep(usize, f64),
     /// A station's stand warms: which, and total over the whole measurement, mm.
     StationDrift(usize, [f64; 3]),
     /// Every stand warms, each in a direction of its own: total, mm.
     StandsDrift(f64),
+    /// The machine is moved against all stations before a step: which, mm, and rad about the axis' origin.
+    Moved(usize, [f64; 3], [f64; 3]),
+    /// A stand is knocked before a step: which, at which, mm.
+    Knocked(usize, usize, [f64; 3]),
     /// Play of the drive: the axis stops short by half of this either way, rad, and its bearing
     /// gives by the displacement, mm.
     Backlash(f64, [f64; 3]),

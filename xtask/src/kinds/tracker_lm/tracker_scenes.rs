@@ -9,9 +9,12 @@ pub(crate) const EFFECTS: &[&str] = &[
     "range-scale",
     "range-drift",
     "range-drift [S",
+    "station-drift [S3, along its beams",
     "backlash",
     "incidence",
     "station-drift [S",
+    "station-shift [S2 from",
+    "session-shift [from",
     "bad-station [S",
     "temperature",
     "dead-path-jump [S2-R3 at",
@@ -36,8 +39,22 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ),
         ("incidence", files(&run(704, Defect::Incidence(0.012)))),
         ("station-drift", files(&run(705, Defect::StationDrift(2, [0.03, -0.05, 0.03])))),
+        ("creep", files(&run(715, Defect::Creep(3, 0.02)))),
         // Along the beams a stand that drifts is a reading that creeps.
         ("stand-along-beams", files(&run(705, Defect::StationDrift(2, [0.008, -0.006, 0.012])))),
+        ("knocked", files(&run(712, Defect::Knocked(1, 5, [0.05, -0.04, 0.06])))),
+        // The axis meets each angle before and after.
+        (
+            "moved",
+            files(&Run {
+                both_ways: true,
+                ..run(713, Defect::Moved(8, [0.03, -0.02, 0.04], [60e-6, 40e-6, -50e-6]))
+            }),
+        ),
+        (
+            "station-drift-in-its-turn",
+            files(&Run { one_tracer: true, ..run(714, Defect::StationDrift(3, [0.2, -0.3, 0.2])) }),
+        ),
         ("bad-station", files(&known(run(706, Defect::BadStation(1, 120e-6))))),
         (
             "temperature",
