@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import truing
@@ -32,10 +33,10 @@ def turned() -> Floats:
     angle = np.linalg.norm(axis)
     x, y, z = axis / angle
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
 
 
-def frame(points: int, transform: str, per_axis: bool) -> Compared:
+def frame(points: int, transform: Literal["rigid", "similarity", "affine"], per_axis: bool) -> Compared:
     """Points in a cube of 1 m with 10 µm of noise, before and after a rotation and a shift."""
     draws = np.random.default_rng(1)
     from_mm = draws.uniform(-500.0, 500.0, (points, 3))
@@ -120,8 +121,14 @@ def forces(points: int) -> Compared:
     return "contact-force", {"lengths_mm": lengths_mm, "cells_n": cells_n, "normals": normals}, call
 
 
+def processor_s(pid: int) -> float:
+    """Processor time that a process has used, all its threads together; Linux."""
+    return time.clock_gettime((~pid << 3) | 2)  # The clock that clock_getcpuclockid(3) names.
+
+
 def compare(rust: Path, compared: Compared, rounds: int, repeats: int) -> tuple[Floats, Floats]:
-    """Seconds of every call from Python and in Rust, in turns, so that both see the same machine."""
+    """Seconds and processor seconds of every call (``2 × n``) from Python and in Rust, in turns, so that both see the
+    same machine; processor times are means of a round."""
     name, arrays, call = compared
     from_python, in_rust = [], []
     with tempfile.TemporaryDirectory() as folder:
@@ -131,20 +138,24 @@ def compare(rust: Path, compared: Compared, rounds: int, repeats: int) -> tuple[
         assert other.stdin is not None and other.stdout is not None
         for turn in range(rounds + 1):
             answer, python_s = None, []
+            used_s = time.process_time()
             for _ in range(repeats):
                 started = time.perf_counter()
                 answer = call()
                 python_s.append(time.perf_counter() - started)
+            used_s = time.process_time() - used_s
             del answer
+            rust_used_s = processor_s(other.pid)
             other.stdin.write(f"{repeats}\n")
             other.stdin.flush()
             rust_s = [float(other.stdout.readline()) for _ in range(repeats)]
-            if turn > 0:  # The first warms up.
-                from_python += python_s
-                in_rust += rust_s
+            rust_used_s = processor_s(other.pid) - rust_used_s
+            if turn > 0:  # The first warms up, and reads what it needs.
+                from_python += [(s, used_s / repeats) for s in python_s]
+                in_rust += [(s, rust_used_s / repeats) for s in rust_s]
         other.stdin.close()
         assert other.wait() == 0
-    return np.array(from_python), np.array(in_rust)
+    return np.array(from_python).T, np.array(in_rust).T
 
 
 def main() -> None:
@@ -166,14 +177,15 @@ def main() -> None:
         "pose_icp.register": lambda: clouds(n),
         "force_impedance.contact_force": lambda: forces(n),
     }
-    print(f"{n} points, median (least) of {options.rounds * options.repeats} calls, ms")
+    print(f"{n} points, medians of {options.rounds * options.repeats} calls: ms from Python and in Rust, ms of processor time")
     for line, make in calls.items():
         if options.only not in line:
             continue
-        python_s, rust_s = compare(options.rust, make(), options.rounds, options.repeats)
-        ms = [1e3 * f(of) for of in (python_s, rust_s) for f in (np.median, np.min)]
-        beyond = 100.0 * (ms[0] / ms[2] - 1.0)
-        print(f"{line}: from Python {ms[0]:.2f} ({ms[1]:.2f}), in Rust {ms[2]:.2f} ({ms[3]:.2f}), {beyond:+.1f} %", flush=True)
+        from_python, in_rust = (np.median(1e3 * of, axis=1) for of in compare(options.rust, make(), options.rounds, options.repeats))
+        told = [
+            f"{a:.2f} {b:.2f} ({100.0 * (a / b - 1.0):+.1f} %)" for a, b in zip(from_python, in_rust, strict=True)
+        ]
+        print(f"{line}: {told[0]}, processor {told[1]}", flush=True)
 
 
 if __name__ == "__main__":

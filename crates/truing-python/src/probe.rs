@@ -1,5 +1,6 @@
 //! Where a ball touched.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::{Point2, Point3, Unit, Vector3};
@@ -42,14 +43,18 @@ pub(crate) fn compensate<'py>(
     let std_mm = std_of_each("std_mm", &std_mm, n)?;
     let approach = approach.as_ref().map(|a| rows_of::<3>("approach", a, n)).transpose()?;
     let guide_mm = guide_mm.as_ref().map(|g| rows_of::<2>("guide_mm", g, n)).transpose()?;
-    let touch = |i: usize| -> Result<BallTouch, Refusal> {
+    let directions = |rows: Cow<'_, [[f64; 3]]>| -> Result<Vec<_>, Refusal> {
+        rows.iter().enumerate().map(|(i, row)| direction(i, *row)).collect()
+    };
+    let approach = approach.map(directions).transpose()?;
+    let touch = |i: usize| {
         let mut touch = BallTouch::new(Point3::from(centers[i]), std_mm.of(i));
-        touch.approach = approach.as_ref().map(|a| direction(i, a[i])).transpose()?;
+        touch.approach = approach.as_ref().map(|a| a[i]);
         touch.guide_mm = guide_mm.as_ref().map(|g| Point2::from(g[i]));
-        Ok(touch)
+        touch
     };
     let some = |which: Range<usize>| -> Result<Columns, Refusal> {
-        let touches: Vec<BallTouch> = which.map(touch).collect::<Result<_, _>>()?;
+        let touches: Vec<BallTouch> = which.map(touch).collect();
         let contacts = probe_comp::compensate(&nominal, tip_radius_mm, &touches, source)?;
         Ok(Columns::of(&contacts))
     };
@@ -68,7 +73,7 @@ pub(crate) fn compensate<'py>(
 }
 
 /// Touches whose records and contacts, some 400 bytes a touch, stay near to a core until they are columns.
-const STRETCH: usize = 1024;
+const STRETCH: usize = 4096;
 
 fn direction(index: usize, approach: [f64; 3]) -> Result<Unit<Vector3<f64>>, Refusal> {
     let direction = Unit::try_new(Vector3::from(approach), 0.0);
