@@ -1,5 +1,7 @@
 //! `NumPy` arrays in and out.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, SMatrix, SVector};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -13,27 +15,27 @@ pub(crate) type Column<'py> = PyReadonlyArray1<'py, f64>;
 /// Some numbers a row.
 pub(crate) type Table<'py> = PyReadonlyArray2<'py, f64>;
 
-/// The rows of a table of `D` columns, read once.
-pub(crate) fn rows<const D: usize>(
+/// The rows of a table of `D` columns, where they lie; gathered only where there are gaps between.
+pub(crate) fn rows<'a, const D: usize>(
     name: &str,
-    table: &Table<'_>,
-) -> Result<Vec<[f64; D]>, Refusal> {
+    table: &'a Table<'_>,
+) -> Result<Cow<'a, [[f64; D]]>, Refusal> {
     let view = table.as_array();
     if view.ncols() != D {
         return Err(Refusal::shape(name, &format!("n × {D}"), table.shape()));
     }
-    Ok(match view.as_slice() {
-        Some(all) => all.as_chunks::<D>().0.to_vec(),
+    Ok(match view.to_slice() {
+        Some(all) => Cow::Borrowed(all.as_chunks::<D>().0),
         None => view.rows().into_iter().map(|row| std::array::from_fn(|k| row[k])).collect(),
     })
 }
 
 /// The same, where there are to be `n` of them.
-pub(crate) fn rows_of<const D: usize>(
+pub(crate) fn rows_of<'a, const D: usize>(
     name: &str,
-    table: &Table<'_>,
+    table: &'a Table<'_>,
     n: usize,
-) -> Result<Vec<[f64; D]>, Refusal> {
+) -> Result<Cow<'a, [[f64; D]]>, Refusal> {
     let rows = rows::<D>(name, table)?;
     if rows.len() == n {
         Ok(rows)
@@ -42,18 +44,10 @@ pub(crate) fn rows_of<const D: usize>(
     }
 }
 
-/// The rows of a table of `D` columns where they lie; `n` of them where that is given.
-pub(crate) fn each_row<'a, const D: usize>(
-    name: &str,
-    table: &'a Table<'_>,
-    n: Option<usize>,
-) -> Result<impl Iterator<Item = [f64; D]> + 'a, Refusal> {
-    let view = table.as_array();
-    if view.ncols() != D || n.is_some_and(|n| n != view.nrows()) {
-        let n = n.map_or_else(|| "n".to_owned(), |n| n.to_string());
-        return Err(Refusal::shape(name, &format!("{n} × {D}"), table.shape()));
-    }
-    Ok((0..view.nrows()).map(move |i| std::array::from_fn(|k| view[[i, k]])))
+/// Numbers of any shape in the order of their indices, the last of them running fastest.
+pub(crate) fn flat<'a>(numbers: &'a PyReadonlyArrayDyn<'_, f64>) -> Cow<'a, [f64]> {
+    let view = numbers.as_array();
+    view.to_slice().map_or_else(|| view.iter().copied().collect(), Cow::Borrowed)
 }
 
 /// A contiguous column, where it lies.
@@ -72,15 +66,24 @@ pub(crate) fn triple(name: &str, column: &Column<'_>) -> Result<[f64; 3], Refusa
 }
 
 /// One standard uncertainty for all of `n` readings, or one for each.
-pub(crate) fn std_of_each(
+#[derive(Debug)]
+pub(crate) struct StdOfEach<'a>(Cow<'a, [f64]>);
+
+impl StdOfEach<'_> {
+    /// That of one reading.
+    pub(crate) fn of(&self, reading: usize) -> f64 {
+        if let [same] = *self.0 { same } else { self.0[reading] }
+    }
+}
+
+/// What was given for `n` readings.
+pub(crate) fn std_of_each<'a>(
     name: &str,
-    std: &PyReadonlyArrayDyn<'_, f64>,
+    std: &'a PyReadonlyArrayDyn<'_, f64>,
     n: usize,
-) -> Result<Vec<f64>, Refusal> {
-    let view = std.as_array();
-    match view.shape() {
-        [] => Ok(vec![view.first().copied().unwrap_or(f64::NAN); n]),
-        [len] if *len == n => Ok(view.iter().copied().collect()),
+) -> Result<StdOfEach<'a>, Refusal> {
+    match std.shape() {
+        shape if shape.is_empty() || *shape == [n] => Ok(StdOfEach(flat(std))),
         shape => Err(Refusal::shape(name, &format!("one number, or {n} of them"), shape)),
     }
 }
@@ -88,11 +91,12 @@ pub(crate) fn std_of_each(
 /// An array of one row per item, handed over without a copy.
 pub(crate) fn table<const D: usize>(
     py: Python<'_>,
-    rows: impl Iterator<Item = [f64; D]>,
+    rows: impl IntoIterator<Item = [f64; D]>,
 ) -> Bound<'_, PyArray2<f64>> {
-    let flat: Vec<f64> = rows.flatten().collect();
-    let shape = (flat.len() / D, D);
-    Array2::from_shape_vec(shape, flat).expect("whole rows were gathered").into_pyarray(py)
+    // Vectors that are given away become rows where they lie.
+    let rows: Vec<[f64; D]> = rows.into_iter().collect();
+    let (n, flat) = (rows.len(), rows.into_flattened());
+    Array2::from_shape_vec((n, D), flat).expect("whole rows were gathered").into_pyarray(py)
 }
 
 /// An array of vectors.

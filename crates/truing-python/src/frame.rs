@@ -1,6 +1,6 @@
 //! The transform between two frames.
 
-use nalgebra::{Point, SMatrix, SVector};
+use nalgebra::{Point, SMatrix};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -9,7 +9,7 @@ use truing::frame_fit::{
 };
 use truing::least_squares::Loss;
 
-use crate::arrays::{Table, column, each_row, matrix, small, vectors};
+use crate::arrays::{Table, column, flat, matrix, rows, rows_of, small, table};
 use crate::refusal::Refusal;
 
 /// Fits the transform that takes one table of points to another.
@@ -66,45 +66,53 @@ fn fitted<'py, const D: usize>(
     std_mm: &PyReadonlyArrayDyn<'py, f64>,
     options: &Options,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (from_mm, n) = (each_row::<D>("from_mm", from_mm, None)?, from_mm.shape()[0]);
-    let to_mm = each_row::<D>("to_mm", to_mm, Some(n))?;
-    let uncertainty = uncertainties::<D>(std_mm, n)?;
+    let from_mm = rows::<D>("from_mm", from_mm)?;
+    let to_mm = rows_of::<D>("to_mm", to_mm, from_mm.len())?;
     // Written once, where the solver reads them.
-    let pairs: Vec<PointPair<D>> = (from_mm.zip(to_mm).enumerate())
-        .map(|(i, (from, to))| PointPair {
-            target_mm: Point::from(to),
-            source_mm: Point::from(from),
-            uncertainty: uncertainty(i),
-        })
-        .collect();
+    let pairs = pairs::<D>(&from_mm, &to_mm, std_mm)?;
     let fit = py.detach(|| frame_fit::fit_frame(&pairs, options));
     answer(py, fit.map_err(Refusal::from)?)
 }
 
-/// One standard uncertainty for all, one a point, one a coordinate, or a covariance a point.
-fn uncertainties<'a, const D: usize>(
-    std_mm: &'a PyReadonlyArrayDyn<'_, f64>,
-    n: usize,
-) -> Result<Box<dyn Fn(usize) -> Uncertainty<D> + 'a>, Refusal> {
-    let view = std_mm.as_array();
+/// Points with one standard uncertainty for all, one each, one a coordinate, or a covariance each.
+fn pairs<const D: usize>(
+    from_mm: &[[f64; D]],
+    to_mm: &[[f64; D]],
+    std_mm: &PyReadonlyArrayDyn<'_, f64>,
+) -> Result<Vec<PointPair<D>>, Refusal> {
+    let (n, given) = (from_mm.len(), flat(std_mm));
     let isotropic = |sigma_mm: f64| Uncertainty::Isotropic { sigma_mm };
-    match *view.shape() {
-        [] => {
-            let sigma_mm = view.first().copied().unwrap_or(f64::NAN);
-            Ok(Box::new(move |_| isotropic(sigma_mm)))
+    match *std_mm.shape() {
+        [] => Ok(paired(from_mm, to_mm, std::iter::repeat(isotropic(given[0])))),
+        [len] if len == n => Ok(paired(from_mm, to_mm, given.iter().map(|s| isotropic(*s)))),
+        [len, c] if len == n && c == D => {
+            let per_axis = |sigma: &[f64; D]| Uncertainty::PerAxis { sigma_mm: (*sigma).into() };
+            Ok(paired(from_mm, to_mm, given.as_chunks::<D>().0.iter().map(per_axis)))
         }
-        [len] if len == n => Ok(Box::new(move |i| isotropic(view[[i].as_slice()]))),
-        [len, c] if len == n && c == D => Ok(Box::new(move |i| Uncertainty::PerAxis {
-            sigma_mm: SVector::from_fn(|k, _| view[[i, k].as_slice()]),
-        })),
-        [len, r, c] if len == n && r == D && c == D => Ok(Box::new(move |i| Uncertainty::Full {
-            covariance_mm2: SMatrix::from_fn(|k, l| view[[i, k, l].as_slice()]),
-        })),
+        [len, r, c] if len == n && r == D && c == D => {
+            let full =
+                |all: &[f64]| Uncertainty::Full { covariance_mm2: SMatrix::from_row_slice(all) };
+            Ok(paired(from_mm, to_mm, given.chunks_exact(D * D).map(full)))
+        }
         ref shape => {
             let needed = format!("() or {n} or {n} × {D}, or {n} × {D} × {D} for covariances");
             Err(Refusal::shape("std_mm", &needed, shape))
         }
     }
+}
+
+fn paired<const D: usize>(
+    from_mm: &[[f64; D]],
+    to_mm: &[[f64; D]],
+    uncertainties: impl Iterator<Item = Uncertainty<D>>,
+) -> Vec<PointPair<D>> {
+    let points = from_mm.iter().zip(to_mm).zip(uncertainties);
+    let pair = |((from, to), uncertainty): ((&[f64; D], &[f64; D]), _)| PointPair {
+        target_mm: Point::from(*to),
+        source_mm: Point::from(*from),
+        uncertainty,
+    };
+    points.map(pair).collect()
 }
 
 fn answer<const D: usize>(py: Python<'_>, fit: FrameFit<D>) -> PyResult<Bound<'_, PyDict>> {
@@ -125,7 +133,8 @@ fn answer<const D: usize>(py: Python<'_>, fit: FrameFit<D>) -> PyResult<Bound<'_
     let std = fit.standard_uncertainties();
     found.set_item("std", std.map(|s| column(py, s.iter().copied().collect())))?;
     found.set_item("rms_mm", fit.rms_mm())?;
-    found.set_item("residuals_mm", vectors(py, fit.residuals_mm.iter()))?;
+    found
+        .set_item("residuals_mm", table(py, fit.residuals_mm.into_iter().map(<[f64; D]>::from)))?;
     found.set_item("degrees_of_freedom", fit.degrees_of_freedom)?;
     found.set_item("variance_factor", fit.variance_factor)?;
     found.set_item("weights", column(py, fit.weights))?;

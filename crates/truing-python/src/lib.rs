@@ -25,6 +25,10 @@ mod tracker;
 
 use pyo3::prelude::*;
 
+/// Keeps freed memory for the next call; the system's allocator hands it back, page by page.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// The native half of the package `truing`.
 #[pymodule]
 mod _truing {

@@ -118,7 +118,7 @@ fn layout_of(
     let row = |i: usize| Row {
         observation: i / components,
         component: i % components,
-        sigma: sigma.as_ref().map_or(1.0, |sigma| sigma[i]),
+        sigma: sigma.as_ref().map_or(1.0, |sigma| sigma.of(i)),
         reported: true,
     };
     let rows = (0..n).map(row).collect();

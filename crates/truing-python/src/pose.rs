@@ -34,10 +34,8 @@ pub(crate) fn fit_pose<'py>(
     let part = surface.part()?;
     let centers = rows::<3>("touches_mm", &touches_mm)?;
     let std_mm = std_of_each("std_mm", &std_mm, centers.len())?;
-    let touches: Vec<Touch> = centers
-        .into_iter()
-        .zip(std_mm)
-        .map(|(at, std)| Touch::new(Point3::from(at), std))
+    let touches: Vec<Touch> = (centers.iter().enumerate())
+        .map(|(i, at)| Touch::new(Point3::from(*at), std_mm.of(i)))
         .collect();
     let side = if below { TipSide::Below } else { TipSide::Above };
     let tip = Tip { radius_mm: tip_radius_mm, side };
@@ -141,10 +139,10 @@ pub(crate) fn register<'py>(
 }
 
 fn cloud(name: &str, (points, normals): &Cloud<'_>) -> Result<PointCloud, Refusal> {
-    let points_mm: Vec<_> = rows::<3>(name, points)?.into_iter().map(Point3::from).collect();
+    let points_mm: Vec<_> = rows::<3>(name, points)?.iter().map(|p| Point3::from(*p)).collect();
     let Some(normals) = normals else { return Ok(PointCloud::new(points_mm)) };
     let normals = rows_of::<3>(&format!("normals of the {name}"), normals, points_mm.len())?;
-    let normals = normals.into_iter().map(|n| Unit::new_unchecked(n.into())).collect();
+    let normals = normals.iter().map(|n| Unit::new_unchecked((*n).into())).collect();
     Ok(PointCloud::with_normals(points_mm, normals))
 }
 
@@ -177,7 +175,7 @@ pub(crate) fn estimate_normals<'py>(
     viewpoint_mm: Option<[f64; 3]>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let points_mm: Vec<_> =
-        rows::<3>("points_mm", &points_mm)?.into_iter().map(Point3::from).collect();
+        rows::<3>("points_mm", &points_mm)?.iter().map(|p| Point3::from(*p)).collect();
     let viewpoint_mm = viewpoint_mm.map(Point3::from);
     let normals = py
         .detach(|| pose_icp::estimate_normals(&points_mm, neighbours, viewpoint_mm, Side::Source))

@@ -1,6 +1,9 @@
 //! Where a head presses, from wrenches.
 
+use std::borrow::Cow;
+
 use nalgebra::Point2;
+use numpy::ndarray::Axis;
 use numpy::{IntoPyArray, PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -10,32 +13,38 @@ use truing::ft_center::{
 };
 use truing::geometry::Wrench;
 
-use crate::arrays::{Column, Table, column, rows, slice, small, table, vectors};
+use crate::arrays::{Column, Table, column, rows, small, table, vectors};
 use crate::refusal::Refusal;
 
-/// Forces and moments, one array each, where they lie.
-type Six<'py> = [Column<'py>; 6];
+/// Forces and moments, one column each.
+type Six<'a> = [Cow<'a, [f64]>; 6];
 
-fn arrays<'a>([fx, fy, fz, mx, my, mz]: &'a Six<'_>) -> Result<WrenchArrays<'a>, Refusal> {
-    Ok(WrenchArrays {
-        fx_n: slice("fx_n", fx)?,
-        fy_n: slice("fy_n", fy)?,
-        fz_n: slice("fz_n", fz)?,
-        mx_nmm: slice("mx_nmm", mx)?,
-        my_nmm: slice("my_nmm", my)?,
-        mz_nmm: slice("mz_nmm", mz)?,
-    })
+/// Columns where they lie; gathered where their numbers do not lie one behind the other.
+fn six<'a>(wrenches: &'a Table<'_>) -> Result<Six<'a>, Refusal> {
+    let view = wrenches.as_array();
+    if view.ncols() != 6 {
+        return Err(Refusal::shape("wrenches", "n × 6, six columns", wrenches.shape()));
+    }
+    Ok(std::array::from_fn(|k| {
+        let column = view.index_axis_move(Axis(1), k);
+        column.to_slice().map_or_else(|| column.iter().copied().collect(), Cow::Borrowed)
+    }))
+}
+
+fn arrays<'a>([fx, fy, fz, mx, my, mz]: &'a Six<'_>) -> WrenchArrays<'a> {
+    WrenchArrays { fx_n: fx, fy_n: fy, fz_n: fz, mx_nmm: mx, my_nmm: my, mz_nmm: mz }
 }
 
 /// The one centre of pressure of many wrenches, with its covariance.
 #[pyfunction]
 pub(crate) fn locate_contact<'py>(
     py: Python<'py>,
-    wrenches: Six<'py>,
+    wrenches: Table<'py>,
     z0_mm: f64,
     min_fz_n: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let arrays = arrays(&wrenches)?;
+    let columns = six(&wrenches)?;
+    let arrays = arrays(&columns);
     let center = py.detach(|| solve_batch(&arrays, z0_mm, min_fz_n)).map_err(Refusal::from)?;
     let found = PyDict::new(py);
     found.set_item("center_mm", column(py, center.center_mm.iter().copied().collect()))?;
@@ -55,12 +64,12 @@ type Centers<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 #[pyfunction]
 pub(crate) fn centers<'py>(
     py: Python<'py>,
-    wrenches: Six<'py>,
+    wrenches: Table<'py>,
     z0_mm: f64,
     min_fz_n: f64,
 ) -> PyResult<Centers<'py>> {
-    let arrays = arrays(&wrenches)?;
-    let n = wrenches[0].len();
+    let columns = six(&wrenches)?;
+    let (arrays, n) = (arrays(&columns), columns[0].len());
     let (x_mm, y_mm) = py
         .detach(|| {
             let (mut x_mm, mut y_mm) = (vec![0.0; n], vec![0.0; n]);
@@ -127,8 +136,8 @@ fn press((name, role, machine_mm, time_s, wrench): &Recorded<'_>) -> Result<Pres
         return Err(Refusal::shape("time_s", &needed, time_s.shape()));
     }
     let times = time_s.as_array();
-    let record = (times.iter().zip(wrenches))
-        .map(|(&time_s, wrench)| Sample { time_s, wrench: Wrench::from_vector(&wrench.into()) })
+    let record = (times.iter().zip(wrenches.iter()))
+        .map(|(&time_s, wrench)| Sample { time_s, wrench: Wrench::from_vector(&(*wrench).into()) })
         .collect();
     Ok(Press { name: name.clone(), role, machine_mm: Point2::from(*machine_mm), record })
 }

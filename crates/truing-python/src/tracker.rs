@@ -36,14 +36,14 @@ pub(crate) fn calibrate<'py>(
     let direction = Vector3::from(triple("direction", &axis.2)?);
     let origin_mm = Point3::from(triple("origin_mm", &axis.1)?);
     let axis = RotaryAxis::new(letter, origin_mm, direction).map_err(Refusal::from)?;
-    let place = |(i, at): (usize, [f64; 3])| (i.to_string(), Point3::from(at));
+    let place = |(i, at): (usize, &[f64; 3])| (i.to_string(), Point3::from(*at));
     let survey = Survey {
         axis,
         second: None,
-        stations: (rows("stations_mm", &stations_mm)?.into_iter().enumerate().map(place))
+        stations: (rows("stations_mm", &stations_mm)?.iter().enumerate().map(place))
             .map(|(name, nominal_mm)| Station { name, nominal_mm })
             .collect(),
-        mounts: (rows("mounts_mm", &mounts_mm)?.into_iter().enumerate().map(place))
+        mounts: (rows("mounts_mm", &mounts_mm)?.iter().enumerate().map(place))
             .map(|(name, nominal_mm)| Mount { name, nominal_mm })
             .collect(),
         steps: (angles_rad.as_array().iter().enumerate())

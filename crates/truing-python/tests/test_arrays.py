@@ -59,6 +59,35 @@ def test_arrays_with_gaps_and_in_another_order_are_read_rightly(draws):
     from_mm, to_mm = wide[::2, ::2], np.asfortranarray(wide[::2, ::2] + 1.0)
     fit = frame_fit.fit(from_mm, to_mm, 0.01)
     assert np.allclose(fit.translation_mm, 1.0, rtol=0.0, atol=EXACT_MM)
+    # Covariances that differ from row to row, and lie from the last column on.
+    factors = draws.normal(0.0, 0.01, (20, 3, 3)) + 0.02 * np.eye(3)
+    covariance = factors @ factors.transpose(0, 2, 1)
+    lying = np.asfortranarray(covariance[:, ::-1])[:, ::-1]
+    plain, otherwise = (frame_fit.fit(from_mm, to_mm, std) for std in (covariance, lying))
+    assert (plain.covariance == otherwise.covariance).all()
+    record = np.column_stack([draws.normal(size=(200, 2)), draws.uniform(-60.0, -30.0, 200), draws.normal(size=(200, 3))])
+    found = [ft_center.locate_contact(at, z0_mm=30.0, min_fz_n=5.0) for at in (record, np.asfortranarray(record))]
+    assert (found[0].covariance_mm2 == found[1].covariance_mm2).all()
+
+
+def test_many_touches_are_compensated_as_each_alone(draws):
+    # More than one stretch of them, and the last one short.
+    part, n = Surface.sphere(50.0), 10_000
+    towards = draws.normal(size=(n, 3))
+    towards /= np.linalg.norm(towards, axis=1)[:, None]
+    centers_mm = (53.0 + draws.normal(0.0, 0.01, (n, 1))) * towards
+    std_mm = draws.uniform(1e-3, 2e-3, n)
+    found = probe_comp.compensate(part, centers_mm, std_mm, tip_radius_mm=3.0)
+    assert found.points_mm.shape == (n, 3) and found.inside_aperture.all() and found.error_mm is None
+    for i in [0, 4095, 4096, n - 1]:
+        alone = probe_comp.compensate(part, centers_mm[i : i + 1], std_mm[i], tip_radius_mm=3.0)
+        assert (found.points_mm[i] == alone.points_mm[0]).all() and found.deviation_mm[i] == alone.deviation_mm[0]
+        assert found.deviation_std_mm[i] == alone.deviation_std_mm[0]
+    assert probe_comp.compensate(part, np.zeros((0, 3)), 1e-3, tip_radius_mm=3.0).normals.shape == (0, 3)
+    centers_mm[[9200, 9300]] *= 2.0
+    with pytest.raises(truing.InputError, match="touch 9201") as caught:
+        probe_comp.compensate(part, centers_mm, std_mm, tip_radius_mm=3.0)
+    assert caught.value.index == 9200
 
 
 def test_arrays_of_a_wrong_shape_or_value_are_refused(draws):

@@ -20,11 +20,14 @@ impl Course {
     /// How far it has come at each time since the start.
     #[must_use]
     pub fn come(&self, elapsed: &[f64]) -> Vec<f64> {
-        let come = |t: &f64| match self {
-            Self::Settling(settling) => settling.come(*t),
-            Self::Session(session) => session.come(*t),
-        };
-        elapsed.iter().map(come).collect()
+        elapsed.iter().map(|t| self.at(*t)).collect()
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        match self {
+            Self::Settling(settling) => settling.come(t),
+            Self::Session(session) => session.come(t),
+        }
     }
 
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
@@ -68,7 +71,12 @@ pub fn clearest_courses(
 ) -> Vec<Course> {
     let Some(drifts) = Drifts::of(model, at, drift, elapsed) else { return Vec::new() };
     let is_timed = model.declared().effects[drift].driver.is_some();
-    let session = session_of(&drifts).filter(|s| is_timed || s.is_mixed(elapsed, places));
+    let taken = |course: &Course| drifts.residual.explained(&drifts.left_along(|t| course.at(t)));
     let settling = settling_of(&drifts).map(Course::Settling);
-    settling.into_iter().chain(session.map(Course::Session)).collect()
+    let session = session_of(&drifts)
+        .filter(|s| is_timed || s.is_mixed(elapsed, places))
+        .map(Course::Session)
+        // Part of what comes to rest looks like a step.
+        .filter(|session| taken(session) > settling.as_ref().and_then(taken));
+    settling.into_iter().chain(session).collect()
 }

@@ -51,12 +51,12 @@ def locate_contact(wrenches: ArrayLike, *, z0_mm: float, min_fz_n: float) -> Con
     >>> found.center_mm.round(9).tolist(), found.contact_samples
     ([12.0, -7.0], 640)
     """
-    return ContactCenter(**_truing.locate_contact(_six(wrenches), z0_mm, min_fz_n))
+    return ContactCenter(**_truing.locate_contact(table(wrenches), z0_mm, min_fz_n))
 
 
 def centers(wrenches: ArrayLike, *, z0_mm: float, min_fz_n: float) -> tuple[Floats, Floats]:
     """Centre of pressure of every wrench, x and y in mm; NaN where nothing is touched."""
-    return _truing.centers(_six(wrenches), z0_mm, min_fz_n)
+    return _truing.centers(table(wrenches), z0_mm, min_fz_n)
 
 
 @dataclass(frozen=True)
@@ -132,10 +132,3 @@ def _pair(press: Press) -> tuple[float, float]:
     if at.shape != (2,):
         raise InputError(f"press {press.name}: machine_mm must be x and y")
     return float(at[0]), float(at[1])
-
-
-def _six(wrenches: ArrayLike) -> list[Floats]:
-    found = table(wrenches)
-    if found.shape[1] != 6:
-        raise InputError(f"wrenches must have six columns, got {found.shape[1]}")
-    return [np.ascontiguousarray(found[:, k]) for k in range(6)]
