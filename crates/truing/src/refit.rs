@@ -106,7 +106,9 @@ impl<'c> Accepted<'c> {
         }
         let amplitudes = self.amplitudes.iter().zip(&point.as_slice()[free.amplitudes()]);
         let amplitudes = amplitudes.map(|(a, value)| a.factor * value).collect();
-        let closure = Closure { state, residuals_after, empirical, ..self.closure.clone() };
+        let columns = free.columns(&self.closure.columns);
+        let closure =
+            Closure { state, columns, residuals_after, empirical, ..self.closure.clone() };
         Some((closure, amplitudes))
     }
 }
@@ -123,6 +125,27 @@ struct Free<'m> {
 }
 
 impl<'m> Free<'m> {
+    /// The columns of a closure as this model counts its effects: other data may show a course or a
+    /// patch of their own beside them.
+    fn columns(&self, of_closure: &[Column]) -> Vec<Column> {
+        let there = of_closure.iter().filter_map(|column| match *column {
+            Column::Amplitude { effect, .. } => Some(effect),
+            _ => None,
+        });
+        let both: Vec<(usize, usize)> = there.zip(self.amplitudes.iter().map(|a| a.0)).collect();
+        let own = |of: usize| both.iter().find(|(there, _)| *there == of).map_or(of, |both| both.1);
+        let here = |column: &Column| match *column {
+            Column::Amplitude { effect, parameter } => {
+                Column::Amplitude { effect: own(effect), parameter }
+            }
+            Column::Place { effect, coordinate } => {
+                Column::Place { effect: own(effect), coordinate }
+            }
+            other => other,
+        };
+        of_closure.iter().map(here).collect()
+    }
+
     fn of(accepted: &Accepted<'_>, model: &'m dyn Model) -> Option<Self> {
         let declared = model.declared();
         let place = |Amplitude { effect: (id, subject), parameter, .. }: &Amplitude| {

@@ -6,7 +6,6 @@
 use std::collections::HashMap;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
-use nalgebra::Vector3;
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
@@ -60,7 +59,6 @@ pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     entries.push(incidence(scene));
     entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
-    entries.extend((0..n_stations).map(|i| drift_along_beams(scene, i)));
     entries.extend((n_stations > 1).then(|| common_drift(scene)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(scene.courses.sessions.iter().map(|session| another_session(scene, session)));
@@ -277,35 +275,6 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     drift(scene, Some(name.clone()), words, course, &share)
 }
 
-/// The part of a station's drift that goes along its beams: to one lock after the other it looks like a
-/// reading that drifts, and is to be named beside it.
-fn drift_along_beams(scene: &Scene<'_>, station: usize) -> Entry {
-    let name = &scene.survey.stations[station].name;
-    let course = &scene.courses.of_station[station];
-    let share = course::of_station(scene.survey, scene.time, station, course);
-    let own = scene.sights.iter().zip(&scene.survey.ranges).filter(|(_, r)| r.station == station);
-    let mean = own.fold(Vector3::zeros(), |sum, (sight, _)| sum + sight.beam);
-    // As it is printed.
-    let printed = |v: f64| format!("{v:.3}").parse().unwrap_or(v);
-    let way: Vector3<f64> = mean.try_normalize(f64::MIN_POSITIVE).unwrap_or_default().map(printed);
-    let rest = scene.law(course);
-    let text = format!(
-        "station {name} moves along ({:.3}, {:.3}, {:.3}), the mean of its beams, since its first reading, at \
-         which its place is printed{}",
-        way.x,
-        way.y,
-        way.z,
-        rest.as_ref().map_or_else(String::new, |law| format!(", and comes to rest: {law}"))
-    );
-    let (unit, factor) = if rest.is_some() { ("mm", 1.0) } else { scene.rate() };
-    let parameters = vec![parameter("along the beams", unit, factor)];
-    let moves = (Part::StationAlong(way), |r: usize| share[r]);
-    let subject = Some(format!("{name}, along its beams"));
-    let mut entry = scene.entry_that_moves("station-drift", subject, text, parameters, moves);
-    entry.effect.searched = course.searched;
-    entry
-}
-
 /// Of all stands alike, or of the machine against them, as on a floor that warms up.
 fn common_drift(scene: &Scene<'_>) -> Entry {
     let course = &scene.courses.of_all;
@@ -353,7 +322,8 @@ fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
     let mut entry = if let Some(station) = session.station {
         let subject = format!("{} from {mount} at {step} on", named(station));
         let text = format!(
-            "station {} stands elsewhere from its reading of {mount} at step {step} on; its place is              printed as it was before",
+            "station {} stands elsewhere from its reading of {mount} at step {step} on; its place is \
+             printed as it was before",
             named(station)
         );
         let parameters = coordinates("µm", 1e3);
@@ -361,7 +331,9 @@ fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
     } else {
         let from = format!("{}-{mount} at {step}", named(first.station));
         let text = format!(
-            "the axis, or what carries it, lies elsewhere against all stations from the reading of              {from} on: it was moved, or another session began; displacement and rotation of the              axis in the machine's frame"
+            "the axis, or what carries it, lies elsewhere against all stations from the reading of \
+             {from} on: it was moved, or another session began; displacement and rotation of the \
+             axis in the machine's frame"
         );
         let subject = format!("from {from} on");
         let parameters = motion(["µm", "µrad"], str::to_owned);

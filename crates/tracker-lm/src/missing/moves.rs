@@ -6,14 +6,12 @@ use crate::missing::sights::Sight;
 use crate::shift::Shift;
 
 /// Part of a range's geometry.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     /// The six errors of the axis.
     Error,
     /// The station.
     Station,
-    /// The station, along this direction alone.
-    StationAlong(Vector3<f64>),
     /// The reflector, in the frame that turns with the axis.
     Mount,
 }
@@ -24,7 +22,6 @@ impl Part {
         match self {
             Self::Error => sight.by_error.iter().copied().collect(),
             Self::Station => (-sight.beam).iter().copied().collect(),
-            Self::StationAlong(way) => vec![-sight.beam.dot(&way)],
             Self::Mount => sight.by_mount.iter().copied().collect(),
         }
     }
@@ -48,7 +45,6 @@ impl Moves {
                 shift.error += share * Vector6::from_iterator(amplitudes.iter().copied());
             }
             Part::Station => shift.station_mm += three(),
-            Part::StationAlong(way) => shift.station_mm += share * amplitudes[0] * way,
             Part::Mount => shift.mount_mm += three(),
         }
     }

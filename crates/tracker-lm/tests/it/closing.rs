@@ -180,7 +180,7 @@ fn rising(station: usize, height_mm: f64, by_reading: bool, course: impl Fn(f64)
 fn a_station_on_a_warming_stand_is_found() {
     let (_, closure) = closed(rising(1, 0.010, false, |passed| passed));
     assert_eq!(closure.steps[0].effect, "station-drift", "{:?}", closure.steps);
-    assert_eq!(closure.steps[0].subject.as_deref(), Some("S2"));
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("S2"), "{:?}", closure.steps);
     assert!(closure.steps[0].description.contains("steadily"), "{:?}", closure.steps);
 }
 

@@ -227,22 +227,6 @@ impl<'a> Survey<'a> {
                 station = add(station, scale(share, come));
             }
         }
-        if let Some(drift) =
-            step(self.json, "station-drift", Some(&format!("{name}, along its beams")))
-        {
-            let text = drift["description"].as_str().expect("words");
-            let way =
-                text.split_once('(').and_then(|(_, t)| t.split_once(')')).expect("a direction").0;
-            let number = |text: &str| text.trim().parse::<f64>().expect("a number");
-            let way: Vec<f64> = way.split(',').map(number).collect();
-            let share = if comes_to_rest(drift) {
-                self.settled(drift, row, true)
-            } else {
-                self.since_first(row) / if self.timed { 3600.0 } else { 1.0 }
-            };
-            let come = share * amplitude(drift, "along the beams");
-            station = add(station, scale(come, [way[0], way[1], way[2]]));
-        }
         for (subject, shift) in subjects(self.json, "station-shift") {
             let from = subject.strip_suffix(" on").and_then(|s| s.split_once(" from "));
             let (own, first) = from.expect("of a station from a reading on");

@@ -9,7 +9,6 @@ pub(crate) const EFFECTS: &[&str] = &[
     "range-scale",
     "range-drift",
     "range-drift [S",
-    "station-drift [S3, along its beams",
     "backlash",
     "incidence",
     "station-drift [S",
@@ -40,8 +39,6 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("incidence", files(&run(704, Defect::Incidence(0.012)))),
         ("station-drift", files(&run(705, Defect::StationDrift(2, [0.03, -0.05, 0.03])))),
         ("creep", files(&run(715, Defect::Creep(3, 0.02)))),
-        // Along the beams a stand that drifts is a reading that creeps.
-        ("stand-along-beams", files(&run(705, Defect::StationDrift(2, [0.008, -0.006, 0.012])))),
         ("knocked", files(&run(712, Defect::Knocked(1, 5, [0.05, -0.04, 0.06])))),
         // The axis meets each angle before and after.
         (
