@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Matrix3x4, Point3, Vector3, Vector4};
 
-use crate::cofactor::orthogonal;
+use crate::cofactor::{orthogonal, shortest};
 use crate::pose::HeadPose;
 use crate::scalar::{across, norm};
 use crate::{ForceImpedanceError, Head};
@@ -102,10 +102,8 @@ impl Balance {
     /// `None` where legs and axis do not hold the head, or for what is not finite.
     #[must_use]
     pub fn cells_n(&self, force_n: &Vector3<f64>, preload_n: f64) -> Option<[f64; 4]> {
-        let influence = self.influence();
-        let shares = (influence * influence.transpose()).try_inverse()?;
-        let of_force = influence.transpose() * (shares * (force_n - self.of_weight_n));
-        let cells_n = of_force + orthogonal(&self.columns) * preload_n;
+        let [a, b, c, d] = shortest(&self.columns, &(force_n - self.of_weight_n));
+        let cells_n = Vector4::new(a, b, c, d) + orthogonal(&self.columns) * preload_n;
         cells_n.iter().all(|f| f.is_finite()).then_some(cells_n.into())
     }
 

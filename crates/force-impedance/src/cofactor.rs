@@ -22,11 +22,14 @@ pub(crate) fn orthogonal(rows: &[Vector3<f64>; 4]) -> Vector4<f64> {
 /// Good to the square of the condition, which only slows the iteration that calls it.
 #[inline]
 pub(crate) fn least_squares(rows: &[Vector3<f64>; 4], rhs: &[f64; 4]) -> Vector3<f64> {
-    let gram = Gram::of(rows);
     let [a, b, c, d] = rows;
-    let right = a * rhs[0] + b * rhs[1] + c * rhs[2] + d * rhs[3];
-    let (x, y, z) = gram.cofactors();
-    Vector3::new(right.dot(&x), right.dot(&y), right.dot(&z)) * (1.0 / gram.determinant(&x))
+    Gram::of(rows).solve(&(a * rhs[0] + b * rhs[1] + c * rhs[2] + d * rhs[3]))
+}
+
+/// Shortest solution of `rowsᵀ · x = rhs` in the same way; not finite where the rows span a plane.
+pub(crate) fn shortest(rows: &[Vector3<f64>; 4], rhs: &Vector3<f64>) -> [f64; 4] {
+    let weights = Gram::of(rows).solve(rhs);
+    rows.map(|row| row.dot(&weights))
 }
 
 /// Lower bound, up to a factor of three, of smallest over largest singular value.
@@ -50,6 +53,13 @@ struct Gram {
 }
 
 impl Gram {
+    /// Solution of `self · x = right`.
+    #[inline]
+    fn solve(&self, right: &Vector3<f64>) -> Vector3<f64> {
+        let (x, y, z) = self.cofactors();
+        Vector3::new(right.dot(&x), right.dot(&y), right.dot(&z)) * (1.0 / self.determinant(&x))
+    }
+
     #[inline]
     fn of(rows: &[Vector3<f64>; 4]) -> Self {
         let [a, b, c, d] = rows;

@@ -235,6 +235,20 @@ fn a_late_reference_is_seen_where_the_load_changes() {
     assert!(runs.starts_with("segment,nx,ny,nz,lean_deg,lean_towards_deg,load_from_n,load_to_n,"));
 }
 
+#[test]
+fn what_a_head_cannot_do_is_said() {
+    for (plan, said) in [
+        ("loads_n = [-3]", "expected a force from 0 on, found -3"),
+        ("leans_deg = [200]", "expected an angle from upright, from 0 to 180, found 200"),
+        ("leans_deg = [170]", "`[plan]` leaves no place to measure at"),
+    ] {
+        let case = Case::example("force-impedance");
+        case.replace("case.toml", "\n[noise]\n", &format!("\n[plan]\n{plan}\n\n[noise]\n"));
+        let told = message(&case, &["--for", "delay"]);
+        assert!(told.contains(said), "{plan}: {told}");
+    }
+}
+
 /// An axis that stops 8 µm apart from either side, sent to its targets from below.
 fn one_sided() -> Case {
     let mut table = String::from("target_mm,actual_mm,direction\n");

@@ -3,7 +3,7 @@
 use force_impedance::{ForceFormula, Head, LogSample, LoggedForce, solve_log};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
-use super::plan_settings::HeadPlanSettings;
+use super::plan_settings::{HeadPlanSettings, Load};
 use super::settings::{CELLS, LENGTHS, LOG};
 use crate::case::{Finite, Positive};
 use crate::count::count;
@@ -21,8 +21,6 @@ const AXIAL_MM_PER_S: f64 = 5.0;
 const LITTLE_DEG: f64 = 5.0;
 /// Sides to which a head leans.
 const SIDES: u8 = 4;
-/// Steepest lean that is planned: the legs are then as good as flat.
-const STEEPEST_DEG: f64 = 60.0;
 
 /// A log as the planner sees it.
 pub(super) struct Logged<'c> {
@@ -88,7 +86,7 @@ fn runs(settings: &HeadPlanSettings, bench: &Bench<'_>) -> Vec<Run> {
         settings.leans_deg.as_ref().map(|all| all.iter().map(|Lean(angle)| *angle).collect());
     let leans = declared.unwrap_or_else(|| vec![0.0, bench.farthest_deg.max(LITTLE_DEG)]);
     let loads: Vec<f64> = match &settings.loads_n {
-        Some(loads) => loads.iter().map(|Finite(load)| load.max(0.0)).collect(),
+        Some(loads) => loads.iter().map(|Load(load)| *load).collect(),
         None => bench.loads_n.to_vec(),
     };
     let speeds: Vec<f64> = match &settings.axial_mm_per_s {
@@ -108,7 +106,7 @@ fn runs(settings: &HeadPlanSettings, bench: &Bench<'_>) -> Vec<Run> {
                 let may_rub = bench.friction_ratio > 0.0 && load_n[1] > 0.0;
                 let rubbing: &[bool] = if may_rub { &[false, true] } else { &[false] };
                 all.extend(rubbing.iter().map(|&rubs| Run {
-                    lean_deg: lean.min(STEEPEST_DEG),
+                    lean_deg: lean,
                     towards_deg: 360.0 * f64::from(side) / f64::from(SIDES),
                     load_n,
                     axial_mm_per_s,

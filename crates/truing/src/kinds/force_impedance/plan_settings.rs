@@ -1,6 +1,7 @@
 //! What a head can still be made to do, as `case.toml` says it.
 
 use serde::Deserialize;
+use serde::de::{Deserializer, Error};
 
 use crate::case::{Finite, Positive};
 use crate::kinds::lean::Lean;
@@ -10,8 +11,22 @@ use crate::kinds::lean::Lean;
 #[serde(deny_unknown_fields)]
 pub(super) struct HeadPlanSettings {
     pub(super) leans_deg: Option<Vec<Lean>>,
-    pub(super) loads_n: Option<Vec<Finite>>,
+    pub(super) loads_n: Option<Vec<Load>>,
     pub(super) axial_mm_per_s: Option<Vec<Finite>>,
     pub(super) seconds: Option<Positive>,
     pub(super) minutes_per_measurement: Option<Positive>,
+}
+
+/// A normal force, nought where the head hangs free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Load(pub(super) f64);
+
+impl<'de> Deserialize<'de> for Load {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Finite(load_n) = Finite::deserialize(deserializer)?;
+        if load_n >= 0.0 {
+            return Ok(Self(load_n));
+        }
+        Err(D::Error::custom(format_args!("expected a force from 0 on, found {load_n}")))
+    }
 }
