@@ -315,30 +315,16 @@ fn drift(
 fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
     let survey = scene.survey;
     let first = &survey.ranges[session.first];
-    let named = |of: usize| &survey.stations[of].name;
+    let station = &survey.stations[first.station].name;
     let (mount, step) = (&survey.mounts[first.mount].name, &survey.steps[first.step].name);
+    let (id, subject, text) = session.named([station, mount, step]);
     let since = session.share(&seen(survey, scene.time));
     let moves = (moved(session.station), |r: usize| since[r]);
-    let mut entry = if let Some(station) = session.station {
-        let subject = format!("{} from {mount} at {step} on", named(station));
-        let text = format!(
-            "station {} stands elsewhere from its reading of {mount} at step {step} on; its place is \
-             printed as it was before",
-            named(station)
-        );
-        let parameters = coordinates("µm", 1e3);
-        scene.entry_that_moves("station-shift", Some(subject), text, parameters, moves)
-    } else {
-        let from = format!("{}-{mount} at {step}", named(first.station));
-        let text = format!(
-            "the axis, or what carries it, lies elsewhere against all stations from the reading of \
-             {from} on: it was moved, or another session began; displacement and rotation of the \
-             axis in the machine's frame"
-        );
-        let subject = format!("from {from} on");
-        let parameters = motion(["µm", "µrad"], str::to_owned);
-        scene.entry_that_moves("session-shift", Some(subject), text, parameters, moves)
+    let parameters = match session.station {
+        Some(_) => coordinates("µm", 1e3),
+        None => motion(["µm", "µrad"], str::to_owned),
     };
+    let mut entry = scene.entry_that_moves(id, Some(subject), text, parameters, moves);
     entry.effect.searched = session.searched;
     entry
 }

@@ -35,6 +35,28 @@ pub(crate) struct Session {
 }
 
 impl Session {
+    /// Id, subject and text of its effect, by the names of station, reflector and step of its first
+    /// reading.
+    pub(crate) fn named(
+        &self,
+        [station, mount, step]: [&str; 3],
+    ) -> (&'static str, String, String) {
+        if self.station.is_some() {
+            let text = format!(
+                "station {station} stands elsewhere from its reading of {mount} at step {step} on; its \
+                 place is printed as it was before"
+            );
+            return ("station-shift", format!("{station} from {mount} at {step} on"), text);
+        }
+        let from = format!("{station}-{mount} at {step}");
+        let text = format!(
+            "the axis, or what carries it, lies elsewhere against all stations from the reading of \
+             {from} on: it was moved, or another session began; displacement and rotation of the \
+             axis in the machine's frame"
+        );
+        ("session-shift", format!("from {from} on"), text)
+    }
+
     /// One for every reading of it, else nought.
     pub(crate) fn share(&self, readings: &[Seen]) -> Vec<f64> {
         let begins = readings[self.first].time;

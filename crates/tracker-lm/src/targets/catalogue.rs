@@ -218,24 +218,9 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
 fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
     let survey = scene.survey;
     let first = &survey.targets[session.first];
-    let named = |of: usize| &survey.stations[of].name;
+    let station = &survey.stations[first.station].name;
     let (mount, step) = (&survey.mounts[first.mount].name, &survey.steps[first.step].name);
-    let (id, subject, text) = if let Some(station) = session.station {
-        let text = format!(
-            "station {} stands elsewhere from its reading of {mount} at step {step} on; its place is \
-             printed as it was before",
-            named(station)
-        );
-        ("station-shift", format!("{} from {mount} at {step} on", named(station)), text)
-    } else {
-        let from = format!("{}-{mount} at {step}", named(first.station));
-        let text = format!(
-            "the axis, or what carries it, lies elsewhere against all stations from the reading of \
-             {from} on: it was moved, or another session began; displacement and rotation of the \
-             axis in the machine's frame"
-        );
-        ("session-shift", format!("from {from} on"), text)
-    };
+    let (id, subject, text) = session.named([station, mount, step]);
     let since = session.share(&seen(survey, scene.time));
     let parameters = motion(["µm", "µrad"], str::to_owned);
     let mut entry = scene.entry(id, Some(subject), text, parameters, |n, c| {
