@@ -10,6 +10,8 @@ mod bodies;
 mod optics;
 mod sessions;
 
+use std::collections::HashMap;
+
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
 use nalgebra::SVector;
 
@@ -165,14 +167,18 @@ fn shear<const D: usize>(fixed_mm: SVector<f64, D>) -> Entry<D> {
 }
 
 fn bad_points<const D: usize>(points: &[MeasuredPoint<D>]) -> Vec<Entry<D>> {
-    let fitted = points.iter().enumerate().filter(|(_, p)| p.role == Role::Fit);
-    fitted
-        .map(|(observation, point)| {
-            let same = |p: &&MeasuredPoint<D>| p.name == point.name;
-            let earlier = points[..observation].iter().filter(same).count();
-            let subject = match earlier {
-                0 => point.name.clone(),
-                n => format!("{} ({})", point.name, n + 1),
+    let mut times: HashMap<&str, usize> = HashMap::new();
+    let counted = points.iter().enumerate().map(|(observation, point)| {
+        let time = times.entry(&point.name).or_default();
+        *time += 1;
+        (observation, point, *time)
+    });
+    counted
+        .filter(|(_, point, _)| point.role == Role::Fit)
+        .map(|(observation, point, time)| {
+            let subject = match time {
+                1 => point.name.clone(),
+                n => format!("{} ({n})", point.name),
             };
             let text = format!("point {subject} is off on its own");
             let parameters = per_axis::<D>("mm", 1.0);

@@ -48,13 +48,18 @@ impl<'a> Drifts<'a> {
 
     /// What the fitted parameters leave of the drift along a course.
     pub(crate) fn left_along(&self, course: impl Fn(f64) -> f64) -> DMatrix<f64> {
+        self.residual.left_of(self.residual.whitened(self.along(course)))
+    }
+
+    /// Tangent of the drift along a course.
+    fn along(&self, course: impl Fn(f64) -> f64) -> DMatrix<f64> {
         let mut columns = self.even.clone();
         for (mut row, &observation) in columns.row_iter_mut().zip(&self.observations) {
             // What has no time, as prior knowledge, no drift moves.
             let passed = self.elapsed.get(observation).copied().filter(|t| *t > 0.0);
             row *= passed.map_or(0.0, |t| course(t) / t);
         }
-        self.residual.left_of(self.residual.whitened(columns))
+        columns
     }
 
     /// The same along each of some courses, with amplitudes of its own.
@@ -65,6 +70,25 @@ impl<'a> Drifts<'a> {
             all.columns_mut(k * columns, columns).copy_from(&self.left_along(course));
         }
         all
+    }
+
+    /// What a shift by the drift's amplitudes from each of some ascending times on takes of the sum of
+    /// squares; `None` where the amplitudes depend on each other. All that comes after a time is summed
+    /// up once, from the last reading on, so that many times cost no more than one.
+    pub(crate) fn explained_by_shifts(&self, ascending: &[f64]) -> Vec<Option<f64>> {
+        let shift = self.residual.whitened(self.along(|_| 1.0));
+        let passed = |row: usize| self.elapsed.get(self.observations[row]).copied().unwrap_or(0.0);
+        let mut left: Vec<usize> = (0..shift.nrows()).collect();
+        left.sort_by(|&a, &b| passed(a).total_cmp(&passed(b)));
+        let mut after = self.residual.nothing(shift.ncols());
+        let mut of_each = vec![None; ascending.len()];
+        for (of, begins) in of_each.iter_mut().zip(ascending).rev() {
+            while let Some(row) = left.pop_if(|row| passed(*row) > *begins) {
+                after.add(&self.residual, row, &shift);
+            }
+            *of = after.explained();
+        }
+        of_each
     }
 
     /// Times at which a drift may break off.
@@ -93,4 +117,65 @@ pub(crate) fn breaks(ascending: &[f64]) -> Vec<f64> {
 pub(crate) fn along(even: &Effect, how: &str, searched: usize) -> Effect {
     let of = even.subject.as_ref().map_or_else(String::new, |subject| format!("{subject}, "));
     Effect { subject: Some(format!("{of}{how}")), searched, ..even.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DVector;
+
+    use super::*;
+    use crate::count::count;
+    use crate::{Declared, Group, Layout, LinearModel, Parameter, Role, Row};
+
+    const READINGS: usize = 30;
+    /// Of sums over as many products as there are readings, over the share of a shift that the base
+    /// leaves.
+    const ROUND_OFF: f64 = 1e-11;
+
+    fn wave(i: usize, j: usize) -> f64 {
+        (1.3 * count(i) + 0.7 * count(j * j) + 0.9 * count(i * j)).sin()
+    }
+
+    /// Two components a reading, times in no order and two of them equal, one reading without any time
+    /// passed; against the columns of every shift themselves.
+    #[test]
+    fn shifts_by_sums_take_what_their_columns_take() {
+        let elapsed: Vec<f64> = (0..READINGS).map(|i| count((7 * i) % READINGS / 2 * 2)).collect();
+        let row = |i: usize| {
+            let sigma = 1.0 + 0.1 * count(i % 4);
+            Row { observation: i / 2, component: i % 2, sigma, reported: true }
+        };
+        let layout = Layout {
+            rows: (0..2 * READINGS).map(row).collect(),
+            observations: (0..READINGS).collect(),
+            groups: (0..READINGS).map(|i| Group { name: i.to_string(), role: Role::Fit }).collect(),
+            unit: "mm".to_owned(),
+            sigma_declared: true,
+        };
+        let parameter = |name: &str| Parameter::new(name, "mm", 1.0);
+        let drift = Effect::new("drift", "", vec![parameter("x"), parameter("y")]);
+        let base = DMatrix::from_fn(2 * READINGS, 4, wave);
+        let even = DMatrix::from_fn(2 * READINGS, 2, |i, j| {
+            f64::from(u8::from(i % 2 == j)) * elapsed[i / 2]
+        });
+        let model = LinearModel {
+            declared: Declared::new(
+                layout,
+                (0..4).map(|i| parameter(&i.to_string())).collect(),
+                vec![drift],
+            ),
+            residual: DVector::from_fn(2 * READINGS, |i, _| wave(i, 9)),
+            base,
+            tangents: vec![even],
+            extended: Vec::new(),
+        };
+        let drifts = Drifts::of(&model, &State::start(&model), 0, &elapsed).unwrap();
+        let breaks = drifts.breaks();
+        assert!(breaks.len() > READINGS / 4);
+        for (begins, quick) in breaks.iter().zip(drifts.explained_by_shifts(&breaks)) {
+            let left = drifts.left_along(|t| f64::from(u8::from(t > *begins)));
+            let whole = drifts.residual.explained(&left).unwrap();
+            assert!((quick.unwrap() - whole).abs() < ROUND_OFF, "{quick:?} {whole}");
+        }
+    }
 }

@@ -58,6 +58,15 @@ impl LookedThrough {
         tangent - taken
     }
 
+    /// The sums over no rows of so many columns.
+    pub(crate) fn nothing(&self, columns: usize) -> Sums {
+        Sums {
+            gram: DMatrix::zeros(columns, columns),
+            across: DMatrix::zeros(self.basis.ncols(), columns),
+            score: DVector::zeros(columns),
+        }
+    }
+
     /// Amplitudes of such columns; `None` where these depend on each other.
     pub(crate) fn amplitudes(&self, left: &DMatrix<f64>) -> Option<DVector<f64>> {
         Some(left.tr_mul(left).cholesky()?.solve(&left.tr_mul(&self.residual)))
@@ -78,6 +87,30 @@ impl LookedThrough {
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
         let left = (self.residual.norm_squared() - explained).max(0.0);
         f_tail(more / count(columns) * count(dof) / left, count(columns), count(dof))
+    }
+}
+
+/// Products of columns that are zero but in some rows: with each other, with the basis, and with the
+/// residual.
+pub(crate) struct Sums {
+    gram: DMatrix<f64>,
+    across: DMatrix<f64>,
+    score: DVector<f64>,
+}
+
+impl Sums {
+    /// One row more, of whitened columns.
+    pub(crate) fn add(&mut self, of: &LookedThrough, row: usize, columns: &DMatrix<f64>) {
+        let values = columns.row(row).transpose();
+        self.gram.ger(1.0, &values, &values, 1.0);
+        self.across.ger(1.0, &of.basis.row(row).transpose(), &values, 1.0);
+        self.score.axpy(of.residual[row], &values, 1.0);
+    }
+
+    /// [`LookedThrough::explained`] of the columns.
+    pub(crate) fn explained(&self) -> Option<f64> {
+        let left = &self.gram - self.across.tr_mul(&self.across);
+        Some(self.score.dot(&left.cholesky()?.solve(&self.score)))
     }
 }
 

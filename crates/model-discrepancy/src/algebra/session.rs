@@ -80,11 +80,10 @@ pub(crate) fn session_of(drifts: &Drifts<'_>) -> Option<Session> {
     let breaks = drifts.breaks();
     let searched = breaks.len();
     let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
-    let of_break = |begins: f64| {
-        let session = Session { begins, searched };
-        Some((taken(&|t| session.come(t))?, session))
+    let of_break = |(begins, taken): (&f64, Option<f64>)| {
+        Some((taken?, Session { begins: *begins, searched }))
     };
-    let all = breaks.into_iter().filter_map(of_break);
+    let all = breaks.iter().zip(drifts.explained_by_shifts(&breaks)).filter_map(of_break);
     let (most, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let evenly = taken(&|t| t).unwrap_or(0.0);
     let shift = |t: f64| best.come(t);

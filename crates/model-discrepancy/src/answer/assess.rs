@@ -12,7 +12,7 @@ use crate::choice::candidate::{Candidate, Estimability, Source, catalogue, class
 use crate::choice::context::Context;
 use crate::choice::detectable::{
     detectable_amplitudes, detectable_rms, local_detectable_amplitudes, local_detectable_rms,
-    noncentrality,
+    noncentrality, reported_observations,
 };
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
 use crate::choice::score::{Candidates, ScorePass, Scored, Scoring, score_catalogue};
@@ -225,6 +225,7 @@ impl Assessor<'_> {
                 lambda
             }
         };
+        let observations = reported_observations(self.lin);
         let mut assess = |(e, sight): (usize, LocalEstimability)| match sight {
             LocalEstimability::NotEstimable(absorbed) => self.hidden(e, absorbed),
             LocalEstimability::Estimable(local) => {
@@ -236,7 +237,7 @@ impl Assessor<'_> {
                     .collect();
                 let visible = Visibility::Visible {
                     detectable: self.reported(e, &local.parameters, &amplitudes),
-                    detectable_rms: factor * local_detectable_rms(self.lin, &local, lambda),
+                    detectable_rms: factor * local_detectable_rms(&local, lambda, observations),
                     same_as: Vec::new(),
                 };
                 self.assessment(e, local.absorbed, visible)

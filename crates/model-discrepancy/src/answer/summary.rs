@@ -243,10 +243,13 @@ fn reported_errors(
     let layout = &system.model.declared().layout;
     let all = system.residuals(at);
     let mut errors = vec![GroupError::default(); groups.len()];
+    let mut place = vec![None; layout.groups.len()];
+    for (i, &group) in groups.iter().enumerate() {
+        place[group] = Some(i);
+    }
     let mut last = None;
     for (row, r) in layout.rows.iter().enumerate() {
-        let group = layout.observations[r.observation];
-        let Some(i) = groups.iter().position(|&g| g == group) else { continue };
+        let Some(i) = place[layout.observations[r.observation]] else { continue };
         errors[i].whitened += (all[row] / r.sigma).powi(2);
         if r.reported {
             errors[i].reported += all[row] * all[row];

@@ -69,11 +69,11 @@ fn unwhitened_rms(lin: &Linear<'_>, directions: &DMatrix<f64>) -> f64 {
     (sum / count(directions.ncols().max(1)) / count(observations)).sqrt()
 }
 
-/// [`detectable_rms`] of an effect that moves one observation.
-pub(crate) fn local_detectable_rms(lin: &Linear<'_>, local: &LocalTest, lambda: f64) -> f64 {
+/// [`detectable_rms`] of an effect that moves one observation of so many that are reported.
+pub(crate) fn local_detectable_rms(local: &LocalTest, lambda: f64, observations: usize) -> f64 {
     let seen = (1.0 - local.absorbed).max(f64::MIN_POSITIVE);
     let length = (lambda * local.test.variance / seen).sqrt();
-    length * (local.reported / count(reported_observations(lin).max(1))).sqrt()
+    length * (local.reported / count(observations.max(1))).sqrt()
 }
 
 /// Amplitude of each parameter alone, in internal units, at which the effect would be found nine
@@ -82,7 +82,8 @@ pub(crate) fn local_detectable_amplitudes(local: &LocalTest, lambda: f64) -> Vec
     local.kept.iter().map(|kept| (lambda * local.test.variance).sqrt() / kept).collect()
 }
 
-fn reported_observations(lin: &Linear<'_>) -> usize {
+/// Observations of which any row is reported.
+pub(crate) fn reported_observations(lin: &Linear<'_>) -> usize {
     let mut reported = vec![false; lin.layout.observations.len()];
     for row in lin.rows.iter().map(|&row| lin.layout.rows[row]).filter(|row| row.reported) {
         reported[row.observation] = true;
