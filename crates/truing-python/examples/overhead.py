@@ -1,10 +1,11 @@
 """How long calls on many points take from Python, and the same calls in Rust, turn by turn in one run:
 
-    PYO3_BUILD_EXTENSION_MODULE=1 cargo build --release --example overhead
-    python examples/overhead.py target/release/examples/overhead
+    PYO3_BUILD_EXTENSION_MODULE=1 cargo build --release --examples
+    python examples/overhead.py target/release/examples/overhead_mimalloc
 
 The Rust half (``overhead.rs``) is built with the same features and profile as the package, has its records at hand before
-the clock starts, and drops its results within, as Python drops those of the call before.
+the clock starts, and drops its results within, as Python drops those of the call before. ``overhead_mimalloc`` has the
+allocator of the package, ``overhead`` that of the system.
 """
 
 from __future__ import annotations
@@ -160,7 +161,7 @@ def compare(rust: Path, compared: Compared, rounds: int, repeats: int) -> tuple[
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("rust", type=Path, help="the program built from overhead.rs")
+    arguments.add_argument("rust", type=Path, help="one of the two programs built from overhead.rs")
     arguments.add_argument("--points", type=int, default=100_000)
     arguments.add_argument("--rounds", type=int, default=20)
     arguments.add_argument("--repeats", type=int, default=5, help="calls in a row, in each round")

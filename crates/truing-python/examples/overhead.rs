@@ -21,7 +21,7 @@ use truing::probe_comp::{BallTouch, Nominal, NormalSource, Side, compensate};
 
 type Failure = Box<dyn Error>;
 
-fn main() -> Result<(), Failure> {
+pub(crate) fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [call, folder] = &arguments[..] else { return Err("overhead CALL FOLDER".into()) };
     let given = Given(Path::new(folder));

@@ -53,27 +53,27 @@ pub(crate) fn compensate<'py>(
         touch.guide_mm = guide_mm.as_ref().map(|g| Point2::from(g[i]));
         touch
     };
-    let some = |which: Range<usize>| -> Result<Columns, Refusal> {
-        let touches: Vec<BallTouch> = which.map(touch).collect();
-        let contacts = probe_comp::compensate(&nominal, tip_radius_mm, &touches, source)?;
-        Ok(Columns::of(&contacts))
+    let mut found = Columns::of(n, guide_mm.is_some());
+    let some = |part: Part<'_>| -> Result<(), Refusal> {
+        let touches: Vec<BallTouch> = part.touches.clone().map(touch).collect();
+        part.fill(&probe_comp::compensate(&nominal, tip_radius_mm, &touches, source)?);
+        Ok(())
     };
-    let stretches: Result<_, Refusal> = py.detach(|| {
+    let done: Result<(), Refusal> = py.detach(|| {
         // A surface through all touches needs all of them.
         if source == NormalSource::SurfaceFit {
-            return Ok(vec![some(0..n)?]);
+            return found.parts(n).into_iter().try_for_each(some);
         }
-        let starts = (0..n.max(1)).into_par_iter().step_by(STRETCH);
-        let each: Result<Vec<Columns>, Refusal> =
-            starts.map(|start| some(start..n.min(start + STRETCH))).collect();
+        let each: Result<(), Refusal> = found.parts(STRETCH).into_par_iter().map(some).collect();
         // An error counts touches from the first one on.
-        each.or_else(|_| Ok(vec![some(0..n)?]))
+        each.or_else(|_| found.parts(n).into_iter().try_for_each(some))
     });
-    answer(py, &stretches?)
+    done?;
+    found.into_answer(py)
 }
 
 /// Touches whose records and contacts, some 400 bytes a touch, stay near to a core until they are columns.
-const STRETCH: usize = 4096;
+const STRETCH: usize = 256;
 
 fn direction(index: usize, approach: [f64; 3]) -> Result<Unit<Vector3<f64>>, Refusal> {
     let direction = Unit::try_new(Vector3::from(approach), 0.0);
@@ -82,7 +82,7 @@ fn direction(index: usize, approach: [f64; 3]) -> Result<Unit<Vector3<f64>>, Ref
         .ok_or_else(|| Refusal::of(format!("approach of touch {} has no direction", index + 1)))
 }
 
-/// What is told of some contacts.
+/// What is told of all contacts.
 #[derive(Debug)]
 struct Columns {
     points_mm: Vec<[f64; 3]>,
@@ -90,35 +90,111 @@ struct Columns {
     deviation_mm: Vec<f64>,
     deviation_std_mm: Vec<f64>,
     inside_aperture: Vec<bool>,
-    error_mm: Option<Vec<[f64; 3]>>,
+    /// Empty where no point was planned.
+    error_mm: Vec<[f64; 3]>,
+}
+
+/// The place in the columns of touches that follow one another.
+#[derive(Debug)]
+struct Part<'a> {
+    touches: Range<usize>,
+    points_mm: &'a mut [[f64; 3]],
+    normals: &'a mut [[f64; 3]],
+    deviation_mm: &'a mut [f64],
+    deviation_std_mm: &'a mut [f64],
+    inside_aperture: &'a mut [bool],
+    error_mm: &'a mut [[f64; 3]],
 }
 
 impl Columns {
-    fn of(contacts: &[Contact]) -> Self {
-        let all = || contacts.iter();
+    /// Room for `n` contacts.
+    fn of(n: usize, planned: bool) -> Self {
         Self {
-            points_mm: all().map(|c| c.point_mm.into()).collect(),
-            normals: all().map(|c| c.normal.into_inner().into()).collect(),
-            deviation_mm: all().map(|c| c.deviation_mm).collect(),
-            deviation_std_mm: all().map(Contact::sigma_deviation_mm).collect(),
-            inside_aperture: all().map(|c| c.inside_aperture).collect(),
-            error_mm: all().map(|c| c.planned.map(|p| p.error_mm.into())).collect(),
+            points_mm: vec![[0.0; 3]; n],
+            normals: vec![[0.0; 3]; n],
+            deviation_mm: vec![0.0; n],
+            deviation_std_mm: vec![0.0; n],
+            inside_aperture: vec![false; n],
+            error_mm: vec![[0.0; 3]; if planned { n } else { 0 }],
         }
+    }
+
+    /// All columns, cut after every `length` touches; one empty part where there are none.
+    fn parts(&mut self, length: usize) -> Vec<Part<'_>> {
+        let n = self.deviation_mm.len();
+        let mut rest = Part {
+            touches: 0..n,
+            points_mm: &mut self.points_mm,
+            normals: &mut self.normals,
+            deviation_mm: &mut self.deviation_mm,
+            deviation_std_mm: &mut self.deviation_std_mm,
+            inside_aperture: &mut self.inside_aperture,
+            error_mm: &mut self.error_mm,
+        };
+        let mut parts = Vec::with_capacity(n / length.max(1) + 1);
+        while rest.touches.len() > length {
+            let (first, others) = rest.split(length);
+            parts.push(first);
+            rest = others;
+        }
+        parts.push(rest);
+        parts
+    }
+
+    fn into_answer(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let found = PyDict::new(py);
+        found.set_item("points_mm", table(py, self.points_mm))?;
+        found.set_item("normals", table(py, self.normals))?;
+        found.set_item("deviation_mm", column(py, self.deviation_mm))?;
+        found.set_item("deviation_std_mm", column(py, self.deviation_std_mm))?;
+        found.set_item("inside_aperture", PyArray1::from_vec(py, self.inside_aperture))?;
+        let planned = Some(self.error_mm).filter(|rows| !rows.is_empty());
+        found.set_item("error_mm", planned.map(|rows| table(py, rows)))?;
+        Ok(found)
     }
 }
 
-fn answer<'py>(py: Python<'py>, stretches: &[Columns]) -> PyResult<Bound<'py, PyDict>> {
-    fn joined<T: Copy>(stretches: &[Columns], of: impl Fn(&Columns) -> &[T]) -> Vec<T> {
-        stretches.iter().map(of).collect::<Vec<_>>().concat()
+impl Part<'_> {
+    /// The first `n` touches, and the others.
+    fn split(self, n: usize) -> (Self, Self) {
+        let at = self.touches.start + n;
+        let (points_mm, points_after) = self.points_mm.split_at_mut(n);
+        let (normals, normals_after) = self.normals.split_at_mut(n);
+        let (deviation_mm, deviation_after) = self.deviation_mm.split_at_mut(n);
+        let (deviation_std_mm, std_after) = self.deviation_std_mm.split_at_mut(n);
+        let (inside_aperture, inside_after) = self.inside_aperture.split_at_mut(n);
+        let (error_mm, error_after) = self.error_mm.split_at_mut(n.min(self.error_mm.len()));
+        let first = Self {
+            touches: self.touches.start..at,
+            points_mm,
+            normals,
+            deviation_mm,
+            deviation_std_mm,
+            inside_aperture,
+            error_mm,
+        };
+        let others = Self {
+            touches: at..self.touches.end,
+            points_mm: points_after,
+            normals: normals_after,
+            deviation_mm: deviation_after,
+            deviation_std_mm: std_after,
+            inside_aperture: inside_after,
+            error_mm: error_after,
+        };
+        (first, others)
     }
-    let found = PyDict::new(py);
-    found.set_item("points_mm", table(py, joined(stretches, |s| &s.points_mm)))?;
-    found.set_item("normals", table(py, joined(stretches, |s| &s.normals)))?;
-    found.set_item("deviation_mm", column(py, joined(stretches, |s| &s.deviation_mm)))?;
-    found.set_item("deviation_std_mm", column(py, joined(stretches, |s| &s.deviation_std_mm)))?;
-    let inside = joined(stretches, |s| &s.inside_aperture);
-    found.set_item("inside_aperture", PyArray1::from_vec(py, inside))?;
-    let planned: Option<Vec<_>> = stretches.iter().map(|s| s.error_mm.as_deref()).collect();
-    found.set_item("error_mm", planned.map(|rows| table(py, rows.concat())))?;
-    Ok(found)
+
+    fn fill(self, contacts: &[Contact]) {
+        for (i, contact) in contacts.iter().enumerate() {
+            self.points_mm[i] = contact.point_mm.into();
+            self.normals[i] = contact.normal.into_inner().into();
+            self.deviation_mm[i] = contact.deviation_mm;
+            self.deviation_std_mm[i] = contact.sigma_deviation_mm();
+            self.inside_aperture[i] = contact.inside_aperture;
+            if let (Some(error_mm), Some(planned)) = (self.error_mm.get_mut(i), &contact.planned) {
+                *error_mm = planned.error_mm.into();
+            }
+        }
+    }
 }

@@ -40,6 +40,12 @@ impl Refusal {
         Self::of(format!("{name} must have the shape {needed}, got {}", found.join(" × ")))
     }
 
+    /// An index that would count from the end, as `Python`'s do; of reading `reading`, from 0.
+    pub(crate) fn below_zero(name: &str, reading: usize, found: i64) -> Self {
+        let message = format!("{name} of reading {} is {found}; indices count from 0", reading + 1);
+        Self { index: Some(reading), ..Self::of(message) }
+    }
+
     /// A word that is none of those that there are.
     pub(crate) fn word(name: &str, found: &str, known: &[&str]) -> Self {
         Self::of(format!("{name} must be one of {}, got {found:?}", known.join(", ")))

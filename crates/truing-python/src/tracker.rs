@@ -106,8 +106,10 @@ fn readings((stations, mounts, steps, displacements): &Ranges<'_>) -> Result<Vec
         if of.len() != n {
             return Err(Refusal::shape(name, &n.to_string(), of.shape()));
         }
-        // An index below zero is none of any table.
-        Ok(of.as_array().iter().map(|&i| usize::try_from(i).unwrap_or(usize::MAX)).collect())
+        let whole = |(reading, &i): (usize, &i64)| {
+            usize::try_from(i).map_err(|_| Refusal::below_zero(name, reading, i))
+        };
+        of.as_array().iter().enumerate().map(whole).collect()
     };
     let (stations, mounts) = (indices("station", stations)?, indices("mount", mounts)?);
     let steps = indices("step", steps)?;

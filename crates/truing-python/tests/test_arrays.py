@@ -188,8 +188,11 @@ def test_an_axis_is_calibrated_from_ranges(draws):
     assert "rotation about the line" in caught.value.free_direction
     with pytest.raises(truing.InputError, match="whole number"):
         tracker_lm.calibrate(**{**survey, "station": station * 1.0})
-    with pytest.raises(truing.InputError, match="refers to index .* of stations"):
+    with pytest.raises(truing.InputError, match="reading 109 refers to index 4 of stations, but there are only 4"):
+        tracker_lm.calibrate(**{**survey, "station": np.where(np.arange(station.size) == 108, 4, station)})
+    with pytest.raises(truing.InputError, match="^station of reading 1 is -1; indices count from 0$") as caught:
         tracker_lm.calibrate(**{**survey, "station": station - 1})
+    assert caught.value.index == 0
 
 
 def sag_mm(xy):

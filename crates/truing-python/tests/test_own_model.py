@@ -45,6 +45,14 @@ def test_what_was_hidden_is_named_with_its_size(data):
     assert "warm" in closure._repr_html_() and "explained" in closure._repr_html_()
 
 
+@pytest.mark.parametrize("start", [[], [0.0, 1.0]])
+def test_a_start_of_the_wrong_length_is_an_error(data, start):
+    model = Thermometer(*data, std=0.5)
+    model.start = start
+    with pytest.raises(truing.InputError, match="`start` .* one value per base parameter"):
+        truing.close_loop(model)
+
+
 def test_groups_that_are_only_judged_are_never_fitted(data):
     reference, read, current = data
     judged = [f"r{i}" for i in range(40, 60)]

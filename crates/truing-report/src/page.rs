@@ -74,8 +74,8 @@ type WriteSection = fn(&mut Markup, &Context);
 /// In reading order: the answer, its pictures, what is left open; then what it rests on.
 const SECTIONS: [(WriteSection, Place); 15] = [
     (headline, Place::Open),
-    (form, Place::Open),
     (views, Place::Open),
+    (form, Place::Open),
     (added, Place::Open),
     (left, Place::Open),
     (warnings, Place::Open),
@@ -138,14 +138,17 @@ impl Section {
 /// Tags of a section's heading.
 const HEADING: (&str, &str) = ("<h2>", "</h2>");
 
-/// Links to every section.
+/// Links to every section, folded: they would fill the first screen.
 fn contents(out: &mut Markup, sections: &[Section]) {
     out.open("nav", &[("aria-label", &"Contents")]);
+    out.open("details", &[]);
+    out.element("summary", &[], "Contents");
     for section in sections {
         out.open("a", &[("href", &format!("#{}", section.anchor()))]);
         out.own_output(section.heading());
         out.close("a");
     }
+    out.close("details");
     out.close("nav");
 }
 

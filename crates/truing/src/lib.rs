@@ -92,7 +92,7 @@ pub use kinds::{
     PoseNumbers, PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates,
     ProbingCheckEstimate, QualificationEstimate, RepeatabilityEstimate, ScaleEstimate,
     SecondAxisEstimate, StationEstimate, TipEstimates, TouchEstimate, TouchResidual,
-    TrackerLmEstimates, TransformStd, WrenchEstimate, kinds, write_example,
+    TrackerLmEstimates, TransformStd, WrenchEstimate, examples, kinds, write_example,
 };
 pub use layout::{Detail, Layout};
 pub use machine::{

@@ -47,6 +47,22 @@ fn sigmas_and_layouts_are_checked() {
 }
 
 #[test]
+fn a_start_of_the_wrong_length_is_an_error() {
+    // The model has no base parameter.
+    for length in [1, 2] {
+        let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
+        model.declared.start = nalgebra::DVector::zeros(length);
+        let assessed = assess(&model, &Options::default()).expect_err("no start of this model");
+        for error in [run(&model), assessed] {
+            assert!(
+                matches!(error, LoopError::InconsistentModel { field: "start", .. }),
+                "{error}"
+            );
+        }
+    }
+}
+
+#[test]
 fn what_is_said_beside_the_layout_is_checked() {
     let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
     model.declared.directions = Some(vec![Vector3::z(); 3]);

@@ -7,7 +7,7 @@ use crate::deviation_map::Colouring;
 use crate::input::{Arrow, Curve, CurvePlot, DeviationMap, ExtraPlot, VectorMap};
 use crate::layer::{Layer, MarkStyle, mark_sign};
 use crate::markup::Markup;
-use crate::number::{count, counted};
+use crate::number::{count, counted, significant, trimmed};
 use crate::panel::{Axis, Panel};
 use crate::thin;
 use crate::unit::with_unit;
@@ -15,6 +15,8 @@ use crate::vector_map::Exaggeration;
 
 /// Points of one curve.
 const MOST_POINTS: usize = 1000;
+/// Points of one curve that show their values when pointed at.
+const MOST_VALUES: usize = 200;
 /// Room for vectors at two maps side by side.
 const MAP: f64 = 440.0;
 /// What the two maps show.
@@ -176,6 +178,15 @@ fn curve_layers(curve: &Curve, colour: usize) -> Vec<Layer> {
     }
     if !curve.joined || curve.points.len() <= 60 {
         layers.push(Layer::Marks { points, colour, style: MarkStyle::default() });
+    }
+    if curve.points.len() <= MOST_VALUES {
+        let value = |(i, p): (usize, &[f64; 2])| {
+            let half = curve.half_widths.get(i).filter(|half| **half > 0.0);
+            let half =
+                half.map_or_else(String::new, |half| format!(" ± {}", significant(*half, 2)));
+            (*p, format!("{}, {}: {}{half}", curve.name, trimmed(p[0], 5), significant(p[1], 3)))
+        };
+        layers.push(Layer::Names { points: curve.points.iter().enumerate().map(value).collect() });
     }
     layers
 }

@@ -66,7 +66,7 @@ fn contents_lead_to_every_section() {
         let document = parse(&page);
         let ids: Vec<&str> = document.descendants().filter_map(|n| n.attribute("id")).collect();
         let nav = document.descendants().find(|n| n.has_tag_name("nav")).unwrap();
-        let links: Vec<&str> = nav.children().filter_map(|a| a.attribute("href")).collect();
+        let links: Vec<&str> = nav.descendants().filter_map(|a| a.attribute("href")).collect();
         let headings = document.descendants().filter(|n| n.has_tag_name("h2")).count();
         assert_eq!(links.len(), headings);
         for link in &links {

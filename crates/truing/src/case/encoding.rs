@@ -1,6 +1,7 @@
 //! Text out of bytes: UTF-8, or UTF-16 that says so by its byte order mark.
 
 use super::Problem;
+use crate::file::no_text;
 
 /// Byte order marks.
 const UTF_8: &[u8] = b"\xef\xbb\xbf";
@@ -24,6 +25,10 @@ pub(crate) struct Undecoded {
 
 /// The text without its byte order mark.
 pub(crate) fn decode(bytes: Vec<u8>) -> Result<Decoded, Undecoded> {
+    if let Some(found) = no_text(&bytes) {
+        let problem = Box::new(Problem::NotText { found });
+        return Err(Undecoded { line: 1, column: 1, problem });
+    }
     if let Some(rest) = bytes.strip_prefix(UTF_16_LE) {
         return utf_16(rest, u16::from_le_bytes, "UTF-16 LE");
     }

@@ -111,6 +111,7 @@ impl Folder {
                 FileProblem::TooLarge { bytes, limit } => Problem::TooLargeFile { bytes, limit },
                 FileProblem::Unreadable { reason } => Problem::Unreadable { reason },
                 FileProblem::NotUtf8 { byte, .. } => Problem::NotUtf8 { byte },
+                FileProblem::NotText { found } => Problem::NotText { found },
             };
             Error::case(at.clone(), problem)
         })?;

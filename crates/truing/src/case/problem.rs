@@ -37,6 +37,12 @@ pub enum Problem {
         /// Largest size accepted.
         limit: u64,
     },
+    /// What a program saved in a form of its own, such as a workbook.
+    #[error("this is {found}, not a text table; save the sheet as CSV")]
+    NotText {
+        /// What it is.
+        found: &'static str,
+    },
     /// Not text.
     #[error("expected UTF-8 text, found byte 0x{byte:02x}; save the file as UTF-8")]
     NotUtf8 {

@@ -77,10 +77,10 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Choose what to measure next: what tells rivals apart, makes an effect visible, or a quantity
-    /// better known
+    /// Choose what to measure next: to tell confounded effects apart, to make an effect visible, or
+    /// to know a quantity better
     Plan(Next),
-    /// Follow the contact of a head beside its commanded path, live, and say when it leaves it
+    /// Compare a head's contact with its commanded path, live, and report when it leaves that path
     Monitor(Live),
     /// Find where one cloud or mesh lies on another
     Register(Register),
@@ -94,8 +94,8 @@ pub(crate) enum Command {
         /// default: the program is in coordinates of the workpiece
         #[arg(long, value_name = "POSE", value_parser = pose, allow_hyphen_values = true)]
         planned: Option<Isometry3<f64>>,
-        /// Pose and errors of the machine's axes that the loop found on this case: what
-        /// `truing loop CASE --json` printed
+        /// Pose and errors of the machine's axes that the loop found on this case: the output of
+        /// `truing loop CASE --json`
         #[arg(long, value_name = "FILE.json")]
         answer: Option<PathBuf>,
         /// Arcs become chords that stay this close to them
@@ -108,14 +108,14 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Find the pose of an asphere by ITLICP, the method of document [D], beside the exact one
+    /// Find the pose of an asphere by ITLICP, the method of document [D], and by the exact method
     Itlicp(Sampling),
-    /// Say how deep the part of a pose-icp case presses into a polishing tool along a program, with
-    /// its uncertainty: Δh = H − h
+    /// Compute how deep the part of a pose-icp case presses into a polishing tool along a program,
+    /// with its uncertainty: Δh = H − h
     Depth {
         /// Case folder of kind pose-icp with a `[tool]`
         case: PathBuf,
-        /// Program that leads the tool's lowest point
+        /// Program whose positions are those of the tool's lowest point
         program: PathBuf,
         /// Pose that the program was written for: six numbers "x,y,z mm, alpha,beta,gamma deg";
         /// default: the program is in coordinates of the workpiece
@@ -130,7 +130,7 @@ pub(crate) enum Command {
         /// Page to write
         #[arg(long, value_name = "FILE.html")]
         output: PathBuf,
-        /// What is not as recorded, as JSON: the list of findings by the name of each page judged
+        /// Differences from what is recorded, as JSON: a list of findings for the name of each page
         #[arg(long, value_name = "FILE.json")]
         findings: Option<PathBuf>,
         /// Pages of single cases, in the order to show them
@@ -150,7 +150,7 @@ pub(crate) enum Command {
     /// Write a small commented case to start from
     #[command(after_help = kinds_in_words())]
     Init {
-        /// Kind of case; tracker-lm-targets for one with points in place of displacements
+        /// Kind of case, one of those below
         kind: String,
         /// Folder to write it to; default: the kind's name
         #[arg(value_name = "DIR")]
@@ -168,9 +168,9 @@ pub(crate) enum Command {
     },
 }
 
-/// Every kind of case with what it is for, one a line.
+/// Every kind of case that `init` writes, with what it is for, one a line.
 fn kinds_in_words() -> String {
-    let lines = truing::kinds().map(|(name, summary)| format!("  {name:<16} {summary}"));
+    let lines = truing::examples().map(|(name, summary)| format!("  {name:<18} {summary}"));
     format!("Kinds:\n{}", lines.collect::<Vec<_>>().join("\n"))
 }
 
@@ -186,7 +186,7 @@ pub(crate) enum Import {
         /// Table of that kind, such as ranges.csv; default: the usual one
         #[arg(long, value_name = "NAME")]
         table: Option<String>,
-        /// What becomes what, where the headings do not say it: "their column=our column[unit]"
+        /// Which column becomes which, where headings do not tell: "their column=our column[unit]"
         #[arg(long, value_name = "MAP")]
         map: Vec<ColumnMap>,
         /// Folder to write the case to; a table is added to a case that is there; default: the
@@ -204,7 +204,7 @@ pub(crate) enum Import {
         /// Kind of the case: how far the part is off, or where it lies
         #[arg(long, value_enum, default_value_t = TouchKind::ProbeComp)]
         kind: TouchKind,
-        /// Feed of the touches, mm/min, where it was one for all: a column that drives a latency
+        /// Feed of the touches, mm/min, if all had the same: adds the column that shows a latency
         #[arg(long, value_name = "MM_PER_MIN", value_parser = positive)]
         feed: Option<f64>,
         /// Radius of the ball, mm
@@ -319,7 +319,7 @@ pub(crate) struct ForceCard {
 pub(crate) struct Next {
     /// Case folder
     pub(crate) case: PathBuf,
-    /// What `truing loop CASE --json` printed; without it the loop is closed first
+    /// Output of `truing loop CASE --json`; without it the loop is run first
     #[arg(long, value_name = "FILE.json")]
     pub(crate) answer: Option<PathBuf>,
     /// rivals, unobservable, all, or names of effects and quantities separated by commas; default:
@@ -342,12 +342,12 @@ pub(crate) struct Next {
 pub(crate) struct Closing {
     #[command(flatten)]
     pub(crate) run: Run,
-    /// Take the effects that the loop found on another case as declared, at the size they had
-    /// there: what `truing loop OTHER --json` printed
+    /// Declare the effects that the loop found on another case, with the sizes found there: the
+    /// output of `truing loop OTHER --json`
     #[arg(long, value_name = "FILE.json")]
     pub(crate) carry: Option<PathBuf>,
-    /// Also draw the data anew so many times from their declared noise, and say how the results
-    /// scatter (JCGM 101)
+    /// Also simulate the data N times with their declared noise, and report how the results scatter
+    /// (JCGM 101)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub(crate) monte_carlo: Option<u32>,
 }
@@ -383,8 +383,8 @@ pub(crate) struct Run {
 pub(crate) struct Solving {
     #[command(flatten)]
     pub(crate) run: Run,
-    /// Also draw the data anew so many times from their declared noise, and say how the results
-    /// scatter (JCGM 101)
+    /// Also simulate the data N times with their declared noise, and report how the results scatter
+    /// (JCGM 101)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub(crate) monte_carlo: Option<u32>,
 }

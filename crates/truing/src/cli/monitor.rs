@@ -13,7 +13,7 @@ use super::output;
 #[derive(Args, Debug)]
 pub(crate) struct Live {
     /// Case folder of kind ft-center with presses, or with a frame solved before: where the sensor
-    /// is, how high the contact plane, from which force on the head touches
+    /// is, the height of the contact plane, and the force from which on the head touches
     pub(crate) case: PathBuf,
     /// Distance from the commanded path at which the contact counts as left, mm
     #[arg(long, value_name = "MM", value_parser = positive)]

@@ -33,7 +33,12 @@ pub(crate) fn answer(text: &str) -> Result<(), Error> {
 
 /// Columns of the terminal that shows standard output; `None` where none does.
 pub(crate) fn columns() -> Option<usize> {
-    if !io::stdout().is_terminal() {
+    columns_of(&io::stdout())
+}
+
+/// Columns of the terminal that shows what is written to `stream`.
+fn columns_of(stream: &impl IsTerminal) -> Option<usize> {
+    if !stream.is_terminal() {
         return None;
     }
     let (terminal_size::Width(columns), _) = terminal_size::terminal_size()?;
@@ -91,11 +96,14 @@ fn to_stdout(text: std::fmt::Arguments<'_>) -> Result<(), Error> {
     }
 }
 
-/// One line: names out of files must not break it up.
+/// One line, which names out of files must not break up; a terminal gets it broken between words.
 fn to_stderr(label: &str, message: &str) {
     let message: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let line = format!("{label}: {message}");
+    let line =
+        columns_of(&io::stderr()).map_or_else(|| line.clone(), |columns| folded(&line, columns));
     // Nobody is left to tell when standard error is closed.
-    let _ = writeln!(io::stderr().lock(), "{label}: {message}");
+    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 #[cfg(test)]

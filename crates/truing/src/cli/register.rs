@@ -20,7 +20,7 @@ pub(crate) struct Register {
     pub(crate) source: PathBuf,
     /// Cloud or mesh that it is moved onto
     pub(crate) target: PathBuf,
-    /// What is made small
+    /// Distance that is minimised
     #[arg(long, value_enum, default_value_t = Method::PointToPlane)]
     method: Method,
     /// Pose to start from: six numbers "x,y,z mm, alpha,beta,gamma deg"
@@ -36,7 +36,7 @@ pub(crate) struct Register {
     /// Share of the matches to keep, those of the least residual
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     keep: f64,
-    /// Points further than this from the target take no part
+    /// Ignore points further than this from the target
     #[arg(long, value_name = "MM", value_parser = positive)]
     max_distance: Option<f64>,
     /// Ends when a pass moves no point further than this
@@ -45,7 +45,7 @@ pub(crate) struct Register {
     /// Passes at each level of detail, at most
     #[arg(long, value_name = "N", default_value_t = 100)]
     max_iterations: usize,
-    /// Let points over holes of a target mesh take no part, rather than refuse the mesh
+    /// Ignore points over holes of a target mesh; without it such a mesh is refused
     #[arg(long)]
     skip_holes: bool,
     /// Print one JSON object and nothing else

@@ -24,6 +24,12 @@ pub enum FileProblem {
         /// Largest size accepted.
         limit: u64,
     },
+    /// What a program saved in a form of its own.
+    #[error("this is {found}, not a text file; save it as text")]
+    NotText {
+        /// What it is.
+        found: &'static str,
+    },
     /// Not text.
     #[error("line {line}: expected UTF-8 text, found byte 0x{byte:02x}; save the file as UTF-8")]
     NotUtf8 {

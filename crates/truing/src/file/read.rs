@@ -2,7 +2,7 @@ use std::fs::{self, FileType};
 use std::io::Read;
 use std::path::Path;
 
-use super::FileProblem;
+use super::{FileProblem, no_text};
 
 /// Largest file read: beyond it, the copies a solve makes would not fit into common memories.
 pub(crate) const MAX_BYTES: u64 = 2 << 30;
@@ -30,7 +30,11 @@ pub(crate) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, FileProblem
 
 /// The text of an ordinary file, without its byte order mark.
 pub(crate) fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
-    let mut text = String::from_utf8(read_bytes(path, limit)?).map_err(|e| {
+    let bytes = read_bytes(path, limit)?;
+    if let Some(found) = no_text(&bytes) {
+        return Err(FileProblem::NotText { found });
+    }
+    let mut text = String::from_utf8(bytes).map_err(|e| {
         let (before, rest) = e.as_bytes().split_at(e.utf8_error().valid_up_to());
         let line = before.split(|b| *b == b'\n').count();
         FileProblem::NotUtf8 { line, byte: rest.first().copied().unwrap_or_default() }

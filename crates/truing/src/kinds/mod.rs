@@ -16,7 +16,7 @@ mod tracker_lm;
 
 use crate::kind::Kind;
 
-pub use example::write_example;
+pub use example::{examples, write_example};
 pub use force_impedance::{
     ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate, PathCell,
     PathError, PathForceEstimates,

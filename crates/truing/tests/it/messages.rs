@@ -312,6 +312,49 @@ fn tables_without_rows() {
     );
 }
 
+/// First bytes as the programs write them: a zip's local header, an OLE header.
+const XLSX: &[u8] = b"PK\x03\x04\x14\0\x06\0\x08\0\0\0!\0[Content_Types].xml";
+const XLS: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";
+
+#[test]
+fn a_workbook_is_no_table() {
+    let case = planar();
+    case.write("pairs.csv", XLSX);
+    assert_eq!(
+        without_folder(&case, &case.message("solve", 2)),
+        "pairs.csv, line 1, column 1: this is a spreadsheet workbook (.xlsx, .ods, .numbers) or \
+         another zip archive, not a text table; save the sheet as CSV"
+    );
+    case.write("pairs.csv", XLS);
+    let message = case.message("loop", 2);
+    assert!(message.contains("a spreadsheet workbook (.xls)"), "{message}");
+    for (name, bytes) in [("their.xlsx", XLSX), ("their.xls", XLS)] {
+        case.write(name, bytes);
+        let file = case.file(name);
+        let file = file.to_str().unwrap();
+        for arguments in
+            [&["import", "table", file, "--kind", "frame-fit"][..], &["import", "probe-log", file]]
+        {
+            let refused = truing(&[arguments, &["--out", "never"]].concat());
+            assert_eq!(refused.code, 2, "{}", refused.stderr);
+            for said in [name, "this is a spreadsheet workbook", "save"] {
+                assert!(refused.stderr.contains(said), "{}", refused.stderr);
+            }
+        }
+    }
+}
+
+/// What Excel calls «Unicode text»: UTF-16, cells separated by tabs.
+#[test]
+fn unicode_text_of_a_spreadsheet_is_read() {
+    let case = planar();
+    let plain = case.json("solve");
+    let tabs = PAIRS.replace(',', "\t");
+    let units = "\u{feff}".encode_utf16().chain(tabs.encode_utf16());
+    case.write("pairs.csv", units.flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
+    assert_eq!(plain["estimates"], case.json("solve")["estimates"]);
+}
+
 #[test]
 fn text_that_is_not_utf8() {
     let case = planar();

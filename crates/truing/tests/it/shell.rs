@@ -48,7 +48,7 @@ fn every_command_has_a_manual_page() {
 fn help_lists_the_kinds() {
     for arguments in [&["--help"][..], &["init", "--help"]] {
         let help = truing(arguments).stdout;
-        for (kind, summary) in truing::kinds() {
+        for (kind, summary) in truing::examples() {
             assert!(help.contains(kind) && help.contains(summary), "{arguments:?}: {help}");
         }
     }

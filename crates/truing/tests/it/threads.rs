@@ -46,6 +46,18 @@ fn every_command_of_every_kind() {
     }
 }
 
+/// The draws of a budget are shared out among the threads.
+#[test]
+fn draws_by_monte_carlo() {
+    for kind in ["frame-fit", "pose-icp"] {
+        let case = Case::example(kind);
+        let path = case.path().to_str().unwrap();
+        for command in ["solve", "loop"] {
+            same_on_all(&[command, path, "--monte-carlo", "100"], true);
+        }
+    }
+}
+
 /// Hundreds of blocks, so that every thread has several chunks of them.
 #[test]
 fn a_calibration_of_an_axis() {
