@@ -41,13 +41,13 @@ struct Unit {
 impl RawObservations {
     /// `None` where every row is a reading, or where there are too many.
     pub(crate) fn of(lin: &Linearised<'_>) -> Option<Self> {
-        let n: usize = lin.projected.iter().map(|c| c.observations.len()).sum();
+        let n: usize = lin.projected.iter().map(|c| c.readings.len()).sum();
         if lin.projected.is_empty() || n > MAX_READINGS {
             return None;
         }
         let mut alone: BTreeMap<usize, usize> =
             lin.rows.iter().enumerate().map(|(i, &row)| (row, i)).collect();
-        let mut observations: Vec<usize> = Vec::new();
+        let mut readings: Vec<(usize, usize)> = Vec::new();
         let mut units = Vec::new();
         for of in lin.projected {
             let own = 0..of.combination.nrows();
@@ -60,17 +60,18 @@ impl RawObservations {
             let used: Vec<usize> =
                 (0..all.ncols()).filter(|&c| all.column(c).iter().any(|&v| v != 0.0)).collect();
             let combination = all.select_columns(&used);
-            units.push(Unit { rows, start: observations.len(), combination });
-            observations.extend(used.iter().map(|&c| of.observations[c]));
+            units.push(Unit { rows, start: readings.len(), combination });
+            readings.extend(used.iter().map(|&c| of.readings[c]));
         }
         for &i in alone.values() {
-            let start = observations.len();
+            let start = readings.len();
             units.push(Unit { rows: vec![i], start, combination: DMatrix::identity(1, 1) });
-            observations.push(lin.layout.rows[lin.rows[i]].observation);
+            let row = &lin.layout.rows[lin.rows[i]];
+            readings.push((row.observation, row.component));
         }
-        let total = observations.len();
+        let total = readings.len();
         let taken_out = taken_out(&units, total);
-        let series = series(lin.layout, lin.records, observations.iter().map(|&o| (o, 0)));
+        let series = series(lin.layout, lin.records, readings.into_iter());
         Some(Self { units, total, taken_out, series })
     }
 

@@ -48,7 +48,7 @@ impl Linearised<'_> {
             let own = 0..of.combination.nrows();
             let kept: Vec<(usize, usize)> =
                 own.filter_map(|i| Some((i, alone.remove(&(of.first_row + i))?))).collect();
-            for (column, &observation) in of.observations.iter().enumerate() {
+            for (column, &(observation, _)) in of.readings.iter().enumerate() {
                 let share = |&(i, row): &(usize, usize)| (row, of.combination[(i, column)]);
                 let terms: Vec<_> = kept.iter().map(share).filter(|t| t.1 != 0.0).collect();
                 if !terms.is_empty() {

@@ -112,17 +112,17 @@ pub struct Row {
     pub reported: bool,
 }
 
-/// Successive rows that are combinations of a few observations.
+/// Successive rows that are combinations of a few readings.
 ///
-/// The observations are alike (one sigma), and the combinations orthonormal: white noise of the
-/// observations is white noise of the rows.
+/// The readings are alike (one sigma), and the combinations orthonormal: white noise of the readings
+/// is white noise of the rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projected {
     /// The first of the rows.
     pub first_row: usize,
-    /// Indices into [`Layout::observations`].
-    pub observations: Vec<usize>,
-    /// `rows × observations`.
+    /// Of each reading the index into [`Layout::observations`], and which component of it.
+    pub readings: Vec<(usize, usize)>,
+    /// `rows × readings`.
     pub combination: DMatrix<f64>,
 }
 

@@ -254,10 +254,14 @@ fn joined(
         let place = |i: usize| own.places.as_ref().map_or(i, |places| places[i]);
         places.extend((0..n).map(|i| begin.observation + place(i)));
         directions.extend(own.directions.iter().flatten());
-        all.projected.extend(own.projected.iter().map(|projected| Projected {
-            first_row: begin.row + projected.first_row,
-            observations: projected.observations.iter().map(|o| begin.observation + o).collect(),
-            combination: projected.combination.clone(),
+        all.projected.extend(own.projected.iter().map(|projected| {
+            Projected {
+                first_row: begin.row + projected.first_row,
+                readings: (projected.readings.iter())
+                    .map(|(o, component)| (begin.observation + o, *component))
+                    .collect(),
+                combination: projected.combination.clone(),
+            }
         }));
         all.resolution = all.resolution.min(own.resolution);
     }

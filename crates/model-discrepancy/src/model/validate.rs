@@ -47,8 +47,8 @@ fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
     let are_parts = projected.iter().all(|c| {
         let follows = c.first_row >= free_from;
         free_from = c.first_row.saturating_add(c.combination.nrows());
-        let are_observations = c.observations.iter().all(|&o| o < n);
-        follows && are_observations && c.combination.ncols() == c.observations.len()
+        let are_observations = c.readings.iter().all(|&(o, _)| o < n);
+        follows && are_observations && c.combination.ncols() == c.readings.len()
     });
     let parts = "rows one after the other, of observations that exist, one per column";
     fits("projected", parts, are_parts && free_from <= n_rows)

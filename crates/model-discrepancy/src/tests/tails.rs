@@ -19,8 +19,12 @@ const SCALES: usize = 24;
 const SMALLEST: f64 = 0.25;
 const LARGEST: f64 = 1.5;
 
-/// Share of all readings that are mistakes, as a rule: they lie anywhere.
-const MISTAKEN: f64 = 0.01;
+/// Share of the other readings that are mistakes, each as likely beforehand: they lie anywhere. Without
+/// the zero a tail that is seen would pass for mistakes, with the zero alone two mistakes for a tail.
+const MISTAKEN: [f64; 2] = [0.0, 0.01];
+
+/// Standard deviation of the logarithm of the noise's standard deviation over the declared one.
+const DECLARED: f64 = 0.2;
 
 /// Fewest readings that say anything of the tails.
 const MIN_ROWS: usize = 12;
@@ -31,8 +35,9 @@ const FOLLOWED: f64 = 0.95;
 /// Chance that the noise alone puts any row as far off as the worst one of `observation`.
 ///
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
-/// likelihood of the other rows, of which one in a hundred may be a mistake as well. `beside` is the
-/// span of the model with the observation's own effect.
+/// likelihood of the other rows, none of which is a mistake or one in a hundred, and by how far their
+/// standard deviation is from the declared one: what lies far off is part of that of a tail, not of
+/// that of a mistake. `beside` is the span of the model with the observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
@@ -43,7 +48,7 @@ pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usi
     if rest.len() < MIN_ROWS {
         return 0.0;
     }
-    let laws = weighed(&rest, farthest);
+    let laws = weighed(&rest, farthest, lin.layout.sigma_declared);
     let n = count(own.len() + others.len());
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
     laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>().clamp(0.0, 1.0)
@@ -56,7 +61,7 @@ pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
     if rows.len() < MIN_ROWS {
         return None;
     }
-    let laws = weighed(&rows, 0.0);
+    let laws = weighed(&rows, 0.0, lin.layout.sigma_declared);
     let normal: f64 = laws.iter().filter(|(l, _)| l.freedom.is_none()).map(|(_, w)| w).sum();
     let inverse = laws.iter().filter_map(|(l, w)| l.freedom.map(|f| w / f)).sum::<f64>();
     (normal <= HEAVY_TAILS).then(|| (1.0 - normal) / inverse)
@@ -80,6 +85,10 @@ impl Law {
         Self { freedom, scale, peak: peak / scale }
     }
 
+    fn standard_deviation(&self) -> f64 {
+        self.scale * self.freedom.map_or(1.0, |freedom| (freedom / (freedom - 2.0)).sqrt())
+    }
+
     /// Probability beyond `z` on either side.
     fn outside(&self, z: f64) -> f64 {
         let z = z / self.scale;
@@ -100,11 +109,11 @@ impl Law {
 }
 
 /// Laws with their probabilities; the normal law is as likely beforehand as all others together.
-/// Mistakes lie anywhere up to the farthest row, or to `farthest` where that is farther.
-fn weighed(rows: &[f64], farthest: f64) -> Vec<(Law, f64)> {
+/// Mistakes lie anywhere up to the farthest row, or to `farthest` where that is farther. Where rows are in
+/// units of a declared uncertainty the law's standard deviation is about one.
+fn weighed(rows: &[f64], farthest: f64, is_declared: bool) -> Vec<(Law, f64)> {
     let rms = (rows.iter().map(|z| z * z).sum::<f64>() / count(rows.len())).sqrt();
     let end = rows.iter().map(|z| z.abs()).fold(farthest, f64::max);
-    let mistaken = MISTAKEN / (2.0 * end);
     let ratio = (LARGEST / SMALLEST).powf(1.0 / count(SCALES - 1));
     let scales = (0..SCALES).map(|i| rms * SMALLEST * ratio.powf(count(i)));
     let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
@@ -113,9 +122,16 @@ fn weighed(rows: &[f64], farthest: f64) -> Vec<(Law, f64)> {
     for scale in scales {
         for &(freedom, prior) in &families {
             let law = Law::new(freedom, scale);
-            let density = |z: &f64| (1.0 - MISTAKEN) * law.density(*z) + mistaken;
-            let likelihood: f64 = rows.iter().map(|z| density(z).ln()).sum();
-            laws.push((law, prior.ln() + likelihood));
+            let densities: Vec<f64> = rows.iter().map(|z| law.density(*z)).collect();
+            let with = |share: f64| {
+                let mixed = |density: &f64| (1.0 - share) * density + share / (2.0 * end);
+                densities.iter().map(|density| mixed(density).ln()).sum::<f64>()
+            };
+            let [none, some] = MISTAKEN.map(with);
+            let more = none.max(some);
+            let likelihood = more + ((none - more).exp() + (some - more).exp()).ln();
+            let apart = if is_declared { law.standard_deviation().ln() / DECLARED } else { 0.0 };
+            laws.push((law, prior.ln() + likelihood - 0.5 * apart.powi(2)));
         }
     }
     let best = laws.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
@@ -146,7 +162,11 @@ mod tests {
     }
 
     fn weight_of_normal(rows: &[f64]) -> f64 {
-        weighed(rows, 0.0).iter().filter(|(law, _)| law.freedom.is_none()).map(|(_, w)| w).sum()
+        weighed(rows, 0.0, false)
+            .iter()
+            .filter(|(law, _)| law.freedom.is_none())
+            .map(|(_, w)| w)
+            .sum()
     }
 
     #[test]
@@ -163,15 +183,29 @@ mod tests {
         assert!(weight_of_normal(&rows) < HEAVY_TAILS, "{}", weight_of_normal(&rows));
     }
 
+    /// Values that look normal and scatter by less than declared: what is far off may be what the
+    /// declared uncertainty holds of a tail.
+    #[test]
+    fn a_declared_uncertainty_that_is_not_reached_speaks_for_a_tail() {
+        let rows = |scale: f64| quantiles(|p| scale * Normal::standard().inverse_cdf(p), 60);
+        let far = 8.0;
+        let beyond = |rows: &[f64], is_declared| -> f64 {
+            weighed(rows, far, is_declared).iter().map(|(law, w)| w * law.outside(far)).sum()
+        };
+        let as_declared = beyond(&rows(1.0), true);
+        assert!(as_declared < beyond(&rows(1.0), false));
+        assert!(as_declared < 0.1 * beyond(&rows(0.7), true));
+    }
+
     #[test]
     fn weights_are_probabilities_at_any_scale() {
         for scale in [1e-9, 1.0, 1e6] {
             let rows = quantiles(|p| scale * Normal::standard().inverse_cdf(p), 60);
-            let sum: f64 = weighed(&rows, 0.0).iter().map(|(_, w)| w).sum();
+            let sum: f64 = weighed(&rows, 0.0, false).iter().map(|(_, w)| w).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{sum}");
             let far = 9.0 * scale;
             let beyond = |(law, w): &(Law, f64)| w * law.outside(far);
-            let chance: f64 = weighed(&rows, 0.0).iter().map(beyond).sum();
+            let chance: f64 = weighed(&rows, 0.0, false).iter().map(beyond).sum();
             assert!(chance < 1e-3, "{chance}");
         }
     }

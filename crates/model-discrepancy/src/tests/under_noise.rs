@@ -168,7 +168,7 @@ mod tests {
         let projected: Vec<Projected> = (0..STEPS_MEASURED)
             .map(|step| Projected {
                 first_row: LEFT * step,
-                observations: (READINGS * step..READINGS * (step + 1)).collect(),
+                readings: (READINGS * step..READINGS * (step + 1)).map(|o| (o, 0)).collect(),
                 combination: combination(step),
             })
             .collect();

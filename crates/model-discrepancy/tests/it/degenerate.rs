@@ -70,7 +70,7 @@ fn what_is_said_beside_the_layout_is_checked() {
     model.declared.directions = None;
     let projected = |first_row, observations: &[usize], columns| Projected {
         first_row,
-        observations: observations.to_vec(),
+        readings: observations.iter().map(|&o| (o, 0)).collect(),
         combination: DMatrix::identity(2, columns),
     };
     for wrong in [

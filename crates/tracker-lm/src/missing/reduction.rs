@@ -87,8 +87,8 @@ impl Reduction {
     pub(crate) fn projected(&self) -> Vec<Projected> {
         let of = |angle: &AngleRows| {
             let combination = angle.reduced.as_ref()?.transformation.clone();
-            let observations = angle.ranges.clone();
-            Some(Projected { first_row: angle.start, observations, combination })
+            let readings = angle.ranges.iter().map(|&range| (range, 0)).collect();
+            Some(Projected { first_row: angle.start, readings, combination })
         };
         self.angles.iter().filter_map(of).collect()
     }

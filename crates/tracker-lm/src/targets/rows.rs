@@ -120,8 +120,7 @@ impl Rows {
             };
             let combination = reduced.transformation.clone();
             let n_rows = combination.nrows();
-            let observations = unit.of.iter().map(|(reading, _)| *reading).collect();
-            all.push(Projected { first_row, observations, combination });
+            all.push(Projected { first_row, readings: unit.of.clone(), combination });
             first_row += n_rows;
         }
         all
