@@ -5,6 +5,7 @@ use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
+use crate::choice::grown::grow;
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
@@ -109,6 +110,7 @@ fn catalogue_passes<'a>(
         if added.is_none() && pair.is_none() {
             return Some(lin);
         }
+        grow(context, keep, chosen);
     }
     None
 }
@@ -328,6 +330,8 @@ fn regrown<'a>(
         let lin = Linear::of(&others, &at, keep, context.silent);
         if let Estimability::Estimable(whole) =
             estimability(context.model, effect, &at, &lin, &lin.basis)
+            && let Source::Effect(seen) = &whole.source
+            && seen.parameters.len() > active.parameters.len()
         {
             regrown = whole.added_to(&others);
         }

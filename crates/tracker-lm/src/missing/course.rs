@@ -1,18 +1,14 @@
 //! How a stand moves with time: steadily, or until it comes to rest.
 //!
 //! A stand that was carried to where it stands settles: `1 − exp(−t/τ)`, or a part of it soon and the
-//! rest later, as feet and floor do. Which of these it is, the residual of the declared model says; the catalogue holds one drift for each station, by the course
-//! that shows, so that no station's drift competes with itself.
+//! rest later, as feet and floor do. Which of these it is, the residual of the declared model says; the
+//! catalogue holds one drift for each station, by the course that shows, so that no station's drift
+//! competes with itself.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use std::collections::HashMap;
 
-use crate::Survey;
 use crate::count::count;
-use crate::missing::change::Change;
-use crate::missing::changes::Fitted;
-use crate::missing::moves::Part;
-use crate::missing::session::{LookedThrough, Seen, Session, movable, sessions};
-use crate::missing::sights::Sight;
+use crate::missing::looked_through::{LookedThrough, Moving, Seen};
 
 /// Chance that a steady drift shows a time constant.
 const FALSE_ALARM: f64 = 0.01;
@@ -91,45 +87,56 @@ fn three_digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// Of every stand alone, and of all alike; and sessions that no column says.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Courses {
-    pub(crate) of_station: Vec<Course>,
-    pub(crate) of_all: Course,
-    pub(crate) sessions: Vec<Session>,
+/// How far the stand of a station has come at every reading since its first one, before which nobody
+/// saw it; zero at the others' readings.
+pub(crate) fn of_station(readings: &[Seen], station: usize, course: &Course) -> Vec<f64> {
+    let first = first(readings.iter().filter(|seen| seen.station == station));
+    let come = |seen: &Seen| {
+        if seen.station == station { course.at(seen.time, first) } else { 0.0 }
+    };
+    readings.iter().map(come).collect()
 }
 
-/// How far the stand of a station has come at every range since its first reading, before which nobody
-/// saw it; zero at the others' ranges.
-pub(crate) fn of_station(
-    survey: &Survey,
-    time: &[f64],
-    station: usize,
-    course: &Course,
-) -> Vec<f64> {
-    let is_own = |r: usize| survey.ranges[r].station == station;
-    let own = (0..time.len()).filter(|&r| is_own(r));
-    let first = own.map(|r| time[r]).fold(f64::INFINITY, f64::min);
-    (0..time.len()).map(|r| if is_own(r) { course.at(time[r], first) } else { 0.0 }).collect()
+/// Words for a stand that moves so, by its law where it comes to rest.
+pub(crate) fn words(name: &str, law: Option<String>) -> String {
+    match law {
+        None => format!(
+            "station {name} moves steadily since its first reading, at which its place is printed"
+        ),
+        Some(law) => format!(
+            "station {name} moves and comes to rest since its first reading, at which its place is \
+             printed: {law}"
+        ),
+    }
 }
 
-/// How far all stands have come at every range, from the mean of those of its station on: where a
+/// How far the machine has come that moves steadily since the first reading.
+pub(crate) fn of_machine(readings: &[Seen]) -> Vec<f64> {
+    let first = first(readings.iter());
+    readings.iter().map(|seen| seen.time - first).collect()
+}
+
+/// How far all stands have come at every reading, from the mean of those of its station on: where a
 /// station is in the middle of its readings is the station's own place, and says nothing of how far
 /// it moves.
-pub(crate) fn of_all(survey: &Survey, time: &[f64], course: &Course) -> Vec<f64> {
-    let first = time.iter().copied().fold(f64::INFINITY, f64::min);
-    let come: Vec<f64> = time.iter().map(|time| course.at(*time, first)).collect();
-    let mut sums = vec![(0.0, 0.0); survey.stations.len()];
-    for (range, come) in survey.ranges.iter().zip(&come) {
-        let (sum, n) = &mut sums[range.station];
+pub(crate) fn of_all(readings: &[Seen], course: &Course) -> Vec<f64> {
+    let first = first(readings.iter());
+    let come: Vec<f64> = readings.iter().map(|seen| course.at(seen.time, first)).collect();
+    let mut sums: HashMap<usize, (f64, f64)> = HashMap::new();
+    for (seen, come) in readings.iter().zip(&come) {
+        let (sum, n) = sums.entry(seen.station).or_default();
         *sum += come;
         *n += 1.0;
     }
-    let since = |(range, come): (&crate::Range, &f64)| {
-        let (sum, n) = sums[range.station];
+    let since = |(seen, come): (&Seen, &f64)| {
+        let (sum, n) = sums[&seen.station];
         come - sum / n
     };
-    survey.ranges.iter().zip(&come).map(since).collect()
+    readings.iter().zip(&come).map(since).collect()
+}
+
+fn first<'s>(readings: impl Iterator<Item = &'s Seen>) -> f64 {
+    readings.map(|seen| seen.time).fold(f64::INFINITY, f64::min)
 }
 
 /// Share of a motion, squared, from which on that of one station is all of it.
@@ -137,81 +144,41 @@ const ALL_OF_IT: f64 = 0.9;
 
 /// Whether one station sees nearly all of a motion: one that has come to rest before the next station
 /// is manned is the first one's own.
-fn is_of_one(survey: &Survey, share: &[f64]) -> bool {
-    let mut of_station = vec![0.0; survey.stations.len()];
-    for (range, share) in survey.ranges.iter().zip(share) {
-        of_station[range.station] += share * share;
+fn is_of_one(readings: &[Seen], share: &[f64]) -> bool {
+    let mut of_station: HashMap<usize, f64> = HashMap::new();
+    for (seen, share) in readings.iter().zip(share) {
+        *of_station.entry(seen.station).or_default() += share * share;
     }
-    let most = of_station.iter().copied().fold(0.0, f64::max);
-    most > ALL_OF_IT * of_station.iter().sum::<f64>()
+    let most = of_station.values().copied().fold(0.0, f64::max);
+    most > ALL_OF_IT * share.iter().map(|share| share * share).sum::<f64>()
 }
 
-/// The course that each drift shows, by itself or else beside a change that the residual shows.
-pub(crate) fn courses(fitted: &Fitted<'_>, time: &[f64], beside: Option<Change>) -> Courses {
-    let survey = fitted.network.survey;
-    let beside = beside.map(|change| fitted.beside(change));
-    let of = |share: &dyn Fn(&Course) -> Vec<f64>| match (clearest(fitted, time, share), &beside) {
-        (Course::STEADY, Some((basis, residual))) => {
-            clearest(&Fitted { basis, residual, ..*fitted }, time, share)
-        }
-        (alone, _) => alone,
-    };
-    let of_station = (0..survey.stations.len())
-        .map(|k| of(&|course| of_station(survey, time, k, course)))
-        .collect();
-    let of_all = of(&|course| {
-        let share = of_all(survey, time, course);
-        if is_of_one(survey, &share) { vec![0.0; share.len()] } else { share }
-    });
-    Courses { of_station, of_all, sessions: sessions_of(fitted, time) }
+/// The course that the stand of a station shows.
+pub(crate) fn clearest_of_station(through: &LookedThrough<'_>, station: usize) -> Course {
+    clearest(through, |course| of_station(through.readings, station, course))
 }
 
-fn sessions_of(fitted: &Fitted<'_>, time: &[f64]) -> Vec<Session> {
-    let survey = fitted.network.survey;
-    let (basis, residual) = (fitted.basis, fitted.residual);
-    let through = LookedThrough { readings: seen(survey, time), basis, residual };
-    let rows = |station: Option<usize>, share: &[f64]| {
-        let part = moved(station);
-        let column = |(sight, share): (&Sight, &f64)| -> Vec<f64> {
-            part.slopes(sight).iter().map(|slope| share * slope / fitted.sigma_mm).collect()
-        };
-        let columns: Vec<Vec<f64>> = fitted.sights.iter().zip(share).map(column).collect();
-        let width = columns.first().map_or(0, Vec::len);
-        let whole = |k: usize| columns.iter().map(|c| c[k] * c[k]).sum::<f64>().sqrt();
-        (fitted.rows(&columns), (0..width).map(whole).collect())
-    };
-    // Of two axes one turns about the place where the other one stands.
-    let is_one_axis = survey.second.is_none();
-    let movable = movable(survey.stations.len()).filter(|of| of.is_some() || is_one_axis);
-    sessions(&through, movable, &rows)
-}
-
-/// What a session moves: the axis against all stations, or one of these.
-pub(crate) fn moved(station: Option<usize>) -> Part {
-    if station.is_some() { Part::Station } else { Part::Error }
-}
-
-/// By which station and when every range was read.
-pub(crate) fn seen(survey: &Survey, time: &[f64]) -> Vec<Seen> {
-    let of = |(range, time): (&crate::Range, &f64)| {
-        let (station, step) = (range.station, range.step);
-        Seen { station, step, time: *time }
-    };
-    survey.ranges.iter().zip(time).map(of).collect()
+/// The course that all stands show together.
+pub(crate) fn clearest_of_all(through: &LookedThrough<'_>) -> Course {
+    clearest(through, |course| {
+        let share = of_all(through.readings, course);
+        if is_of_one(through.readings, &share) { vec![0.0; share.len()] } else { share }
+    })
 }
 
 /// A steady course, unless one that comes to rest takes so much more of the residual away that a
 /// steady drift shows it once in a hundred surveys.
-fn clearest(fitted: &Fitted<'_>, time: &[f64], share: impl Fn(&Course) -> Vec<f64>) -> Course {
+fn clearest(through: &LookedThrough<'_>, share: impl Fn(&Course) -> Vec<f64>) -> Course {
     let steady = share(&Course::STEADY);
-    let seen = |r: &usize| steady[*r] != 0.0;
-    let times = || (0..time.len()).filter(seen).map(|r| time[r]);
+    let moved = || through.readings.iter().zip(&steady).filter(|(_, share)| **share != 0.0);
+    let times = || moved().map(|(seen, _)| seen.time);
     let span = times().fold(f64::NEG_INFINITY, f64::max) - times().fold(f64::INFINITY, f64::min);
-    let Some(by_steady) = explained(fitted, &steady) else { return Course::STEADY };
+    let taken = |share: Vec<f64>| through.taken(Moving::Stations, &[share]);
+    let Some((by_steady, width)) = taken(steady.clone()) else { return Course::STEADY };
     if !(span > 0.0 && span.is_finite()) {
         return Course::STEADY;
     }
-    let of = |course: Course| Some((explained(fitted, &share(&course))?, course));
+    let of = |course: Course| Some((taken(share(&course))?.0, course));
     let most_of = |tried: &mut dyn Iterator<Item = Course>| {
         tried.filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))
     };
@@ -220,7 +187,7 @@ fn clearest(fitted: &Fitted<'_>, time: &[f64], share: impl Fn(&Course) -> Vec<f6
         return Course::STEADY;
     };
     let chance = |(most, course): &(f64, Course), more: usize, before: f64| {
-        p_value_of_more(fitted, more, *most, before) * count(course.searched)
+        through.p_value([before, *most], [width, width + more]) * count(course.searched)
     };
     // A finer search does not make clear what was not in sight.
     if chance(&best, 1, by_steady) > IN_SIGHT {
@@ -265,30 +232,4 @@ impl Course {
         let [fast, slow, share] = numbers;
         (slow >= APART * fast).then(|| Self::settling_twice(fast, slow, share))
     }
-}
-
-/// That so many further parameters take `most` by chance where `before` was taken without them.
-fn p_value_of_more(fitted: &Fitted<'_>, more: usize, most: f64, before: f64) -> f64 {
-    let left = fitted.residual.norm_squared() - most;
-    let parameters = fitted.basis.ncols() + WIDTH + more;
-    let dof = count(fitted.residual.len().saturating_sub(parameters));
-    let f = (most - before) / count(more) / (left / dof);
-    FisherSnedecor::new(count(more), dof).map_or(1.0, |law| law.sf(f.max(0.0)))
-}
-
-/// Amplitudes of a stand that moves.
-const WIDTH: usize = 3;
-
-/// What a stand that moves so takes of the sum of squares; `None` where it does not show.
-fn explained(fitted: &Fitted<'_>, share: &[f64]) -> Option<f64> {
-    let column = |(sight, share): (&Sight, &f64)| {
-        let slopes = Part::Station.slopes(sight);
-        slopes.iter().map(|slope| share * slope / fitted.sigma_mm).collect()
-    };
-    let columns: Vec<Vec<f64>> = fitted.sights.iter().zip(share).map(column).collect();
-    let tangent = fitted.rows(&columns);
-    let left = fitted.left_of(tangent);
-    let along = left.tr_mul(fitted.residual);
-    let solved = left.tr_mul(&left).cholesky()?.solve(&along);
-    Some(along.dot(&solved))
 }

@@ -9,7 +9,8 @@ use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
-use crate::missing::course::{self, Course, Courses, moved, seen};
+use crate::missing::course::{self, Course};
+use crate::missing::courses::{Courses, part, seen};
 use crate::missing::moves::{Moves, Part};
 use crate::missing::session::Session;
 use crate::missing::sights::Sight;
@@ -262,23 +263,14 @@ fn prism(cosine: f64) -> f64 {
 fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
     let course = &scene.courses.of_station[station];
-    let share = course::of_station(scene.survey, scene.time, station, course);
-    let words = |rest: Option<String>| match rest {
-        None => format!(
-            "station {name} moves steadily since its first reading, at which its place is printed"
-        ),
-        Some(rest) => format!(
-            "station {name} moves and comes to rest since its first reading, at which its place is \
-             printed: {rest}"
-        ),
-    };
-    drift(scene, Some(name.clone()), words, course, &share)
+    let share = course::of_station(&seen(scene.survey, scene.time), station, course);
+    drift(scene, Some(name.clone()), |law| course::words(name, law), course, &share)
 }
 
 /// Of all stands alike, or of the machine against them, as on a floor that warms up.
 fn common_drift(scene: &Scene<'_>) -> Entry {
     let course = &scene.courses.of_all;
-    let share = course::of_all(scene.survey, scene.time, course);
+    let share = course::of_all(&seen(scene.survey, scene.time), course);
     let words = |rest: Option<String>| match rest {
         None => {
             "all stations move alike and steadily, or the machine moves against them; the place of \
@@ -319,7 +311,7 @@ fn another_session(scene: &Scene<'_>, session: &Session) -> Entry {
     let (mount, step) = (&survey.mounts[first.mount].name, &survey.steps[first.step].name);
     let (id, subject, text) = session.named([station, mount, step]);
     let since = session.share(&seen(survey, scene.time));
-    let moves = (moved(session.station), |r: usize| since[r]);
+    let moves = (part(session.moving()), |r: usize| since[r]);
     let parameters = match session.station {
         Some(_) => coordinates("µm", 1e3),
         None => motion(["µm", "µrad"], str::to_owned),

@@ -3,9 +3,11 @@
 pub(crate) mod axis_effects;
 mod change;
 mod changes;
-mod course;
+pub(crate) mod course;
+mod courses;
 pub(crate) mod effects;
 pub(crate) mod found;
+pub(crate) mod looked_through;
 pub(crate) mod model;
 mod moves;
 mod of_axis;

@@ -19,7 +19,7 @@ use crate::gauge::StationChart;
 use crate::joint::Joint;
 use crate::missing::change::Offered;
 use crate::missing::changes::{Fitted, changes};
-use crate::missing::course::{Courses, courses};
+use crate::missing::courses::{Courses, courses};
 use crate::missing::effects::{Entry, Scene, approaches, catalogue};
 use crate::missing::moves::Moves;
 use crate::missing::of_axis::OfAxis;

@@ -8,10 +8,11 @@ use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
 use nalgebra::Vector3;
 
 use super::TargetSurvey;
-use super::faults::{Fault, seen};
+use super::faults::{Fault, Found, seen};
 use super::sight::Sight;
 use crate::Approach;
 use crate::count::count;
+use crate::missing::course::{self, Course};
 use crate::missing::effects::{REFERENCE_C, approaches, coordinates, motion, parameter};
 use crate::missing::session::Session;
 
@@ -39,16 +40,18 @@ pub(super) struct Scene<'a> {
 }
 
 /// The catalogue: effects of the whole run, then faults at the given readings.
-pub(super) fn catalogue(scene: &Scene<'_>, faults: &[Fault]) -> Vec<Entry> {
+pub(super) fn catalogue(scene: &Scene<'_>, found: &Found) -> Vec<Entry> {
     let n_stations = scene.survey.stations.len();
     let mut entries = vec![backlash(scene), range_scale(scene)];
     entries.extend(body_motions(scene));
-    entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
+    entries.extend(
+        found.courses.iter().enumerate().map(|(i, course)| station_drift(scene, i, course)),
+    );
     if n_stations > 1 {
         entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     }
     entries.extend(temperatures(scene));
-    entries.extend(faults.iter().map(|fault| faulty(scene, *fault)));
+    entries.extend(found.faults.iter().map(|fault| faulty(scene, *fault)));
     entries
 }
 
@@ -161,28 +164,26 @@ impl fmt::Display for Wave {
     }
 }
 
-/// A station moves and turns steadily since its first reading.
-fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
+/// A station moves and turns since its first reading.
+fn station_drift(scene: &Scene<'_>, station: usize, course: &Course) -> Entry {
     let name = &scene.survey.stations[station].name;
-    let text = format!(
-        "station {name} moves steadily since its first reading, at which its place is printed"
-    );
-    let is_own = |n: usize| scene.survey.targets[n].station == station;
-    let own = (0..scene.time.len()).filter(|&n| is_own(n)).map(|n| scene.time[n]);
-    let first = own.fold(f64::INFINITY, f64::min);
-    let (units, factor) = if scene.timed {
-        (["µm/h", "µrad/h"], 3600.0)
-    } else {
-        (["µm over the run", "µrad over the run"], 1.0)
+    let share = course::of_station(&seen(scene.survey, scene.time), station, course);
+    let law = course.law(if scene.timed { "s" } else { "of the run" });
+    let (units, factor) = match (&law, scene.timed) {
+        (Some(_), _) => (["µm", "µrad"], 1.0),
+        (None, true) => (["µm/h", "µrad/h"], 3600.0),
+        (None, false) => (["µm over the run", "µrad over the run"], 1.0),
     };
     let mut parameters = motion(units, str::to_owned);
     for parameter in &mut parameters {
         parameter.report_factor *= factor;
     }
-    scene.entry("station-drift", Some(name.clone()), text, parameters, |n, c| {
-        let since = if is_own(n) { scene.time[n] - first } else { 0.0 };
-        scene.sights[n].by_station_motion(c) * since
-    })
+    let text = course::words(name, law);
+    let mut entry = scene.entry("station-drift", Some(name.clone()), text, parameters, |n, c| {
+        scene.sights[n].by_station_motion(c) * share[n]
+    });
+    entry.effect.searched = course.searched;
+    entry
 }
 
 fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {

@@ -14,7 +14,9 @@ use super::sight::Sight;
 use super::{HoldOut, TargetSurvey};
 use crate::Target;
 use crate::count::count;
-use crate::missing::session::{LookedThrough, Seen, Session, movable, sessions};
+use crate::missing::course::{Course, clearest_of_station};
+use crate::missing::looked_through::{LookedThrough, Moving, Seen};
+use crate::missing::session::{Session, movable, sessions};
 
 /// Chance that a survey without any fault shows one.
 const FALSE_ALARM: f64 = 0.01;
@@ -32,6 +34,14 @@ pub(super) enum Fault {
     BadPoint(usize),
     /// The machine against all stations, or one station, from a reading on.
     Session(Session),
+}
+
+/// What the residual of the declared model shows.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Found {
+    pub(super) faults: Vec<Fault>,
+    /// How every station moves.
+    pub(super) courses: Vec<Course>,
 }
 
 /// The declared model at its solution, whitened.
@@ -65,7 +75,7 @@ impl Fault {
         c: usize,
     ) -> Vector3<f64> {
         match self {
-            Self::Session(session) => by_motion(&sights[target], session.station, c),
+            Self::Session(session) => by_motion(&sights[target], session.moving(), c),
             Self::Slip(from) => {
                 let is_own = survey.targets[target].mount == survey.targets[from].mount;
                 sights[target].by_mount.column(c) * f64::from(u8::from(is_own && target >= from))
@@ -76,9 +86,12 @@ impl Fault {
     }
 }
 
-/// What a motion of the axis, or of one station, does to a reading; the reading is that station's.
-fn by_motion(sight: &Sight, station: Option<usize>, c: usize) -> Vector3<f64> {
-    if station.is_some() { sight.by_station_motion(c) } else { sight.by_axis_motion(c) }
+/// What a motion of the axis, or of the reading's station, does to a reading.
+fn by_motion(sight: &Sight, moving: Moving, c: usize) -> Vector3<f64> {
+    match moving {
+        Moving::Machine => sight.by_axis_motion(c),
+        Moving::Stations => sight.by_station_motion(c),
+    }
 }
 
 /// By which station and when every reading was taken.
@@ -93,12 +106,12 @@ pub(super) fn seen(survey: &TargetSurvey, time: &[f64]) -> Vec<Seen> {
 /// Coordinates of a motion.
 const MOTION: usize = 6;
 
-fn sessions_of(fitted: &Fitted<'_>) -> Vec<Session> {
+/// The course of every station, and sessions beside these.
+fn motions(fitted: &Fitted<'_>) -> (Vec<Course>, Vec<Session>) {
     let Fitted { survey, sights, basis, residual, .. } = *fitted;
-    let through = LookedThrough { readings: seen(survey, fitted.time), basis, residual };
-    let rows = |station: Option<usize>, share: &[f64]| {
+    let rows = |moving: Moving, share: &[f64]| {
         let value = |n: usize, c: usize, k: usize| {
-            share[n] * if share[n] == 0.0 { 0.0 } else { by_motion(&sights[n], station, k)[c] }
+            share[n] * if share[n] == 0.0 { 0.0 } else { by_motion(&sights[n], moving, k)[c] }
         };
         let mut tangent = fitted.rows.columns(MOTION, value);
         for (mut row, sigma) in tangent.row_iter_mut().zip(&fitted.rows.sigma_mm) {
@@ -110,11 +123,16 @@ fn sessions_of(fitted: &Fitted<'_>) -> Vec<Session> {
         let whole = (0..MOTION).map(|k| fitted.rows.whitened_norm(&column(k))).collect();
         (tangent, whole)
     };
-    sessions(&through, movable(survey.stations.len()), &rows)
+    let readings = seen(survey, fitted.time);
+    let through = LookedThrough { readings: &readings, basis, residual, rows: &rows };
+    let stations = 0..survey.stations.len();
+    let courses: Vec<Course> = stations.map(|k| clearest_of_station(&through, k)).collect();
+    let sessions = sessions(&through, movable(survey.stations.len()), &courses);
+    (courses, sessions)
 }
 
-/// Faults for the catalogue.
-pub(super) fn faults(fitted: &Fitted<'_>) -> Vec<Fault> {
+/// Faults and courses for the catalogue.
+pub(super) fn found(fitted: &Fitted<'_>) -> Found {
     let survey = fitted.survey;
     let readings = |mount: usize| -> Vec<usize> {
         (0..survey.targets.len()).filter(|&n| survey.targets[n].mount == mount).collect()
@@ -143,14 +161,15 @@ pub(super) fn faults(fitted: &Fitted<'_>) -> Vec<Fault> {
         clear.sort_by(|a, b| a.0.total_cmp(&b.0));
         found.extend(clear.into_iter().take(MOST_FOUND).map(|(_, fault)| fault));
     }
-    found.extend(sessions_of(fitted).into_iter().map(Fault::Session));
+    let (courses, sessions) = motions(fitted);
+    found.extend(sessions.into_iter().map(Fault::Session));
     let mut seen = Vec::new();
     found.retain(|fault| {
         let is_new = !seen.contains(fault);
         seen.push(*fault);
         is_new
     });
-    found
+    Found { faults: found, courses }
 }
 
 /// Of a fault beside the declared model (F test).

@@ -13,7 +13,7 @@ use super::base::base;
 use super::bundle::{Added, Bundle};
 use super::calibrate::{Placed, fitted};
 use super::catalogue::{Entry, Scene, catalogue};
-use super::faults::{Fault, Fitted, faults};
+use super::faults::{Fitted, Found, found};
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
@@ -54,7 +54,7 @@ pub struct TargetModel {
     calibration: TargetCalibration,
     /// About which rows are linear.
     point: BorderedPoint,
-    faults: Vec<Fault>,
+    found: Found,
     linear: LinearModel,
     /// By effect and amplitude: three components per reading, mm.
     columns: Vec<Vec<Vec<f64>>>,
@@ -78,8 +78,8 @@ struct Solved {
 
 /// What a model about one solution leaves to that about another.
 struct Choices {
-    /// Faults in the catalogue.
-    faults: Vec<Fault>,
+    /// Faults and courses in the catalogue.
+    found: Found,
     /// Harmonics of motion errors in it.
     orders: Orders,
     /// Readings and components that rows are tied to; `None` leaves it to the geometry.
@@ -150,7 +150,7 @@ impl TargetModel {
         let (basis, left) = beside(&rows, &jacobian, &residual);
         let time = elapsed(survey.targets.len(), records.time_s.as_deref());
         let find = || {
-            faults(&Fitted {
+            found(&Fitted {
                 survey: &survey,
                 sights: &sights,
                 rows: &rows,
@@ -160,7 +160,7 @@ impl TargetModel {
                 time: &time,
             })
         };
-        let faults = choices.map_or_else(find, |choices| choices.faults.clone());
+        let found = choices.map_or_else(find, |choices| choices.found.clone());
         let one_body = vec![String::new(); survey.mounts.len()];
         let scene = Scene {
             survey: &survey,
@@ -171,7 +171,7 @@ impl TargetModel {
             is_perfect: options.axis != AxisModel::Free,
             bodies: if records.bodies.is_empty() { &one_body } else { &records.bodies },
         };
-        let mut entries = catalogue(&scene, &faults);
+        let mut entries = catalogue(&scene, &found);
         let mut shapes = vec![None; entries.len()];
         let mut first = 0;
         for AxisEffect { effect, shapes: own } in axis_effects {
@@ -204,7 +204,7 @@ impl TargetModel {
             options,
             calibration,
             point,
-            faults,
+            found,
             linear,
             columns,
             orders,
@@ -247,8 +247,8 @@ impl TargetModel {
         let (hold_out, options) = (self.hold_out, self.options);
         let rows = self.declared().layout.rows.iter();
         let tied = Some(rows.map(|row| (row.observation, row.component)).collect());
-        let (faults, orders) = (self.faults.clone(), self.orders.clone());
-        let choices = Choices { faults, orders, tied };
+        let (found, orders) = (self.found.clone(), self.orders.clone());
+        let choices = Choices { found, orders, tied };
         let about = Self::about(survey, records, hold_out, options, solved, Some(&choices));
         let about = about.ok().filter(|about| about.declared().layout == self.declared().layout)?;
         Some(Self { frame: self.frame, ..about })
@@ -348,7 +348,7 @@ impl TargetModel {
 }
 
 impl Choices {
-    /// Of a model that takes the axis for perfect: faults as the residual of free errors shows them,
+    /// Of a model that takes the axis for perfect: faults and courses as the residual of free errors shows them,
     /// orders as that about the axis' place does. `None` where the readings do not determine these.
     fn of_perfect_axis(
         survey: &TargetSurvey,
@@ -364,8 +364,8 @@ impl Choices {
         };
         let located = about(AxisModel::Located)?;
         let orders = located.orders_shown().ok()?;
-        let TargetModel { faults, .. } = about(AxisModel::Free).unwrap_or(located);
-        Some(Self { faults, orders, tied: None })
+        let TargetModel { found, .. } = about(AxisModel::Free).unwrap_or(located);
+        Some(Self { found, orders, tied: None })
     }
 }
 

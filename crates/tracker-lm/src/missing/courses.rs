@@ -1,0 +1,70 @@
+//! How the stands of a survey of ranges move, and its sessions.
+
+use crate::Survey;
+use crate::missing::change::Change;
+use crate::missing::changes::Fitted;
+use crate::missing::course::{Course, clearest_of_all, clearest_of_station};
+use crate::missing::looked_through::{LookedThrough, Moving, Seen};
+use crate::missing::moves::Part;
+use crate::missing::session::{Session, movable, sessions};
+use crate::missing::sights::Sight;
+
+/// Of every stand alone, and of all alike; and sessions that no column says.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Courses {
+    pub(crate) of_station: Vec<Course>,
+    pub(crate) of_all: Course,
+    pub(crate) sessions: Vec<Session>,
+}
+
+/// The course that each drift shows, by itself or else beside a change that the residual shows, and
+/// the sessions beside these.
+pub(crate) fn courses(fitted: &Fitted<'_>, time: &[f64], beside: Option<Change>) -> Courses {
+    let survey = fitted.network.survey;
+    let readings = seen(survey, time);
+    let rows = |moving: Moving, share: &[f64]| {
+        let part = part(moving);
+        let column = |(sight, share): (&Sight, &f64)| -> Vec<f64> {
+            part.slopes(sight).iter().map(|slope| share * slope / fitted.sigma_mm).collect()
+        };
+        let columns: Vec<Vec<f64>> = fitted.sights.iter().zip(share).map(column).collect();
+        let width = columns.first().map_or(0, Vec::len);
+        let whole = |k: usize| columns.iter().map(|c| c[k] * c[k]).sum::<f64>().sqrt();
+        (fitted.rows(&columns), (0..width).map(whole).collect())
+    };
+    let (basis, residual) = (fitted.basis, fitted.residual);
+    let through = LookedThrough { readings: &readings, basis, residual, rows: &rows };
+    let beside = beside.map(|change| fitted.beside(change));
+    let of = |clearest: &dyn Fn(&LookedThrough<'_>) -> Course| match (clearest(&through), &beside) {
+        (Course::STEADY, Some((basis, residual))) => {
+            clearest(&LookedThrough { basis, residual, ..through })
+        }
+        (alone, _) => alone,
+    };
+    let stations = 0..survey.stations.len();
+    let of_station: Vec<Course> =
+        stations.map(|k| of(&|through| clearest_of_station(through, k))).collect();
+    let of_all = of(&clearest_of_all);
+    // Of two axes one turns about the place where the other one stands.
+    let is_one_axis = survey.second.is_none();
+    let movable = movable(survey.stations.len()).filter(|of| of.is_some() || is_one_axis);
+    let sessions = sessions(&through, movable, &of_station);
+    Courses { of_station, of_all, sessions }
+}
+
+/// The part of a range's geometry that moves.
+pub(crate) fn part(moving: Moving) -> Part {
+    match moving {
+        Moving::Machine => Part::Error,
+        Moving::Stations => Part::Station,
+    }
+}
+
+/// By which station and when every range was read.
+pub(crate) fn seen(survey: &Survey, time: &[f64]) -> Vec<Seen> {
+    let of = |(range, time): (&crate::Range, &f64)| {
+        let (station, step) = (range.station, range.step);
+        Seen { station, step, time: *time }
+    };
+    survey.ranges.iter().zip(time).map(of).collect()
+}
