@@ -264,12 +264,9 @@ fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let course = &scene.courses.of_station[station];
     let share = course::of_station(scene.survey, scene.time, station, course);
     let words = |rest: Option<String>| match rest {
-        None => format!(
-            "station {name} moves steadily since its first reading, at which its place is printed"
-        ),
+        None => format!("station {name} moves steadily; its place is given at its first reading"),
         Some(rest) => format!(
-            "station {name} moves and comes to rest since its first reading, at which its place is \
-             printed: {rest}"
+            "station {name} moves and comes to rest; its place is given at its first reading: {rest}"
         ),
     };
     drift(scene, Some(name.clone()), words, course, &share)

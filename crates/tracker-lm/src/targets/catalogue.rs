@@ -164,9 +164,7 @@ impl fmt::Display for Wave {
 /// A station moves and turns steadily since its first reading.
 fn station_drift(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
-    let text = format!(
-        "station {name} moves steadily since its first reading, at which its place is printed"
-    );
+    let text = format!("station {name} moves steadily; its place is given at its first reading");
     let is_own = |n: usize| scene.survey.targets[n].station == station;
     let own = (0..scene.time.len()).filter(|&n| is_own(n)).map(|n| scene.time[n]);
     let first = own.fold(f64::INFINITY, f64::min);
