@@ -1,3 +1,5 @@
+use std::any::Any;
+
 use nalgebra::{DMatrix, DVector};
 
 /// Residuals of a model against its data, over points that may live on a manifold.
@@ -6,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 /// covariance of the estimate comes out in the units of the parameters.
 pub trait Problem {
     /// The estimate: a vector, a pose, or any mixture.
-    type Point: Clone;
+    type Point: Clone + 'static;
 
     /// Number of residuals.
     fn residual_count(&self) -> usize;
@@ -27,10 +29,14 @@ pub trait Problem {
     /// Whether `at` is a point of this problem: whether a vector has the right length.
     ///
     /// A start that is none is [`SolveError::InvalidStart`](crate::SolveError::InvalidStart)
-    /// instead of a panic in [`Problem::residuals`].
+    /// instead of a panic in [`Problem::residuals`]. Unless you write another rule, a `DVector` or
+    /// a `Vec` has one number per degree of freedom, and any other type is taken as it is. Write
+    /// one where a vector holds more numbers than a step, such as a unit quaternion.
     fn is_point(&self, at: &Self::Point) -> bool {
-        let _ = at;
-        true
+        let at: &dyn Any = at;
+        let length = (at.downcast_ref::<DVector<f64>>().map(DVector::len))
+            .or_else(|| at.downcast_ref::<Vec<f64>>().map(Vec::len));
+        length.is_none_or(|length| length == self.tangent_dim())
     }
 
     /// Name of one tangent direction with its unit, for errors and reports.

@@ -92,6 +92,8 @@ struct Columns {
     inside_aperture: Vec<bool>,
     /// Empty where no point was planned.
     error_mm: Vec<[f64; 3]>,
+    /// Whether points were planned, also where there is no touch.
+    planned: bool,
 }
 
 /// The place in the columns of touches that follow one another.
@@ -116,6 +118,7 @@ impl Columns {
             deviation_std_mm: vec![0.0; n],
             inside_aperture: vec![false; n],
             error_mm: vec![[0.0; 3]; if planned { n } else { 0 }],
+            planned,
         }
     }
 
@@ -148,8 +151,8 @@ impl Columns {
         found.set_item("deviation_mm", column(py, self.deviation_mm))?;
         found.set_item("deviation_std_mm", column(py, self.deviation_std_mm))?;
         found.set_item("inside_aperture", PyArray1::from_vec(py, self.inside_aperture))?;
-        let planned = Some(self.error_mm).filter(|rows| !rows.is_empty());
-        found.set_item("error_mm", planned.map(|rows| table(py, rows)))?;
+        let error_mm = self.planned.then(|| table(py, self.error_mm));
+        found.set_item("error_mm", error_mm)?;
         Ok(found)
     }
 }

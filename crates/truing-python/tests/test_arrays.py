@@ -248,6 +248,12 @@ def test_touches_are_compensated(draws):
     assert np.allclose(found.deviation_mm, deviation, rtol=0.0, atol=EXACT_MM)
     assert np.allclose(found.points_mm, centers - 3.0 * directions, rtol=0.0, atol=EXACT_MM)
     assert found.inside_aperture.all() and found.error_mm is None
+    # Planned points of no touch are an empty array, not their absence.
+    none = np.zeros((0, 3))
+    empty = probe_comp.compensate(
+        Surface.sphere(25.0), none, 1e-3, tip_radius_mm=3.0, side="against", guide_mm=np.zeros((0, 2))
+    )
+    assert empty.error_mm is not None and empty.error_mm.shape == (0, 3)
     inside = probe_comp.compensate(
         Surface.sphere(25.0), 22.0 * directions, 1e-3, tip_radius_mm=3.0, side="against", normal="approach",
         approach=directions,

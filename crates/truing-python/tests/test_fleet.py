@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import truing
 from pyarrow import parquet
-from truing import fleet
+from truing import fleet, fleet_page
 
 
 def written(folder, seed, stretch=0.0):
@@ -98,6 +98,9 @@ def test_the_page_says_what_machines_share_and_what_changed(tmp_path):
     text = fleet.page(table, machine=lambda case: case.rsplit("/", 2)[-2]).read_text(encoding="utf-8")
     assert "<h1>4 machines, 7 cases</h1>" in text
     shared, changed, look = (text.split(f"<h2>{title}")[1].split("<h2>")[0] for title in ("What they", "What changed", "To be"))
-    assert "<td>3</td>" in shared and "ppm" in shared
+    assert "<td class=n>3</td>" in shared and "ppm" in shared
     assert changed.count("<tr><td>b</td>") >= 1 and "<tr><td>a</td>" not in changed and "<tr><td>c</td>" not in changed
     assert "unreadable" in look
+    # Values to the place of their uncertainty, with a minus sign.
+    assert fleet_page._with_expanded(-8.3071, 11.2) == "−8 ± 11" and fleet_page._with_expanded(0.0996, 0.0996) == "0.10 ± 0.10"
+    assert fleet_page._with_expanded(-12345.6, 2345.0) == "−12300 ± 2300" and fleet_page._with_expanded(2.5, 0.0) == "2.5"

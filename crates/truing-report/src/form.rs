@@ -3,6 +3,9 @@
 
 use super::fact::Fact;
 
+/// What a limit's name has after the symbol of a result with the named effects taken off.
+pub const COMPENSATED: &str = ", effects taken off";
+
 /// The form of a test, e.g. of a positioning by ISO 230-2.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Form {
@@ -14,6 +17,9 @@ pub struct Form {
     pub conditions: Vec<Fact>,
     /// The results, in the order of the standard.
     pub results: Vec<FormResult>,
+    /// What would be left of them if every effect that was named were compensated; a limit names
+    /// such a one by its symbol with [`COMPENSATED`].
+    pub compensated: Vec<FormResult>,
     /// What the results are and what is not in their uncertainty, one paragraph a line.
     pub notes: Vec<String>,
     /// The decision rule, where results have limits.

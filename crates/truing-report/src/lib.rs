@@ -46,7 +46,7 @@ pub use budget::{Budget, BudgetResult};
 pub use design_card::{DesignCard, Figure, FigureTable, RegionFigure, render_design};
 pub use error_rms::Rms;
 pub use fact::Fact;
-pub use form::{Form, FormLimit, FormResult};
+pub use form::{COMPENSATED, Form, FormLimit, FormResult};
 pub use index::{IndexEntry, ReadPageError, render_index};
 pub use input::{
     Arrow, Curve, CurvePlot, DeviationMap, Evidence, ExtraPlot, Facet, Mistake, ParameterRow,

@@ -167,6 +167,7 @@ fn header(out: &mut Markup, context: &Context) {
 
 /// What the owner of the data asks, and knows from elsewhere.
 fn told(out: &mut Markup, story: &Story) {
+    out.open("div", &[("class", &"story")]);
     let lines = [
         ("Question", &story.question),
         ("Independent calculation", &story.independent),
@@ -181,6 +182,7 @@ fn told(out: &mut Markup, story: &Story) {
             out.close("p");
         }
     }
+    out.close("div");
 }
 
 /// JSON that can stand inside a script element of a well-formed document: what markup gives a

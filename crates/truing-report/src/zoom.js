@@ -55,5 +55,7 @@ if (plots.length > 0) {
   const hint = document.createElement("p");
   hint.className = "quiet hint";
   hint.textContent = "Drag over a plot to enlarge a part of it; a double click shows all of it again.";
-  (document.querySelector("nav") ?? document.querySelector("header")).after(hint);
+  const contents = document.querySelector("nav");
+  if (contents) contents.append(hint);
+  else document.querySelector("header").after(hint);
 }

@@ -236,9 +236,9 @@ pub(crate) const INPUT_WRONG: &str = "input-wrong";
 
 fn doubt(is_corrected: bool) -> String {
     if is_corrected {
-        "the input is wrong: «after», further steps, estimates and every file written are of the \
-         data as corrected in the first steps; the files of the case are as they were, correct \
-         them before anything is used"
+        "the input is wrong: the error after, further steps, estimates and every file written are \
+         of the data as corrected in the first steps; the files of the case are unchanged: \
+         correct them before you use anything"
             .to_owned()
     } else {
         "the input is wrong, and the data do not tell what they should have been: estimates and \

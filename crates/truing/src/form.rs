@@ -1,6 +1,6 @@
 //! The form of a test, filled in for a report.
 
-use truing_report::{Form, FormLimit, FormResult};
+use truing_report::{COMPENSATED, Form, FormLimit, FormResult};
 
 use crate::case::Provenance;
 use crate::conformity::LimitDecision;
@@ -23,10 +23,14 @@ pub(crate) fn filled(
             probability: decision.probability,
             decision: decision.decision,
         };
-        match form.results.iter_mut().find(|result| result.symbol == decision.parameter) {
+        let (results, symbol) = match decision.parameter.strip_suffix(COMPENSATED) {
+            Some(symbol) => (&mut form.compensated, symbol),
+            None => (&mut form.results, decision.parameter.as_str()),
+        };
+        match results.iter_mut().find(|result| result.symbol == symbol) {
             Some(result) => result.limit = Some(limit),
-            None => form.results.push(FormResult {
-                symbol: decision.parameter.clone(),
+            None => results.push(FormResult {
+                symbol: symbol.to_owned(),
                 name: String::new(),
                 unit: decision.unit.clone(),
                 value: decision.value,

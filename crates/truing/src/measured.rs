@@ -109,8 +109,8 @@ pub(crate) struct Observation {
 pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
     let sentence = |e: &EmpiricalCorrection| {
         format!(
-            "the correction along {} ({}) knows no cause; it is in the corrections of the readings \
-             alone",
+            "the cause of the correction along {} ({}) is not known; only the corrections of the \
+             readings contain it",
             e.covariate, e.shape
         )
     };

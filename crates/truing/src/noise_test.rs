@@ -63,9 +63,9 @@ pub(crate) fn scatter_warning(
     let interval = format!("χ²/dof {}, expected {low:.2} to {high:.2}", times(chi2));
     if chi2 > high {
         Some(format!(
-            "the data scatter {} times as much as the declared noise allows ({interval}): the \
-             model lacks something, the input is wrong, or the noise was declared too small; the \
-             stated uncertainties hold only if it is the noise, and then as many times wider",
+            "the data scatter {0} times as much as the declared noise allows ({interval}): the \
+             model lacks something, the input is wrong, or the noise was declared too small; if it \
+             is the noise, all stated uncertainties are to be multiplied by {0}",
             times(ratio)
         ))
     } else if chi2 < low {

@@ -153,6 +153,10 @@ pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Ca
         let table = quote(&table);
         reading.warnings.push(format!("{table} is not read by a case of kind {}", kind.name));
     }
+    for workbook in folder.workbooks() {
+        let workbook = quote(&workbook);
+        reading.warnings.push(format!("{workbook} is a workbook and is not read; tables are CSV"));
+    }
     let conformity = files.document.conformity()?;
     let provenance = Provenance::read(&folder, &mut reading.warnings);
     Ok(Case {

@@ -55,7 +55,7 @@ impl Solved {
 
 fn drawn_table(drawn: &MonteCarlo) -> TextTable {
     let columns = ["parameter", "value", EXPANDED, "by draws", "95 % from", "95 % to", "unit"];
-    let title = format!("data drawn anew, {} times", drawn.draws - drawn.failed);
+    let title = format!("data simulated {} times", drawn.draws - drawn.failed);
     let mut table = TextTable::of_quantities(title, &columns);
     for parameter in &drawn.parameters {
         let [low, high] = parameter.interval_95;

@@ -140,7 +140,7 @@ impl LogEffect {
             Self::SplineFriction => (
                 "spline-friction",
                 None,
-                "friction of the spline bypasses the axial cell, against the way the head slides",
+                "friction of the spline takes force past the axial cell, against the direction of sliding",
                 number("friction force", "N", 1.0),
             ),
             Self::Drift | Self::Course(_) => (

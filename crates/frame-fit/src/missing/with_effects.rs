@@ -53,8 +53,8 @@ impl<const D: usize> FrameModel<D> {
         let mut conditions = self.conditions(at);
         if nearest_similarity.is_some() {
             conditions.push(
-                "the scale of the matrix is the coefficient beside the distortion; that of the \
-                 similarity nearest to both together is given apart"
+                "the matrix has its scale without the distortion; the scale of the similarity nearest \
+                 to both together is listed separately"
                     .to_owned(),
             );
         }

@@ -126,7 +126,7 @@ impl GravityEffect {
                 described.id
             ),
             _ => format!(
-                "weight and centre of gravity are the true ones; what {} makes of them {corrections}",
+                "weight and centre of gravity are those without {}, whose part {corrections}",
                 described.id
             ),
         }

@@ -264,14 +264,14 @@ impl PressEffect {
             Self::Slip => (
                 "slip",
                 "",
-                "friction drags the head through the play of its guide, along each axis of the \
-                 sensor by as much whatever the force",
+                "friction shifts the head within the play of its guide, by the same amount along each \
+                 axis of the sensor whatever the force",
                 axes("µm", 1e3),
             ),
             Self::SlipAlong => (
                 "slip",
                 "round guide",
-                "friction drags the head through the play of its guide, which is round, by as much \
+                "friction shifts the head within the play of its round guide, by the same amount \
                  whatever the force and its direction",
                 vec![parameter("along the friction", "µm", 1e3)],
             ),

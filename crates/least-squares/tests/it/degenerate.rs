@@ -1,7 +1,7 @@
 //! Hopeless and extreme input: an answer or a typed error, never a panic.
 
 use least_squares::{
-    Loss, Options, Problem, RobustRows, SolveError, Termination, covariance, solve,
+    Loss, Options, Problem, RobustRows, SolveError, Termination, check_jacobian, covariance, solve,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -73,6 +73,9 @@ fn a_start_of_the_wrong_length_is_an_error() {
     for start in [vector(&[]), vector(&[0.0]), vector(&[0.0, 0.0, 0.0])] {
         let error = solve(&problem, start, &Options::default()).unwrap_err();
         assert!(matches!(error, SolveError::InvalidStart), "{error}");
+    }
+    for at in [vector(&[]), vector(&[0.0]), vector(&[0.0, 0.0, 0.0])] {
+        assert!(check_jacobian(&problem, &at).worst_relative_error().is_infinite());
     }
 }
 

@@ -35,10 +35,6 @@ impl Problem for Written<'_> {
         self.names.len()
     }
 
-    fn is_point(&self, at: &DVector<f64>) -> bool {
-        at.len() == self.names.len()
-    }
-
     fn residuals(&self, at: &DVector<f64>, out: &mut DVector<f64>) {
         for (r, dual) in out.iter_mut().zip((self.residuals)(&Dual::parameters(at.as_slice()))) {
             *r = dual.value;

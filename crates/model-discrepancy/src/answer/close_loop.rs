@@ -106,9 +106,9 @@ pub fn close_loop(
     warnings.extend(summaries.warnings);
     warnings.extend(heavy_tails(&lin).map(|freedom| {
         format!(
-            "single readings lie farther off than normal noise puts them, as Student's t with some \
-             {freedom:.0} degrees of freedom: one far off need not be a mistake, and a robust loss \
-             would weigh it less"
+            "the noise has heavier tails than a normal distribution, as Student's t with about \
+             {freedom:.0} degrees of freedom: a reading far off need not be a mistake, and a robust \
+             loss would give it less weight"
         )
     }));
     let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, &keep);

@@ -3,18 +3,19 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::differences::{difference, natural_step};
-use super::{Model, Scope, State, whole_tangent};
+use super::{Declared, Model, Scope, State, whole_tangent};
 
 /// Worst discrepancy between analytic derivatives and central differences, relative to the
 /// longest entry of each column; use it in the tests of every [`Model`].
 ///
 /// Checks the base Jacobian and the tangent of every effect. About 1e-8 is the best that
 /// differences can show; residuals that are far from linear over `1e-5` of a parameter show more.
-/// Infinite where residuals are not finite, and where a column is zero, analytic and by differences,
-/// although the effect is to be seen in every design ([`Scope::Everywhere`]).
+/// Infinite where residuals are not finite, where `at` has not one number per declared parameter,
+/// and where a column is zero, analytic and by differences, although the effect is to be seen in
+/// every design ([`Scope::Everywhere`]).
 #[must_use]
 pub fn check_tangents(model: &dyn Model, at: &State) -> f64 {
-    if !model.residuals(at).iter().all(|v| v.is_finite()) {
+    if !is_state(model, at) || !model.residuals(at).iter().all(|v| v.is_finite()) {
         return f64::INFINITY;
     }
     let base = model.base_jacobian(at);
@@ -30,6 +31,15 @@ pub fn check_tangents(model: &dyn Model, at: &State) -> f64 {
         }
     }
     worst
+}
+
+/// Whether `at` has one number per declared parameter.
+fn is_state(model: &dyn Model, at: &State) -> bool {
+    let Declared { base, effects, .. } = model.declared();
+    let amplitudes = || at.amplitudes.iter().zip(effects);
+    at.base.len() == base.len()
+        && at.amplitudes.len() == effects.len()
+        && amplitudes().all(|(amplitude, effect)| amplitude.len() == effect.parameters.len())
 }
 
 fn discrepancy(

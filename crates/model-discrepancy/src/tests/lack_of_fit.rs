@@ -52,13 +52,14 @@ impl LackOfFit {
 ///
 /// # Errors
 ///
-/// As [`close_loop`](crate::close_loop), where a place is visited again.
+/// As [`close_loop`](crate::close_loop): those of bad input always, the others where a place is
+/// visited again.
 pub fn lack_of_fit(
     model: &dyn Model,
     covariates: &[Covariate],
 ) -> Result<Option<LackOfFit>, LoopError> {
-    let Some(places) = Places::of(model, covariates) else { return Ok(None) };
     validate(model, covariates)?;
+    let Some(places) = Places::of(model, covariates) else { return Ok(None) };
     let keep: Vec<bool> =
         model.declared().layout.groups.iter().map(|g| g.role == Role::Fit).collect();
     let declared = System::declared(model);

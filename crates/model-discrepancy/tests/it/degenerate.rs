@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Covariate, LoopError, Options, Projected, Quantity, Scope, State, assess, check_tangents,
-    close_loop,
+    close_loop, lack_of_fit,
 };
 use nalgebra::{DMatrix, Vector3};
 
@@ -53,12 +53,29 @@ fn a_start_of_the_wrong_length_is_an_error() {
         let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);
         model.declared.start = nalgebra::DVector::zeros(length);
         let assessed = assess(&model, &Options::default()).expect_err("no start of this model");
-        for error in [run(&model), assessed] {
+        let places = Covariate::coordinate("x_mm", Quantity::Position, vec![0.0, 0.0, 1.0, 1.0]);
+        let tested = lack_of_fit(&model, &[places]).expect_err("no start of this model");
+        for error in [run(&model), assessed, tested] {
             assert!(
                 matches!(error, LoopError::InconsistentModel { field: "start", .. }),
                 "{error}"
             );
         }
+    }
+}
+
+#[test]
+fn tangents_are_not_right_at_what_is_no_state() {
+    let model = scalars(&[1.0, 2.0, 3.0, 4.0], &[("ramp", vec![0.0, 1.0, 2.0, 3.0])]);
+    let vector = |length: usize| nalgebra::DVector::<f64>::zeros(length);
+    let state = |base: usize, amplitudes: &[usize]| State {
+        base: vector(base),
+        amplitudes: amplitudes.iter().map(|length| vector(*length)).collect(),
+    };
+    // The model has no base parameter, and one effect of one parameter.
+    assert!(check_tangents(&model, &state(0, &[1])).is_finite());
+    for at in [state(1, &[1]), state(0, &[]), state(0, &[1, 1]), state(0, &[2]), state(0, &[0])] {
+        assert!(check_tangents(&model, &at).is_infinite(), "{at:?}");
     }
 }
 

@@ -100,12 +100,9 @@ pub(crate) fn of_station(readings: &[Seen], station: usize, course: &Course) -> 
 /// Words for a stand that moves so, by its law where it comes to rest.
 pub(crate) fn words(name: &str, law: Option<String>) -> String {
     match law {
-        None => format!(
-            "station {name} moves steadily since its first reading, at which its place is printed"
-        ),
+        None => format!("station {name} moves steadily; its place is given at its first reading"),
         Some(law) => format!(
-            "station {name} moves and comes to rest since its first reading, at which its place is \
-             printed: {law}"
+            "station {name} moves and comes to rest; its place is given at its first reading: {law}"
         ),
     }
 }

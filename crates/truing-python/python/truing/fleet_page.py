@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import defaultdict
 from collections.abc import Callable
@@ -14,9 +15,12 @@ from typing import Any
 _K = 2.0
 
 _STYLE = """body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;color-scheme:light dark}
-table{border-collapse:collapse;margin:.5rem 0 2rem;width:100%}th,td{text-align:left;padding:.25rem .75rem .25rem 0;
-border-bottom:1px solid #8884;vertical-align:top;font-variant-numeric:tabular-nums}
-thead{display:table-header-group}tr{break-inside:avoid}"""
+div{overflow-x:auto;margin:.5rem 0 2rem}table{border-collapse:collapse}th,td{text-align:left;padding:.25rem 1.25rem .25rem 0;
+border-bottom:1px solid #8884;vertical-align:top;font-variant-numeric:tabular-nums}.n{text-align:right;white-space:nowrap}
+thead{display:table-header-group}tr{break-inside:avoid}@media print{div{overflow:visible}}"""
+
+#: Columns of numbers.
+_NUMBERS = {"cases", "machines", "median", "smallest", "largest", "first ± U", "last ± U", "change ± U", "error before", "after"}
 
 
 def machine_of(case: str) -> str:
@@ -57,7 +61,7 @@ def page(
             ),
             _table(
                 "What changed between the first and the last case of a machine",
-                ["machine", "effect", "amplitude", "first", "last", "change ± U (k = 2)", "unit"],
+                ["machine", "effect", "amplitude", "first ± U", "last ± U", "change ± U", "unit"],
                 changed,
             ),
             _table(
@@ -70,6 +74,7 @@ def page(
                 ["machine", "cases", "last verdict", "effects of the last case", "error before", "after", "unit"],
                 [_machine(name, cases) for name, cases in sorted(machines.items())],
             ),
+            "<p>Every ± U is an expanded uncertainty, k = 2.</p>",
         ]
     )
     path = Path(out) if out is not None else table.with_suffix(".html")
@@ -96,7 +101,7 @@ def _shared(machines: dict[str, list[dict[str, Any]]]) -> list[list[Any]]:
         for key, (value, _) in _sizes(cases[-1]).items():
             values[key].append(value)
     order = sorted(values.items(), key=lambda item: (-len(item[1]), item[0]))
-    return [[e, name, len(v), _number(median(v)), _number(min(v)), _number(max(v)), unit] for (e, name, unit), v in order]
+    return [[e, name, len(v), *(_number(of(v), 3) for of in (median, min, max)), unit] for (e, name, unit), v in order]
 
 
 def _changes(name: str, cases: list[dict[str, Any]]) -> list[list[Any]]:
@@ -115,10 +120,10 @@ def _changes(name: str, cases: list[dict[str, Any]]) -> list[list[Any]]:
             expanded = _K * (first[key][1] ** 2 + last[key][1] ** 2) ** 0.5
             if abs(change) <= expanded:
                 continue
-            difference = f"{_number(change)} ± {_number(expanded, 2)}"
+            difference = _with_expanded(change, expanded)
         else:
             difference = "not named in both"
-        values = [_number(sizes[key][0]) if key in sizes else "–" for sizes in (first, last)]
+        values = [_with_expanded(sizes[key][0], _K * sizes[key][1]) if key in sizes else "–" for sizes in (first, last)]
         lines.append([name, effect, amplitude, *values, difference, unit])
     return lines
 
@@ -126,7 +131,7 @@ def _changes(name: str, cases: list[dict[str, Any]]) -> list[list[Any]]:
 def _machine(name: str, cases: list[dict[str, Any]]) -> list[Any]:
     last = cases[-1]
     found = [
-        f"{effect} {amplitude} {_number(value)} ± {_number(_K * std, 2)} {unit}"
+        f"{effect} {amplitude} {_with_expanded(value, _K * std)} {unit}"
         for (effect, amplitude, unit), (value, std) in _sizes(last).items()
     ]
     errors = [_number(last[key]) for key in ("before_held_out_rms", "after_held_out_rms")]
@@ -134,13 +139,27 @@ def _machine(name: str, cases: list[dict[str, Any]]) -> list[Any]:
 
 
 def _number(value: float | None, digits: int = 4) -> str:
-    return "–" if value is None else f"{value:.{digits}g}"
+    return "–" if value is None else f"{value:.{digits}g}".replace("-", "−")
+
+
+def _with_expanded(value: float, expanded: float) -> str:
+    """A value and its expanded uncertainty to two significant digits, the value to the same place."""
+    if not (math.isfinite(value) and math.isfinite(expanded) and expanded > 0.0):
+        return _number(value)
+    # As it is after rounding: 0.0996 is 0.10.
+    decimals = 1 - int(f"{expanded:.1e}".partition("e")[2])
+    written = [f"{round(number, decimals):.{max(decimals, 0)}f}" for number in (value, expanded)]
+    return " ± ".join(written).replace("-", "−")
 
 
 def _table(title: str, columns: list[str], rows: list[list[Any]]) -> str:
     if not rows:
         return f"<h2>{escape(title)}</h2><p>Nothing.</p>"
-    head = "".join(f"<th>{escape(column)}</th>" for column in columns)
+    classes = [" class=n" if column in _NUMBERS else "" for column in columns]
+    head = "".join(f"<th{of}>{escape(column)}</th>" for column, of in zip(columns, classes))
 
-    body = "".join("<tr>" + "".join(f"<td>{escape(str(value))}</td>" for value in row) + "</tr>" for row in rows)
-    return f"<h2>{escape(title)}</h2><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    def line(row: list[Any]) -> str:
+        return "".join(f"<td{of}>{escape(str(value))}</td>" for value, of in zip(row, classes))
+
+    body = "".join(f"<tr>{line(row)}</tr>" for row in rows)
+    return f"<h2>{escape(title)}</h2><div><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"

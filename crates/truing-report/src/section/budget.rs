@@ -3,7 +3,7 @@
 use super::{Cell, Context, Kind, paragraph, table};
 use crate::budget::{Budget, BudgetResult};
 use crate::markup::Markup;
-use crate::number::{COVERAGE, count, significant, with_expanded};
+use crate::number::{count, significant, with_expanded};
 
 pub(crate) fn budget(out: &mut Markup, context: &Context) {
     let Some(budget) = context.input.budget else { return };
@@ -12,9 +12,9 @@ pub(crate) fn budget(out: &mut Markup, context: &Context) {
         out,
         "",
         &format!(
-            "Linear: propagation by derivatives (JCGM 100). By draws: the data drawn anew {} times from \
-             their declared uncertainties and solved as ever (JCGM 101), with the coverage interval that \
-             leaves 2.5 % on either side. Where the two differ, the draws hold.",
+            "Linear: propagation by derivatives (JCGM 100). By draws: the data are simulated {} times with \
+             their declared uncertainties and solved in the same way (JCGM 101); the coverage interval \
+             leaves 2.5 % on either side. Where the two differ, rely on the draws.",
             count(budget.draws)
         ),
     );
@@ -42,7 +42,11 @@ pub(crate) fn budget(out: &mut Markup, context: &Context) {
 
 fn row(result: &BudgetResult, is_split: bool) -> Vec<Cell> {
     let (value, by_draws) = with_expanded(result.value, result.std);
-    let expanded = |std: f64| Cell::number(significant(COVERAGE * std, 2), std);
+    let expanded = |std: f64| {
+        let written =
+            if std > 0.0 { with_expanded(result.value, std).1 } else { significant(std, 2) };
+        Cell::number(written, std)
+    };
     let end = |v: f64| Cell::number(with_expanded(v, result.std).0, v);
     let [low, high] = result.interval_95;
     let mut cells = vec![
@@ -68,10 +72,10 @@ fn sources(budget: &Budget) -> String {
     let all = budget.sources.join(", ");
     if budget.sources.len() > 1 {
         format!(
-            "Drawn: {all}; each alone in a column of its own: the squares of these columns add up to about \
-             that of all together.{failed}"
+            "Simulated: {all}. A column of its own shows what each contributes alone: the squares of these \
+             columns add up to about that of all together.{failed}"
         )
     } else {
-        format!("Drawn: {all}.{failed}")
+        format!("Simulated: {all}.{failed}")
     }
 }

@@ -133,7 +133,7 @@ fn notes(context: &Context, by_component: &[Vec<Reading>], drawn: usize) -> Stri
     let stride = thin::stride(longest, MOST_MARKS);
     if stride > 1 {
         notes.push(format!(
-            "Of {} readings a component one in {stride} is drawn; the line is the mean of all.",
+            "Every {stride}th of {} readings of a component is drawn; the line is the mean of all.",
             count(longest)
         ));
     } else if longest >= trend::LEAST {

@@ -1,7 +1,7 @@
 //! The form of a test.
 
 use super::{Cell, Context, Kind, facts, paragraph, table};
-use crate::form::{Form, FormResult};
+use crate::form::FormResult;
 use crate::markup::Markup;
 use crate::number::{NONE, percent, trimmed, with_expanded};
 
@@ -11,13 +11,18 @@ const NOT_DECLARED: &str = "not declared";
 pub(crate) fn form(out: &mut Markup, context: &Context) {
     let Some(form) = context.input.form else { return };
     out.element("h2", &[], &form.title);
+    out.open("div", &[("class", &"form")]);
     let declared = |(name, value): &(String, Option<String>)| {
         (name.clone(), value.clone().unwrap_or_else(|| NOT_DECLARED.to_owned()))
     };
     let header = form.header.iter().map(declared);
     let conditions = form.conditions.iter().map(|f| (f.name.clone(), f.value.clone()));
     facts(out, header.chain(conditions));
-    results(out, form);
+    results(out, "Results, ± expanded uncertainty (k\u{a0}=\u{a0}2)", &form.results);
+    if !form.compensated.is_empty() {
+        let caption = "The same with the named effects taken off: what would be left if they were compensated";
+        results(out, caption, &form.compensated);
+    }
     for note in &form.notes {
         paragraph(out, "quiet", note);
     }
@@ -25,9 +30,10 @@ pub(crate) fn form(out: &mut Markup, context: &Context) {
         out.element("h3", &[], "Decision rule");
         paragraph(out, "", rule);
     }
+    out.close("div");
 }
 
-fn results(out: &mut Markup, form: &Form) {
+fn results(out: &mut Markup, caption: &str, results: &[FormResult]) {
     let mut columns = vec![
         ("symbol", Kind::Name),
         ("quantity", Kind::Words),
@@ -35,7 +41,7 @@ fn results(out: &mut Markup, form: &Form) {
         ("±", Kind::Number),
         ("unit", Kind::Unit),
     ];
-    let is_judged = form.results.iter().any(|result| result.limit.is_some());
+    let is_judged = results.iter().any(|result| result.limit.is_some());
     if is_judged {
         columns.extend([
             ("limit", Kind::Number),
@@ -43,8 +49,8 @@ fn results(out: &mut Markup, form: &Form) {
             ("decision", Kind::Unit),
         ]);
     }
-    let rows = form.results.iter().map(|result| row(result, is_judged));
-    table(out, "Results, ± expanded uncertainty (k\u{a0}=\u{a0}2)", &columns, rows);
+    let rows = results.iter().map(|result| row(result, is_judged));
+    table(out, caption, &columns, rows);
 }
 
 fn row(result: &FormResult, is_judged: bool) -> Vec<Cell> {

@@ -3,7 +3,7 @@
 use model_discrepancy::{Closure, ErrorSummary, HoldOut, Role};
 
 use super::verdict::change;
-use super::{Context, for_both, paragraph};
+use super::{Context, HALF, NARROW, paragraph};
 use crate::data_table::{DataTable, Datum};
 use crate::interval::{IntervalChart, IntervalRow};
 use crate::markup::Markup;
@@ -14,15 +14,27 @@ pub(crate) fn headline(out: &mut Markup, context: &Context) {
         return;
     };
     out.element("h2", &[], "Error on data the fit never saw");
+    let chart = chart(context, closure);
+    // Side by side where there is room, so that the pictures begin on the first screen.
+    out.open("div", &[("class", &"pair")]);
+    out.open("div", &[]);
     big_numbers(out, context, closure);
     paragraph(out, "", &how_held_out(context, closure.after.hold_out));
+    link(out, context, &chart);
+    out.close("div");
     out.open("figure", &[]);
-    let chart = chart(context, closure);
-    for_both(out, |width, class| chart.draw(width, class));
+    out.append(&chart.draw(HALF, "plot wide"));
+    out.append(&chart.draw(NARROW, "plot narrow"));
     out.element("figcaption", &[], "Filled: on data the fit never saw, the bar is ± its expanded \
         uncertainty (k\u{a0}=\u{a0}2) from its spread over groups. Open: on the data fitted. Root mean \
         square per observation.");
     out.close("figure");
+    out.close("div");
+    published(out, context);
+}
+
+/// The numbers of the chart.
+fn link(out: &mut Markup, context: &Context, chart: &IntervalChart) {
     let expanded = "expanded uncertainty (k = 2)";
     let columns = ["on unseen data", expanded, "on data fitted"];
     let titles = columns.map(|quantity| context.shown.title(quantity));
@@ -32,7 +44,6 @@ pub(crate) fn headline(out: &mut Markup, context: &Context) {
         data.push([Datum::from(row.name.as_str())].into_iter().chain(numbers));
     }
     data.link(out, "error on data the fit never saw");
-    published(out, context);
 }
 
 fn big_numbers(out: &mut Markup, context: &Context, closure: &Closure) {

@@ -44,6 +44,8 @@ use super::markup::Markup;
 /// Width of a drawing that spans the page, and of its stand-in on a narrow screen.
 const WIDE: f64 = 900.0;
 const NARROW: f64 = 352.0;
+/// Width of a drawing that shares the page with text.
+const HALF: f64 = 460.0;
 /// Width of a drawing of which several stand side by side.
 const SMALL: f64 = 340.0;
 /// Components drawn: as many as there are colours.

@@ -23,6 +23,7 @@ fn form() -> Form {
             result("B", Some(0.001), None, None),
             result("M", None, None, None),
         ],
+        compensated: vec![result("A", Some(0.0031), Some(0.0005), None)],
         notes: vec!["Of the readings as they are.".into()],
         rule: Some("It passes where it does.".into()),
     }
@@ -42,6 +43,9 @@ fn a_form_hides_no_empty_field_and_shows_decisions() {
         "Aquantity A0.00810.0010mm0.0198\u{a0}%pass",
         "Bquantity B0.001000–mm–––",
         "Mquantity M––mm–––",
+        "The same with the named effects taken off",
+        // No limit is held against one of these: the second table has no columns for it.
+        "Aquantity A0.00310.0010mm",
         "Of the readings as they are.",
         "Decision rule",
     ] {
@@ -86,5 +90,5 @@ fn a_budget_has_a_column_for_each_of_several_sources() {
     assert!(two.contains("± of a.csv by sigma± of b.csv by sigma"), "{two}");
     assert!(two.contains("x1.2500.0200.0241.2271.2730.0200.020mm"), "{two}");
     let one = written(&budget(&["a.csv by sigma"]));
-    assert!(!one.contains("± of") && one.contains("Drawn: a.csv by sigma."), "{one}");
+    assert!(!one.contains("± of") && one.contains("Simulated: a.csv by sigma."), "{one}");
 }

@@ -99,8 +99,8 @@ fn place(step: &LearntStep, model: &dyn Model) -> Result<Place, CarryProblem> {
     if let Some(column) = step.effect.strip_prefix(EMPIRICAL) {
         let column = quote(column);
         return Ok(Place::Left(format!(
-            "the empirical correction along {column}, which knows no cause and holds only where it \
-             was fitted"
+            "the empirical correction along {column}, whose cause is not known and which holds only \
+             where it was fitted"
         )));
     }
     if step.effect.ends_with(DRIFT) {

@@ -104,9 +104,7 @@ impl Folder {
         let at = self.location(file);
         let bytes = read_bytes(&at.file, MAX_BYTES).map_err(|problem| {
             let problem = match problem {
-                FileProblem::Unreadable { reason: ErrorKind::NotFound } => {
-                    Problem::MissingFile { nearest: self.nearest_file(file) }
-                }
+                FileProblem::Unreadable { reason: ErrorKind::NotFound } => self.missing(file),
                 FileProblem::NotAFile { found } => Problem::NotAFile { found },
                 FileProblem::TooLarge { bytes, limit } => Problem::TooLargeFile { bytes, limit },
                 FileProblem::Unreadable { reason } => Problem::Unreadable { reason },
@@ -141,22 +139,56 @@ impl Folder {
     /// Tables of the folder other than `read`, sorted by name.
     pub(crate) fn tables_besides(&self, read: &[&str]) -> Vec<String> {
         let mut names = self.names();
-        names.retain(|name| {
-            let is_table =
-                Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-            is_table && !read.contains(&name.as_str())
-        });
+        names.retain(|name| has_extension(name, &["csv"]) && !read.contains(&name.as_str()));
         names.sort();
         names
     }
 
-    fn nearest_file(&self, file: &str) -> Option<String> {
+    /// Workbooks of the folder, sorted by name.
+    pub(crate) fn workbooks(&self) -> Vec<String> {
+        let mut names = self.names();
+        names.retain(|name| is_workbook(name));
+        names.sort();
+        names
+    }
+
+    /// What is said of a file that is not there.
+    fn missing(&self, file: &str) -> Problem {
         let names = self.names();
-        nearest(file, names.iter().map(String::as_str)).map(str::to_owned)
+        let nearest = nearest(file, names.iter().map(String::as_str)).map(str::to_owned);
+        let by_that_name = || {
+            self.workbooks().into_iter().find(|name| stem(name).eq_ignore_ascii_case(stem(file)))
+        };
+        let workbook = match &nearest {
+            _ if !has_extension(file, &["csv"]) => None,
+            Some(name) if !is_workbook(name) => None,
+            Some(_) => by_that_name().or_else(|| nearest.clone()),
+            None => by_that_name().or_else(|| self.workbooks().into_iter().next()),
+        };
+        match workbook {
+            Some(workbook) => Problem::WorkbookInstead { workbook, file: file.to_owned() },
+            None => Problem::MissingFile { nearest },
+        }
     }
 
     fn names(&self) -> Vec<String> {
         let Ok(entries) = fs::read_dir(&self.path) else { return Vec::new() };
         entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect()
     }
+}
+
+/// Endings of the workbooks of spreadsheet programs.
+const WORKBOOKS: [&str; 6] = ["xlsx", "xlsm", "xlsb", "xls", "ods", "numbers"];
+
+fn is_workbook(name: &str) -> bool {
+    has_extension(name, &WORKBOOKS)
+}
+
+fn has_extension(name: &str, known: &[&str]) -> bool {
+    let extension = Path::new(name).extension();
+    extension.is_some_and(|e| known.iter().any(|known| e.eq_ignore_ascii_case(known)))
+}
+
+fn stem(name: &str) -> &str {
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }

@@ -28,7 +28,7 @@ pub(crate) use conformity::{Conformance, ConformitySettings};
 pub(crate) use dialect::{Writing, with_point, writing};
 pub(crate) use document::{CASE_FILE, Document};
 pub(crate) use edit::{Change, Edit};
-pub(crate) use encoding::decode;
+pub(crate) use encoding::{Undecoded, decode};
 pub(crate) use extras::{Extras, NumberColumn};
 pub(crate) use folder::Folder;
 pub use folder::ReadOptions;

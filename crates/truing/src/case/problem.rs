@@ -17,6 +17,18 @@ pub enum Problem {
         /// A file of the folder with a similar name.
         nearest: Option<String>,
     },
+    /// A file that the kind needs is absent, and a workbook is there.
+    #[error(
+        "the file is missing; there is the workbook {}: save its sheet as CSV, by the name {}",
+        quote(workbook),
+        quote(file)
+    )]
+    WorkbookInstead {
+        /// The workbook.
+        workbook: String,
+        /// The file that is missing.
+        file: String,
+    },
     /// The system refuses to hand the file over.
     #[error("cannot be read: {reason}")]
     Unreadable {
@@ -104,7 +116,7 @@ pub enum Problem {
         message: String,
     },
     /// A word that is not on the list.
-    #[error("expected one of {}, found {}{}", list(expected), quote(found), did_you_mean(nearest.as_deref()))]
+    #[error("{}, found {}{}", expected_words(expected), quote(found), did_you_mean(nearest.as_deref()))]
     UnknownWord {
         /// The word.
         found: String,
@@ -124,10 +136,12 @@ pub enum Problem {
         expected: Vec<String>,
     },
     /// Neither of the sets of tables that the kind can work from.
-    #[error("no table found; this kind needs {needs}")]
+    #[error("no table found; this kind needs {needs}{}", workbook_there(workbook.as_deref()))]
     NoTables {
         /// The alternatives in words.
         needs: &'static str,
+        /// A workbook of the folder.
+        workbook: Option<String>,
     },
     /// Tables of which only one may be there.
     #[error("this file and {} exclude each other; move one to a case of its own", quote(other))]
@@ -382,12 +396,26 @@ pub enum Problem {
     },
 }
 
+fn expected_words(expected: &[String]) -> String {
+    if expected.is_empty() {
+        "expected nothing: this case has no such names".to_owned()
+    } else {
+        format!("expected one of {}", list(expected))
+    }
+}
+
 fn did_you_mean(nearest: Option<&str>) -> String {
     nearest.map_or_else(String::new, |n| format!("; did you mean {}?", quote(n)))
 }
 
 fn found_instead(nearest: Option<&str>) -> String {
     nearest.map_or_else(String::new, |n| format!("; there is {}: is that a slip?", quote(n)))
+}
+
+fn workbook_there(workbook: Option<&str>) -> String {
+    let advice =
+        |found| format!("; there is the workbook {}: save its sheets as CSV", quote(found));
+    workbook.map_or_else(String::new, advice)
 }
 
 fn in_unit(column: &str) -> String {

@@ -120,14 +120,16 @@ pub enum ImportProblem {
         /// Columns of the file that could be meant.
         candidates: Vec<String>,
     },
-    /// No column that could be meant.
+    /// No columns that could be meant.
     #[error(
-        "none of its columns is `{ours}` by its name; say which by --map \"THEIRS={ours}\"; it has {}",
+        "none of its columns is {} by its name; say which by {}; it has {}",
+        list(ours),
+        maps(ours),
         list(candidates)
     )]
     Unmatched {
-        /// The column.
-        ours: &'static str,
+        /// The columns.
+        ours: Vec<String>,
         /// Columns of the file that are not used.
         candidates: Vec<String>,
     },
@@ -220,6 +222,22 @@ fn target(import: &TableImport) -> Result<Result<&'static Target, ImportProblem>
     }))
 }
 
+/// What to say on the command line for columns that were not found, the first one with a unit too.
+fn maps(ours: &[String]) -> String {
+    let map = |name: &str, unit: &str| format!("--map \"THEIRS={name}{unit}\"");
+    match ours {
+        [] => String::new(),
+        [one] => map(one, ""),
+        [first, ..] => {
+            let with_unit = ours.iter().find(|name| has_unit(name));
+            let unit = with_unit.map_or_else(String::new, |name| {
+                format!(", where their heading says no unit also that: {}", map(name, "[UNIT]"))
+            });
+            format!("{}, one for each{unit}", map(first, ""))
+        }
+    }
+}
+
 /// A column of the table to write.
 struct Assigned {
     ours: &'static str,
@@ -237,8 +255,17 @@ fn assigned(
     let names = table.names();
     let known: Vec<&'static str> = target.needed.iter().chain(target.optional).copied().collect();
     let mut columns = mapped(table, target, &known, map)?;
+    let mut unmatched: Vec<String> = Vec::new();
     for &ours in known.iter().filter(|ours| map.iter().all(|m| m.ours != **ours)) {
-        guess(table, ours, target.needed.contains(&ours), &mut columns)?;
+        let is_found = guess(table, ours, &mut columns)?;
+        if !is_found && target.needed.contains(&ours) {
+            unmatched.push(ours.to_owned());
+        }
+    }
+    if !unmatched.is_empty() {
+        let free = (0..names.len()).filter(|index| columns.iter().all(|c| c.theirs != *index));
+        let candidates = free.map(|index| names[index].clone()).collect();
+        return Err(ImportProblem::Unmatched { ours: unmatched, candidates });
     }
     let stays = |index: &usize| columns.iter().all(|c| c.theirs != *index);
     let taken =
@@ -280,13 +307,13 @@ fn mapped(
     Ok(columns)
 }
 
-/// Finds the column that `ours` is by its heading, among those that are not used.
+/// Finds the column that `ours` is by its heading, among those that are not used; says whether
+/// there is one.
 fn guess(
     table: &Table,
     ours: &'static str,
-    is_needed: bool,
     columns: &mut Vec<Assigned>,
-) -> Result<(), ImportProblem> {
+) -> Result<bool, ImportProblem> {
     let names = table.names();
     let free: Vec<usize> =
         (0..names.len()).filter(|index| columns.iter().all(|c| c.theirs != *index)).collect();
@@ -296,12 +323,11 @@ fn guess(
         None => free.iter().copied().filter(|index| means(&names[*index], ours)).collect(),
     };
     match candidates[..] {
-        [] if is_needed => Err(ImportProblem::Unmatched { ours, candidates: named(&free) }),
-        [] => Ok(()),
+        [] => Ok(false),
         [theirs] => {
             let factor = factor_of(&names[theirs], ours, None)?;
             columns.push(Assigned { ours, theirs, factor, is_guessed: names[theirs] != ours });
-            Ok(())
+            Ok(true)
         }
         _ => Err(ImportProblem::Ambiguous { ours, candidates: named(&candidates) }),
     }

@@ -85,6 +85,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
             folder.location(""),
             Problem::NoTables {
                 needs: "`presses.csv` with `wrench.csv`, or `displacements.csv`, or `gravity.csv`",
+                workbook: folder.workbooks().into_iter().next(),
             },
         )),
     }

@@ -1,6 +1,6 @@
 use std::fmt;
 
-use crate::case::quote;
+use crate::case::{Problem, quote};
 
 /// What is wrong with a file of points or triangles.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,15 @@ pub enum ShapeProblem {
         format: &'static str,
         /// Line from 1, where it is known.
         line: Option<usize>,
+    },
+    /// A table of coordinates that is no text.
+    NotText {
+        /// Line, from 1.
+        line: usize,
+        /// Character, from 1.
+        column: usize,
+        /// Why it is none.
+        problem: Box<Problem>,
     },
     /// The header promises more than the file can hold.
     TooShort {
@@ -102,6 +111,11 @@ impl fmt::Display for ShapeProblem {
                 quote(extension)
             ),
             Self::Header { format } => write!(f, "the header is not that of a {format} file"),
+            Self::NotText { line, column, problem } => write!(
+                f,
+                "line {line}, column {column}: {problem}; the format is one point a line, \
+                 x, y, z or x, y, z, nx, ny, nz in mm"
+            ),
             Self::Malformed { format, line: Some(line) } => {
                 write!(f, "line {line} does not follow the {format} format")
             }

@@ -2,7 +2,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use pose_icp::PointCloud;
 
 use super::ShapeProblem;
-use crate::case::{Writing, decode, with_point, writing};
+use crate::case::{Undecoded, Writing, decode, with_point, writing};
 use crate::import::unit_of_coordinate;
 
 /// Coordinates, and normals where there are six columns.
@@ -12,8 +12,10 @@ use crate::import::unit_of_coordinate;
 /// with `#` or `//` are comments, and a line with one whole number before all others is the count
 /// of points that `.pts` files begin with.
 pub(super) fn parse(bytes: &[u8]) -> Result<PointCloud, ShapeProblem> {
-    let decoded = decode(bytes.to_vec())
-        .map_err(|e| ShapeProblem::Malformed { format: "text", line: Some(e.line) })?;
+    let decoded = decode(bytes.to_vec()).map_err(|e| {
+        let Undecoded { line, column, problem } = e;
+        ShapeProblem::NotText { line, column, problem }
+    })?;
     let text = decoded.text.as_str();
     let mut rows = Rows { cells: Cells::of(text)?, ..Rows::default() };
     for (line, row) in data_lines(text) {
@@ -199,6 +201,18 @@ mod tests {
         let wide: Vec<u8> = "1,5;-2,25;3\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
         let cloud = parse(&[&b"\xff\xfe"[..], &wide].concat()).unwrap();
         assert_eq!(cloud.points_mm[0].coords.as_slice(), [1.5, -2.25, 3.0]);
+    }
+
+    #[test]
+    fn what_is_no_text_is_told_with_the_format() {
+        for (bytes, said) in [
+            (&b"PK\x03\x04\x14\0"[..], "line 1, column 1: this is a spreadsheet workbook"),
+            (b"1 2 3\n4 5 \xb5", "line 2, column 5: expected UTF-8 text, found byte 0xb5"),
+        ] {
+            let message = parse(bytes).unwrap_err().to_string();
+            assert!(message.starts_with(said), "{message}");
+            assert!(message.ends_with("one point a line, x, y, z or x, y, z, nx, ny, nz in mm"));
+        }
     }
 
     #[test]

@@ -215,7 +215,7 @@ fn effects_of_another_case() {
     says(
         "pose-icp",
         json!([step("covariate:air_c", &json!([]))]),
-        "the empirical correction along `air_c`, which knows no cause",
+        "the empirical correction along `air_c`, whose cause is not known",
     );
     says("pose-icp", json!([step("drift", &json!([]))]), "belongs to the course of that session");
     let mut other = good();

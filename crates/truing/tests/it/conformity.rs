@@ -61,7 +61,7 @@ fn limits_name_results_and_nothing_else() {
 
 #[test]
 fn the_form_of_a_positioning_test_says_who_and_what_passes() {
-    let case = limited("positioning", "A = 1.0, M = 1e-9");
+    let case = limited("positioning", "A = 1.0, M = 1e-9, \"A, effects taken off\" = 1e-9");
     case.write(
         "provenance.toml",
         "machine = \"M <1>\"\ndate = 2026-03-01\n[temperatures]\nair_c = 20.3\n",
@@ -76,7 +76,7 @@ fn the_form_of_a_positioning_test_says_who_and_what_passes() {
         ">pass<",
         ">fail<",
         "Decision rule",
-        "A, effects taken off",
+        "The same with the named effects taken off",
     ] {
         assert!(page.contains(expected), "{expected}");
     }

@@ -101,7 +101,14 @@ fn what_is_not_clear_is_refused_with_what_could_be_meant() {
     assert_eq!(
         said(&SURVEY.replace("Point ID", "Marke"), &frame),
         "none of its columns is `point` by its name; say which by --map \"THEIRS=point\"; it has \
-         `Marke`, `X from [mm]`, `Y from [mm]`, `X to (µm)`, `Y to (µm)`, `Air °C`"
+         `Marke`, `Air °C`"
+    );
+    // All that are missing are named at once.
+    assert_eq!(
+        said("Punkt;X soll;Y soll;X ist;Y ist\nP1;1,5;2;3;4\n", &frame),
+        "none of its columns is `point`, `from_x_mm`, `from_y_mm`, `to_x_mm`, `to_y_mm` by its name; \
+         say which by --map \"THEIRS=point\", one for each, where their heading says no unit also \
+         that: --map \"THEIRS=from_x_mm[UNIT]\"; it has `Punkt`, `X soll`, `Y soll`, `X ist`, `Y ist`"
     );
     let twice = SURVEY.replace("Point ID", "Name").replace("Air °C", "Point ID");
     assert_eq!(

@@ -277,6 +277,29 @@ fn files_that_are_missing_or_no_files() {
         without_folder(&case, &case.message("solve", 2)),
         "pairs.csv: the file is missing; there is `pair.csv`: is that a slip?"
     );
+    for (workbook, said) in [
+        (
+            "pairs.xlsx",
+            "pairs.csv: the file is missing; there is the workbook `pairs.xlsx`: save its sheet \
+             as CSV, by the name `pairs.csv`",
+        ),
+        (
+            "Messung 3.ods",
+            "pairs.csv: the file is missing; there is the workbook `Messung 3.ods`: save its \
+             sheet as CSV, by the name `pairs.csv`",
+        ),
+    ] {
+        let case = planar();
+        fs::rename(case.file("pairs.csv"), case.file(workbook)).unwrap();
+        assert_eq!(without_folder(&case, &case.message("solve", 2)), said);
+        // Beside its tables it is only named.
+        case.write("pairs.csv", PAIRS);
+        let solved = case.json("solve");
+        let warnings = solved["warnings"].as_array().unwrap();
+        let named =
+            |w: &serde_json::Value| w.as_str().unwrap().contains("is a workbook and is not read");
+        assert!(warnings.iter().any(named), "{warnings:?}");
+    }
     fs::create_dir(case.file("pairs.csv")).unwrap();
     assert_eq!(
         without_folder(&case, &case.message("solve", 2)),

@@ -183,8 +183,8 @@ impl Measured for PathCase {
         let warnings = (left_out > 0)
             .then(|| {
                 format!(
-                    "{left_out} readings are outside {from_mm} to {to_mm} mm, the stretch that \
-                     every run went over, and are left out"
+                    "{left_out} readings are outside {from_mm} to {to_mm} mm, the part of the \
+                     path that every run covers, and are left out"
                 )
             })
             .into_iter();

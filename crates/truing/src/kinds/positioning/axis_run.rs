@@ -2,7 +2,7 @@ use std::fmt::Write as _;
 
 use ft_center::{AxisFigures, AxisMotion, AxisReading, OneWay, TargetFigures, axis_figures};
 use serde::Serialize;
-use truing_report::{Curve, CurvePlot, ExtraPlot};
+use truing_report::{COMPENSATED, Curve, CurvePlot, ExtraPlot};
 
 use crate::estimated::{Estimated, Export};
 use crate::implausible::ImplausibleResult;
@@ -102,7 +102,7 @@ impl AxisRunEstimate {
         };
         let mut all: Vec<Estimated> = self.figures.iter().filter_map(|f| value(f, "")).collect();
         let corrected = self.corrected.iter().flatten();
-        all.extend(corrected.filter_map(|f| value(f, ", effects taken off")));
+        all.extend(corrected.filter_map(|f| value(f, COMPENSATED)));
         all
     }
 

@@ -6,32 +6,25 @@ use super::axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 
 /// Figures, targets and cycles by the names of ISO 230-2.
 pub(crate) fn positioning_form(run: &AxisRunEstimate) -> Form {
-    let result = |(figure, of): (&AxisFigureEstimate, &str)| FormResult {
-        symbol: format!("{}{of}", figure.symbol),
+    let result = |figure: &AxisFigureEstimate| FormResult {
+        symbol: figure.symbol.to_owned(),
         name: figure.name.to_owned(),
         unit: run.unit.to_owned(),
         value: figure.value,
         std: figure.std,
         limit: None,
     };
-    let as_read = run.figures.iter().map(|figure| (figure, ""));
-    let corrected = run.corrected.iter().flatten().map(|figure| (figure, ", effects taken off"));
-    let mut notes = vec![
+    let notes = vec![
         "Figures are of the readings as they are. Their uncertainty holds the scatter of the cycles and \
          the declared length standard; what its certificate, its alignment and the temperature add is \
          in it as far as it was declared."
             .to_owned(),
     ];
-    if run.corrected.is_some() {
-        notes.push(
-            "«Effects taken off»: what would be left if everything that was named were compensated."
-                .to_owned(),
-        );
-    }
     Form {
         title: "Test of positioning (ISO 230-2)".to_owned(),
         conditions: conditions(run),
-        results: as_read.chain(corrected).map(result).collect(),
+        results: run.figures.iter().map(result).collect(),
+        compensated: run.corrected.iter().flatten().map(result).collect(),
         notes,
         ..Form::default()
     }

@@ -37,13 +37,21 @@ impl Measured for ProbeCase {
             .filter(|(c, _)| !c.inside_aperture)
             .map(|(_, name)| name.as_str())
             .collect();
-        let warnings = match outside[..] {
+        let mut warnings = match outside[..] {
             [] => Vec::new(),
             [first, ..] => vec![format!(
                 "{} touches lie beside the part as drawn, touch {first} the first of them",
                 outside.len()
             )],
         };
+        warnings.extend(self.qualification.as_ref().map(|found| {
+            format!(
+                "the uncertainty of the qualification ({} touches of the artefact) is not part of \
+                 the tests of the loop: a small effect may be its error; touch the artefact many \
+                 times more often than the part",
+                found.touches
+            )
+        }));
         Ok(Fitted {
             estimates: Arc::new(estimates),
             observations,

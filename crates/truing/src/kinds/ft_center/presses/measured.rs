@@ -289,8 +289,9 @@ fn warnings(located: &Located, presses: &[SolvedPress]) -> Vec<String> {
         / count(presses.len());
     if located.seat_mm.powi(2) > of_records {
         warnings.push(format!(
-            "presses scatter by {:.4} mm along each axis beyond the noise of their records: the \
-             head seats no better, or something is missing; it is part of every uncertainty",
+            "presses scatter by {:.4} mm along each axis beyond the noise of their records: \
+             the head repeats its place no better, or an effect is missing; every uncertainty \
+             includes this scatter",
             located.seat_mm
         ));
     }
