@@ -4,6 +4,7 @@ pub(crate) mod additivity;
 pub(crate) mod candidate;
 pub(crate) mod context;
 pub(crate) mod detectable;
+pub(crate) mod exchange;
 pub(crate) mod interruption;
 pub(crate) mod level;
 pub(crate) mod masked;

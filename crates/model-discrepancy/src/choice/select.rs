@@ -5,6 +5,7 @@ use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
+use crate::choice::exchange::exchange;
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
@@ -40,9 +41,14 @@ pub(crate) fn select<'a>(
         passes: Vec::new(),
         not_estimable: Vec::new(),
     };
+    let mut exchanges = 0;
     loop {
         let shapes = chosen.system.empirical.len();
-        let lin = catalogue_passes(context, keep, &mut chosen);
+        let mut lin = catalogue_passes(context, keep, &mut chosen);
+        while exchanges < context.options.max_steps && exchange(context, keep, &mut chosen) {
+            exchanges += 1;
+            lin = catalogue_passes(context, keep, &mut chosen);
+        }
         let lin = if replaced_by_shape(context, keep, &mut chosen) { None } else { lin };
         covariate_pass(context, keep, &mut chosen, lin);
         // With nothing new along the covariates the catalogue has had its say.
@@ -206,7 +212,7 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Scored]) -> bool
     true
 }
 
-fn what(candidate: &Candidate) -> What {
+pub(crate) fn what(candidate: &Candidate) -> What {
     match &candidate.source {
         Source::Effect(active) => What::Effect(active.effect),
         Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
@@ -222,7 +228,7 @@ pub(crate) fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
 }
 
 /// Sum of squared whitened residuals over `rows`.
-fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
+pub(crate) fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
     let layout = &system.model.declared().layout;
     let all = system.residuals(at);
     rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
