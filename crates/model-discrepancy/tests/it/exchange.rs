@@ -29,7 +29,10 @@ fn sum(terms: &[(f64, usize)]) -> Vec<f64> {
 }
 
 /// Directions of the effects; the noise has all others.
-const [U, V, W, X]: [usize; 4] = [5, 9, 14, 20];
+const U: usize = 5;
+const V: usize = 9;
+const W: usize = 14;
+const X: usize = 20;
 
 /// Of u + v, `both` takes most, as it is u + v + 0.3 w, and `rest`, w + 0.5 x, all but 2.7 standard
 /// deviations of what is left: too little for a third effect. «one» and «other», u and v, leave nothing.
