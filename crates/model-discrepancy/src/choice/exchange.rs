@@ -3,6 +3,7 @@
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::system::rows_of;
+use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, catalogue, classes};
 use crate::choice::context::Context;
 use crate::choice::score::{Scoring, home_of_bad};
@@ -27,7 +28,8 @@ const MOST_FITTED: usize = 3;
 /// with it. Tried are all single effects and all pairs, and of three and more also each one left out or
 /// replaced; by the Bayesian information criterion in which all sets of a size are beforehand as likely
 /// together as those of another (Chen and Chen 2008). Effects that live in one group, and shapes along
-/// covariates, stay.
+/// covariates, stay. Where a name is not what it promises, something outside the catalogue is missing, and
+/// no other names from it are looked for.
 pub(crate) fn exchange<'a>(
     context: &Context<'a>,
     keep: &[bool],
@@ -37,7 +39,7 @@ pub(crate) fn exchange<'a>(
     let named: Vec<usize> = (chosen.system.active.iter().map(|a| a.effect))
         .filter(|&e| home_of_bad(context, &chosen.estimate, &lin, e).is_none())
         .collect();
-    if named.len() < 2 {
+    if named.len() < 2 || !not_additive(context, chosen, &lin).is_empty() {
         return false;
     }
     let mut plain = chosen.clone();
