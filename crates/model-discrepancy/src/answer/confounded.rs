@@ -11,9 +11,9 @@ use crate::choice::candidate::{
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
-use crate::choice::select::within_limits;
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
+use crate::choice::selected::within_limits;
 use crate::choice::shape::BY_LEVEL;
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;

@@ -11,7 +11,7 @@ use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
 use crate::choice::replace::replace_superseded;
 use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
-use crate::choice::selected::{Added, Selected, What};
+use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::shape::is_of_levels;
 use crate::choice::tail::may_be_a_tail;
 use crate::count::count;
@@ -210,28 +210,6 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Scored]) -> bool
         chosen.added.push(Added { what, p_value: judged.test.p_value });
     }
     true
-}
-
-pub(crate) fn what(candidate: &Candidate) -> What {
-    match &candidate.source {
-        Source::Effect(active) => What::Effect(active.effect),
-        Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
-    }
-}
-
-/// Whether every effect has a size that it can have.
-pub(crate) fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
-    system.active.iter().all(|active| {
-        let maximum = system.model.declared().effects[active.effect].maximum;
-        maximum.is_none_or(|maximum| at.state.amplitudes[active.effect].amax() <= maximum)
-    })
-}
-
-/// Sum of squared whitened residuals over `rows`.
-pub(crate) fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
-    let layout = &system.model.declared().layout;
-    let all = system.residuals(at);
-    rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
 }
 
 fn at_round_off(lin: &Linear<'_>) -> bool {
