@@ -11,9 +11,9 @@ use crate::choice::candidate::{
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
 use crate::choice::score::{empirical_candidate, excluded, shape_again};
-use crate::choice::select::within_limits;
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
+use crate::choice::selected::within_limits;
 use crate::choice::shape::BY_LEVEL;
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
@@ -160,10 +160,10 @@ pub(crate) fn is_rival(
     if same_span(&own, &other) {
         return true;
     }
-    // A wider effect that contains the accepted one adds nothing to it, unless one amplitude of it
-    // is the accepted one under another name.
+    // A wider effect that contains the accepted one adds nothing to it, unless some amplitudes of it
+    // are the accepted one under another name.
     if inside(&own, &other) {
-        return is_one_amplitude(lin, &own, rival);
+        return holds_as_amplitudes(lin, &own, rival);
     }
     let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
     if leaves_twice(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &beside) {
@@ -228,13 +228,32 @@ fn takes_the_place_of(
     leaves(&lin) < TWICE * leaves(&own) && needed.is_none_or(|test| test.p_value > STAY)
 }
 
-/// Whether a single amplitude of a rival spans what the accepted effect does.
-fn is_one_amplitude(lin: &Linear<'_>, own: &nalgebra::DMatrix<f64>, rival: &Candidate) -> bool {
-    own.ncols() == 1
-        && rival.tangent.column_iter().any(|column| {
-            let alone = lin.basis.reject_columns(&column.columns(0, 1).into_owned());
-            same_span(&Basis::of(&alone, NEW_DIRECTION.sqrt()).matrix(), own)
+/// Whether as many amplitudes of a rival as the accepted effect has directions span what it does: to
+/// touches of a paraboloid a coma is the two squarenesses with z.
+fn holds_as_amplitudes(lin: &Linear<'_>, own: &nalgebra::DMatrix<f64>, rival: &Candidate) -> bool {
+    let columns = rival.tangent.ncols();
+    let spans = |some: &[usize]| {
+        let alone = lin.basis.reject_columns(&rival.tangent.select_columns(some));
+        same_span(&Basis::of(&alone, NEW_DIRECTION.sqrt()).matrix(), own)
+    };
+    columns <= MOST_AMPLITUDES && some_of(columns, own.ncols()).iter().any(|some| spans(some))
+}
+
+/// Most amplitudes of an effect of which all choices are tried.
+const MOST_AMPLITUDES: usize = 6;
+
+/// Every choice of so many of the first `of` numbers.
+fn some_of(of: usize, many: usize) -> Vec<Vec<usize>> {
+    if many == 0 {
+        return vec![Vec::new()];
+    }
+    let with_last = |last: usize| {
+        some_of(last, many - 1).into_iter().map(move |mut some| {
+            some.push(last);
+            some
         })
+    };
+    (many - 1..of).flat_map(with_last).collect()
 }
 
 /// Factor of the sum of squares that no rival leaves: twice the error. Noise with memory moves it by

@@ -3,8 +3,7 @@
 use crate::algebra::system::rows_of;
 use crate::choice::candidate::{Estimability, Source, estimability_of_least};
 use crate::choice::context::Context;
-use crate::choice::select::within_limits;
-use crate::choice::selected::Selected;
+use crate::choice::selected::{Selected, within_limits};
 use crate::levels::{DECIDED, MIN_KEPT_CONFOUNDED};
 use crate::noise::linear::Linear;
 use crate::tests::significance::significance;

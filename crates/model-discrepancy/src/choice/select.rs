@@ -5,13 +5,14 @@ use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
+use crate::choice::exchange::exchange;
 use crate::choice::grown::grow;
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
 use crate::choice::replace::replace_superseded;
 use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
-use crate::choice::selected::{Added, Selected, What};
+use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::shape::is_of_levels;
 use crate::choice::tail::may_be_a_tail;
 use crate::count::count;
@@ -41,9 +42,14 @@ pub(crate) fn select<'a>(
         passes: Vec::new(),
         not_estimable: Vec::new(),
     };
+    let mut exchanges = 0;
     loop {
         let shapes = chosen.system.empirical.len();
-        let lin = catalogue_passes(context, keep, &mut chosen);
+        let mut lin = catalogue_passes(context, keep, &mut chosen);
+        while exchanges < context.options.max_steps && exchange(context, keep, &mut chosen) {
+            exchanges += 1;
+            lin = catalogue_passes(context, keep, &mut chosen);
+        }
         let lin = if replaced_by_shape(context, keep, &mut chosen) { None } else { lin };
         covariate_pass(context, keep, &mut chosen, lin);
         // With nothing new along the covariates the catalogue has had its say.
@@ -206,28 +212,6 @@ fn add(chosen: &mut Selected<'_>, keep: &[bool], candidates: &[&Scored]) -> bool
         chosen.added.push(Added { what, p_value: judged.test.p_value });
     }
     true
-}
-
-fn what(candidate: &Candidate) -> What {
-    match &candidate.source {
-        Source::Effect(active) => What::Effect(active.effect),
-        Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
-    }
-}
-
-/// Whether every effect has a size that it can have.
-pub(crate) fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
-    system.active.iter().all(|active| {
-        let maximum = system.model.declared().effects[active.effect].maximum;
-        maximum.is_none_or(|maximum| at.state.amplitudes[active.effect].amax() <= maximum)
-    })
-}
-
-/// Sum of squared whitened residuals over `rows`.
-fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
-    let layout = &system.model.declared().layout;
-    let all = system.residuals(at);
-    rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
 }
 
 fn at_round_off(lin: &Linear<'_>) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::Pass;
 use crate::algebra::system::{Estimate, System};
+use crate::choice::candidate::{Candidate, Source};
 
 /// A system as chosen on some groups.
 #[derive(Clone)]
@@ -29,4 +30,27 @@ pub(crate) enum What {
     Effect(usize),
     /// Covariate and shape.
     Empirical(String, String),
+}
+
+/// What a candidate would add.
+pub(crate) fn what(candidate: &Candidate) -> What {
+    match &candidate.source {
+        Source::Effect(active) => What::Effect(active.effect),
+        Source::Empirical(e) => What::Empirical(e.covariate.clone(), e.shape.clone()),
+    }
+}
+
+/// Whether every effect has a size that it can have.
+pub(crate) fn within_limits(system: &System<'_>, at: &Estimate) -> bool {
+    system.active.iter().all(|active| {
+        let maximum = system.model.declared().effects[active.effect].maximum;
+        maximum.is_none_or(|maximum| at.state.amplitudes[active.effect].amax() <= maximum)
+    })
+}
+
+/// Sum of squared whitened residuals over `rows`.
+pub(crate) fn cost(system: &System<'_>, at: &Estimate, rows: &[usize]) -> f64 {
+    let layout = &system.model.declared().layout;
+    let all = system.residuals(at);
+    rows.iter().map(|&row| (all[row] / at.sigma(&layout.rows[row])).powi(2)).sum()
 }

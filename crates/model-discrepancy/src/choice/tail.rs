@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::choice::candidate::Candidate;
-use crate::levels::{IN_TAILS, STAY};
+use crate::levels::STAY;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::f_test_of;
-use crate::tests::tails::chance_in_tails;
+use crate::tests::tails::is_in_tails;
 
 /// Whether any of `candidates` is a single reading as far off as noise with heavy tails puts one.
 pub(crate) fn may_be_a_tail(lin: &Linear<'_>, base: &Basis, candidates: &[&Candidate]) -> bool {
@@ -20,7 +20,7 @@ pub(crate) fn may_be_a_tail(lin: &Linear<'_>, base: &Basis, candidates: &[&Candi
     for candidate in candidates {
         beside = beside.with(&candidate.tangent, NEW_DIRECTION);
     }
-    single.into_iter().any(|observation| chance_in_tails(lin, &beside, observation) > IN_TAILS)
+    single.into_iter().any(|observation| is_in_tails(lin, &beside, observation))
 }
 
 /// The one observation that a candidate moves; `None` where it moves more.
@@ -43,7 +43,7 @@ pub(crate) fn is_one_tail(
 ) -> bool {
     let Some(observation) = carried_by(lin, base, residual, candidate) else { return false };
     let beside = base.with(&candidate.tangent, NEW_DIRECTION);
-    chance_in_tails(lin, &beside, observation) > IN_TAILS
+    is_in_tails(lin, &beside, observation)
 }
 
 /// The observation without which nothing is left of a candidate.

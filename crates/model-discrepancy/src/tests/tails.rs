@@ -6,7 +6,7 @@ use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 use crate::algebra::basis::Basis;
 use crate::algebra::reading::Reading;
 use crate::count::count;
-use crate::levels::HEAVY_TAILS;
+use crate::levels::{HEAVY_TAILS, IN_TAILS, IN_TAILS_UNDECLARED};
 use crate::noise::linear::Linear;
 
 /// Degrees of freedom of Student's t that noise may have beside the normal law; beyond 20 the two
@@ -32,7 +32,7 @@ const MIN_ROWS: usize = 12;
 /// Leverage beyond which a reading has no residual of its own.
 const FOLLOWED: f64 = 0.95;
 
-/// Chance that the noise alone puts any row as far off as the worst one of `observation`.
+/// Whether the noise alone may put a row as far off as the worst one of `observation`.
 ///
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
 /// likelihood of the other rows, none of which is a mistake or one in a hundred, and by how far their
@@ -40,18 +40,20 @@ const FOLLOWED: f64 = 0.95;
 /// that of a mistake. `beside` is the span of the model with the observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
-pub(crate) fn chance_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> f64 {
+pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> bool {
     let (own, others): (Vec<Reading>, Vec<Reading>) =
         lin.readings().into_iter().partition(|r| r.observation == observation);
     let farthest = studentized(lin, &lin.basis, &own).into_iter().map(f64::abs).fold(0.0, f64::max);
     let rest = studentized(lin, beside, &others);
     if rest.len() < MIN_ROWS {
-        return 0.0;
+        return false;
     }
-    let laws = weighed(&rest, farthest, lin.layout.sigma_declared);
+    let is_declared = lin.layout.sigma_declared;
+    let laws = weighed(&rest, farthest, is_declared);
     let n = count(own.len() + others.len());
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
-    laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>().clamp(0.0, 1.0)
+    let chance = laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>();
+    chance > if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
 }
 
 /// Degrees of freedom of Student's t that the residual shows, on the whole, where a normal law is

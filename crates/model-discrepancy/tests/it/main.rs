@@ -4,6 +4,7 @@
 mod classes;
 mod covariates;
 mod degenerate;
+mod exchange;
 mod interruption;
 mod joint;
 mod judged;
