@@ -32,6 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         stylus: Vector3::z_axis(),
         source: NormalSource::Nominal,
         sigma_declared: true,
+        qualification: None,
     };
     let model = ProbeModel::new(setup, touches, &[])?;
     let closure = close_loop(&model, &model.all_covariates(), &Options::default())?;

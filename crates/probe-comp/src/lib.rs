@@ -72,7 +72,7 @@ pub use micro_radius::{MicroRadius, micro_radius};
 pub use missing::{ContactChange, MeasuredTouch, ProbeModel, ProbeSetup};
 pub use nominal::{Nominal, NominalFoot, Side};
 pub use profile::{ProfileContact, compensate_profile};
-pub use qualify::{Lobe, ProbeTerms, Qualification, Reference, qualify};
+pub use qualify::{Lobe, ProbeTerms, ProbeUncertainty, Qualification, Reference, qualify};
 pub use touch::BallTouch;
 
 /// Runs the README's example.

@@ -5,6 +5,7 @@ mod columns;
 mod form;
 mod measured;
 mod model;
+mod probe;
 mod proposals;
 mod term;
 mod with_effects;

@@ -4,16 +4,17 @@ use model_discrepancy::{
 };
 mod discrepancy;
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{DMatrix, Point3, Unit, Vector3};
 
 use super::catalogue::{self, Entry, Setting};
 use super::columns::as_f64;
 use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
+use super::probe::Probe;
 use super::term::{Situation, Term, combined};
 use crate::compensate::foot_of_ball;
 use crate::nominal::{FormFrame, NominalFoot};
-use crate::{Nominal, NormalSource, ProbeError, compensate};
+use crate::{Nominal, NormalSource, ProbeError, ProbeUncertainty, compensate};
 
 /// What is declared of the measurement.
 #[derive(Clone, Debug)]
@@ -28,12 +29,16 @@ pub struct ProbeSetup {
     pub source: NormalSource,
     /// Whether the touches' standard uncertainties are declared, or only weigh them.
     pub sigma_declared: bool,
+    /// What the qualification with which the touches were corrected leaves uncertain; `None` where the
+    /// probe is taken for known.
+    pub qualification: Option<ProbeUncertainty>,
 }
 
 /// Touches of a part of known surface, and the effects that their compensation leaves out.
 ///
 /// Residual: how far the compensated contact is above the nominal surface along its normal, in
-/// mm; one row per touch. The declared model has no parameter: part, ball and frame are as stated.
+/// mm; one row per touch. Part, ball and frame are as stated: the declared model has no parameter, but
+/// for what a qualification leaves uncertain of the probe, with rows of prior knowledge.
 #[derive(Clone, Debug)]
 pub struct ProbeModel {
     pub(crate) setup: ProbeSetup,
@@ -53,6 +58,7 @@ pub struct ProbeModel {
     pub(crate) courses: Vec<Course>,
     pub(super) declared: Declared,
     pub(super) terms: Vec<Term>,
+    pub(super) probe: Option<Probe>,
 }
 
 /// One amplitude measured by other means, as a proposal may have it.
@@ -122,7 +128,16 @@ impl ProbeModel {
             .into_iter()
             .map(|Entry { effect, term }| (effect, term))
             .unzip();
-        let layout = layout(&touches, &standards, setup.sigma_declared);
+        let probe = setup.qualification.clone().map(Probe::new).transpose()?;
+        let base = probe.as_ref().map_or_else(Vec::new, Probe::parameters);
+        let mut layout = layout(&touches, &standards, setup.sigma_declared);
+        if !base.is_empty() {
+            layout.groups.push(Group { name: "qualification".to_owned(), role: Role::Prior });
+            let group = layout.groups.len() - 1;
+            for _ in &base {
+                push(&mut layout, group, 1.0, false);
+            }
+        }
         let mut normals: Vec<_> = feet.iter().map(|foot| foot.normal.into_inner()).collect();
         // What was measured by other means looks nowhere.
         normals.resize(layout.observations.len(), Vector3::zeros());
@@ -130,7 +145,7 @@ impl ProbeModel {
         let declared = Declared {
             directions: Some(normals),
             resolution: resolution_of(measured),
-            ..Declared::new(layout, Vec::new(), effects)
+            ..Declared::new(layout, base, effects)
         };
         Ok(Self {
             setup,
@@ -145,6 +160,7 @@ impl ProbeModel {
             courses: Vec::new(),
             declared,
             terms,
+            probe,
         })
     }
 
@@ -288,6 +304,20 @@ impl ProbeModel {
             stylus: &self.setup.stylus,
             zero,
         }
+    }
+
+    /// `∂ residual / ∂ parameter` of what a qualification leaves uncertain.
+    pub(super) fn by_base(&self) -> DMatrix<f64> {
+        let (rows, n) = (self.declared.layout.rows.len(), self.declared.base.len());
+        let mut jacobian = DMatrix::zeros(rows, n);
+        let Some(probe) = &self.probe else { return jacobian };
+        for (index, touch) in self.touches.iter().enumerate() {
+            let zero = self.azimuth_zero(index);
+            let row = probe.row(&self.situation(index, &zero), &touch.touch);
+            jacobian.row_mut(index).copy_from_slice(&row);
+        }
+        jacobian.rows_mut(rows - n, n).copy_from(probe.prior());
+        jacobian
     }
 
     /// Effect and column of the amplitude that a standard knows.

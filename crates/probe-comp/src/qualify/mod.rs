@@ -4,5 +4,6 @@ mod problem;
 mod qualification;
 mod reference;
 
-pub use qualification::{Lobe, Qualification, qualify};
+pub(crate) use problem::shifts;
+pub use qualification::{Lobe, ProbeUncertainty, Qualification, qualify};
 pub use reference::{ProbeTerms, Reference};

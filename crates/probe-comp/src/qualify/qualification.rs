@@ -99,7 +99,28 @@ pub fn qualify(
     })
 }
 
+/// What a qualification leaves uncertain of the probe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbeUncertainty {
+    /// What was asked of the probe beside its radius.
+    pub terms: ProbeTerms,
+    /// Covariance of effective radius, lobes (cos, sin) and bending.
+    pub covariance_mm2: DMatrix<f64>,
+}
+
 impl Qualification {
+    /// Its own uncertainty, for a model of touches that were corrected with it.
+    ///
+    /// `scale` is the variance of the artefact's touches over the square of their `sigma_mm`; one where
+    /// these only weigh the touches, of the artefact and of the part alike.
+    #[must_use]
+    pub fn uncertainty(&self, scale: f64) -> ProbeUncertainty {
+        let of_probe = self.covariance_mm2.nrows() - PLACE;
+        let covariance = self.covariance_mm2.view((RADIUS, RADIUS), (of_probe, of_probe));
+        let covariance_mm2 = covariance * (scale / self.variance_factor.unwrap_or(1.0));
+        ProbeUncertainty { terms: self.terms.clone(), covariance_mm2 }
+    }
+
     /// Travel until the trigger, where the ball's radius is known by itself.
     #[must_use]
     pub fn pretravel_mm(&self, ball_radius_mm: f64) -> f64 {

@@ -1,13 +1,18 @@
 //! Probes qualified on a sphere or a ring.
 
+use model_discrepancy::{Model, Options, State, close_loop};
 use nalgebra::{Point3, Unit, Vector3};
 use probe_comp::{
     BallTouch, NormalSource, ProbeError, ProbeTerms, Qualification, Reference, compensate, qualify,
 };
+use probe_comp::{ProbeModel, ProbeSetup, Side};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::scene::{TIP_MM, bowl, bowl_height, directions, noise, normal_of, point_of};
+use crate::scene::{
+    TIP_MM, bowl, bowl_height, directions, measured, noise, normal_of, point_of, reference_sphere,
+    setup,
+};
 
 const SIGMA_MM: f64 = 1e-3;
 /// What the probe of these tests adds.
@@ -136,4 +141,83 @@ fn what_cannot_be_qualified() {
     let bad = BallTouch::new(Point3::new(f64::NAN, 0.0, 0.0), SIGMA_MM);
     let error = qualify(&[bad], &SPHERE, &ProbeTerms::default()).unwrap_err();
     assert!(matches!(error, ProbeError::InvalidTouch { index: 0, .. }), "{error}");
+}
+
+/// Touches of a part that is as drawn, corrected with what so many touches of the artefact gave.
+fn qualified_part(n_artefact: u32, rng: &mut ChaCha8Rng) -> (ProbeSetup, Vec<BallTouch>) {
+    let artefact = on_sphere(n_artefact, SIGMA_MM, rng);
+    let probe = qualify(&artefact, &SPHERE, &ProbeTerms::default()).unwrap();
+    let nominal = reference_sphere(Side::Along);
+    let middle = Point3::new(40.0, -20.0, 15.0);
+    let read_part = |u: &Vector3<f64>| {
+        let center = read(middle + u * (25.0 + TIP_MM), -u) + noise(SIGMA_MM, rng);
+        BallTouch::new(center, SIGMA_MM)
+    };
+    let part: Vec<BallTouch> = directions(30).iter().map(read_part).collect();
+    let touches = probe.applied(&nominal, &part).unwrap();
+    // The touches' weights are their standard uncertainties.
+    let qualification = Some(probe.uncertainty(1.0));
+    let tip_radius_mm = probe.effective_radius_mm;
+    (ProbeSetup { tip_radius_mm, qualification, ..setup(nominal) }, touches)
+}
+
+/// With 25 touches of the artefact the probe is known hardly better than the part's 30 touches show it.
+#[test]
+fn an_error_of_the_qualification_is_no_effect() {
+    /// Of so many a binomial number with 5 % is above `MOST` once in a thousand times.
+    const CASES: u64 = 40;
+    const MOST: usize = 7;
+    let named = |is_uncertain: bool| {
+        let names_any = |seed: &u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(9000 + seed);
+            let (mut setup, touches) = qualified_part(25, &mut rng);
+            if !is_uncertain {
+                setup.qualification = None;
+            }
+            let model = ProbeModel::new(setup, measured(touches), &[]).unwrap();
+            let closure = close_loop(&model, &model.all_covariates(), &Options::default()).unwrap();
+            !closure.steps.is_empty()
+        };
+        (0..CASES).filter(names_any).count()
+    };
+    let (with, without) = (named(true), named(false));
+    assert!(with <= MOST, "{with} of {CASES}");
+    assert!(without > MOST, "{without} of {CASES}: the test shows nothing");
+}
+
+/// A radius that is larger by δ lowers every deviation by as much, and the prior knows by how many of
+/// its standard uncertainties it is.
+#[test]
+fn the_radius_of_a_qualified_probe_has_rows_of_its_own() {
+    const DELTA_MM: f64 = 1e-3;
+    let mut rng = ChaCha8Rng::seed_from_u64(77);
+    let (setup, touches) = qualified_part(25, &mut rng);
+    let covariance = setup.qualification.as_ref().unwrap().covariance_mm2.clone();
+    let larger = ProbeSetup { tip_radius_mm: setup.tip_radius_mm + DELTA_MM, ..setup.clone() };
+    let [model, larger] =
+        [setup, larger].map(|s| ProbeModel::new(s, measured(touches.clone()), &[]).unwrap());
+    let n = touches.len();
+    let mut at = State::start(&model);
+    at.base[0] = DELTA_MM;
+    let (moved, expected) = (model.residuals(&at), larger.residuals(&State::start(&larger)));
+    for i in 0..n {
+        // The foot of another ball lies elsewhere on a sphere by rounding alone.
+        assert!((moved[i] - expected[i]).abs() < 1e-12, "{i}: {} {}", moved[i], expected[i]);
+    }
+    let prior = moved.rows_range(n..).norm_squared();
+    let inverse = covariance.try_inverse().unwrap();
+    assert!((prior - DELTA_MM * DELTA_MM * inverse[(0, 0)]).abs() < 1e-9 * prior, "{prior}");
+}
+
+#[test]
+fn an_uncertainty_of_the_wrong_shape_is_refused() {
+    let mut rng = ChaCha8Rng::seed_from_u64(78);
+    let (mut setup, touches) = qualified_part(25, &mut rng);
+    let known = setup.qualification.as_mut().unwrap();
+    known.covariance_mm2 = known.covariance_mm2.view((0, 0), (2, 2)).into_owned();
+    let refused = ProbeModel::new(setup, measured(touches), &[]).unwrap_err();
+    assert!(
+        matches!(refused, ProbeError::InvalidOption { name: "qualification", .. }),
+        "{refused}"
+    );
 }

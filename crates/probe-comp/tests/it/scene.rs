@@ -117,5 +117,6 @@ pub(crate) fn setup(nominal: Nominal) -> ProbeSetup {
         stylus: Vector3::z_axis(),
         source: probe_comp::NormalSource::Nominal,
         sigma_declared: true,
+        qualification: None,
     }
 }

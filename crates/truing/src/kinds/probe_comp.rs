@@ -72,20 +72,24 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
                        `touches.csv`";
         return Err(Error::case(document.at_file(), Problem::MissingKey { key, purpose }));
     }
-    let (mut effective_radius_mm, mut qualification) = (tip_radius_mm, None);
+    let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
+    let (mut effective_radius_mm, mut qualification, mut probe) = (tip_radius_mm, None, None);
     if let Some(artefact) = &settings.qualification {
         let (found, estimate) = artefact.apply(folder, document, stylus, tip_radius_mm)?;
         touches.balls = corrected(&found, &surface.nominal, &touches)?;
         effective_radius_mm = found.effective_radius_mm;
         qualification = Some(estimate);
+        // The larger of what was declared and what was found: few touches find little by chance.
+        let found_mm2 = found.variance_factor.unwrap_or(0.0);
+        probe = Some(found.uncertainty(sigma_mm.map_or(1.0, |mm| found_mm2.max(mm * mm))));
     }
     let tables = tables(surface.table, qualification.is_some());
-    let sigma_mm = settings.noise.point_mm.map(|Positive(mm)| mm);
     let case = ProbeCase {
         surface,
         touches,
         tip_radius_mm: effective_radius_mm,
         qualification,
+        probe,
         stylus,
         source,
         sigma_mm,

@@ -19,13 +19,16 @@ impl Model for ProbeModel {
         let of_standard = |standard| {
             self.amplitude_of(standard).map_or(0.0, |(e, k): (usize, usize)| at.amplitudes[e][k])
         };
+        let mut residuals = DVector::zeros(self.declared.layout.rows.len());
         let touches = (0..self.touches.len()).map(of_touch);
         let all = touches.chain(self.standards.iter().map(of_standard));
-        DVector::from_iterator(self.declared.layout.rows.len(), all)
+        residuals.iter_mut().zip(all).for_each(|(residual, value)| *residual = value);
+        residuals += self.by_base() * &at.base;
+        residuals
     }
 
     fn base_jacobian(&self, _: &State) -> DMatrix<f64> {
-        DMatrix::zeros(self.declared.layout.rows.len(), 0)
+        self.by_base()
     }
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {

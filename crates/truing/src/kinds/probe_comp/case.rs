@@ -1,7 +1,7 @@
 //! A case of this kind, as read.
 
 use nalgebra::{Unit, Vector3};
-use probe_comp::NormalSource;
+use probe_comp::{NormalSource, ProbeUncertainty};
 
 use super::qualification::QualificationEstimate;
 use super::surface::PartSurface;
@@ -18,6 +18,8 @@ pub(super) struct ProbeCase {
     pub(super) tip_radius_mm: f64,
     /// What the probe adds, already taken off the touches.
     pub(super) qualification: Option<QualificationEstimate>,
+    /// What that leaves uncertain.
+    pub(super) probe: Option<ProbeUncertainty>,
     pub(super) stylus: Unit<Vector3<f64>>,
     pub(super) source: NormalSource,
     /// Declared standard uncertainty of a coordinate.

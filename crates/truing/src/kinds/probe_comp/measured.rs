@@ -37,21 +37,13 @@ impl Measured for ProbeCase {
             .filter(|(c, _)| !c.inside_aperture)
             .map(|(_, name)| name.as_str())
             .collect();
-        let mut warnings = match outside[..] {
+        let warnings = match outside[..] {
             [] => Vec::new(),
             [first, ..] => vec![format!(
                 "{} touches lie beside the part as drawn, touch {first} the first of them",
                 outside.len()
             )],
         };
-        warnings.extend(self.qualification.as_ref().map(|found| {
-            format!(
-                "the uncertainty of the qualification ({} touches of the artefact) is not part of \
-                 the tests of the loop: a small effect may be its error; touch the artefact many \
-                 times more often than the part",
-                found.touches
-            )
-        }));
         Ok(Fitted {
             estimates: Arc::new(estimates),
             observations,
@@ -72,6 +64,7 @@ impl Measured for ProbeCase {
             stylus: self.stylus,
             source: self.source,
             sigma_declared: self.sigma_mm.is_some(),
+            qualification: self.probe.clone(),
         };
         let model = ProbeModel::new(setup, self.measured_touches(), &recorded)
             .map_err(|e| self.error(e, None))?;
@@ -114,7 +107,8 @@ impl Measured for ProbeCase {
         if let Some(probe) = &self.qualification {
             declared.push(format!(
                 "The radius is the effective one that {} touches of an artefact gave; what else the \
-                 probe adds to a reading was taken off.",
+                 probe adds to a reading was taken off. What these touches leave uncertain of the \
+                 probe is fitted within its covariance.",
                 probe.touches
             ));
         }
