@@ -4,6 +4,7 @@ mod problem;
 mod qualification;
 mod reference;
 
+#[cfg(feature = "loop")]
 pub(crate) use problem::shifts;
 pub use qualification::{Lobe, ProbeUncertainty, Qualification, qualify};
 pub use reference::{ProbeTerms, Reference};
