@@ -133,7 +133,7 @@ fn notes(context: &Context, by_component: &[Vec<Reading>], drawn: usize) -> Stri
     let stride = thin::stride(longest, MOST_MARKS);
     if stride > 1 {
         notes.push(format!(
-            "Every {stride}th of {} readings of a component is drawn; the line is the mean of all.",
+            "Of {} readings of a component, 1 in {stride} is shown; the line is the mean of all.",
             count(longest)
         ));
     } else if longest >= trend::LEAST {

@@ -167,7 +167,7 @@ fn a_long_log_stays_small_and_says_what_is_not_drawn() {
     const SAMPLES_PER_PRESS: usize = 5000;
     let page = render(&long_log(SAMPLES_PER_PRESS).closed());
     assert!(page.len() < MOST_BYTES, "{} bytes for 200 000 observations", page.len());
-    assert!(page.contains("Every 667th of 200\u{202f}000 readings of a component is drawn"));
+    assert!(page.contains("Of 200\u{202f}000 readings of a component, 1 in 667 is shown"));
     assert!(page.contains("The best 12 of 42 candidates are drawn."));
     // Two that were significant and six more are shown at once.
     assert!(page.contains("34 more that were not significant"));

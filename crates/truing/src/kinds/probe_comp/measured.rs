@@ -100,7 +100,7 @@ impl Measured for ProbeCase {
         let mut declared = vec![
             format!(
                 "A ball of radius {} mm touches at A = O − r n; n is the normal {normal}.",
-                self.tip_radius_mm
+                self.printed_radius_mm()
             ),
             format!("The part is the nominal one: {}.", self.surface.words),
         ];
@@ -119,7 +119,7 @@ impl Measured for ProbeCase {
             group_noun: self.touches.group_column.clone().unwrap_or_else(|| "touch".to_owned()),
             measured: vec![
                 fact("surface", self.surface.words.clone()),
-                fact("tip radius", format!("{} mm", self.tip_radius_mm)),
+                fact("tip radius", format!("{} mm", self.printed_radius_mm())),
                 fact("normal", normal.to_owned()),
                 fact("standard uncertainty of a coordinate", sigma),
             ],
@@ -135,6 +135,11 @@ impl Measured for ProbeCase {
 }
 
 impl ProbeCase {
+    /// To a tenth of a nanometre: of a qualified probe the digits beyond say nothing.
+    fn printed_radius_mm(&self) -> f64 {
+        (self.tip_radius_mm * 1e7).round() / 1e7
+    }
+
     fn compensated(&self) -> Result<Compensated, Error> {
         let balls = self.balls(self.sigma_mm.unwrap_or(1.0));
         let nominal = &self.surface.nominal;
