@@ -22,12 +22,13 @@ async function dropped(items) {
   return files;
 }
 
-/// The files of the folder that holds `case.toml`, by their names within it.
+/// The folder that holds `case.toml`: its name, and its files by their names within it.
 function caseOf(files) {
   const toml = files.find(([path]) => /(^|\/)case\.toml$/.test(path));
   if (!toml) return null;
   const folder = toml[0].slice(0, -"case.toml".length);
-  return files.filter(([path]) => path.startsWith(folder)).map(([path, file]) => [path.slice(folder.length), file]);
+  const inside = files.filter(([path]) => path.startsWith(folder)).map(([path, file]) => [path.slice(folder.length), file]);
+  return { name: folder.split("/").at(-2) || "case", inside };
 }
 
 async function run(files) {
@@ -38,13 +39,13 @@ async function run(files) {
     return;
   }
   at("state").textContent = "Working …";
-  const contents = await Promise.all(chosen.map(async ([name, file]) => [name, new Uint8Array(await file.arrayBuffer())]));
+  const contents = await Promise.all(chosen.inside.map(async ([name, file]) => [name, new Uint8Array(await file.arrayBuffer())]));
   const worker = new Worker("worker.js", { type: "module" });
   const started = performance.now();
   const ended = await new Promise((done) => {
     worker.onmessage = ({ data }) => done(data);
     worker.onerror = ({ message }) => done({ code: 1, out: "", err: message });
-    worker.postMessage({ command: at("command").value, files: contents });
+    worker.postMessage({ command: at("command").value, name: chosen.name, files: contents });
   });
   worker.terminate();
   const seconds = ((performance.now() - started) / 1000).toFixed(1);

@@ -17,16 +17,16 @@ function folder(files) {
   return root;
 }
 
-onmessage = async ({ data: { command, files } }) => {
+onmessage = async ({ data: { command, name, files } }) => {
   const text = { out: "", err: "" };
   const collect = (to) => {
     const decoder = new TextDecoder();
     return new ConsoleStdout((bytes) => (text[to] += decoder.decode(bytes, { stream: true })));
   };
-  const root = new PreopenDirectory("/", new Map([["case", new Directory(folder(files))]]));
+  const root = new PreopenDirectory("/", new Map([[name, new Directory(folder(files))]]));
   const descriptors = [new OpenFile(new File([])), collect("out"), collect("err"), root];
-  const program = ["truing", command, "/case", "--report", "/report.html"];
-  const wasi = new WASI(program, [], descriptors);
+  const program = ["truing", command, `/${name}`, "--report", "/report.html"];
+  const wasi = new WASI(program, [], descriptors, { debug: false });
   const { instance } = await WebAssembly.instantiateStreaming(fetch("truing.wasm"), {
     wasi_snapshot_preview1: wasi.wasiImport,
   });
