@@ -72,7 +72,7 @@ pub use algebra::columns::{Column, EmpiricalCorrection};
 pub use algebra::course::{Course, clearest_courses};
 pub use algebra::coverage::{coverage_factor, std_over_names};
 pub use algebra::interruption::{Interruption, clearest_interruption};
-pub use algebra::patch::{Patch, clearest_patch};
+pub use algebra::patch::{Patch, clearest_patches};
 pub use algebra::session::Session;
 pub use algebra::settling::Settling;
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};

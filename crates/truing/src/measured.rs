@@ -120,7 +120,7 @@ pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
 /// Estimates of a kind with the accepted effects in the model.
 pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Arc<dyn Estimates> + 'c>;
 
-/// What the loop needs, anew about what a closure has found; `None` where it is near that already.
+/// What the loop needs, anew about what a closure has found; `None` where nothing would change.
 pub(crate) type About<'c> = Box<dyn Fn(&Closure) -> Option<Prepared<'c>> + 'c>;
 
 /// What the loop needs.
@@ -128,7 +128,8 @@ pub(crate) struct Prepared<'c> {
     pub(crate) model: Arc<dyn Model + Send + 'c>,
     pub(crate) covariates: Vec<Covariate>,
     pub(crate) estimates: EstimatesOf<'c>,
-    /// Of a model whose rows are linear about one solution; it has the same rows and effects there.
+    /// Of a model whose rows are linear about one solution, or whose catalogue has effects that were
+    /// found by looking at the residual; it has the same rows there.
     pub(crate) about: Option<About<'c>>,
 }
 

@@ -55,7 +55,8 @@ impl Course {
 }
 
 /// The courses other than an even one along which a drift takes most of the residual of a model at
-/// `at`, a solution of its declared part, each where white noise hardly ever shows one as clear.
+/// `at`, a solution of its declared part, or of that and the effects that `at` has, each where white
+/// noise hardly ever shows one as clear.
 ///
 /// `drift` is the effect that goes on evenly, `elapsed` what its amplitudes are multiplied by: the
 /// time since the start of the series, one value per observation. Rows of a table without times may be

@@ -4,22 +4,26 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::f_tail::f_tail;
 use crate::count::count;
-use crate::{Model, Role, State};
+use crate::{Model, Role, State, whole_tangent};
 
+/// Share of a column's length below which what is left of it is round-off.
+const TAKEN: f64 = 1e-6;
 /// Chance that readings that show nothing of the sort offer one.
 pub(crate) const FALSE_ALARM: f64 = 0.01;
 
-/// The declared model at its solution, whitened, without the observations that are only judged.
+/// The declared model, and the effects that are in it, at their solution: whitened, without the
+/// observations that are only judged.
 pub(crate) struct LookedThrough {
     rows: Vec<usize>,
     sigma: Vec<f64>,
-    /// Orthonormal basis of the base parameters' columns.
+    /// Orthonormal basis of the fitted parameters' columns.
     basis: DMatrix<f64>,
     /// Residual without what the basis explains.
     residual: DVector<f64>,
 }
 
 impl LookedThrough {
+    /// An effect is in the model where one of its amplitudes at `at` is not zero.
     pub(crate) fn of(model: &dyn Model, at: &State) -> Self {
         let layout = &model.declared().layout;
         let is_fitted = |row: &usize| {
@@ -29,8 +33,7 @@ impl LookedThrough {
         let rows: Vec<usize> = (0..layout.rows.len()).filter(is_fitted).collect();
         let sigma: Vec<f64> = rows.iter().map(|&row| layout.rows[row].sigma).collect();
         let whitened = |m: DMatrix<f64>| whitened(m.select_rows(&rows), &sigma);
-        let jacobian = whitened(model.base_jacobian(at));
-        let basis = if jacobian.ncols() > 0 { jacobian.qr().q() } else { jacobian };
+        let basis = basis(whitened(fitted_columns(model, at)));
         let residual = model.residuals(at);
         let residual = whitened(DMatrix::from_column_slice(residual.len(), 1, residual.as_slice()));
         let residual = residual.column(0) - &basis * basis.tr_mul(&residual.column(0));
@@ -56,6 +59,40 @@ impl LookedThrough {
     pub(crate) fn left_of(&self, tangent: DMatrix<f64>) -> DMatrix<f64> {
         let taken = &self.basis * self.basis.tr_mul(&tangent);
         tangent - taken
+    }
+
+    /// An orthonormal basis of what the fitted parameters leave of an effect; `None` where they take
+    /// all of it.
+    pub(crate) fn left_of_effect(
+        &self,
+        model: &dyn Model,
+        at: &State,
+        effect: usize,
+    ) -> Option<DMatrix<f64>> {
+        let tangent = self.whitened(whole_tangent(model, at, effect).select_rows(&self.rows));
+        let left = self.left_of(tangent.clone());
+        let mut kept: Vec<DVector<f64>> = Vec::new();
+        for (column, whole) in left.column_iter().zip(tangent.column_iter()) {
+            let mut own = column.into_owned();
+            for other in &kept {
+                own.axpy(-other.dot(&own), other, 1.0);
+            }
+            if own.norm() > TAKEN * whole.norm() {
+                kept.push(own.normalize());
+            }
+        }
+        (!kept.is_empty()).then(|| DMatrix::from_columns(&kept))
+    }
+
+    /// The same with more in the model, of which `left` is an orthonormal basis.
+    pub(crate) fn beside(&self, left: &DMatrix<f64>) -> Self {
+        let columns: Vec<_> = self.basis.column_iter().chain(left.column_iter()).collect();
+        Self {
+            rows: self.rows.clone(),
+            sigma: self.sigma.clone(),
+            basis: DMatrix::from_columns(&columns),
+            residual: &self.residual - left * left.tr_mul(&self.residual),
+        }
     }
 
     /// The sums over no rows of so many columns.
@@ -112,6 +149,27 @@ impl Sums {
         let left = &self.gram - self.across.tr_mul(&self.across);
         Some(self.score.dot(&left.cholesky()?.solve(&self.score)))
     }
+}
+
+/// The columns of the base parameters, and of the amplitudes that are not zero.
+fn fitted_columns(model: &dyn Model, at: &State) -> DMatrix<f64> {
+    let mut columns: Vec<DVector<f64>> =
+        model.base_jacobian(at).column_iter().map(|c| c.into_owned()).collect();
+    for (effect, amplitudes) in at.amplitudes.iter().enumerate() {
+        if at.has(effect) {
+            let tangent = whole_tangent(model, at, effect);
+            let fitted = tangent.column_iter().zip(amplitudes).filter(|(_, a)| **a != 0.0);
+            columns.extend(fitted.map(|(column, _)| column.into_owned()));
+        }
+    }
+    if columns.is_empty() {
+        return DMatrix::zeros(model.declared().layout.rows.len(), 0);
+    }
+    DMatrix::from_columns(&columns)
+}
+
+fn basis(columns: DMatrix<f64>) -> DMatrix<f64> {
+    if columns.ncols() > 0 { columns.qr().q() } else { columns }
 }
 
 fn whitened(mut columns: DMatrix<f64>, sigma: &[f64]) -> DMatrix<f64> {

@@ -1,15 +1,15 @@
 //! A patch of a surface that lies higher or lower than the rest, found by looking.
 //!
 //! There are as many patches as places, and testing all of them in the loop would cost every other
-//! effect its significance. So the domain offers the one that takes most of the declared model's
-//! residual away, if white noise shows one as clear in no more than one set of readings in a hundred;
-//! it says among how many it was found, and competes with every other effect.
+//! effect its significance. So the domain offers the one that takes most of the residual away, and the
+//! one that does so beside another effect, if white noise shows one as clear in no more than one set of
+//! readings in a hundred; it says among how many it was found, and competes with every other effect.
 
-use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
 
 use crate::algebra::looked_through::{FALSE_ALARM, LookedThrough};
 use crate::count::count;
-use crate::{Effect, Model, Parameter, State};
+use crate::{Effect, Model, Parameter, Scope, State};
 
 /// Readings about the middle of a patch, of which the farthest lies at its radius.
 const NEIGHBOURS: [usize; 3] = [4, 8, 16];
@@ -26,6 +26,8 @@ const SEEN: f64 = 0.2;
 /// Mean square of the readings' scatter along a direction, over that along the longest, below which
 /// they do not show where the middle lies in it.
 const ON_A_LINE: f64 = 1e-4;
+/// Cosine between the traces of two patches from which on they count as one.
+const ALIKE: f64 = 0.9;
 /// Steps of the middle, as shares of the radius, and of the radius itself, once a patch is found.
 const REFINED: [f64; 3] = [0.5, 0.25, 0.125];
 /// Places and radius are rounded to this share of the radius, so that what is printed is what is used.
@@ -118,38 +120,24 @@ impl Patch {
     }
 }
 
-/// The clearest patch in the residual of a model at `at`, a solution of its declared part; `None`
-/// where white noise might show it. Of a positive height it makes a residual lower.
+/// The clearest patch in the residual of a model at `at`, a solution of its declared part, or of that
+/// and the effects that `at` has; and the clearest beside one effect of the catalogue, if the two
+/// together show better and it is another. None where white noise might show it. Of a positive height
+/// they make a residual lower.
 ///
 /// `positions_mm` are those of the observations, one row each; `None` for one that has no place.
 #[must_use]
-pub fn clearest_patch(
+pub fn clearest_patches(
     model: &dyn Model,
     at: &State,
     positions_mm: &[Option<Point3<f64>>],
-) -> Option<Patch> {
+) -> Vec<Patch> {
     let scene = Scene::of(model, at, positions_mm);
-    let middles: Vec<Point3<f64>> = scene.positions.iter().flatten().copied().collect();
-    let every = middles.len().div_ceil(MOST_MIDDLES).max(1);
-    let tried: Vec<Patch> =
-        middles.iter().step_by(every).flat_map(|center_mm| about(*center_mm, &middles)).collect();
-    let clearest = |patches: Vec<Patch>| {
-        let explained = patches.into_iter().filter_map(|p| Some((scene.explained(&p)?, p)));
-        explained.max_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let searched = tried.len();
-    let (mut most, mut best) = clearest(tried)?;
-    for step in REFINED {
-        if let Some((more, patch)) =
-            clearest(neighbours(&best, step, &middles)).filter(|(e, _)| *e > most)
-        {
-            (most, best) = (more, patch);
-        }
-    }
-    let best = Patch { searched, ..best }.rounded();
-    let (explained, by_others) = (scene.explained(&best)?, scene.explained_by_others(&best)?);
-    let is_clear = scene.residual.p_value(explained, 1) * count(searched) <= FALSE_ALARM;
-    (is_clear && scene.residual.p_value(by_others, 1) <= FALSE_ALARM).then_some(best)
+    let tried = scene.tried();
+    let alone = scene.clearest(&tried);
+    let beside = scene.clearest_beside_one(model, at, &tried);
+    let is_other = |patch: &Patch| alone.is_none_or(|alone| !scene.are_alike(&alone, patch));
+    alone.into_iter().chain(beside.filter(is_other)).collect()
 }
 
 /// Patches about a middle, by the readings that they hold.
@@ -188,6 +176,88 @@ impl Scene {
         let rows = &model.declared().layout.rows;
         let position = |&row: &usize| *positions_mm.get(rows[row].observation)?;
         Self { positions: residual.rows().iter().map(position).collect(), residual }
+    }
+
+    fn middles(&self) -> Vec<Point3<f64>> {
+        self.positions.iter().flatten().copied().collect()
+    }
+
+    /// Patches that are tried at first.
+    fn tried(&self) -> Vec<Patch> {
+        let middles = self.middles();
+        let every = middles.len().div_ceil(MOST_MIDDLES).max(1);
+        middles.iter().step_by(every).flat_map(|center_mm| about(*center_mm, &middles)).collect()
+    }
+
+    /// The clearest patch of those tried and what lies about it; `None` where white noise might show it.
+    fn clearest(&self, tried: &[Patch]) -> Option<Patch> {
+        let clearest = self.best_of(tried.iter().copied())?;
+        self.refined(clearest, tried.len())
+    }
+
+    fn best_of(&self, patches: impl Iterator<Item = Patch>) -> Option<(f64, Patch)> {
+        let explained = patches.filter_map(|p| Some((self.explained(&p)?, p)));
+        explained.max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// A patch put where it explains most, if that is clear of so many that were tried.
+    fn refined(&self, (mut most, mut best): (f64, Patch), searched: usize) -> Option<Patch> {
+        let middles = self.middles();
+        for step in REFINED {
+            let about = neighbours(&best, step, &middles);
+            if let Some((more, patch)) = self.best_of(about.into_iter()).filter(|(e, _)| *e > most)
+            {
+                (most, best) = (more, patch);
+            }
+        }
+        let best = Patch { searched, ..best }.rounded();
+        let (explained, by_others) = (self.explained(&best)?, self.explained_by_others(&best)?);
+        let is_clear = self.residual.p_value(explained, 1) * count(searched) <= FALSE_ALARM;
+        (is_clear && self.residual.p_value(by_others, 1) <= FALSE_ALARM).then_some(best)
+    }
+
+    /// The patch that explains most together with one effect of the catalogue; `None` where the
+    /// effect explains no more beside the patch than chance does.
+    fn clearest_beside_one(&self, model: &dyn Model, at: &State, tried: &[Patch]) -> Option<Patch> {
+        let effects = &model.declared().effects;
+        let is_asked = |e: &usize| {
+            effects[*e].scope == Scope::Everywhere || effects[*e].scope == Scope::SomeDesigns
+        };
+        let asked = (0..effects.len()).filter(|e| is_asked(e) && !at.has(*e));
+        let others: Vec<DMatrix<f64>> =
+            asked.filter_map(|e| self.residual.left_of_effect(model, at, e)).collect();
+        let taken: Vec<DVector<f64>> =
+            others.iter().map(|o| o.tr_mul(self.residual.values())).collect();
+        let together = |patch: &Patch| {
+            let left = self.left_of(patch)?;
+            let left = left.column(0);
+            let (whole, score) = (left.norm_squared(), left.dot(self.residual.values()));
+            let of = |(index, other): (usize, &DMatrix<f64>)| {
+                let shared = other.tr_mul(&left);
+                let own = whole - shared.norm_squared();
+                let more = (score - shared.dot(&taken[index])).powi(2) / own;
+                (own >= SEEN * whole).then(|| (taken[index].norm_squared() + more, index))
+            };
+            others.iter().enumerate().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let all = tried.iter().filter_map(|p| Some((together(p)?, *p)));
+        let ((_, other), patch) = all.max_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
+        let beside = Self {
+            residual: self.residual.beside(&others[other]),
+            positions: self.positions.clone(),
+        };
+        let searched = tried.len() * others.len();
+        let patch = beside.refined((beside.explained(&patch)?, patch), searched)?;
+        let both = taken[other].norm_squared() + beside.explained(&patch)?;
+        let more = both - self.explained(&patch)?;
+        let p_value = self.residual.p_value_of_more(more, others[other].ncols(), both);
+        (p_value * count(others.len()) <= FALSE_ALARM).then_some(patch)
+    }
+
+    /// Whether two patches are one but for the readings' noise.
+    fn are_alike(&self, a: &Patch, b: &Patch) -> bool {
+        let (Some(a), Some(b)) = (self.left_of(a), self.left_of(b)) else { return false };
+        a.dot(&b) >= ALIKE * a.norm() * b.norm()
     }
 
     /// What a patch takes of the sum of squares.

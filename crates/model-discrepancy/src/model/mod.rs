@@ -104,6 +104,12 @@ impl State {
         let Declared { start, effects, .. } = model.declared();
         Self::declared(start.clone(), effects)
     }
+
+    /// Whether an effect is in the model: whether one of its amplitudes is not zero.
+    #[must_use]
+    pub fn has(&self, effect: usize) -> bool {
+        self.amplitudes[effect].iter().any(|a| *a != 0.0)
+    }
 }
 
 /// A further measurement that the user could make.

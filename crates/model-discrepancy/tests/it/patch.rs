@@ -2,7 +2,7 @@
 
 use model_discrepancy::{
     Declared, Effect, Group, Layout, LinearModel, Options, Parameter, Patch, Role, Row, State,
-    Verdict, clearest_patch, close_loop,
+    Verdict, clearest_patches, close_loop,
 };
 use nalgebra::{DMatrix, DVector, Point3};
 use rand::{RngExt, SeedableRng};
@@ -43,7 +43,7 @@ fn plate(seed: u64, low: impl Fn(&Point3<f64>) -> f64) -> (LinearModel, Vec<Opti
 }
 
 fn found(model: &LinearModel, places: &[Option<Point3<f64>>]) -> Option<Patch> {
-    clearest_patch(model, &State::start(model), places)
+    clearest_patches(model, &State::start(model), places).first().copied()
 }
 
 #[test]

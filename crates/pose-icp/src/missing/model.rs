@@ -3,7 +3,7 @@ mod discrepancy;
 
 use model_discrepancy::{
     Course, Covariate, Declared, Effect, Group, Layout, Parameter, Patch, Quantity, Role, Row,
-    State, clearest_courses, clearest_patch, resolution_of,
+    State, clearest_courses, clearest_patches, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -33,7 +33,7 @@ pub struct PoseModel {
     pub(crate) free: Vec<usize>,
     pub(crate) standards: Vec<Standard>,
     /// Where the surface may be higher in one place.
-    pub(crate) patch: Option<Patch>,
+    pub(crate) patches: Vec<Patch>,
     /// How the drift comes to rest, where it may.
     pub(crate) courses: Vec<Course>,
     declared: Declared,
@@ -87,24 +87,60 @@ impl PoseModel {
         Ok(model.with_what_shows())
     }
 
-    /// The model with the patch and the course of its drift that the residual shows.
+    /// The model with the patch and the courses of its drift that the residual shows.
     fn with_what_shows(self) -> Self {
-        let (patch, courses) = (self.clearest_patch(), self.clearest_courses());
-        self.with_patch(patch).with_courses(&courses)
+        let at = State::start(&self);
+        let (patches, courses) = (self.clearest_patches(&at), self.clearest_courses(&at));
+        self.with_patches(&patches).with_courses(&courses)
     }
 
-    /// The model with errors of form taken where the touches are on the part as it was found to lie;
-    /// `None` where that is near the place at which they were taken, or nothing of the sort was found.
+    /// The model with errors of form taken where the touches are on the part as it was found to lie,
+    /// if that is far from where they were taken; else with the patch and the courses that the residual
+    /// shows beside what was found. `None` where these are the ones that it has.
     ///
     /// Where the touches hardly show the place, an error of form that is not in the declared model
     /// moves it by a good part of the diameter, and about another place it is another form.
     #[must_use]
     pub fn about_found(&self, at: &State) -> Option<Self> {
-        let is_moved = |amplitudes: &nalgebra::DVector<f64>| amplitudes.iter().any(|a| *a != 0.0);
-        let mut active = self.terms.iter().zip(&at.amplitudes).filter(|(_, a)| is_moved(a));
+        self.about_place(at).or_else(|| self.with_what_shows_beside(at))
+    }
+
+    /// Whether an effect whose term is one of these was found.
+    fn has_found(&self, at: &State, is_one: impl Fn(&Term) -> bool) -> bool {
+        self.terms.iter().enumerate().any(|(effect, term)| at.has(effect) && is_one(term))
+    }
+
+    fn with_what_shows_beside(&self, found: &State) -> Option<Self> {
+        if !self.has_found(found, |_| true) {
+            return None;
+        }
+        // What was found of the sort stays where it is.
+        let has_patch = self.has_found(found, |term| matches!(term, Term::Patch(_)));
+        let patches = if has_patch { Vec::new() } else { self.clearest_patches(found) };
+        let drifts = self.has_found(found, |term| matches!(term, Term::Drift { .. }));
+        let courses = if drifts { Vec::new() } else { self.clearest_courses(found) };
+        let patches = if patches.is_empty() { self.patches.clone() } else { patches };
+        let courses = if courses.is_empty() { self.courses.clone() } else { courses };
+        (patches != self.patches || courses != self.courses).then(|| {
+            self.clone().without_what_shows().with_patches(&patches).with_courses(&courses)
+        })
+    }
+
+    /// The model without what was found by looking.
+    fn without_what_shows(mut self) -> Self {
+        let rest = self.terms.len() - self.patches.len() - self.courses.len();
+        self.declared.effects.truncate(rest);
+        self.terms.truncate(rest);
+        (self.patches, self.courses) = (Vec::new(), Vec::new());
+        self
+    }
+
+    /// The model about the place that was found; `None` where that is near the place at which it was
+    /// taken, or no error of form was found.
+    fn about_place(&self, at: &State) -> Option<Self> {
         // What is held would move with the pose.
-        let is_held = active.clone().any(|(term, _)| matches!(term, Term::Pose(_)));
-        if is_held || !active.any(|(term, _)| matches!(term, Term::Form(_) | Term::Patch(_))) {
+        let is_held = self.has_found(at, |term| matches!(term, Term::Pose(_)));
+        if is_held || !self.has_found(at, |term| matches!(term, Term::Form(_) | Term::Patch(_))) {
             return None;
         }
         let [setup] = &self.setups[..] else { return None };
@@ -173,7 +209,7 @@ impl PoseModel {
             contacts,
             free,
             standards,
-            patch: None,
+            patches: Vec::new(),
             courses: Vec::new(),
             declared,
             terms,
@@ -188,24 +224,24 @@ impl PoseModel {
         places
     }
 
-    /// The clearest patch of the part that the declared model leaves in the residual.
-    fn clearest_patch(&self) -> Option<Patch> {
-        clearest_patch(self, &State::start(self), &self.places_mm())
+    /// The clearest patches of the part that the model leaves in the residual.
+    fn clearest_patches(&self, at: &State) -> Vec<Patch> {
+        clearest_patches(self, at, &self.places_mm())
     }
 
-    /// The model with that patch in its catalogue.
-    pub(crate) fn with_patch(mut self, patch: Option<Patch>) -> Self {
-        self.patch = patch;
-        let effect = patch.map(|patch| patch.effect(&self.places_mm()));
-        self.declared.effects.extend(effect);
-        self.terms.extend(patch.map(Term::Patch));
+    /// The model with these patches in its catalogue.
+    pub(crate) fn with_patches(mut self, patches: &[Patch]) -> Self {
+        let places_mm = self.places_mm();
+        self.declared.effects.extend(patches.iter().map(|patch| patch.effect(&places_mm)));
+        self.terms.extend(patches.iter().copied().map(Term::Patch));
+        self.patches = patches.to_vec();
         self
     }
 
     /// The courses of the drift that the residual shows.
-    fn clearest_courses(&self) -> Vec<Course> {
+    fn clearest_courses(&self, at: &State) -> Vec<Course> {
         let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
-        clearest_courses(self, &State::start(self), drift, elapsed, &self.places_mm())
+        clearest_courses(self, at, drift, elapsed, &self.places_mm())
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.

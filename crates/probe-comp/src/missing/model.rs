@@ -1,6 +1,6 @@
 use model_discrepancy::{
     Course, Covariate, Declared, Effect, Group, Layout, Patch, Quantity, Role, Row, State,
-    clearest_courses, clearest_patch, resolution_of,
+    clearest_courses, clearest_patches, resolution_of,
 };
 mod discrepancy;
 
@@ -53,7 +53,7 @@ pub struct ProbeModel {
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
     /// Where the part may be higher in one place.
-    pub(crate) patch: Option<Patch>,
+    pub(crate) patches: Vec<Patch>,
     /// How the drift comes to rest, where it may.
     pub(crate) courses: Vec<Course>,
     pub(super) declared: Declared,
@@ -97,8 +97,40 @@ impl ProbeModel {
             }
         }
         let model = Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())?;
-        let (patch, courses) = (model.clearest_patch(), model.clearest_courses());
-        Ok(model.with_patch(patch).with_courses(&courses))
+        let at = State::start(&model);
+        let (patches, courses) = (model.clearest_patches(&at), model.clearest_courses(&at));
+        Ok(model.with_patches(&patches).with_courses(&courses))
+    }
+
+    /// The model with the patch and the courses that the residual shows beside what was found; `None`
+    /// where these are the ones that it has.
+    #[must_use]
+    pub fn about_found(&self, found: &State) -> Option<Self> {
+        let has_found = |is_one: fn(&Term) -> bool| {
+            self.terms.iter().enumerate().any(|(effect, term)| found.has(effect) && is_one(term))
+        };
+        if !has_found(|_| true) {
+            return None;
+        }
+        // What was found of the sort stays where it is.
+        let has_patch = has_found(|term| matches!(term, Term::Patch(_)));
+        let patches = if has_patch { Vec::new() } else { self.clearest_patches(found) };
+        let drifts = has_found(|term| matches!(term, Term::Drift { .. }));
+        let courses = if drifts { Vec::new() } else { self.clearest_courses(found) };
+        let patches = if patches.is_empty() { self.patches.clone() } else { patches };
+        let courses = if courses.is_empty() { self.courses.clone() } else { courses };
+        (patches != self.patches || courses != self.courses).then(|| {
+            self.clone().without_what_shows().with_patches(&patches).with_courses(&courses)
+        })
+    }
+
+    /// The model without what was found by looking.
+    fn without_what_shows(mut self) -> Self {
+        let rest = self.terms.len() - self.patches.len() - self.courses.len();
+        self.declared.effects.truncate(rest);
+        self.terms.truncate(rest);
+        (self.patches, self.courses) = (Vec::new(), Vec::new());
+        self
     }
 
     pub(crate) fn with_standards(
@@ -156,7 +188,7 @@ impl ProbeModel {
             centers_mm,
             approaches,
             compensation_mm,
-            patch: None,
+            patches: Vec::new(),
             courses: Vec::new(),
             declared,
             terms,
@@ -171,24 +203,24 @@ impl ProbeModel {
         places
     }
 
-    /// The clearest patch of the part that the declared model leaves in the residual.
-    fn clearest_patch(&self) -> Option<Patch> {
-        clearest_patch(self, &State::start(self), &self.places_mm())
+    /// The clearest patches of the part that the model leaves in the residual.
+    fn clearest_patches(&self, at: &State) -> Vec<Patch> {
+        clearest_patches(self, at, &self.places_mm())
     }
 
-    /// The model with that patch in its catalogue.
-    pub(crate) fn with_patch(mut self, patch: Option<Patch>) -> Self {
-        self.patch = patch;
-        let effect = patch.map(|patch| patch.effect(&self.places_mm()));
-        self.declared.effects.extend(effect);
-        self.terms.extend(patch.map(Term::Patch));
+    /// The model with these patches in its catalogue.
+    pub(crate) fn with_patches(mut self, patches: &[Patch]) -> Self {
+        let places_mm = self.places_mm();
+        self.declared.effects.extend(patches.iter().map(|patch| patch.effect(&places_mm)));
+        self.terms.extend(patches.iter().copied().map(Term::Patch));
+        self.patches = patches.to_vec();
         self
     }
 
     /// The courses of the drift that the residual shows.
-    fn clearest_courses(&self) -> Vec<Course> {
+    fn clearest_courses(&self, at: &State) -> Vec<Course> {
         let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
-        clearest_courses(self, &State::start(self), drift, elapsed, &self.places_mm())
+        clearest_courses(self, at, drift, elapsed, &self.places_mm())
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Declared, Inside, Model, Proposal, State};
+use model_discrepancy::{Closure, Declared, Effect, Inside, Model, Proposal, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::measured::{About, Prepared};
@@ -23,10 +23,18 @@ pub(crate) fn carrying(prepared: Prepared<'_>, carried: Vec<DVector<f64>>) -> Pr
     let own = carried.clone();
     let estimates = Box::new(move |closure: &Closure| estimates(&on_top(&own, closure)));
     let own = carried.clone();
+    let known = model.declared().effects.clone();
     let about = about.map(|about| -> About<'_> {
         Box::new(move |closure| {
             let there = about(&on_top(&own, closure))?;
-            Some(carrying(there, own.clone()))
+            // What is found by looking may be other effects there.
+            let of_effect = |effect: &Effect| {
+                let is_it = |k: &Effect| k.id == effect.id && k.subject == effect.subject;
+                let carried = known.iter().position(is_it).map(|k| own[k].clone());
+                carried.unwrap_or_else(|| DVector::zeros(effect.parameters.len()))
+            };
+            let carried = there.model.declared().effects.iter().map(of_effect).collect();
+            Some(carrying(there, carried))
         })
     });
     Prepared { model: Arc::new(Carrying { inner: model, carried }), covariates, estimates, about }

@@ -13,7 +13,7 @@ use crate::case::NumberColumn;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
-use crate::measured::{Fitted, Measured, Observation, Places, Prepared, Words};
+use crate::measured::{About, Fitted, Measured, Observation, Places, Prepared, Words};
 use crate::suspect::Yardstick;
 
 /// Contacts, and what they say of the noise.
@@ -68,12 +68,7 @@ impl Measured for ProbeCase {
         };
         let model = ProbeModel::new(setup, self.measured_touches(), &recorded)
             .map_err(|e| self.error(e, None))?;
-        let covariates = model.all_covariates();
-        let model = Arc::new(model);
-        let of = Arc::clone(&model);
-        let estimates =
-            Box::new(move |closure: &Closure| closed(&of, closure, &declared, &sigmas_mm));
-        Ok(Prepared { model, covariates, estimates, about: None })
+        Ok(prepared(model, Arc::new(declared), Arc::new(sigmas_mm)))
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {
@@ -212,6 +207,23 @@ impl ProbeCase {
 /// Contacts with the accepted effects in the model.
 ///
 /// `sigmas_mm` are the uncertainties of every declared contact along the normal and the surface.
+fn prepared<'c>(
+    model: ProbeModel,
+    declared: Arc<ProbeCompEstimates>,
+    sigmas_mm: Arc<Vec<[f64; 2]>>,
+) -> Prepared<'c> {
+    let covariates = model.all_covariates();
+    let model = Arc::new(model);
+    let (of, at) = (Arc::clone(&model), Arc::clone(&model));
+    let (known, sigmas) = (Arc::clone(&declared), Arc::clone(&sigmas_mm));
+    let estimates = Box::new(move |closure: &Closure| closed(&of, closure, &known, &sigmas));
+    let about: About<'_> = Box::new(move |closure| {
+        let there = at.about_found(&closure.state)?;
+        Some(prepared(there, Arc::clone(&declared), Arc::clone(&sigmas_mm)))
+    });
+    Prepared { model, covariates, estimates, about: Some(about) }
+}
+
 fn closed(
     model: &ProbeModel,
     closure: &Closure,
