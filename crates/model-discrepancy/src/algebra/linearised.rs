@@ -20,9 +20,9 @@ pub(crate) struct Linearised<'a> {
     pub(crate) sigma: Vec<f64>,
     /// Components of an observation of which any is reported.
     components: usize,
-    /// Whitened residual of the fitted system.
+    /// Whitened residual of the fitted system, with its places corrected.
     pub(crate) residual: DVector<f64>,
-    /// Span of the system's whitened Jacobian.
+    /// Span of the system's whitened Jacobian, with the places at which its effects were found.
     pub(crate) basis: Basis,
     /// Positions in `rows` of each fitted group, in measured order; empty groups left out.
     pub(crate) clusters: Vec<Vec<usize>>,
@@ -50,9 +50,13 @@ impl<'a> Linearised<'a> {
             .collect();
         let all = system.residuals(at);
         let sigma: Vec<_> = rows.iter().map(|&row| at.sigma(&layout.rows[row])).collect();
-        let residual = DVector::from_fn(rows.len(), |i, _| all[rows[i]] / sigma[i]);
-        let jacobian = whitened(layout, at, &rows, &system.jacobian(at));
+        let mut residual = DVector::from_fn(rows.len(), |i, _| all[rows[i]] / sigma[i]);
+        let jacobian = whitened(layout, at, &rows, &system.jacobian_with_places(at));
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
+        if jacobian.ncols() > system.dim() {
+            // Places are no part of a state: their corrections are taken here.
+            residual = basis.reject(&residual);
+        }
         let (clusters, cluster_groups) = clusters(layout, &rows);
         let declared = system.model.declared();
         let records = declared.records.as_deref();

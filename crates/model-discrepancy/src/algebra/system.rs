@@ -178,6 +178,18 @@ impl<'a> System<'a> {
         jacobian
     }
 
+    /// [`System::jacobian`] with a column for each of [`System::places`].
+    pub(crate) fn jacobian_with_places(&self, at: &Estimate) -> DMatrix<f64> {
+        let (known, places) = (self.dim(), self.places());
+        let mut jacobian = self.jacobian(at).resize_horizontally(known + places.len(), 0.0);
+        for (k, place) in places.iter().enumerate() {
+            if let Some(column) = place.of_place(self.model, &at.state) {
+                jacobian.set_column(known + k, &column);
+            }
+        }
+        jacobian
+    }
+
     fn stepped(&self, at: &Estimate, step: &DVector<f64>) -> Estimate {
         let mut next = at.clone();
         let base_len = next.state.base.len();

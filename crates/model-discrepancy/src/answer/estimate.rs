@@ -29,27 +29,14 @@ impl Uncertain {
     /// From the QR factor of the column-scaled, whitened Jacobian. Scaled by the variance factor
     /// where sigma was not declared, or where χ² shows that it was declared too small.
     pub(crate) fn of(system: &System<'_>, at: &Estimate, keep: &[bool]) -> Self {
-        let places = system.places();
-        let jacobian = with_places(system, at, &places);
-        let columns = system.columns().into_iter().chain(places).collect();
+        let jacobian = system.jacobian_with_places(at);
+        let columns = system.columns().into_iter().chain(system.places()).collect();
         let rows = rows_of(&system.model.declared().layout, keep);
         let noise = noise_level(system, at, &rows);
         let white = whitened(&system.model.declared().layout, at, &rows, &jacobian);
         let covariance = covariance(white, noise.variance_factor);
         Self { columns, jacobian, covariance, noise }
     }
-}
-
-/// The Jacobian with a column for each coordinate of a place.
-fn with_places(system: &System<'_>, at: &Estimate, places: &[Column]) -> DMatrix<f64> {
-    let known = system.dim();
-    let mut jacobian = system.jacobian(at).resize_horizontally(known + places.len(), 0.0);
-    for (k, place) in places.iter().enumerate() {
-        if let Some(column) = place.of_place(system.model, &at.state) {
-            jacobian.set_column(known + k, &column);
-        }
-    }
-    jacobian
 }
 
 /// Inverse of the information of whitened columns, times a factor.

@@ -73,12 +73,79 @@ fn its_place_is_found_and_the_loop_names_it() {
     }
 }
 
-/// The model with the patch that it shows in its catalogue.
+/// The model with the patches that it shows in its catalogue.
 fn with_patch(model: &mut LinearModel, places: &[Option<Point3<f64>>]) {
-    let Some(patch) = found(model, places) else { return };
+    for patch in clearest_patches(model, &State::start(model), places) {
+        add(model, &patch, places);
+    }
+}
+
+fn add(model: &mut LinearModel, patch: &Patch, places: &[Option<Point3<f64>>]) {
     let shares = places.iter().flatten().map(|p| -patch.share(p));
     model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, shares));
     model.declared.effects.push(patch.effect(places));
+}
+
+/// Bends of the whole plate: height at a place, over that at its edge.
+const BENDS: [(&str, fn(&Point3<f64>) -> f64); 4] = [
+    ("bowl", |p| p.coords.norm_squared() / HALF_MM.powi(2)),
+    ("saddle", |p| (p.x * p.x - p.y * p.y) / HALF_MM.powi(2)),
+    ("twist", |p| p.x * p.y / HALF_MM.powi(2)),
+    ("wave", |p| p.x * (p.coords.norm_squared() / HALF_MM.powi(2) - 1.0) / HALF_MM),
+];
+
+fn with_bends(model: &mut LinearModel, places: &[Option<Point3<f64>>]) {
+    for (id, bend) in BENDS {
+        let heights = places.iter().flatten().map(bend);
+        model.tangents.push(DMatrix::from_iterator(TOUCHES, 1, heights));
+        let height = Parameter::new("height", "µm", 1e3);
+        model.declared.effects.push(Effect::new(id, "the plate is bent", vec![height]));
+    }
+}
+
+/// Touches within its radius with which a patch of eight times the noise is sure to show.
+const FEWEST_HELD: usize = 8;
+
+#[test]
+fn one_is_found_beside_a_bend_that_hides_it() {
+    for seed in 0..20 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x9a7c);
+        let middle = Point3::new(rng.random_range(-30.0..30.0), rng.random_range(-30.0..30.0), 0.0);
+        let (bent, bend) = BENDS[rng.random_range(0..BENDS.len())];
+        let low = |p: &Point3<f64>| {
+            8e-3 * (-2.0 * (p - middle).norm_squared() / 20.0_f64.powi(2)).exp() + 12e-3 * bend(p)
+        };
+        let (mut model, places) = plate(2300 + seed, low);
+        let held = places.iter().flatten().filter(|p| (*p - middle).norm() < 20.0).count();
+        if held < FEWEST_HELD {
+            continue;
+        }
+        with_bends(&mut model, &places);
+        with_patch(&mut model, &places);
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        let mut names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        names.sort_unstable();
+        let mut truth = [bent, "patch"];
+        truth.sort_unstable();
+        assert_eq!(names, truth, "seed {seed}: {:?}", closure.verdict);
+    }
+}
+
+#[test]
+fn what_its_place_leaves_has_no_other_name() {
+    let middle = Point3::new(12.0, -9.0, 0.0);
+    let low =
+        |p: &Point3<f64>| 20e-3 * (-2.0 * (p - middle).norm_squared() / 24.0_f64.powi(2)).exp();
+    for seed in 0..10 {
+        let (mut model, places) = plate(2400 + seed, low);
+        with_bends(&mut model, &places);
+        // A few standard uncertainties of a place beside the true one.
+        let beside = Point3::new(14.0, -8.0, 0.0);
+        add(&mut model, &Patch { center_mm: beside, radius_mm: 24.0, searched: 1 }, &places);
+        let closure = close_loop(&model, &[], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["patch"], "seed {seed}: {:?}", closure.verdict);
+    }
 }
 
 #[test]

@@ -55,9 +55,14 @@ fn one_time_constant_shows_no_second() {
     assert!(wrong.count() <= MOST_FALSE);
 }
 
+/// Series of 20 in which the loop says that structure is left, with nothing left: it does so once in
+/// twenty, and the law of small numbers gives more than 4 for 1 four times in a thousand.
+const MOST_LEFT: usize = 4;
+
 #[test]
 fn two_time_constants_are_one_drift_and_nothing_beside_it() {
-    for seed in 0..10 {
+    let mut left = 0;
+    for seed in 0..20 {
         let mut model =
             series(300 + seed, |t| 25.0 * (0.4 * course(t, 2.0) + 0.6 * course(t, 24.0)));
         let settling = found(&model).expect("25 times the noise");
@@ -72,11 +77,12 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["drift"], "{:?}", closure.verdict);
-        assert_eq!(closure.verdict, Verdict::Explained);
+        left += usize::from(closure.verdict != Verdict::Explained);
         let whole = &closure.steps[0].parameters[0];
         // The slow one has hardly come to rest: what it comes to is known to a few times the noise.
         assert!((whole.value - 25.0).abs() < 10.0, "{whole:?}");
     }
+    assert!(left <= MOST_LEFT);
 }
 
 #[test]

@@ -112,9 +112,8 @@ impl ProbeModel {
         if !has_found(|_| true) {
             return None;
         }
-        // What was found of the sort stays where it is.
-        let has_patch = has_found(|term| matches!(term, Term::Patch(_)));
-        let patches = if has_patch { Vec::new() } else { self.clearest_patches(found) };
+        let patches = self.clearest_patches(&self.without_patches(found));
+        // What was found of a drift stays as it is.
         let drifts = has_found(|term| matches!(term, Term::Drift { .. }));
         let courses = if drifts { Vec::new() } else { self.clearest_courses(found) };
         let patches = if patches.is_empty() { self.patches.clone() } else { patches };
@@ -122,6 +121,17 @@ impl ProbeModel {
         (patches != self.patches || courses != self.courses).then(|| {
             self.clone().without_what_shows().with_patches(&patches).with_courses(&courses)
         })
+    }
+
+    /// What was found but for patches, which are looked for anew.
+    fn without_patches(&self, found: &State) -> State {
+        let mut rest = found.clone();
+        for (term, amplitudes) in self.terms.iter().zip(&mut rest.amplitudes) {
+            if matches!(term, Term::Patch(_)) {
+                amplitudes.fill(0.0);
+            }
+        }
+        rest
     }
 
     /// The model without what was found by looking.
