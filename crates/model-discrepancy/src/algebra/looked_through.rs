@@ -154,7 +154,7 @@ impl Sums {
 /// The columns of the base parameters, and of the amplitudes that are not zero.
 fn fitted_columns(model: &dyn Model, at: &State) -> DMatrix<f64> {
     let mut columns: Vec<DVector<f64>> =
-        model.base_jacobian(at).column_iter().map(|c| c.into_owned()).collect();
+        model.base_jacobian(at).column_iter().map(nalgebra::Matrix::into_owned).collect();
     for (effect, amplitudes) in at.amplitudes.iter().enumerate() {
         if at.has(effect) {
             let tangent = whole_tangent(model, at, effect);

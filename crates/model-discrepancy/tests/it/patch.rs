@@ -86,8 +86,10 @@ fn add(model: &mut LinearModel, patch: &Patch, places: &[Option<Point3<f64>>]) {
     model.declared.effects.push(patch.effect(places));
 }
 
+type Bend = fn(&Point3<f64>) -> f64;
+
 /// Bends of the whole plate: height at a place, over that at its edge.
-const BENDS: [(&str, fn(&Point3<f64>) -> f64); 4] = [
+const BENDS: [(&str, Bend); 4] = [
     ("bowl", |p| p.coords.norm_squared() / HALF_MM.powi(2)),
     ("saddle", |p| (p.x * p.x - p.y * p.y) / HALF_MM.powi(2)),
     ("twist", |p| p.x * p.y / HALF_MM.powi(2)),

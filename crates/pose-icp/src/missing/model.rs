@@ -2,8 +2,8 @@ use geometry::Foot;
 mod discrepancy;
 
 use model_discrepancy::{
-    Course, Covariate, Declared, Effect, Group, Layout, Parameter, Patch, Quantity, Role, Row,
-    State, clearest_courses, clearest_patches, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Parameter, Quantity, Role, Row, Shown, State,
+    clearest_courses, clearest_patches, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -32,10 +32,8 @@ pub struct PoseModel {
     pub(crate) contacts: Vec<Foot>,
     pub(crate) free: Vec<usize>,
     pub(crate) standards: Vec<Standard>,
-    /// Where the surface may be higher in one place.
-    pub(crate) patches: Vec<Patch>,
-    /// How the drift comes to rest, where it may.
-    pub(crate) courses: Vec<Course>,
+    /// Effects of the catalogue that the residual shows, the last in it.
+    pub(crate) shown: Shown,
     declared: Declared,
     pub(super) terms: Vec<Term>,
     /// Mean of the readings, machine frame.
@@ -87,11 +85,10 @@ impl PoseModel {
         Ok(model.with_what_shows())
     }
 
-    /// The model with the patch and the courses of its drift that the residual shows.
+    /// The model with the patches and the courses of its drift that the residual shows.
     fn with_what_shows(self) -> Self {
-        let at = State::start(&self);
-        let (patches, courses) = (self.clearest_patches(&at), self.clearest_courses(&at));
-        self.with_patches(&patches).with_courses(&courses)
+        let shown = self.look(&State::start(&self));
+        self.with_shown(shown)
     }
 
     /// The model with errors of form taken where the touches are on the part as it was found to lie,
@@ -102,47 +99,12 @@ impl PoseModel {
     /// moves it by a good part of the diameter, and about another place it is another form.
     #[must_use]
     pub fn about_found(&self, at: &State) -> Option<Self> {
-        self.about_place(at).or_else(|| self.with_what_shows_beside(at))
+        self.about_place(at).or_else(|| self.with_shown_beside(at))
     }
 
     /// Whether an effect whose term is one of these was found.
     fn has_found(&self, at: &State, is_one: impl Fn(&Term) -> bool) -> bool {
         self.terms.iter().enumerate().any(|(effect, term)| at.has(effect) && is_one(term))
-    }
-
-    fn with_what_shows_beside(&self, found: &State) -> Option<Self> {
-        if !self.has_found(found, |_| true) {
-            return None;
-        }
-        let patches = self.clearest_patches(&self.without_patches(found));
-        // What was found of a drift stays as it is.
-        let drifts = self.has_found(found, |term| matches!(term, Term::Drift { .. }));
-        let courses = if drifts { Vec::new() } else { self.clearest_courses(found) };
-        let patches = if patches.is_empty() { self.patches.clone() } else { patches };
-        let courses = if courses.is_empty() { self.courses.clone() } else { courses };
-        (patches != self.patches || courses != self.courses).then(|| {
-            self.clone().without_what_shows().with_patches(&patches).with_courses(&courses)
-        })
-    }
-
-    /// What was found but for patches, which are looked for anew.
-    fn without_patches(&self, found: &State) -> State {
-        let mut rest = found.clone();
-        for (term, amplitudes) in self.terms.iter().zip(&mut rest.amplitudes) {
-            if matches!(term, Term::Patch(_)) {
-                amplitudes.fill(0.0);
-            }
-        }
-        rest
-    }
-
-    /// The model without what was found by looking.
-    fn without_what_shows(mut self) -> Self {
-        let rest = self.terms.len() - self.patches.len() - self.courses.len();
-        self.declared.effects.truncate(rest);
-        self.terms.truncate(rest);
-        (self.patches, self.courses) = (Vec::new(), Vec::new());
-        self
     }
 
     /// The model about the place that was found; `None` where that is near the place at which it was
@@ -219,8 +181,7 @@ impl PoseModel {
             contacts,
             free,
             standards,
-            patches: Vec::new(),
-            courses: Vec::new(),
+            shown: Shown::default(),
             declared,
             terms,
             center_mm,
@@ -234,24 +195,13 @@ impl PoseModel {
         places
     }
 
-    /// The clearest patches of the part that the model leaves in the residual.
-    fn clearest_patches(&self, at: &State) -> Vec<Patch> {
-        clearest_patches(self, at, &self.places_mm())
-    }
-
-    /// The model with these patches in its catalogue.
-    pub(crate) fn with_patches(mut self, patches: &[Patch]) -> Self {
+    /// What the residual shows beside what is in the model at a state.
+    fn look(&self, at: &State) -> Shown {
         let places_mm = self.places_mm();
-        self.declared.effects.extend(patches.iter().map(|patch| patch.effect(&places_mm)));
-        self.terms.extend(patches.iter().copied().map(Term::Patch));
-        self.patches = patches.to_vec();
-        self
-    }
-
-    /// The courses of the drift that the residual shows.
-    fn clearest_courses(&self, at: &State) -> Vec<Course> {
-        let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
-        clearest_courses(self, at, drift, elapsed, &self.places_mm())
+        let courses = self.drift().map_or_else(Vec::new, |(drift, elapsed, _)| {
+            clearest_courses(self, at, drift, elapsed, &places_mm)
+        });
+        Shown { patches: clearest_patches(self, at, &places_mm), courses }
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -262,9 +212,12 @@ impl PoseModel {
         })
     }
 
-    /// The model with these courses of its drift in the catalogue.
-    pub(crate) fn with_courses(mut self, courses: &[Course]) -> Self {
-        for course in courses {
+    /// The model with what its residual shows in the catalogue.
+    pub(crate) fn with_shown(mut self, shown: Shown) -> Self {
+        let places_mm = self.places_mm();
+        self.declared.effects.extend(shown.patches.iter().map(|patch| patch.effect(&places_mm)));
+        self.terms.extend(shown.patches.iter().copied().map(Term::Patch));
+        for course in &shown.courses {
             let Some((drift, elapsed, axes)) = self.drift() else { break };
             let is_timed = self.declared.effects[drift].driver.is_some();
             let unit = if is_timed { "s" } else { "touches" };
@@ -273,8 +226,23 @@ impl PoseModel {
             self.declared.effects.push(effect);
             self.terms.push(term);
         }
-        self.courses = courses.to_vec();
+        self.shown = shown;
         self
+    }
+
+    /// The model with what its residual shows beside what was found; `None` where nothing would change.
+    fn with_shown_beside(&self, found: &State) -> Option<Self> {
+        let of_sort = |is_one: fn(&Term) -> bool| -> Vec<usize> {
+            (0..self.terms.len()).filter(|&effect| is_one(&self.terms[effect])).collect()
+        };
+        let patches = of_sort(|term| matches!(term, Term::Patch(_)));
+        let drifts = of_sort(|term| matches!(term, Term::Drift { .. }));
+        let shown = self.shown.beside(found, [&patches, &drifts], |at| self.look(at))?;
+        let mut plain = self.clone();
+        let listed = self.terms.len() - self.shown.effects();
+        plain.declared.effects.truncate(listed);
+        plain.terms.truncate(listed);
+        Some(plain.with_shown(shown))
     }
 
     /// The given covariates and the places of the contacts (`part_x_mm`, `part_y_mm`,

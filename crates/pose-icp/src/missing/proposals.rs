@@ -105,7 +105,7 @@ fn extended(
     let part = model.part.clone();
     let extended =
         PoseModel::about(part, touches, covariates, starts, setup_of, options, standards);
-    Some(extended.ok()?.with_patches(&model.patches).with_courses(&model.courses))
+    Some(extended.ok()?.with_shown(model.shown.clone()))
 }
 
 fn starts(model: &PoseModel) -> Vec<PoseStart> {

@@ -1,5 +1,5 @@
 use model_discrepancy::{
-    Course, Covariate, Declared, Effect, Group, Layout, Patch, Quantity, Role, Row, State,
+    Covariate, Declared, Effect, Group, Layout, Quantity, Role, Row, Shown, State,
     clearest_courses, clearest_patches, resolution_of,
 };
 mod discrepancy;
@@ -52,10 +52,8 @@ pub struct ProbeModel {
     approaches: Vec<Unit<Vector3<f64>>>,
     /// What the compensation adds to the distance of the ball's centre.
     compensation_mm: Vec<f64>,
-    /// Where the part may be higher in one place.
-    pub(crate) patches: Vec<Patch>,
-    /// How the drift comes to rest, where it may.
-    pub(crate) courses: Vec<Course>,
+    /// Effects of the catalogue that the residual shows, the last in it.
+    pub(crate) shown: Shown,
     pub(super) declared: Declared,
     pub(super) terms: Vec<Term>,
     pub(super) probe: Option<Probe>,
@@ -97,50 +95,15 @@ impl ProbeModel {
             }
         }
         let model = Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())?;
-        let at = State::start(&model);
-        let (patches, courses) = (model.clearest_patches(&at), model.clearest_courses(&at));
-        Ok(model.with_patches(&patches).with_courses(&courses))
+        let shown = model.look(&State::start(&model));
+        Ok(model.with_shown(shown))
     }
 
-    /// The model with the patch and the courses that the residual shows beside what was found; `None`
+    /// The model with the patches and the courses that the residual shows beside what was found; `None`
     /// where these are the ones that it has.
     #[must_use]
     pub fn about_found(&self, found: &State) -> Option<Self> {
-        let has_found = |is_one: fn(&Term) -> bool| {
-            self.terms.iter().enumerate().any(|(effect, term)| found.has(effect) && is_one(term))
-        };
-        if !has_found(|_| true) {
-            return None;
-        }
-        let patches = self.clearest_patches(&self.without_patches(found));
-        // What was found of a drift stays as it is.
-        let drifts = has_found(|term| matches!(term, Term::Drift { .. }));
-        let courses = if drifts { Vec::new() } else { self.clearest_courses(found) };
-        let patches = if patches.is_empty() { self.patches.clone() } else { patches };
-        let courses = if courses.is_empty() { self.courses.clone() } else { courses };
-        (patches != self.patches || courses != self.courses).then(|| {
-            self.clone().without_what_shows().with_patches(&patches).with_courses(&courses)
-        })
-    }
-
-    /// What was found but for patches, which are looked for anew.
-    fn without_patches(&self, found: &State) -> State {
-        let mut rest = found.clone();
-        for (term, amplitudes) in self.terms.iter().zip(&mut rest.amplitudes) {
-            if matches!(term, Term::Patch(_)) {
-                amplitudes.fill(0.0);
-            }
-        }
-        rest
-    }
-
-    /// The model without what was found by looking.
-    fn without_what_shows(mut self) -> Self {
-        let rest = self.terms.len() - self.patches.len() - self.courses.len();
-        self.declared.effects.truncate(rest);
-        self.terms.truncate(rest);
-        (self.patches, self.courses) = (Vec::new(), Vec::new());
-        self
+        self.with_shown_beside(found)
     }
 
     pub(crate) fn with_standards(
@@ -198,8 +161,7 @@ impl ProbeModel {
             centers_mm,
             approaches,
             compensation_mm,
-            patches: Vec::new(),
-            courses: Vec::new(),
+            shown: Shown::default(),
             declared,
             terms,
             probe,
@@ -213,24 +175,13 @@ impl ProbeModel {
         places
     }
 
-    /// The clearest patches of the part that the model leaves in the residual.
-    fn clearest_patches(&self, at: &State) -> Vec<Patch> {
-        clearest_patches(self, at, &self.places_mm())
-    }
-
-    /// The model with these patches in its catalogue.
-    pub(crate) fn with_patches(mut self, patches: &[Patch]) -> Self {
+    /// What the residual shows beside what is in the model at a state.
+    fn look(&self, at: &State) -> Shown {
         let places_mm = self.places_mm();
-        self.declared.effects.extend(patches.iter().map(|patch| patch.effect(&places_mm)));
-        self.terms.extend(patches.iter().copied().map(Term::Patch));
-        self.patches = patches.to_vec();
-        self
-    }
-
-    /// The courses of the drift that the residual shows.
-    fn clearest_courses(&self, at: &State) -> Vec<Course> {
-        let Some((drift, elapsed, _)) = self.drift() else { return Vec::new() };
-        clearest_courses(self, at, drift, elapsed, &self.places_mm())
+        let courses = self.drift().map_or_else(Vec::new, |(drift, elapsed, _)| {
+            clearest_courses(self, at, drift, elapsed, &places_mm)
+        });
+        Shown { patches: clearest_patches(self, at, &places_mm), courses }
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -241,9 +192,12 @@ impl ProbeModel {
         })
     }
 
-    /// The model with these courses of its drift in the catalogue.
-    pub(crate) fn with_courses(mut self, courses: &[Course]) -> Self {
-        for course in courses {
+    /// The model with what its residual shows in the catalogue.
+    pub(crate) fn with_shown(mut self, shown: Shown) -> Self {
+        let places_mm = self.places_mm();
+        self.declared.effects.extend(shown.patches.iter().map(|patch| patch.effect(&places_mm)));
+        self.terms.extend(shown.patches.iter().copied().map(Term::Patch));
+        for course in &shown.courses {
             let Some((drift, elapsed, axes)) = self.drift() else { break };
             let is_timed = self.declared.effects[drift].driver.is_some();
             let unit = if is_timed { "s" } else { "touches" };
@@ -252,8 +206,23 @@ impl ProbeModel {
             self.declared.effects.push(effect);
             self.terms.push(term);
         }
-        self.courses = courses.to_vec();
+        self.shown = shown;
         self
+    }
+
+    /// The model with what its residual shows beside what was found; `None` where nothing would change.
+    fn with_shown_beside(&self, found: &State) -> Option<Self> {
+        let of_sort = |is_one: fn(&Term) -> bool| -> Vec<usize> {
+            (0..self.terms.len()).filter(|&effect| is_one(&self.terms[effect])).collect()
+        };
+        let patches = of_sort(|term| matches!(term, Term::Patch(_)));
+        let drifts = of_sort(|term| matches!(term, Term::Drift { .. }));
+        let shown = self.shown.beside(found, [&patches, &drifts], |at| self.look(at))?;
+        let mut plain = self.clone();
+        let listed = self.terms.len() - self.shown.effects();
+        plain.declared.effects.truncate(listed);
+        plain.terms.truncate(listed);
+        Some(plain.with_shown(shown))
     }
 
     /// The given covariates and the places of the contacts (`part_x_mm`, `part_y_mm`,

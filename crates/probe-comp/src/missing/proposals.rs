@@ -146,7 +146,7 @@ fn extended(
     }
     let setup = model.setup.clone();
     let extended = ProbeModel::with_standards(setup, touches, covariates, Vec::new());
-    Some(extended.ok()?.with_patches(&model.patches).with_courses(&model.courses))
+    Some(extended.ok()?.with_shown(model.shown.clone()))
 }
 
 /// The way to the part, tilted about a tangent that turns from touch to touch.
@@ -162,7 +162,7 @@ fn oblique(model: &ProbeModel, index: usize) -> Unit<Vector3<f64>> {
 fn with_standards(model: &ProbeModel, standards: Vec<Standard>) -> Option<ProbeModel> {
     let (setup, touches) = (model.setup.clone(), model.touches.clone());
     let known = ProbeModel::with_standards(setup, touches, model.covariates.clone(), standards);
-    Some(known.ok()?.with_patches(&model.patches).with_courses(&model.courses))
+    Some(known.ok()?.with_shown(model.shown.clone()))
 }
 
 fn forms(model: &ProbeModel) -> Vec<Standard> {
@@ -182,7 +182,7 @@ fn forms(model: &ProbeModel) -> Vec<Standard> {
                 sigma: FORM_MM,
             })
         })
-        .chain(model.patches.first().map(|_| Standard {
+        .chain(model.shown.patches.first().map(|_| Standard {
             effect: "patch",
             subject: None,
             parameter: "height",

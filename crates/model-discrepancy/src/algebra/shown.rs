@@ -1,0 +1,48 @@
+//! Effects that no catalogue can list, found by looking at a residual.
+
+use crate::{Course, Patch, State};
+
+/// What a residual shows: patches of a part, and courses of a drift that does not go on evenly.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shown {
+    /// Patches of the part.
+    pub patches: Vec<Patch>,
+    /// Courses of the drift.
+    pub courses: Vec<Course>,
+}
+
+impl Shown {
+    /// How many effects it is.
+    #[must_use]
+    pub fn effects(&self) -> usize {
+        self.patches.len() + self.courses.len()
+    }
+
+    /// What shows beside what was found, in place of this; `None` where nothing was found, or nothing
+    /// would change.
+    ///
+    /// `patches` and `drifts` are the effects of the sort. Patches are looked for anew by `look`, as a
+    /// place depends on what else is in the model; a drift that was found stays as it is.
+    pub fn beside(
+        &self,
+        found: &State,
+        [patches, drifts]: [&[usize]; 2],
+        look: impl Fn(&State) -> Self,
+    ) -> Option<Self> {
+        if !(0..found.amplitudes.len()).any(|effect| found.has(effect)) {
+            return None;
+        }
+        let mut rest = found.clone();
+        for &patch in patches {
+            rest.amplitudes[patch].fill(0.0);
+        }
+        let mut there = look(&rest);
+        if there.patches.is_empty() {
+            there.patches.clone_from(&self.patches);
+        }
+        if there.courses.is_empty() || drifts.iter().any(|&drift| found.has(drift)) {
+            there.courses.clone_from(&self.courses);
+        }
+        (there != *self).then_some(there)
+    }
+}
