@@ -153,9 +153,13 @@ fn group_p_value(
     if clusters >= MIN_AGREEING && added.dim() >= clusters {
         return agreement_p_value(lin, residual, added);
     }
+    // Many groups know their own scatter, which need not be alike: an effect of a few of them is judged
+    // by theirs, unless declared noise says that all are alike.
+    let is_pooled = lin.layout.sigma_declared || clusters < MIN_CLUSTERS;
     let of_scatter = || {
         let robust = cluster_robust(lin, added, full);
-        let pooled = if robust > level { pooled_scatter(lin, added, full) } else { None };
+        let is_asked = is_pooled && robust > level;
+        let pooled = if is_asked { pooled_scatter(lin, added, full) } else { None };
         pooled.unwrap_or(robust).min(robust)
     };
     if clusters >= MIN_CLUSTERS {
