@@ -40,6 +40,8 @@ const REFINED: i32 = 16;
 /// A rotary axis must cover this much before what repeats with its turn is told from a curve.
 const MIN_ARC_DEG: f64 = 120.0;
 const TURN_DEG: f64 = 360.0;
+/// Below it the sine or cosine of a phase is the phase's own round-off: 10⁶ turns · 2π · 2⁻⁵².
+const WAVE_ROUND_OFF: f64 = 2e-9;
 /// How much more a shorter period must explain before it is preferred: targets at equal distances
 /// show several periods alike.
 const ALIKE: f64 = 1e-9;
@@ -261,7 +263,9 @@ impl AxisRun<'_> {
 
     fn wave_columns(&self, period: f64) -> (Vec<f64>, Vec<f64>) {
         let phase = |r: &AxisReading| TAU * r.target / period;
-        (self.each(|r| phase(r).cos()), self.each(|r| phase(r).sin()))
+        // At targets of whole turns a sine is nothing but round-off, which no amplitude may scale.
+        let shown = |value: f64| if value.abs() < WAVE_ROUND_OFF { 0.0 } else { value };
+        (self.each(|r| shown(phase(r).cos())), self.each(|r| shown(phase(r).sin())))
     }
 
     /// The period that describes the deviations best beside offset, scale and reversal, with how

@@ -9,6 +9,7 @@ mod gravity_model;
 mod parameter;
 mod press_design;
 mod press_doubts;
+mod press_drag;
 mod press_effects;
 mod press_located;
 mod press_model;

@@ -204,7 +204,8 @@ impl Design {
     fn weighed(&self, load_n: f64, at: &Unpacked) -> Corrected {
         let wrench =
             Wrench { force_n: Vector3::new(0.0, 0.0, load_n), torque_nmm: Vector3::zeros() };
-        Corrected::of(&Reading { wrench, elapsed_ratio: 1.0 }, &at.sensor, self.z0_mm)
+        let drag_n = Vector2::zeros();
+        Corrected::of(&Reading { wrench, drag_n, elapsed_ratio: 1.0 }, &at.sensor, self.z0_mm)
     }
 
     pub(crate) fn standard_base_jacobian(&self, standard: Standard, at: &Unpacked) -> DMatrix<f64> {
@@ -244,5 +245,10 @@ impl Design {
 
 /// Mean load of a press.
 pub(crate) fn load_n(point: &PressPoint) -> f64 {
-    point.reading.wrench.force_n.z.abs()
+    load_of(&point.reading.wrench)
+}
+
+/// Load of a wrench, N.
+pub(crate) fn load_of(wrench: &Wrench) -> f64 {
+    wrench.force_n.z.abs()
 }

@@ -10,6 +10,7 @@ use nalgebra::DVector;
 use crate::missing::parameter::parameter;
 use crate::missing::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
 use crate::missing::press_doubts::lost_spin;
+use crate::missing::press_drag::drags;
 use crate::missing::press_effects::{Catalogue, PressEffect};
 use crate::missing::sensor_errors::Reading;
 use crate::press_noise::center_covariances;
@@ -71,6 +72,7 @@ impl PressModel {
             return Err(FtCenterError::CovariateLength { name: wrong.name.clone(), got, needed });
         }
         let elapsed = elapsed(presses);
+        let drags_n = drags(presses, &covariances_mm2, contact.z0_mm);
         let point = |i: usize| {
             let observation = observed.iter().position(|&o| o == i);
             let warmth = |o: usize| warm.iter().map(|c| c.values[o] - REFERENCE_C).collect();
@@ -78,6 +80,7 @@ impl PressModel {
                 machine_mm: presses[i].machine_mm,
                 reading: Reading {
                     wrench: presses[i].orbit.mean_wrench,
+                    drag_n: drags_n[i],
                     elapsed_ratio: elapsed[i],
                 },
                 covariance_mm2: covariances_mm2[i],

@@ -41,6 +41,8 @@ pub(crate) struct SensorErrors {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reading {
     pub(crate) wrench: Wrench,
+    /// Lateral force that effects follow: that of the wrench, as far as it is more than noise.
+    pub(crate) drag_n: Vector2<f64>,
     pub(crate) elapsed_ratio: f64,
 }
 
@@ -85,6 +87,7 @@ impl Corrected {
     pub(crate) fn of(reading: &Reading, errors: &SensorErrors, z0_mm: f64) -> Self {
         let (e, u) = (errors, reading.elapsed_ratio);
         let (f, m) = (reading.wrench.force_n, reading.wrench.torque_nmm);
+        let drag = reading.drag_n;
         let gains = Vector3::new(
             1.0 + e.moment_gain + e.moment_gain_difference,
             1.0 + e.moment_gain - e.moment_gain_difference,
@@ -96,21 +99,19 @@ impl Corrected {
         let moment = unshear(e.shear) * ungained.xy();
         let fz = ungained.z - e.moment_into_fz_per_mm.dot(&moment);
         let unsheared = Vector3::new(moment.x, moment.y, fz);
-        let moment = moment - e.fz_into_moment_mm * fz - e.lateral_into_moment_mm * f.xy();
-        let plane = Matrix2::identity() * fz - f.xy() * e.slope.transpose();
-        let height_mm = z0_mm + e.height_mm;
-        let q = Vector2::new(height_mm * f.x - moment.y, moment.x + height_mm * f.y);
+        let moment = moment - e.fz_into_moment_mm * fz - e.lateral_into_moment_mm * drag;
+        let plane = Matrix2::identity() * fz - drag * e.slope.transpose();
+        let q = Vector2::new(z0_mm * f.x - moment.y, moment.x + z0_mm * f.y) + e.height_mm * drag;
         let pressure_mm = plane.try_inverse().map_or(Vector2::repeat(f64::NAN), |inv| inv * q);
-        let center_mm = pressure_mm
-            - e.slip_mm.component_mul(&f.xy().map(sense))
-            - e.slip_along_mm * along(f.xy());
+        let center_mm =
+            pressure_mm - e.slip_mm.component_mul(&drag.map(sense)) - e.slip_along_mm * along(drag);
         let (reading, errors) = (*reading, *errors);
         Self { reading, errors, gains, ungained, unsheared, plane, pressure_mm, center_mm }
     }
 
     /// Derivative of the centre by one amplitude.
     pub(crate) fn derivative(&self, by: SensorError) -> Vector2<f64> {
-        let lateral = self.reading.wrench.force_n.xy();
+        let lateral = self.reading.drag_n;
         match by {
             SensorError::Height => self.solve(lateral),
             SensorError::Slope(axis) => self.solve(lateral * self.pressure_mm[axis]),
@@ -162,9 +163,7 @@ impl Corrected {
             }
             SensorError::MomentIntoFz(k) => self.after_shear(Vector2::zeros(), -self.unsheared[k]),
             SensorError::FzIntoMoment(k) => axis(k) * -self.unsheared.z,
-            SensorError::LateralIntoMoment(row, column) => {
-                axis(row) * -self.reading.wrench.force_n[column]
-            }
+            SensorError::LateralIntoMoment(row, column) => axis(row) * -self.reading.drag_n[column],
             SensorError::Height
             | SensorError::Slope(_)
             | SensorError::Slip(_)

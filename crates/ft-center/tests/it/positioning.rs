@@ -443,3 +443,19 @@ fn a_rotary_axis_is_in_seconds_of_arc() {
     assert!((amplitude(&closure, 0, 0) - 4.0).abs() < 0.35, "{:?}", closure.steps);
     assert!((amplitude(&closure, 0, 1) + 3.0).abs() < 0.35, "{:?}", closure.steps);
 }
+
+/// Targets at whole turns of the screw: the sine over a turn is nothing but round-off there.
+#[test]
+fn a_wave_that_the_targets_do_not_show_has_no_size() {
+    const LEAD_MM: f64 = 10.0;
+    let readings: Vec<AxisReading> = run(17, SIGMA_MM, |_, _, _| 0.006)
+        .into_iter()
+        .map(|r| AxisReading { target: LEAD_MM * (r.target / LEAD_MM).round(), ..r })
+        .collect();
+    let closure = closed(&readings, &[], Some(LEAD_MM));
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    for parameter in &closure.steps[0].parameters {
+        // 6 µm, and no more than four standard uncertainties of 120 readings of 1 µm.
+        assert!((parameter.value.abs() - 6.0).abs() < 0.37, "{:?}", closure.steps);
+    }
+}

@@ -1,7 +1,7 @@
 //! The presses as a model: tangents, and what the loop makes of one load and of two.
 
 use ft_center::{
-    LocateOptions, OrbitOptions, Press, PressModel, PressRole, SolvedPress, solve_presses,
+    LocateOptions, Noise, OrbitOptions, Press, PressModel, PressRole, SolvedPress, solve_presses,
 };
 use geometry::Wrench;
 use model_discrepancy::{Closure, Model, Options, Step, Verdict, close_loop};
@@ -216,4 +216,37 @@ fn slip_in_a_round_guide_is_no_height() {
     let class = names(&closure.steps[0]);
     assert!(class[0] == "slip" && !class.contains(&"contact-height"), "{class:?}");
     assert!((closure.steps[0].parameters[0].value - 200.0).abs() < 20.0, "{:?}", closure.steps);
+}
+
+/// Readings of lateral forces that are nothing but noise are in the centres, times z0: a contact plane
+/// at z0 = 0 would take that noise off. No effect may follow them.
+#[test]
+fn noise_of_lateral_forces_is_no_height() {
+    let noisy = Colour { white_force_n: 0.3, ..Colour::WHITE };
+    for seed in 1..7 {
+        let gain = |_, w: &mut Wrench| w.force_n.z *= 1.01;
+        let closure = closed(&grid(&[40.0, 80.0], 0.0, &noisy, seed, gain));
+        for lateral in ["contact-height", "platform-tilt", "slip"] {
+            let is_named = closure.steps.iter().any(|s| names(s).contains(&lateral));
+            assert!(!is_named, "{seed}: {:?}", closure.steps);
+            let hidden = closure.not_observable.iter().any(|n| n.effect.starts_with(lateral));
+            assert!(hidden, "{lateral}: {:?}", closure.not_observable);
+        }
+        assert!(names(&closure.steps[0]).contains(&"force-gain"), "{:?}", closure.steps);
+    }
+}
+
+/// The scatter from press to press that the data show has a bad press in it: it is no declared noise
+/// whose tail a press far off could be.
+#[test]
+fn a_bad_press_is_no_tail_of_the_scatter_that_it_makes() {
+    let mut presses = grid(&[40.0, 80.0], 3.0, &Colour::WHITE, 8, |_, _| {});
+    presses[11].machine_mm += Vector2::new(0.25, -0.15);
+    let noise = Some(Noise { force_n: 0.05, moment_nmm: 2.0 });
+    let options = LocateOptions { noise, ..LocateOptions::default() };
+    let model = PressModel::new(&solved(&presses), &CONTACT, &options, &[]).unwrap();
+    let closure = close_loop(&model, &model.covariates(), &Options::default()).unwrap();
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let step = &closure.steps[0];
+    assert_eq!((&*step.effect, step.subject.as_deref()), ("bad-press", Some("p11")));
 }

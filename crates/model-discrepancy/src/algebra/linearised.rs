@@ -18,6 +18,8 @@ pub(crate) struct Linearised<'a> {
     pub(crate) rows: Vec<usize>,
     /// Standard uncertainty of each, common scatter included.
     pub(crate) sigma: Vec<f64>,
+    /// Whether these uncertainties are the declared ones, without any scatter that the data showed.
+    pub(crate) is_as_declared: bool,
     /// Components of an observation of which any is reported.
     components: usize,
     /// Whitened residual of the fitted system, with its places corrected.
@@ -74,6 +76,7 @@ impl<'a> Linearised<'a> {
             layout,
             rows,
             sigma,
+            is_as_declared: layout.sigma_declared && at.between_variance <= 0.0,
             components: reported_components(layout),
             residual,
             basis,
@@ -99,6 +102,7 @@ impl<'a> Linearised<'a> {
             layout,
             rows: (0..n).collect(),
             sigma: vec![1.0; n],
+            is_as_declared: layout.sigma_declared,
             components: reported_components(layout),
             residual,
             basis,
@@ -177,8 +181,23 @@ pub(crate) fn series(
     series.into_values().map(in_order).collect()
 }
 
-/// Whether groups hold several observations on the whole: runs of samples, not single ones.
+/// Whether groups are runs of samples on the whole: readings that follow each other are of one group.
+///
+/// Places that are visited again are groups of several readings too, but of no run.
 pub(crate) fn groups_are_runs(lin: &Linearised<'_>) -> bool {
     let longest = lin.series.iter().map(Vec::len).max().unwrap_or(0);
-    longest > 2 * lin.clusters.len()
+    longest > 2 * lin.clusters.len() && follow_within(lin)
+}
+
+/// Whether most readings are followed by one of their own group.
+fn follow_within(lin: &Linearised<'_>) -> bool {
+    let mut group = vec![None; lin.residual.len()];
+    for (g, cluster) in lin.clusters.iter().enumerate() {
+        for &i in cluster {
+            group[i] = Some(g);
+        }
+    }
+    let pairs = || lin.series.iter().flat_map(|one| one.windows(2));
+    let within = pairs().filter(|pair| group[pair[0]] == group[pair[1]]).count();
+    2 * within > pairs().count()
 }

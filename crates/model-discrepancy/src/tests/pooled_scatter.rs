@@ -1,4 +1,4 @@
-//! Scatter between groups as one number, where the noise is declared and reached.
+//! Scatter between groups as one number, where noise is all that is left.
 
 use nalgebra::DMatrix;
 
@@ -9,24 +9,32 @@ use crate::noise::linear::Linear;
 use crate::tests::global_test::chi2_interval;
 
 /// F test of the amplitudes in the orthonormal basis `added`, the last columns of `full`, on the scatter
-/// that groups have along them; `None` where no noise was declared, or more than it is left.
+/// that groups have along them; `None` where more than the declared noise is left, or where no noise was
+/// declared and there are no more groups than a mean and the amplitudes.
 ///
 /// The cluster-robust covariance grants each group a covariance of its own: it cannot judge as many
 /// amplitudes as a handful of groups show, however large they are. Where the residual beside them is
 /// what was declared, groups differ by noise alone or by little more: how much more is one factor,
 /// `Σ|A_gᵀe_g|²` over its expectation, with the degrees of freedom of that quadratic form
 /// (Satterthwaite 1946).
+///
+/// Noise that was not declared is what the readings scatter by beside the amplitudes. Nothing then says
+/// that groups differ by no more than noise: what a group has of its own may move all amplitudes
+/// together, so that there are no more degrees of freedom than groups beyond a mean and the amplitudes.
 pub(crate) fn pooled_scatter(lin: &Linear<'_>, added: &Basis, full: &Basis) -> Option<f64> {
     let residual = full.reject(&lin.residual);
     let dof = count(residual.len().saturating_sub(full.dim()));
-    if !lin.layout.sigma_declared || dof < 1.0 {
+    if dof < 1.0 {
         return None;
     }
-    let [_, most] = chi2_interval(dof);
-    if residual.norm_squared() / dof > most {
-        return None;
-    }
-    let m = added.dim();
+    let (m, left) = (added.dim(), residual.norm_squared() / dof);
+    let (variance, most_dof) = if lin.layout.sigma_declared {
+        let [_, most] = chi2_interval(dof);
+        (left <= most).then_some((1.0, f64::INFINITY))?
+    } else {
+        let beyond = lin.clusters.len().checked_sub(m + 1).filter(|&groups| groups > 0)?;
+        (left > 0.0).then_some((left, count(beyond)))?
+    };
     let (mut observed, mut expected, mut squares) = (0.0, 0.0, 0.0);
     let mut crossed = DMatrix::zeros(full.dim(), full.dim());
     for cluster in &lin.clusters {
@@ -34,17 +42,17 @@ pub(crate) fn pooled_scatter(lin: &Linear<'_>, added: &Basis, full: &Basis) -> O
         let taken = full.rows(cluster).tr_mul(&along);
         observed += along.tr_mul(&residual.select_rows(cluster)).norm_squared();
         let own = taken.tr_mul(&taken);
-        let left = along.tr_mul(&along) - &own;
-        expected += left.trace();
+        let kept = along.tr_mul(&along) - &own;
+        expected += kept.trace();
         // Between two groups the model leaves −H_gH_hᵀ.
-        squares += left.norm_squared() - own.norm_squared();
+        squares += kept.norm_squared() - own.norm_squared();
         crossed.gemm(1.0, &taken, &taken.transpose(), 1.0);
     }
     squares += crossed.norm_squared();
-    let factor = (observed / expected).max(1.0);
+    let factor = (observed / (expected * variance)).max(1.0);
     let amplitude = added.matrix().tr_mul(&lin.residual);
-    let f_statistic = amplitude.norm_squared() / (count(m) * factor);
-    Some(f_tail(f_statistic, count(m), expected * expected / squares))
+    let f_statistic = amplitude.norm_squared() / (count(m) * variance * factor);
+    Some(f_tail(f_statistic, count(m), (expected * expected / squares).min(most_dof)))
 }
 
 #[cfg(test)]
@@ -59,50 +67,56 @@ mod tests {
     use crate::algebra::basis::NEW_DIRECTION;
     use crate::algebra::linearised::Linearised;
 
-    /// Series of groups without an effect, each of whose readings share a little scatter: of tests at
+    /// Series of groups without an effect, each of whose readings share some scatter: of tests at
     /// 0.05 no more than this many of 400 may refuse, the binomial bound once in a thousand being 36.
     const MOST_REFUSED: usize = 36;
+    const SETS: usize = 400;
+    const EACH: usize = 8;
 
-    #[test]
-    fn it_keeps_its_level_where_groups_scatter_a_little_more_than_declared() {
-        let (groups, each, m) = (16, 8, 4);
-        let n = groups * each;
-        let layout = Layout { sigma_declared: true, ..Layout::default() };
+    /// How many of the tests of `m` amplitudes at 0.05 refuse, in `groups` groups that share so much of
+    /// the scatter of a reading.
+    fn refused(groups: usize, m: usize, of_group: f64, sigma_declared: bool) -> usize {
+        let n = groups * EACH;
+        let layout = Layout { sigma_declared, ..Layout::default() };
         let clusters: Vec<Vec<usize>> =
-            (0..groups).map(|g| (each * g..each * (g + 1)).collect()).collect();
+            (0..groups).map(|g| (EACH * g..EACH * (g + 1)).collect()).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let mut refused = 0;
-        for _ in 0..400 {
-            let columns = DMatrix::from_fn(n, 3 + m, |_, _| normal());
+        for _ in 0..SETS {
+            let columns = DMatrix::from_fn(n, 3, |_, _| normal());
             // The effect is the same at all readings of a group: the hardest case for scatter of groups.
             let of_groups: Vec<f64> = (0..groups * m).map(|_| normal()).collect();
-            let tested = DMatrix::from_fn(n, m, |i, j| of_groups[(i / each) * m + j]);
-            let base = Basis::of(&columns.columns(0, 3).into_owned(), NEW_DIRECTION);
-            let shared: Vec<f64> = (0..groups).map(|_| 0.2 * normal()).collect();
-            let residual = DVector::from_fn(n, |i, _| shared[i / each] + normal());
+            let tested = DMatrix::from_fn(n, m, |i, j| of_groups[(i / EACH) * m + j]);
+            let base = Basis::of(&columns, NEW_DIRECTION);
+            let shared: Vec<f64> = (0..groups).map(|_| of_group * normal()).collect();
+            let residual = DVector::from_fn(n, |i, _| shared[i / EACH] + normal());
             let lin = Linear::from(Linearised::of_parts(&layout, residual, base, clusters.clone()));
             let added = Basis::of(&lin.basis.reject_columns(&tested), NEW_DIRECTION);
             let full = lin.basis.with(&added.matrix(), NEW_DIRECTION);
             refused += usize::from(pooled_scatter(&lin, &added, &full).is_some_and(|p| p < 0.05));
         }
+        refused
+    }
+
+    #[test]
+    fn it_keeps_its_level_where_groups_scatter_a_little_more_than_declared() {
+        let refused = refused(16, 4, 0.2, true);
         assert!(refused <= MOST_REFUSED, "{refused}");
     }
 
     #[test]
-    fn undeclared_noise_is_not_pooled() {
-        let layout = Layout::default();
-        let columns = DMatrix::from_fn(12, 1, |i, _| (0.7 * count(i)).sin());
-        let base = Basis::of(&DMatrix::from_element(12, 1, 1.0), NEW_DIRECTION);
-        let clusters: Vec<Vec<usize>> = (0..6).map(|g| vec![2 * g, 2 * g + 1]).collect();
-        let lin = Linear::from(Linearised::of_parts(
-            &layout,
-            columns.column(0).into_owned(),
-            base,
-            clusters,
-        ));
-        let added = Basis::of(&lin.basis.reject_columns(&columns), NEW_DIRECTION);
-        let full = lin.basis.with(&added.matrix(), NEW_DIRECTION);
-        assert_eq!(pooled_scatter(&lin, &added, &full), None);
+    fn it_keeps_its_level_where_nothing_is_declared() {
+        for of_group in [0.2, 1.0] {
+            for (groups, m) in [(6, 1), (7, 3), (12, 3)] {
+                let refused = refused(groups, m, of_group, false);
+                assert!(refused <= MOST_REFUSED, "{refused} of {groups} groups, {m}, {of_group}");
+            }
+        }
+    }
+
+    #[test]
+    fn more_amplitudes_than_groups_are_not_pooled_where_nothing_is_declared() {
+        assert_eq!(refused(3, 4, 0.0, false), 0);
     }
 }

@@ -54,7 +54,7 @@ impl Asked {
 /// the covariance of its components estimated; where it holds many readings, a Wald test on the
 /// cluster-robust covariance CR2 with Hotelling's T² approximated as Zhang (2012) and Pustejovsky
 /// and Tipton (2018) do, which asks no more than independent groups, or, where that cannot decide and
-/// declared noise is all that is left, on their pooled scatter; with as many directions as groups, or
+/// noise is all that is left, on their pooled scatter; with as many directions as groups, or
 /// more, it is the agreement of the groups with each other.
 /// Where one is above `level` the rest are not asked: they could only raise it.
 pub(crate) fn significance(
@@ -153,10 +153,17 @@ fn group_p_value(
     if clusters >= MIN_AGREEING && added.dim() >= clusters {
         return agreement_p_value(lin, residual, added);
     }
-    if clusters >= MIN_CLUSTERS {
+    // Many groups know their own scatter, which need not be alike: an effect of a few of them is judged
+    // by theirs, unless declared noise says that all are alike.
+    let is_pooled = lin.layout.sigma_declared || clusters < MIN_CLUSTERS;
+    let of_scatter = || {
         let robust = cluster_robust(lin, added, full);
-        let pooled = if robust > level { pooled_scatter(lin, added, full) } else { None };
-        return pooled.unwrap_or(robust).min(robust);
+        let is_asked = is_pooled && robust > level;
+        let pooled = if is_asked { pooled_scatter(lin, added, full) } else { None };
+        pooled.unwrap_or(robust).min(robust)
+    };
+    if clusters >= MIN_CLUSTERS {
+        return of_scatter();
     }
     let largest = lin.clusters.iter().map(Vec::len).max().unwrap_or(1);
     if largest == 1 {
@@ -168,7 +175,7 @@ fn group_p_value(
     let dof = (clusters * per_group).saturating_sub(full.dim()).min(test.dof) / per_group;
     let of_few = f_tail(test.f_statistic, count(test.directions), count(dof.max(1)));
     let has_scatter = clusters >= MIN_AGREEING;
-    if has_scatter { of_few.max(cluster_robust(lin, added, full)) } else { of_few }
+    if has_scatter { of_few.max(of_scatter()) } else { of_few }
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ const FOLLOWED: f64 = 0.95;
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
 /// likelihood of the other rows, none of which is a mistake or one in a hundred, and by how far their
 /// standard deviation is from the declared one: what lies far off is part of that of a tail, not of
-/// that of a mistake. `beside` is the span of the model with the observation's own effect.
+/// that of a mistake. A common scatter that the data showed is no declared one: the mistake is in it. `beside` is the span of the model with the observation's own effect.
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> bool {
@@ -48,7 +48,7 @@ pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) 
     if rest.len() < MIN_ROWS {
         return false;
     }
-    let is_declared = lin.layout.sigma_declared;
+    let is_declared = lin.is_as_declared;
     let laws = weighed(&rest, farthest, is_declared);
     let n = count(own.len() + others.len());
     let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
@@ -63,7 +63,7 @@ pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
     if rows.len() < MIN_ROWS {
         return None;
     }
-    let laws = weighed(&rows, 0.0, lin.layout.sigma_declared);
+    let laws = weighed(&rows, 0.0, lin.is_as_declared);
     let normal: f64 = laws.iter().filter(|(l, _)| l.freedom.is_none()).map(|(_, w)| w).sum();
     let inverse = laws.iter().filter_map(|(l, w)| l.freedom.map(|f| w / f)).sum::<f64>();
     (normal <= HEAVY_TAILS).then(|| (1.0 - normal) / inverse)

@@ -130,3 +130,24 @@ fn a_profile_without_a_shape_is_corrected_place_by_place() {
     // Nobody has named a cause.
     assert_eq!(closure.verdict, Verdict::StructureRemains);
 }
+
+/// Few places that are visited again and again are no runs of readings: what wanders from reading to
+/// reading is seen, whether its groups are few or not.
+#[test]
+fn what_wanders_over_few_places_is_structure() {
+    const FEW: usize = 5;
+    const ROUNDS: usize = 6;
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    let wander = |i: usize| 0.02 * (TAU * i as f64 / 17.0).sin();
+    let data: Vec<f64> = (0..FEW * ROUNDS).map(|i| wander(i) + 0.004 * normal(&mut rng)).collect();
+    let mut model = scalars(&data, &[]);
+    model.declared.layout.observations = (0..data.len()).map(|i| i % FEW).collect();
+    model.declared.layout.groups.truncate(FEW);
+    let closure = close_loop(&model, &[], &Options::default()).expect("closes");
+    assert_eq!(closure.verdict, Verdict::StructureRemains, "{:?}", closure.steps);
+    assert!(
+        closure.remaining.iter().any(|r| r.shape == "autocorrelated"),
+        "{:?}",
+        closure.remaining
+    );
+}
