@@ -459,3 +459,14 @@ fn a_wave_that_the_targets_do_not_show_has_no_size() {
         assert!((parameter.value.abs() - 6.0).abs() < 0.37, "{:?}", closure.steps);
     }
 }
+
+/// The time constant is fitted like an amplitude: what would only make up for one that is a little off is
+/// no pitch error beside the drift.
+#[test]
+fn a_drift_that_comes_to_rest_needs_nothing_beside_it() {
+    for seed in 20..32 {
+        let settled = run(seed, SIGMA_MM, |_, _, passed| 0.020 * -(-passed / 0.04).exp_m1());
+        let closure = closed(&settled, &[], None);
+        assert_eq!(named(&closure), ["drift"], "{seed}: {:?}", closure.steps);
+    }
+}

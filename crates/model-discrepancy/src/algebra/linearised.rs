@@ -45,6 +45,26 @@ pub(crate) struct Linearised<'a> {
 impl<'a> Linearised<'a> {
     /// Linearises `system` at `at`, on the groups of `keep`, without the `silent` components.
     pub(crate) fn of(system: &System<'a>, at: &Estimate, keep: &[bool], silent: &[bool]) -> Self {
+        Self::about(system, at, keep, silent, &system.jacobian_with_places(at))
+    }
+
+    /// The same with places and time constants held as they were found.
+    pub(crate) fn of_found(
+        system: &System<'a>,
+        at: &Estimate,
+        keep: &[bool],
+        silent: &[bool],
+    ) -> Self {
+        Self::about(system, at, keep, silent, &system.jacobian(at))
+    }
+
+    fn about(
+        system: &System<'a>,
+        at: &Estimate,
+        keep: &[bool],
+        silent: &[bool],
+        jacobian: &DMatrix<f64>,
+    ) -> Self {
         let layout = &system.model.declared().layout;
         let rows: Vec<_> = rows_of(layout, keep)
             .into_iter()
@@ -53,7 +73,7 @@ impl<'a> Linearised<'a> {
         let all = system.residuals(at);
         let sigma: Vec<_> = rows.iter().map(|&row| at.sigma(&layout.rows[row])).collect();
         let mut residual = DVector::from_fn(rows.len(), |i, _| all[rows[i]] / sigma[i]);
-        let jacobian = whitened(layout, at, &rows, &system.jacobian_with_places(at));
+        let jacobian = whitened(layout, at, &rows, jacobian);
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
         if jacobian.ncols() > system.dim() {
             // Places are no part of a state: their corrections are taken here.

@@ -220,10 +220,11 @@ fn takes_the_place_of(
     if !within_limits(&system, &refitted) {
         return false;
     }
-    let lin = Linear::of(&system, &refitted, keep, context.silent);
+    // A course with a time constant of its own is any other course.
+    let lin = Linear::of_found(&system, &refitted, keep, context.silent);
     let sight = estimability(context.model, *effect, &refitted, &lin, &lin.basis).candidate();
     let needed = sight.and_then(|c| significance(&lin, &lin.basis, &c.tangent, c.reach, STAY));
-    let own = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let own = Linear::of_found(&chosen.system, &chosen.estimate, keep, context.silent);
     let leaves = |lin: &Linear<'_>| lin.residual.norm_squared();
     leaves(&lin) < TWICE * leaves(&own) && needed.is_none_or(|test| test.p_value > STAY)
 }
