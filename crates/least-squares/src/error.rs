@@ -8,7 +8,8 @@ use crate::{FreeDirection, Report};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError<Point = DVector<f64>> {
-    /// The start is no point of the problem, by [`Problem::is_point`](crate::Problem::is_point).
+    /// The start is no point of the problem, by [`Problem::is_point`](crate::Problem::is_point) or
+    /// [`BorderedProblem::is_point`](crate::BorderedProblem::is_point).
     #[error("the start is no point of the problem: check how many numbers it has")]
     InvalidStart,
     /// A residual is infinite or NaN where the search starts.

@@ -3,7 +3,7 @@
     reason = "vector instructions are chosen per caller: what is not inlined goes without them"
 )]
 
-use super::{BlockRows, Pattern};
+use super::{BlockRows, BorderedPoint, Pattern};
 
 /// Residuals of many small independent blocks that share a few parameters.
 ///
@@ -75,6 +75,17 @@ pub trait BorderedProblem: Sync {
     fn retract_block(&self, block: usize, point: &[f64], step: &[f64], out: &mut [f64]) {
         let _ = block;
         add(point, step, out);
+    }
+
+    /// Whether `point` is one of this problem: whether it has as many numbers as it should.
+    ///
+    /// A start that is none is [`SolveError::InvalidStart`](crate::SolveError::InvalidStart) instead of
+    /// a panic in the residuals. Unless you write another rule, shared point and blocks have one number
+    /// per degree of freedom. Write one where they hold more numbers than a step, such as a unit
+    /// quaternion.
+    fn is_point(&self, point: &BorderedPoint) -> bool {
+        point.shared.len() == self.shared_dim()
+            && point.blocks.len() == self.block_dim() * self.block_count()
     }
 
     /// Name of one shared tangent direction with its unit, for errors and reports.

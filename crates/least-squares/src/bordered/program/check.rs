@@ -28,6 +28,9 @@ pub(super) fn check<P: BorderedProblem>(
         let (numbers, blocks) = (point.blocks.len(), block_count);
         return Err(SolveError::InvalidBlocks { numbers, blocks });
     }
+    if !problem.is_point(point) {
+        return Err(SolveError::InvalidStart);
+    }
     Ok(())
 }
 

@@ -96,6 +96,12 @@ fn input_that_does_not_fit_is_refused() {
     short.blocks.pop();
     let refused = solve_bordered(&problem, short, &held()).unwrap_err();
     assert_eq!(refused, SolveError::InvalidBlocks { numbers: 44, blocks: 15 });
+    let mut flat = start.clone();
+    flat.blocks.truncate(2 * 15);
+    assert_eq!(solve_bordered(&problem, flat, &held()).unwrap_err(), SolveError::InvalidStart);
+    let mut short = start;
+    short.shared.pop();
+    assert_eq!(solve_bordered(&problem, short, &held()).unwrap_err(), SolveError::InvalidStart);
 }
 
 /// A problem that is nothing but its pattern.

@@ -206,6 +206,9 @@ fn pose(numbers: &[f64]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(numbers[4], numbers[5], numbers[6]), rotation)
 }
 
+/// A unit quaternion and a position.
+const POSE_NUMBERS: usize = 7;
+
 impl BorderedProblem for Poses {
     fn shared_dim(&self) -> usize {
         3 * self.markers
@@ -258,6 +261,11 @@ impl BorderedProblem for Poses {
     }
 
     /// `T = exp(ξ) T̂`, translation first and apart from the rotation.
+    fn is_point(&self, point: &BorderedPoint) -> bool {
+        point.shared.len() == self.shared_dim()
+            && point.blocks.len() == POSE_NUMBERS * self.block_count()
+    }
+
     fn retract_block(&self, _: usize, point: &[f64], step: &[f64], out: &mut [f64]) {
         let shift = Vector3::new(step[0], step[1], step[2]);
         let turn = Vector3::new(step[3], step[4], step[5]);
