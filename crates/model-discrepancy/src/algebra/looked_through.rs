@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::algebra::basis::Basis;
 use crate::algebra::f_tail::f_tail;
 use crate::count::count;
 use crate::{Model, Role, State, whole_tangent};
@@ -71,17 +72,11 @@ impl LookedThrough {
     ) -> Option<DMatrix<f64>> {
         let tangent = self.whitened(whole_tangent(model, at, effect).select_rows(&self.rows));
         let left = self.left_of(tangent.clone());
-        let mut kept: Vec<DVector<f64>> = Vec::new();
+        let mut kept = Basis::empty(left.nrows());
         for (column, whole) in left.column_iter().zip(tangent.column_iter()) {
-            let mut own = column.into_owned();
-            for other in &kept {
-                own.axpy(-other.dot(&own), other, 1.0);
-            }
-            if own.norm() > TAKEN * whole.norm() {
-                kept.push(own.normalize());
-            }
+            kept.push(&kept.reject(&column.into_owned()), whole.norm(), TAKEN);
         }
-        (!kept.is_empty()).then(|| DMatrix::from_columns(&kept))
+        (kept.dim() > 0).then(|| kept.matrix())
     }
 
     /// The same with more in the model, of which `left` is an orthonormal basis.

@@ -4,6 +4,7 @@ use crate::Origin;
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::f_tail::f_tail;
+use crate::algebra::linearised::Linearised;
 use crate::algebra::system::{System, rows_of};
 use crate::choice::candidate::{
     Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
@@ -221,11 +222,11 @@ fn takes_the_place_of(
         return false;
     }
     // A course with a time constant of its own is any other course.
-    let lin = Linear::of_found(&system, &refitted, keep, context.silent);
+    let lin = Linear::from(Linearised::of_found(&system, &refitted, keep, context.silent));
     let sight = estimability(context.model, *effect, &refitted, &lin, &lin.basis).candidate();
     let needed = sight.and_then(|c| significance(&lin, &lin.basis, &c.tangent, c.reach, STAY));
-    let own = Linear::of_found(&chosen.system, &chosen.estimate, keep, context.silent);
-    let leaves = |lin: &Linear<'_>| lin.residual.norm_squared();
+    let own = Linearised::of_found(&chosen.system, &chosen.estimate, keep, context.silent);
+    let leaves = |lin: &Linearised<'_>| lin.residual.norm_squared();
     leaves(&lin) < TWICE * leaves(&own) && needed.is_none_or(|test| test.p_value > STAY)
 }
 

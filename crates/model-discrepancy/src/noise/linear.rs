@@ -21,16 +21,6 @@ impl<'a> Linear<'a> {
         Self::from(Linearised::of(system, at, keep, silent))
     }
 
-    /// The same with places and time constants held as they were found.
-    pub(crate) fn of_found(
-        system: &System<'a>,
-        at: &Estimate,
-        keep: &[bool],
-        silent: &[bool],
-    ) -> Self {
-        Self::from(Linearised::of_found(system, at, keep, silent))
-    }
-
     /// The same rows with another whitened residual.
     pub(crate) fn with_residual(&self, residual: DVector<f64>) -> Self {
         let mut rows = self.rows.clone();

@@ -99,13 +99,6 @@ impl ProbeModel {
         Ok(model.with_shown(shown))
     }
 
-    /// The model with the patches and the courses that the residual shows beside what was found; `None`
-    /// where these are the ones that it has.
-    #[must_use]
-    pub fn about_found(&self, found: &State) -> Option<Self> {
-        self.with_shown_beside(found)
-    }
-
     pub(crate) fn with_standards(
         setup: ProbeSetup,
         touches: Vec<MeasuredTouch>,
@@ -210,8 +203,10 @@ impl ProbeModel {
         self
     }
 
-    /// The model with what its residual shows beside what was found; `None` where nothing would change.
-    fn with_shown_beside(&self, found: &State) -> Option<Self> {
+    /// The model with the patches and the courses that the residual shows beside what was found; `None`
+    /// where these are the ones that it has.
+    #[must_use]
+    pub fn about_found(&self, found: &State) -> Option<Self> {
         let of_sort = |is_one: fn(&Term) -> bool| -> Vec<usize> {
             (0..self.terms.len()).filter(|&effect| is_one(&self.terms[effect])).collect()
         };

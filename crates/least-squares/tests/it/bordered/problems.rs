@@ -260,12 +260,12 @@ impl BorderedProblem for Poses {
         }
     }
 
-    /// `T = exp(ξ) T̂`, translation first and apart from the rotation.
     fn is_point(&self, point: &BorderedPoint) -> bool {
         point.shared.len() == self.shared_dim()
             && point.blocks.len() == POSE_NUMBERS * self.block_count()
     }
 
+    /// `T = exp(ξ) T̂`, translation first and apart from the rotation.
     fn retract_block(&self, _: usize, point: &[f64], step: &[f64], out: &mut [f64]) {
         let shift = Vector3::new(step[0], step[1], step[2]);
         let turn = Vector3::new(step[3], step[4], step[5]);

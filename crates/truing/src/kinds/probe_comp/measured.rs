@@ -204,9 +204,7 @@ impl ProbeCase {
     }
 }
 
-/// Contacts with the accepted effects in the model.
-///
-/// `sigmas_mm` are the uncertainties of every declared contact along the normal and the surface.
+/// What the loop needs of a model of the touches.
 fn prepared<'c>(
     model: ProbeModel,
     declared: Arc<ProbeCompEstimates>,
@@ -224,6 +222,9 @@ fn prepared<'c>(
     Prepared { model, covariates, estimates, about: Some(about) }
 }
 
+/// Contacts with the accepted effects in the model.
+///
+/// `sigmas_mm` are the uncertainties of every declared contact along the normal and the surface.
 fn closed(
     model: &ProbeModel,
     closure: &Closure,
