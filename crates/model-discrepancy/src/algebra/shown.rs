@@ -21,26 +21,29 @@ impl Shown {
     /// What shows beside what was found, in place of this; `None` where nothing was found, or nothing
     /// would change.
     ///
-    /// `patches` and `drifts` are the effects of the sort. Patches are looked for anew by `look`, as a
-    /// place depends on what else is in the model; a drift that was found stays as it is.
+    /// The effects of this are the last of the catalogue, patches first; `drift` is the one that goes on
+    /// evenly. Patches are looked for anew by `look`, as a place depends on what else is in the model; a
+    /// drift that was found stays as it is.
     pub fn beside(
         &self,
         found: &State,
-        [patches, drifts]: [&[usize]; 2],
+        drift: Option<usize>,
         look: impl Fn(&State) -> Self,
     ) -> Option<Self> {
-        if !(0..found.amplitudes.len()).any(|effect| found.has(effect)) {
+        let all = found.amplitudes.len();
+        if !(0..all).any(|effect| found.has(effect)) {
             return None;
         }
+        let (patches, courses) = (all - self.effects(), all - self.courses.len());
         let mut rest = found.clone();
-        for &patch in patches {
+        for patch in patches..courses {
             rest.amplitudes[patch].fill(0.0);
         }
         let mut there = look(&rest);
         if there.patches.is_empty() {
             there.patches.clone_from(&self.patches);
         }
-        if there.courses.is_empty() || drifts.iter().any(|&drift| found.has(drift)) {
+        if there.courses.is_empty() || drift.into_iter().chain(courses..all).any(|d| found.has(d)) {
             there.courses.clone_from(&self.courses);
         }
         (there != *self).then_some(there)

@@ -207,12 +207,8 @@ impl ProbeModel {
     /// where these are the ones that it has.
     #[must_use]
     pub fn about_found(&self, found: &State) -> Option<Self> {
-        let of_sort = |is_one: fn(&Term) -> bool| -> Vec<usize> {
-            (0..self.terms.len()).filter(|&effect| is_one(&self.terms[effect])).collect()
-        };
-        let patches = of_sort(|term| matches!(term, Term::Patch(_)));
-        let drifts = of_sort(|term| matches!(term, Term::Drift { .. }));
-        let shown = self.shown.beside(found, [&patches, &drifts], |at| self.look(at))?;
+        let drift = self.drift().map(|(effect, ..)| effect);
+        let shown = self.shown.beside(found, drift, |at| self.look(at))?;
         let mut plain = self.clone();
         let listed = self.terms.len() - self.shown.effects();
         plain.declared.effects.truncate(listed);
