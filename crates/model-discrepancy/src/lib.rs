@@ -75,7 +75,7 @@ pub use algebra::interruption::{Interruption, clearest_interruption};
 pub use algebra::patch::{Patch, clearest_patches};
 pub use algebra::session::Session;
 pub use algebra::settling::Settling;
-pub use algebra::shown::Shown;
+pub use algebra::shown::{Shown, Sought};
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{

@@ -15,8 +15,8 @@ pub(crate) struct Settled {
 /// square over the length of a beam: two do for what moves by a millimetre, four for a tenth of it.
 pub(crate) const MOST_ROUNDS: usize = 5;
 
-const NOT_SETTLED: &str = "what was found moves so far that the answer did not settle: correct the \
-                           input by it and close the loop again";
+const NOT_SETTLED: &str = "what was found changes with what else is found, and the answer did not \
+                           settle: correct the input by it and close the loop again";
 
 const NOT_ANEW: &str = "the loop could not be closed anew about what was found, so the answer is \
                         linear about the declared solution: correct the input by it and close the \

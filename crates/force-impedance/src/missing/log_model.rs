@@ -5,7 +5,7 @@ mod discrepancy;
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Course, Covariate, Declared, Group, Layout, Quantity, Role, Row, State, clearest_courses,
+    Course, Covariate, Declared, Group, Layout, Quantity, Role, Row, Shown, Sought, State,
     resolution_of,
 };
 
@@ -40,8 +40,8 @@ pub struct LogModel {
     pub(crate) log: Arc<Recorded>,
     /// Standard uncertainty of one force reading, where declared.
     pub(crate) sigma_n: Option<f64>,
-    /// Courses that the drift may take.
-    pub(crate) courses: Vec<Course>,
+    /// The last effects of the catalogue.
+    pub(crate) shown: Shown,
 }
 
 /// Settings of a [`LogModel`].
@@ -116,20 +116,18 @@ impl LogModel {
             record_of,
             log: Arc::new(log),
             sigma_n: options.sigma_n,
-            courses: Vec::new(),
+            shown: Shown::default(),
         };
         model.lay_out(options);
-        let courses = model.clearest_courses();
-        Ok(model.with_courses(courses))
+        let elapsed = model.elapsed();
+        let shown = Shown::of(&model, &State::start(&model), &model.sought(&elapsed));
+        Ok(model.with_shown(of_the_force(shown)))
     }
 
-    /// The courses of the drift that the residual shows; not one that comes to rest with another
-    /// beside it: that is of a leg, and not of the force.
-    fn clearest_courses(&self) -> Vec<Course> {
-        let Some(drift) = self.drift().filter(|_| self.has_reference) else { return Vec::new() };
-        let mut all = clearest_courses(self, &State::start(self), drift, &self.elapsed(), &[]);
-        all.retain(|course| !matches!(course, Course::Settling(s) if s.leaves_another()));
-        all
+    /// What is looked for in the residual, where there is a force to drift.
+    fn sought<'a>(&self, elapsed: &'a [f64]) -> Sought<'a> {
+        let drift = self.drift().filter(|_| self.has_reference).map(|drift| (drift, elapsed));
+        Sought { drift, ..Sought::default() }
     }
 
     /// At each block, as a share of the log's length.
@@ -141,17 +139,42 @@ impl LogModel {
         self.catalogue.iter().position(|e| *e == LogEffect::Drift)
     }
 
-    /// The model with these courses of its drift in the catalogue.
-    fn with_courses(mut self, courses: Vec<Course>) -> Self {
+    /// The model with what its residual shows in the catalogue.
+    fn with_shown(mut self, shown: Shown) -> Self {
         let Some(drift) = self.drift() else { return self };
-        for (index, course) in courses.iter().enumerate() {
+        for (index, course) in shown.courses.iter().enumerate() {
             let (elapsed, reported) = (self.elapsed(), ("N", 1.0));
             let effect = course.effect(&self, drift, &elapsed, "of the log's length", reported);
             self.declared.effects.push(effect);
             self.catalogue.push(LogEffect::Course(index));
         }
-        self.courses = courses;
+        self.shown = shown;
         self
+    }
+
+    /// The model with the courses of its drift that the residual shows beside what was found; `None`
+    /// where these are the ones that it has.
+    #[must_use]
+    pub fn about_found(&self, found: &State) -> Option<Self> {
+        let there = self.shown.beside(self, found, &self.sought(&self.elapsed()));
+        let shown = of_the_force(there);
+        if shown == self.shown {
+            return None;
+        }
+        Some(self.clone().without_shown().with_shown(shown))
+    }
+
+    /// The same after its rows have changed.
+    pub(crate) fn shown_anew(self) -> Self {
+        let shown = self.shown.clone();
+        self.without_shown().with_shown(shown)
+    }
+
+    fn without_shown(mut self) -> Self {
+        let listed = self.catalogue.len() - self.shown.effects();
+        self.declared.effects.truncate(listed);
+        self.catalogue.truncate(listed);
+        Self { shown: Shown::default(), ..self }
     }
 
     /// What each sample says.
@@ -320,7 +343,7 @@ impl LogModel {
             }),
             LogEffect::FrictionLeftOut => rubbed(block, amplitude),
             LogEffect::Course(index) => {
-                let come = self.courses[index].come(&[block.elapsed_share])[0];
+                let come = self.shown.courses[index].come(&[block.elapsed_share])[0];
                 (come * amplitude, come)
             }
             LogEffect::CellGain(cell) => {
@@ -362,4 +385,10 @@ fn records(
     }
     let of = |b: &Block| ends.partition_point(|end| *end <= b.samples.start);
     (records, blocks.iter().map(of).collect())
+}
+
+/// Without what comes to rest with another beside it: that is of a leg, and not of the force.
+fn of_the_force(mut shown: Shown) -> Shown {
+    shown.courses.retain(|course| !matches!(course, Course::Settling(s) if s.leaves_another()));
+    shown
 }

@@ -56,7 +56,7 @@ fn extended(model: &LogModel, change: impl Fn(&mut Block, usize)) -> LogModel {
         block
     });
     more.add_blocks(added.collect());
-    more
+    more.shown_anew()
 }
 
 /// The same run with a reference: its forces, not its lengths, are judged.

@@ -62,6 +62,25 @@ fn tangents_agree_with_differences_and_with_the_rig() {
     }
 }
 
+/// The course of a force that comes to rest is that of every block, also of those that are proposed.
+#[test]
+fn proposals_of_a_model_with_a_course_fit_their_blocks() {
+    let mut samples = record(&Run { n_samples: 600, ..Run::default() });
+    for (i, sample) in samples.iter_mut().enumerate() {
+        let come = -(-(i as f64) / 60.0).exp_m1();
+        sample.reference_n = sample.reference_n.map(|n| n + 5.0 * come);
+    }
+    let model = LogModel::new(&head(), &samples, &LogOptions::default(), &[]).unwrap();
+    let subjects = || model.declared().effects.iter().filter_map(|e| e.subject.as_deref());
+    assert!(subjects().any(|subject| subject == "settling"));
+    for proposal in model.proposals() {
+        let extended = proposal.model.as_ref();
+        // Infinite where they do not fit.
+        let worst = check_tangents(extended, &State::start(extended));
+        assert!(worst.is_finite(), "{}", proposal.text);
+    }
+}
+
 /// The residual that a fault makes in the rig is what its effect takes away again.
 #[test]
 fn every_effect_takes_away_what_its_fault_makes() {

@@ -3,8 +3,8 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Course, Covariate, Declared, Group, Layout, Parameter, Quantity, Role, Row, State,
-    clearest_courses, resolution_of,
+    Covariate, Declared, Group, Layout, Parameter, Quantity, Role, Row, Shown, Sought, State,
+    resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point, Point3, SMatrix, SVector};
 
@@ -35,8 +35,8 @@ pub struct FrameModel<const D: usize> {
     pub(crate) pivot_mm: SVector<f64, D>,
     /// Point of the source frame that rotations, scales and shears leave where it is.
     pub(crate) fixed_mm: SVector<f64, D>,
-    /// Courses that the drift may take.
-    pub(crate) courses: Vec<Course>,
+    /// The last effects of the catalogue.
+    pub(crate) shown: Shown,
     pub(crate) declared: Declared,
     pub(crate) terms: Vec<Term<D>>,
 }
@@ -74,8 +74,9 @@ impl<const D: usize> FrameModel<D> {
             && fit.reflection.is_some_and(|r| r.speaks_against(options.handedness));
         let reference = fit.target_from_source;
         let model = Self::about(reference, points, covariates.to_vec(), *options, mirrored);
-        let courses = model.clearest_courses();
-        Ok(model.with_courses(&courses))
+        let places = model.places();
+        let shown = Shown::of(&model, &State::start(&model), &model.sought(&places));
+        Ok(model.with_shown(shown))
     }
 
     /// The model in a chart about `reference`; everything else is taken as checked.
@@ -112,21 +113,24 @@ impl<const D: usize> FrameModel<D> {
             spread,
             reference,
             motions,
-            courses: Vec::new(),
+            shown: Shown::default(),
             declared,
             terms,
         }
     }
 
-    /// The courses of the drift that the residual shows.
-    fn clearest_courses(&self) -> Vec<Course> {
-        let Some((drift, elapsed)) = self.drift() else { return Vec::new() };
+    /// Place of each point in the source frame; in the plane the third coordinate is nought.
+    fn places(&self) -> Vec<Option<Point3<f64>>> {
         let place = |p: &MeasuredPoint<D>| {
             let axis = |k: usize| p.pair.source_mm.coords.get(k).copied().unwrap_or(0.0);
             Some(Point3::new(axis(0), axis(1), axis(2)))
         };
-        let places: Vec<_> = self.points.iter().map(place).collect();
-        clearest_courses(self, &State::start(self), drift, elapsed, &places)
+        self.points.iter().map(place).collect()
+    }
+
+    /// What is looked for in the residual.
+    fn sought<'a>(&'a self, places: &'a [Option<Point3<f64>>]) -> Sought<'a> {
+        Sought { drift: self.drift(), places, has_surface: false }
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.
@@ -139,9 +143,9 @@ impl<const D: usize> FrameModel<D> {
         })
     }
 
-    /// The model with these courses of its drift in the catalogue.
-    pub(crate) fn with_courses(mut self, courses: &[Course]) -> Self {
-        for course in courses {
+    /// The model with what its residual shows in the catalogue.
+    pub(crate) fn with_shown(mut self, shown: Shown) -> Self {
+        for course in &shown.courses {
             let Some((drift, elapsed)) = self.drift() else { break };
             let is_timed = self.declared.effects[drift].driver.is_some();
             let unit = if is_timed { "s" } else { "points" };
@@ -150,8 +154,23 @@ impl<const D: usize> FrameModel<D> {
             self.declared.effects.push(effect);
             self.terms.push(Term::Drift { elapsed });
         }
-        self.courses = courses.to_vec();
+        self.shown = shown;
         self
+    }
+
+    /// The model with the courses of its drift that the residual shows beside what was found; `None`
+    /// where these are the ones that it has.
+    #[must_use]
+    pub fn about_found(&self, found: &State) -> Option<Self> {
+        let shown = self.shown.beside(self, found, &self.sought(&self.places()));
+        if shown == self.shown {
+            return None;
+        }
+        let mut plain = self.clone();
+        let listed = self.terms.len() - self.shown.effects();
+        plain.declared.effects.truncate(listed);
+        plain.terms.truncate(listed);
+        Some(plain.with_shown(shown))
     }
 
     /// The positions at which the points were measured, as covariates: `from_x_mm`, ….

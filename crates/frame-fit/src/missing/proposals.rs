@@ -100,7 +100,7 @@ fn extended<const D: usize>(model: &FrameModel<D>, planned: Vec<Planned<D>>) -> 
         }
     }
     FrameModel::about(*model.reference(), points, covariates, model.options, model.mirrored)
-        .with_courses(&model.courses)
+        .with_shown(model.shown.clone())
 }
 
 /// Time goes on at its mean pace; temperatures are those of the point `like`, or warmer.

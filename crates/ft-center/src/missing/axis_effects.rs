@@ -5,11 +5,8 @@
 
 use std::f64::consts::TAU;
 
-use model_discrepancy::{
-    Course, Covariate, Declared, Effect, Layout, LinearModel, Parameter, Quantity, Scope, State,
-    clearest_courses,
-};
-use nalgebra::{DMatrix, DVector, Point3};
+use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope, Shown};
+use nalgebra::{DMatrix, DVector};
 
 use crate::axis_reading::{AxisMotion, AxisReading, distinct_targets};
 use crate::count;
@@ -24,13 +21,15 @@ const TIME: &str = "time_s";
 const MIN_PLACES: usize = 3;
 const MAX_PLACES: usize = 64;
 /// Visits that each target must have on the mean before it has a deviation of its own.
-const MIN_VISITS: usize = 2;
+pub(super) const MIN_VISITS: usize = 2;
 /// Targets from which on a period can be looked for: fewer are followed by any wave beside a line.
 const MIN_TARGETS_FOR_PERIOD: usize = 8;
 /// Targets from which on a lag can be told from a reversal that changes along the travel.
 const MIN_TARGETS_FOR_LAG: usize = 5;
 /// Travels over which a lag falls to 1/e that are tried, as shares of the whole.
 const LAGS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
+/// Roughness of the targets' deviations from which on a period between the targets may have made them.
+const ROUGH: f64 = 1.0;
 /// Longest period that is looked for: two thirds of the travel, for less than that is a curve.
 const FEWEST_WAVES: f64 = 1.5;
 /// Steps of the search for a period per independent frequency, so that no wave falls between two.
@@ -98,12 +97,14 @@ impl AxisRun<'_> {
         ]
     }
 
-    /// All that a run may show beside offset and scale.
+    /// All that a run may show beside offset and scale; the courses of its drift are the last.
     #[must_use]
-    pub fn terms(&self) -> Vec<AxisTerm> {
+    pub fn terms(&self, shown: &Shown) -> Vec<AxisTerm> {
         let mut terms = self.reversals();
         if let Some(profile) = self.profile() {
+            let unresolved = self.unresolved_wave(&profile);
             terms.push(profile);
+            terms.extend(unresolved);
             // A profile spans zero and pitch together: without this it would be named for them.
             terms.push(self.pitch_and_zero());
         }
@@ -111,8 +112,8 @@ impl AxisRun<'_> {
         terms.extend(self.waves());
         terms.extend(self.growth());
         terms.push(self.drift());
-        terms.extend(self.courses());
         terms.extend(self.bad_points());
+        terms.extend(self.courses(shown));
         terms
     }
 
@@ -182,6 +183,25 @@ impl AxisRun<'_> {
         );
         let column = |t: &f64| self.each(|r| f64::from(u8::from(is_at(r, *t))));
         Some(term(effect, again.iter().map(column).collect()))
+    }
+
+    /// A period shorter than the targets resolve, where their deviations jump from each to the next: it
+    /// is any deviation of the targets' own.
+    fn unresolved_wave(&self, profile: &AxisTerm) -> Option<AxisTerm> {
+        let targets = distinct_targets(self.readings);
+        let mean = |target: &f64| {
+            let of = |r: &&AxisReading| (r.target + 0.0).total_cmp(target).is_eq();
+            let sum: f64 = self.readings.iter().filter(of).map(|r| r.deviation).sum();
+            sum / count(self.readings.iter().filter(of).count())
+        };
+        let means: Vec<f64> = targets.iter().map(mean).collect();
+        if self.lead.is_some() || roughness(&targets, &means)? < ROUGH {
+            return None;
+        }
+        let text = "the deviation repeats along the travel with a period that these targets are too \
+                    far apart to show; measure between them, or declare the lead (`[axis] lead_mm`)";
+        let effect = Effect::new("cyclic-error", text, profile.effect.parameters.clone());
+        Some(term(effect.about("shorter than the targets resolve"), profile.columns.clone()))
     }
 
     /// What an axis has not yet made up after it turned round: balls that roll before they slide, a
@@ -360,67 +380,23 @@ impl AxisRun<'_> {
     }
 
     /// Growth without a thermometer: even from the first reading to the last.
-    fn drift(&self) -> AxisTerm {
+    pub(super) fn drift(&self) -> AxisTerm {
         let elapsed = self.elapsed();
         let span = elapsed.iter().copied().fold(0.0, f64::max);
         let span = if span > 0.0 { span } else { 1.0 };
         let passed = elapsed.iter().map(|t| t / span).collect();
         let text = "zero and length of the axis drift evenly from the first reading to the last";
         let effect = Effect::new("drift", text, self.growing(", over the run"));
-        term(effect, self.grown(passed))
+        term(self.with_time(effect), self.grown(passed))
     }
 
-    /// The same along another course, where what is left about the mean of every target and side shows
-    /// one.
-    fn courses(&self) -> Vec<AxisTerm> {
-        let elapsed = self.elapsed();
-        let amplitudes = self.growing(", in the end");
-        let text = "zero and length of the axis drift";
-        let even =
-            term(Effect::new("drift", text, amplitudes.clone()), self.grown(elapsed.clone()));
-        let Some(model) = self.about_the_means(&even) else { return Vec::new() };
-        let unit = if self.time().is_some() { "s" } else { "readings" };
-        let along = |course: &Course| {
-            let mut effect = course.effect(&model, 0, &elapsed, unit, self.motion.reported());
-            // Zero and length have a unit each.
-            effect.parameters.clone_from(&amplitudes);
-            AxisTerm { effect, columns: self.grown(course.come(&elapsed)) }
-        };
-        let place = |r: &AxisReading| Some(Point3::new(r.target, 0.0, 0.0));
-        let places: Vec<_> = self.readings.iter().map(place).collect();
-        let courses = clearest_courses(&model, &State::start(&model), 0, &elapsed, &places);
-        courses.iter().map(along).collect()
-    }
-
-    /// One effect beside a free mean of every target and side; `None` where too few readings repeat
-    /// to tell.
-    fn about_the_means(&self, alone: &AxisTerm) -> Option<LinearModel> {
-        let place =
-            |r: &AxisReading| (r.target.to_bits(), r.approach.map(|a| a.sign().is_sign_positive()));
-        let mut places: Vec<_> = self.readings.iter().map(place).collect();
-        let of_reading = places.clone();
-        places.sort_unstable();
-        places.dedup();
-        let n = self.readings.len();
-        if n < MIN_VISITS * places.len() {
-            return None;
-        }
-        let is_there = |i: usize, k: usize| f64::from(u8::from(of_reading[i] == places[k]));
-        let mean = |k: usize| parameter(&format!("mean {k}"), self.motion.deviation_unit(), 1.0);
-        let names = self.readings.iter().map(|r| r.name.clone());
-        let layout = Layout::scalars(names, self.motion.deviation_unit(), None);
-        let base = (0..places.len()).map(mean).collect();
-        Some(LinearModel {
-            declared: Declared::new(layout, base, vec![alone.effect.clone()]),
-            residual: DVector::from_iterator(n, self.readings.iter().map(|r| r.deviation)),
-            base: DMatrix::from_fn(n, places.len(), is_there),
-            tangents: vec![alone.tangent()],
-            extended: Vec::new(),
-        })
+    /// Driven by the time, where that was recorded.
+    pub(super) fn with_time(&self, effect: Effect) -> Effect {
+        if self.time().is_some() { effect.driven_by(TIME) } else { effect }
     }
 
     /// Amplitudes of a drift.
-    fn growing(&self, when: &str) -> Vec<Parameter> {
+    pub(super) fn growing(&self, when: &str) -> Vec<Parameter> {
         let (fine, factor) = self.motion.reported();
         let (ratio, per) = ratio(self.motion);
         vec![
@@ -430,17 +406,17 @@ impl AxisRun<'_> {
     }
 
     /// Zero and length that follow a course.
-    fn grown(&self, course: Vec<f64>) -> Vec<Vec<f64>> {
+    pub(super) fn grown(&self, course: Vec<f64>) -> Vec<Vec<f64>> {
         let grown = self.readings.iter().zip(&course).map(|(r, t)| r.target * t).collect();
         vec![course, grown]
     }
 
-    fn time(&self) -> Option<&Covariate> {
+    pub(super) fn time(&self) -> Option<&Covariate> {
         self.covariates.iter().find(|c| c.name == TIME)
     }
 
     /// Time since the first reading, or readings since.
-    fn elapsed(&self) -> Vec<f64> {
+    pub(super) fn elapsed(&self) -> Vec<f64> {
         let Some(time) = self.time() else { return (0..self.readings.len()).map(count).collect() };
         let low = time.values.iter().copied().fold(f64::INFINITY, f64::min);
         time.values.iter().map(|t| t - low).collect()
@@ -482,4 +458,19 @@ fn ratio(motion: AxisMotion) -> (&'static str, f64) {
         AxisMotion::Linear => ("ppm", 1e6),
         AxisMotion::Rotary => ("arcsec/deg", 1.0),
     }
+}
+
+/// Mean squared difference from each value to the next about a straight line, over their variance (von
+/// Neumann 1941): 2 for values that have nothing to do with each other, near 0 along a curve.
+fn roughness(at: &[f64], values: &[f64]) -> Option<f64> {
+    let n = count(values.len());
+    let [middle, mean] = [at, values].map(|all| all.iter().sum::<f64>() / n);
+    let spread: f64 = at.iter().map(|x| (x - middle).powi(2)).sum();
+    let slope = at.iter().zip(values).map(|(x, v)| (x - middle) * (v - mean)).sum::<f64>() / spread;
+    let left: Vec<f64> =
+        at.iter().zip(values).map(|(x, v)| v - mean - slope * (x - middle)).collect();
+    let variance = left.iter().map(|v| v * v).sum::<f64>() / n;
+    let steps: f64 = left.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+    let ratio = steps / (n - 1.0) / variance;
+    ratio.is_finite().then_some(ratio)
 }

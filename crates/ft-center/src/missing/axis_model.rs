@@ -1,6 +1,6 @@
 //! A positioning run as a model for the loop.
 
-use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Quantity, resolution_of};
+use model_discrepancy::{Covariate, Declared, Layout, LinearModel, Quantity, Shown, resolution_of};
 use nalgebra::{DMatrix, DVector};
 
 use crate::axis_reading::AxisMotion;
@@ -9,7 +9,8 @@ use crate::missing::axis_effects::{AxisRun, AxisTerm};
 use crate::{FtCenterError, Table};
 
 /// The declared model claims that every target was reached: residual is the deviation, in mm or
-/// seconds of arc, and nothing is estimated. `sigma` is the standard uncertainty of one, `None` where
+/// seconds of arc, and nothing is estimated. The courses `shown` are the last effects of its catalogue
+/// ([`AxisRun::shown`]). `sigma` is the standard uncertainty of one, `None` where
 /// the residual is to tell.
 ///
 /// # Errors
@@ -18,11 +19,12 @@ use crate::{FtCenterError, Table};
 /// [`FtCenterError::CovariateLength`].
 pub fn positioning_model(
     run: &AxisRun<'_>,
+    shown: &Shown,
     sigma: Option<f64>,
 ) -> Result<LinearModel, FtCenterError> {
     check(run, sigma)?;
     let mut terms = run.zero_and_pitch();
-    terms.extend(run.terms());
+    terms.extend(run.terms(shown));
     let names = run.readings.iter().map(|r| r.name.clone());
     let layout = Layout::scalars(names, run.motion.deviation_unit(), sigma);
     let tangents = terms.iter().map(AxisTerm::tangent).collect();

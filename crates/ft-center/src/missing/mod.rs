@@ -1,5 +1,6 @@
 //! The declared models as the loop sees them, and what they leave out.
 
+mod axis_courses;
 mod axis_effects;
 mod axis_model;
 mod commanded;

@@ -3,7 +3,7 @@
 mod discrepancy;
 
 use model_discrepancy::{
-    Course, Covariate, Declared, Group, Layout, Quantity, Role, Row, State, clearest_courses,
+    Covariate, Declared, Group, Layout, Quantity, Role, Row, Shown, Sought, State,
 };
 use nalgebra::DVector;
 
@@ -40,8 +40,8 @@ pub struct PressModel {
     pub(crate) presses: Vec<SolvedPress>,
     /// One per press given.
     pub(crate) all_points: Vec<PressPoint>,
-    /// Courses that the drift may take.
-    courses: Vec<Course>,
+    /// The last effects of the catalogue.
+    shown: Shown,
     observed: Vec<usize>,
 }
 
@@ -135,23 +135,23 @@ impl PressModel {
             frame,
             presses: presses.to_vec(),
             all_points,
-            courses: Vec::new(),
+            shown: Shown::default(),
             observed,
         };
         model.lay_out();
-        let courses = model.clearest_courses();
-        Ok(model.with_courses(courses))
+        let elapsed = model.elapsed();
+        let shown = Shown::of(&model, &State::start(&model), &model.sought(&elapsed));
+        Ok(model.with_shown(shown))
     }
 
     fn drift(&self) -> Option<usize> {
         self.design.catalogue.effects.iter().position(|e| *e == PressEffect::Drift)
     }
 
-    /// The courses of the drift that the residual shows.
-    fn clearest_courses(&self) -> Vec<Course> {
-        let Some(drift) = self.drift() else { return Vec::new() };
-        // Presses are in the order made: their records have times.
-        clearest_courses(self, &State::start(self), drift, &self.elapsed(), &[])
+    /// What is looked for in the residual. Presses are in the order made, as their records have times:
+    /// a session need not lie among the others.
+    fn sought<'a>(&self, elapsed: &'a [f64]) -> Sought<'a> {
+        Sought { drift: self.drift().map(|drift| (drift, elapsed)), ..Sought::default() }
     }
 
     /// At each press, as a share of the session.
@@ -159,16 +159,16 @@ impl PressModel {
         self.points.iter().map(|p| p.reading.elapsed_ratio).collect()
     }
 
-    /// The model with these courses of its drift in the catalogue.
-    fn with_courses(mut self, courses: Vec<Course>) -> Self {
+    /// The model with what its residual shows in the catalogue.
+    fn with_shown(mut self, shown: Shown) -> Self {
         let Some(drift) = self.drift() else { return self };
-        for (index, course) in courses.iter().enumerate() {
+        for (index, course) in shown.courses.iter().enumerate() {
             let reported = ("µm", 1e3);
             let effect = course.effect(&self, drift, &self.elapsed(), "of the session", reported);
             self.declared.effects.push(effect);
             self.design.catalogue.effects.push(PressEffect::Course(index));
         }
-        self.courses = courses;
+        self.shown = shown;
         for at in 0..self.points.len() {
             self.points[at].come = self.come(self.points[at].reading.elapsed_ratio);
         }
@@ -178,9 +178,33 @@ impl PressModel {
         self
     }
 
+    /// The model with the courses of its drift that the residual shows beside what was found; `None`
+    /// where these are the ones that it has.
+    #[must_use]
+    pub fn about_found(&self, found: &State) -> Option<Self> {
+        let shown = self.shown.beside(self, found, &self.sought(&self.elapsed()));
+        if shown == self.shown {
+            return None;
+        }
+        Some(self.clone().without_shown().with_shown(shown))
+    }
+
+    /// The same after its rows have changed.
+    pub(crate) fn shown_anew(self) -> Self {
+        let shown = self.shown.clone();
+        self.without_shown().with_shown(shown)
+    }
+
+    fn without_shown(mut self) -> Self {
+        let listed = self.declared.effects.len() - self.shown.effects();
+        self.declared.effects.truncate(listed);
+        self.design.catalogue.effects.truncate(listed);
+        Self { shown: Shown::default(), ..self }
+    }
+
     /// How far a drift has come along each of its courses, at a share of the session.
     pub(crate) fn come(&self, elapsed_ratio: f64) -> Vec<f64> {
-        self.courses.iter().map(|course| course.come(&[elapsed_ratio])[0]).collect()
+        self.shown.courses.iter().map(|course| course.come(&[elapsed_ratio])[0]).collect()
     }
 
     /// Index into the presses given of each observation of the layout.

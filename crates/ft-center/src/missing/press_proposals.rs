@@ -74,7 +74,7 @@ pub(crate) fn proposals(model: &PressModel) -> Vec<Proposal> {
     let mut standard = |from: &PressModel, text: String, standard: Standard| {
         let mut extended = from.clone();
         extended.add_standard(standard);
-        list.push(proposal(text, extended));
+        list.push(proposal(text, extended.shown_anew()));
     };
     standard(
         &start,
@@ -109,7 +109,7 @@ fn with(model: &PressModel, points: impl IntoIterator<Item = PressPoint>) -> Pre
         point.come = model.come(point.reading.elapsed_ratio);
         extended.add_point(point);
     }
-    extended
+    extended.shown_anew()
 }
 
 /// Different loads among the presses.

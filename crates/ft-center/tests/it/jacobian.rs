@@ -35,7 +35,7 @@ fn everything_on(model: &dyn Model, rng: &mut ChaCha8Rng) -> State {
     at
 }
 
-fn assert_tangents(model: &dyn Model) {
+pub(crate) fn assert_tangents(model: &dyn Model) {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let declared = State::start(model);
     let worst = check_tangents(model, &declared);

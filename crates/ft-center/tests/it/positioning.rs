@@ -254,7 +254,7 @@ fn laws_of_the_figures() {
 
 /// Twelve targets at uneven places, five cycles there and back; the deviation is what `error` says of
 /// target, direction and share of the run that has passed, with noise of `sigma`.
-fn run(seed: u64, sigma: f64, error: impl Fn(f64, f64, f64) -> f64) -> Vec<AxisReading> {
+pub(crate) fn run(seed: u64, sigma: f64, error: impl Fn(f64, f64, f64) -> f64) -> Vec<AxisReading> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let targets: Vec<f64> =
         (0..12).map(|i| 40.0 * f64::from(i) + rng.random_range(0.0..9.0)).collect();
@@ -275,21 +275,25 @@ fn run(seed: u64, sigma: f64, error: impl Fn(f64, f64, f64) -> f64) -> Vec<AxisR
     all
 }
 
-const SIGMA_MM: f64 = 0.001;
+pub(crate) const SIGMA_MM: f64 = 0.001;
 
-fn closed(readings: &[AxisReading], covariates: &[Covariate], lead: Option<f64>) -> Closure {
+pub(crate) fn closed(
+    readings: &[AxisReading],
+    covariates: &[Covariate],
+    lead: Option<f64>,
+) -> Closure {
     let run = AxisRun { readings, motion: AxisMotion::Linear, lead, covariates };
-    let model = positioning_model(&run, Some(SIGMA_MM)).unwrap();
+    let model = positioning_model(&run, &run.shown(), Some(SIGMA_MM)).unwrap();
     let mut along = axis_coordinates(&run, "target_mm");
     along.extend(covariates.iter().cloned());
     close_loop(&model, &along, &Options { nested: false, ..Options::default() }).unwrap()
 }
 
-fn named(closure: &Closure) -> Vec<String> {
+pub(crate) fn named(closure: &Closure) -> Vec<String> {
     closure.steps.iter().map(|step| step.effect.clone()).collect()
 }
 
-fn amplitude(closure: &Closure, step: usize, parameter: usize) -> f64 {
+pub(crate) fn amplitude(closure: &Closure, step: usize, parameter: usize) -> f64 {
     closure.steps[step].parameters[parameter].value
 }
 
@@ -307,7 +311,7 @@ fn tangents_are_derivatives() {
         lead: Some(10.0),
         covariates: &[temperature],
     };
-    let model = positioning_model(&run, None).unwrap();
+    let model = positioning_model(&run, &run.shown(), None).unwrap();
     let mut at = State::start(&model);
     for (k, amplitudes) in at.amplitudes.iter_mut().enumerate() {
         *amplitudes = DVector::from_fn(amplitudes.len(), |i, _| 1e-3 * (k + 2 * i) as f64);
@@ -434,7 +438,7 @@ fn a_rotary_axis_is_in_seconds_of_arc() {
     }
     let run =
         AxisRun { readings: &readings, motion: AxisMotion::Rotary, lead: None, covariates: &[] };
-    let model = positioning_model(&run, Some(0.5)).unwrap();
+    let model = positioning_model(&run, &run.shown(), Some(0.5)).unwrap();
     let options = Options { nested: false, ..Options::default() };
     let closure = close_loop(&model, &axis_coordinates(&run, "target_deg"), &options).unwrap();
     assert_eq!(named(&closure), ["cyclic-error"]);

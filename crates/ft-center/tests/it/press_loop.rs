@@ -9,6 +9,7 @@ use nalgebra::{Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::jacobian::assert_tangents;
 use crate::simulator::{CONTACT, Colour, Head, Placement, press, record};
 
 const PLACEMENT: Placement =
@@ -173,6 +174,10 @@ fn a_machine_that_comes_to_rest_is_a_drift_and_no_error_of_the_sensor() {
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     let step = &closure.steps[0];
     assert_eq!((&*step.effect, step.subject.as_deref()), ("drift", Some("machine, settling")));
+    // Its course is that of every press, also of those that are proposed.
+    let model =
+        PressModel::new(&solved(&presses), &CONTACT, &LocateOptions::default(), &[]).unwrap();
+    assert_tangents(&model);
     assert_eq!(closure.verdict, Verdict::Explained);
     for (parameter, end_um) in step.parameters.iter().zip([300.0, -150.0]) {
         let off = (parameter.value - end_um).abs();

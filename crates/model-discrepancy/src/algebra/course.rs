@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 
 use crate::algebra::drifts::Drifts;
+use crate::algebra::looked_through::FALSE_ALARM;
 use crate::algebra::session::{Session, session_of};
 use crate::algebra::settling::{Settling, settling_of};
 use crate::{Effect, Model, State};
@@ -30,6 +31,15 @@ impl Course {
         }
     }
 
+    /// Whether another is the same but for the last digits of its time constants.
+    #[must_use]
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Settling(one), Self::Settling(other)) => one.is_like(other, APART),
+            (one, other) => one == other,
+        }
+    }
+
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
     /// that had passed at each observation; its amplitudes, reported in a unit by a factor, are what it
     /// comes to in the end.
@@ -54,6 +64,9 @@ impl Course {
     }
 }
 
+/// How much another time constant has to be, for courses to be two.
+const APART: f64 = 1.1;
+
 /// The courses other than an even one along which a drift takes most of the residual of a model at
 /// `at`, a solution of its declared part, or of that and the effects that `at` has, each where white
 /// noise hardly ever shows one as clear.
@@ -70,14 +83,51 @@ pub fn clearest_courses(
     elapsed: &[f64],
     places: &[Option<Point3<f64>>],
 ) -> Vec<Course> {
+    let clear = Sharpness { false_alarm: FALSE_ALARM, best_alone: true };
+    courses(model, at, (drift, elapsed), places, clear)
+}
+
+/// The likeliest course that comes to rest, and the likeliest session, whether they are clear or not:
+/// rivals of a drift that was found.
+#[must_use]
+pub(crate) fn likeliest_courses(
+    model: &dyn Model,
+    at: &State,
+    drift: usize,
+    elapsed: &[f64],
+    places: &[Option<Point3<f64>>],
+) -> Vec<Course> {
+    let any = Sharpness { false_alarm: f64::INFINITY, best_alone: false };
+    courses(model, at, (drift, elapsed), places, any)
+}
+
+/// Which courses are shown.
+#[derive(Clone, Copy)]
+struct Sharpness {
+    /// Chance that white noise shows one as clear, at most.
+    false_alarm: f64,
+    /// Whether a session that takes less than an even drift, or than what comes to rest, is left out:
+    /// part of those looks like a step.
+    best_alone: bool,
+}
+
+fn courses(
+    model: &dyn Model,
+    at: &State,
+    (drift, elapsed): (usize, &[f64]),
+    places: &[Option<Point3<f64>>],
+    sharpness: Sharpness,
+) -> Vec<Course> {
     let Some(drifts) = Drifts::of(model, at, drift, elapsed) else { return Vec::new() };
+    let Sharpness { false_alarm, best_alone } = sharpness;
     let is_timed = model.declared().effects[drift].driver.is_some();
-    let taken = |course: &Course| drifts.residual.explained(&drifts.left_along(|t| course.at(t)));
-    let settling = settling_of(&drifts).map(Course::Settling);
-    let session = session_of(&drifts)
+    let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
+    let settling = settling_of(&drifts, false_alarm).map(Course::Settling);
+    let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
+    let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
+    let session = session_of(&drifts, false_alarm)
         .filter(|s| is_timed || s.is_mixed(elapsed, places))
         .map(Course::Session)
-        // Part of what comes to rest looks like a step.
-        .filter(|session| taken(session) > settling.as_ref().and_then(taken));
+        .filter(|session| !best_alone || is_best(session));
     settling.into_iter().chain(session).collect()
 }

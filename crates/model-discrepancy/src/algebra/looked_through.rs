@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::algebra::basis::Basis;
+use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::f_tail::f_tail;
 use crate::count::count;
 use crate::{Model, Role, State, whole_tangent};
@@ -34,7 +34,8 @@ impl LookedThrough {
         let rows: Vec<usize> = (0..layout.rows.len()).filter(is_fitted).collect();
         let sigma: Vec<f64> = rows.iter().map(|&row| layout.rows[row].sigma).collect();
         let whitened = |m: DMatrix<f64>| whitened(m.select_rows(&rows), &sigma);
-        let basis = basis(whitened(fitted_columns(model, at)));
+        // What was found may be a part of what the base parameters do.
+        let basis = Basis::of(&whitened(fitted_columns(model, at)), NEW_DIRECTION).matrix();
         let residual = model.residuals(at);
         let residual = whitened(DMatrix::from_column_slice(residual.len(), 1, residual.as_slice()));
         let residual = residual.column(0) - &basis * basis.tr_mul(&residual.column(0));
@@ -161,10 +162,6 @@ fn fitted_columns(model: &dyn Model, at: &State) -> DMatrix<f64> {
         return DMatrix::zeros(model.declared().layout.rows.len(), 0);
     }
     DMatrix::from_columns(&columns)
-}
-
-fn basis(columns: DMatrix<f64>) -> DMatrix<f64> {
-    if columns.ncols() > 0 { columns.qr().q() } else { columns }
 }
 
 fn whitened(mut columns: DMatrix<f64>, sigma: &[f64]) -> DMatrix<f64> {

@@ -4,7 +4,6 @@
 use nalgebra::Point3;
 
 use crate::algebra::drifts::{Drifts, along};
-use crate::algebra::looked_through::FALSE_ALARM;
 use crate::count::count;
 use crate::{Effect, Model};
 
@@ -75,19 +74,19 @@ impl Session {
 }
 
 /// The time from which on a shift by the amplitudes of a drift takes most of the residual, where the
-/// drift, going on evenly, takes less, and white noise beside it hardly ever shows one as clear.
-pub(crate) fn session_of(drifts: &Drifts<'_>) -> Option<Session> {
+/// chance that white noise beside the drift, going on evenly, shows one as clear is no more than
+/// `false_alarm`.
+pub(crate) fn session_of(drifts: &Drifts<'_>, false_alarm: f64) -> Option<Session> {
     let breaks = drifts.breaks();
     let searched = breaks.len();
-    let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
     let of_break = |(begins, taken): (&f64, Option<f64>)| {
         Some((taken?, Session { begins: *begins, searched }))
     };
     let all = breaks.iter().zip(drifts.explained_by_shifts(&breaks)).filter_map(of_break);
-    let (most, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let evenly = taken(&|t| t).unwrap_or(0.0);
+    let (_, best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let evenly = drifts.residual.explained(&drifts.left_along(|t| t)).unwrap_or(0.0);
     let shift = |t: f64| best.come(t);
     let both = drifts.residual.explained(&drifts.left_along_each(&[&|t| t, &shift]))?;
     let beside = drifts.residual.p_value_of_more(both - evenly, drifts.even.ncols(), both);
-    (most > evenly && beside * count(searched) <= FALSE_ALARM).then_some(best)
+    (beside * count(searched) <= false_alarm).then_some(best)
 }

@@ -54,6 +54,18 @@ impl Settling {
         self.leaves_another
     }
 
+    /// Whether the time constants of another are no further off than a factor.
+    pub(crate) fn is_like(&self, other: &Self, factor: f64) -> bool {
+        let near = |a: f64, b: f64| a.max(b) <= factor * a.min(b);
+        near(self.time_constant, other.time_constant)
+            && self.leaves_another == other.leaves_another
+            && match (self.slower, other.slower) {
+                (Some(a), Some(b)) => near(a.time_constant, b.time_constant),
+                (None, None) => true,
+                _ => false,
+            }
+    }
+
     /// How far it has come at a time since its start.
     pub(crate) fn come(&self, t: f64) -> f64 {
         let slower = self.slower.map(|s| (s.share, course(t, s.time_constant)));
@@ -126,7 +138,7 @@ fn course(elapsed: f64, time_constant: f64) -> f64 {
 
 /// The time constant with which a drift takes most of the residual, and a second one where the first
 /// leaves what that takes; `None` where white noise might show one as clear.
-pub(crate) fn settling_of(drifts: &Drifts<'_>) -> Option<Settling> {
+pub(crate) fn settling_of(drifts: &Drifts<'_>, false_alarm: f64) -> Option<Settling> {
     let span = drifts.span();
     let tried = |share: f64| drifts.explained(Settling::of(share * span, SHARES.len()));
     let all = SHARES.iter().filter_map(|share| tried(*share));
@@ -137,7 +149,7 @@ pub(crate) fn settling_of(drifts: &Drifts<'_>) -> Option<Settling> {
     if !drifts.shows_constant(&best) {
         return None;
     }
-    if drifts.residual.p_value(most, columns) * count(SHARES.len()) > FALSE_ALARM {
+    if drifts.residual.p_value(most, columns) * count(SHARES.len()) > false_alarm {
         return None;
     }
     Some(drifts.with_slower(span, most).unwrap_or_else(|| {

@@ -1,6 +1,10 @@
 //! Effects that no catalogue can list, found by looking at a residual.
 
-use crate::{Course, Patch, State};
+use nalgebra::Point3;
+
+use crate::algebra::course::{clearest_courses, likeliest_courses};
+use crate::algebra::patch::clearest_patches;
+use crate::{Course, Model, Patch, State};
 
 /// What a residual shows: patches of a part, and courses of a drift that does not go on evenly.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,41 +15,80 @@ pub struct Shown {
     pub courses: Vec<Course>,
 }
 
+/// What is looked for in the residual of a model.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sought<'a> {
+    /// The effect of the catalogue that goes on evenly, and what its amplitudes are multiplied by: the
+    /// time since the start of the series, one value per observation.
+    pub drift: Option<(usize, &'a [f64])>,
+    /// Place of each observation, as far as there is one.
+    pub places: &'a [Option<Point3<f64>>],
+    /// Whether it is a surface that was measured, which may be higher in one place.
+    pub has_surface: bool,
+}
+
 impl Shown {
+    /// What shows in a model at a solution of its declared part, or of that and the effects that `at`
+    /// has, where white noise hardly ever shows it as clear.
+    #[must_use]
+    pub fn of(model: &dyn Model, at: &State, sought: &Sought<'_>) -> Self {
+        let courses = sought.drift.map_or_else(Vec::new, |(drift, elapsed)| {
+            clearest_courses(model, at, drift, elapsed, sought.places)
+        });
+        Self { patches: sought.patches(model, at), courses }
+    }
+
     /// How many effects it is.
     #[must_use]
     pub fn effects(&self) -> usize {
         self.patches.len() + self.courses.len()
     }
 
-    /// What shows beside what was found, in place of this; `None` where nothing was found, or nothing
-    /// would change.
+    /// What shows beside what was found in a model, in place of this, whose effects are the last of the
+    /// catalogue, patches first; the same where nothing was found.
     ///
-    /// The effects of this are the last of the catalogue, patches first; `drift` is the one that goes on
-    /// evenly. Patches are looked for anew by `look`, as a place depends on what else is in the model; a
-    /// drift that was found stays as it is.
-    pub fn beside(
-        &self,
-        found: &State,
-        drift: Option<usize>,
-        look: impl Fn(&State) -> Self,
-    ) -> Option<Self> {
+    /// Each sort is looked for without those of its own that were found, as where a patch lies, and how
+    /// a drift goes, depends on what else is in the model. Where one drifts at all, the likeliest other
+    /// courses are shown as rivals, whether they are clear or not.
+    #[must_use]
+    pub fn beside(&self, model: &dyn Model, found: &State, sought: &Sought<'_>) -> Self {
         let all = found.amplitudes.len();
         if !(0..all).any(|effect| found.has(effect)) {
-            return None;
+            return self.clone();
         }
         let (patches, courses) = (all - self.effects(), all - self.courses.len());
-        let mut rest = found.clone();
-        for patch in patches..courses {
-            rest.amplitudes[patch].fill(0.0);
+        let patches = sought.patches(model, &without(found, patches..courses));
+        let courses = sought.drift.map_or_else(Vec::new, |(drift, elapsed)| {
+            let of_time = || (courses..all).chain([drift]);
+            let look =
+                if of_time().any(|e| found.has(e)) { likeliest_courses } else { clearest_courses };
+            look(model, &without(found, of_time()), drift, elapsed, sought.places)
+        });
+        let courses = courses.into_iter().map(|course| {
+            self.courses.iter().copied().find(|known| known.is_like(&course)).unwrap_or(course)
+        });
+        Self {
+            patches: not_empty(patches, &self.patches),
+            courses: not_empty(courses.collect(), &self.courses),
         }
-        let mut there = look(&rest);
-        if there.patches.is_empty() {
-            there.patches.clone_from(&self.patches);
-        }
-        if there.courses.is_empty() || drift.into_iter().chain(courses..all).any(|d| found.has(d)) {
-            there.courses.clone_from(&self.courses);
-        }
-        (there != *self).then_some(there)
     }
+}
+
+impl Sought<'_> {
+    fn patches(&self, model: &dyn Model, at: &State) -> Vec<Patch> {
+        if self.has_surface { clearest_patches(model, at, self.places) } else { Vec::new() }
+    }
+}
+
+fn without(found: &State, effects: impl Iterator<Item = usize>) -> State {
+    let mut rest = found.clone();
+    for effect in effects {
+        rest.amplitudes[effect].fill(0.0);
+    }
+    rest
+}
+
+/// What shows no more beside what was found may be what that stands for: it stays in question.
+fn not_empty<T: Clone>(there: Vec<T>, known: &[T]) -> Vec<T> {
+    if there.is_empty() { known.to_vec() } else { there }
 }

@@ -13,6 +13,7 @@ use crate::algebra::system::{Active, Estimate, System, whitened};
 use crate::answer::confounded::Attribution;
 use crate::choice::candidate::{Source, estimable_columns, min_kept};
 use crate::model::covariate::ORDER;
+use crate::model::validate::fits_layout;
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
 use crate::{Model, Parameter, Proposal, Role};
@@ -43,7 +44,7 @@ pub(crate) fn separate_by(
             .unwrap_or(0.0)
     };
     let present = reach(model);
-    let proposals = model.proposals();
+    let proposals = proposals(model);
     let distances: Vec<_> = proposals.iter().map(|p| reach(p.model.as_ref())).collect();
     let best = distances.iter().copied().fold(0.0, f64::max);
     let worthwhile = best > WORTHWHILE * present && best > NEW_DIRECTION * amplitude.norm();
@@ -99,6 +100,14 @@ fn distance(
         .min_by(f64::total_cmp)
 }
 
+/// Those of a model's proposals whose effects fit their own rows: another cannot be worked out, and
+/// [`check_tangents`](crate::check_tangents) tells its author.
+fn proposals(model: &dyn Model) -> Vec<Proposal> {
+    let mut all = model.proposals();
+    all.retain(|proposal| fits_layout(proposal.model.as_ref()).is_ok());
+    all
+}
+
 pub(crate) fn all_fitted(model: &dyn Model) -> Vec<bool> {
     model.declared().layout.groups.iter().map(|g| g.role == Role::Fit).collect()
 }
@@ -123,7 +132,7 @@ impl<'a> Further<'a> {
         };
         let proposals = self
             .proposals
-            .get_or_init(|| self.model.proposals().into_iter().map(with_design).collect());
+            .get_or_init(|| proposals(self.model).into_iter().map(with_design).collect());
         let found = proposals.iter().find(|(proposal, design)| {
             let extended = proposal.model.as_ref();
             twin(self.model, extended, effect).is_some_and(|e| design.sees(extended, e))

@@ -1,5 +1,5 @@
-//! Whether other effects, no more in number, describe the data better than those that were added one
-//! by one.
+//! Whether other effects, no more in number or with far fewer amplitudes, describe the data better than
+//! those that were added one by one.
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::system::rows_of;
@@ -16,16 +16,19 @@ use crate::tests::significance::{Reach, significance};
 
 /// Most candidates of which all pairs are tried, the strongest alone first.
 const MOST_CANDIDATES: usize = 40;
+/// Amplitudes from which on two effects have half as many.
+const WIDE: usize = 4;
 /// Sets that are fitted, the best description of the data first.
 const MOST_FITTED: usize = 3;
 
-/// Puts other effects in place of two or more that were named, where they describe the data clearly
-/// better; false where nothing changed.
+/// Puts other effects in place of those that were named, where they describe the data clearly better;
+/// false where nothing changed.
 ///
 /// Added one by one, the first effect has to stand for all that is missing: of a squareness and an axis
 /// that reads long it is a wider one that resembles both, and the next then makes up for what is wrong
 /// with it. Tried are all single effects and all pairs, and of three and more also each one left out or
-/// replaced; by the Bayesian information criterion in which all sets of a size are beforehand as likely
+/// replaced; of one, as a deviation of its own at every place, those with half its amplitudes at most.
+/// They are compared by the Bayesian information criterion in which all sets of a size are beforehand as likely
 /// together as those of another (Chen and Chen 2008). Effects that live in one group, and shapes along
 /// covariates, stay. Where a name is not what it promises, something outside the catalogue is missing, and
 /// no other names from it are looked for.
@@ -38,7 +41,9 @@ pub(crate) fn exchange<'a>(
     let named: Vec<usize> = (chosen.system.active.iter().map(|a| a.effect))
         .filter(|&e| home_of_bad(context, &chosen.estimate, &lin, e).is_none())
         .collect();
-    if named.len() < 2 || !not_additive(context, chosen, &lin).is_empty() {
+    let amplitudes = |&e: &usize| context.model.declared().effects[e].parameters.len();
+    let is_wide = named.iter().map(amplitudes).sum::<usize>() >= WIDE;
+    if named.len() < 2 && !is_wide || !not_additive(context, chosen, &lin).is_empty() {
         return false;
     }
     let mut plain = chosen.clone();
@@ -60,6 +65,7 @@ pub(crate) fn exchange<'a>(
             let description = sets.describe(&set);
             (set, description)
         })
+        .filter(|(_, one)| named.len() > 1 || 2 * one.amplitudes <= own.amplitudes)
         .filter(|(_, one)| one.criterion(&sets) < own.criterion(&sets) - WORTH_MENTIONING)
         .collect();
     better.sort_by(|a, b| a.1.criterion(&sets).total_cmp(&b.1.criterion(&sets)));
@@ -93,6 +99,7 @@ pub(crate) fn exchange<'a>(
 /// How well a set of candidates describes the data.
 #[derive(Clone, Copy)]
 struct Description {
+    amplitudes: usize,
     /// Share of the squared residual that it leaves.
     left: f64,
     /// What its size costs.
@@ -178,7 +185,7 @@ impl<'a, 'b> Sets<'a, 'b> {
         let left = (square - basis.explained(&self.scoring.clean)).max(0.0) / square;
         let of_size = ways(self.candidates.len(), set.len());
         let penalty = count(basis.dim()) * self.rows().ln() + 2.0 * (searched + of_size.ln());
-        Description { left, penalty }
+        Description { amplitudes: basis.dim(), left, penalty }
     }
 
     /// The significance of each beside the others, where each is as significant as what a later pass

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::differences::{difference, natural_step};
+use super::validate::fits_layout;
 use super::{Declared, Model, Scope, State, whole_tangent};
 
 /// Worst discrepancy between analytic derivatives and central differences, relative to the
@@ -11,11 +12,15 @@ use super::{Declared, Model, Scope, State, whole_tangent};
 /// Checks the base Jacobian and the tangent of every effect. About 1e-8 is the best that
 /// differences can show; residuals that are far from linear over `1e-5` of a parameter show more.
 /// Infinite where residuals are not finite, where `at` has not one number per declared parameter,
-/// and where a column is zero, analytic and by differences, although the effect is to be seen in
+/// where what is declared beside the layout does not fit it, as [`Effect::by_place`](crate::Effect::by_place)
+/// with other rows, and where a column is zero, analytic and by differences, although the effect is to be seen in
 /// every design ([`Scope::Everywhere`]).
 #[must_use]
 pub fn check_tangents(model: &dyn Model, at: &State) -> f64 {
-    if !is_state(model, at) || !model.residuals(at).iter().all(|v| v.is_finite()) {
+    if !is_state(model, at)
+        || fits_layout(model).is_err()
+        || !model.residuals(at).iter().all(|v| v.is_finite())
+    {
         return f64::INFINITY;
     }
     let base = model.base_jacobian(at);

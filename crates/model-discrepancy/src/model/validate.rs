@@ -26,7 +26,8 @@ pub(crate) fn validate(model: &dyn Model, covariates: &[Covariate]) -> Result<()
     enough_groups(model)
 }
 
-fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
+/// Checks that what is declared beside the layout fits it.
+pub(crate) fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
     let Declared { layout, base, start, effects, records, projected, directions, .. } =
         model.declared();
     let n = layout.observations.len();
@@ -39,6 +40,12 @@ fn fits_layout(model: &dyn Model) -> Result<(), LoopError> {
         Scope::Everywhere | Scope::SomeDesigns => true,
     };
     fits("effects", "observations that exist as their scope", effects.iter().all(is_one))?;
+    let has_places = |e: &Effect| {
+        let rows = e.by_place.iter().all(|by| by.nrows() == layout.rows.len());
+        rows && [0, e.parameters.len()].contains(&e.by_place.len())
+    };
+    let needed = "a matrix per amplitude, with a row per row of the layout";
+    fits("by_place", needed, effects.iter().all(has_places))?;
     let one_each = "one value per observation";
     fits("records", one_each, records.as_ref().is_none_or(|r| r.len() == n))?;
     fits("directions", one_each, directions.as_ref().is_none_or(|d| d.len() == n))?;

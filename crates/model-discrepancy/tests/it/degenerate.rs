@@ -79,6 +79,20 @@ fn tangents_are_not_right_at_what_is_no_state() {
     }
 }
 
+/// A course or patch that was described for other rows, as those of a model to which readings were added.
+#[test]
+fn a_place_that_was_found_has_all_rows_of_the_layout() {
+    let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[("drift", vec![0.0, 1.0, 2.0, 3.0])]);
+    let at = State::start(&model);
+    for by_place in [vec![DMatrix::zeros(3, 1)], vec![DMatrix::zeros(4, 1); 2]] {
+        model.declared.effects[0].by_place = by_place;
+        assert!(matches!(run(&model), LoopError::InconsistentModel { field: "by_place", .. }));
+        assert!(check_tangents(&model, &at).is_infinite());
+    }
+    model.declared.effects[0].by_place = vec![DMatrix::zeros(4, 1)];
+    assert!(check_tangents(&model, &at).is_finite());
+}
+
 #[test]
 fn what_is_said_beside_the_layout_is_checked() {
     let mut model = scalars(&[1.0, 2.0, 3.0, 4.0], &[]);

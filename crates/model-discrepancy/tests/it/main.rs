@@ -17,5 +17,6 @@ mod power;
 mod repeats;
 mod session;
 mod settling;
+mod shown;
 mod superfluous;
 mod unforeseen;

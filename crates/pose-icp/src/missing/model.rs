@@ -2,8 +2,8 @@ use geometry::Foot;
 mod discrepancy;
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Parameter, Quantity, Role, Row, Shown, State,
-    clearest_courses, clearest_patches, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Parameter, Quantity, Role, Row, Shown, Sought,
+    State, resolution_of,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -87,7 +87,8 @@ impl PoseModel {
 
     /// The model with the patches and the courses of its drift that the residual shows.
     fn with_what_shows(self) -> Self {
-        let shown = self.look(&State::start(&self));
+        let places_mm = self.places_mm();
+        let shown = Shown::of(&self, &State::start(&self), &self.sought(&places_mm));
         self.with_shown(shown)
     }
 
@@ -195,13 +196,10 @@ impl PoseModel {
         places
     }
 
-    /// What the residual shows beside what is in the model at a state.
-    fn look(&self, at: &State) -> Shown {
-        let places_mm = self.places_mm();
-        let courses = self.drift().map_or_else(Vec::new, |(drift, elapsed, _)| {
-            clearest_courses(self, at, drift, elapsed, &places_mm)
-        });
-        Shown { patches: clearest_patches(self, at, &places_mm), courses }
+    /// What is looked for in the residual.
+    fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
+        let drift = self.drift().map(|(effect, elapsed, _)| (effect, elapsed));
+        Sought { drift, places: places_mm, has_surface: true }
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -232,8 +230,10 @@ impl PoseModel {
 
     /// The model with what its residual shows beside what was found; `None` where nothing would change.
     fn with_shown_beside(&self, found: &State) -> Option<Self> {
-        let drift = self.drift().map(|(effect, ..)| effect);
-        let shown = self.shown.beside(found, drift, |at| self.look(at))?;
+        let shown = self.shown.beside(self, found, &self.sought(&self.places_mm()));
+        if shown == self.shown {
+            return None;
+        }
         let mut plain = self.clone();
         let listed = self.terms.len() - self.shown.effects();
         plain.declared.effects.truncate(listed);

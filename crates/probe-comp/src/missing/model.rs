@@ -1,6 +1,6 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Quantity, Role, Row, Shown, State,
-    clearest_courses, clearest_patches, resolution_of,
+    Covariate, Declared, Effect, Group, Layout, Quantity, Role, Row, Shown, Sought, State,
+    resolution_of,
 };
 mod discrepancy;
 
@@ -95,7 +95,8 @@ impl ProbeModel {
             }
         }
         let model = Self::with_standards(setup, touches, covariates.to_vec(), Vec::new())?;
-        let shown = model.look(&State::start(&model));
+        let places_mm = model.places_mm();
+        let shown = Shown::of(&model, &State::start(&model), &model.sought(&places_mm));
         Ok(model.with_shown(shown))
     }
 
@@ -168,13 +169,10 @@ impl ProbeModel {
         places
     }
 
-    /// What the residual shows beside what is in the model at a state.
-    fn look(&self, at: &State) -> Shown {
-        let places_mm = self.places_mm();
-        let courses = self.drift().map_or_else(Vec::new, |(drift, elapsed, _)| {
-            clearest_courses(self, at, drift, elapsed, &places_mm)
-        });
-        Shown { patches: clearest_patches(self, at, &places_mm), courses }
+    /// What is looked for in the residual.
+    fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
+        let drift = self.drift().map(|(effect, elapsed, _)| (effect, elapsed));
+        Sought { drift, places: places_mm, has_surface: true }
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -207,8 +205,10 @@ impl ProbeModel {
     /// where these are the ones that it has.
     #[must_use]
     pub fn about_found(&self, found: &State) -> Option<Self> {
-        let drift = self.drift().map(|(effect, ..)| effect);
-        let shown = self.shown.beside(found, drift, |at| self.look(at))?;
+        let shown = self.shown.beside(self, found, &self.sought(&self.places_mm()));
+        if shown == self.shown {
+            return None;
+        }
         let mut plain = self.clone();
         let listed = self.terms.len() - self.shown.effects();
         plain.declared.effects.truncate(listed);

@@ -17,7 +17,9 @@ use crate::case::{Location, NumberColumn};
 use crate::count::count;
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
+use crate::measured::{
+    About, Fitted, Measured, Observation, Prepared, Words, empirical_conditions,
+};
 use crate::regrouped::Regrouped;
 use crate::suspect::Yardstick;
 
@@ -150,6 +152,36 @@ fn impedance(p: &ImpedanceParameters, interval_s: f64) -> ImpedanceEstimate {
     }
 }
 
+impl LogCase {
+    fn prepared(&self, model: LogModel, covariates: Vec<Covariate>) -> Prepared<'_> {
+        let concrete = Arc::new(model);
+        let at = Arc::clone(&concrete);
+        let mut model: Arc<dyn Model + Send> = Arc::<LogModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            let names: Vec<String> =
+                concrete.samples().map(|samples| groups[samples.start].clone()).collect();
+            model = Arc::new(Regrouped::new(model, &names));
+        }
+        let estimates = Box::new(move |closure: &Closure| {
+            let residuals_n = corrected(&concrete, closure);
+            let mut conditions = concrete.conditions(&closure.state);
+            conditions.extend(empirical_conditions(closure));
+            let blocks = blocks(&concrete, closure);
+            let corrections_n: Vec<f64> = (blocks.iter())
+                .flat_map(|b| std::iter::repeat_n(b.correction_n, b.samples))
+                .collect();
+            let solved = concrete.solved();
+            let residuals_n = residuals_n.as_deref();
+            self.estimates(solved, residuals_n, &corrections_n, (conditions, blocks))
+        });
+        let along = covariates.clone();
+        let about: About<'_> = Box::new(move |closure| {
+            Some(self.prepared(at.about_found(&closure.state)?, along.clone()))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+}
+
 impl Measured for LogCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let solved = self.solved()?;
@@ -184,26 +216,7 @@ impl Measured for LogCase {
                 .iter()
                 .map(|c| Covariate { values: concrete.averaged(&c.values), ..c.clone() }),
         );
-        let concrete = Arc::new(concrete);
-        let mut model: Arc<dyn Model + Send> = Arc::<LogModel>::clone(&concrete);
-        if let Some(groups) = &self.groups {
-            let names: Vec<String> =
-                concrete.samples().map(|samples| groups[samples.start].clone()).collect();
-            model = Arc::new(Regrouped::new(model, &names));
-        }
-        let estimates = Box::new(move |closure: &Closure| {
-            let residuals_n = corrected(&concrete, closure);
-            let mut conditions = concrete.conditions(&closure.state);
-            conditions.extend(empirical_conditions(closure));
-            let blocks = blocks(&concrete, closure);
-            let corrections_n: Vec<f64> = (blocks.iter())
-                .flat_map(|b| std::iter::repeat_n(b.correction_n, b.samples))
-                .collect();
-            let solved = concrete.solved();
-            let residuals_n = residuals_n.as_deref();
-            self.estimates(solved, residuals_n, &corrections_n, (conditions, blocks))
-        });
-        Ok(Prepared { model, covariates, estimates, about: None })
+        Ok(self.prepared(concrete, covariates))
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

@@ -18,7 +18,7 @@ use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
 use crate::measured::{
-    Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
+    About, Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
 use crate::suspect::Yardstick;
 
@@ -278,13 +278,25 @@ impl FrameCase {
             .map_err(|e| self.error(e, &self.rows_to_fit()))?;
         let mut covariates = model.coordinates();
         covariates.extend(recorded);
+        Ok(self.prepared(model, covariates))
+    }
+
+    fn prepared<const D: usize>(
+        &self,
+        model: FrameModel<D>,
+        covariates: Vec<Covariate>,
+    ) -> Prepared<'_> {
         let model = Arc::new(model);
-        let of = Arc::clone(&model);
+        let (of, at) = (Arc::clone(&model), Arc::clone(&model));
         let estimates = Box::new(move |closure: &Closure| {
             let of = of.with_effects(&closure.state, &closure.columns, &closure.covariance);
             self.with_effects(of, closure)
         });
-        Ok(Prepared { model, covariates, estimates, about: None })
+        let along = covariates.clone();
+        let about: About<'_> = Box::new(move |closure| {
+            Some(self.prepared(at.about_found(&closure.state)?, along.clone()))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
     }
 
     /// The map with the accepted effects, and for every point what it leaves to a correction.

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use ft_center::{AxisMotion, AxisReading, AxisRun, Displacement, DisplacementModel};
-use model_discrepancy::{Closure, Covariate, Model, Quantity};
+use model_discrepancy::{Closure, Covariate, Model, Quantity, Shown};
 use truing_report::Fact;
 
 use super::displacement_estimates::{DisplacementEstimates, DisplacementResidual};
@@ -14,7 +14,7 @@ use crate::kinds::positioning::{
 };
 use crate::kinds::{AxisRunEstimate, Offer};
 use crate::measured::{
-    Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
+    About, Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
 use crate::suspect::Yardstick;
@@ -119,6 +119,36 @@ impl DisplacementCase {
         run.is_a_run().then_some(run)
     }
 
+    fn recorded(&self) -> Vec<Covariate> {
+        recorded(&self.covariates, |c| c.values.clone()).collect()
+    }
+
+    fn prepared(&self, shown: Shown) -> Result<Prepared<'_>, Error> {
+        let mut model = DisplacementModel::new(&self.rows, self.sigma_mm)
+            .map_err(|e| error(self.file.clone(), e))?;
+        let mut covariates = model.covariates();
+        let recorded = self.recorded();
+        if let Some(run) = self.run(&recorded) {
+            model = model.with_axis(run.terms(&shown));
+        }
+        covariates.extend(self.directions());
+        covariates.extend(recorded.iter().cloned());
+        let concrete = Arc::new(model);
+        let mut model: Arc<dyn Model + Send> = Arc::<DisplacementModel>::clone(&concrete);
+        if let Some(groups) = &self.groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let estimates = Box::new(move |closure: &Closure| {
+            self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
+        });
+        let about: About<'_> = Box::new(move |closure| {
+            let run = self.run(&recorded)?;
+            let there = run.shown_beside(&shown, &*concrete, &closure.state);
+            if there == shown { None } else { self.prepared(there).ok() }
+        });
+        Ok(Prepared { model, covariates, estimates, about: Some(about) })
+    }
+
     /// Which way the axis came, where every row says so.
     fn directions(&self) -> Option<Covariate> {
         let signs = self.readings.iter().map(|r| Some(r.approach?.sign()));
@@ -173,23 +203,9 @@ impl Measured for DisplacementCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let mut model = DisplacementModel::new(&self.rows, self.sigma_mm)
-            .map_err(|e| error(self.file.clone(), e))?;
-        let mut covariates = model.covariates();
-        let beside: Vec<Covariate> = recorded(&self.covariates, |c| c.values.clone()).collect();
-        if let Some(run) = self.run(&beside) {
-            model = model.with_axis(run.terms());
-        }
-        covariates.extend(self.directions());
-        covariates.extend(beside);
-        let mut model: Arc<dyn Model + Send> = Arc::new(model);
-        if let Some(groups) = &self.groups {
-            model = Arc::new(Regrouped::new(model, groups));
-        }
-        let estimates = Box::new(move |closure: &Closure| {
-            self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
-        });
-        Ok(Prepared { model, covariates, estimates, about: None })
+        let recorded = self.recorded();
+        let shown = self.run(&recorded).map_or_else(Shown::default, |run| run.shown());
+        self.prepared(shown)
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

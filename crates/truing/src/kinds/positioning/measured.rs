@@ -3,7 +3,7 @@ use std::sync::Arc;
 use ft_center::{
     AxisMotion, AxisReading, AxisRun, FtCenterError, axis_coordinates, positioning_model,
 };
-use model_discrepancy::{Closure, Covariate, Model};
+use model_discrepancy::{Closure, Covariate, LinearModel, Model, Shown};
 use truing_report::Fact;
 
 use super::axis_run::AxisRunEstimate;
@@ -13,7 +13,9 @@ use crate::Error;
 use crate::case::{Location, NumberColumn};
 use crate::estimates::Estimates;
 use crate::kinds::Offer;
-use crate::measured::{Fitted, Measured, Observation, Prepared, Words, empirical_conditions};
+use crate::measured::{
+    About, Fitted, Measured, Observation, Prepared, Words, empirical_conditions,
+};
 use crate::regrouped::Regrouped;
 use crate::suspect::{Yardstick, spread_of};
 
@@ -72,6 +74,29 @@ impl PositioningCase {
         let of = |c: &NumberColumn| c.covariate();
         self.covariates.iter().map(of).collect()
     }
+
+    fn run<'r>(&'r self, covariates: &'r [Covariate]) -> AxisRun<'r> {
+        AxisRun { readings: &self.readings, motion: self.motion, lead: self.lead, covariates }
+    }
+
+    fn prepared(&self, shown: Shown) -> Result<Prepared<'_>, Error> {
+        let recorded = self.recorded();
+        let run = self.run(&recorded);
+        let model = positioning_model(&run, &shown, self.sigma).map_err(|e| self.error(e))?;
+        let mut covariates = axis_coordinates(&run, target_column(self.motion));
+        covariates.extend(recorded.iter().cloned());
+        let concrete = Arc::new(model);
+        let model: Arc<dyn Model + Send> = Arc::<LinearModel>::clone(&concrete);
+        let model: Arc<dyn Model + Send> = Arc::new(Regrouped::new(model, &self.groups));
+        let estimates = Box::new(move |closure: &Closure| {
+            self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
+        });
+        let about: About<'_> = Box::new(move |closure| {
+            let there = self.run(&recorded).shown_beside(&shown, &*concrete, &closure.state);
+            if there == shown { None } else { self.prepared(there).ok() }
+        });
+        Ok(Prepared { model, covariates, estimates, about: Some(about) })
+    }
 }
 
 impl Measured for PositioningCase {
@@ -93,22 +118,8 @@ impl Measured for PositioningCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let recorded = self.recorded();
-        let run = AxisRun {
-            readings: &self.readings,
-            motion: self.motion,
-            lead: self.lead,
-            covariates: &recorded,
-        };
-        let model = positioning_model(&run, self.sigma).map_err(|e| self.error(e))?;
-        let mut covariates = axis_coordinates(&run, target_column(self.motion));
-        covariates.extend(recorded.iter().cloned());
-        let model: Arc<dyn Model + Send> = Arc::new(model);
-        let model: Arc<dyn Model + Send> = Arc::new(Regrouped::new(model, &self.groups));
-        let estimates = Box::new(move |closure: &Closure| {
-            self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
-        });
-        Ok(Prepared { model, covariates, estimates, about: None })
+        let shown = self.run(&self.recorded()).shown();
+        self.prepared(shown)
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

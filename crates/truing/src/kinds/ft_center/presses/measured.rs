@@ -20,7 +20,7 @@ use crate::kinds::ft_center::plan::{Pressed, presses as offered_presses};
 use crate::kinds::ft_center::plan_settings::SensorPlanSettings;
 use crate::kinds::ft_center::settings::{ToleranceSettings, error};
 use crate::measured::{
-    Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
+    About, Fitted, Measured, Observation, Places, Prepared, Words, empirical_conditions,
 };
 use crate::monitor::LiveFrame;
 use crate::regrouped::Regrouped;
@@ -112,6 +112,36 @@ impl PressCase {
     }
 }
 
+impl PressCase {
+    fn prepared<'c>(
+        &'c self,
+        model: PressModel,
+        presses: &'c [SolvedPress],
+        covariates: Vec<Covariate>,
+    ) -> Prepared<'c> {
+        let groups: Option<Vec<String>> = self
+            .groups
+            .as_ref()
+            .map(|groups| model.observed().iter().map(|press| groups[*press].clone()).collect());
+        let concrete = Arc::new(model);
+        let at = Arc::clone(&concrete);
+        let mut model: Arc<dyn Model + Send> = Arc::<PressModel>::clone(&concrete);
+        if let Some(groups) = &groups {
+            model = Arc::new(Regrouped::new(model, groups));
+        }
+        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
+            let mut located = concrete.located(closure);
+            located.conditions.extend(empirical_conditions(closure));
+            Arc::new(FtCenterEstimates::of(&located, presses, self.setting()))
+        });
+        let along = covariates.clone();
+        let about: About<'_> = Box::new(move |closure| {
+            Some(self.prepared(at.about_found(&closure.state)?, presses, along.clone()))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+}
+
 impl Measured for PressCase {
     fn fit(&self) -> Result<Fitted, Error> {
         let presses = self.solved()?;
@@ -161,21 +191,7 @@ impl Measured for PressCase {
             .map_err(|e| error(self.presses_file.clone(), e))?;
         let mut covariates = concrete.covariates();
         covariates.extend(recorded);
-        let groups: Option<Vec<String>> = self
-            .groups
-            .as_ref()
-            .map(|groups| concrete.observed().iter().map(|press| groups[*press].clone()).collect());
-        let concrete = Arc::new(concrete);
-        let mut model: Arc<dyn Model + Send> = Arc::<PressModel>::clone(&concrete);
-        if let Some(groups) = &groups {
-            model = Arc::new(Regrouped::new(model, groups));
-        }
-        let estimates = Box::new(move |closure: &Closure| -> Arc<dyn Estimates> {
-            let mut located = concrete.located(closure);
-            located.conditions.extend(empirical_conditions(closure));
-            Arc::new(FtCenterEstimates::of(&located, presses, self.setting()))
-        });
-        Ok(Prepared { model, covariates, estimates, about: None })
+        Ok(self.prepared(concrete, presses, covariates))
     }
 
     fn rows(&self) -> Option<Vec<usize>> {

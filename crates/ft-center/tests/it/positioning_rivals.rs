@@ -1,0 +1,89 @@
+//! What a run of an axis cannot tell, and what only another look at it shows.
+
+use ft_center::{Approach, AxisMotion, AxisReading, AxisRun, positioning_model};
+use model_discrepancy::{Closure, Options, Shown, Verdict, close_loop};
+
+use crate::positioning::{SIGMA_MM, amplitude, closed, named, run};
+
+/// Every second of them, as five of six targets in ten have it.
+fn at_six_targets(readings: &[AxisReading]) -> Vec<AxisReading> {
+    let mut targets: Vec<f64> = readings.iter().map(|r| r.target).collect();
+    targets.sort_by(f64::total_cmp);
+    targets.dedup();
+    let kept: Vec<f64> = targets.into_iter().step_by(2).collect();
+    readings.iter().filter(|r| kept.contains(&r.target)).cloned().collect()
+}
+
+fn wave(target: f64, period_mm: f64) -> f64 {
+    (std::f64::consts::TAU * target / period_mm).sin()
+}
+
+#[test]
+fn a_period_between_the_targets_is_a_rival_of_their_own_deviations() {
+    let readings = at_six_targets(&run(31, SIGMA_MM, |t, _, _| 0.02 * wave(t, 33.0)));
+    let of = |lead| closed(&readings, &[], lead);
+    let unresolved = of(None);
+    assert_eq!(named(&unresolved), ["profile"]);
+    let rivals = &unresolved.steps[0].indistinguishable_from;
+    assert!(rivals.iter().any(|name| name.starts_with("cyclic-error")), "{rivals:?}");
+    // Whoever declares the lead is told.
+    let told = of(Some(33.0));
+    assert_eq!(named(&told), ["cyclic-error"]);
+    assert!(told.steps[0].indistinguishable_from.is_empty());
+}
+
+/// A curve along the travel needs no screw.
+#[test]
+fn a_smooth_profile_has_no_such_rival() {
+    let readings = run(32, SIGMA_MM, |t, _, _| 0.03 * (t / 450.0 - 0.5).powi(3));
+    let closure = closed(&readings, &[], None);
+    let rivals = closure.steps.iter().flat_map(|step| &step.indistinguishable_from);
+    assert_eq!(rivals.filter(|name| name.contains("resolve")).count(), 0, "{:?}", closure.steps);
+}
+
+/// A deviation of its own at each of twelve targets is also all that a wave and a wrong length do.
+#[test]
+fn two_effects_take_the_place_of_a_table_of_deviations() {
+    let readings = run(33, SIGMA_MM, |t, _, _| 0.008 * wave(t, 130.0) + 30e-6 * (t - 225.0));
+    let closure = closed(&readings, &[], None);
+    let mut names = named(&closure);
+    names.sort();
+    assert_eq!(names, ["cyclic-error", "pitch-error"], "{:?}", closure.steps);
+}
+
+/// Closes the loop, and anew with the courses that show beside what was found.
+fn settled(readings: &[AxisReading]) -> (Closure, Shown) {
+    let run = AxisRun { readings, motion: AxisMotion::Linear, lead: None, covariates: &[] };
+    let close = |shown: &Shown| {
+        let model = positioning_model(&run, shown, Some(SIGMA_MM)).unwrap();
+        let options = Options { nested: false, ..Options::default() };
+        let closure = close_loop(&model, &[], &options).unwrap();
+        let there = run.shown_beside(shown, &model, &closure.state);
+        (closure, there)
+    };
+    let shown = run.shown();
+    let (_, there) = close(&shown);
+    let (closure, last) = close(&there);
+    assert_eq!(last, there, "not settled");
+    (closure, there)
+}
+
+/// There and back once: no target is read twice from one side, and the axis was homed anew on its way.
+#[test]
+fn a_session_shows_in_a_single_cycle() {
+    let homed = |_: f64, _: f64, passed: f64| 0.02 * f64::from(u8::from(passed > 0.3));
+    let all = run(34, SIGMA_MM, |_, _, _| 0.0);
+    let once: Vec<AxisReading> = (all[..24].iter().enumerate())
+        .map(|(i, r)| AxisReading {
+            deviation: r.deviation + homed(0.0, 0.0, i as f64 / 24.0),
+            ..r.clone()
+        })
+        .collect();
+    assert!(once.iter().any(|r| r.approach == Some(Approach::Falling)));
+    let (closure, _) = settled(&once);
+    assert_eq!(named(&closure), ["session-shift"], "{:?}", closure.steps);
+    assert_eq!(closure.verdict, Verdict::Explained);
+    // To four standard uncertainties.
+    let std = closure.steps[0].parameters[0].std;
+    assert!((amplitude(&closure, 0, 0) - 20.0).abs() < 4.0 * std, "{:?}", closure.steps);
+}
