@@ -370,9 +370,13 @@ fn what_an_axis_does_is_named_with_its_size() {
     let wave = |t: f64| 0.006 * (std::f64::consts::TAU * t / 130.0).sin();
     let found = closed(&run(16, SIGMA_MM, |t, _, _| wave(t)), &[], None);
     assert_eq!(named(&found), ["cyclic-error"]);
+    // All readings had a part in finding the period, which nobody has to look for where it is declared.
+    let looked_for = |closure: &Closure| closure.warnings.iter().any(|w| w.contains("looked for"));
+    assert!(looked_for(&found), "{:?}", found.warnings);
     let screw = |t: f64| 0.006 * (std::f64::consts::TAU * t / 10.0).sin();
     let told = closed(&run(17, SIGMA_MM, |t, _, _| screw(t)), &[], Some(10.0));
     assert_eq!(named(&told), ["cyclic-error"]);
+    assert!(!looked_for(&told), "{:?}", told.warnings);
     assert!((amplitude(&told, 0, 1) - 6.0).abs() < 0.6, "{:?}", told.steps);
 
     let drift = closed(&run(18, SIGMA_MM, |t, _, passed| 25e-6 * t * passed), &[], None);

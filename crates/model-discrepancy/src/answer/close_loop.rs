@@ -103,6 +103,10 @@ pub fn close_loop(
     let (confusability, confusable_ids) = confusability(&context, &base, &keep);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(&context, &chosen, silent);
+    warnings
+        .extend(looked_for(&context, &chosen).filter(|_| {
+            matches!(summaries.after.hold_out, HoldOut::Nested | HoldOut::LeaveOneOut)
+        }));
     warnings.extend(summaries.warnings);
     warnings.extend(heavy_tails(&lin).map(|freedom| {
         format!(
@@ -361,4 +365,23 @@ fn warnings(context: &Context<'_>, chosen: &Selected<'_>, silent: &[bool]) -> Ve
         ));
     }
     warnings
+}
+
+/// What every reading has had a part in finding, whichever is left out.
+fn looked_for(context: &Context<'_>, chosen: &Selected<'_>) -> Option<String> {
+    let effects = &context.model.declared().effects;
+    let of = |added: &Added| match added.what {
+        What::Effect(e) if effects[e].searched > 1 => {
+            Some(label(&effects[e].id, effects[e].subject.as_deref()))
+        }
+        _ => None,
+    };
+    let names: Vec<String> = chosen.added.iter().filter_map(of).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "the place, period, order or time constant of {} was looked for in all readings that were \
+             fitted: so far the held-out error has seen what it is judged on",
+            names.join(", ")
+        )
+    })
 }
