@@ -21,6 +21,7 @@ mod search;
 mod simd;
 mod solution;
 mod solve;
+mod strips;
 mod trial;
 mod triangle;
 

@@ -6,9 +6,9 @@ use std::ops::Range;
 use least_squares::{BlockParts, BorderedCovariance};
 use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 
-use crate::TrackerError;
 use crate::location::AngleFit;
 use crate::spread::Columns;
+use crate::{AxisError, TrackerError};
 
 const SIX: usize = 6;
 
@@ -55,7 +55,7 @@ impl Terms {
 pub(crate) struct Solved<'a, P, B, E> {
     pub(crate) problem: &'a P,
     pub(crate) covariance: &'a BorderedCovariance<'a, P>,
-    pub(crate) angle_count: usize,
+    pub(crate) angles_rad: &'a [f64],
     /// The blocks of an angle, counted; no block is of two.
     pub(crate) nth_block: B,
     /// Blocks that the errors of every angle may follow.
@@ -66,27 +66,16 @@ pub(crate) struct Solved<'a, P, B, E> {
 
 /// What is known of all angles.
 pub(crate) struct AngleSpread {
-    errors: Vec<Vec<(Vector6<f64>, Matrix6<f64>)>>,
-    rows: Vec<Vec<[f64; 2]>>,
+    /// The six errors of every angle with their covariance, fixed frame.
+    pub(crate) errors: Vec<AxisError>,
     /// The sums of the fit asked for, with their covariance.
     pub(crate) sums: Option<(Vector4<f64>, Matrix4<f64>)>,
 }
 
-impl AngleSpread {
-    /// The six errors of every angle with their covariance.
-    pub(crate) fn errors(&self) -> impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)> + '_ {
-        self.errors.iter().flatten().copied()
-    }
-
-    /// Whitened residual and redundancy of every range, block by block in the order of the angles.
-    pub(crate) fn rows(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        self.rows.iter().flatten().copied()
-    }
-}
-
 /// What a range of angles gives.
 struct Part {
-    errors: Vec<(Vector6<f64>, Matrix6<f64>)>,
+    errors: Vec<AxisError>,
+    /// Whitened residual and redundancy of every range.
     rows: Vec<[f64; 2]>,
     sums: Sums,
 }
@@ -127,32 +116,41 @@ where
     B: Fn(usize, usize) -> Option<usize> + Sync + Send,
     E: Fn(usize, &mut Terms) -> Result<Vector6<f64>, TrackerError> + Sync + Send,
 {
-    pub(crate) fn spread(&self, axis_fit: Option<&AngleFit>) -> Result<AngleSpread, TrackerError> {
+    /// Hands on whitened residual and redundancy of every range, block by block in the order of the
+    /// angles.
+    pub(crate) fn spread(
+        &self,
+        axis_fit: Option<&AngleFit>,
+        mut take_row: impl FnMut([f64; 2]),
+    ) -> Result<AngleSpread, TrackerError> {
         let reference = |&block: &usize| {
             let mut parts = self.covariance.parts();
             self.covariance.fill(block, &mut parts);
             parts
         };
         let references: Vec<BlockParts> = self.references.iter().map(reference).collect();
-        let count = self.angle_count;
-        let parts = self
-            .covariance
-            .in_chunks(count, |angles, parts| self.part(angles, parts, &references, axis_fit));
-        let mut spread = AngleSpread { errors: Vec::new(), rows: Vec::new(), sums: None };
+        let count = self.angles_rad.len();
+        let mut errors = Vec::with_capacity(count);
         let mut sums: Option<Sums> = None;
-        for part in parts {
-            let part = part?;
-            spread.errors.push(part.errors);
-            spread.rows.push(part.rows);
-            match &mut sums {
-                Some(sums) => sums.add(&part.sums),
-                None => sums = Some(part.sums),
+        let mut failed = None;
+        let work =
+            |angles: Range<usize>, parts: &mut _| self.part(angles, parts, &references, axis_fit);
+        self.covariance.in_chunks(count, work, |part| match part {
+            Ok(part) => {
+                errors.extend(part.errors);
+                part.rows.into_iter().for_each(&mut take_row);
+                match &mut sums {
+                    Some(sums) => sums.add(&part.sums),
+                    None => sums = Some(part.sums),
+                }
             }
+            Err(error) => failed = failed.take().or(Some(error)),
+        });
+        if let Some(error) = failed {
+            return Err(error);
         }
-        if axis_fit.is_some() {
-            spread.sums = sums.map(|sums| self.located(sums, &references));
-        }
-        Ok(spread)
+        let sums = sums.filter(|_| axis_fit.is_some());
+        Ok(AngleSpread { errors, sums: sums.map(|sums| self.located(sums, &references)) })
     }
 
     fn part(
@@ -222,7 +220,7 @@ where
                     covariance[(j, i)] = covariance[(i, j)];
                 }
             }
-            part.errors.push((error, covariance));
+            part.errors.push(AxisError { angle_rad: self.angles_rad[k], error, covariance });
         }
         Ok(part)
     }

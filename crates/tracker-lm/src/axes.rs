@@ -62,14 +62,7 @@ impl LocationSums {
 
 /// Sums that give the location of an axis, zero at the angles of the other one.
 fn fit(network: &Network<'_>, axis: usize) -> Option<AngleFit> {
-    let angles: Vec<(usize, f64)> = network.angles_of(axis).collect();
-    let angles_rad: Vec<f64> = angles.iter().map(|(_, angle_rad)| *angle_rad).collect();
-    let fit = angle_fit(network.axis(axis), &angles_rad)?;
-    let mut all = vec![SMatrix::zeros(); network.angles.len()];
-    for ((k, _), matrix) in angles.into_iter().zip(fit) {
-        all[k] = matrix;
-    }
-    Some(all)
+    angle_fit(network.axis(axis), network.angles_of(axis), network.angles.len())
 }
 
 /// The location of an axis from its sums.

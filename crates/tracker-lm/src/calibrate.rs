@@ -1,6 +1,8 @@
 //! From a survey to the six errors.
 
-use least_squares::{BorderedPoint, BorderedSolution};
+use std::ops::Range;
+
+use least_squares::{BlockParts, BorderedPoint, BorderedSolution};
 use nalgebra::Point3;
 
 use crate::frame::{Frame, Motion};
@@ -176,7 +178,7 @@ fn range_variance<P: Columns>(
     held: &[usize],
 ) -> Result<f64, TrackerError> {
     let covariance = covariance(problem, &settled.point, held)?;
-    let sums = covariance.in_chunks(problem.block_count(), |blocks, parts| {
+    let of_blocks = |blocks: Range<usize>, parts: &mut BlockParts| {
         let (mut squares, mut redundancy) = (0.0, 0.0);
         for block in blocks {
             covariance.fill(block, parts);
@@ -187,7 +189,10 @@ fn range_variance<P: Columns>(
             }
         }
         (squares, redundancy)
+    };
+    let mut sums = (0.0, 0.0);
+    covariance.in_chunks(problem.block_count(), of_blocks, |(squares, redundancy)| {
+        sums = (sums.0 + squares, sums.1 + redundancy);
     });
-    let (squares, redundancy) = sums.into_iter().fold((0.0, 0.0), |(s, r), (t, q)| (s + t, r + q));
-    Ok(squares / redundancy)
+    Ok(sums.0 / sums.1)
 }

@@ -31,7 +31,7 @@ pub(crate) struct Places<'a> {
     chart: &'a StationChart,
     shared: &'a [f64],
     /// `None` where they are more than fit, or asked for once only.
-    known: Option<[Vector3<f64>; FEW]>,
+    pub(crate) known: Option<[Vector3<f64>; FEW]>,
 }
 
 impl Places<'_> {
@@ -72,7 +72,7 @@ impl StationChart {
     }
 
     /// Position of one station at the parameters given first in `shared`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn position_mm(&self, station: usize, shared: &[f64]) -> Vector3<f64> {
         let nominal = self.nominal_mm.fixed_rows::<3>(3 * station).into_owned();
         self.moves[station].iter().fold(nominal, |at, (p, way)| at + way * shared[*p])
@@ -81,10 +81,12 @@ impl StationChart {
     /// Places of all stations, for many rows.
     #[inline(always)]
     pub(crate) fn places<'a>(&'a self, shared: &'a [f64]) -> Places<'a> {
-        let n = self.moves.len();
-        let place = |i| if i < n { self.position_mm(i, shared) } else { Vector3::zeros() };
-        let known = (n <= FEW).then(|| std::array::from_fn(place));
-        Places { known, ..self.place(shared) }
+        let mut known = [Vector3::zeros(); FEW];
+        let are_few = self.moves.len() <= FEW;
+        for (station, place) in known.iter_mut().enumerate().take(self.moves.len()) {
+            *place = self.position_mm(station, shared);
+        }
+        Places { known: are_few.then_some(known), ..self.place(shared) }
     }
 
     /// Places of stations, for one row.

@@ -189,20 +189,6 @@ impl<'a> Joint<'a> {
         BorderedPoint { shared: shared.collect(), blocks: blocks.collect() }
     }
 
-    /// Residual of a range in mm.
-    #[inline(always)]
-    fn residual_mm(
-        &self,
-        range: usize,
-        angle: usize,
-        (shared, places): (&[f64], &Places<'_>),
-        block: &Block,
-    ) -> f64 {
-        let r = &self.network.survey.ranges[range];
-        let path = self.lines(range, angle, (shared, places), block).0.norm();
-        path - shared[self.dead_path_start() + self.network.dead_path_of[range]] - r.displacement_mm
-    }
-
     /// The reflector of a range, in the frame that turns with the axis.
     #[inline(always)]
     pub(crate) fn body_mm(&self, range: usize, shared: &[f64]) -> Vector3<f64> {
@@ -211,23 +197,51 @@ impl<'a> Joint<'a> {
         Vector3::new(shared[at], shared[at + 1], shared[at + 2]) + moved
     }
 
-    /// From the station to the target, and from the displaced axis to it, in the machine frame.
+    /// What all ranges of an angle share.
     #[inline(always)]
-    fn lines(
-        &self,
-        range: usize,
+    fn at_angle<'s>(
+        &'s self,
         angle: usize,
-        (shared, places): (&[f64], &Places<'_>),
-        block: &Block,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let station = self.network.survey.ranges[range].station;
-        let moved = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.station_mm);
-        let station = places.at_mm(station) + moved;
+        shared: &'s [f64],
+        places: Places<'s>,
+        point: &[f64],
+    ) -> AtAngle<'s> {
+        let error = self.error(angle, shared, point);
+        let block = Block::of(&error);
+        let n_mounts = self.network.survey.mounts.len();
+        let are_few = n_mounts <= FEW && places.known.is_some() && self.shifts.is_empty();
+        let reflectors = are_few.then(|| {
+            let mut reflectors = [Reflector::default(); FEW];
+            for (mount, reflector) in reflectors.iter_mut().enumerate().take(n_mounts) {
+                let at = self.mount_start() + 3 * mount;
+                let body_mm = Vector3::new(shared[at], shared[at + 1], shared[at + 2]);
+                *reflector = self.reflector(angle, &body_mm, &block);
+            }
+            reflectors
+        });
+        AtAngle { angle, shared, places, error, block, reflectors }
+    }
+
+    /// Where a reflector is at an angle.
+    #[inline(always)]
+    fn reflector(&self, angle: usize, body_mm: &Vector3<f64>, block: &Block) -> Reflector {
         let (pivot_mm, from_pivot_mm) = &self.pivots_mm[angle];
-        let arm = self.rotations[angle] * self.body_mm(range, shared) + from_pivot_mm;
-        let arm = block.turned * arm;
-        let target = pivot_mm + block.displacement_mm + arm;
-        (target - station, arm)
+        let arm_mm = block.turned * (self.rotations[angle] * body_mm + from_pivot_mm);
+        Reflector { arm_mm, at_mm: pivot_mm + block.displacement_mm + arm_mm }
+    }
+
+    /// From the station of a range to its reflector, and from the displaced axis to that, machine frame.
+    #[inline(always)]
+    fn lines(&self, range: usize, at: &AtAngle<'_>, block: &Block) -> (Vector3<f64>, Vector3<f64>) {
+        let r = &self.network.survey.ranges[range];
+        let station_mm = at.places.at_mm(r.station);
+        if let Some(known) = &at.reflectors {
+            let Reflector { arm_mm, at_mm } = known[r.mount];
+            return (at_mm - station_mm, arm_mm);
+        }
+        let moved_mm = self.shifts.get(range).map_or(Vector3::zeros(), |shift| shift.station_mm);
+        let reflector = self.reflector(at.angle, &self.body_mm(range, at.shared), block);
+        (reflector.at_mm - (station_mm + moved_mm), reflector.arm_mm)
     }
 
     /// Errors at an angle whose own are `point`.
@@ -255,35 +269,56 @@ impl<'a> Joint<'a> {
         shared: &[f64],
         point: &[f64],
     ) -> Slopes {
-        let error = self.error(angle, shared, point);
-        let own = self.shifted_block(range, &error).unwrap_or_else(|| Block::of(&error));
-        self.slopes(range, angle, (shared, &self.chart.place(shared)), &own)
+        self.slopes(range, &self.at_angle(angle, shared, self.chart.place(shared), point))
+    }
+
+    /// Residual of a range in mm, and the path that it is of.
+    #[inline(always)]
+    fn residual_mm(&self, range: usize, shared: &[f64], along: &Vector3<f64>) -> (f64, f64) {
+        let path = along.norm();
+        let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
+        (path - dead_path - self.network.survey.ranges[range].displacement_mm, path)
     }
 
     #[inline(always)]
-    fn slopes(
-        &self,
-        range: usize,
-        angle: usize,
-        (shared, places): (&[f64], &Places<'_>),
-        block: &Block,
-    ) -> Slopes {
-        let r = &self.network.survey.ranges[range];
-        let (along, arm) = self.lines(range, angle, (shared, places), block);
-        let path = along.norm();
+    fn slopes(&self, range: usize, at: &AtAngle<'_>) -> Slopes {
+        let shifted = self.shifted_block(range, &at.error);
+        let block = shifted.as_ref().unwrap_or(&at.block);
+        let (along, arm) = self.lines(range, at, block);
+        let (residual_mm, path) = self.residual_mm(range, at.shared, &along);
         let beam = along * path.recip();
-        let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
         Slopes {
-            residual_mm: path - dead_path - r.displacement_mm,
+            residual_mm,
             along_mm: along,
             beam,
             by_rotation: block.jacobian.tr_mul(&arm.cross(&beam)),
-            by_mount: self.rotations[angle].tr_mul(&block.turned.tr_mul(&beam)),
+            by_mount: self.rotations[at.angle].tr_mul(&block.turned.tr_mul(&beam)),
         }
     }
 }
 
-/// What all rows of an angle share.
+/// Reflectors whose places at an angle are worked out once for all of its ranges.
+const FEW: usize = 8;
+
+/// What all ranges of an angle share.
+struct AtAngle<'a> {
+    angle: usize,
+    shared: &'a [f64],
+    places: Places<'a>,
+    error: Vector6<f64>,
+    block: Block,
+    /// `None` where they are more than fit, differ from range to range, or are asked for once only.
+    reflectors: Option<[Reflector; FEW]>,
+}
+
+/// Where a reflector is at an angle, and from the displaced axis to it, machine frame.
+#[derive(Clone, Copy, Default)]
+struct Reflector {
+    arm_mm: Vector3<f64>,
+    at_mm: Vector3<f64>,
+}
+
+/// Six errors as what they do.
 struct Block {
     displacement_mm: Vector3<f64>,
     turned: Matrix3<f64>,
@@ -324,46 +359,37 @@ impl BorderedProblem for Joint<'_> {
 
     #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
-        let error = self.error(block, shared, point);
-        let own = Block::of(&error);
-        let places = self.chart.places(shared);
+        let at = self.at_angle(block, shared, self.chart.places(shared), point);
         for (&range, out) in self.ranges_of[block].iter().zip(out) {
-            let shifted = self.shifted_block(range, &error);
-            let own = shifted.as_ref().unwrap_or(&own);
-            *out = self.residual_mm(range, block, (shared, &places), own) / self.sigma_mm;
+            let shifted = self.shifted_block(range, &at.error);
+            let along = self.lines(range, &at, shifted.as_ref().unwrap_or(&at.block)).0;
+            *out = self.residual_mm(range, shared, &along).0 / self.sigma_mm;
         }
     }
 
     #[inline(always)]
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
-        let error = self.error(block, shared, point);
-        let own = Block::of(&error);
-        let places = self.chart.places(shared);
+        let at = self.at_angle(block, shared, self.chart.places(shared), point);
         let curves = self.curves.at(block, &shared[self.curve_start()..]).slopes;
         let weight = 1.0 / self.sigma_mm;
-        let mut at = 0;
-        for (row, &range) in self.ranges_of[block].iter().enumerate() {
-            let shifted = self.shifted_block(range, &error);
-            let own = shifted.as_ref().unwrap_or(&own);
-            let slopes = self.slopes(range, block, (shared, &places), own);
-            rows.residuals[row] = weight * slopes.residual_mm;
-            for axis in 0..3 {
-                rows.by_block[6 * row + axis] = weight * slopes.beam[axis];
-                rows.by_block[6 * row + 3 + axis] = weight * slopes.by_rotation[axis];
-            }
+        let by_block = rows.by_block.as_chunks_mut::<6>().0.iter_mut();
+        let mut by_shared = rows.by_shared.iter_mut();
+        let ranges = self.ranges_of[block].iter();
+        for ((&range, residual), by_block) in ranges.zip(rows.residuals).zip(by_block) {
+            let slopes = self.slopes(range, &at);
+            *residual = weight * slopes.residual_mm;
+            *by_block = (weight * slopes.by_error()).into();
+            let mut put = |value: f64| {
+                *by_shared.next().expect("a number for each derivative") = value;
+            };
             let station = self.network.survey.ranges[range].station;
             for (_, way) in self.chart.moves(station) {
-                rows.by_shared[at] = -weight * way.dot(&slopes.beam);
-                at += 1;
+                put(-weight * way.dot(&slopes.beam));
             }
-            rows.by_shared[at] = -weight;
-            for axis in 0..3 {
-                rows.by_shared[at + 1 + axis] = weight * slopes.by_mount[axis];
-            }
-            at += 4;
+            put(-weight);
+            (weight * slopes.by_mount).iter().for_each(|value| put(*value));
             for curve in &curves {
-                rows.by_shared[at] = weight * slopes.by_error().dot(curve);
-                at += 1;
+                put(weight * slopes.by_error().dot(curve));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Results of the joint bundle.
 
 use least_squares::{BorderedPoint, BorderedProblem, BorderedSolution};
-use nalgebra::{DMatrix, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{DMatrix, Point3, Vector3, Vector6};
 
 use crate::angle_spread::{Solved, Terms};
 use crate::axes::{LocationSums, location, relation};
@@ -28,10 +28,11 @@ pub(crate) fn result(
     let covariance = covariance(joint, point, &held)?;
     let shared = covariance.shared();
     let fixed = |k: usize| Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]);
+    let angles_rad = network.angles_rad();
     let solved = Solved {
         problem: joint,
         covariance: &covariance,
-        angle_count: network.angles.len(),
+        angles_rad: &angles_rad,
         nth_block: |k: usize, nth: usize| (nth == 0).then_some(k),
         references: &[],
         errors: |k: usize, terms: &mut Terms| {
@@ -40,29 +41,27 @@ pub(crate) fn result(
         },
     };
     let sums = LocationSums::new(network);
-    let spread = solved.spread(sums.of_axis[0].as_ref())?;
-    let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
-    let mut redundancy = vec![0.0; residuals_mm.len()];
-    for (&range, [residual, share]) in joint.ranges_of.iter().flatten().zip(spread.rows()) {
-        residuals_mm[range] = weights.displacement_mm * residual;
-        redundancy[range] = share;
-    }
+    let mut rows = Rows::new(network, weights, joint.ranges_of.iter().flatten());
+    let spread = solved.spread(sums.of_axis[0].as_ref(), |row| rows.take(row))?;
+    let Rows { residuals_mm, redundancy, .. } = rows;
     let (stations, dead_paths) = stations(network, joint.chart, &point.shared, &shared);
-    let errors: Vec<_> = spread.errors().collect();
     let second = match network.axis_count() {
         1 => None,
         _ => Some(SecondCalibration {
-            axis_errors: errors_of(network, 1, &errors, options.order),
-            location: (solved.spread(sums.of_axis[1].as_ref())?.sums)
+            axis_errors: errors_of(network, 1, &spread.errors, options.order),
+            location: (solved.spread(sums.of_axis[1].as_ref(), |_| ())?.sums)
                 .map(|sums| location(network, 1, sums)),
-            relation: (solved.spread(sums.relation.as_ref())?.sums)
+            relation: (solved.spread(sums.relation.as_ref(), |_| ())?.sums)
                 .and_then(|sums| relation(network, sums)),
         }),
     };
     let of_axis = match network.axis_model {
         AxisModel::Free => OfAxis {
             mounts: mounts(joint, &point.shared, &shared),
-            axis_errors: errors_of(network, 0, &errors, options.order),
+            axis_errors: match network.axis_count() {
+                1 => axis_errors(network.axis(0), spread.errors.into_iter(), options.order),
+                _ => errors_of(network, 0, &spread.errors, options.order),
+            },
             location: spread.sums.map(|sums| location(network, 0, sums)),
             motion: None,
         },
@@ -95,28 +94,47 @@ pub(crate) struct OfAxis {
     pub(crate) motion: Option<Vec<AxisError>>,
 }
 
+/// Residual and redundancy of every range, as they are handed on.
+pub(crate) struct Rows<I> {
+    pub(crate) residuals_mm: Vec<f64>,
+    pub(crate) redundancy: Vec<f64>,
+    displacement_mm: f64,
+    ranges: I,
+}
+
+impl<'a, I: Iterator<Item = &'a usize>> Rows<I> {
+    /// `ranges` are in the order of the rows.
+    pub(crate) fn new(network: &Network<'_>, weights: Weights, ranges: I) -> Self {
+        let zeros = || vec![0.0; network.survey.ranges.len()];
+        let displacement_mm = weights.displacement_mm;
+        Self { residuals_mm: zeros(), redundancy: zeros(), displacement_mm, ranges }
+    }
+
+    pub(crate) fn take(&mut self, [residual, share]: [f64; 2]) {
+        let range = *self.ranges.next().expect("every row is of a range");
+        self.residuals_mm[range] = self.displacement_mm * residual;
+        self.redundancy[range] = share;
+    }
+}
+
 /// Errors of one axis among those of all angles, fixed frame, as those asked for.
 fn errors_of(
     network: &Network<'_>,
     axis: usize,
-    all: &[(Vector6<f64>, Matrix6<f64>)],
+    all: &[AxisError],
     order: ErrorOrder,
 ) -> Vec<AxisError> {
-    let (at, angles_rad): (Vec<usize>, Vec<f64>) = network.angles_of(axis).unzip();
-    axis_errors(network.axis(axis), &angles_rad, at.into_iter().map(|k| all[k]), order)
+    let of = |(k, angle_rad): (usize, f64)| AxisError { angle_rad, ..all[k].clone() };
+    axis_errors(network.axis(axis), network.angles_of(axis).map(of), order)
 }
 
 /// Errors in the fixed frame as those asked for.
 pub(crate) fn axis_errors(
     axis: &RotaryAxis,
-    angles_rad: &[f64],
-    errors: impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)>,
+    errors: impl Iterator<Item = AxisError>,
     order: ErrorOrder,
 ) -> Vec<AxisError> {
-    let of = |(&angle_rad, (error, covariance)): (&f64, _)| {
-        in_order(axis, order, AxisError { angle_rad, error, covariance })
-    };
-    angles_rad.iter().zip(errors).map(of).collect()
+    errors.map(|error| in_order(axis, order, error)).collect()
 }
 
 fn perfect_axis(

@@ -48,23 +48,36 @@ fn harmonics(axis: &RotaryAxis, angle_rad: f64) -> SMatrix<f64, 6, 4> {
 /// Four sums over angles, `Σ Aₖ·errorₖ`.
 pub(crate) type AngleFit = Vec<SMatrix<f64, 4, 6>>;
 
-/// The sums that fit the location of an axis by least squares, from its first angle on.
+/// The sums that fit the location of an axis by least squares, from its first angle on, among those of
+/// `count` angles; zero at those that are not its own.
 ///
 /// `None` where the angles hardly differ.
-pub(crate) fn angle_fit(axis: &RotaryAxis, angles_rad: &[f64]) -> Option<AngleFit> {
+pub(crate) fn angle_fit(
+    axis: &RotaryAxis,
+    angles_rad: impl Iterator<Item = (usize, f64)> + Clone,
+    count: usize,
+) -> Option<AngleFit> {
     /// Mean square of a harmonic below which it does not show: an arc of 0.06°.
     const SMALLEST: f64 = 1e-6;
-    let first_angle_rad = *angles_rad.first()?;
-    let design = |angle: &f64| harmonics(axis, angle - first_angle_rad);
-    let normal: Matrix4<f64> = angles_rad.iter().map(design).map(|d| d.tr_mul(&d)).sum();
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let mean = normal / angles_rad.len() as f64;
+    let (_, first_angle_rad) = angles_rad.clone().next()?;
+    let design = |angle_rad: f64| harmonics(axis, angle_rad - first_angle_rad);
+    let (mut normal, mut own) = (Matrix4::zeros(), 0.0);
+    for (_, angle_rad) in angles_rad.clone() {
+        let design = design(angle_rad);
+        normal += design.tr_mul(&design);
+        own += 1.0;
+    }
+    let mean = normal / own;
     let least = mean.symmetric_eigenvalues().min();
     if least.is_nan() || least <= SMALLEST {
         return None;
     }
     let factor = normal.cholesky()?;
-    Some(angles_rad.iter().map(|angle| factor.solve(&design(angle).transpose())).collect())
+    let mut fit = vec![SMatrix::zeros(); count];
+    for (k, angle_rad) in angles_rad {
+        fit[k] = factor.solve(&design(angle_rad).transpose());
+    }
+    Some(fit)
 }
 
 /// The location that errors in the fixed frame show, with its covariance.

@@ -112,7 +112,7 @@ impl<'a> Network<'a> {
     }
 
     /// Index of every angle at which an axis was, from the reference on, and where it was there.
-    pub(crate) fn angles_of(&self, axis: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn angles_of(&self, axis: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         let reference = self.reference_rad[axis];
         let others = self.angles.iter().enumerate().skip(1).filter(move |(_, a)| a.axis == axis);
         std::iter::once((0, reference)).chain(others.map(|(k, a)| (k, a.angle_rad)))
@@ -351,14 +351,26 @@ pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerE
 
 /// Dead paths in the order of stations and mounts, and that of each range.
 fn dead_paths(survey: &Survey, model: DeadPath) -> (Vec<(usize, Option<usize>)>, Vec<usize>) {
-    let of = |r: &Range| match model {
-        DeadPath::Lock => (r.station, Some(r.mount)),
-        DeadPath::Station => (r.station, None),
+    let mount = |r: &Range| match model {
+        DeadPath::Lock => Some(r.mount),
+        DeadPath::Station => None,
     };
-    let all: std::collections::BTreeSet<_> = survey.ranges.iter().map(of).collect();
-    let dead_paths: Vec<_> = all.into_iter().collect();
-    let index =
-        |r: &Range| dead_paths.binary_search(&of(r)).expect("the list is made of the ranges' own");
+    let mut of_station = vec![Vec::new(); survey.stations.len()];
+    for range in &survey.ranges {
+        let (known, mount) = (&mut of_station[range.station], mount(range));
+        if let Err(place) = known.binary_search(&mount) {
+            known.insert(place, mount);
+        }
+    }
+    let (mut dead_paths, mut starts) = (Vec::new(), Vec::new());
+    for (station, mounts) in of_station.iter().enumerate() {
+        starts.push(dead_paths.len());
+        dead_paths.extend(mounts.iter().map(|&mount| (station, mount)));
+    }
+    let index = |r: &Range| {
+        let place = of_station[r.station].binary_search(&mount(r));
+        starts[r.station] + place.expect("the lists are made of the ranges' own")
+    };
     let dead_path_of = survey.ranges.iter().map(index).collect();
     (dead_paths, dead_path_of)
 }

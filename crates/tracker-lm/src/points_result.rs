@@ -7,7 +7,7 @@ use crate::angle_spread::{Room, Solved, Terms};
 use crate::axes::{LocationSums, location};
 use crate::count::count;
 use crate::free_points::{FreePoints, point_of};
-use crate::joint_result::{axis_errors, stations};
+use crate::joint_result::{Rows, axis_errors, stations};
 use crate::motion::error_by;
 use crate::network::{MIN_MOUNTS, Network, check_collinear};
 use crate::search::covariance;
@@ -30,21 +30,17 @@ pub(crate) fn result(
     let solved = Solved {
         problem: points,
         covariance: &covariance,
-        angle_count: angles_rad.len(),
+        angles_rad: &angles_rad,
         nth_block: |k: usize, nth: usize| network.angles[k].steps.get(nth).copied(),
         references: &network.angles[0].steps,
         errors: |k: usize, terms: &mut Terms| reference.error(network, blocks, k, terms),
     };
     let sums = LocationSums::new(network);
-    let spread = solved.spread(sums.of_axis[0].as_ref())?;
-    let mut residuals_mm = vec![0.0; network.survey.ranges.len()];
-    let mut redundancy = vec![0.0; residuals_mm.len()];
     let steps = network.angles.iter().flat_map(|angle| &angle.steps);
     let ranges = steps.flat_map(|&step| &network.ranges_of_step[step]);
-    for (&range, [residual, share]) in ranges.zip(spread.rows()) {
-        residuals_mm[range] = weights.displacement_mm * residual;
-        redundancy[range] = share;
-    }
+    let mut rows = Rows::new(network, weights, ranges);
+    let spread = solved.spread(sums.of_axis[0].as_ref(), |row| rows.take(row))?;
+    let Rows { residuals_mm, redundancy, .. } = rows;
     let (stations, dead_paths) = stations(network, points.chart, &point.shared, &shared);
     Ok(Calibration {
         stations,
@@ -53,7 +49,7 @@ pub(crate) fn result(
         location: spread.sums.map(|sums| location(network, 0, sums)),
         second: None,
         motion: None,
-        axis_errors: axis_errors(&network.survey.axis, &angles_rad, spread.errors(), options.order),
+        axis_errors: axis_errors(&network.survey.axis, spread.errors.into_iter(), options.order),
         residuals_mm,
         redundancy,
         n_points: network.point_count(),

@@ -5,7 +5,7 @@
 )]
 
 use super::lanes::{LANES, Lanes};
-use super::program::{Compiled, Group, Limits, Product, Program};
+use super::program::{Compiled, Group, Limits, Products, Program, Sum};
 use super::triangle::row_start;
 use super::{BlockRows, BorderedPoint, BorderedProblem};
 use crate::RobustRows;
@@ -179,13 +179,18 @@ impl Scratch {
 /// Adds up products of a block's numbers.
 #[inline(always)]
 pub(super) fn add_products<const FUSED: bool>(
-    products: &[Product],
+    products: &Products,
     values: &[Lanes],
     sums: &mut [Lanes],
 ) {
-    for Product { a, b, to } in products {
-        let sum = &mut sums[*to as usize];
-        *sum = values[*a as usize].mul_add::<FUSED>(values[*b as usize], *sum);
+    let mut pairs = &products.pairs[..];
+    for &Sum { to, count } in &products.sums {
+        let (own, rest) = pairs.split_at(count as usize);
+        let mut sum = sums[to as usize];
+        for &[a, b] in own {
+            sum = values[a as usize].mul_add::<FUSED>(values[b as usize], sum);
+        }
+        (sums[to as usize], pairs) = (sum, rest);
     }
 }
 

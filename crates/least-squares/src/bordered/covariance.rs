@@ -6,12 +6,13 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::block::{Place, Rows};
-use super::parts::{BlockParts, TILE};
-use super::passes::{Setting, chunk_length, chunks, map_chunks};
+use super::parts::BlockParts;
+use super::passes::{Room, Setting, chunk_length, map_chunks};
 use super::program::Program;
 use super::rank::Rank;
 use super::reduced::Reduced;
 use super::solve::{Tally, report_at};
+use super::strips::TILE;
 use super::{BorderedOptions, BorderedPoint, BorderedProblem};
 use crate::SolveError;
 
@@ -94,12 +95,12 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     })
 }
 
-/// Rows of a matrix, filled up to a number of tiles.
+/// Rows of a square matrix, as many and as wide as fill a number of tiles.
 fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
     let width = matrix.ncols().next_multiple_of(TILE);
-    let mut rows = vec![0.0; matrix.nrows() * width];
-    for (i, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
-        row.iter_mut().zip(matrix.row(i).iter()).for_each(|(to, from)| *to = *from);
+    let mut rows = vec![0.0; width * width];
+    for (row, from) in rows.chunks_exact_mut(width.max(1)).zip(matrix.row_iter()) {
+        row.iter_mut().zip(from.iter()).for_each(|(to, from)| *to = *from);
     }
     rows
 }
@@ -108,9 +109,9 @@ fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
 /// weak, or a number is not finite.
 fn steady<P: BorderedProblem>(place: Place<'_, P>, tolerance: f64) -> Option<(DMatrix<f64>, Rank)> {
     let Place { problem, program, robust, point } = place;
-    let mut chunks = chunks(program);
-    Setting { problem, program, robust }.eliminate(&mut chunks, point, 0.0);
-    let sums = &chunks[0].sums;
+    let mut room = Room::new(program);
+    Setting { problem, program, robust }.eliminate(&mut room, point, 0.0);
+    let sums = &room.sums;
     let mut reduced = Reduced::new(program, problem.shared_residual_count());
     reduced.collect(problem, program, &point.shared, sums);
     reduced.solve(program, 0.0);
@@ -233,13 +234,15 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
     }
 
     /// Calls `work` on ranges that together are `0..count`, on as many threads as there are, each
-    /// with room for the parts of a block; the ranges do not depend on the number of threads.
+    /// with room for the parts of a block, and hands `take` in turn what it makes of each; the ranges do
+    /// not depend on the number of threads.
     pub fn in_chunks<T: Send>(
         &self,
         count: usize,
         work: impl Fn(Range<usize>, &mut BlockParts) -> T + Sync + Send,
-    ) -> Vec<T> {
-        map_chunks(count, |range| work(range, &mut self.parts()))
+        take: impl FnMut(T),
+    ) {
+        map_chunks(count, |range| work(range, &mut self.parts()), take);
     }
 
     fn place(&self) -> Place<'_, P> {

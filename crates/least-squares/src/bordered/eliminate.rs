@@ -14,7 +14,7 @@ use super::program::{PANEL, Program};
 use super::simd::Task;
 use super::triangle;
 
-/// What a chunk of blocks adds to the reduced normal equations, and its scratch.
+/// What a chunk of blocks adds to the reduced normal equations, or all do, and scratch.
 pub(super) struct Sums {
     /// Products of shared columns, by slot of the program.
     pub(super) slots: Vec<Lanes>,
@@ -43,7 +43,7 @@ impl Sums {
         }
     }
 
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.slots.fill(Lanes::ZERO);
         self.reduction.clear();
         (self.twice_cost, self.least_pivot) = (0.0, 1.0);
@@ -75,7 +75,7 @@ impl<P: BorderedProblem> Task for Eliminate<'_, P> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn run<S: pulp::Simd, const FUSED: bool>(self, _: S) {
         // The compiler unrolls the loops over a block's directions where it knows their number.
         match self.place.program.block_dim {
             3 => self.eliminate::<FUSED>(3),

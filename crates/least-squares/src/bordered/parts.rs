@@ -5,17 +5,14 @@
 )]
 
 use nalgebra::DMatrix;
+use pulp::Simd;
 
 use super::BorderedProblem;
 use super::block::{Place, Rows};
 use super::program::{Compiled, Program};
 use super::simd::{Task, dispatch, mul_add};
+use super::strips::{self, TILE};
 use super::triangle::row_start;
-
-/// Columns that are handled together; rows are as wide as a number of these.
-pub(super) const TILE: usize = 8;
-/// Directions of a block that are handled together.
-const ROWS: usize = 4;
 
 /// Uncertainty of one block.
 ///
@@ -28,8 +25,10 @@ pub struct BlockParts {
     factor: Vec<f64>,
     /// Inverse of the factor, `block_dim × block_dim` by rows.
     inverse: Vec<f64>,
-    /// `J_bᵀ J_s`, then `V⁻¹ J_bᵀ J_s`, by rows.
+    /// `J_bᵀ J_s` by columns.
     coupling: Vec<f64>,
+    /// `−V⁻¹ J_bᵀ J_s` by rows.
+    solved: Vec<f64>,
     own: Vec<f64>,
     along: Vec<f64>,
     residual_count: usize,
@@ -46,6 +45,7 @@ impl BlockParts {
             factor: vec![0.0; row_start(b)],
             inverse: vec![0.0; b * b],
             coupling: vec![0.0; b * width],
+            solved: vec![0.0; b * width],
             own: vec![0.0; b * b],
             along: vec![0.0; b * width],
             residual_count: 0,
@@ -159,7 +159,7 @@ impl<P: BorderedProblem> Task for Fill<'_, P> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn run<S: Simd, const FUSED: bool>(self, simd: S) {
         let Self { parts, place, root, block } = self;
         let program = place.program;
         let compiled = program.compiled(block);
@@ -171,12 +171,12 @@ impl<P: BorderedProblem> Task for Fill<'_, P> {
         } else {
             // The compiler unrolls the loops over a block's directions where it knows their number.
             match program.block_dim {
-                6 => parts.solve::<FUSED>(6, compiled, root),
-                12 => parts.solve::<FUSED>(12, compiled, root),
-                b => parts.solve::<FUSED>(b, compiled, root),
+                6 => parts.solve::<S, FUSED>(simd, 6, compiled, root),
+                12 => parts.solve::<S, FUSED>(simd, 12, compiled, root),
+                b => parts.solve::<S, FUSED>(simd, b, compiled, root),
             }
         }
-        parts.lever::<FUSED>(program.block_dim, compiled, root);
+        parts.lever::<S, FUSED>(simd, program.block_dim, compiled, root);
     }
 }
 
@@ -193,21 +193,29 @@ impl Task for Combine<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let Self { parts, b, a, covariance, along } = self;
+    fn run<S: Simd, const FUSED: bool>(self, simd: S) {
+        match self.b {
+            6 => self.add::<S, FUSED>(simd, 6),
+            12 => self.add::<S, FUSED>(simd, 12),
+            b => self.add::<S, FUSED>(simd, b),
+        }
+    }
+}
+
+impl Combine<'_> {
+    #[inline(always)]
+    fn add<S: Simd, const FUSED: bool>(self, simd: S, b: usize) {
+        let Self { parts, a, covariance, along, .. } = self;
+        let from = strips::Rows::new(&parts.along, parts.width);
+        strips::add_product(simd, a, b, from, false, along);
         let rows = a.len() / b;
-        let n = parts.width;
-        for (i, row) in a.chunks_exact(b).enumerate() {
-            for (k, value) in row.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                add_scaled::<FUSED>(&mut along[i * n..][..n], *value, &parts.along[k * n..][..n]);
-            }
+        for (row, sums) in a.chunks_exact(b).zip(covariance.chunks_exact_mut(rows.max(1))) {
             for (k, own) in parts.own.chunks_exact(b).enumerate() {
                 let mut product = 0.0;
                 for (value, own) in row.iter().zip(own) {
                     product = mul_add::<FUSED>(*value, *own, product);
                 }
-                for (j, other) in a.chunks_exact(b).enumerate() {
-                    let sum = &mut covariance[i * rows + j];
+                for (sum, other) in sums.iter_mut().zip(a.chunks_exact(b)) {
                     *sum = mul_add::<FUSED>(product, other[k], *sum);
                 }
             }
@@ -218,18 +226,24 @@ impl Task for Combine<'_> {
 impl BlockParts {
     /// `V⁻¹` and `−V⁻¹ J_bᵀ J_s` times the root.
     #[inline(always)]
-    fn solve<const FUSED: bool>(&mut self, b: usize, compiled: &Compiled, root: &[f64]) {
-        let n = self.width;
-        self.multiply::<FUSED>(n, compiled);
+    fn solve<S: Simd, const FUSED: bool>(
+        &mut self,
+        simd: S,
+        b: usize,
+        compiled: &Compiled,
+        root: &[f64],
+    ) {
+        self.multiply::<FUSED>(b, compiled);
         self.factor::<FUSED>(b);
-        let Self { factor, inverse, coupling, own, along, .. } = self;
-        let tiles = n / TILE;
-        for tile in 0..tiles {
-            solve_tile::<FUSED>(b, factor, tile, tiles, coupling.as_chunks_mut::<TILE>().0);
+        let Self { factor, inverse, coupling, solved, own, along, width, .. } = self;
+        for (r, row) in solved.chunks_exact_mut((*width).max(1)).enumerate() {
+            for (to, column) in row.iter_mut().zip(coupling.chunks_exact(b)) {
+                *to = -column[r];
+            }
         }
-        for (coupling, along) in coupling.chunks(ROWS * n).zip(along.chunks_mut(ROWS * n)) {
-            multiply_root::<FUSED>(n, coupling, root, along);
-        }
+        strips::solve(simd, b, factor, solved);
+        along.fill(0.0);
+        strips::add_product(simd, solved, *width, strips::Rows::new(root, *width), true, along);
         inverse.fill(0.0);
         for r in 0..b {
             let row = &factor[row_start(r)..][..=r];
@@ -251,23 +265,30 @@ impl BlockParts {
 
     /// `V` and `J_bᵀ J_s`.
     #[inline(always)]
-    fn multiply<const FUSED: bool>(&mut self, n: usize, compiled: &Compiled) {
+    fn multiply<const FUSED: bool>(&mut self, b: usize, compiled: &Compiled) {
         self.factor.fill(0.0);
         self.coupling.fill(0.0);
         let numbers = self.rows.split(compiled.limits);
         for row in &compiled.rows {
-            for p in row.by_block.clone() {
-                let (direction, value) = (compiled.block_columns[p], numbers.by_block[p]);
-                for q in row.by_block.start..=p {
-                    let other = compiled.block_columns[q];
-                    let at = row_start(direction.max(other)) + direction.min(other);
+            let directions = &compiled.block_columns[row.by_block.clone()];
+            let values = &numbers.by_block[row.by_block.clone()];
+            for (p, (direction, value)) in directions.iter().zip(values).enumerate() {
+                for (other, factor) in directions[..=p].iter().zip(values) {
+                    let at = row_start(*direction.max(other)) + direction.min(other);
                     let sum = &mut self.factor[at];
-                    *sum = mul_add::<FUSED>(value, numbers.by_block[q], *sum);
+                    *sum = mul_add::<FUSED>(*value, *factor, *sum);
                 }
-                let coupling = &mut self.coupling[direction * n..][..n];
-                for entry in &compiled.entries[row.entries.clone()] {
-                    let sum = &mut coupling[entry.column - 1];
-                    *sum = mul_add::<FUSED>(value, numbers.by_shared[entry.value], *sum);
+            }
+            let meets_all = directions.iter().copied().eq(0..b);
+            for entry in &compiled.entries[row.entries.clone()] {
+                let by_shared = numbers.by_shared[entry.value];
+                let column = &mut self.coupling[(entry.column - 1) * b..][..b];
+                if meets_all {
+                    add_scaled::<FUSED>(column, by_shared, values);
+                    continue;
+                }
+                for (direction, value) in directions.iter().zip(values) {
+                    column[*direction] = mul_add::<FUSED>(*value, by_shared, column[*direction]);
                 }
             }
         }
@@ -297,29 +318,24 @@ impl BlockParts {
 
     /// Leverages: `J_b own J_bᵀ` and the squares of what is left of `J_s`, times the root.
     #[inline(always)]
-    fn lever<const FUSED: bool>(&mut self, b: usize, compiled: &Compiled, root: &[f64]) {
+    fn lever<S: Simd, const FUSED: bool>(
+        &mut self,
+        simd: S,
+        b: usize,
+        compiled: &Compiled,
+        root: &[f64],
+    ) {
         let Self { rows, own, along, leverages, width, .. } = self;
         let numbers = rows.split(compiled.limits);
-        let (root, along) = (root.as_chunks::<TILE>().0, along.as_chunks::<TILE>().0);
-        let tiles = *width / TILE;
+        let root = strips::Rows::new(root, *width);
+        let along = strips::Rows::new(along, *width);
         for (row, leverage) in compiled.rows.iter().zip(leverages) {
-            let entries = &compiled.entries[row.entries.clone()];
+            let entries = compiled.entries[row.entries.clone()].iter();
+            let entries = entries.map(|entry| (entry.column - 1, numbers.by_shared[entry.value]));
             let columns = &compiled.block_columns[row.by_block.clone()];
             let values = &numbers.by_block[row.by_block.clone()];
-            let mut squares = [0.0; TILE];
-            for tile in 0..tiles {
-                let mut left = [0.0; TILE];
-                for entry in entries {
-                    let from = &root[(entry.column - 1) * tiles + tile];
-                    add_tile::<FUSED>(&mut left, numbers.by_shared[entry.value], from);
-                }
-                for (column, value) in columns.iter().zip(values) {
-                    add_tile::<FUSED>(&mut left, *value, &along[column * tiles + tile]);
-                }
-                for (sum, value) in squares.iter_mut().zip(left) {
-                    *sum = mul_add::<FUSED>(value, value, *sum);
-                }
-            }
+            let by_block = columns.iter().copied().zip(values.iter().copied());
+            let squares = strips::squares(simd, &(entries, root), &(by_block, along));
             let mut sum = 0.0;
             for (column, value) in columns.iter().zip(values) {
                 let own = &own[column * b..][..b];
@@ -329,67 +345,8 @@ impl BlockParts {
                 }
                 sum = mul_add::<FUSED>(*value, product, sum);
             }
-            *leverage = sum + squares.iter().sum::<f64>();
+            *leverage = sum + squares;
         }
-    }
-}
-
-/// Solves for one tile of columns of all rows: `x ← V⁻¹ x`.
-#[inline(always)]
-fn solve_tile<const FUSED: bool>(
-    b: usize,
-    factor: &[f64],
-    tile: usize,
-    tiles: usize,
-    x: &mut [[f64; TILE]],
-) {
-    for r in 0..b {
-        let row = &factor[row_start(r)..][..=r];
-        let mut left = x[r * tiles + tile];
-        for c in 0..r {
-            add_tile::<FUSED>(&mut left, -row[c], &x[c * tiles + tile]);
-        }
-        x[r * tiles + tile] = left.map(|value| value * row[r]);
-    }
-    for r in (0..b).rev() {
-        let row = &factor[row_start(r)..][..=r];
-        let known = x[r * tiles + tile].map(|value| value * row[r]);
-        x[r * tiles + tile] = known;
-        for c in 0..r {
-            add_tile::<FUSED>(&mut x[c * tiles + tile], -row[c], &known);
-        }
-    }
-}
-
-/// `along ← −coupling · root` for up to [`ROWS`] rows.
-#[inline(always)]
-fn multiply_root<const FUSED: bool>(n: usize, coupling: &[f64], root: &[f64], along: &mut [f64]) {
-    let (tiles, root) = (n / TILE, root.as_chunks::<TILE>().0);
-    let along = along.as_chunks_mut::<TILE>().0;
-    let Some(last) = coupling.len().checked_sub(n) else { return };
-    // Missing rows are the last one again.
-    let row = |i: usize| &coupling[(i * n).min(last)..][..n];
-    let rows: [&[f64]; ROWS] = std::array::from_fn(row);
-    for tile in 0..tiles {
-        let mut sums = [[0.0; TILE]; ROWS];
-        // The root has noughts below its diagonal, and as many rows as free columns.
-        let end = ((tile + 1) * TILE).min(root.len() / tiles);
-        for k in 0..end {
-            let from = &root[k * tiles + tile];
-            for (sum, row) in sums.iter_mut().zip(&rows) {
-                add_tile::<FUSED>(sum, -row[k], from);
-            }
-        }
-        for (i, sum) in sums.iter().enumerate().take(1 + last / n) {
-            along[i * tiles + tile] = *sum;
-        }
-    }
-}
-
-#[inline(always)]
-fn add_tile<const FUSED: bool>(to: &mut [f64; TILE], factor: f64, from: &[f64; TILE]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = mul_add::<FUSED>(factor, *from, *to);
     }
 }
 

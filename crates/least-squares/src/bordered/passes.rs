@@ -1,4 +1,7 @@
 //! The two passes over all blocks, in chunks that do not depend on the number of threads.
+//!
+//! A few chunks are worked on at a time, and handed on before the next: what there is room for grows
+//! with the number of threads, not with that of the chunks.
 
 use std::ops::Range;
 
@@ -20,14 +23,16 @@ const MIN_BLOCKS: usize = 64;
 const MAX_CHUNKS: usize = 32;
 /// Numbers in the sums of all chunks above which there are fewer chunks.
 const MAX_NUMBERS: usize = 1 << 20;
+/// Chunks at a time for each of several threads, which wait for each other after them.
+const CHUNKS_PER_THREAD: usize = 4;
 
-/// A range of blocks with room for its sums.
-pub(super) struct Chunk {
-    pub(super) blocks: Range<usize>,
-    scratch: Scratch,
-    steps: Steps,
-    pub(super) sums: Sums,
-    gain: Gain,
+/// Chunks that are worked on at a time.
+fn at_a_time() -> usize {
+    #[cfg(feature = "parallel")]
+    let threads = rayon::current_num_threads();
+    #[cfg(not(feature = "parallel"))]
+    let threads = 1;
+    if threads > 1 { CHUNKS_PER_THREAD * threads } else { 1 }
 }
 
 /// Blocks in a chunk, but for the last.
@@ -38,19 +43,32 @@ pub(super) fn chunk_length(program: &Program) -> usize {
     length.max(MIN_BLOCKS)
 }
 
-/// Cuts the blocks into chunks.
-pub(super) fn chunks(program: &Program) -> Vec<Chunk> {
-    let length = chunk_length(program);
-    let starts = (0..program.block_count.max(1)).step_by(length);
-    starts
-        .map(|start| Chunk {
-            blocks: start..(start + length).min(program.block_count),
+/// Room for the chunks that are worked on at a time, and the sums of all.
+pub(super) struct Room {
+    /// Blocks in a chunk, but for the last.
+    length: usize,
+    slots: Vec<Slot>,
+    pub(super) sums: Sums,
+}
+
+/// Room for one chunk.
+struct Slot {
+    scratch: Scratch,
+    steps: Steps,
+    sums: Sums,
+}
+
+impl Room {
+    pub(super) fn new(program: &Program) -> Self {
+        let length = chunk_length(program);
+        let count = program.block_count.div_ceil(length).clamp(1, at_a_time());
+        let slot = |_| Slot {
             scratch: Scratch::new(program),
             steps: Steps::new(program),
             sums: Sums::new(program),
-            gain: Gain::default(),
-        })
-        .collect()
+        };
+        Self { length, slots: (0..count).map(slot).collect(), sums: Sums::new(program) }
+    }
 }
 
 /// What does not change during a search.
@@ -61,24 +79,32 @@ pub(super) struct Setting<'a, P> {
 }
 
 impl<P: BorderedProblem> Setting<'_, P> {
-    /// Linearises all blocks and eliminates them; the first chunk holds the sums of all.
-    pub(super) fn eliminate(&self, chunks: &mut [Chunk], point: &BorderedPoint, damping: f64) {
+    /// Linearises all blocks and eliminates them; the room then holds the sums of all.
+    pub(super) fn eliminate(&self, room: &mut Room, point: &BorderedPoint, damping: f64) {
         let Self { problem, program, robust } = *self;
         let place = Place { problem, program, robust, point };
-        for_each(chunks, |Chunk { blocks, scratch, sums, .. }| {
-            let blocks = blocks.clone();
-            dispatch(Eliminate { place, blocks, damping, scratch, sums });
-        });
-        let (first, rest) = chunks.split_first_mut().expect("there is always a chunk");
-        for chunk in rest {
-            first.sums.add(&chunk.sums);
+        let Room { length, slots, sums } = room;
+        let (length, count) = (*length, program.block_count);
+        sums.clear();
+        for first in (0..count).step_by(length * slots.len()) {
+            let starts = (first..count).step_by(length);
+            let chunks = starts.map(|start| start..(start + length).min(count));
+            let chunks: Vec<_> = slots.iter_mut().zip(chunks).collect();
+            let done = each(chunks, |(slot, blocks)| {
+                let Slot { scratch, sums, .. } = slot;
+                dispatch(Eliminate { place, blocks, damping, scratch, sums: &mut *sums });
+                &*sums
+            });
+            for chunk in done {
+                sums.add(chunk);
+            }
         }
     }
 
     /// Moves all blocks along with the shared point, which `moved` already holds.
     pub(super) fn step(
         &self,
-        chunks: &mut [Chunk],
+        room: &mut Room,
         point: &BorderedPoint,
         step: &[f64],
         damping: f64,
@@ -86,85 +112,57 @@ impl<P: BorderedProblem> Setting<'_, P> {
     ) -> Gain {
         let Self { problem, program, robust } = *self;
         let block_len = point.block_len(program.block_count);
-        let length = chunks[0].blocks.len() * block_len;
+        let Room { length, slots, .. } = room;
+        let (length, count) = (*length, program.block_count);
         let BorderedPoint { shared, blocks: moved } = moved;
-        let shared = &*shared;
+        let (shared, mut moved) = (&*shared, &mut moved[..]);
         let place = Place { problem, program, robust, point };
-        for_each_with(
-            chunks,
-            moved,
-            length,
-            |Chunk { blocks, scratch, steps, gain, .. }, moved| {
-                let blocks = blocks.clone();
-                *gain =
-                    dispatch(Try { place, damping, step, shared, blocks, moved, scratch, steps });
-            },
-        );
         let mut total = Gain::default();
-        for chunk in chunks {
-            total.add(chunk.gain);
+        for first in (0..count).step_by(length * slots.len()) {
+            let starts = (first..count).step_by(length);
+            let chunks = starts.map(|start| {
+                let blocks = start..(start + length).min(count);
+                let own = moved
+                    .split_off_mut(..blocks.len() * block_len)
+                    .expect("numbers of every block");
+                (blocks, own)
+            });
+            let chunks: Vec<_> = slots.iter_mut().zip(chunks).collect();
+            let done = each(chunks, |(Slot { scratch, steps, .. }, (blocks, moved))| {
+                dispatch(Try { place, damping, step, shared, blocks, moved, scratch, steps })
+            });
+            for gain in done {
+                total.add(gain);
+            }
         }
         total
     }
 }
 
-/// What `work` makes of ranges that together are `0..count`, on as many threads as there are.
+/// Hands `take` in turn what `work` makes of ranges that together are `0..count`, on as many threads as
+/// there are.
 pub(super) fn map_chunks<T: Send>(
     count: usize,
     work: impl Fn(Range<usize>) -> T + Sync + Send,
-) -> Vec<T> {
+    take: impl FnMut(T),
+) {
     let length = count.div_ceil(MAX_CHUNKS).max(MIN_BLOCKS);
-    let range = |chunk: usize| chunk * length..((chunk + 1) * length).min(count);
-    let chunks = 0..count.div_ceil(length);
-    #[cfg(feature = "parallel")]
-    if chunks.len() > 1 {
-        return chunks.into_par_iter().map(|chunk| work(range(chunk))).collect();
-    }
-    chunks.map(|chunk| work(range(chunk))).collect()
+    let starts: Vec<usize> = (0..count).step_by(length).collect();
+    let chunk = |start: usize| work(start..(start + length).min(count));
+    starts.chunks(at_a_time()).flat_map(|some| each(some.to_vec(), chunk)).for_each(take);
 }
 
-/// Calls `work` on every chunk, on as many threads as there are.
+/// What `work` makes of each, on as many threads as there are.
 #[cfg(feature = "parallel")]
-fn for_each(chunks: &mut [Chunk], work: impl Fn(&mut Chunk) + Sync + Send) {
-    if let [only] = chunks {
-        work(only);
+fn each<A: Send, T: Send>(all: Vec<A>, work: impl Fn(A) -> T + Sync + Send) -> Vec<T> {
+    if all.len() > 1 {
+        all.into_par_iter().map(work).collect()
     } else {
-        chunks.par_iter_mut().for_each(work);
+        all.into_iter().map(work).collect()
     }
 }
 
 #[cfg(not(feature = "parallel"))]
-fn for_each(chunks: &mut [Chunk], work: impl Fn(&mut Chunk)) {
-    chunks.iter_mut().for_each(work);
-}
-
-/// The same with `length` numbers for each chunk.
-#[cfg(feature = "parallel")]
-fn for_each_with(
-    chunks: &mut [Chunk],
-    numbers: &mut [f64],
-    length: usize,
-    work: impl Fn(&mut Chunk, &mut [f64]) + Sync + Send,
-) {
-    match chunks {
-        [only] => work(only, numbers),
-        _ if length == 0 => chunks.par_iter_mut().for_each(|chunk| work(chunk, &mut [])),
-        _ => chunks
-            .par_iter_mut()
-            .zip(numbers.par_chunks_mut(length))
-            .for_each(|(chunk, numbers)| work(chunk, numbers)),
-    }
-}
-
-#[cfg(not(feature = "parallel"))]
-fn for_each_with(
-    chunks: &mut [Chunk],
-    numbers: &mut [f64],
-    length: usize,
-    work: impl Fn(&mut Chunk, &mut [f64]),
-) {
-    let mut numbers = numbers.chunks_mut(length.max(1));
-    for chunk in chunks {
-        work(chunk, numbers.next().unwrap_or_default());
-    }
+fn each<A, T>(all: Vec<A>, work: impl Fn(A) -> T) -> Vec<T> {
+    all.into_iter().map(work).collect()
 }

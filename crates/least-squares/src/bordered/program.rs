@@ -3,7 +3,7 @@
 mod check;
 mod compiled;
 
-pub(super) use compiled::{Compiled, Limits, Product};
+pub(super) use compiled::{Compiled, Limits, Products, Sum};
 
 use super::lanes::LANES;
 use super::{BorderedOptions, BorderedPoint, BorderedProblem, Pattern};

@@ -1,6 +1,6 @@
 //! The Levenberg-Marquardt search over shared point and blocks.
 
-use super::passes::{Chunk, Setting, chunks};
+use super::passes::{Room, Setting};
 use super::reduced::Reduced;
 use super::trial::Gain;
 use super::{BorderedOptions, BorderedPoint, BorderedProblem};
@@ -82,7 +82,7 @@ impl Rejected {
 pub(super) struct Search<'a, P> {
     setting: Setting<'a, P>,
     options: &'a BorderedOptions,
-    chunks: Vec<Chunk>,
+    room: Room,
     reduced: Reduced,
     pub(super) point: BorderedPoint,
     trial: BorderedPoint,
@@ -112,7 +112,7 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
         let numbers = shared_rows * setting.program.shared_dim;
         let damping = options.initial_damping;
         Self {
-            chunks: chunks(setting.program),
+            room: Room::new(setting.program),
             reduced: Reduced::new(setting.program, shared_rows),
             trial: point.clone(),
             trial_rows: (vec![0.0; shared_rows], vec![0.0; numbers]),
@@ -155,7 +155,7 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
     /// Least share of a diagonal entry that the elimination leaves; nought where that may be the
     /// damping's doing.
     pub(super) fn least_pivot(&self) -> f64 {
-        let blocks = self.chunks[0].sums.least_pivot;
+        let blocks = self.room.sums.least_pivot;
         let least = blocks.min(self.reduced.least_pivot);
         if least > DAMPED * self.eliminated_damping { least } else { 0.0 }
     }
@@ -165,8 +165,8 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
         let program = self.setting.program;
         self.jacobian_evaluations += 1;
         self.eliminated_damping = self.damping;
-        self.setting.eliminate(&mut self.chunks, &self.point, self.damping);
-        let sums = &self.chunks[0].sums;
+        self.setting.eliminate(&mut self.room, &self.point, self.damping);
+        let sums = &self.room.sums;
         self.reduced.collect(self.setting.problem, program, &self.point.shared, sums);
         self.reduced.solve(program, self.damping);
         self.gradient = (self.reduced.promised / self.reduced.twice_cost).sqrt().min(1.0);
@@ -265,9 +265,9 @@ impl<'a, P: BorderedProblem> Search<'a, P> {
     /// Evaluates the present step in `trial`.
     fn try_step(&mut self) -> Gain {
         self.residual_evaluations += 1;
-        let Self { setting, chunks, reduced, point, trial, trial_rows, .. } = self;
+        let Self { setting, room, reduced, point, trial, trial_rows, .. } = self;
         setting.problem.retract_shared(&point.shared, &reduced.tangent, &mut trial.shared);
-        let mut gain = setting.step(chunks, point, &reduced.step, self.damping, trial);
+        let mut gain = setting.step(room, point, &reduced.step, self.damping, trial);
         let (residuals, jacobian) = trial_rows;
         let (squares, unexplained) =
             reduced.try_shared_rows(setting.problem, &trial.shared, residuals, jacobian);

@@ -9,7 +9,7 @@ pub(super) trait Task {
     type Output;
 
     /// Runs it; has to be `#[inline(always)]`. With `FUSED`, `mul_add` is one instruction.
-    fn run<const FUSED: bool>(self) -> Self::Output;
+    fn run<S: pulp::Simd, const FUSED: bool>(self, simd: S) -> Self::Output;
 }
 
 /// Runs a task with the best instructions of this machine.
@@ -23,12 +23,12 @@ impl<T: Task> pulp::WithSimd for Chosen<T> {
     type Output = T::Output;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> T::Output {
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> T::Output {
         // WebAssembly has vectors without a fused multiply-add.
         if S::IS_SCALAR || cfg!(target_family = "wasm") {
-            self.0.run::<false>()
+            self.0.run::<S, false>(simd)
         } else {
-            self.0.run::<true>()
+            self.0.run::<S, true>(simd)
         }
     }
 }

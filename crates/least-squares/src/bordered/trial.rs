@@ -77,7 +77,7 @@ impl<P: BorderedProblem> Task for Try<'_, P> {
     type Output = Gain;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Gain {
+    fn run<S: pulp::Simd, const FUSED: bool>(self, _: S) -> Gain {
         match self.place.program.block_dim {
             3 => self.step::<FUSED>(3),
             6 => self.step::<FUSED>(6),

@@ -169,7 +169,7 @@ fn result(
     let solved = Solved {
         problem: bundle,
         covariance: &covariance,
-        angle_count: angles_rad.len(),
+        angles_rad: &angles_rad,
         nth_block: |k: usize, nth: usize| (nth == 0).then_some(k),
         references: &[],
         errors: |k: usize, terms: &mut Terms| {
@@ -177,11 +177,11 @@ fn result(
             Ok(Vector6::from_column_slice(&point.blocks[6 * k..6 * k + 6]))
         },
     };
-    let fit = angle_fit(&survey.axis, &angles_rad);
-    let spread = solved.spread(fit.as_ref())?;
+    let fit = angle_fit(&survey.axis, angles_rad.iter().copied().enumerate(), angles_rad.len());
+    let mut rows: Vec<[f64; 2]> = Vec::new();
+    let spread = solved.spread(fit.as_ref(), |row| rows.push(row))?;
     let n = survey.targets.len();
     let (mut residuals_mm, mut redundancy) = (vec![Vector3::zeros(); n], vec![Vector3::zeros(); n]);
-    let rows: Vec<[f64; 2]> = spread.rows().collect();
     let (rows, _) = rows.as_chunks::<3>();
     for (&target, rows) in bundle.targets_of.iter().flatten().zip(rows) {
         let whitened = Vector3::from(rows.map(|[residual, _]| residual));
@@ -191,7 +191,7 @@ fn result(
     let of_axis = match options.axis {
         AxisModel::Free => OfAxis {
             mounts: mounts(bundle, &point.shared, &shared),
-            axis_errors: axis_errors(&survey.axis, &angles_rad, spread.errors(), options.order),
+            axis_errors: axis_errors(&survey.axis, spread.errors.into_iter(), options.order),
             location: (spread.sums).map(|(errors, covariance)| {
                 located(survey.axis, angles_rad[0], errors, covariance)
             }),

@@ -34,19 +34,32 @@ impl Limits {
     }
 }
 
-/// `to ← to + a b`, with `a` and `b` among a block's residuals, derivatives by its own
+/// Sums of products `a b`, with `a` and `b` among a block's residuals, derivatives by its own
 /// directions and by the shared ones, numbered through in this order.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::bordered) struct Product {
-    pub(in crate::bordered) a: u32,
-    pub(in crate::bordered) b: u32,
-    pub(in crate::bordered) to: u32,
+#[derive(Debug, Default)]
+pub(in crate::bordered) struct Products {
+    pub(in crate::bordered) sums: Vec<Sum>,
+    pub(in crate::bordered) pairs: Vec<[u32; 2]>,
 }
 
-impl Product {
-    #[expect(clippy::cast_possible_truncation, reason = "nobody has 2^32 numbers in a block")]
-    const fn new(a: usize, b: usize, to: usize) -> Self {
-        Self { a: a as u32, b: b as u32, to: to as u32 }
+/// A sum of products.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bordered) struct Sum {
+    /// Place of the sum.
+    pub(in crate::bordered) to: u32,
+    /// Number of its pairs, which follow those of the sum before.
+    pub(in crate::bordered) count: u32,
+}
+
+impl Products {
+    /// Of `[a, b, to]` in the order in which they are added up.
+    fn new(mut products: Vec<[usize; 3]>) -> Self {
+        products.sort_by_key(|[_, _, to]| *to);
+        let number = |n: usize| u32::try_from(n).expect("nobody has 2^32 numbers in a block");
+        let sums = products.chunk_by(|[_, _, a], [_, _, b]| a == b);
+        let sums = sums.map(|all| Sum { to: number(all[0][2]), count: number(all.len()) });
+        let pairs = products.iter().map(|&[a, b, _]| [number(a), number(b)]);
+        Self { sums: sums.collect(), pairs: pairs.collect() }
     }
 }
 
@@ -60,11 +73,11 @@ pub(in crate::bordered) struct Compiled {
     /// Derivatives by shared directions that are free, by row and column.
     pub(in crate::bordered) entries: Vec<Entry>,
     /// To the packed lower triangle of `V = J_bᵀ J_b`.
-    pub(in crate::bordered) own: Vec<Product>,
+    pub(in crate::bordered) own: Products,
     /// To the panels of `J_bᵀ [r J_s]`.
-    pub(in crate::bordered) coupling: Vec<Product>,
+    pub(in crate::bordered) coupling: Products,
     /// To the slots of `[r J_s]ᵀ J_s`.
-    pub(in crate::bordered) shared: Vec<Product>,
+    pub(in crate::bordered) shared: Products,
 }
 
 #[derive(Clone, Debug)]
@@ -118,35 +131,37 @@ impl Compiled {
             rows.push(Row { by_block, entries: entry_start..entries.len() });
         }
         let limits = Limits { rows: rows.len(), by_block: block_columns.len(), by_shared: value };
-        let lists = (Vec::new(), Vec::new(), Vec::new());
         let mut compiled = Self {
             limits,
             rows,
             block_columns,
             entries,
-            own: lists.0,
-            coupling: lists.1,
-            shared: lists.2,
+            own: Products::default(),
+            coupling: Products::default(),
+            shared: Products::default(),
         };
-        compiled.list_own();
-        compiled.list_coupling(first, starts);
-        compiled.list_shared(slots);
+        compiled.own = Products::new(compiled.own());
+        compiled.coupling = Products::new(compiled.coupling(first, starts));
+        compiled.shared = Products::new(compiled.shared(slots));
         compiled
     }
 
-    fn list_own(&mut self) {
+    fn own(&self) -> Vec<[usize; 3]> {
+        let mut products = Vec::new();
         for row in &self.rows {
             for p in row.by_block.clone() {
                 for q in row.by_block.start..=p {
                     let (a, b) = (self.block_columns[p], self.block_columns[q]);
                     let to = row_start(a.max(b)) + a.min(b);
-                    self.own.push(Product::new(self.limits.rows + p, self.limits.rows + q, to));
+                    products.push([self.limits.rows + p, self.limits.rows + q, to]);
                 }
             }
         }
+        products
     }
 
-    fn list_coupling(&mut self, first: &[usize], starts: &[usize]) {
+    fn coupling(&self, first: &[usize], starts: &[usize]) -> Vec<[usize; 3]> {
+        let mut products = Vec::new();
         let by_shared = self.limits.rows + self.limits.by_block;
         for (i, row) in self.rows.iter().enumerate() {
             for p in row.by_block.clone() {
@@ -155,27 +170,30 @@ impl Compiled {
                     let panel = column / PANEL;
                     (starts[panel] + direction - first[panel]) * PANEL + column % PANEL
                 };
-                self.coupling.push(Product::new(own, i, to(0)));
+                products.push([own, i, to(0)]);
                 for entry in &self.entries[row.entries.clone()] {
                     let value = by_shared + entry.value;
-                    self.coupling.push(Product::new(own, value, to(entry.column)));
+                    products.push([own, value, to(entry.column)]);
                 }
             }
         }
+        products
     }
 
-    fn list_shared(&mut self, slots: &mut Slots) {
+    fn shared(&self, slots: &mut Slots) -> Vec<[usize; 3]> {
+        let mut products = Vec::new();
         let by_shared = self.limits.rows + self.limits.by_block;
         for (i, row) in self.rows.iter().enumerate() {
             let entries = &self.entries[row.entries.clone()];
             for (n, entry) in entries.iter().enumerate() {
                 let value = by_shared + entry.value;
-                self.shared.push(Product::new(i, value, slots.number([0, entry.column])));
+                products.push([i, value, slots.number([0, entry.column])]);
                 for other in &entries[n..] {
                     let to = slots.number([entry.column, other.column]);
-                    self.shared.push(Product::new(value, by_shared + other.value, to));
+                    products.push([value, by_shared + other.value, to]);
                 }
             }
         }
+        products
     }
 }

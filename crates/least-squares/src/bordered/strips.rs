@@ -1,0 +1,198 @@
+//! Matrices by rows, a few vectors of some rows at a time: sums stay in registers.
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions are chosen per caller: what is not inlined goes without them"
+)]
+
+use pulp::Simd;
+
+use super::triangle::row_start;
+
+/// Rows are filled up with noughts to a multiple of so many numbers.
+pub(super) const TILE: usize = 8;
+/// Rows that are handled together: with two vectors of each, as many as there are registers for.
+pub(super) const ROWS: usize = 6;
+/// Vectors of one row that are handled together: a number of tiles, whatever is in a vector.
+const LONG: usize = 8;
+
+/// Rows of one width.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rows<'a, S: Simd> {
+    vectors: &'a [S::f64s],
+    /// Vectors of a row.
+    width: usize,
+}
+
+impl<'a, S: Simd> Rows<'a, S> {
+    /// `width` is a multiple of [`TILE`].
+    #[inline(always)]
+    pub(super) fn new(numbers: &'a [f64], width: usize) -> Self {
+        Self { vectors: S::as_simd_f64s(numbers).0, width: width / S::F64_LANES }
+    }
+
+    #[inline(always)]
+    fn row(self, row: usize) -> &'a [S::f64s] {
+        &self.vectors[row * self.width..][..self.width]
+    }
+}
+
+/// `to ← to + a · from`, with the coefficients `a` and what they add to by rows; `from` has `depth`
+/// rows or more, and where it `is_upper` noughts below its diagonal.
+#[inline(always)]
+pub(super) fn add_product<S: Simd>(
+    simd: S,
+    a: &[f64],
+    depth: usize,
+    from: Rows<'_, S>,
+    is_upper: bool,
+    to: &mut [f64],
+) {
+    let width = from.width;
+    if width == 0 || depth == 0 {
+        return;
+    }
+    let to = S::as_mut_simd_f64s(to).0;
+    for (a, to) in a.chunks(ROWS * depth).zip(to.chunks_mut(ROWS * width)) {
+        let last = to.len() / width - 1;
+        // Missing rows are the last one again.
+        let rows: [&[f64]; ROWS] = std::array::from_fn(|i| &a[i.min(last) * depth..][..depth]);
+        for at in (0..width).step_by(2) {
+            let [left, right] = [at, (at + 1).min(width - 1)];
+            // Below its diagonal there is nothing.
+            let end = if is_upper { ((at + 2) * S::F64_LANES).min(depth) } else { depth };
+            let rows = rows.map(|row| &row[..end]);
+            let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS];
+            for (i, sums) in sums.iter_mut().enumerate() {
+                let row = &to[i.min(last) * width..][..width];
+                *sums = [row[left], row[right]];
+            }
+            for (k, from) in (0..end).zip(from.vectors.chunks_exact(width)) {
+                let from = [from[left], from[right]];
+                for (sums, row) in sums.iter_mut().zip(rows) {
+                    let factor = simd.splat_f64s(row[k]);
+                    for (sum, from) in sums.iter_mut().zip(from) {
+                        *sum = simd.mul_add_e_f64s(factor, from, *sum);
+                    }
+                }
+            }
+            for (sums, row) in sums.iter().zip(to.chunks_exact_mut(width)) {
+                [row[left], row[right]] = *sums;
+            }
+        }
+    }
+}
+
+/// Squares of `Σ factor · row` over given rows of two matrices, added up over all columns.
+#[inline(always)]
+pub(super) fn squares<S: Simd>(
+    simd: S,
+    first: &(impl Iterator<Item = (usize, f64)> + Clone, Rows<'_, S>),
+    second: &(impl Iterator<Item = (usize, f64)> + Clone, Rows<'_, S>),
+) -> f64 {
+    let width = first.1.width;
+    let mut squares = [simd.splat_f64s(0.0); TILE];
+    let mut at = 0;
+    while at + LONG <= width {
+        add_squares::<S, LONG>(simd, first.clone(), second.clone(), at, &mut squares);
+        at += LONG;
+    }
+    while at < width {
+        let (first, second) = (first.clone(), second.clone());
+        match TILE / S::F64_LANES {
+            2 => add_squares::<S, 2>(simd, first, second, at, &mut squares),
+            4 => add_squares::<S, 4>(simd, first, second, at, &mut squares),
+            _ => add_squares::<S, 1>(simd, first, second, at, &mut squares),
+        }
+        at += TILE / S::F64_LANES;
+    }
+    let mut sums = [0.0; TILE];
+    for (sum, square) in S::as_mut_simd_f64s(&mut sums).0.iter_mut().zip(squares) {
+        *sum = square;
+    }
+    sums.iter().sum()
+}
+
+#[inline(always)]
+fn add_squares<S: Simd, const N: usize>(
+    simd: S,
+    first: (impl Iterator<Item = (usize, f64)>, Rows<'_, S>),
+    second: (impl Iterator<Item = (usize, f64)>, Rows<'_, S>),
+    at: usize,
+    squares: &mut [S::f64s; TILE],
+) {
+    let mut sums = [simd.splat_f64s(0.0); N];
+    let mut add = |factor: f64, from: &[S::f64s]| {
+        let factor = simd.splat_f64s(factor);
+        for (sum, from) in sums.iter_mut().zip(&from[at..][..N]) {
+            *sum = simd.mul_add_e_f64s(factor, *from, *sum);
+        }
+    };
+    for (row, factor) in first.0 {
+        add(factor, first.1.row(row));
+    }
+    for (row, factor) in second.0 {
+        add(factor, second.1.row(row));
+    }
+    for (n, sum) in sums.into_iter().enumerate() {
+        let square = &mut squares[n % (TILE / S::F64_LANES)];
+        *square = simd.mul_add_e_f64s(sum, sum, *square);
+    }
+}
+
+/// `x ← (L Lᵀ)⁻¹ x` for a packed factor with the reciprocals of its diagonal, and `x` by rows.
+#[inline(always)]
+pub(super) fn solve<S: Simd>(simd: S, b: usize, factor: &[f64], x: &mut [f64]) {
+    let x = S::as_mut_simd_f64s(x).0;
+    let width = x.len() / b;
+    let mut at = 0;
+    while at + 4 <= width {
+        solve_strip::<S, 4>(simd, b, factor, &mut x[at..], width);
+        at += 4;
+    }
+    while at < width {
+        solve_strip::<S, 1>(simd, b, factor, &mut x[at..], width);
+        at += 1;
+    }
+}
+
+#[inline(always)]
+fn solve_strip<S: Simd, const N: usize>(
+    simd: S,
+    b: usize,
+    factor: &[f64],
+    x: &mut [S::f64s],
+    width: usize,
+) {
+    let strip = |r: usize| r * width..r * width + N;
+    let times = |x: &mut [S::f64s], factor: f64| {
+        for x in x {
+            *x = simd.mul_f64s(*x, simd.splat_f64s(factor));
+        }
+    };
+    let subtract = |x: &mut [S::f64s], factor: f64, known: &[S::f64s]| {
+        let factor = simd.splat_f64s(-factor);
+        for (x, known) in x.iter_mut().zip(known) {
+            *x = simd.mul_add_e_f64s(factor, *known, *x);
+        }
+    };
+    for r in 0..b {
+        let row = &factor[row_start(r)..][..=r];
+        let mut left = [simd.splat_f64s(0.0); N];
+        left.copy_from_slice(&x[strip(r)]);
+        for (c, f) in row[..r].iter().enumerate() {
+            subtract(&mut left, *f, &x[strip(c)]);
+        }
+        times(&mut left, row[r]);
+        x[strip(r)].copy_from_slice(&left);
+    }
+    for r in (0..b).rev() {
+        let row = &factor[row_start(r)..][..=r];
+        let mut known = [simd.splat_f64s(0.0); N];
+        known.copy_from_slice(&x[strip(r)]);
+        times(&mut known, row[r]);
+        x[strip(r)].copy_from_slice(&known);
+        for (c, f) in row[..r].iter().enumerate() {
+            subtract(&mut x[strip(c)], *f, &known);
+        }
+    }
+}
