@@ -135,6 +135,11 @@ pub(crate) const MIN_KEPT_CONFOUNDED: f64 = 1e-3;
 /// The same for an effect driven by a covariate: its mean may be absorbed, not its variation.
 pub(crate) const MIN_KEPT_DRIVEN: f64 = 1e-4;
 
+/// Share of the squared residual of which several effects at once never leave less: noise is no sum of
+/// them. The tangents of two that would be one, but are taken at a reading and at where it should be,
+/// differ by the residual itself, and leave round-off.
+pub(crate) const LEFT_BY_ANY: f64 = 1e-12;
+
 /// Share of a shape's norm that must be left beside the model.
 pub(crate) const MIN_SHAPE_KEPT: f64 = 0.02;
 

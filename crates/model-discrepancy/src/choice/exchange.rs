@@ -9,7 +9,7 @@ use crate::choice::context::Context;
 use crate::choice::score::{Scoring, home_of_bad};
 use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::count::count;
-use crate::levels::{CATALOGUE_SHARE, LATER, MIN_KEPT, WORTH_MENTIONING};
+use crate::levels::{CATALOGUE_SHARE, LATER, LEFT_BY_ANY, MIN_KEPT, WORTH_MENTIONING};
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::{compare, leave_out};
 use crate::tests::significance::{Reach, significance};
@@ -18,6 +18,9 @@ use crate::tests::significance::{Reach, significance};
 const MOST_CANDIDATES: usize = 40;
 /// Amplitudes from which on two effects have half as many.
 const WIDE: usize = 4;
+/// Share of its norm that each column of a set must keep beside the others: two that nearly cancel would
+/// have to be ten times as large as what they describe.
+const APART: f64 = 0.1;
 /// Sets that are fitted, the best description of the data first.
 const MOST_FITTED: usize = 3;
 
@@ -65,6 +68,7 @@ pub(crate) fn exchange<'a>(
             let description = sets.describe(&set);
             (set, description)
         })
+        .filter(|(set, one)| sets.are_apart(set) && one.left > LEFT_BY_ANY)
         .filter(|(_, one)| named.len() > 1 || 2 * one.amplitudes <= own.amplitudes)
         .filter(|(_, one)| one.criterion(&sets) < own.criterion(&sets) - WORTH_MENTIONING)
         .collect();
@@ -173,6 +177,17 @@ impl<'a, 'b> Sets<'a, 'b> {
             }
         }
         sets
+    }
+
+    fn are_apart(&self, set: &[usize]) -> bool {
+        let mut basis = Basis::empty(self.scoring.clean.len());
+        set.iter().all(|&i| {
+            let beside = &self.candidates[i].beside;
+            let alone = basis.dim() == 0;
+            let dim = basis.dim() + beside.ncols();
+            basis = basis.with(beside, if alone { MIN_KEPT } else { APART });
+            alone || basis.dim() == dim
+        })
     }
 
     fn describe(&self, set: &[usize]) -> Description {

@@ -7,9 +7,7 @@ use crate::algebra::basis::NEW_DIRECTION;
 use crate::choice::candidate::Candidate;
 use crate::choice::score::{ScorePass, Scored, Scoring, criterion};
 use crate::count::count;
-use crate::levels::CATALOGUE_SHARE;
-use crate::levels::QUARTER;
-use crate::levels::STAY;
+use crate::levels::{CATALOGUE_SHARE, LEFT_BY_ANY, QUARTER, STAY};
 use crate::noise::linear::Linear;
 use crate::tests::f_test::{Significance, f_test};
 use crate::tests::hold_out::{compare, leave_out};
@@ -60,6 +58,10 @@ pub(crate) fn judge_pair(
     let searched = a.candidate.searched * b.candidate.searched;
     let both = side_by_side(&a.candidate.beside, &b.candidate.beside);
     let together = Basis::of(&both, NEW_DIRECTION.sqrt());
+    let square = scoring.clean.norm_squared();
+    if square - together.explained(&scoring.clean) <= LEFT_BY_ANY * square {
+        return None;
+    }
     let plain = f_test(&scoring.clean, lin.basis.dim(), &together)?;
     let is_whole = plain.directions >= a.test.directions + b.test.directions;
     if plain.p_value * searched > level || !is_whole {

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-use model_discrepancy::{Options, Verdict, close_loop};
+use model_discrepancy::{Effect, Options, Verdict, close_loop};
+use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::scalars;
+use crate::linear_model::{parameter, push, scalars};
 
 /// Readings, one group each.
 const READINGS: usize = 32;
@@ -62,4 +63,31 @@ fn two_effects_take_the_place_of_a_wider_one_and_what_made_up_for_it() {
         assert!((found.value - SIZE).abs() < 1e-9, "{} {}", step.effect, found.value);
         assert!(step.indistinguishable_from.is_empty(), "{:?}", step.indistinguishable_from);
     }
+}
+
+/// Two effects that would be one, but one of them is taken at a reading and the other at where that should
+/// be: their difference is the residual, noise and all. They are no description of it, however few
+/// amplitudes they have.
+#[test]
+fn two_effects_whose_difference_is_the_residual_take_no_place() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let named = [U, V, W, X];
+    let large = 25;
+    let mut terms: Vec<_> = (1..READINGS)
+        .filter(|k| !named.contains(k) && *k != large)
+        .map(|k| (if rng.random::<bool>() { 1.0 } else { -1.0 }, k))
+        .collect();
+    terms.extend(named.map(|k| (SIZE, k)));
+    let residual = sum(&terms);
+    // Seven times as large as the residual.
+    let reading = sum(&[(300.0, large)]);
+    let there = reading.iter().zip(&residual).map(|(a, b)| a + b).collect();
+    let mut model = scalars(&residual, &[("reading", reading), ("there", there)]);
+    let columns: Vec<_> = named.into_iter().flat_map(wave).collect();
+    let parameters = ["u", "v", "w", "x"].map(parameter).into();
+    let columns = DMatrix::from_vec(READINGS, named.len(), columns);
+    push(&mut model, Effect::new("wide", "", parameters), columns);
+    let closure = close_loop(&model, &[], &Options::default()).unwrap();
+    let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+    assert_eq!(names, ["wide"]);
 }
