@@ -171,10 +171,8 @@ impl LogModel {
     }
 
     fn without_shown(mut self) -> Self {
-        let listed = self.catalogue.len() - self.shown.effects();
-        self.declared.effects.truncate(listed);
-        self.catalogue.truncate(listed);
-        Self { shown: Shown::default(), ..self }
+        std::mem::take(&mut self.shown).take_off(&mut self.declared, &mut self.catalogue);
+        self
     }
 
     /// What each sample says.

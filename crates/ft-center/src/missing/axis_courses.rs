@@ -18,7 +18,7 @@ impl AxisRun<'_> {
     pub fn shown(&self) -> Shown {
         let (elapsed, places) = (self.elapsed(), self.places());
         let about = |base: DMatrix<f64>| {
-            let model = self.beside(base, vec![(self.even().effect, self.even().tangent())]);
+            let model = self.beside(base, vec![self.even()]);
             Shown::of(&model, &State::start(&model), &sought(&elapsed, &places)).courses
         };
         let mut courses = self.means().map_or_else(Vec::new, about);
@@ -62,8 +62,7 @@ impl AxisRun<'_> {
     /// The drift along these courses.
     pub(super) fn courses(&self, shown: &Shown) -> Vec<AxisTerm> {
         let elapsed = self.elapsed();
-        let even = (self.even().effect, self.even().tangent());
-        let model = self.beside(self.lines(), vec![even]);
+        let model = self.beside(self.lines(), vec![self.even()]);
         let unit = if self.time().is_some() { "s" } else { "readings" };
         let along = |course: &Course| {
             let mut effect = course.effect(&model, 0, &elapsed, unit, self.motion.reported());
@@ -76,10 +75,12 @@ impl AxisRun<'_> {
 
     /// Zero and length that go with the time itself. It is not driven by it: what is read in the order
     /// of its targets may as well be one of those, so that a session has to lie among the others.
-    fn even(&self) -> AxisTerm {
+    fn even(&self) -> (Effect, DMatrix<f64>) {
         let text = "zero and length of the axis drift";
         let effect = Effect::new("drift", text, self.growing(", in the end"));
-        AxisTerm { effect, columns: self.grown(self.elapsed()) }
+        let term = AxisTerm { effect, columns: self.grown(self.elapsed()) };
+        let tangent = term.tangent();
+        (term.effect, tangent)
     }
 
     /// Effects, and their tangents, beside free columns.

@@ -196,10 +196,9 @@ impl PressModel {
     }
 
     fn without_shown(mut self) -> Self {
-        let listed = self.declared.effects.len() - self.shown.effects();
-        self.declared.effects.truncate(listed);
-        self.design.catalogue.effects.truncate(listed);
-        Self { shown: Shown::default(), ..self }
+        let terms = &mut self.design.catalogue.effects;
+        std::mem::take(&mut self.shown).take_off(&mut self.declared, terms);
+        self
     }
 
     /// How far a drift has come along each of its courses, at a share of the session.

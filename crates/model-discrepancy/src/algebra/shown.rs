@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use crate::algebra::course::{clearest_courses, likeliest_courses};
 use crate::algebra::patch::clearest_patches;
-use crate::{Course, Model, Patch, State};
+use crate::{Course, Declared, Model, Patch, State};
 
 /// What a residual shows: patches of a part, and courses of a drift that does not go on evenly.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +42,13 @@ impl Shown {
     #[must_use]
     pub fn effects(&self) -> usize {
         self.patches.len() + self.courses.len()
+    }
+
+    /// Takes its effects off the end of a catalogue, and of what the model keeps beside each effect.
+    pub fn take_off<T>(&self, declared: &mut Declared, terms: &mut Vec<T>) {
+        let listed = declared.effects.len() - self.effects();
+        declared.effects.truncate(listed);
+        terms.truncate(listed);
     }
 
     /// What shows beside what was found in a model, in place of this, whose effects are the last of the

@@ -235,9 +235,7 @@ impl PoseModel {
             return None;
         }
         let mut plain = self.clone();
-        let listed = self.terms.len() - self.shown.effects();
-        plain.declared.effects.truncate(listed);
-        plain.terms.truncate(listed);
+        self.shown.take_off(&mut plain.declared, &mut plain.terms);
         Some(plain.with_shown(shown))
     }
 

@@ -210,9 +210,7 @@ impl ProbeModel {
             return None;
         }
         let mut plain = self.clone();
-        let listed = self.terms.len() - self.shown.effects();
-        plain.declared.effects.truncate(listed);
-        plain.terms.truncate(listed);
+        self.shown.take_off(&mut plain.declared, &mut plain.terms);
         Some(plain.with_shown(shown))
     }
 

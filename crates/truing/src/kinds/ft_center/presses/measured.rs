@@ -110,9 +110,7 @@ impl PressCase {
         }
         all
     }
-}
 
-impl PressCase {
     fn prepared<'c>(
         &'c self,
         model: PressModel,
