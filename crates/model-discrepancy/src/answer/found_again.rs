@@ -6,9 +6,10 @@ use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::Attribution;
 use crate::choice::candidate::{Candidate, Source};
 use crate::choice::context::Context;
-use crate::choice::select::select;
+use crate::choice::select::{select, still_needed};
 use crate::choice::selected::{Selected, What};
 use crate::count::count;
+use crate::levels::DECIDED;
 use crate::model::moved::Moved;
 
 /// Repetitions with moved readings.
@@ -43,8 +44,28 @@ pub(crate) fn where_readings_move(
     shares(chosen, attributions, &choices)
 }
 
+/// What a repetition with fewer groups found of what was `chosen`: what it added, and where it added
+/// nothing else, also what its groups need as much as anything that is to stay beside a rival. A level that
+/// is kept with all groups is kept with fewer in half of the repetitions, however real what just reaches it.
+pub(crate) fn found_again(
+    context: &Context<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+    again: Selected<'_>,
+) -> Vec<What> {
+    let mut found = whats(again);
+    let all: Vec<&What> = chosen.added.iter().map(|a| &a.what).collect();
+    if found.len() >= all.len() || !found.iter().all(|what| all.contains(&what)) {
+        return found;
+    }
+    let missed: Vec<usize> = (0..all.len()).filter(|&i| !found.contains(all[i])).collect();
+    let still = |&i: &usize| still_needed(context, keep, chosen, i, DECIDED);
+    found.extend(missed.into_iter().filter(still).map(|i| all[i].clone()));
+    found
+}
+
 /// What was added.
-pub(crate) fn whats(chosen: Selected<'_>) -> Vec<What> {
+fn whats(chosen: Selected<'_>) -> Vec<What> {
     chosen.added.into_iter().map(|a| a.what).collect()
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::Attribution;
-use crate::answer::found_again::{shares, whats, where_readings_move};
+use crate::answer::found_again::{found_again, shares, where_readings_move};
 use crate::choice::context::Context;
 use crate::choice::score::excluded;
 use crate::choice::select::select;
@@ -163,7 +163,7 @@ fn nested_errors(
         .filter_map(|f| {
             let members = members(f);
             let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
-            let repetition = repeat_without(context, keep, base, &left_out);
+            let repetition = repeat_without(context, keep, base, chosen, &left_out);
             progress.done();
             Some((members, repetition?))
         })
@@ -216,6 +216,7 @@ fn repeat_without(
     context: &Context<'_>,
     keep: &[bool],
     base: &Estimate,
+    chosen: &Selected<'_>,
     left_out: &[usize],
 ) -> Option<Repetition> {
     let declared = System::declared(context.model);
@@ -230,7 +231,7 @@ fn repeat_without(
     Some(Repetition {
         before: reported_errors(&declared, &without, left_out),
         after: reported_errors(&again.system, &again.estimate, left_out),
-        added: whats(again),
+        added: found_again(context, &rest, chosen, again),
     })
 }
 

@@ -24,7 +24,7 @@ use crate::levels::WORTH_MENTIONING;
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::rms;
 use crate::tests::significance::{Reach, holds_in_readings, significance};
-use crate::{Outcome, Pass, Score};
+use crate::{Model, Outcome, Pass, Score};
 
 /// Residuals below this, in report units, are round-off: a picometre, a nanonewton.
 const ROUND_OFF: f64 = 1e-9;
@@ -258,12 +258,7 @@ fn drop_superfluous(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<
             continue;
         };
         let lin = Linear::of(&without, &estimate, keep, context.silent);
-        let needed = match estimability(context.model, effect, &estimate, &lin, &lin.basis) {
-            Estimability::Estimable(c) => significance(&lin, &lin.basis, &c.tangent, c.reach, STAY)
-                .is_some_and(|t| t.p_value <= STAY),
-            Estimability::NotEstimable(_) => false,
-        };
-        if !needed {
+        if !is_needed(context.model, effect, &estimate, &lin, STAY) {
             let Ok(estimate) = without.reweighed(&rows, estimate) else { continue };
             if !within_limits(&without, &estimate) {
                 continue;
@@ -273,6 +268,36 @@ fn drop_superfluous(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<
             chosen.added.retain(|a| a.what != What::Effect(effect));
         }
     }
+}
+
+/// Whether an effect is significant at `level` beside the system of `lin`, which lacks it.
+fn is_needed(
+    model: &dyn Model,
+    effect: usize,
+    at: &Estimate,
+    lin: &Linear<'_>,
+    level: f64,
+) -> bool {
+    let Estimability::Estimable(c) = estimability(model, effect, at, lin, &lin.basis) else {
+        return false;
+    };
+    let test = significance(lin, &lin.basis, &c.tangent, c.reach, level);
+    test.is_some_and(|test| test.p_value <= level)
+}
+
+/// Whether the named effect that was added as number `index` is significant at `level` beside the others
+/// that were, on the groups of `keep`.
+pub(crate) fn still_needed(
+    context: &Context<'_>,
+    keep: &[bool],
+    chosen: &Selected<'_>,
+    index: usize,
+    level: f64,
+) -> bool {
+    let What::Effect(effect) = chosen.added[index].what else { return false };
+    let Some(others) = without(context, keep, chosen, index) else { return false };
+    let lin = Linear::of(&others.system, &others.estimate, keep, context.silent);
+    is_needed(context.model, effect, &others.estimate, &lin, level)
 }
 
 /// The selection without its entry `index`, fitted anew; `None` where that cannot be fitted.

@@ -11,11 +11,15 @@ use rand_chacha::ChaCha8Rng;
 use crate::linear_model::{body, coordinates, noise, points};
 
 fn scaled_body(seed: u64, n: usize) -> (LinearModel, Vec<Vector3<f64>>) {
+    body_scaled_by(8e-5, seed, n)
+}
+
+fn body_scaled_by(scale: f64, seed: u64, n: usize) -> (LinearModel, Vec<Vector3<f64>>) {
     let points = points(n, seed);
     let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
     let mut errors = noise(n, 0.01, 0.0, &mut rng);
     for (e, p) in errors.iter_mut().zip(&points) {
-        *e += p * 8e-5;
+        *e += p * scale;
     }
     (body(&points, &errors), points)
 }
@@ -30,6 +34,23 @@ fn nested_error_is_near_the_noise_floor() {
     assert!(closure.after.held_out_rms < 1.3 * floor, "{}", closure.after.held_out_rms);
     assert!(closure.before.held_out_rms > 1.4 * closure.after.held_out_rms);
     assert_eq!(closure.steps[0].stability.resampled, Some(1.0));
+}
+
+/// What just reaches its level with all groups misses it in half of the repetitions without some of them,
+/// and is needed in all: that alone is no reason to take it back.
+#[test]
+fn what_just_reaches_its_level_is_not_called_unstable() {
+    // 12 points, 35 µm per metre: of 40 such sets three were called so where only the level counted.
+    let mut found = 0;
+    for seed in 200..240 {
+        let (model, points) = body_scaled_by(3.5e-5, seed, 12);
+        let closure = close_loop(&model, &coordinates(&points), &Options::default()).unwrap();
+        found += usize::from(closure.steps.iter().any(|s| s.effect == "scale"));
+        let unstable = |shape: &str| shape.contains("without some groups");
+        let left = closure.remaining.iter().find(|r| unstable(&r.shape));
+        assert!(left.is_none_or(|r| r.covariate != "scale"), "seed {seed}: {left:?}");
+    }
+    assert!((5..40).contains(&found), "{found}: neither never nor always, so near its level");
 }
 
 /// A scale of 80 ppm moves points 400 mm from their middle by 30 µm: far more than a decimal of 1 µm
