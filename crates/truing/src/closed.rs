@@ -277,7 +277,7 @@ fn close(
     let made = made.filter(|_| case.learnt.is_none());
     let (Settled { mut closure, .. }, prepared) = match made {
         Some(made) => {
-            let prepared = made.on(prepared);
+            let prepared = made.on(prepared)?;
             (made, prepared)
         }
         None => settled(prepared, options).map_err(|source| case.loop_error(source))?,

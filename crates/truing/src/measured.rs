@@ -121,7 +121,7 @@ pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
 pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Arc<dyn Estimates> + 'c>;
 
 /// What the loop needs, anew about what a closure has found; `None` where nothing would change.
-pub(crate) type About<'c> = Box<dyn Fn(&Closure) -> Option<Prepared<'c>> + 'c>;
+pub(crate) type About<'c> = Box<dyn Fn(&Closure) -> Result<Option<Prepared<'c>>, Error> + 'c>;
 
 /// What the loop needs.
 pub(crate) struct Prepared<'c> {

@@ -1,5 +1,6 @@
 use model_discrepancy::{Closure, LoopError, Options, Verdict, close_loop};
 
+use crate::Error;
 use crate::measured::Prepared;
 
 /// A loop closed on a model, and anew on the model about what each time was found.
@@ -18,10 +19,6 @@ pub(crate) const MOST_ROUNDS: usize = 5;
 const NOT_SETTLED: &str = "what was found changes with what else is found, and the answer did not \
                            settle: correct the input by it and close the loop again";
 
-const NOT_ANEW: &str = "the loop could not be closed anew about what was found, so the answer is \
-                        linear about the declared solution: correct the input by it and close the \
-                        loop again";
-
 /// Closes the loop; a model that is linear about one solution, anew about what was found.
 pub(crate) fn settled<'c>(
     mut prepared: Prepared<'c>,
@@ -30,39 +27,56 @@ pub(crate) fn settled<'c>(
     let mut closure = close_loop(&*prepared.model, &prepared.covariates, options)?;
     let (before, residuals_before) = (closure.before.clone(), closure.residuals_before.clone());
     let mut on_the_way = Vec::new();
-    while let Some(there) = prepared.there(&closure) {
+    while let Some(there) = prepared.there(&closure).transpose() {
         if on_the_way.len() == MOST_ROUNDS {
             closure.warnings.push(NOT_SETTLED.to_owned());
             break;
         }
-        let Ok(anew) = close_loop(&*there.model, &there.covariates, options) else {
-            closure.warnings.push(NOT_ANEW.to_owned());
-            if closure.verdict == Verdict::Explained {
-                closure.verdict = Verdict::StructureRemains;
+        match there.map_err(|e| e.to_string()).and_then(|there| closed_anew(there, options)) {
+            Ok((anew, there)) => {
+                on_the_way.push(std::mem::replace(&mut closure, anew));
+                prepared = there;
             }
-            break;
-        };
-        on_the_way.push(std::mem::replace(&mut closure, anew));
-        prepared = there;
+            Err(why) => {
+                closure.warnings.push(not_anew(&why));
+                if closure.verdict == Verdict::Explained {
+                    closure.verdict = Verdict::StructureRemains;
+                }
+                break;
+            }
+        }
     }
     closure.before = before;
     closure.residuals_before = residuals_before;
     Ok((Settled { on_the_way, closure }, prepared))
 }
 
+fn closed_anew<'c>(
+    there: Prepared<'c>,
+    options: &Options,
+) -> Result<(Closure, Prepared<'c>), String> {
+    let anew = close_loop(&*there.model, &there.covariates, options);
+    anew.map(|anew| (anew, there)).map_err(|e| e.to_string())
+}
+
+fn not_anew(why: &str) -> String {
+    format!(
+        "the loop could not be closed anew about what was found ({why}), so the answer is that of the \
+         round before: correct the input by it and close the loop again"
+    )
+}
+
 impl Settled {
     /// The model on which the last loop was closed.
-    pub(crate) fn on<'c>(&self, prepared: Prepared<'c>) -> Prepared<'c> {
-        self.on_the_way.iter().fold(prepared, |at, closure| match at.there(closure) {
-            Some(there) => there,
-            None => at,
-        })
+    pub(crate) fn on<'c>(&self, prepared: Prepared<'c>) -> Result<Prepared<'c>, Error> {
+        (self.on_the_way.iter())
+            .try_fold(prepared, |at, closure| Ok(at.there(closure)?.unwrap_or(at)))
     }
 }
 
 impl Prepared<'_> {
     /// What the loop needs, anew about what a closure has found.
-    pub(crate) fn there(&self, closure: &Closure) -> Option<Self> {
-        self.about.as_ref().and_then(|about| about(closure))
+    pub(crate) fn there(&self, closure: &Closure) -> Result<Option<Self>, Error> {
+        self.about.as_ref().map_or(Ok(None), |about| about(closure))
     }
 }

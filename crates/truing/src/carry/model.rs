@@ -26,7 +26,7 @@ pub(crate) fn carrying(prepared: Prepared<'_>, carried: Vec<DVector<f64>>) -> Pr
     let known = model.declared().effects.clone();
     let about = about.map(|about| -> About<'_> {
         Box::new(move |closure| {
-            let there = about(&on_top(&own, closure))?;
+            let Some(there) = about(&on_top(&own, closure))? else { return Ok(None) };
             // What is found by looking may be other effects there.
             let of_effect = |effect: &Effect| {
                 let is_it = |k: &Effect| k.id == effect.id && k.subject == effect.subject;
@@ -34,7 +34,7 @@ pub(crate) fn carrying(prepared: Prepared<'_>, carried: Vec<DVector<f64>>) -> Pr
                 carried.unwrap_or_else(|| DVector::zeros(effect.parameters.len()))
             };
             let carried = there.model.declared().effects.iter().map(of_effect).collect();
-            Some(carrying(there, carried))
+            Ok(Some(carrying(there, carried)))
         })
     });
     Prepared { model: Arc::new(Carrying { inner: model, carried }), covariates, estimates, about }

@@ -41,8 +41,7 @@ pub fn close_machine(machine: &Machine) -> Result<ClosedMachine, Error> {
     let prepared = (machine.members.iter().zip(&alone))
         .map(|(member, closed)| {
             let prepared = member.case.measured.prepare()?;
-            let there = prepared.about.as_ref().and_then(|about| about(&closed.closure));
-            Ok(there.unwrap_or(prepared))
+            Ok(prepared.there(&closed.closure)?.unwrap_or(prepared))
         })
         .collect::<Result<Vec<Prepared<'_>>, Error>>()?;
     let shared = machine.common(&prepared)?;

@@ -294,7 +294,8 @@ impl FrameCase {
         });
         let along = covariates.clone();
         let about: About<'_> = Box::new(move |closure| {
-            Some(self.prepared(at.about_found(&closure.state)?, along.clone()))
+            let there = at.about_found(&closure.state);
+            Ok(there.map(|there| self.prepared(there, along.clone())))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
     }

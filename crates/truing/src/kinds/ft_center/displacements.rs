@@ -142,9 +142,9 @@ impl DisplacementCase {
             self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
         let about: About<'_> = Box::new(move |closure| {
-            let run = self.run(&recorded)?;
+            let Some(run) = self.run(&recorded) else { return Ok(None) };
             let there = run.shown_beside(&shown, &*concrete, &closure.state);
-            if there == shown { None } else { self.prepared(there).ok() }
+            (there != shown).then(|| self.prepared(there)).transpose()
         });
         Ok(Prepared { model, covariates, estimates, about: Some(about) })
     }

@@ -160,7 +160,8 @@ impl PoseCase {
         let declared = Arc::clone(&fit);
         let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &declared));
         let about: About<'_> = Box::new(move |closure| {
-            Some(self.prepared(at.about_found(&closure.state)?, Arc::clone(&fit)))
+            let there = at.about_found(&closure.state);
+            Ok(there.map(|there| self.prepared(there, Arc::clone(&fit))))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
     }

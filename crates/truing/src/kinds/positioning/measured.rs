@@ -93,7 +93,7 @@ impl PositioningCase {
         });
         let about: About<'_> = Box::new(move |closure| {
             let there = self.run(&recorded).shown_beside(&shown, &*concrete, &closure.state);
-            if there == shown { None } else { self.prepared(there).ok() }
+            (there != shown).then(|| self.prepared(there)).transpose()
         });
         Ok(Prepared { model, covariates, estimates, about: Some(about) })
     }

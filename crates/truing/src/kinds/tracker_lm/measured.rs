@@ -118,8 +118,9 @@ impl TrackerCase {
             let reversal = reversal(&*solved, closure);
             self.estimates(found, reversal)
         });
-        let about: About<'_> =
-            Box::new(move |closure| Some(self.prepared(concrete.about_found(closure)?)));
+        let about: About<'_> = Box::new(move |closure| {
+            Ok(concrete.about_found(closure).map(|there| self.prepared(there)))
+        });
         Prepared { model, covariates, estimates, about: Some(about) }
     }
 }

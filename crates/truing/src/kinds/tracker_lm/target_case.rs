@@ -132,8 +132,7 @@ impl TargetCase {
             self.estimates(found, reversal)
         });
         let about: About<'_> = Box::new(move |closure| {
-            let there = concrete.about_found(&active(closure))?;
-            Some(self.prepared(there))
+            Ok(concrete.about_found(&active(closure)).map(|there| self.prepared(there)))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
     }

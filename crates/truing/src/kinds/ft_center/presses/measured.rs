@@ -134,7 +134,8 @@ impl PressCase {
         });
         let along = covariates.clone();
         let about: About<'_> = Box::new(move |closure| {
-            Some(self.prepared(at.about_found(&closure.state)?, presses, along.clone()))
+            let there = at.about_found(&closure.state);
+            Ok(there.map(|there| self.prepared(there, presses, along.clone())))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
     }
