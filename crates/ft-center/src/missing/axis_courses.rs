@@ -7,7 +7,8 @@ use model_discrepancy::{
 use nalgebra::{DMatrix, DVector, Point3};
 
 use crate::AxisReading;
-use crate::missing::axis_effects::{AxisRun, AxisTerm, MIN_VISITS};
+use crate::missing::axis_effects::MIN_VISITS;
+use crate::missing::axis_run::{AxisRun, AxisTerm};
 use crate::missing::parameter::parameter;
 
 impl AxisRun<'_> {

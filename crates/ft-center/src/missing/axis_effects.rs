@@ -3,80 +3,24 @@
 //! A deviation is the sum of its effects, so every effect is a few columns: what a unit of each
 //! amplitude adds to the deviation of each reading.
 
-use std::f64::consts::TAU;
-
-use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope, Shown};
-use nalgebra::{DMatrix, DVector};
+use model_discrepancy::{Effect, Parameter, Quantity, Scope, Shown};
 
 use crate::axis_reading::{AxisMotion, AxisReading, distinct_targets};
-use crate::count;
+use crate::missing::axis_run::{AxisRun, AxisTerm};
+use crate::missing::axis_searched::{LAGS, MAX_PLACES, Searched};
 use crate::missing::parameter::parameter;
 
 /// Reference temperature of dimensional measurement, ISO 1.
 const REFERENCE_C: f64 = 20.0;
-/// Name of the column that times the readings.
-const TIME: &str = "time_s";
-/// Fewest and most targets with a deviation of their own: two are a scale, and of many a curve says
-/// the same with less.
+/// Fewest targets with a deviation of their own: two are a scale.
 const MIN_PLACES: usize = 3;
-const MAX_PLACES: usize = 64;
 /// Visits that each target must have on the mean before it has a deviation of its own.
 pub(super) const MIN_VISITS: usize = 2;
-/// Targets from which on a period can be looked for: fewer are followed by any wave beside a line.
-const MIN_TARGETS_FOR_PERIOD: usize = 8;
-/// Targets from which on a lag can be told from a reversal that changes along the travel.
-const MIN_TARGETS_FOR_LAG: usize = 5;
-/// Travels over which a lag falls to 1/e that are tried, as shares of the whole.
-const LAGS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
-/// Roughness of the targets' deviations from which on a period between the targets may have made them.
-const ROUGH: f64 = 1.0;
-/// Longest period that is looked for: two thirds of the travel, for less than that is a curve.
-const FEWEST_WAVES: f64 = 1.5;
-/// Steps of the search for a period per independent frequency, so that no wave falls between two.
-const STEPS_PER_FREQUENCY: f64 = 2.0;
-/// Steps to either side with which the best period is refined.
-const REFINED: i32 = 16;
 /// A rotary axis must cover this much before what repeats with its turn is told from a curve.
 const MIN_ARC_DEG: f64 = 120.0;
 const TURN_DEG: f64 = 360.0;
-/// Below it the sine or cosine of a phase is the phase's own round-off: 10⁶ turns · 2π · 2⁻⁵².
-const WAVE_ROUND_OFF: f64 = 2e-9;
-/// How much more a shorter period must explain before it is preferred: targets at equal distances
-/// show several periods alike.
-const ALIKE: f64 = 1e-9;
-
-/// An effect, and what a unit of each of its amplitudes adds to each deviation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AxisTerm {
-    /// As the loop sees it.
-    pub effect: Effect,
-    /// One per amplitude, one value per reading.
-    pub columns: Vec<Vec<f64>>,
-}
-
-/// A positioning run with what was recorded beside it.
-#[derive(Clone, Copy, Debug)]
-pub struct AxisRun<'r> {
-    /// In the order measured.
-    pub readings: &'r [AxisReading],
-    /// Linear or rotary.
-    pub motion: AxisMotion,
-    /// Travel per turn of the screw or worm, in the unit of a target; `None`: searched for.
-    pub lead: Option<f64>,
-    /// One value per reading; `time_s` drives the drift, columns ending in `_c` thermal growth.
-    pub covariates: &'r [Covariate],
-}
 
 impl AxisRun<'_> {
-    /// Whether readings repeat targets or come both ways, so that there is a run to speak of.
-    #[must_use]
-    pub fn is_a_run(&self) -> bool {
-        let ways = |sign: f64| {
-            self.readings.iter().any(|r| r.approach.is_some_and(|a| a.sign() * sign > 0.0))
-        };
-        distinct_targets(self.readings).len() < self.readings.len() || ways(1.0) && ways(-1.0)
-    }
-
     /// Offset and scale: what a machine may be asked for before anything else.
     pub(crate) fn zero_and_pitch(&self) -> Vec<AxisTerm> {
         let (fine, factor) = self.motion.reported();
@@ -100,20 +44,32 @@ impl AxisRun<'_> {
     /// All that a run may show beside offset and scale; the courses of its drift are the last.
     #[must_use]
     pub fn terms(&self, shown: &Shown) -> Vec<AxisTerm> {
+        self.terms_as(&Searched::of(self), shown)
+    }
+
+    /// The same, with what was looked for in the deviations.
+    pub(super) fn terms_as(&self, searched: &Searched, shown: &Shown) -> Vec<AxisTerm> {
+        let mut terms = self.causes(searched);
+        terms.extend(self.bad_points());
+        terms.extend(self.courses(shown));
+        terms
+    }
+
+    /// What moves more than one reading, but for the courses of a drift; with what was looked for in the
+    /// deviations of this run, or of one that it goes on from.
+    pub(super) fn causes(&self, searched: &Searched) -> Vec<AxisTerm> {
         let mut terms = self.reversals();
         if let Some(profile) = self.profile() {
-            let unresolved = self.unresolved_wave(&profile);
+            let unresolved = searched.is_unresolved.then(|| Self::unresolved_wave(&profile));
             terms.push(profile);
             terms.extend(unresolved);
             // A profile spans zero and pitch together: without this it would be named for them.
             terms.push(self.pitch_and_zero());
         }
-        terms.extend(self.lag());
-        terms.extend(self.waves());
+        terms.extend(searched.lag.and_then(|travel| self.lag(travel)));
+        terms.extend(self.waves(searched.period));
         terms.extend(self.growth());
-        terms.push(self.drift());
-        terms.extend(self.bad_points());
-        terms.extend(self.courses(shown));
+        terms.push(self.drift(searched.span));
         terms
     }
 
@@ -128,10 +84,6 @@ impl AxisRun<'_> {
         );
         let columns = vec![self.each(|_| 1.0), self.each(|r| r.target)];
         term(effect.about("and its zero"), columns)
-    }
-
-    fn each(&self, value: impl Fn(&AxisReading) -> f64) -> Vec<f64> {
-        self.readings.iter().map(value).collect()
     }
 
     fn reversals(&self) -> Vec<AxisTerm> {
@@ -185,71 +137,32 @@ impl AxisRun<'_> {
         Some(term(effect, again.iter().map(column).collect()))
     }
 
-    /// A period shorter than the targets resolve, where their deviations jump from each to the next: it
-    /// is any deviation of the targets' own.
-    fn unresolved_wave(&self, profile: &AxisTerm) -> Option<AxisTerm> {
-        let targets = distinct_targets(self.readings);
-        let mean = |target: &f64| {
-            let of = |r: &&AxisReading| (r.target + 0.0).total_cmp(target).is_eq();
-            let sum: f64 = self.readings.iter().filter(of).map(|r| r.deviation).sum();
-            sum / count(self.readings.iter().filter(of).count())
-        };
-        let means: Vec<f64> = targets.iter().map(mean).collect();
-        if self.lead.is_some() || roughness(&targets, &means)? < ROUGH {
-            return None;
-        }
+    /// A period shorter than the targets resolve: it is any deviation of the targets' own.
+    fn unresolved_wave(profile: &AxisTerm) -> AxisTerm {
         let text = "the deviation repeats along the travel with a period that these targets are too \
                     far apart to show; measure between them, or declare the lead (`[axis] lead_mm`)";
         let effect = Effect::new("cyclic-error", text, profile.effect.parameters.clone());
-        Some(term(effect.about("shorter than the targets resolve"), profile.columns.clone()))
+        term(effect.about("shorter than the targets resolve"), profile.columns.clone())
     }
 
     /// What an axis has not yet made up after it turned round: balls that roll before they slide, a
     /// wound-up drive.
-    fn lag(&self) -> Option<AxisTerm> {
-        let travelled = self.since_the_turn()?;
-        let targets = distinct_targets(self.readings);
-        let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
-        if targets.len() < MIN_TARGETS_FOR_LAG || range <= 0.0 {
-            return None;
-        }
-        let column = |share: f64| -> Vec<f64> {
-            let of = |(r, s): (&AxisReading, &f64)| {
-                -r.approach.map_or(0.0, crate::Approach::sign) * (-s / (share * range)).exp()
-            };
-            self.readings.iter().zip(&travelled).map(of).collect()
-        };
-        let explained = |share: &f64| self.explained_by(vec![column(*share)]);
-        let share = LAGS.into_iter().max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+    fn lag(&self, travel: f64) -> Option<AxisTerm> {
+        let column = self.lagging(travel, &self.since_the_turn()?);
         let (fine, factor) = self.motion.reported();
         let text = format!(
             "the axis lags behind after it turned round; of what it lags at the turn 1/e is left {:.4} {} \
              on",
-            share * range,
+            travel,
             self.motion.target_unit()
         );
         let effect =
             Effect::new("hysteresis", &text, vec![parameter("lag at the turn", fine, factor)]);
-        Some(term(Effect { searched: LAGS.len(), ..effect }, vec![column(share)]))
-    }
-
-    /// Travel of each reading since the axis turned round, or since the first reading; `None` where
-    /// some way is not known, or none is turned.
-    fn since_the_turn(&self) -> Option<Vec<f64>> {
-        let ways: Vec<f64> =
-            self.readings.iter().map(|r| Some(r.approach?.sign())).collect::<Option<_>>()?;
-        let (mut turned_at, mut all) = (self.readings.first()?.target, Vec::new());
-        for (i, reading) in self.readings.iter().enumerate() {
-            if i > 0 && ways[i] * ways[i - 1] < 0.0 {
-                turned_at = self.readings[i - 1].target;
-            }
-            all.push((reading.target - turned_at).abs());
-        }
-        ways.iter().any(|way| way * ways[0] < 0.0).then_some(all)
+        Some(term(Effect { searched: LAGS.len(), ..effect }, vec![column]))
     }
 
     /// Errors that repeat with a turn of the screw, worm or axis.
-    fn waves(&self) -> Vec<AxisTerm> {
+    fn waves(&self, period: Option<(f64, usize)>) -> Vec<AxisTerm> {
         let targets = distinct_targets(self.readings);
         let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
         let unit = self.motion.target_unit();
@@ -261,9 +174,7 @@ impl AxisRun<'_> {
         if let Some(lead) = self.lead {
             waves.push(self.wave(&format!("once per turn of the screw, {lead} {unit}"), lead, 1));
             waves.push(self.wave("twice per turn of the screw", 0.5 * lead, 1));
-        } else if targets.len() >= MIN_TARGETS_FOR_PERIOD
-            && let Some((period, searched)) = self.strongest_period(targets.len(), range)
-        {
+        } else if let Some((period, searched)) = period {
             let digits = format!("{period:.4}");
             waves.push(self.wave(&format!("period {digits} {unit}"), period, searched));
         }
@@ -279,84 +190,6 @@ impl AxisRun<'_> {
         let effect = Effect { searched, ..Effect::new("cyclic-error", text, parameters) };
         let (cosine, sine) = self.wave_columns(period);
         term(effect.about(subject), vec![cosine, sine])
-    }
-
-    fn wave_columns(&self, period: f64) -> (Vec<f64>, Vec<f64>) {
-        let phase = |r: &AxisReading| TAU * r.target / period;
-        // At targets of whole turns a sine is nothing but round-off, which no amplitude may scale.
-        let shown = |value: f64| if value.abs() < WAVE_ROUND_OFF { 0.0 } else { value };
-        (self.each(|r| shown(phase(r).cos())), self.each(|r| shown(phase(r).sin())))
-    }
-
-    /// The period that describes the deviations best beside offset, scale and reversal, with how
-    /// many independent ones there were.
-    fn strongest_period(&self, targets: usize, range: f64) -> Option<(f64, usize)> {
-        // Frequencies a half wave in the travel apart are independent; above one wave in two targets
-        // shorter periods look like longer ones.
-        let per_step = 1.0 / (2.0 * STEPS_PER_FREQUENCY * range);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "twice the number of targets"
-        )]
-        let steps = |waves: f64| (2.0 * STEPS_PER_FREQUENCY * waves).round() as usize;
-        let (first, last) = (steps(FEWEST_WAVES), steps(0.5 * count(targets - 1)));
-        let mut best: Option<(f64, f64)> = None;
-        let mut better = |frequency: f64, margin: f64| {
-            let explained = self.explained_by_wave(1.0 / frequency);
-            if best.is_none_or(|(most, _)| explained > most * (1.0 + margin)) {
-                best = Some((explained, frequency));
-            }
-        };
-        (first..=last).for_each(|step| better(count(step) * per_step, ALIKE));
-        let (_, coarse) = best?;
-        let mut refined = (self.explained_by_wave(1.0 / coarse), coarse);
-        for step in -REFINED..=REFINED {
-            let frequency = coarse + f64::from(step) / f64::from(REFINED) * per_step;
-            let explained = self.explained_by_wave(1.0 / frequency);
-            if explained > refined.0 {
-                refined = (explained, frequency);
-            }
-        }
-        let independent = (last - first + 1).div_ceil(2);
-        Some((1.0 / refined.1, independent))
-    }
-
-    fn explained_by_wave(&self, period: f64) -> f64 {
-        let (cosine, sine) = self.wave_columns(period);
-        self.explained_by(vec![cosine, sine])
-    }
-
-    /// Sum of squares that columns take away beside offset, scale and reversal.
-    fn explained_by(&self, columns: Vec<Vec<f64>>) -> f64 {
-        let middle =
-            self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
-        let beside = [
-            self.each(|_| 1.0),
-            self.each(|r| r.target - middle),
-            self.each(|r| r.approach.map_or(0.0, crate::Approach::sign)),
-        ];
-        let mut basis: Vec<DVector<f64>> = Vec::new();
-        let mut left = |column: Vec<f64>| {
-            let column = DVector::from_vec(column);
-            let mut rest = column.clone();
-            for direction in &basis {
-                rest -= direction.dot(&rest) * direction;
-            }
-            // What rounding leaves of a column that the others hold is no direction.
-            let unit = rest.try_normalize(1e-9 * column.norm())?;
-            basis.push(unit.clone());
-            Some(unit)
-        };
-        for column in beside {
-            left(column);
-        }
-        let deviations = DVector::from_vec(self.each(|r| r.deviation));
-        columns
-            .into_iter()
-            .filter_map(&mut left)
-            .map(|direction| direction.dot(&deviations).powi(2))
-            .sum()
     }
 
     /// Growth with every temperature that was recorded.
@@ -380,11 +213,8 @@ impl AxisRun<'_> {
     }
 
     /// Growth without a thermometer: even from the first reading to the last.
-    pub(super) fn drift(&self) -> AxisTerm {
-        let elapsed = self.elapsed();
-        let span = elapsed.iter().copied().fold(0.0, f64::max);
-        let span = if span > 0.0 { span } else { 1.0 };
-        let passed = elapsed.iter().map(|t| t / span).collect();
+    fn drift(&self, span: f64) -> AxisTerm {
+        let passed = self.elapsed().iter().map(|t| t / span).collect();
         let text = "zero and length of the axis drift evenly from the first reading to the last";
         let effect = Effect::new("drift", text, self.growing(", over the run"));
         term(self.with_time(effect), self.grown(passed))
@@ -392,7 +222,10 @@ impl AxisRun<'_> {
 
     /// Driven by the time, where that was recorded.
     pub(super) fn with_time(&self, effect: Effect) -> Effect {
-        if self.time().is_some() { effect.driven_by(TIME) } else { effect }
+        match self.time() {
+            Some(time) => effect.driven_by(&time.name),
+            None => effect,
+        }
     }
 
     /// Amplitudes of a drift.
@@ -409,17 +242,6 @@ impl AxisRun<'_> {
     pub(super) fn grown(&self, course: Vec<f64>) -> Vec<Vec<f64>> {
         let grown = self.readings.iter().zip(&course).map(|(r, t)| r.target * t).collect();
         vec![course, grown]
-    }
-
-    pub(super) fn time(&self) -> Option<&Covariate> {
-        self.covariates.iter().find(|c| c.name == TIME)
-    }
-
-    /// Time since the first reading, or readings since.
-    pub(super) fn elapsed(&self) -> Vec<f64> {
-        let Some(time) = self.time() else { return (0..self.readings.len()).map(count).collect() };
-        let low = time.values.iter().copied().fold(f64::INFINITY, f64::min);
-        time.values.iter().map(|t| t - low).collect()
     }
 
     fn bad_points(&self) -> impl Iterator<Item = AxisTerm> {
@@ -441,36 +263,10 @@ fn term(effect: Effect, columns: Vec<Vec<f64>>) -> AxisTerm {
     AxisTerm { effect: effect.within(Scope::SomeDesigns), columns }
 }
 
-impl AxisTerm {
-    /// `∂ residual / ∂ amplitude`: all readings, or the one that it moves.
-    pub(crate) fn tangent(&self) -> DMatrix<f64> {
-        if let Scope::Observation(row) = self.effect.scope {
-            return DMatrix::from_element(1, 1, -self.columns[0][row]);
-        }
-        let rows = self.columns[0].len();
-        DMatrix::from_fn(rows, self.columns.len(), |row, k| -self.columns[k][row])
-    }
-}
-
 /// Unit of a deviation over a target as reported, and the factor.
 fn ratio(motion: AxisMotion) -> (&'static str, f64) {
     match motion {
         AxisMotion::Linear => ("ppm", 1e6),
         AxisMotion::Rotary => ("arcsec/deg", 1.0),
     }
-}
-
-/// Mean squared difference from each value to the next about a straight line, over their variance (von
-/// Neumann 1941): 2 for values that have nothing to do with each other, near 0 along a curve.
-fn roughness(at: &[f64], values: &[f64]) -> Option<f64> {
-    let n = count(values.len());
-    let [middle, mean] = [at, values].map(|all| all.iter().sum::<f64>() / n);
-    let spread: f64 = at.iter().map(|x| (x - middle).powi(2)).sum();
-    let slope = at.iter().zip(values).map(|(x, v)| (x - middle) * (v - mean)).sum::<f64>() / spread;
-    let left: Vec<f64> =
-        at.iter().zip(values).map(|(x, v)| v - mean - slope * (x - middle)).collect();
-    let variance = left.iter().map(|v| v * v).sum::<f64>() / n;
-    let steps: f64 = left.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
-    let ratio = steps / (n - 1.0) / variance;
-    ratio.is_finite().then_some(ratio)
 }

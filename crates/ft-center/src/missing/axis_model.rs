@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::axis_reading::AxisMotion;
 use crate::error::require_positive;
-use crate::missing::axis_effects::{AxisRun, AxisTerm};
+use crate::missing::axis_proposals::{Longer, proposals};
+use crate::missing::axis_run::{AxisRun, AxisTerm};
+use crate::missing::axis_searched::Searched;
 use crate::{FtCenterError, Table};
 
 /// The declared model claims that every target was reached: residual is the deviation, in mm or
@@ -23,14 +25,31 @@ pub fn positioning_model(
     sigma: Option<f64>,
 ) -> Result<LinearModel, FtCenterError> {
     check(run, sigma)?;
+    let searched = Searched::of(run);
+    let with = |Longer { text, readings, covariates }: Longer| {
+        let longer = AxisRun { readings: &readings, covariates: &covariates, ..*run };
+        let mut causes = longer.causes(&searched);
+        causes.extend(longer.courses(shown));
+        (text.to_owned(), run_model(&longer, causes, sigma))
+    };
+    let extended = proposals(run).into_iter().map(with).collect();
+    Ok(LinearModel { extended, ..run_model(run, run.terms_as(&searched, shown), sigma) })
+}
+
+/// The model of a run that was checked, with what it may show beside offset and scale.
+pub(super) fn run_model(
+    run: &AxisRun<'_>,
+    beside: Vec<AxisTerm>,
+    sigma: Option<f64>,
+) -> LinearModel {
     let mut terms = run.zero_and_pitch();
-    terms.extend(run.terms(shown));
+    terms.extend(beside);
     let names = run.readings.iter().map(|r| r.name.clone());
     let layout = Layout::scalars(names, run.motion.deviation_unit(), sigma);
     let tangents = terms.iter().map(AxisTerm::tangent).collect();
     let effects = terms.into_iter().map(|term| term.effect).collect();
     let n = run.readings.len();
-    Ok(LinearModel {
+    LinearModel {
         declared: Declared {
             resolution: resolution_of(run.readings.iter().map(|r| r.deviation)),
             ..Declared::new(layout, Vec::new(), effects)
@@ -39,7 +58,7 @@ pub fn positioning_model(
         base: DMatrix::zeros(n, 0),
         tangents,
         extended: Vec::new(),
-    })
+    }
 }
 
 fn check(run: &AxisRun<'_>, sigma: Option<f64>) -> Result<(), FtCenterError> {

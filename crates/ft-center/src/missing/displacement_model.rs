@@ -7,7 +7,7 @@ use model_discrepancy::{
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::require_positive;
-use crate::missing::axis_effects::AxisTerm;
+use crate::missing::axis_run::AxisTerm;
 use crate::missing::parameter::parameter;
 use crate::{FtCenterError, Table};
 

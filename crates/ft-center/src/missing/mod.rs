@@ -3,6 +3,9 @@
 mod axis_courses;
 mod axis_effects;
 mod axis_model;
+mod axis_proposals;
+mod axis_run;
+mod axis_searched;
 mod commanded;
 mod displacement_model;
 mod gravity_effects;
@@ -17,8 +20,8 @@ mod press_model;
 mod press_proposals;
 mod sensor_errors;
 
-pub use axis_effects::{AxisRun, AxisTerm};
 pub use axis_model::{axis_coordinates, positioning_model};
+pub use axis_run::{AxisRun, AxisTerm};
 pub use displacement_model::{Displacement, DisplacementModel};
 pub use gravity_model::GravityModel;
 pub use press_model::PressModel;

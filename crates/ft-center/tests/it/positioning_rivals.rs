@@ -87,3 +87,46 @@ fn a_session_shows_in_a_single_cycle() {
     let std = closure.steps[0].parameters[0].std;
     assert!((amplitude(&closure, 0, 0) - 20.0).abs() < 4.0 * std, "{:?}", closure.steps);
 }
+
+/// Read once from one side in the order of its targets, a drift is a pitch error; read again in the
+/// opposite order, as the answer says, it is not.
+#[test]
+fn a_drift_read_in_the_order_of_the_targets_says_what_would_tell_it_from_a_pitch_error() {
+    let all = run(35, SIGMA_MM, |_, _, _| 0.0);
+    let drifting = |reading: &AxisReading, k: usize, side: Option<Approach>| AxisReading {
+        name: k.to_string(),
+        deviation: reading.deviation + 2e-3 * k as f64,
+        approach: side,
+        ..reading.clone()
+    };
+    let rising = Some(Approach::Rising);
+    let up: Vec<AxisReading> = all.iter().filter(|r| r.approach == rising).cloned().collect();
+    let once: Vec<_> = up[..12].iter().enumerate().map(|(k, r)| drifting(r, k, rising)).collect();
+    let confused = closed(&once, &[], None);
+    let step = &confused.steps[0];
+    let names: Vec<&str> = std::iter::once(step.effect.as_str())
+        .chain(step.indistinguishable_from.iter().map(String::as_str))
+        .collect();
+    assert!(names.contains(&"drift") && names.iter().any(|n| n.starts_with("pitch-error")));
+    let advice = step.separate_by.as_deref();
+    assert!(advice.is_some_and(|text| text.contains("every target")), "{advice:?}");
+
+    let back = up[12..24].iter().rev().enumerate().map(|(k, r)| drifting(r, 12 + k, rising));
+    let told = closed(&once.iter().cloned().chain(back).collect::<Vec<_>>(), &[], None);
+    assert_eq!(named(&told), ["drift"], "{:?}", told.steps);
+    let rivals = &told.steps[0].indistinguishable_from;
+    assert!(!rivals.iter().any(|n| n.starts_with("pitch-error")), "{rivals:?}");
+}
+
+/// From one side alone half a reversal is an offset; the answer says how it would not be.
+#[test]
+fn an_offset_read_from_one_side_says_what_would_tell_it_from_a_reversal() {
+    let mut one_sided = run(36, SIGMA_MM, |_, _, _| 0.02);
+    one_sided.retain(|r| r.approach == Some(Approach::Rising));
+    let closure = closed(&one_sided, &[], None);
+    let step = &closure.steps[0];
+    let is_rival = |wanted: &str| step.indistinguishable_from.iter().any(|name| name == wanted);
+    assert!(is_rival("reversal") || step.effect == "reversal", "{step:?}");
+    let advice = step.separate_by.as_deref();
+    assert!(advice.is_some_and(|text| text.contains("from the other side")), "{step:?}");
+}

@@ -11,7 +11,7 @@ use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::system::{Active, Estimate, System, whitened};
 use crate::answer::confounded::Attribution;
-use crate::choice::candidate::{Source, estimable_columns, min_kept};
+use crate::choice::candidate::{Source, estimable_columns, label, min_kept};
 use crate::model::covariate::ORDER;
 use crate::model::validate::fits_layout;
 use crate::model::whole_tangent;
@@ -40,16 +40,34 @@ pub(crate) fn separate_by(
     let amplitude = &estimate.state.amplitudes[active.effect];
     let others: Vec<_> = attribution.system.active.iter().map(|a| a.effect).collect();
     let reach = |extended: &dyn Model| {
-        distance(model, extended, silent, active.effect, &confounded, &others, amplitude)
-            .unwrap_or(0.0)
+        distances(model, extended, silent, active.effect, &confounded, &others, amplitude)
+            .unwrap_or_else(|| vec![0.0; confounded.len()])
     };
     let present = reach(model);
     let proposals = proposals(model);
-    let distances: Vec<_> = proposals.iter().map(|p| reach(p.model.as_ref())).collect();
+    let reached: Vec<Vec<f64>> = proposals.iter().map(|p| reach(p.model.as_ref())).collect();
+    // A rival that holds the effect as a part of it stays one whatever is measured.
+    let shows = |r: usize| reached.iter().any(|d| d[r] > NEW_DIRECTION * amplitude.norm());
+    let split: Vec<usize> = (0..confounded.len()).filter(|&r| shows(r)).collect();
+    let least = |d: &Vec<f64>| split.iter().map(|&r| d[r]).fold(f64::INFINITY, f64::min);
+    let (present, distances) = (least(&present), reached.iter().map(least).collect::<Vec<_>>());
     let best = distances.iter().copied().fold(0.0, f64::max);
-    let worthwhile = best > WORTHWHILE * present && best > NEW_DIRECTION * amplitude.norm();
+    if split.is_empty() || best <= WORTHWHILE * present || best <= NEW_DIRECTION * amplitude.norm()
+    {
+        return None;
+    }
     let cheapest = distances.iter().position(|&d| d >= AS_GOOD * best)?;
-    worthwhile.then(|| proposals[cheapest].text.clone())
+    let text = &proposals[cheapest].text;
+    if split.len() == confounded.len() {
+        return Some(text.clone());
+    }
+    let effects = &model.declared().effects;
+    let name = |&r: &usize| {
+        let effect = &effects[confounded[r]];
+        label(&effect.id, effect.subject.as_deref())
+    };
+    let names: Vec<String> = split.iter().map(name).collect();
+    Some(format!("{text}, which tells it from {} alone", names.join(", ")))
 }
 
 fn covariate_advice(attribution: &Attribution<'_>) -> Option<String> {
@@ -66,9 +84,9 @@ fn covariate_advice(attribution: &Attribution<'_>) -> Option<String> {
     })
 }
 
-/// Length, in whitened units, of what effect `accepted` at `amplitude` leaves beside its nearest
-/// rival in the design of `extended`.
-fn distance(
+/// Lengths, in whitened units, of what effect `accepted` at `amplitude` leaves beside each rival in the
+/// design of `extended`; none beside one that is not there.
+fn distances(
     model: &dyn Model,
     extended: &dyn Model,
     silent: &[bool],
@@ -76,7 +94,7 @@ fn distance(
     confounded: &[usize],
     others: &[usize],
     amplitude: &DVector<f64>,
-) -> Option<f64> {
+) -> Option<Vec<f64>> {
     let twin = |effect: usize| twin(model, extended, effect);
     let system = others.iter().filter_map(|&o| twin(o)).fold(System::declared(extended), |s, e| {
         let parameters = (0..extended.declared().effects[e].parameters.len()).collect();
@@ -93,11 +111,12 @@ fn distance(
     let wanted = model.declared().effects[accepted].parameters.iter();
     let columns: Vec<usize> = wanted.map(place).collect::<Option<_>>()?;
     let trace = effect(same).select_columns(&columns) * amplitude;
-    confounded
-        .iter()
-        .filter_map(|&r| twin(r))
-        .map(|r| lin.basis.with(&effect(r), NEW_DIRECTION).reject(&trace).norm())
-        .min_by(f64::total_cmp)
+    let left = |&rival: &usize| {
+        twin(rival).map_or(0.0, |r| {
+            lin.basis.with(&effect(r), NEW_DIRECTION).reject(&trace).norm()
+        })
+    };
+    Some(confounded.iter().map(left).collect())
 }
 
 /// Those of a model's proposals whose effects fit their own rows: another cannot be worked out, and

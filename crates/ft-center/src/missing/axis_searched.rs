@@ -1,0 +1,164 @@
+//! What is looked for in the deviations of a run: its catalogue depends on them by these numbers alone.
+
+use nalgebra::DVector;
+
+use crate::axis_reading::distinct_targets;
+use crate::count;
+use crate::missing::axis_run::AxisRun;
+
+/// Travels over which a lag falls to 1/e that are tried, as shares of the whole.
+pub(super) const LAGS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
+/// Most targets with a deviation of their own: of many a curve says the same with less.
+pub(super) const MAX_PLACES: usize = 64;
+/// Roughness of the targets' deviations from which on a period between the targets may have made them.
+const ROUGH: f64 = 1.0;
+/// Longest period that is looked for: two thirds of the travel, for less than that is a curve.
+const FEWEST_WAVES: f64 = 1.5;
+/// Steps of the search for a period per independent frequency, so that no wave falls between two.
+const STEPS_PER_FREQUENCY: f64 = 2.0;
+/// Steps to either side with which the best period is refined.
+const REFINED: i32 = 16;
+/// How much more a shorter period must explain before it is preferred: targets at equal distances
+/// show several periods alike.
+const ALIKE: f64 = 1e-9;
+/// Targets from which on a period can be looked for: fewer are followed by any wave beside a line.
+const MIN_TARGETS_FOR_PERIOD: usize = 8;
+/// Targets from which on a lag can be told from a reversal that changes along the travel.
+const MIN_TARGETS_FOR_LAG: usize = 5;
+
+/// Numbers that the deviations of a run tell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Searched {
+    /// Travel over which a lag falls to 1/e, in the unit of a target; `None` where none can be told.
+    pub(super) lag: Option<f64>,
+    /// Period in the unit of a target, and how many were looked through; `None` where none can be told.
+    pub(super) period: Option<(f64, usize)>,
+    /// Whether the targets' deviations may be those of a period between the targets.
+    pub(super) is_unresolved: bool,
+    /// Time or readings from the first reading to the last.
+    pub(super) span: f64,
+}
+
+impl Searched {
+    pub(super) fn of(run: &AxisRun<'_>) -> Self {
+        let targets = distinct_targets(run.readings);
+        let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
+        let shows_period = run.lead.is_none() && targets.len() >= MIN_TARGETS_FOR_PERIOD;
+        let span = run.elapsed().into_iter().fold(0.0, f64::max);
+        Self {
+            lag: run.searched_lag(targets.len(), range),
+            period: shows_period.then(|| run.strongest_period(targets.len(), range)).flatten(),
+            is_unresolved: run.lead.is_none()
+                && targets.len() <= MAX_PLACES
+                && run.roughness(&targets).is_some_and(|rough| rough >= ROUGH),
+            span: if span > 0.0 { span } else { 1.0 },
+        }
+    }
+}
+
+impl AxisRun<'_> {
+    fn searched_lag(&self, targets: usize, range: f64) -> Option<f64> {
+        let since = self.since_the_turn()?;
+        if targets < MIN_TARGETS_FOR_LAG || range <= 0.0 {
+            return None;
+        }
+        let explained = |share: &f64| self.explained_by(vec![self.lagging(share * range, &since)]);
+        let share = LAGS.into_iter().max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+        Some(share * range)
+    }
+
+    /// The period that describes the deviations best beside offset, scale and reversal, with how
+    /// many independent ones there were.
+    fn strongest_period(&self, targets: usize, range: f64) -> Option<(f64, usize)> {
+        // Frequencies a half wave in the travel apart are independent; above one wave in two targets
+        // shorter periods look like longer ones.
+        let per_step = 1.0 / (2.0 * STEPS_PER_FREQUENCY * range);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "twice the number of targets"
+        )]
+        let steps = |waves: f64| (2.0 * STEPS_PER_FREQUENCY * waves).round() as usize;
+        let (first, last) = (steps(FEWEST_WAVES), steps(0.5 * count(targets - 1)));
+        let mut best: Option<(f64, f64)> = None;
+        let mut better = |frequency: f64, margin: f64| {
+            let explained = self.explained_by_wave(1.0 / frequency);
+            if best.is_none_or(|(most, _)| explained > most * (1.0 + margin)) {
+                best = Some((explained, frequency));
+            }
+        };
+        (first..=last).for_each(|step| better(count(step) * per_step, ALIKE));
+        let (_, coarse) = best?;
+        let mut refined = (self.explained_by_wave(1.0 / coarse), coarse);
+        for step in -REFINED..=REFINED {
+            let frequency = coarse + f64::from(step) / f64::from(REFINED) * per_step;
+            let explained = self.explained_by_wave(1.0 / frequency);
+            if explained > refined.0 {
+                refined = (explained, frequency);
+            }
+        }
+        let independent = (last - first + 1).div_ceil(2);
+        Some((1.0 / refined.1, independent))
+    }
+
+    fn explained_by_wave(&self, period: f64) -> f64 {
+        let (cosine, sine) = self.wave_columns(period);
+        self.explained_by(vec![cosine, sine])
+    }
+
+    /// Sum of squares that columns take away beside offset, scale and reversal.
+    fn explained_by(&self, columns: Vec<Vec<f64>>) -> f64 {
+        let middle =
+            self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
+        let beside = [
+            self.each(|_| 1.0),
+            self.each(|r| r.target - middle),
+            self.each(|r| r.approach.map_or(0.0, crate::Approach::sign)),
+        ];
+        let mut basis: Vec<DVector<f64>> = Vec::new();
+        let mut left = |column: Vec<f64>| {
+            let column = DVector::from_vec(column);
+            let mut rest = column.clone();
+            for direction in &basis {
+                rest -= direction.dot(&rest) * direction;
+            }
+            // What rounding leaves of a column that the others hold is no direction.
+            let unit = rest.try_normalize(1e-9 * column.norm())?;
+            basis.push(unit.clone());
+            Some(unit)
+        };
+        for column in beside {
+            left(column);
+        }
+        let deviations = DVector::from_vec(self.each(|r| r.deviation));
+        columns
+            .into_iter()
+            .filter_map(&mut left)
+            .map(|direction| direction.dot(&deviations).powi(2))
+            .sum()
+    }
+
+    /// Mean squared difference from the mean deviation of each target to that of the next about a straight
+    /// line, over their variance (von Neumann 1941): 2 for values that have nothing to do with each other,
+    /// near 0 along a curve.
+    fn roughness(&self, targets: &[f64]) -> Option<f64> {
+        let mean = |target: &f64| {
+            let of = |r: &&crate::AxisReading| (r.target + 0.0).total_cmp(target).is_eq();
+            let sum: f64 = self.readings.iter().filter(of).map(|r| r.deviation).sum();
+            sum / count(self.readings.iter().filter(of).count())
+        };
+        let means: Vec<f64> = targets.iter().map(mean).collect();
+        let (at, values) = (targets, &means[..]);
+        let n = count(values.len());
+        let [middle, mean] = [at, values].map(|all| all.iter().sum::<f64>() / n);
+        let spread: f64 = at.iter().map(|x| (x - middle).powi(2)).sum();
+        let slope =
+            at.iter().zip(values).map(|(x, v)| (x - middle) * (v - mean)).sum::<f64>() / spread;
+        let left: Vec<f64> =
+            at.iter().zip(values).map(|(x, v)| v - mean - slope * (x - middle)).collect();
+        let variance = left.iter().map(|v| v * v).sum::<f64>() / n;
+        let steps: f64 = left.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+        let ratio = steps / (n - 1.0) / variance;
+        ratio.is_finite().then_some(ratio)
+    }
+}
