@@ -112,9 +112,7 @@ fn distances(
     let columns: Vec<usize> = wanted.map(place).collect::<Option<_>>()?;
     let trace = effect(same).select_columns(&columns) * amplitude;
     let left = |&rival: &usize| {
-        twin(rival).map_or(0.0, |r| {
-            lin.basis.with(&effect(r), NEW_DIRECTION).reject(&trace).norm()
-        })
+        twin(rival).map_or(0.0, |r| lin.basis.with(&effect(r), NEW_DIRECTION).reject(&trace).norm())
     };
     Some(confounded.iter().map(left).collect())
 }
