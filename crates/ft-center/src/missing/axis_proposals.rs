@@ -29,7 +29,7 @@ pub(super) fn proposals(run: &AxisRun<'_>) -> Vec<Longer> {
         let text = "come to every target from the other side, too, on the way back";
         all.push(longer(text, run, &back, (|_| Some(turned), |t| t)));
     }
-    let text = "read every target again from the same side, in the opposite order";
+    let text = "read every target again in the opposite order, each from the same side as before";
     all.push(longer(text, run, &back, (same, |t| t)));
     if run.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
         let text = "read every target again once the temperatures are those of the first readings";
