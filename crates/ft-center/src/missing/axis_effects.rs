@@ -151,9 +151,8 @@ impl AxisRun<'_> {
         let column = self.lagging(travel, &self.since_the_turn()?);
         let (fine, factor) = self.motion.reported();
         let text = format!(
-            "the axis lags behind after it turned round; of what it lags at the turn 1/e is left {:.4} {} \
+            "the axis lags behind after it turned round; of what it lags at the turn 1/e is left {travel:.4} {} \
              on",
-            travel,
             self.motion.target_unit()
         );
         let effect =

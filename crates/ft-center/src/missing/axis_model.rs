@@ -37,11 +37,7 @@ pub fn positioning_model(
 }
 
 /// The model of a run that was checked, with what it may show beside offset and scale.
-pub(super) fn run_model(
-    run: &AxisRun<'_>,
-    beside: Vec<AxisTerm>,
-    sigma: Option<f64>,
-) -> LinearModel {
+fn run_model(run: &AxisRun<'_>, beside: Vec<AxisTerm>, sigma: Option<f64>) -> LinearModel {
     let mut terms = run.zero_and_pitch();
     terms.extend(beside);
     let names = run.readings.iter().map(|r| r.name.clone());

@@ -27,15 +27,15 @@ pub(super) fn proposals(run: &AxisRun<'_>) -> Vec<Longer> {
     let mut all = Vec::new();
     if let Some(turned) = from_the_other_side(run) {
         let text = "come to every target from the other side, too, on the way back";
-        all.push(longer(text, run, &back, (|_| Some(turned), |t| t)));
+        all.push(longer(text, run, &back, |_| Some(turned), |t| t));
     }
     let text = "read every target again in the opposite order, each from the same side as before";
-    all.push(longer(text, run, &back, (same, |t| t)));
+    all.push(longer(text, run, &back, same, |t| t));
     if run.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
         let text = "read every target again once the temperatures are those of the first readings";
-        all.push(longer(text, run, &again, (same, |t| t)));
+        all.push(longer(text, run, &again, same, |t| t));
         let text = "read every target again with all temperatures some kelvin higher";
-        all.push(longer(text, run, &again, (same, |t| t + WARMER_K)));
+        all.push(longer(text, run, &again, same, |t| t + WARMER_K));
     }
     all
 }
@@ -56,7 +56,8 @@ fn longer(
     text: &'static str,
     run: &AxisRun<'_>,
     again: &[usize],
-    (approach, temperature): (impl Fn(&AxisReading) -> Option<Approach>, impl Fn(f64) -> f64),
+    approach: impl Fn(&AxisReading) -> Option<Approach>,
+    temperature: impl Fn(f64) -> f64,
 ) -> Longer {
     let further = again.iter().map(|&i| {
         let reading = &run.readings[i];

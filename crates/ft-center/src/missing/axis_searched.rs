@@ -148,14 +148,13 @@ impl AxisRun<'_> {
             sum / count(self.readings.iter().filter(of).count())
         };
         let means: Vec<f64> = targets.iter().map(mean).collect();
-        let (at, values) = (targets, &means[..]);
-        let n = count(values.len());
-        let [middle, mean] = [at, values].map(|all| all.iter().sum::<f64>() / n);
-        let spread: f64 = at.iter().map(|x| (x - middle).powi(2)).sum();
-        let slope =
-            at.iter().zip(values).map(|(x, v)| (x - middle) * (v - mean)).sum::<f64>() / spread;
+        let n = count(targets.len());
+        let [middle, mean] = [targets, &means[..]].map(|all| all.iter().sum::<f64>() / n);
+        let spread: f64 = targets.iter().map(|x| (x - middle).powi(2)).sum();
+        let slope = targets.iter().zip(&means).map(|(x, v)| (x - middle) * (v - mean)).sum::<f64>()
+            / spread;
         let left: Vec<f64> =
-            at.iter().zip(values).map(|(x, v)| v - mean - slope * (x - middle)).collect();
+            targets.iter().zip(&means).map(|(x, v)| v - mean - slope * (x - middle)).collect();
         let variance = left.iter().map(|v| v * v).sum::<f64>() / n;
         let steps: f64 = left.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
         let ratio = steps / (n - 1.0) / variance;
