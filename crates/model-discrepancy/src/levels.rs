@@ -112,6 +112,11 @@ pub(crate) const WORTH_MENTIONING: f64 = 2.0;
 /// name: with less, the name leaves a visible part of the same structure unexplained.
 pub(crate) const NAME_SHARE: f64 = 0.9;
 
+/// Share of what the best candidate explains that one with fewer amplitudes must explain to be held
+/// against it: half of a sum of squares that was significant at a level shared out over a catalogue is
+/// significant at [`STAY`] alone.
+pub(crate) const PLACE_SHARE: f64 = 0.5;
+
 /// Colours less likely than this, beside the likeliest, are left out.
 pub(crate) const NEGLIGIBLE: f64 = 1e-4;
 

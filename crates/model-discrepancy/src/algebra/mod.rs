@@ -7,6 +7,7 @@ pub(crate) mod course;
 pub(crate) mod coverage;
 pub(crate) mod drifts;
 pub(crate) mod f_tail;
+pub(crate) mod independent;
 pub(crate) mod interruption;
 pub(crate) mod inverse_root;
 pub(crate) mod leverage;

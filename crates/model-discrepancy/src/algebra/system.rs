@@ -108,6 +108,15 @@ impl<'a> System<'a> {
         self.active.iter().any(|a| a.effect == effect)
     }
 
+    /// Whether the same is switched on in both.
+    pub(crate) fn is_same(&self, other: &System<'_>) -> bool {
+        self.active == other.active
+            && self.empirical.len() == other.empirical.len()
+            && (self.empirical.iter().zip(&other.empirical)).all(|(a, b)| {
+                a.covariate == b.covariate && a.shape == b.shape && a.columns == b.columns
+            })
+    }
+
     pub(crate) fn with_empirical(&self, empirical: Empirical) -> Self {
         let mut next = self.clone();
         next.empirical.push(empirical);

@@ -96,6 +96,7 @@ pub fn assess_those(
         silent: &[],
         banned: &[],
         thorough: false,
+        without_block: None,
     };
     let lin = Linear::of(&system, &at, &keep, context.silent);
     let scoring = Scoring::new(&context, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::Attribution;
 use crate::answer::found_again::{found_again, shares, where_readings_move};
+use crate::choice::blocks::{Blocks, WithoutBlock};
 use crate::choice::context::Context;
 use crate::choice::score::excluded;
 use crate::choice::select::select;
@@ -157,15 +158,18 @@ fn nested_errors(
     };
     let progress = &context.options.progress;
     progress.expect(n_folds);
+    let left_out: Vec<Vec<usize>> =
+        (0..n_folds).map(|f| members(f).into_iter().map(|i| fitted[i]).collect()).collect();
+    let blocks = seen_in_blocks(context, keep, base, chosen, &left_out);
     // Each repetition stands alone, so the answer does not depend on the number of threads.
     let repetitions: Vec<_> = (0..n_folds)
         .into_par_iter()
-        .filter_map(|f| {
-            let members = members(f);
-            let left_out: Vec<_> = members.iter().map(|&i| fitted[i]).collect();
-            let repetition = repeat_without(context, keep, base, chosen, &left_out);
+        .filter_map(|block| {
+            let known = WithoutBlock { blocks: &blocks, block };
+            let quick = Context { thorough: false, without_block: Some(known), ..*context };
+            let repetition = repeat_without(&quick, keep, base, chosen, &left_out[block]);
             progress.done();
-            Some((members, repetition?))
+            Some((members(block), repetition?))
         })
         .collect();
     let mut errors = [vec![None; fitted.len()], vec![None; fitted.len()]];
@@ -178,6 +182,24 @@ fn nested_errors(
     }
     let choices: Vec<_> = repetitions.into_iter().map(|(_, r)| r.added).collect();
     (errors, shares(chosen, attributions, &choices))
+}
+
+/// The declared model, and the chosen one, by sums over the blocks that are left out.
+fn seen_in_blocks<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'a>,
+    left_out: &[Vec<usize>],
+) -> Vec<Blocks<'a>> {
+    let declared = System::declared(context.model);
+    let of = |system: &System<'a>, at: &Estimate| {
+        let lin = Linear::of(system, at, keep, context.silent);
+        Blocks::of(context, system, at, &lin, left_out)
+    };
+    let systems = [(&declared, base), (&chosen.system, &chosen.estimate)];
+    let different = if chosen.system.is_same(&declared) { 1 } else { 2 };
+    systems[..different].iter().filter_map(|(system, at)| of(system, at)).collect()
 }
 
 /// Groups of which the chosen model predicts nothing from the others: what it predicts is tied to a
@@ -220,14 +242,13 @@ fn repeat_without(
     left_out: &[usize],
 ) -> Option<Repetition> {
     let declared = System::declared(context.model);
-    let quick = Context { thorough: false, ..*context };
     let mut rest = keep.to_vec();
     for &g in left_out {
         rest[g] = false;
     }
     let rows = rows_of(&context.model.declared().layout, &rest);
     let without = declared.fit_anew(&rows, base).ok()?;
-    let again = select(&quick, &rest, &without);
+    let again = select(context, &rest, &without);
     Some(Repetition {
         before: reported_errors(&declared, &without, left_out),
         after: reported_errors(&again.system, &again.estimate, left_out),

@@ -226,6 +226,12 @@ pub(crate) fn same_span(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
         && smallest_cosine(a, b) > SAME
 }
 
+/// The same from the cosines between two orthonormal bases of so many columns each.
+pub(crate) fn same_directions(cosines: &DMatrix<f64>) -> bool {
+    cosines.norm_squared() > count(cosines.ncols()) * SAME * SAME
+        && cosines.singular_values().min() > SAME
+}
+
 /// Whether the space of `a` lies inside that of `b`.
 pub(crate) fn inside(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
     a.ncols() < b.ncols() && smallest_cosine(a, b) > SAME

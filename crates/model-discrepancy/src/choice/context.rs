@@ -1,5 +1,6 @@
 //! What stays the same while effects are chosen.
 
+use crate::choice::blocks::WithoutBlock;
 use crate::choice::shapes::Shapes;
 use crate::{Covariate, Model, Options};
 
@@ -17,11 +18,13 @@ pub(crate) struct Context<'a> {
     pub(crate) banned: &'a [usize],
     /// Whether to score hopeless candidates too, for the report.
     pub(crate) thorough: bool,
+    /// Where the choice is repeated without a block of groups: what of it is known from sums over them.
+    pub(crate) without_block: Option<WithoutBlock<'a, 'a>>,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
     /// Every covariate with what is looked for along it.
-    pub(crate) fn along(&self) -> impl Iterator<Item = (&Covariate, &Shapes)> {
+    pub(crate) fn along(&self) -> impl Iterator<Item = (&'a Covariate, &'a Shapes)> + use<'a> {
         self.covariates.iter().zip(self.shapes)
     }
 }

@@ -12,6 +12,11 @@ use crate::levels::MASKED;
 /// fit by less than a twentieth of what it is off by.
 const MOST_READINGS: usize = 40;
 
+/// Whether pairs of so many readings are tried.
+pub(crate) fn may_be_masked(readings: usize) -> bool {
+    (2..=MOST_READINGS).contains(&readings)
+}
+
 /// The pair of readings that is best explained as two mistakes, when its significance survives the
 /// number of pairs there are.
 pub(crate) fn find_masked(
@@ -26,7 +31,7 @@ pub(crate) fn find_masked(
         .filter(|effect| !scoring.banned.contains(effect))
         .take(MOST_READINGS + 1)
         .collect();
-    if !(2..=MOST_READINGS).contains(&seen.len()) {
+    if !may_be_masked(seen.len()) {
         return None;
     }
     let scored: Vec<Scored> = (seen.into_iter())

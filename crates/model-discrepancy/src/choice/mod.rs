@@ -1,6 +1,8 @@
 //! Which effects are added, one a pass.
 
 pub(crate) mod additivity;
+pub(crate) mod beside;
+pub(crate) mod blocks;
 pub(crate) mod candidate;
 pub(crate) mod context;
 pub(crate) mod detectable;

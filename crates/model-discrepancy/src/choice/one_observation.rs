@@ -8,13 +8,13 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Scope;
 use crate::algebra::basis::NEW_DIRECTION;
-use crate::algebra::f_tail::f_tail;
+use crate::algebra::independent::Independent;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::candidate::{Estimability, estimability};
 use crate::count::count;
 use crate::levels::MIN_KEPT;
 use crate::noise::linear::Linear;
-use crate::tests::f_test::Significance;
+use crate::tests::f_test::{Significance, f_test_of};
 
 /// Rows of the data by observation, and what the fit left in them.
 pub(crate) struct ObservationRows<'a> {
@@ -74,33 +74,16 @@ impl<'a> ObservationRows<'a> {
             tangent.row_mut(at).copy_from(&(values.row(row - first) / lin.sigma[i]));
         }
         let q = lin.basis.rows(rows);
-        let along = q.transpose() * &tangent;
-        let beside = tangent.transpose() * &tangent - along.transpose() * &along;
-        let (parameters, factor) = independent(&tangent, &beside);
-        let (directions, absorbed) = directions(&tangent, &q);
-        if parameters.is_empty() {
-            return Some(LocalEstimability::NotEstimable(absorbed));
-        }
         let residual = self.residual.select_rows(rows);
-        let score = tangent.select_columns(&parameters).transpose() * residual;
-        let explained = factor.solve_lower_triangular(&score)?.norm_squared();
-        let dof = lin.rows.len().checked_sub(lin.basis.dim() + parameters.len())?;
-        if dof == 0 {
-            return None;
-        }
-        let left = (self.square - explained).max(0.0);
-        let variance = left / count(dof);
-        let f_statistic = explained / count(parameters.len()) / variance;
-        let test = Significance {
-            f_statistic,
-            directions: parameters.len(),
-            dof,
-            explained,
-            variance,
-            p_value: f_tail(f_statistic, count(parameters.len()), count(dof)),
+        let beside =
+            BesideLocal { rows: lin.rows.len(), directions: lin.basis.dim(), square: self.square };
+        let (directions, absorbed) = directions(&tangent, &q);
+        let Some(seen) = SeenLocal::of(&tangent, &q) else {
+            return Some(LocalEstimability::NotEstimable(absorbed));
         };
-        let kept = parameters.iter().map(|&p| beside[(p, p)].max(0.0).sqrt()).collect();
+        let test = seen.test(&tangent, &residual, &beside)?;
         let reported = self.reported(rows, &directions);
+        let SeenLocal { parameters, kept, .. } = seen;
         Some(LocalEstimability::Estimable(LocalTest { parameters, kept, absorbed, test, reported }))
     }
 
@@ -155,30 +138,47 @@ pub(crate) fn full_candidate(
     estimability(system.model, e, at, lin, &lin.basis)
 }
 
-/// Columns that keep enough of their norm beside the base and those before them, and the
-/// Cholesky factor of their products beside the base.
-fn independent(tangent: &DMatrix<f64>, beside: &DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
-    let m = tangent.ncols();
-    let mut kept: Vec<usize> = Vec::with_capacity(m);
-    let mut factor: DMatrix<f64> = DMatrix::zeros(m, m);
-    for j in 0..m {
-        let row = kept.len();
-        for k in 0..row {
-            let known: f64 = (0..k).map(|l| factor[(row, l)] * factor[(k, l)]).sum();
-            factor[(row, k)] = (beside[(j, kept[k])] - known) / factor[(k, k)];
-        }
-        let known: f64 = (0..row).map(|l| factor[(row, l)].powi(2)).sum();
-        let left = (beside[(j, j)] - known).max(0.0).sqrt();
-        let norm = tangent.column(j).norm();
-        if left > MIN_KEPT * norm && left > f64::MIN_POSITIVE {
-            factor[(row, row)] = left;
-            kept.push(j);
-        } else {
-            factor.row_mut(row).fill(0.0);
-        }
+/// What an effect on one observation is tested beside.
+pub(crate) struct BesideLocal {
+    pub(crate) rows: usize,
+    /// Of the system.
+    pub(crate) directions: usize,
+    /// Square of what the system leaves of the data.
+    pub(crate) square: f64,
+}
+
+/// Columns of an effect on one observation that keep enough of their norm beside the system and those
+/// before them.
+pub(crate) struct SeenLocal {
+    parameters: Vec<usize>,
+    /// Norm of each beside the system.
+    kept: Vec<f64>,
+    independent: Independent,
+}
+
+impl SeenLocal {
+    /// From the rows of the effect, and those of the system's orthonormal columns; `None` where none
+    /// of it is seen.
+    pub(crate) fn of(tangent: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<Self> {
+        let along = q.tr_mul(tangent);
+        let beside = tangent.tr_mul(tangent) - along.tr_mul(&along);
+        let whole = |column: usize| tangent.column(column).norm_squared();
+        let independent = Independent::of(&beside, whole, MIN_KEPT);
+        let parameters = independent.kept.clone();
+        let kept = parameters.iter().map(|&p| beside[(p, p)].max(0.0).sqrt()).collect();
+        (!parameters.is_empty()).then_some(Self { parameters, kept, independent })
     }
-    let n = kept.len();
-    (kept, factor.view((0, 0), (n, n)).into_owned())
+
+    /// Its F test, with what the system leaves of the data in these rows.
+    pub(crate) fn test(
+        &self,
+        tangent: &DMatrix<f64>,
+        residual: &DVector<f64>,
+        beside: &BesideLocal,
+    ) -> Option<Significance> {
+        let explained = self.independent.along_one(&tangent.tr_mul(residual)).norm_squared();
+        f_test_of(explained, self.parameters.len(), beside.square, beside.rows, beside.directions)
+    }
 }
 
 /// Orthonormal directions of the tangent, and the share of them absorbed by the base.

@@ -16,7 +16,7 @@ use crate::tests::significance::{
 };
 
 /// Most classes of effects of which all pairs are tried.
-const MAX_CLASSES: usize = 15;
+pub(crate) const MAX_CLASSES: usize = 15;
 
 /// The best pair of effects, each needed beside the other, when its significance survives the
 /// number of pairs tried.

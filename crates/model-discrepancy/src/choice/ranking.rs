@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::choice::score::{Scored, Scoring};
-use crate::levels::{STAY, TIE};
+use crate::levels::{PLACE_SHARE, STAY, TIE};
 use crate::noise::linear::Linear;
 use crate::tests::significance::{Reach, significance};
 
@@ -38,10 +38,8 @@ pub(crate) fn ranked(
         }
     }
     if let Some(&first) = eligible(judged, scoring.alpha).first() {
-        let most = judged[first].test.directions;
-        let is_simpler = |j: &Scored| j.candidate.reach == Reach::Many && j.test.directions < most;
         for i in screened {
-            if is_simpler(&judged[i]) {
+            if may_take_the_place(&judged[i], &judged[first]) {
                 judged[i].confirm(scoring);
             }
         }
@@ -78,17 +76,22 @@ pub(crate) fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
     order
 }
 
+/// Whether the best may add nothing beside a candidate with fewer amplitudes. Beside one that explains
+/// less than a share of what the best does the rest of that is left, and the best, which has every test
+/// behind it at a far smaller level, is needed.
+fn may_take_the_place(simpler: &Scored, best: &Scored) -> bool {
+    simpler.candidate.reach == Reach::Many
+        && simpler.test.directions < best.test.directions
+        && simpler.test.explained >= PLACE_SHARE * best.test.explained
+}
+
 /// Moves a candidate with fewer amplitudes to the front when the best adds nothing to it.
 pub(crate) fn prefer_simpler(lin: &Linear<'_>, judged: &[Scored], order: &mut [usize]) {
     let Some(&best) = order.first() else { return };
-    let directions = |i: usize| judged[i].test.directions;
     let mut simpler: Vec<usize> = (1..order.len())
-        .filter(|&at| {
-            directions(order[at]) < directions(best)
-                && judged[order[at]].candidate.reach == Reach::Many
-        })
+        .filter(|&at| may_take_the_place(&judged[order[at]], &judged[best]))
         .collect();
-    simpler.sort_by_key(|&at| directions(order[at]));
+    simpler.sort_by_key(|&at| judged[order[at]].test.directions);
     for at in simpler {
         let base = lin.basis.with(&judged[order[at]].candidate.tangent, NEW_DIRECTION);
         let c = &judged[best].candidate;

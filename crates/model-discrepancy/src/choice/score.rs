@@ -453,8 +453,8 @@ pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> 
 
 /// The shapes along one covariate; of its periods, of its levels apart and of its interruptions the
 /// one each that takes away most.
-fn strongest_shapes<'a>(
-    screening: &Screening<'_>,
+pub(crate) fn strongest_shapes<'a>(
+    screening: &Screening,
     covariate: &Covariate,
     shapes: &'a Shapes,
 ) -> Vec<(Cow<'a, Shape>, Option<Significance>)> {
@@ -478,7 +478,7 @@ fn strongest_shapes<'a>(
     let course = OnceCell::new();
     let at = strongest_break(breaks, |some| {
         let course = course.get_or_init(|| screening.course(covariate));
-        course.of_breaks(some).iter().map(power).collect()
+        screening.of_breaks(course, some).iter().map(power).collect()
     });
     found.extend(at.and_then(|at| anew(interrupted(covariate, at, breaks))));
     found

@@ -1,9 +1,10 @@
-//! Shapes along a covariate at a glance: the classical F test tells which are worth a hearing.
+//! Shapes along a covariate, screened: the classical F test tells which are worth all tests.
 
 use nalgebra::{DMatrix, DVector, DVectorView, Matrix3};
 
 use crate::Covariate;
-use crate::algebra::basis::Basis;
+use crate::algebra::independent::Independent;
+use crate::choice::beside::{Beside, Sums};
 use crate::choice::shape::{Periods, Shape, is_constant};
 use crate::count::count;
 use crate::levels::MIN_SHAPE_KEPT;
@@ -13,86 +14,25 @@ use crate::tests::f_test::{Significance, f_test_of};
 /// Functions whose values are taken together: more would not stay in a processor's cache.
 const TOGETHER: usize = 32;
 
-/// What shapes are tested beside.
-pub(crate) struct Screening<'a> {
-    pub(crate) lin: &'a Linear<'a>,
-    components: Vec<Component>,
-    /// Directions of the system, and with what it leaves of the constants that go along with a shape.
-    directions: [usize; 2],
-    /// Square of what the system leaves of the data, and with the constants.
-    squares: [f64; 2],
+/// What shapes are tested beside, on all rows.
+pub(crate) struct Screening {
+    followed: Followed,
+    beside: Option<Beside>,
 }
 
-/// The rows of one component, as a function of the observation sees them: the column that follows it
-/// has its value there times a weight.
-struct Component {
-    observations: Vec<usize>,
-    /// Squares of the weights.
-    squares: DVector<f64>,
-    /// Directions, constants last, one a row, times the weights.
-    held: DMatrix<f64>,
-    /// What the system leaves of the data, and with the constants, times the weights.
-    left: [DVector<f64>; 2],
-}
-
-/// Products of the columns of a shape, functions first, components in each.
-struct Products {
-    /// With each other.
-    own: DMatrix<f64>,
-    /// With the directions.
-    held: DMatrix<f64>,
-    /// With what is left of the data.
-    onto: DVector<f64>,
-}
-
-impl<'a> Screening<'a> {
-    pub(crate) fn new(lin: &'a Linear<'a>, clean: &DVector<f64>) -> Self {
-        let ones = vec![1.0; lin.layout.observations.len()];
-        let tangent = DMatrix::from_columns(&lin.followed(&ones));
-        let beside = lin.basis.reject_columns(&tangent);
-        let mut constants = Basis::empty(tangent.nrows());
-        for (left, whole) in beside.column_iter().zip(tangent.column_iter()) {
-            constants.push(&left.into_owned(), whole.norm(), MIN_SHAPE_KEPT);
-        }
-        let varying = constants.reject(clean);
-        let (system, constants) = (lin.basis.matrix(), constants.matrix());
-        let component = |weights: DVectorView<'_, f64>| {
-            let rows: Vec<usize> = (0..weights.len()).filter(|&i| weights[i] != 0.0).collect();
-            let weights = DVector::from_fn(rows.len(), |i, _| weights[rows[i]]);
-            let held = DMatrix::from_fn(system.ncols() + constants.ncols(), rows.len(), |k, i| {
-                let row = rows[i];
-                let entry = match k.checked_sub(system.ncols()) {
-                    Some(constant) => constants[(row, constant)],
-                    None => system[(row, k)],
-                };
-                entry * weights[i]
-            });
-            let weighted = |of: &DVector<f64>| of.select_rows(&rows).component_mul(&weights);
-            let left = [weighted(clean), weighted(&varying)];
-            let observation = |&row: &usize| lin.layout.rows[lin.rows[row]].observation;
-            let observations = rows.iter().map(observation).collect();
-            Component { observations, squares: weights.map(|w| w * w), held, left }
-        };
-        Self {
-            lin,
-            components: tangent.column_iter().map(|c| component(c.as_view())).collect(),
-            directions: [system.ncols(), system.ncols() + constants.ncols()],
-            squares: [clean.norm_squared(), varying.norm_squared()],
-        }
+impl Screening {
+    pub(crate) fn new(lin: &Linear<'_>, clean: &DVector<f64>) -> Self {
+        let system = lin.basis.matrix();
+        let constants = constants(lin);
+        let beside = Beside::of(&Sums::of_all(&system, &constants, clean));
+        Self { followed: Followed::of(lin, &constants, clean), beside }
     }
 
     /// The F test of each shape beside the constants that go along; `None` where nothing is left
     /// to test.
     pub(crate) fn screened(&self, shapes: &[Shape]) -> Vec<Option<Significance>> {
-        shapes.iter().map(|shape| self.one(shape)).collect()
-    }
-
-    fn one(&self, shape: &Shape) -> Option<Significance> {
-        let varying = shape.functions.iter().filter(|(name, _)| !is_constant(name));
-        let functions: Vec<_> = varying.map(|(_, values)| DVectorView::from(&values[..])).collect();
-        let along = shape.functions.iter().any(|(name, _)| is_constant(name));
-        let values = DMatrix::from_columns(&functions);
-        self.test(&self.products(&values, values.ncols(), along).pop()?, along)
+        let products = |shape| products_of(&[&self.followed], shape).pop();
+        shapes.iter().map(|shape| test(&products(shape)?, self.beside.as_ref()?)).collect()
     }
 
     /// The F test of each period.
@@ -101,54 +41,196 @@ impl<'a> Screening<'a> {
         covariate: &Covariate,
         periods: &Periods,
     ) -> Vec<Option<Significance>> {
-        let once = |value: &f64| (std::f64::consts::TAU * value / periods.longest).sin_cos();
-        let (sine, cosine): (Vec<f64>, Vec<f64>) = covariate.values.iter().map(once).unzip();
-        // Of every observation the sine and cosine of the part come to.
-        let mut turned: Vec<(f64, f64)> = vec![(0.0, 1.0); sine.len()];
-        let mut part = 0;
-        let mut tests = Vec::with_capacity(periods.parts.len());
-        for some in periods.parts.chunks(TOGETHER / 2) {
-            let mut values = DMatrix::zeros(sine.len(), 2 * some.len());
-            for (k, &wanted) in some.iter().enumerate() {
-                for _ in part..wanted {
-                    for ((turned, s), c) in turned.iter_mut().zip(&sine).zip(&cosine) {
-                        *turned = (turned.0 * c + turned.1 * s, turned.1 * c - turned.0 * s);
-                    }
-                }
-                part = wanted;
-                for (i, (sine, cosine)) in turned.iter().enumerate() {
-                    values[(i, 2 * k)] = *cosine;
-                    values[(i, 2 * k + 1)] = *sine;
+        let products = products_of_periods(&[&self.followed], covariate, periods).pop();
+        let test = |products| test(products, self.beside.as_ref()?);
+        products.iter().flatten().map(test).collect()
+    }
+
+    /// The F test of a jump and another slope after each of the places, ascending.
+    pub(crate) fn of_breaks(&self, course: &Course, at: &[f64]) -> Vec<Option<Significance>> {
+        let products = self.followed.of_breaks(course, at, None);
+        products.iter().map(|products| test(products, self.beside.as_ref()?)).collect()
+    }
+
+    /// What interruptions along a covariate are tested with.
+    pub(crate) fn course(&self, covariate: &Covariate) -> Course {
+        self.followed.course(covariate)
+    }
+}
+
+/// A column for every component that follows a constant, whitened.
+pub(crate) fn constants(lin: &Linear<'_>) -> DMatrix<f64> {
+    let ones = vec![1.0; lin.layout.observations.len()];
+    let columns = lin.followed(&ones);
+    if columns.is_empty() {
+        DMatrix::zeros(lin.rows.len(), 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    }
+}
+
+/// The rows that follow a function of the observation, component by component.
+pub(crate) struct Followed {
+    components: Vec<Component>,
+    /// Directions of the system.
+    directions: usize,
+}
+
+/// The rows of one component, as a function of the observation sees them: the column that follows it
+/// has its value there times a weight.
+struct Component {
+    /// Positions of the rows among all.
+    rows: Vec<usize>,
+    observations: Vec<usize>,
+    /// Squares of the weights: products with the component's own constant.
+    squares: DVector<f64>,
+    /// Directions of the system and, last, what it leaves of the data, one a row, times the weights.
+    held: DMatrix<f64>,
+}
+
+/// Products of the columns of a shape, functions first, components in each.
+#[derive(Clone, Debug)]
+pub(crate) struct Products {
+    /// Whether constants go along.
+    along: bool,
+    /// With each other.
+    own: DMatrix<f64>,
+    /// With the directions, and the constants of all components.
+    held: DMatrix<f64>,
+    /// With what is left of the data.
+    onto: DVector<f64>,
+}
+
+impl Products {
+    fn zeros(along: bool, columns: usize, held: usize) -> Self {
+        Self {
+            along,
+            own: DMatrix::zeros(columns, columns),
+            held: DMatrix::zeros(held, columns),
+            onto: DVector::zeros(columns),
+        }
+    }
+
+    /// Sums over the rows of both.
+    pub(crate) fn with(mut self, others: &Self) -> Self {
+        self.own += &others.own;
+        self.held += &others.held;
+        self.onto += &others.onto;
+        self
+    }
+
+    /// Sums over rows without those of `some`.
+    pub(crate) fn less(&self, some: &Self) -> Self {
+        Self {
+            along: self.along,
+            own: &self.own - &some.own,
+            held: &self.held - &some.held,
+            onto: &self.onto - &some.onto,
+        }
+    }
+}
+
+/// The F test of a shape beside a system; `None` where nothing is left to test.
+pub(crate) fn test(products: &Products, beside: &Beside) -> Option<Significance> {
+    let which = usize::from(products.along);
+    let held = beside.held(&products.held, products.along);
+    let left = &products.own - held.tr_mul(&held);
+    let onto = &products.onto - held.tr_mul(&beside.data(products.along));
+    let whole = products.own.diagonal();
+    let new = Independent::of(&left, |column| whole[column], MIN_SHAPE_KEPT);
+    let explained = new.along_one(&onto).norm_squared();
+    let (square, directions) = (beside.squares[which], beside.directions[which]);
+    f_test_of(explained, new.kept.len(), square, beside.rows, directions)
+}
+
+/// Products of a shape over the rows of each of `followed`.
+pub(crate) fn products_of(followed: &[&Followed], shape: &Shape) -> Vec<Products> {
+    let varying = shape.functions.iter().filter(|(name, _)| !is_constant(name));
+    let functions: Vec<_> = varying.map(|(_, values)| DVectorView::from(&values[..])).collect();
+    let along = shape.functions.iter().any(|(name, _)| is_constant(name));
+    let values = DMatrix::from_columns(&functions);
+    followed.iter().flat_map(|one| one.products(&values, values.ncols(), along)).collect()
+}
+
+/// The same of each period.
+pub(crate) fn products_of_periods(
+    followed: &[&Followed],
+    covariate: &Covariate,
+    periods: &Periods,
+) -> Vec<Vec<Products>> {
+    let once = |value: &f64| (std::f64::consts::TAU * value / periods.longest).sin_cos();
+    let (sine, cosine): (Vec<f64>, Vec<f64>) = covariate.values.iter().map(once).unzip();
+    // Of every observation the sine and cosine of the part come to.
+    let mut turned: Vec<(f64, f64)> = vec![(0.0, 1.0); sine.len()];
+    let mut part = 0;
+    let mut products: Vec<Vec<Products>> = followed.iter().map(|_| Vec::new()).collect();
+    for some in periods.parts.chunks(TOGETHER / 2) {
+        let mut values = DMatrix::zeros(sine.len(), 2 * some.len());
+        for (k, &wanted) in some.iter().enumerate() {
+            for _ in part..wanted {
+                for ((turned, s), c) in turned.iter_mut().zip(&sine).zip(&cosine) {
+                    *turned = (turned.0 * c + turned.1 * s, turned.1 * c - turned.0 * s);
                 }
             }
-            let products = self.products(&values, 2, true);
-            tests.extend(products.iter().map(|products| self.test(products, true)));
+            part = wanted;
+            for (i, (sine, cosine)) in turned.iter().enumerate() {
+                values[(i, 2 * k)] = *cosine;
+                values[(i, 2 * k + 1)] = *sine;
+            }
         }
-        tests
+        for (products, one) in products.iter_mut().zip(followed) {
+            products.extend(one.products(&values, 2, true));
+        }
+    }
+    products
+}
+
+impl Followed {
+    /// Those of its rows for which `some` is true.
+    pub(crate) fn narrowed(&self, some: &[bool]) -> Self {
+        let components = self.components.iter().map(|component| component.of(some)).collect();
+        Self { components, directions: self.directions }
+    }
+
+    pub(crate) fn of(lin: &Linear<'_>, constants: &DMatrix<f64>, clean: &DVector<f64>) -> Self {
+        let directions = lin.basis.dim();
+        let component = |weights: DVectorView<'_, f64>| {
+            let rows: Vec<usize> = (0..weights.len()).filter(|&i| weights[i] != 0.0).collect();
+            let weights = DVector::from_fn(rows.len(), |i, _| weights[rows[i]]);
+            let mut held = DMatrix::zeros(directions + 1, rows.len());
+            let system = lin.basis.rows(&rows);
+            for (k, column) in system.column_iter().enumerate() {
+                let weighted = column.iter().zip(&weights).map(|(value, weight)| value * weight);
+                held.row_mut(k).iter_mut().zip(weighted).for_each(|(to, value)| *to = value);
+            }
+            for (i, (&row, weight)) in rows.iter().zip(&weights).enumerate() {
+                held[(directions, i)] = clean[row] * weight;
+            }
+            let observation = |&row: &usize| lin.layout.rows[lin.rows[row]].observation;
+            let observations = rows.iter().map(observation).collect();
+            Component { rows, observations, squares: weights.map(|w| w * w), held }
+        };
+        Self { components: constants.column_iter().map(component).collect(), directions }
     }
 
     /// Products of shapes of so many functions each, the values one observation a row.
     fn products(&self, values: &DMatrix<f64>, functions: usize, along: bool) -> Vec<Products> {
-        let (which, k) = (usize::from(along), self.components.len());
+        let k = self.components.len();
         let shapes = values.ncols() / functions.max(1);
-        let columns = functions * k;
-        let empty = || Products {
-            own: DMatrix::zeros(columns, columns),
-            held: DMatrix::zeros(self.directions[which], columns),
-            onto: DVector::zeros(columns),
-        };
+        let empty = || Products::zeros(along, functions * k, self.directions + k);
         let mut products: Vec<Products> = (0..shapes).map(|_| empty()).collect();
         for (c, component) in self.components.iter().enumerate() {
             let here = values.select_rows(&component.observations);
-            let held = component.held.rows(0, self.directions[which]) * &here;
-            let onto = here.tr_mul(&component.left[which]);
+            let held = &component.held * &here;
             for (shape, products) in products.iter_mut().enumerate() {
                 let first = shape * functions;
                 for f in 0..functions {
-                    let at = f * k + c;
-                    products.held.set_column(at, &held.column(first + f));
-                    products.onto[at] = onto[first + f];
+                    let (at, own) = (f * k + c, held.column(first + f));
+                    let of_system = own.rows(0, self.directions);
+                    products.held.view_mut((0, at), (self.directions, 1)).copy_from(&of_system);
+                    products.onto[at] = own[self.directions];
                     let weighted = here.column(first + f).component_mul(&component.squares);
+                    products.held[(self.directions + c, at)] = weighted.sum();
                     for g in f..functions {
                         let product = weighted.dot(&here.column(first + g));
                         products.own[(at, g * k + c)] = product;
@@ -160,16 +242,8 @@ impl<'a> Screening<'a> {
         products
     }
 
-    fn test(&self, products: &Products, along: bool) -> Option<Significance> {
-        let which = usize::from(along);
-        let left = &products.own - products.held.tr_mul(&products.held);
-        let (explained, directions) = explained(&left, &products.own.diagonal(), &products.onto);
-        let (square, base_dim) = (self.squares[which], self.directions[which]);
-        f_test_of(explained, directions, square, self.lin.rows.len(), base_dim)
-    }
-
     /// What interruptions along a covariate are tested with.
-    pub(crate) fn course(&self, covariate: &Covariate) -> Course<'_> {
+    pub(crate) fn course(&self, covariate: &Covariate) -> Course {
         let values = &covariate.values;
         let mean = values.iter().sum::<f64>() / count(values.len());
         let from_mean: Vec<f64> = values.iter().map(|v| v - mean).collect();
@@ -180,51 +254,36 @@ impl<'a> Screening<'a> {
             sorted
         };
         let sorted = self.components.iter().map(sorted).collect();
-        Course { screening: self, mean, from_mean, sorted }
+        Course { mean, from_mean, sorted }
     }
-}
 
-/// Products with a function's course along a covariate, as sums from its end.
-pub(crate) struct Course<'a> {
-    screening: &'a Screening<'a>,
-    mean: f64,
-    /// Of every observation.
-    from_mean: Vec<f64>,
-    /// Rows of each component, the largest value first.
-    sorted: Vec<Vec<usize>>,
-}
-
-/// Sums over the rows after a break of what a row holds, times its value to the power of 0 and 1 (of
-/// the weights also 2).
-#[derive(Clone)]
-struct Sums {
-    held: [DVector<f64>; 2],
-    onto: [f64; 2],
-    squares: [f64; 3],
-}
-
-impl Course<'_> {
-    /// The F test of a jump and another slope after each of the places, ascending.
-    pub(crate) fn of_breaks(&self, at: &[f64]) -> Vec<Option<Significance>> {
-        let k = self.sorted.len();
-        let empty = || Products {
-            own: DMatrix::zeros(3 * k, 3 * k),
-            held: DMatrix::zeros(self.screening.directions[1], 3 * k),
-            onto: DVector::zeros(3 * k),
-        };
+    /// Products of a jump and another slope after each of the places, ascending, over the rows that
+    /// are not of `left_out`.
+    pub(crate) fn of_breaks(
+        &self,
+        course: &Course,
+        at: &[f64],
+        left_out: Option<&[bool]>,
+    ) -> Vec<Products> {
+        let (k, d) = (self.components.len(), self.directions);
+        let empty = || Products::zeros(true, 3 * k, d + k);
         let mut products: Vec<Products> = at.iter().map(|_| empty()).collect();
         for c in 0..k {
-            let (after, all) = self.sums(c, at);
+            let (after, all) = self.after_breaks(course, c, at, left_out);
             for ((products, sums), at) in products.iter_mut().zip(&after).zip(at) {
-                let from = at - self.mean;
+                let from = at - course.mean;
                 let columns = [c, k + c, 2 * k + c];
                 let [one, slope] = &sums.held;
-                products.held.set_column(columns[0], one);
-                products.held.set_column(columns[1], &all.held[1]);
-                products.held.set_column(columns[2], &(slope - one * from));
-                let onto = [sums.onto[0], all.onto[1], sums.onto[1] - from * sums.onto[0]];
                 let [w, wv, wvv] = sums.squares;
                 let (bent, bent_along) = (wv - from * w, wvv - from * wv);
+                let held = [one, &all.held[1], &(slope - one * from)];
+                for ((column, held), with_constant) in
+                    columns.into_iter().zip(held).zip([w, all.squares[1], bent])
+                {
+                    products.held.view_mut((0, column), (d, 1)).copy_from(&held.rows(0, d));
+                    products.held[(d + c, column)] = with_constant;
+                    products.onto[column] = held[d];
+                }
                 let own = Matrix3::new(
                     w,
                     wv,
@@ -237,32 +296,34 @@ impl Course<'_> {
                     bent_along - from * bent,
                 );
                 for i in 0..3 {
-                    products.onto[columns[i]] = onto[i];
                     (0..3).for_each(|j| products.own[(columns[i], columns[j])] = own[(i, j)]);
                 }
             }
         }
-        products.iter().map(|products| self.screening.test(products, true)).collect()
+        products
     }
 
     /// Over the rows of a component after each place, and over all of them.
-    fn sums(&self, component: usize, at: &[f64]) -> (Vec<Sums>, Sums) {
-        let (sorted, component) = (&self.sorted[component], &self.screening.components[component]);
-        let zero = DVector::zeros(self.screening.directions[1]);
-        let mut sums = Sums { held: [zero.clone(), zero], onto: [0.0; 2], squares: [0.0; 3] };
+    fn after_breaks(
+        &self,
+        course: &Course,
+        component: usize,
+        at: &[f64],
+        left_out: Option<&[bool]>,
+    ) -> (Vec<AfterBreak>, AfterBreak) {
+        let (sorted, component) = (&course.sorted[component], &self.components[component]);
+        let zero = DVector::zeros(self.directions + 1);
+        let mut sums = AfterBreak { held: [zero.clone(), zero], squares: [0.0; 3] };
         let mut after = Vec::with_capacity(at.len());
-        let mut rows = sorted.iter().peekable();
+        let is_in = |row: usize| left_out.is_none_or(|left_out| !left_out[component.rows[row]]);
+        let mut rows = sorted.iter().filter(|&&row| is_in(row)).peekable();
         for place in at.iter().rev().copied().chain([f64::NEG_INFINITY]) {
-            let is_after =
-                |&&row: &&usize| self.from_mean[component.observations[row]] > place - self.mean;
-            while let Some(&row) = rows.next_if(is_after) {
-                let value = self.from_mean[component.observations[row]];
-                let held = component.held.column(row);
+            let value = |row: usize| course.from_mean[component.observations[row]];
+            while let Some(&row) = rows.next_if(|&&row| value(row) > place - course.mean) {
+                let (value, held) = (value(row), component.held.column(row));
                 sums.held[0] += held;
                 sums.held[1].axpy(value, &held, 1.0);
-                let (onto, square) = (component.left[1][row], component.squares[row]);
-                sums.onto[0] += onto;
-                sums.onto[1] += onto * value;
+                let square = component.squares[row];
                 sums.squares[0] += square;
                 sums.squares[1] += square * value;
                 sums.squares[2] += square * value * value;
@@ -275,41 +336,45 @@ impl Course<'_> {
     }
 }
 
-/// Square of a residual that columns explain, from their products with each other and with it, and
-/// how many directions they have; a column of which less than a share of its `whole` square is new
-/// beside those before it counts for nothing (Cholesky's factor, row by row).
-fn explained(products: &DMatrix<f64>, whole: &DVector<f64>, onto: &DVector<f64>) -> (f64, usize) {
-    // Rows of the factor, each with what it takes of the residual.
-    let mut kept: Vec<(usize, Vec<f64>, f64)> = Vec::new();
-    for column in 0..products.ncols() {
-        let mut row: Vec<f64> = Vec::with_capacity(kept.len() + 1);
-        for (other, earlier, _) in &kept {
-            let known: f64 = earlier.iter().zip(&row).map(|(a, b)| a * b).sum();
-            row.push((products[(*other, column)] - known) / earlier[row.len()]);
-        }
-        let new = products[(column, column)] - row.iter().map(|v| v * v).sum::<f64>();
-        // `>` also turns away NaN and the zero column.
-        if new > MIN_SHAPE_KEPT * MIN_SHAPE_KEPT * whole[column] {
-            let known: f64 = kept.iter().zip(&row).map(|((_, _, took), v)| took * v).sum();
-            let length = new.sqrt();
-            row.push(length);
-            kept.push((column, row, (onto[column] - known) / length));
+impl Component {
+    /// Those of its rows for which `some` is true.
+    fn of(&self, some: &[bool]) -> Self {
+        let kept: Vec<usize> = (0..self.rows.len()).filter(|&i| some[self.rows[i]]).collect();
+        Self {
+            rows: kept.iter().map(|&i| self.rows[i]).collect(),
+            observations: kept.iter().map(|&i| self.observations[i]).collect(),
+            squares: self.squares.select_rows(&kept),
+            held: self.held.select_columns(&kept),
         }
     }
-    (kept.iter().map(|(_, _, took)| took * took).sum(), kept.len())
+}
+
+/// The rows of every component by the value of a covariate.
+pub(crate) struct Course {
+    mean: f64,
+    /// Of every observation.
+    from_mean: Vec<f64>,
+    /// Rows of each component, the largest value first.
+    sorted: Vec<Vec<usize>>,
+}
+
+/// Sums over the rows after a break of what a row holds, times its value to the power of 0 and 1 (of
+/// the weights also 2).
+#[derive(Clone)]
+struct AfterBreak {
+    held: [DVector<f64>; 2],
+    squares: [f64; 3],
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    use crate::algebra::basis::NEW_DIRECTION;
+    use crate::algebra::basis::{Basis, NEW_DIRECTION};
     use crate::algebra::linearised::Linearised;
     use crate::choice::interruption::interrupted;
     use crate::{Group, Layout, Quantity, Role, Row};
 
-    /// Round-off of products of numbers near one.
-    const ROUND_OFF: f64 = 1e-12;
     /// The same of sums over a course, which lose the square of its length over that of a part.
     const OF_SUMS: f64 = 1e-10;
 
@@ -365,7 +430,7 @@ mod tests {
         let breaks = [894.0, 898.5, 901.0, 905.5];
         let shapes: Vec<Shape> =
             breaks.iter().map(|&at| interrupted(&covariate, at, &breaks)).collect();
-        let by_sums = screening.course(&covariate).of_breaks(&breaks);
+        let by_sums = screening.of_breaks(&screening.course(&covariate), &breaks);
         assert_same(&by_sums, &screening.screened(&shapes), OF_SUMS);
 
         let periods = Periods::of_parts(28.0, (3..40).collect());
@@ -373,22 +438,5 @@ mod tests {
         let shapes: Vec<Shape> = periods.parts.iter().map(shape).collect();
         let turned = screening.of_periods(&covariate, &periods);
         assert_same(&turned, &screening.screened(&shapes), OF_SUMS);
-    }
-
-    #[test]
-    fn what_columns_explain_is_what_their_span_explains() {
-        let entry = |i: usize, j: usize| f64::from(u8::try_from((7 * i + 5 * j * j) % 11).unwrap());
-        let mut columns = DMatrix::from_fn(9, 4, entry);
-        // The third is the sum of the first two.
-        let sum = columns.column(0) + columns.column(1);
-        columns.set_column(2, &sum);
-        let residual = DVector::from_fn(9, |i, _| entry(i, 3) - entry(i, 5));
-        let span = Basis::of(&columns, MIN_SHAPE_KEPT);
-        let products = columns.tr_mul(&columns);
-        let (explained, directions) =
-            explained(&products, &products.diagonal(), &columns.tr_mul(&residual));
-        assert_eq!(directions, 3);
-        let exact = span.explained(&residual);
-        assert!((explained - exact).abs() < ROUND_OFF * exact.max(1.0), "{explained} {exact}");
     }
 }

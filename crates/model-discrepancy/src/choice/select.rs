@@ -74,11 +74,15 @@ fn catalogue_passes<'a>(
     chosen: &mut Selected<'a>,
 ) -> Option<Linear<'a>> {
     while chosen.added.len() < context.options.max_steps {
+        let alpha = level(context, chosen) * CATALOGUE_SHARE;
+        if context.without_block.is_some_and(|known| !known.effect_may_pass(&chosen.system, alpha))
+        {
+            return None;
+        }
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
         if at_round_off(&lin) {
             return Some(lin);
         }
-        let alpha = level(context, chosen) * CATALOGUE_SHARE;
         let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
         let mut pass = score_catalogue(&chosen.system, &chosen.estimate, &scoring);
         if chosen.added.is_empty() {
@@ -231,12 +235,15 @@ fn covariate_pass<'a>(
     if chosen.added.len() >= context.options.max_steps {
         return;
     }
+    let alpha = level(context, chosen) * QUARTER;
+    if context.without_block.is_some_and(|known| !known.shape_may_pass(&chosen.system, alpha)) {
+        return;
+    }
     let anew = || Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
     let lin = known.unwrap_or_else(anew);
     if at_round_off(&lin) {
         return;
     }
-    let alpha = level(context, chosen) * QUARTER;
     let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
     let judged = score_covariates(context, &scoring);
     let mut order = eligible(&judged, alpha);

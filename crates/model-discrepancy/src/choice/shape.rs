@@ -86,7 +86,7 @@ pub(crate) struct Periods {
     pub(crate) longest: f64,
     /// In how many parts it goes, ascending.
     pub(crate) parts: Vec<usize>,
-    tried: f64,
+    pub(crate) tried: f64,
 }
 
 impl Periods {
