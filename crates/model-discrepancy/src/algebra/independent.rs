@@ -11,9 +11,9 @@ pub(crate) struct Independent {
 }
 
 impl Independent {
-    /// From the products of columns with each other; one of which less than a share of its `whole`
-    /// square is new counts for nothing.
-    pub(crate) fn of(products: &DMatrix<f64>, whole: impl Fn(usize) -> f64, min_kept: f64) -> Self {
+    /// From the products of columns with each other; one of which the square of what is new is not more
+    /// than `least` counts for nothing.
+    pub(crate) fn of(products: &DMatrix<f64>, least: impl Fn(usize) -> f64) -> Self {
         let m = products.ncols();
         let mut kept: Vec<usize> = Vec::with_capacity(m);
         // Row by row: the factor's columns follow each other.
@@ -30,7 +30,7 @@ impl Independent {
             }
             let new = products[(column, column)] - rows[start..].iter().map(|v| v * v).sum::<f64>();
             // `>` also turns away NaN and the zero column.
-            if new > min_kept * min_kept * whole(column) && new > f64::MIN_POSITIVE {
+            if new > least(column) && new > f64::MIN_POSITIVE {
                 rows.push(new.sqrt());
                 kept.push(column);
             } else {
@@ -74,7 +74,7 @@ mod tests {
         columns.set_column(2, &sum);
         let residual = DVector::from_fn(9, |i, _| entry(i, 3) - entry(i, 5));
         let products = columns.tr_mul(&columns);
-        let new = Independent::of(&products, |c| products[(c, c)], 0.02);
+        let new = Independent::of(&products, |c| 0.02_f64.powi(2) * products[(c, c)]);
         assert_eq!(new.kept, [0, 1, 3]);
         let explained = new.along_one(&columns.tr_mul(&residual)).norm_squared();
         let exact = Basis::of(&columns, 0.02).explained(&residual);

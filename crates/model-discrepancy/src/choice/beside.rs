@@ -82,13 +82,13 @@ impl Beside {
         let last = sums.products.ncols() - 1;
         let k = last - sums.constants;
         let system = sums.products.view((0, 0), (k, k)).into_owned();
-        let well = Independent::of(&system, |_| 1.0, WELL_DETERMINED);
+        let well = Independent::of(&system, |_| WELL_DETERMINED * WELL_DETERMINED);
         if well.kept.len() < k {
             return None;
         }
         let all = sums.products.view((0, 0), (last, last)).into_owned();
         // What is asked of a constant the directions have many times over.
-        let columns = Independent::of(&all, |c| all[(c, c)], MIN_SHAPE_KEPT);
+        let columns = Independent::of(&all, |c| MIN_SHAPE_KEPT * MIN_SHAPE_KEPT * all[(c, c)]);
         if columns.kept.iter().take_while(|c| **c < k).count() < k {
             return None;
         }

@@ -1,7 +1,12 @@
 //! Whether other effects, no more in number or with far fewer amplitudes, describe the data better than
 //! those that were added one by one.
 
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
+use crate::algebra::independent::Independent;
 use crate::algebra::system::rows_of;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, catalogue, classes};
@@ -123,6 +128,11 @@ struct Sets<'a, 'b> {
     candidates: Vec<Candidate>,
     /// Those that were named.
     own: Vec<usize>,
+    /// Which columns are each candidate's, and products of what the system leaves of these with each
+    /// other and with the data.
+    columns: Vec<Range<usize>>,
+    products: DMatrix<f64>,
+    onto: DVector<f64>,
 }
 
 impl<'a, 'b> Sets<'a, 'b> {
@@ -155,7 +165,21 @@ impl<'a, 'b> Sets<'a, 'b> {
         ranked.truncate(MOST_CANDIDATES);
         let candidates: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
         let own: Vec<usize> = (0..candidates.len()).filter(|&i| is_named(&candidates[i])).collect();
-        (own.len() == named.len()).then_some(Self { scoring, candidates, own })
+        if own.len() < named.len() {
+            return None;
+        }
+        let mut next = 0;
+        let columns = candidates.iter().map(|candidate| {
+            let start = next;
+            next += candidate.beside.ncols();
+            start..next
+        });
+        let columns = columns.collect();
+        let beside: Vec<_> = candidates.iter().flat_map(|c| c.beside.column_iter()).collect();
+        let beside = DMatrix::from_columns(&beside);
+        let products = beside.transpose() * &beside;
+        let onto = beside.tr_mul(&scoring.clean);
+        Some(Self { scoring, candidates, own, columns, products, onto })
     }
 
     fn rows(&self) -> f64 {
@@ -179,28 +203,34 @@ impl<'a, 'b> Sets<'a, 'b> {
         sets
     }
 
+    /// Whether the effects keep enough of their columns beside those before them.
     fn are_apart(&self, set: &[usize]) -> bool {
-        let mut basis = Basis::empty(self.scoring.clean.len());
-        set.iter().all(|&i| {
-            let beside = &self.candidates[i].beside;
-            let alone = basis.dim() == 0;
-            let dim = basis.dim() + beside.ncols();
-            basis = basis.with(beside, if alone { MIN_KEPT } else { APART });
-            alone || basis.dim() == dim
-        })
+        let products = self.products_of(set);
+        let first = self.columns[set[0]].len();
+        let kept = |column: usize| if column < first { MIN_KEPT } else { APART };
+        let new = Independent::of(&products, |c| kept(c).powi(2) * products[(c, c)]);
+        let more = new.kept.iter().filter(|c| **c >= first).count();
+        first + more == products.ncols()
     }
 
     fn describe(&self, set: &[usize]) -> Description {
         let searched: f64 = set.iter().map(|&i| self.candidates[i].searched.ln()).sum();
-        let mut basis = Basis::empty(self.scoring.clean.len());
-        for &i in set {
-            basis = basis.with(&self.candidates[i].beside, MIN_KEPT);
-        }
+        let products = self.products_of(set);
+        let new = Independent::of(&products, |c| MIN_KEPT * MIN_KEPT * products[(c, c)]);
+        let columns = set.iter().flat_map(|&i| self.columns[i].clone());
+        let onto = DVector::from_iterator(products.ncols(), columns.map(|c| self.onto[c]));
         let square = self.scoring.clean.norm_squared();
-        let left = (square - basis.explained(&self.scoring.clean)).max(0.0) / square;
-        let of_size = ways(self.candidates.len(), set.len());
-        let penalty = count(basis.dim()) * self.rows().ln() + 2.0 * (searched + of_size.ln());
-        Description { amplitudes: basis.dim(), left, penalty }
+        let left = (square - new.along_one(&onto).norm_squared()).max(0.0) / square;
+        let (amplitudes, of_size) = (new.kept.len(), ways(self.candidates.len(), set.len()));
+        let penalty = count(amplitudes) * self.rows().ln() + 2.0 * (searched + of_size.ln());
+        Description { amplitudes, left, penalty }
+    }
+
+    /// Products of the columns of a set.
+    fn products_of(&self, set: &[usize]) -> DMatrix<f64> {
+        let columns: Vec<usize> = set.iter().flat_map(|&i| self.columns[i].clone()).collect();
+        let n = columns.len();
+        DMatrix::from_fn(n, n, |i, j| self.products[(columns[i], columns[j])])
     }
 
     /// The significance of each beside the others, where each is as significant as what a later pass

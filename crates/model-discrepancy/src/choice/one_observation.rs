@@ -162,8 +162,8 @@ impl SeenLocal {
     pub(crate) fn of(tangent: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<Self> {
         let along = q.tr_mul(tangent);
         let beside = tangent.tr_mul(tangent) - along.tr_mul(&along);
-        let whole = |column: usize| tangent.column(column).norm_squared();
-        let independent = Independent::of(&beside, whole, MIN_KEPT);
+        let least = |column: usize| MIN_KEPT * MIN_KEPT * tangent.column(column).norm_squared();
+        let independent = Independent::of(&beside, least);
         let parameters = independent.kept.clone();
         let kept = parameters.iter().map(|&p| beside[(p, p)].max(0.0).sqrt()).collect();
         (!parameters.is_empty()).then_some(Self { parameters, kept, independent })

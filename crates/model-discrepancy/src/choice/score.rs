@@ -1,5 +1,6 @@
 //! Scores of all candidates in one pass.
 
+use crate::choice::blocks::passing::One;
 use crate::choice::context::Context;
 use crate::levels::CLEAR_GAIN;
 use std::borrow::Cow;
@@ -11,7 +12,7 @@ use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::system::{Empirical, Estimate, System};
 use crate::choice::candidate::{
-    Candidate, Estimability, Source, catalogue, classes, estimable_columns,
+    Candidate, Estimability, Source, catalogue, classes, estimability, estimable_columns,
 };
 use crate::choice::interruption::{interrupted, strongest as strongest_break};
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
@@ -217,6 +218,21 @@ pub(crate) fn score_catalogue(
     };
     let judged = (0..candidates.all.len()).filter_map(judged).collect();
     ScorePass { judged, candidates, not_estimable, alpha_single }
+}
+
+/// The pass over effects of which alone the F test lets any pass, screened.
+pub(crate) fn score_passing(
+    system: &System<'_>,
+    at: &Estimate,
+    scoring: &Scoring<'_>,
+    passing: &[One],
+) -> Vec<Scored> {
+    let base = (&scoring.lin.basis, &scoring.clean);
+    let one = |one: &One| {
+        let seen = estimability(system.model, one.effect, at, scoring.lin, &scoring.lin.basis);
+        screened(scoring, base, seen.candidate()?, one.class, one.trials)
+    };
+    passing.iter().filter_map(one).collect()
 }
 
 /// What a pass judges, and beside how much else.

@@ -137,7 +137,7 @@ pub(crate) fn test(products: &Products, beside: &Beside) -> Option<Significance>
     let left = &products.own - held.tr_mul(&held);
     let onto = &products.onto - held.tr_mul(&beside.data(products.along));
     let whole = products.own.diagonal();
-    let new = Independent::of(&left, |column| whole[column], MIN_SHAPE_KEPT);
+    let new = Independent::of(&left, |column| MIN_SHAPE_KEPT * MIN_SHAPE_KEPT * whole[column]);
     let explained = new.along_one(&onto).norm_squared();
     let (square, directions) = (beside.squares[which], beside.directions[which]);
     f_test_of(explained, new.kept.len(), square, beside.rows, directions)

@@ -2,6 +2,7 @@
 
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::choice::additivity::not_additive;
+use crate::choice::blocks::passing::Passing;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::detectable_rms;
@@ -11,7 +12,9 @@ use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
 use crate::choice::replace::replace_superseded;
-use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_covariates};
+use crate::choice::score::{
+    ScorePass, Scored, Scoring, score_catalogue, score_covariates, score_passing,
+};
 use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::shape::is_of_levels;
 use crate::choice::tail::may_be_a_tail;
@@ -75,8 +78,9 @@ fn catalogue_passes<'a>(
 ) -> Option<Linear<'a>> {
     while chosen.added.len() < context.options.max_steps {
         let alpha = level(context, chosen) * CATALOGUE_SHARE;
-        if context.without_block.is_some_and(|known| !known.effect_may_pass(&chosen.system, alpha))
-        {
+        let passing = (context.without_block)
+            .map_or(Passing::Any, |known| known.passing(&chosen.system, alpha));
+        if matches!(passing, Passing::Nothing) {
             return None;
         }
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
@@ -84,24 +88,18 @@ fn catalogue_passes<'a>(
             return Some(lin);
         }
         let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
+        if let Passing::These(these) = passing {
+            let mut judged = score_passing(&chosen.system, &chosen.estimate, &scoring, &these);
+            if add_best(context, keep, chosen, &scoring, &mut judged).is_some() {
+                grow(context, keep, chosen);
+                continue;
+            }
+        }
         let mut pass = score_catalogue(&chosen.system, &chosen.estimate, &scoring);
         if chosen.added.is_empty() {
             chosen.not_estimable.clone_from(&pass.not_estimable);
         }
-        let added = [Confirmed::First, Confirmed::All].into_iter().find_map(|confirmed| {
-            let mut order = ranked(&scoring, &mut pass.judged, confirmed);
-            let judged = &pass.judged;
-            let is_wide = |i: usize| judged[i].candidate.reach == Reach::Many;
-            if !order.iter().all(|&i| is_wide(i)) && !not_additive(context, chosen, &lin).is_empty()
-            {
-                // The rest is a known misfit of a named effect; single points are not to blame.
-                order.retain(|&i| is_wide(i));
-            }
-            let holds = |j: &Scored| {
-                holds_in_readings(&lin, &scoring.clean, &j.candidate.beside, &j.test, j.asked)
-            };
-            order.into_iter().find(|&i| holds(&judged[i]) && add(chosen, keep, &[&judged[i]]))
-        });
+        let added = add_best(context, keep, chosen, &scoring, &mut pass.judged);
         let pair = if added.is_none() {
             pass.judged.retain(|j| j.adjusted.is_finite());
             let stands = |pair: &[Scored; 2]| !one_shape_is_better(context, &scoring, pair);
@@ -123,6 +121,29 @@ fn catalogue_passes<'a>(
         grow(context, keep, chosen);
     }
     None
+}
+
+/// Adds the best candidate that stands all tests; which one it is.
+fn add_best(
+    context: &Context<'_>,
+    keep: &[bool],
+    chosen: &mut Selected<'_>,
+    scoring: &Scoring<'_>,
+    judged: &mut [Scored],
+) -> Option<usize> {
+    let lin = scoring.lin;
+    [Confirmed::First, Confirmed::All].into_iter().find_map(|confirmed| {
+        let mut order = ranked(scoring, judged, confirmed);
+        let is_wide = |i: usize| judged[i].candidate.reach == Reach::Many;
+        if !order.iter().all(|&i| is_wide(i)) && !not_additive(context, chosen, lin).is_empty() {
+            // The rest is a known misfit of a named effect; single points are not to blame.
+            order.retain(|&i| is_wide(i));
+        }
+        let holds = |j: &Scored| {
+            holds_in_readings(lin, &scoring.clean, &j.candidate.beside, &j.test, j.asked)
+        };
+        order.into_iter().find(|&i| holds(&judged[i]) && add(chosen, keep, &[&judged[i]]))
+    })
 }
 
 /// Whether a single shape along a covariate describes the data better than two named effects.

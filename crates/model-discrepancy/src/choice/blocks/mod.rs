@@ -6,6 +6,7 @@
 //! repetition has its answer; where something does, the rows are asked.
 
 mod along;
+pub(crate) mod passing;
 mod single;
 mod wide;
 
@@ -18,6 +19,7 @@ use crate::choice::screening::constants;
 use crate::noise::linear::Linear;
 
 use along::Along;
+use passing::Passing;
 use single::Single;
 use wide::Wide;
 
@@ -85,25 +87,29 @@ pub(crate) struct WithoutBlock<'b, 'a> {
 }
 
 impl WithoutBlock<'_, '_> {
-    /// Whether an effect of the catalogue, or two, may be significant at `alpha` beside a system.
-    pub(crate) fn effect_may_pass(&self, system: &System<'_>, alpha: f64) -> bool {
-        self.may_pass(system, |blocks, beside| {
-            let single = blocks.single.families(beside, &blocks.groups[self.block]);
-            single.may_pass(alpha) || blocks.wide.may_pass(beside, &single, (self.block, alpha))
-        })
+    /// What of the catalogue may be significant at `alpha` beside a system.
+    pub(crate) fn passing(&self, system: &System<'_>, alpha: f64) -> Passing {
+        let Some((blocks, beside)) = self.beside(system) else { return Passing::Any };
+        let single = blocks.single.families(&beside, &blocks.groups[self.block]);
+        if single.may_pass(alpha) {
+            return Passing::Any;
+        }
+        blocks.wide.passing(&beside, &single, (self.block, alpha))
     }
 
     /// Whether a shape along a covariate may be.
     pub(crate) fn shape_may_pass(&self, system: &System<'_>, alpha: f64) -> bool {
-        self.may_pass(system, |blocks, beside| blocks.along.may_pass(beside, self.block, alpha))
+        let may_pass = |(blocks, beside): (&Blocks<'_>, Beside)| {
+            blocks.along.may_pass(&beside, self.block, alpha)
+        };
+        self.beside(system).is_none_or(may_pass)
     }
 
-    fn may_pass(&self, system: &System<'_>, asked: impl Fn(&Blocks<'_>, &Beside) -> bool) -> bool {
-        let Some(blocks) = self.blocks.iter().find(|blocks| blocks.system.is_same(system)) else {
-            return true;
-        };
+    /// A system without the block; `None` where sums say nothing of it.
+    fn beside(&self, system: &System<'_>) -> Option<(&Blocks<'_>, Beside)> {
+        let blocks = self.blocks.iter().find(|blocks| blocks.system.is_same(system))?;
         let (all, each) = &blocks.sums;
-        Beside::of(&all.less(&each[self.block])).is_none_or(|beside| asked(blocks, &beside))
+        Some((blocks, Beside::of(&all.less(&each[self.block]))?))
     }
 }
 
@@ -132,6 +138,7 @@ mod tests {
     use crate::choice::one_observation::{LocalEstimability, local_effects};
     use crate::choice::score::{Scoring, score_catalogue, strongest_shapes};
     use crate::choice::screening::Screening;
+    use crate::choice::selected::{What, what};
     use crate::choice::shapes::Shapes;
     use crate::count::count;
     use crate::model::covariate::with_order;
@@ -252,6 +259,7 @@ mod tests {
         let with = System::declared(&model)
             .with_effect(crate::algebra::system::Active { effect: 2, parameters: vec![0, 2] });
         let groups: Vec<Vec<usize>> = (0..8).map(|b| vec![b, b + 8]).collect();
+        let mut told = 0;
         for system in [System::declared(&model), with] {
             let at = fitted(&system, &keep);
             let lin = Linear::of(&system, &at, &keep, &[]);
@@ -303,11 +311,21 @@ mod tests {
                 }
 
                 let known = WithoutBlock { blocks: &blocks, block };
-                assert!(known.effect_may_pass(&system, 1.0) && known.shape_may_pass(&system, 1.0));
-                assert!(!known.effect_may_pass(&system, 1e-12));
-                assert!(!known.shape_may_pass(&system, 1e-12));
+                assert!(
+                    known.shape_may_pass(&system, 1.0) && !known.shape_may_pass(&system, 1e-12)
+                );
+                assert!(matches!(known.passing(&system, count(POINTS)), Passing::Any));
+                if let Passing::These(these) = known.passing(&system, 0.9) {
+                    let of_rows = pass.judged.iter().filter(|j| j.adjusted <= 0.9);
+                    let of_rows = of_rows.map(|j| (what(&j.candidate), j.class));
+                    let these = these.iter().map(|one| (What::Effect(one.effect), one.class));
+                    assert_eq!(these.collect::<Vec<_>>(), of_rows.collect::<Vec<_>>());
+                    told += 1;
+                }
+                assert!(matches!(known.passing(&system, 1e-12), Passing::Nothing));
             }
         }
+        assert!(told > 0);
     }
 
     /// What is not known from sums is left to the rows.
@@ -316,6 +334,7 @@ mod tests {
         let model = model();
         let system = System::declared(&model);
         let known = WithoutBlock { blocks: &[], block: 0 };
-        assert!(known.effect_may_pass(&system, 0.0) && known.shape_may_pass(&system, 0.0));
+        assert!(matches!(known.passing(&system, 0.0), Passing::Any));
+        assert!(known.shape_may_pass(&system, 0.0));
     }
 }

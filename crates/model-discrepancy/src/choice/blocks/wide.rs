@@ -9,6 +9,7 @@ use crate::algebra::independent::Independent;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
 use crate::choice::blocks::Rows;
+use crate::choice::blocks::passing::{One, Passing};
 use crate::choice::blocks::single::Families;
 use crate::choice::candidate::{min_kept, same_directions};
 use crate::choice::context::Context;
@@ -28,7 +29,7 @@ const ROUND_OFF: f64 = 1e-12;
 
 /// Every effect that moves many observations.
 pub(super) struct Wide {
-    effects: Vec<One>,
+    effects: Vec<Open>,
     /// Directions of the system.
     directions: usize,
     /// Products of the directions, of what they leave of the effects' columns, and of what they leave
@@ -40,7 +41,8 @@ pub(super) struct Wide {
     members: Vec<Vec<usize>>,
 }
 
-struct One {
+struct Open {
+    effect: usize,
     id: String,
     has_subject: bool,
     searched: f64,
@@ -52,7 +54,7 @@ struct One {
 
 /// An effect that is seen without a block.
 struct Seen<'a> {
-    one: &'a One,
+    one: &'a Open,
     /// Along its orthonormal directions.
     data: DVector<f64>,
     /// These, as combinations of all effects' columns: the rows of its own.
@@ -93,7 +95,8 @@ impl Wide {
                 let clusters = || (0..lin.clusters.len()).filter(is_moved).take(most + 1);
                 has_subject.then(|| clusters().collect()).filter(|m: &Vec<usize>| m.len() <= most)
             });
-            One {
+            Open {
+                effect: e,
                 id: effect.id.clone(),
                 has_subject,
                 searched: count(effect.searched.max(1)),
@@ -102,7 +105,7 @@ impl Wide {
                 moved: moved.collect(),
             }
         });
-        let effects: Vec<One> = effects.collect();
+        let effects: Vec<Open> = effects.collect();
         let columns: Vec<_> = tangents.iter().flat_map(DMatrix::column_iter).collect();
         let whole = if columns.is_empty() {
             DMatrix::zeros(lin.rows.len(), 0)
@@ -126,18 +129,30 @@ impl Wide {
         Self { effects, directions: directions.ncols(), all, blocks, members }
     }
 
-    /// Whether any effect, or two, may be significant at `alpha` without a block.
-    pub(super) fn may_pass(
+    /// What may be significant at `alpha` without a block.
+    pub(super) fn passing(
         &self,
         beside: &Beside,
         single: &Families,
         (block, alpha): (usize, f64),
-    ) -> bool {
+    ) -> Passing {
         let left = self.left(beside, block);
         let seen = self.seen(beside, &left, block);
         let class = classes(&seen, &left);
-        adjusted(&seen, &class, single).iter().any(|p_value| *p_value <= alpha)
-            || pair_may_pass(beside, &left, (&seen, &class), alpha)
+        let trials = trials(&seen, &class, single);
+        let adjusted = adjusted(&seen, &trials);
+        let passes = (0..seen.len()).filter(|&i| adjusted[i] <= alpha);
+        let passing: Vec<One> = passes
+            .map(|i| One { effect: seen[i].one.effect, class: class[i], trials: trials[i] })
+            .collect();
+        if !passing.is_empty() {
+            return Passing::These(passing);
+        }
+        if pair_may_pass(beside, &left, (&seen, &class), alpha) {
+            Passing::Any
+        } else {
+            Passing::Nothing
+        }
     }
 
     /// The p-value of each that is seen without a block, adjusted for how much is looked at.
@@ -145,7 +160,7 @@ impl Wide {
     pub(super) fn adjusted(&self, beside: &Beside, single: &Families, block: usize) -> Vec<f64> {
         let left = self.left(beside, block);
         let seen = self.seen(beside, &left, block);
-        adjusted(&seen, &classes(&seen, &left), single)
+        adjusted(&seen, &trials(&seen, &classes(&seen, &left), single))
     }
 
     /// Of products of the effects' columns and of the data, last, what the system leaves without a
@@ -163,10 +178,11 @@ impl Wide {
             if all - block > ROUND_OFF * all { all - block } else { f64::INFINITY }
         };
         let whole = self.all.1.zip_map(&self.blocks[block].1, rest);
-        let of = |one: &'_ One| {
+        let of = |one: &'_ Open| {
             let (start, n) = (one.columns.start, one.columns.len());
             let own = left.view((start, start), (n, n)).into_owned();
-            let new = Independent::of(&own, |column| whole[start + column], one.min_kept);
+            let new =
+                Independent::of(&own, |column| one.min_kept * one.min_kept * whole[start + column]);
             if new.kept.is_empty() {
                 return None;
             }
@@ -191,7 +207,7 @@ impl Wide {
     }
 
     /// Whether the kept columns move one cluster alone that is not of the block.
-    fn is_local(&self, one: &One, kept: &[usize], block: usize) -> bool {
+    fn is_local(&self, one: &Open, kept: &[usize], block: usize) -> bool {
         let mut home = None;
         for &column in kept {
             let Some(moved) = &one.moved[column] else { return false };
@@ -234,35 +250,36 @@ fn classes(seen: &[Seen<'_>], left: &DMatrix<f64>) -> Vec<usize> {
     classes
 }
 
-/// How many independent things are looked at, and the families of those that live in one cluster.
-fn trials(seen: &[Seen<'_>], class: &[usize], single: &Families) -> (f64, Vec<(String, usize)>) {
-    let mut families: Vec<(String, usize)> = Vec::new();
+/// By how much the p-value of each counts more for how much else is looked at.
+fn trials(seen: &[Seen<'_>], class: &[usize], single: &Families) -> Vec<f64> {
+    let mut families: Vec<(&str, usize)> = Vec::new();
     let mut tests = single.len();
     for (i, one) in seen.iter().enumerate() {
-        let id = &one.one.id;
+        let id = one.one.id.as_str();
         if single.has(id) {
             continue;
         }
         if !one.is_local {
             tests += usize::from(class[i] == i);
-        } else if let Some((_, n)) = families.iter_mut().find(|(known, _)| known == id) {
+        } else if let Some((_, n)) = families.iter_mut().find(|(known, _)| *known == id) {
             *n += 1;
         } else {
             tests += 1;
-            families.push((id.clone(), 1));
+            families.push((id, 1));
         }
     }
-    (count(tests), families)
+    let of_family = |seen: &Seen<'_>| {
+        let size = families.iter().find(|(id, _)| seen.is_local && *id == seen.one.id);
+        count(tests) * size.map_or(1.0, |(_, n)| count(*n))
+    };
+    seen.iter().map(of_family).collect()
 }
 
-fn adjusted(seen: &[Seen<'_>], class: &[usize], single: &Families) -> Vec<f64> {
-    let (tests, families) = trials(seen, class, single);
-    let adjusted = |seen: &Seen<'_>| {
-        let size = families.iter().find(|(id, _)| seen.is_local && *id == seen.one.id);
-        let trials = tests * size.map_or(1.0, |(_, n)| count(*n));
+fn adjusted(seen: &[Seen<'_>], trials: &[f64]) -> Vec<f64> {
+    let adjusted = |(seen, trials): (&Seen<'_>, &f64)| {
         ((seen.test.p_value * seen.one.searched).min(1.0) * trials).min(1.0)
     };
-    seen.iter().map(adjusted).collect()
+    seen.iter().zip(trials).map(adjusted).collect()
 }
 
 /// Whether two effects may be significant together, as the F test has it.
@@ -287,7 +304,7 @@ fn pair_may_pass(
         // Of the second beside the first.
         let cosines = cosines(a, b, left);
         let own = DMatrix::identity(b.data.len(), b.data.len()) - &cosines * cosines.transpose();
-        let new = Independent::of(&own, |_| 1.0, NEW_BESIDE);
+        let new = Independent::of(&own, |_| NEW_BESIDE * NEW_BESIDE);
         if new.kept.len() < b.data.len() {
             return false;
         }
