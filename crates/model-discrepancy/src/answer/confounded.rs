@@ -153,22 +153,27 @@ pub(crate) fn is_rival(
     rival: &Candidate,
     skip: &[bool],
 ) -> bool {
+    let (own, other) = (span(&lin.basis, accepted), span(&lin.basis, rival));
+    let (is_same, is_inside) = (same_span(&own, &other), inside(&own, &other));
+    let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
+    // The cheap question first.
+    if !is_same
+        && !is_inside
+        && leaves_twice(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &beside)
+    {
+        return false;
+    }
     let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
     if alone.is_none_or(|t| t.p_value > DECIDED) {
         return false;
     }
-    let (own, other) = (span(&lin.basis, accepted), span(&lin.basis, rival));
-    if same_span(&own, &other) {
+    if is_same {
         return true;
     }
     // A wider effect that contains the accepted one adds nothing to it, unless some amplitudes of it
     // are the accepted one under another name.
-    if inside(&own, &other) {
+    if is_inside {
         return holds_as_amplitudes(lin, &own, rival);
-    }
-    let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
-    if leaves_twice(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &beside) {
-        return false;
     }
     let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
     match needed {

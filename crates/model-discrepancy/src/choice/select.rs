@@ -278,7 +278,13 @@ fn covariate_pass<'a>(
 /// Takes back effects that the ones added later have made superfluous.
 fn drop_superfluous(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>) {
     let effects: Vec<_> = chosen.system.active.iter().map(|a| a.effect).collect();
+    let all = chosen.added.len();
     for effect in effects {
+        let is_last = chosen.added.last().is_some_and(|last| last.what == What::Effect(effect));
+        if is_last && chosen.added.len() == all {
+            // Nothing has changed since it was significant beside all others, at a smaller level.
+            continue;
+        }
         let without = chosen.system.without_effect(effect);
         let without = regrown(context, keep, &without, &chosen.estimate);
         let rows = rows_of(&context.model.declared().layout, keep);

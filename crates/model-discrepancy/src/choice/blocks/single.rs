@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use crate::Scope;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
-use crate::choice::blocks::left_in;
 use crate::choice::context::Context;
 use crate::choice::masked::may_be_masked;
 use crate::choice::one_observation::{BesideLocal, SeenLocal};
@@ -26,10 +25,9 @@ struct One {
     tangent: DMatrix<f64>,
     directions: DMatrix<f64>,
     residual: DVector<f64>,
+    /// Whether anything of it is seen with all groups.
+    is_seen: bool,
 }
-
-/// By id, the p-value of each that is seen.
-pub(super) struct Families(Vec<(String, Vec<f64>)>);
 
 impl Single {
     pub(super) fn of(
@@ -59,63 +57,60 @@ impl Single {
             for (to, &i) in rows.iter().enumerate() {
                 tangent.row_mut(to).copy_from(&(whole.row(lin.rows[i] - first) / lin.sigma[i]));
             }
+            let directions = lin.basis.rows(rows);
             Some(One {
                 id: effects[e].id.clone(),
                 group: layout.observations[observation],
+                is_seen: SeenLocal::of(&tangent, &directions).is_some(),
                 tangent,
-                directions: lin.basis.rows(rows),
+                directions,
                 residual: clean.select_rows(rows),
             })
         };
         Self { effects: (0..effects.len()).filter(is_open).filter_map(one).collect() }
     }
 
-    /// Without some groups.
-    pub(super) fn families(&self, beside: &Beside, left_out: &[usize]) -> Families {
+    /// Ids of those that are seen without some groups.
+    pub(super) fn ids(&self, left_out: &[usize]) -> Vec<&str> {
+        let mut ids = Vec::new();
+        let there = |one: &&One| one.is_seen && !left_out.contains(&one.group);
+        for one in self.effects.iter().filter(there) {
+            if !ids.contains(&one.id.as_str()) {
+                ids.push(one.id.as_str());
+            }
+        }
+        ids
+    }
+
+    /// Whether one of them may be significant at `alpha` without some groups, or two that hide each
+    /// other are looked for.
+    pub(super) fn may_pass(&self, beside: &Beside, left_out: &[usize], alpha: f64) -> bool {
+        let p_values = self.p_values(beside, left_out);
+        let passes = |members: &Vec<f64>| {
+            members.iter().any(|p_value| *p_value <= alpha / count(members.len()))
+        };
+        p_values.iter().any(passes) || may_be_masked(p_values.iter().map(Vec::len).sum())
+    }
+
+    /// The p-value of each that is seen without some groups, by id.
+    pub(super) fn p_values(&self, beside: &Beside, left_out: &[usize]) -> Vec<Vec<f64>> {
         let data = beside.data(false);
         let system = BesideLocal {
             rows: beside.rows,
             directions: beside.directions[0],
             square: beside.squares[0],
         };
-        let mut families: Vec<(String, Vec<f64>)> = Vec::new();
+        let ids = self.ids(left_out);
+        let mut p_values = vec![Vec::new(); ids.len()];
         for one in self.effects.iter().filter(|one| !left_out.contains(&one.group)) {
             let directions = beside.held(&one.directions.transpose(), false).transpose();
             let Some(seen) = SeenLocal::of(&one.tangent, &directions) else { continue };
-            let residual = left_in(&one.residual, &directions, &data);
+            let residual = &one.residual - &directions * &data;
             let Some(test) = seen.test(&one.tangent, &residual, &system) else { continue };
-            match families.iter_mut().find(|(id, _)| *id == one.id) {
-                Some((_, members)) => members.push(test.p_value),
-                None => families.push((one.id.clone(), vec![test.p_value])),
+            if let Some(family) = ids.iter().position(|id| *id == one.id) {
+                p_values[family].push(test.p_value);
             }
         }
-        Families(families)
-    }
-}
-
-impl Families {
-    /// Whether one of them may be significant at `alpha`, or two that hide each other are looked for.
-    pub(super) fn may_pass(&self, alpha: f64) -> bool {
-        let passes = |(_, members): &(String, Vec<f64>)| {
-            members.iter().any(|p_value| *p_value <= alpha / count(members.len()))
-        };
-        self.0.iter().any(passes) || may_be_masked(self.0.iter().map(|(_, m)| m.len()).sum())
-    }
-
-    /// The least p-value of each id, and of how many.
-    #[cfg(test)]
-    pub(super) fn least(&self) -> Vec<(f64, usize)> {
-        let least = |p_values: &Vec<f64>| p_values.iter().copied().fold(1.0, f64::min);
-        self.0.iter().map(|(_, p_values)| (least(p_values), p_values.len())).collect()
-    }
-
-    /// Whether effects of this id are among them.
-    pub(super) fn has(&self, id: &str) -> bool {
-        self.0.iter().any(|(known, _)| known == id)
-    }
-
-    /// How many ids there are.
-    pub(super) fn len(&self) -> usize {
-        self.0.len()
+        p_values
     }
 }

@@ -10,7 +10,6 @@ use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
 use crate::choice::blocks::Rows;
 use crate::choice::blocks::passing::{One, Passing};
-use crate::choice::blocks::single::Families;
 use crate::choice::candidate::{min_kept, same_directions};
 use crate::choice::context::Context;
 use crate::choice::pair::MAX_CLASSES;
@@ -133,7 +132,7 @@ impl Wide {
     pub(super) fn passing(
         &self,
         beside: &Beside,
-        single: &Families,
+        single: &[&str],
         (block, alpha): (usize, f64),
     ) -> Passing {
         let left = self.left(beside, block);
@@ -157,7 +156,7 @@ impl Wide {
 
     /// The p-value of each that is seen without a block, adjusted for how much is looked at.
     #[cfg(test)]
-    pub(super) fn adjusted(&self, beside: &Beside, single: &Families, block: usize) -> Vec<f64> {
+    pub(super) fn adjusted(&self, beside: &Beside, single: &[&str], block: usize) -> Vec<f64> {
         let left = self.left(beside, block);
         let seen = self.seen(beside, &left, block);
         adjusted(&seen, &trials(&seen, &classes(&seen, &left), single))
@@ -251,12 +250,12 @@ fn classes(seen: &[Seen<'_>], left: &DMatrix<f64>) -> Vec<usize> {
 }
 
 /// By how much the p-value of each counts more for how much else is looked at.
-fn trials(seen: &[Seen<'_>], class: &[usize], single: &Families) -> Vec<f64> {
+fn trials(seen: &[Seen<'_>], class: &[usize], single: &[&str]) -> Vec<f64> {
     let mut families: Vec<(&str, usize)> = Vec::new();
     let mut tests = single.len();
     for (i, one) in seen.iter().enumerate() {
         let id = one.one.id.as_str();
-        if single.has(id) {
+        if single.contains(&id) {
             continue;
         }
         if !one.is_local {
