@@ -19,6 +19,7 @@ pub(crate) mod score;
 pub(crate) mod screening;
 pub(crate) mod select;
 pub(crate) mod selected;
+pub(crate) mod sets;
 pub(crate) mod shape;
 pub(crate) mod shapes;
 pub(crate) mod tail;

@@ -16,6 +16,7 @@ use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::{Beside, Sums};
 use crate::choice::context::Context;
 use crate::choice::screening::constants;
+use crate::choice::selected::Selected;
 use crate::noise::linear::Linear;
 
 use along::Along;
@@ -103,6 +104,20 @@ impl WithoutBlock<'_, '_> {
             blocks.along.may_pass(&beside, self.block, alpha)
         };
         self.beside(system).is_none_or(may_pass)
+    }
+
+    /// Whether other effects may describe the data better than all that were named.
+    pub(crate) fn sets_may_be(&self, chosen: &Selected<'_>) -> bool {
+        let effects = &chosen.system.model.declared().effects;
+        let mut plain = chosen.system.clone();
+        let named: Vec<usize> = plain.active.drain(..).map(|active| active.effect).collect();
+        if named.iter().any(|&e| effects[e].subject.is_some()) {
+            // It may be one bad reading, which stays.
+            return true;
+        }
+        let Some((blocks, beside)) = self.beside(&plain) else { return true };
+        let sets = blocks.wide.sets(&beside, self.block, &named);
+        sets.is_some_and(|sets| !sets.better().is_empty())
     }
 
     /// A system without the block; `None` where sums say nothing of it.

@@ -13,6 +13,7 @@ use crate::choice::blocks::passing::{One, Passing};
 use crate::choice::candidate::{min_kept, same_directions};
 use crate::choice::context::Context;
 use crate::choice::pair::MAX_CLASSES;
+use crate::choice::sets::{Member, Sets, tried};
 use crate::count::count;
 use crate::levels::{CATALOGUE_SHARE, LEFT_BY_ANY, QUARTER};
 use crate::model::whole_tangent;
@@ -152,6 +153,42 @@ impl Wide {
         } else {
             Passing::Nothing
         }
+    }
+
+    /// Sets of effects without a block, of which those of `named` are held against the others; `None`
+    /// where one of them is not seen.
+    pub(super) fn sets(&self, beside: &Beside, block: usize, named: &[usize]) -> Option<Sets> {
+        let left = self.left(beside, block);
+        let mut seen = self.seen(beside, &left, block);
+        seen.retain(|seen| !seen.is_local);
+        let member = |(seen, class): (&Seen<'_>, usize)| Member {
+            class,
+            is_named: named.contains(&seen.one.effect),
+            explained: seen.data.norm_squared(),
+        };
+        let members: Vec<Member> = seen.iter().zip(classes(&seen, &left)).map(member).collect();
+        let tried = tried(&members);
+        if tried.iter().filter(|&&i| members[i].is_named).count() < named.len() {
+            return None;
+        }
+        let last = left.ncols() - 1;
+        let columns: Vec<usize> = tried.iter().flat_map(|&i| seen[i].columns.clone()).collect();
+        let mut next = 0;
+        let ranges = tried.iter().map(|&i| {
+            let start = next;
+            next += seen[i].columns.len();
+            start..next
+        });
+        let n = columns.len();
+        Some(Sets {
+            searched: tried.iter().map(|&i| seen[i].one.searched).collect(),
+            named: named.len(),
+            columns: ranges.collect(),
+            products: DMatrix::from_fn(n, n, |i, j| left[(columns[i], columns[j])]),
+            onto: DVector::from_fn(n, |i, _| left[(columns[i], last)]),
+            square: beside.squares[0],
+            rows: beside.rows,
+        })
     }
 
     /// The p-value of each that is seen without a block, adjusted for how much is looked at.
