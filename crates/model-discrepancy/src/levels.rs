@@ -117,6 +117,10 @@ pub(crate) const NAME_SHARE: f64 = 0.9;
 /// significant at [`STAY`] alone.
 pub(crate) const PLACE_SHARE: f64 = 0.5;
 
+/// F statistic of what the best explains beyond it from which on it is not: with a single degree of
+/// freedom 254 is significant at [`STAY`], whatever the directions.
+pub(crate) const PLACE_F: f64 = 400.0;
+
 /// Colours less likely than this, beside the likeliest, are left out.
 pub(crate) const NEGLIGIBLE: f64 = 1e-4;
 

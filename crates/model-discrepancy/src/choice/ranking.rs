@@ -4,7 +4,8 @@ use std::cmp::Ordering;
 
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::choice::score::{Scored, Scoring};
-use crate::levels::{PLACE_SHARE, STAY, TIE};
+use crate::count::count;
+use crate::levels::{PLACE_F, PLACE_SHARE, STAY, TIE};
 use crate::noise::linear::Linear;
 use crate::tests::significance::{Reach, significance};
 
@@ -78,11 +79,15 @@ pub(crate) fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
 
 /// Whether the best may add nothing beside a candidate with fewer amplitudes. Beside one that explains
 /// less than a share of what the best does the rest of that is left, and the best, which has every test
-/// behind it at a far smaller level, is needed.
+/// behind it at a far smaller level, is needed; so it is where the difference of the two is far beyond
+/// what any test could doubt.
 fn may_take_the_place(simpler: &Scored, best: &Scored) -> bool {
+    let (less, all) = (&simpler.test, &best.test);
+    let more = (all.explained - less.explained) / count(all.directions) / all.variance;
     simpler.candidate.reach == Reach::Many
-        && simpler.test.directions < best.test.directions
-        && simpler.test.explained >= PLACE_SHARE * best.test.explained
+        && less.directions < all.directions
+        && less.explained >= PLACE_SHARE * all.explained
+        && more < PLACE_F
 }
 
 /// Moves a candidate with fewer amplitudes to the front when the best adds nothing to it.
