@@ -185,14 +185,6 @@ impl Basis {
     }
 }
 
-/// Largest cosine of the principal angles between the column spaces of two matrices.
-pub(crate) fn largest_cosine(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
-    if a.ncols() == 0 || b.ncols() == 0 {
-        return 0.0;
-    }
-    (a.transpose() * b).singular_values().max().min(1.0)
-}
-
 /// Smallest cosine: near 1 when the smaller space lies inside the larger one.
 pub(crate) fn smallest_cosine(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
     if a.ncols() == 0 || b.ncols() == 0 {

@@ -2,8 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::algebra::basis::NEW_DIRECTION;
-use crate::algebra::basis::{Basis, largest_cosine};
+use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::system::{Estimate, System};
 use crate::choice::candidate::{Estimability, catalogue};
 use crate::choice::context::Context;
@@ -29,7 +28,25 @@ pub(crate) fn confusability(
         .collect();
     let spans: Vec<_> =
         candidates.iter().map(|c| Basis::of(&c.beside, NEW_DIRECTION).matrix()).collect();
+    let columns: Vec<_> = spans.iter().flat_map(DMatrix::column_iter).collect();
     let n = spans.len();
-    let matrix = DMatrix::from_fn(n, n, |i, j| largest_cosine(&spans[i], &spans[j]));
+    let mut matrix = DMatrix::identity(n, n);
+    if !columns.is_empty() {
+        let all = DMatrix::from_columns(&columns);
+        let cosines = all.transpose() * &all;
+        let mut first = 0;
+        let mut place = |span: &DMatrix<f64>| {
+            first += span.ncols();
+            (first - span.ncols(), span.ncols())
+        };
+        let places: Vec<(usize, usize)> = spans.iter().map(&mut place).collect();
+        for (i, &(row, rows)) in places.iter().enumerate() {
+            for (j, &(column, columns)) in places.iter().enumerate().skip(i + 1) {
+                let block = cosines.view((row, column), (rows, columns)).into_owned();
+                let largest = block.singular_values().max().min(1.0);
+                (matrix[(i, j)], matrix[(j, i)]) = (largest, largest);
+            }
+        }
+    }
     (matrix, candidates.iter().map(|c| c.label()).collect())
 }
