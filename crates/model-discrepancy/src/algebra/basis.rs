@@ -157,6 +157,11 @@ impl Basis {
         self.view().select_rows(rows)
     }
 
+    /// The same of the columns from `first` on.
+    pub(crate) fn rows_from(&self, first: usize, rows: &[usize]) -> DMatrix<f64> {
+        self.view().columns(first, self.dim - first).select_rows(rows)
+    }
+
     /// Squared length of what the basis holds of a column that has these values in these rows and is
     /// zero elsewhere.
     pub(crate) fn square_along(&self, terms: &[(usize, f64)]) -> f64 {

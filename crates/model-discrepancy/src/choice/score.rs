@@ -27,6 +27,7 @@ use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::{Significance, f_test};
 use crate::tests::hold_out::{Comparison, HeldOut, compare, folds, leave_out};
+use crate::tests::left_out::LeftOut;
 use crate::tests::significance::{Asked, Reach, significance_beside};
 use crate::{Covariate, Origin};
 
@@ -88,7 +89,8 @@ pub(crate) struct Scoring<'a> {
     pub(crate) skip: Vec<bool>,
     /// Residual without what the system explains.
     pub(crate) clean: DVector<f64>,
-    /// Error of the present system on left-out groups.
+    /// The present system with folds left out, and its error on them.
+    left_out: OnceCell<LeftOut>,
     present: OnceCell<HeldOut>,
     /// Significance asked of an adjusted p-value.
     pub(crate) alpha: f64,
@@ -115,6 +117,7 @@ impl<'a> Scoring<'a> {
             folds,
             skip,
             clean: lin.clean_residual(),
+            left_out: OnceCell::new(),
             present: OnceCell::new(),
             alpha,
             banned: context.banned,
@@ -124,8 +127,23 @@ impl<'a> Scoring<'a> {
 
     /// Error of the present system on left-out groups.
     pub(crate) fn present(&self) -> &HeldOut {
-        let of = || leave_out(self.lin, &self.lin.basis, &self.folds, &self.skip);
-        self.present.get_or_init(of)
+        self.present.get_or_init(|| self.left_out().errors(self.lin, &self.lin.basis))
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        self.left_out.get_or_init(|| LeftOut::of(self.lin, &self.folds, &self.skip))
+    }
+
+    /// Error on left-out groups of the system with a candidate, whose own cluster is not judged.
+    fn with(&self, base: &Basis, candidate: &Candidate) -> (HeldOut, Vec<bool>) {
+        let (lin, full) = (self.lin, base.with(&candidate.tangent, NEW_DIRECTION));
+        let mut skip = self.skip.clone();
+        let Some(home) = candidate.home else {
+            // A base begins with the system's columns.
+            return (self.left_out().errors(lin, &full), skip);
+        };
+        skip[home] = true;
+        (leave_out(lin, &full, &self.folds, &skip), skip)
     }
 }
 
@@ -408,12 +426,7 @@ fn confirmed(
         judged.adjusted = 1.0;
     }
     if scoring.thorough || judged.adjusted <= scoring.alpha {
-        let mut skip = scoring.skip.clone();
-        if let Some(home) = candidate.home {
-            skip[home] = true;
-        }
-        let full = base.with(&candidate.tangent, NEW_DIRECTION);
-        let held_out = leave_out(lin, &full, &scoring.folds, &skip);
+        let (held_out, skip) = scoring.with(base, candidate);
         judged.comparison = Some(compare(scoring.present(), &held_out, &skip));
         judged.held_out = Some(held_out);
     }

@@ -163,10 +163,11 @@ impl Family {
                 self.models[step].get_or_init(|| UnderModel::new(self, strength)).as_ref()?;
             let [across, own] = match (&products, &model.white) {
                 (Some(products), _) => products.each_ref().map(|p| p.at(MAX_PHI * strength)),
-                (None, Some((whitening, base))) => {
+                (None, Some((Some(whitening), base))) => {
                     let white = whitening.apply(&self.series, columns);
                     [base.tr_mul(&white), white.transpose() * &white]
                 }
+                (None, Some((None, base))) => [base.tr_mul(columns), columns.transpose() * columns],
                 (None, None) => return None,
             };
             model.judge((&across, &own), along, columns.nrows())
@@ -180,8 +181,9 @@ fn longest(series: &[Vec<usize>]) -> usize {
 
 /// A system's columns under one model of the noise.
 struct UnderModel {
-    /// What turns the noise white, and the columns so; of neighbours products are enough.
-    white: Option<(Whitening, DMatrix<f64>)>,
+    /// What turns the noise white, where it is not, and the columns so; of neighbours products are
+    /// enough.
+    white: Option<(Option<Whitening>, DMatrix<f64>)>,
     /// Cholesky factor of the columns' information.
     factor: DMatrix<f64>,
     /// Logarithm of the determinants of the noise and of the columns' information.
@@ -200,28 +202,31 @@ impl UnderModel {
     /// `strength` is 0 for white noise, 1 for the longest memory.
     fn new(family: &Family, strength: f64) -> Option<Self> {
         let series = &family.series;
-        let (whitening, base) = match &family.kind {
+        let is_white = strength <= 0.0;
+        let (base, whitening) = match &family.kind {
             Kind::Neighbours(noise) => {
                 let phi = MAX_PHI * strength;
                 return Self::of(&noise.own().at(phi), noise.log_determinant(phi), None);
             }
+            Kind::Fractional(base) | Kind::Position(base, _) if is_white => (base, None),
             Kind::Fractional(base) => {
-                (Whitening::fractional(MAX_FRACTION * strength, longest(series)), base)
+                (base, Some(Whitening::fractional(MAX_FRACTION * strength, longest(series))))
             }
             Kind::Position(base, directions) => {
-                (Whitening::read_along(MAX_PHI * strength, directions), base)
+                (base, Some(Whitening::read_along(MAX_PHI * strength, directions)))
             }
         };
-        let base = whitening.apply(series, base);
+        let of_noise = whitening.as_ref().map_or(0.0, |white| white.log_determinant(series));
+        let base =
+            whitening.as_ref().map_or_else(|| base.clone(), |white| white.apply(series, base));
         let information = base.transpose() * &base;
-        let log_determinant = whitening.log_determinant(series);
-        Self::of(&information, log_determinant, Some((whitening, base)))
+        Self::of(&information, of_noise, Some((whitening, base)))
     }
 
     fn of(
         information: &DMatrix<f64>,
         of_noise: f64,
-        white: Option<(Whitening, DMatrix<f64>)>,
+        white: Option<(Option<Whitening>, DMatrix<f64>)>,
     ) -> Option<Self> {
         let factor = information.clone().cholesky()?.unpack();
         let of_columns: f64 = factor.diagonal().iter().map(|v| 2.0 * v.ln()).sum();

@@ -13,7 +13,7 @@ const MAX_SINGLE: usize = 64;
 const FOLDS: usize = 32;
 
 /// One minus the leverage of a fold below which the rest of the data do not predict it.
-const MIN_LEFT: f64 = 1e-9;
+pub(crate) const MIN_LEFT: f64 = 1e-9;
 
 /// Squared errors of one group that the fit did not see.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,15 +53,25 @@ pub(crate) fn leave_out(
         let members: Vec<_> = (0..folds.len()).filter(|&c| folds[c] == fold && !skip[c]).collect();
         let rows: Vec<_> = members.iter().flat_map(|&c| lin.clusters[c].iter().copied()).collect();
         let Some(predicted) = predict(basis, &residual, &rows) else { continue };
-        let mut offset = 0;
-        for c in members {
-            let n = lin.clusters[c].len();
-            let errors = predicted.rows(offset, n).into_owned();
-            held_out[c] = Some(group_error(lin, &lin.clusters[c], &errors));
-            offset += n;
-        }
+        errors_of(lin, &members, &predicted, &mut held_out);
     }
     held_out
+}
+
+/// Puts the errors of clusters, predicted row by row, to their places.
+pub(crate) fn errors_of(
+    lin: &Linear<'_>,
+    clusters: &[usize],
+    predicted: &DVector<f64>,
+    held_out: &mut HeldOut,
+) {
+    let mut offset = 0;
+    for &c in clusters {
+        let n = lin.clusters[c].len();
+        let errors = predicted.rows(offset, n).into_owned();
+        held_out[c] = Some(group_error(lin, &lin.clusters[c], &errors));
+        offset += n;
+    }
 }
 
 /// Errors of `rows` predicted without them; `None` where the rest does not predict them.

@@ -6,6 +6,7 @@ pub(crate) mod f_test;
 pub(crate) mod global_test;
 pub(crate) mod hold_out;
 pub(crate) mod lack_of_fit;
+pub(crate) mod left_out;
 pub(crate) mod odd_group;
 pub(crate) mod pooled_scatter;
 pub(crate) mod significance;
