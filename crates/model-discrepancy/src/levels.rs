@@ -10,6 +10,8 @@
 //! Where nothing is missing, one answer in fourteen at most, 0.05 + 3 · 0.005 + 4 · 0.001 = 0.069, says otherwise; additivity asks only once
 //! something was named.
 
+use std::ops::RangeInclusive;
+
 // Shares of alpha.
 
 /// Share of `alpha` for the catalogue; pairs and covariates get a quarter each.
@@ -75,6 +77,13 @@ pub(crate) const IN_TAILS_UNDECLARED: f64 = 0.01;
 
 /// Significance of the best of all pairs of single readings that hide each other.
 pub(crate) const MASKED: f64 = 1e-3;
+
+/// How many single readings there are where all pairs of them are tried. Among more, two do not hide each
+/// other: each moves the fit by less than a twentieth of what it is off by.
+pub(crate) const MASKED_AMONG: RangeInclusive<usize> = 2..=40;
+
+/// Most classes of effects of which all pairs are tried.
+pub(crate) const MAX_CLASSES: usize = 15;
 
 /// Probability of the normal law from which on the noise has heavy tails.
 pub(crate) const HEAVY_TAILS: f64 = 0.01;

@@ -88,16 +88,8 @@ pub fn assess_those(
     let system = System::declared(model);
     let rows = rows_of(&model.declared().layout, &keep);
     let at = system.fit_first(&rows).map_err(LoopError::declared)?;
-    let context = Context {
-        model,
-        covariates: &[],
-        shapes: &[],
-        options,
-        silent: &[],
-        banned: &[],
-        thorough: false,
-        without_block: None,
-    };
+    let mut context = Context::open(model, (&[], &[]), options, &[]);
+    context.thorough = false;
     let lin = Linear::of(&system, &at, &keep, context.silent);
     let scoring = Scoring::new(&context, &system, &at, &lin, options.alpha * CATALOGUE_SHARE);
     let pass = score_catalogue(&system, &at, &scoring);

@@ -55,16 +55,7 @@ pub fn close_loop(
     let covariates = with_order(&model.declared().layout, covariates);
     let (covariates, silent) = (&covariates[..], &silent[..]);
     let shapes = &Shapes::of_all(&model.declared().layout, covariates)[..];
-    let open = Context {
-        model,
-        covariates,
-        shapes,
-        options,
-        silent,
-        banned: &[],
-        thorough: true,
-        without_block: None,
-    };
+    let open = Context::open(model, (covariates, shapes), options, silent);
     let first = select(&open, &keep, &base);
     let contradicted = contradiction(&open, &keep, &base, &first);
     let named = first.system.active.iter().map(|active| active.effect);

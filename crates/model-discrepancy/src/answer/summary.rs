@@ -195,7 +195,13 @@ fn seen_in_blocks<'a>(
     let declared = System::declared(context.model);
     let of = |system: &System<'a>, at: &Estimate| {
         let lin = Linear::of(system, at, keep, context.silent);
-        Blocks::of(context, system, at, &lin, left_out)
+        Blocks::of(
+            (context.covariates, context.shapes),
+            context.banned,
+            (system, at),
+            &lin,
+            left_out,
+        )
     };
     let systems = [(&declared, base), (&chosen.system, &chosen.estimate)];
     let different = if chosen.system.is_same(&declared) { 1 } else { 2 };

@@ -23,6 +23,25 @@ pub(crate) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
+    /// With nothing banned, on all groups.
+    pub(crate) fn open(
+        model: &'a dyn Model,
+        (covariates, shapes): (&'a [Covariate], &'a [Shapes]),
+        options: &'a Options,
+        silent: &'a [bool],
+    ) -> Self {
+        Self {
+            model,
+            covariates,
+            shapes,
+            options,
+            silent,
+            banned: &[],
+            thorough: true,
+            without_block: None,
+        }
+    }
+
     /// Every covariate with what is looked for along it.
     pub(crate) fn along(&self) -> impl Iterator<Item = (&'a Covariate, &'a Shapes)> + use<'a> {
         self.covariates.iter().zip(self.shapes)

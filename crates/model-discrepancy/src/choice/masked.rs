@@ -6,16 +6,7 @@ use crate::choice::one_observation::{LocalEstimability, full_candidate, local_ef
 use crate::choice::pair::judge_pair;
 use crate::choice::score::{Scored, Scoring, judge};
 use crate::count::count;
-use crate::levels::MASKED;
-
-/// Most readings of which all pairs are tried. Among more, two do not hide each other: each moves the
-/// fit by less than a twentieth of what it is off by.
-const MOST_READINGS: usize = 40;
-
-/// Whether pairs of so many readings are tried.
-pub(crate) fn may_be_masked(readings: usize) -> bool {
-    (2..=MOST_READINGS).contains(&readings)
-}
+use crate::levels::{MASKED, MASKED_AMONG};
 
 /// The pair of readings that is best explained as two mistakes, when its significance survives the
 /// number of pairs there are.
@@ -29,9 +20,9 @@ pub(crate) fn find_masked(
         .filter(|(_, sight)| matches!(sight, LocalEstimability::Estimable(_)))
         .map(|(effect, _)| effect)
         .filter(|effect| !scoring.banned.contains(effect))
-        .take(MOST_READINGS + 1)
+        .take(MASKED_AMONG.end() + 1)
         .collect();
-    if !may_be_masked(seen.len()) {
+    if !MASKED_AMONG.contains(&seen.len()) {
         return None;
     }
     let scored: Vec<Scored> = (seen.into_iter())

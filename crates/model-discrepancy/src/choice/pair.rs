@@ -7,16 +7,13 @@ use crate::algebra::basis::NEW_DIRECTION;
 use crate::choice::candidate::Candidate;
 use crate::choice::score::{ScorePass, Scored, Scoring, criterion};
 use crate::count::count;
-use crate::levels::{CATALOGUE_SHARE, LEFT_BY_ANY, QUARTER, STAY};
+use crate::levels::{CATALOGUE_SHARE, LEFT_BY_ANY, MAX_CLASSES, QUARTER, STAY};
 use crate::noise::linear::Linear;
 use crate::tests::f_test::{Significance, f_test};
 use crate::tests::hold_out::{compare, leave_out};
 use crate::tests::significance::{
     Asked, Reach, holds_in_readings, significance, significance_beside,
 };
-
-/// Most classes of effects of which all pairs are tried.
-pub(crate) const MAX_CLASSES: usize = 15;
 
 /// The best pair of effects, each needed beside the other, when its significance survives the
 /// number of pairs tried.

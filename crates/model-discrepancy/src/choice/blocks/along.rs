@@ -2,14 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::Covariate;
 use crate::choice::beside::Beside;
-use crate::choice::blocks::Rows;
-use crate::choice::context::Context;
+use crate::choice::blocks::rows::Rows;
 use crate::choice::interruption::strongest;
 use crate::choice::screening::{
     Course, Followed, Products, products_of, products_of_periods, test,
 };
 use crate::choice::shape::Shape;
+use crate::choice::shapes::Shapes;
 use crate::count::count;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::Significance;
@@ -43,7 +44,7 @@ struct Family {
 
 impl<'a> Along<'a> {
     pub(super) fn of(
-        context: &Context<'a>,
+        (all, shapes): (&'a [Covariate], &'a [Shapes]),
         lin: &Linear<'_>,
         (constants, clean): (&DMatrix<f64>, &DVector<f64>),
         rows: &[Rows],
@@ -55,7 +56,7 @@ impl<'a> Along<'a> {
         let parts: Vec<Followed> =
             blocks.iter().chain([&rest]).map(|some| followed.narrowed(some)).collect();
         let parts: Vec<&Followed> = parts.iter().collect();
-        let covariates = context.along().map(|(covariate, shapes)| {
+        let covariates = all.iter().zip(shapes).map(|(covariate, shapes)| {
             let of_shapes = |some: &[Shape]| {
                 let of_each: Vec<_> = some.iter().map(|shape| products_of(&parts, shape)).collect();
                 let of_part = |part: usize| of_each.iter().map(|of| of[part].clone()).collect();
@@ -117,17 +118,18 @@ impl<'a> Along<'a> {
             let products = self.followed.of_breaks(course, at, left_out);
             products.iter().map(|products| test(products, beside)).collect()
         };
-        let at = strongest(breaks, |at| tests(at).iter().map(power).collect())?;
+        let at =
+            strongest(breaks, |at| tests(at).iter().map(|test| power(test.as_ref())).collect())?;
         tests(&[at]).pop()?
     }
 }
 
-fn power(test: &Option<Significance>) -> f64 {
+fn power(test: Option<&Significance>) -> f64 {
     test.map_or(0.0, |test| test.explained)
 }
 
 fn best(found: Vec<(f64, Option<Significance>)>) -> Option<(f64, Option<Significance>)> {
-    found.into_iter().max_by(|a, b| power(&a.1).total_cmp(&power(&b.1)))
+    found.into_iter().max_by(|a, b| power(a.1.as_ref()).total_cmp(&power(b.1.as_ref())))
 }
 
 impl Family {

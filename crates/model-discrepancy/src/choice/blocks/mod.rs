@@ -7,20 +7,23 @@
 
 mod along;
 pub(crate) mod passing;
+mod rows;
 mod single;
 mod wide;
 
 use nalgebra::DMatrix;
 
+use crate::Covariate;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::{Beside, Sums};
-use crate::choice::context::Context;
 use crate::choice::screening::constants;
 use crate::choice::selected::Selected;
+use crate::choice::shapes::Shapes;
 use crate::noise::linear::Linear;
 
 use along::Along;
 use passing::Passing;
+use rows::Rows;
 use single::Single;
 use wide::Wide;
 
@@ -36,27 +39,17 @@ pub(crate) struct Blocks<'a> {
     along: Along<'a>,
 }
 
-/// Rows of some groups.
-struct Rows {
-    /// Positions in [`Linearised::rows`](crate::algebra::linearised::Linearised::rows).
-    some: Vec<usize>,
-    /// The same, of every row whether it is one.
-    is_one: Vec<bool>,
-    /// Clusters of the groups.
-    clusters: Vec<usize>,
-}
-
 impl<'a> Blocks<'a> {
     /// Of `system` as fitted at `at` and linearised in `lin`, with blocks of these groups; `None` where
     /// how the rows are weighed depends on which of them there are.
     pub(crate) fn of(
-        context: &Context<'a>,
-        system: &System<'a>,
-        at: &Estimate,
+        (covariates, shapes): (&'a [Covariate], &'a [Shapes]),
+        banned: &[usize],
+        (system, at): (&System<'a>, &Estimate),
         lin: &Linear<'_>,
         groups: &[Vec<usize>],
     ) -> Option<Self> {
-        if context.model.declared().between_variance || !system.places().is_empty() {
+        if system.model.declared().between_variance || !system.places().is_empty() {
             return None;
         }
         let rows: Vec<Rows> = groups.iter().map(|groups| Rows::of(lin, groups)).collect();
@@ -72,9 +65,9 @@ impl<'a> Blocks<'a> {
             system: system.clone(),
             sums,
             groups: groups.to_vec(),
-            wide: Wide::of(context, system, at, lin, (&directions, &clean), &rows),
-            single: Single::of(context, system, at, lin, &clean),
-            along: Along::of(context, lin, (&constants, &clean), &rows),
+            wide: Wide::of(banned, (system, at), lin, (&directions, &clean), &rows),
+            single: Single::of(banned, (system, at), lin, &clean),
+            along: Along::of((covariates, shapes), lin, (&constants, &clean), &rows),
         })
     }
 }
@@ -128,36 +121,23 @@ impl WithoutBlock<'_, '_> {
     }
 }
 
-impl Rows {
-    fn of(lin: &Linear<'_>, groups: &[usize]) -> Self {
-        let mut is_one = vec![false; lin.rows.len()];
-        let is_of = |cluster: &usize| groups.contains(&lin.cluster_groups[*cluster]);
-        let clusters: Vec<usize> = (0..lin.clusters.len()).filter(is_of).collect();
-        for &row in clusters.iter().flat_map(|&cluster| &lin.clusters[cluster]) {
-            is_one[row] = true;
-        }
-        let some = (0..is_one.len()).filter(|&row| is_one[row]).collect();
-        Self { some, is_one, clusters }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::DVector;
 
     use super::*;
     use crate::algebra::system::rows_of;
+    use crate::choice::context::Context;
     use crate::choice::one_observation::{LocalEstimability, local_effects};
     use crate::choice::score::{Scoring, score_catalogue, strongest_shapes};
     use crate::choice::screening::Screening;
     use crate::choice::selected::{What, what};
-    use crate::choice::shapes::Shapes;
     use crate::count::count;
     use crate::model::covariate::with_order;
     use crate::tests::significance::Reach;
     use crate::{
-        Covariate, Declared, Effect, Group, Layout, LinearModel, Options, Parameter, Quantity,
-        Role, Row, Scope,
+        Declared, Effect, Group, Layout, LinearModel, Options, Parameter, Quantity, Role, Row,
+        Scope,
     };
 
     /// Round-off of sums over some hundred rows, relative.
@@ -175,7 +155,7 @@ mod tests {
     /// a group that is a prior; effects with amplitudes that are seen and not seen, twins, one about a
     /// few points, and one for every point.
     fn model() -> LinearModel {
-        let components = |point: usize| if point % 3 == 0 { 0..1 } else { 0..2 };
+        let components = |point: usize| if point.is_multiple_of(3) { 0..1 } else { 0..2 };
         let mut rows: Vec<Row> = (0..POINTS)
             .flat_map(|observation| {
                 let sigma = 0.5 + 0.1 * count(observation % 4);
@@ -252,17 +232,9 @@ mod tests {
         let covariates = with_order(&model.declared.layout, &covariates);
         let shapes = Shapes::of_all(&model.declared.layout, &covariates);
         let options = Options::default();
-        let context = Context {
-            model: &model,
-            covariates: &covariates,
-            shapes: &shapes,
-            options: &options,
-            silent: &[],
-            banned: &[],
-            thorough: false,
-            without_block: None,
-        };
-        let mut keep = vec![true; GROUPS + 1];
+        let mut context = Context::open(&model, (&covariates, &shapes), &options, &[]);
+        context.thorough = false;
+        let keep = vec![true; GROUPS + 1];
         let fitted = |system: &System<'_>, keep: &[bool]| {
             let rows = rows_of(&model.declared.layout, keep);
             system.fit_first(&rows).unwrap()
@@ -275,12 +247,12 @@ mod tests {
         for system in [System::declared(&model), with] {
             let at = fitted(&system, &keep);
             let lin = Linear::of(&system, &at, &keep, &[]);
-            let blocks = [Blocks::of(&context, &system, &at, &lin, &groups).unwrap()];
+            let blocks =
+                [Blocks::of((&covariates, &shapes), &[], (&system, &at), &lin, &groups).unwrap()];
             for (block, left_out) in groups.iter().enumerate() {
-                left_out.iter().for_each(|&g| keep[g] = false);
-                let at = fitted(&system, &keep);
-                let lin = Linear::of(&system, &at, &keep, &[]);
-                left_out.iter().for_each(|&g| keep[g] = true);
+                let rest = (0..=GROUPS).map(|g| !left_out.contains(&g)).collect::<Vec<_>>();
+                let at = fitted(&system, &rest);
+                let lin = Linear::of(&system, &at, &rest, &[]);
                 let scoring = Scoring::new(&context, &system, &at, &lin, 1e-9);
                 let (all, each) = &blocks[0].sums;
                 let beside = Beside::of(&all.less(&each[block])).unwrap();

@@ -5,10 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::Scope;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
-use crate::choice::context::Context;
-use crate::choice::masked::may_be_masked;
 use crate::choice::one_observation::{BesideLocal, SeenLocal};
 use crate::count::count;
+use crate::levels::MASKED_AMONG;
 use crate::noise::linear::Linear;
 
 /// Every effect that moves one observation.
@@ -31,9 +30,8 @@ struct One {
 
 impl Single {
     pub(super) fn of(
-        context: &Context<'_>,
-        system: &System<'_>,
-        at: &Estimate,
+        banned: &[usize],
+        (system, at): (&System<'_>, &Estimate),
         lin: &Linear<'_>,
         clean: &DVector<f64>,
     ) -> Self {
@@ -46,8 +44,8 @@ impl Single {
         for (row, r) in layout.rows.iter().enumerate() {
             first_row[r.observation] = first_row[r.observation].min(row);
         }
-        let effects = &context.model.declared().effects;
-        let is_open = |e: &usize| !system.has_effect(*e) && !context.banned.contains(e);
+        let effects = &system.model.declared().effects;
+        let is_open = |e: &usize| !system.has_effect(*e) && !banned.contains(e);
         let one = |e: usize| {
             let Scope::Observation(observation) = effects[e].scope else { return None };
             let rows = &of_observation[observation];
@@ -89,7 +87,7 @@ impl Single {
         let passes = |members: &Vec<f64>| {
             members.iter().any(|p_value| *p_value <= alpha / count(members.len()))
         };
-        p_values.iter().any(passes) || may_be_masked(p_values.iter().map(Vec::len).sum())
+        p_values.iter().any(passes) || MASKED_AMONG.contains(&p_values.iter().map(Vec::len).sum())
     }
 
     /// The p-value of each that is seen without some groups, by id.

@@ -8,14 +8,12 @@ use crate::Scope;
 use crate::algebra::independent::Independent;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
-use crate::choice::blocks::Rows;
 use crate::choice::blocks::passing::{One, Passing};
+use crate::choice::blocks::rows::Rows;
 use crate::choice::candidate::{min_kept, same_directions};
-use crate::choice::context::Context;
-use crate::choice::pair::MAX_CLASSES;
 use crate::choice::sets::{Member, Sets, tried};
 use crate::count::count;
-use crate::levels::{CATALOGUE_SHARE, LEFT_BY_ANY, QUARTER};
+use crate::levels::{CATALOGUE_SHARE, LEFT_BY_ANY, MAX_CLASSES, QUARTER};
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::{Significance, f_test_of};
@@ -67,17 +65,16 @@ struct Seen<'a> {
 
 impl Wide {
     pub(super) fn of(
-        context: &Context<'_>,
-        system: &System<'_>,
-        at: &Estimate,
+        banned: &[usize],
+        (system, at): (&System<'_>, &Estimate),
         lin: &Linear<'_>,
         (directions, clean): (&DMatrix<f64>, &DVector<f64>),
         rows: &[Rows],
     ) -> Self {
-        let declared = context.model.declared();
+        let declared = system.model.declared();
         let is_open = |e: &usize| {
             let is_wide = !matches!(declared.effects[*e].scope, Scope::Observation(_));
-            is_wide && !system.has_effect(*e) && !context.banned.contains(e)
+            is_wide && !system.has_effect(*e) && !banned.contains(e)
         };
         let open: Vec<usize> = (0..declared.effects.len()).filter(is_open).collect();
         let tangent = |&e: &usize| lin.tangent(&whole_tangent(system.model, &at.state, e));
