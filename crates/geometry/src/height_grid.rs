@@ -126,6 +126,19 @@ impl HeightGrid {
         Jet { z: z + gradient.dot(&beyond), gradient, hessian: Matrix2::zeros() }
     }
 
+    /// Corners of the grid with the least and the largest x and y.
+    #[must_use]
+    pub fn extent_mm(&self) -> [Point2<f64>; 2] {
+        let across = Vector2::new(self.last(0), self.last(1)).component_mul(&self.spacing_mm);
+        [self.origin_mm, self.origin_mm + across]
+    }
+
+    /// Distance of neighbouring places along x and y.
+    #[must_use]
+    pub fn spacing_mm(&self) -> Vector2<f64> {
+        self.spacing_mm
+    }
+
     /// Height over the xy plane.
     #[must_use]
     pub fn sag_mm(&self, x_mm: f64, y_mm: f64) -> f64 {

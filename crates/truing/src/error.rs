@@ -258,7 +258,9 @@ pub enum Error {
         problem: Box<ImportProblem>,
     },
     /// A part that the method of document \[D\] cannot sample.
-    #[error("ITLICP samples a rotationally symmetric asphere; this part is none")]
+    #[error(
+        "ITLICP samples a rotationally symmetric asphere as it is drawn; this part is none, or has a `[surface.form]`"
+    )]
     NoAsphere,
     /// A case that names no polishing tool.
     #[error(

@@ -21,7 +21,7 @@ pub(crate) struct Reading {
     pub(crate) loop_settings: LoopSettings,
     pub(crate) warnings: Vec<String>,
     /// Tables that were read.
-    pub(crate) tables: &'static [&'static str],
+    pub(crate) tables: Vec<&'static str>,
 }
 
 /// Data of one kind, ready to be solved.

@@ -18,6 +18,7 @@ mod depth;
 mod examples;
 mod files;
 mod force_impedance_messages;
+mod form_map;
 mod ft_center_messages;
 mod fuzzed;
 mod groups;

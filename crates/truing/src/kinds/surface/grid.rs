@@ -6,7 +6,7 @@ use crate::Error;
 use crate::case::{ColumnKinds, Columns, Folder, Location, Problem};
 
 /// Heights of a part that was measured or drawn place by place.
-pub(crate) const HEIGHTS: &str = "heights.csv";
+const HEIGHTS: &str = "heights.csv";
 const PLACES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] = &PLACES;
 /// Share of the spacing by which the decimals of a file may put a place beside its own.
@@ -53,18 +53,18 @@ pub(super) fn grid(folder: &Folder) -> Result<Drawn, Error> {
         .into_iter()
         .flat_map(|x| [y_axis.first, y_axis.last()].map(|y| f64::hypot(x, y)))
         .reduce(f64::max);
-    Ok(Drawn { shape: DrawnShape::Grid(grid), words, reach_mm })
+    Ok(Drawn { tables: vec![HEIGHTS], ..Drawn::of(DrawnShape::Grid(grid), words, reach_mm) })
 }
 
 /// Evenly spaced places along one axis.
-struct Axis {
-    first: f64,
-    step: f64,
-    count: usize,
+pub(super) struct Axis {
+    pub(super) first: f64,
+    pub(super) step: f64,
+    pub(super) count: usize,
 }
 
 /// First place, least step and number of steps; a single place has no step.
-fn axis(values: &[f64]) -> Axis {
+pub(super) fn axis(values: &[f64]) -> Axis {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
@@ -87,7 +87,23 @@ impl Axis {
         self.first + self.step * as_f64(self.count.saturating_sub(1))
     }
 
-    fn slot(&self, value: f64) -> Option<usize> {
+    pub(super) fn at(&self, index: usize) -> f64 {
+        self.first + self.step * as_f64(index)
+    }
+
+    /// Index of the place next to a value.
+    pub(super) fn nearest(&self, value: f64) -> usize {
+        let place = ((value - self.first) / self.step).round();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 0 and the number of places"
+        )]
+        let index = place.clamp(0.0, as_f64(self.count.saturating_sub(1))) as usize;
+        index
+    }
+
+    pub(super) fn slot(&self, value: f64) -> Option<usize> {
         let place = if self.step > 0.0 { (value - self.first) / self.step } else { 0.0 };
         let near = place.round();
         #[expect(
