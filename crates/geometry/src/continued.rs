@@ -91,16 +91,16 @@ fn as_f64(count: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::continued_heights;
+    use super::{as_f64, continued_heights};
 
     const COLUMNS: usize = 30;
 
     /// A plane is continued as itself for three layers: sums of 25 heights of 10.
     #[test]
     fn a_plane_goes_on() {
-        let plane = |k: usize| 0.3 * (k % COLUMNS) as f64 - 0.2 * (k / COLUMNS) as f64 + 1.0;
+        let plane = |k: usize| 0.3 * as_f64(k % COLUMNS) - 0.2 * as_f64(k / COLUMNS) + 1.0;
         let is_there = |k: usize| {
-            let (i, j) = ((k % COLUMNS) as f64 - 14.5, (k / COLUMNS) as f64 - 14.5);
+            let (i, j) = (as_f64(k % COLUMNS) - 14.5, as_f64(k / COLUMNS) - 14.5);
             i.hypot(j) < 13.0
         };
         let heights: Vec<Option<f64>> =
@@ -108,7 +108,7 @@ mod tests {
         let filled = continued_heights(COLUMNS, &heights);
         assert_eq!(filled.len(), heights.len());
         for (k, height) in filled.iter().enumerate() {
-            let (i, j) = ((k % COLUMNS) as f64 - 14.5, (k / COLUMNS) as f64 - 14.5);
+            let (i, j) = (as_f64(k % COLUMNS) - 14.5, as_f64(k / COLUMNS) - 14.5);
             if is_there(k) {
                 assert_eq!(Some(*height), heights[k]);
             } else if i.hypot(j) < 14.0 {

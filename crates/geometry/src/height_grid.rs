@@ -84,7 +84,7 @@ impl HeightGrid {
             return Err(GeometryError::InvalidGrid { columns, rows, heights: 0 });
         }
         finite(heights_mm.iter().flatten(), "height of the grid")?;
-        let is_whole = columns > 0 && heights_mm.len() % columns == 0;
+        let is_whole = columns > 0 && heights_mm.len().is_multiple_of(columns);
         let filled = if is_whole { continued_heights(columns, heights_mm) } else { Vec::new() };
         let mut grid = Self::new(origin_mm, spacing_mm, columns, &filled)?;
         if heights_mm.iter().any(Option::is_none) {

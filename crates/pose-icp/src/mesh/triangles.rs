@@ -91,7 +91,9 @@ impl TriangleMesh {
         let mut normals = vec![Vector3::zeros(); mesh.vertices_mm.len()];
         for (face, corners) in mesh.faces.iter().enumerate() {
             let area = mesh.area_vector(face);
-            corners.iter().for_each(|&v| normals[v as usize] += area);
+            for &v in corners {
+                normals[v as usize] += area;
+            }
         }
         for (vertex, normal) in mesh.vertices_mm.iter_mut().zip(&normals) {
             if normal.z <= 0.0 || !map_mm.is_measured(vertex.x, vertex.y) {
