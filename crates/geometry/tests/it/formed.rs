@@ -52,7 +52,7 @@ fn patch() -> Arc<dyn Surface> {
         .collect();
     let patch = Nurbs::new([3, 3], [knots.clone(), knots], &points, &[1.0; 25])
         .expect("the shape is sound");
-    let up = patch.normal(0.5, 0.5).map(|n| n.z > 0.0).unwrap_or(true);
+    let up = patch.normal(0.5, 0.5).is_ok_and(|n| n.z > 0.0);
     Arc::new(if up { patch } else { patch.flipped() })
 }
 
