@@ -2,6 +2,7 @@
 
 mod case;
 mod estimates;
+mod guides;
 mod measured;
 mod plan;
 mod probing_check;
@@ -162,6 +163,7 @@ impl From<NormalName> for NormalSource {
             NormalName::MicroPlane => Self::MicroPlane,
             NormalName::Quadric => Self::Quadric,
             NormalName::SurfaceFit => Self::SurfaceFit,
+            NormalName::Profile => Self::Profile,
         }
     }
 }

@@ -117,7 +117,7 @@ fn the_pose_is_that_of_the_part_as_it_is() {
     let [z, alpha, beta] = pose(&solved);
     assert!((z - 5.0).abs() < READ_MM && alpha.abs() < 1e-6 && beta.abs() < 1e-6, "{solved}");
     assert!(solved["residual"]["max_abs"].as_f64().unwrap() < READ_MM);
-    assert_eq!(solved["warnings"], serde_json::json!([]));
+    assert!(!solved["warnings"].to_string().contains("form.csv"), "{}", solved["warnings"]);
     let inputs = solved["inputs"].as_array().unwrap();
     assert!(inputs.iter().any(|input| input["file"] == "form.csv"));
     // As drawn, the part does not fit, and the saddle tilts it.
@@ -195,9 +195,9 @@ fn a_mesh_is_moved_corner_by_corner() {
         [("case.toml", toml), ("touches.csv", &table), ("form.csv", &map()), ("plate.obj", mesh)];
     let solved = Case::new(&files).json("solve");
     for touch in solved["estimates"]["touches"].as_array().unwrap() {
-        // Facets of 1.6 mm on bends of 2.2e-5 /mm: 7 nm.
+        // Facets of 1.1 mm on bends of 2.2e-5 /mm: h² κ/8.
         let left = touch["deviation_mm"].as_f64().unwrap();
-        assert!((left - 0.01).abs() < 2e-8, "{touch}");
+        assert!((left - 0.01).abs() < 4e-6, "{touch}");
     }
 }
 
@@ -219,7 +219,7 @@ fn what_makes_no_map_is_refused_with_its_place() {
     let said = refused(&clamped("[surface.form]\nspacing_mm = 0.01\n", &scattered()));
     assert!(said.contains("widen it") || said.contains("six others"), "{said}");
     let said = refused(&clamped("[surface.form]\nalong = \"w\"\n", &map()));
-    assert!(said.contains("case.toml, line 7"), "{said}");
+    assert!(said.contains("case.toml, line 8, column 9"), "{said}");
     let missing = clamped(FORM, &map());
     std::fs::remove_file(missing.file("form.csv")).unwrap();
     let said = refused(&missing);
