@@ -88,37 +88,3 @@ fn mean(near: &[[f64; 3]]) -> f64 {
 fn as_f64(count: usize) -> f64 {
     count as f64
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{as_f64, continued_heights};
-
-    const COLUMNS: usize = 30;
-
-    /// A plane is continued as itself for three layers: sums of 25 heights of 10.
-    #[test]
-    fn a_plane_goes_on() {
-        let plane = |k: usize| 0.3 * as_f64(k % COLUMNS) - 0.2 * as_f64(k / COLUMNS) + 1.0;
-        let is_there = |k: usize| {
-            let (i, j) = (as_f64(k % COLUMNS) - 14.5, as_f64(k / COLUMNS) - 14.5);
-            i.hypot(j) < 13.0
-        };
-        let heights: Vec<Option<f64>> =
-            (0..COLUMNS * COLUMNS).map(|k| is_there(k).then(|| plane(k))).collect();
-        let filled = continued_heights(COLUMNS, &heights);
-        assert_eq!(filled.len(), heights.len());
-        for (k, height) in filled.iter().enumerate() {
-            let (i, j) = (as_f64(k % COLUMNS) - 14.5, as_f64(k / COLUMNS) - 14.5);
-            if is_there(k) {
-                assert_eq!(Some(*height), heights[k]);
-            } else if i.hypot(j) < 14.0 {
-                assert!((height - plane(k)).abs() < 1e-12, "{k}: {height}");
-            }
-            assert!(height.abs() < 20.0);
-        }
-        // One height alone goes on as it is, to the rounding of the means of 25.
-        let mut one = vec![None; 16];
-        one[5] = Some(2.5);
-        assert!(continued_heights(4, &one).iter().all(|height| (height - 2.5).abs() < 1e-13));
-    }
-}

@@ -1,5 +1,6 @@
 //! `[surface]`: the part as drawn, for every kind that touches one.
 
+mod even_places;
 mod form_map;
 mod grid;
 mod mistakes;

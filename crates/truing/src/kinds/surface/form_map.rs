@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Point2, Vector2, Vector6};
 use pose_icp::TriangleMesh;
 use serde::Deserialize;
 
-use super::grid::{Axis, axis};
+use super::even_places::{Axis, axis};
 use crate::Error;
 use crate::case::{ColumnKinds, Columns, Folder, Location, Positive, Problem, Table};
 
