@@ -119,6 +119,15 @@ fn guide_points_above_touches_and_of_a_plan() {
 }
 
 #[test]
+fn a_ball_from_above_touches_no_underside() {
+    let case = Case::example("probe-comp");
+    let answer = json(&case, &[]);
+    let guides = answer["guides"].as_array().unwrap();
+    assert!(guides.len() > 3, "{answer}");
+    assert!(guides.iter().all(|guide| guide["normal_z"].as_f64().unwrap() > 0.0), "{answer}");
+}
+
+#[test]
 fn what_has_no_guide_points_is_said() {
     let case = case();
     case.write("plan.json", "{\"kind\":\"pose-icp\",\"plan\":[]}");

@@ -39,12 +39,16 @@ pub(super) fn guides(case: &ProbeCase, of: &GuidePlaces) -> Result<GuidesOfCase,
         GuidePlaces::Named(all) => (named(all.clone())?, 0),
         GuidePlaces::Lattice => {
             let places = lattice(case)?;
-            let found: Vec<GuidePoint> = places
+            let mut found: Vec<GuidePoint> = places
                 .iter()
                 .enumerate()
                 .filter_map(|(index, from)| guide(index, from).ok())
                 .filter(|point| point.inside_aperture)
                 .collect();
+            // A ball that comes from above does not touch what faces down.
+            if found.iter().any(|point| point.normal.z > 0.0) {
+                found.retain(|point| point.normal.z > 0.0);
+            }
             let beside = places.len() - found.len();
             let name = |n: usize| format!("G{}", n + 1);
             (found.into_iter().enumerate().map(|(n, point)| (name(n), point)).collect(), beside)
