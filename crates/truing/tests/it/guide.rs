@@ -120,10 +120,14 @@ fn guide_points_above_touches_and_of_a_plan() {
 
 #[test]
 fn a_ball_from_above_touches_no_underside() {
-    let case = Case::example("probe-comp");
+    let ball = "kind = \"probe-comp\"\n[surface]\nshape = \"sphere\"\nradius_mm = 25.0\n[probe]\n\
+                tip_radius_mm = 3.0\n[plan]\nspacing_mm = 10\nx_mm = [-25, 25]\ny_mm = [-25, 25]\n\
+                z_mm = [-25, 25]\n";
+    let touches = "touch,x_mm,y_mm,z_mm\nA,0,0,28\nB,28,0,0\nC,0,-28,0\n";
+    let case = Case::new(&[("case.toml", ball), ("touches.csv", touches)]);
     let answer = json(&case, &[]);
     let guides = answer["guides"].as_array().unwrap();
-    assert!(guides.len() > 3, "{answer}");
+    assert!(guides.len() > 3 && answer["beside_the_part"].as_u64().unwrap() > 3, "{answer}");
     assert!(guides.iter().all(|guide| guide["normal_z"].as_f64().unwrap() > 0.0), "{answer}");
 }
 
