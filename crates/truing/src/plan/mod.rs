@@ -125,6 +125,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let (sorted, rows, with_plan, after) = loop {
         let hopeful = hopeful(&design, &question, &asked);
         let mut sorted = design.chosen(&hopeful, most);
+        add_controls(&mut sorted, &offer.controls, most);
         // The order of the offer, in which place and time do not run together.
         sorted.sort_unstable();
         let rows = Rows::of(folder, &offer, &sorted)?;
@@ -250,6 +251,16 @@ fn most(budget: Option<PlanBudget>, each: Option<f64>) -> Result<Option<usize>, 
 fn spend(goal: &mut Goal) {
     if let Goal::Known { needed, .. } = goal {
         *needed = EVER_LESS;
+    }
+}
+
+/// Repeats of what was measured, beside a plan that has anything else.
+fn add_controls(chosen: &mut Vec<usize>, controls: &[usize], most: usize) {
+    let has_any = !chosen.is_empty();
+    for &control in controls.iter().filter(|_| has_any) {
+        if chosen.len() < most && !chosen.contains(&control) {
+            chosen.push(control);
+        }
     }
 }
 

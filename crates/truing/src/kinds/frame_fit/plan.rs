@@ -51,6 +51,7 @@ pub(super) fn offer<const D: usize>(
         noun: "point",
         is_record: false,
         is_new_session: true,
+        controls: Vec::new(),
         made: None,
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

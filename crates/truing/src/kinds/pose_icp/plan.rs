@@ -84,6 +84,7 @@ pub(super) fn offer(
         noun: "touch",
         is_record: false,
         is_new_session: false,
+        controls: Vec::new(),
         made: None,
         minutes: case.plan.minutes(),
         reach: (tip.side == TipSide::Above).then(|| case.plan.reach(highest)),

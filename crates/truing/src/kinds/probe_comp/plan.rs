@@ -69,6 +69,7 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
         noun: "touch",
         is_record: false,
         is_new_session: false,
+        controls: Vec::new(),
         made: None,
         minutes: settings.minutes(),
         reach: from_above.then(|| settings.reach(highest)),

@@ -80,6 +80,8 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
     for [x, y, z] in settings.mounts_mm.iter().flatten() {
         offered.push(of.mount(&Point3::new(x.0, y.0, z.0)));
     }
+    let offered = shuffled(&offered);
+    let controls = of.controls(&offered);
     Offer {
         table: of.table,
         readings: match of.sight {
@@ -87,10 +89,11 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
             Sight::Point(_) => PLACE.to_vec(),
         },
         columns: Vec::new(),
-        offered: shuffled(&offered),
+        offered,
         noun: "run",
         is_record: false,
         is_new_session: false,
+        controls,
         made: Some(of.steps.len()),
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,
@@ -190,6 +193,25 @@ impl Surveyed<'_> {
             [shift, turn] = [shift, turn].map(|v| axis.rotation(angle_rad) * v);
         }
         axis.origin_mm + arm + shift + turn.cross(arm)
+    }
+
+    /// Of an axis that came from one side only: its outermost angles from that side again. What comes from
+    /// the other side afterwards may as well be another session, of which these would show the shift.
+    fn controls(&self, offered: &[Offered]) -> Vec<usize> {
+        let way = self.steps.first().and_then(|step| step.approach);
+        if !self.has_direction || way.is_none() || self.steps.iter().any(|s| s.approach != way) {
+            return Vec::new();
+        }
+        let by_angle = |a: &&Step, b: &&Step| a.angle_rad.total_cmp(&b.angle_rad);
+        let ends = [self.steps.iter().min_by(by_angle), self.steps.iter().max_by(by_angle)];
+        let again = |step: &Step| {
+            let cells = self.turned([step.angle_rad, 0.0], way);
+            offered.iter().position(|offered| {
+                offered.names == "step"
+                    && cells.iter().all(|cell| offered.common().any(|c| c == cell))
+            })
+        };
+        ends.into_iter().flatten().filter_map(again).collect()
     }
 
     fn row(&self, station: &str, mount: &str, step: usize) -> Cells {
