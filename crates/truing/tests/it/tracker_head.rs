@@ -208,3 +208,36 @@ fn the_next_runs_of_a_head_turn_one_axis_each() {
         assert!(is_first || is_second, "{run}");
     }
 }
+
+/// An axis that only came through rising angles: what it lacks are runs from the other side, and two that
+/// show whether these are another session.
+#[test]
+fn a_plan_from_the_other_side_repeats_the_ends_from_the_first() {
+    const ONE: [&str; 4] = [
+        include_str!("../../../../fixtures/tracker-lm/nothing/case.toml"),
+        include_str!("../../../../fixtures/tracker-lm/nothing/stations.csv"),
+        include_str!("../../../../fixtures/tracker-lm/nothing/mounts.csv"),
+        include_str!("../../../../fixtures/tracker-lm/nothing/ranges.csv"),
+    ];
+    let rising: String = (ONE[3].lines().enumerate())
+        .map(|(n, line)| format!("{line},{}\n", if n == 0 { "direction" } else { "1" }))
+        .collect();
+    let case = Case::new(&[
+        ("case.toml", ONE[0]),
+        ("stations.csv", ONE[1]),
+        ("mounts.csv", ONE[2]),
+        ("ranges.csv", &rising),
+    ]);
+    let folder = case.path().to_str().unwrap();
+    let ended = truing(&["plan", folder, "--for", "backlash", "--json"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let answer: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let runs: Vec<[f64; 2]> = (answer["plan"].as_array().unwrap().iter())
+        .map(|run| ["angle_deg", "direction"].map(|key| run["cells"][key].as_f64().unwrap()))
+        .collect();
+    assert!(runs.iter().any(|[_, way]| *way < 0.0), "{runs:?}");
+    for end in [-90.0, 90.0] {
+        let again = |[angle, way]: &[f64; 2]| (angle - end).abs() < 1e-9 && *way > 0.0;
+        assert!(runs.iter().any(again), "{runs:?}");
+    }
+}
