@@ -54,8 +54,11 @@ pub(crate) struct Tally {
     pub(crate) reached: usize,
     /// Measurements of all plans.
     pub(crate) measurements: usize,
-    /// Runs with the truth alone: after the plan, with as many spread evenly, with twice as many.
+    /// Runs with the truth alone, or beside nothing but names that the plan says hold it as a part of
+    /// themselves: after the plan, with as many spread evenly, with twice as many.
     pub(crate) planned: usize,
+    /// Of those after the plan, with the truth alone.
+    pub(crate) planned_alone: usize,
     pub(crate) even: usize,
     pub(crate) even_twice: usize,
 }
@@ -91,7 +94,7 @@ fn one(
 ) -> Result<()> {
     let scene = (situation.make)(seed);
     let found = truing.asked("loop", scene.files(), case)?;
-    if is_alone(&found.json, situation.truth) {
+    if named(&found.json, situation.truth, &[]) == Named::Alone {
         // Nothing is to be planned for.
         tally.before += 1;
         return Ok(());
@@ -117,25 +120,57 @@ fn one(
     tally.plans += 1;
     tally.reached += usize::from(plan.json["reached"] == Value::Bool(true));
     tally.measurements += list.len();
-    let closed = |files: &[(&'static str, String)]| -> Result<bool> {
+    let class = class_of_plan(&plan.json);
+    let closed = |files: &[(&'static str, String)]| -> Result<Named> {
         let again = truing.asked("loop", files.iter().map(|(name, text)| (name, text)), case)?;
-        if !is_alone(&again.json, situation.truth) {
+        let found = named(&again.json, situation.truth, &class);
+        if found == Named::Otherwise {
             let named = again.json["steps"].as_array().into_iter().flatten().map(class_of);
             println!("    {seed}: {:?}", named.collect::<Vec<_>>());
-            return Ok(false);
         }
-        Ok(true)
+        Ok(found)
     };
-    tally.planned += usize::from(closed(&scene.with_plan(list, seed + PLANNED)?)?);
-    tally.even += usize::from(closed(&scene.with_even(list.len(), seed + EVEN))?);
-    tally.even_twice += usize::from(closed(&scene.with_even(2 * list.len(), seed + EVEN))?);
+    let with_plan = closed(&scene.with_plan(list, seed + PLANNED)?)?;
+    tally.planned += usize::from(with_plan != Named::Otherwise);
+    tally.planned_alone += usize::from(with_plan == Named::Alone);
+    let even = |count: usize| closed(&scene.with_even(count, seed + EVEN));
+    tally.even += usize::from(even(list.len())? != Named::Otherwise);
+    tally.even_twice += usize::from(even(2 * list.len())? != Named::Otherwise);
     Ok(())
 }
 
-/// Whether the effect, without rivals, and nothing else was named.
-fn is_alone(json: &Value, effect: &str) -> bool {
-    let Some([step]) = json["steps"].as_array().map(Vec::as_slice) else { return false };
-    class_of(step) == [effect]
+/// What a loop said of the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Named {
+    /// Without rivals, and nothing else beside it.
+    Alone,
+    /// The same with rivals that no measurement tells from it.
+    InClass,
+    Otherwise,
+}
+
+/// Whether the effect and nothing else was named, without rivals but those of `class`.
+fn named(json: &Value, effect: &str, class: &[String]) -> Named {
+    let Some([step]) = json["steps"].as_array().map(Vec::as_slice) else { return Named::Otherwise };
+    let found = class_of(step);
+    if found == [effect] {
+        return Named::Alone;
+    }
+    let is_known = |name: &&str| *name == effect || class.iter().any(|known| known == name);
+    if found.contains(&effect) && found.iter().all(is_known) {
+        Named::InClass
+    } else {
+        Named::Otherwise
+    }
+}
+
+/// Names that a plan says no measurement tells from what it was made for.
+fn class_of_plan(plan: &Value) -> Vec<String> {
+    let classes = plan["classes"].as_array().into_iter().flatten();
+    let with = classes.flat_map(|class| class["with"].as_array().into_iter().flatten());
+    // Subjects are left out, as in the classes of answers.
+    let id = |name: &str| name.split(" [").next().unwrap_or(name).to_owned();
+    with.filter_map(Value::as_str).map(id).collect()
 }
 
 fn text(path: &Path) -> Result<&str> {

@@ -398,12 +398,17 @@ mod tests {
         fs::write(&case, text + "\n[tool]\nfilm_mm = 2.0\nremoval_exponent = 1.0\n").unwrap();
         let program = folder.join("part.ngc");
         fs::write(&program, "G21 G90\nG1 X0 Y0 Z1 F100\nG1 X1\n").unwrap();
+        let touched = shell::root().join("target/guide-test");
+        let _ = fs::remove_dir_all(&touched);
+        let touched_path = touched.to_str().unwrap();
+        assert_eq!(truing.run(&["init", "probe-comp", touched_path]).unwrap().code, Some(0));
         let words = ["depth", path, program.to_str().unwrap(), "--json"];
         let all = [
             words.to_vec(),
             [&words[..], &["--planned", "0,0,0.1,0,0,0"]].concat(),
             vec!["itlicp", path, "--fine", "0.1", "--tolerance", "0.1", "--json"],
             vec!["design", "micro-plane", "--curvatures", "0.02,0", "--json"],
+            vec!["guide", touched_path, "--json"],
         ];
         for words in all {
             let answer = truing.run(&words).unwrap();

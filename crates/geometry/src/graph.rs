@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use nalgebra::{Matrix2, Point3, SymmetricEigen, Unit, Vector2, Vector3};
+use nalgebra::{Matrix2, Point3, Unit, Vector2, Vector3};
 
 use crate::error::finite;
 use crate::surface::ahead;
@@ -179,18 +179,7 @@ pub(crate) fn curvature(
     let form = |a: &Vector3<f64>, b: &Vector3<f64>| a.xy().dot(&(hessian * b.xy())) / stretch;
     let mixed = form(&first, &second);
     let shape = Matrix2::new(form(&first, &first), mixed, mixed, form(&second, &second));
-    let eigen = SymmetricEigen::new(shape);
-    let (major, minor) = if eigen.eigenvalues[0] >= eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
-    let direction = |k: usize| {
-        let v = eigen.eigenvectors.column(k);
-        Unit::new_normalize(first * v[0] + second * v[1])
-    };
-    Ok(Curvature {
-        major_per_mm: eigen.eigenvalues[major],
-        minor_per_mm: eigen.eigenvalues[minor],
-        major_direction: direction(major),
-        minor_direction: direction(minor),
-    })
+    Ok(Curvature::of_shape(&shape, &first, &second))
 }
 
 pub(crate) fn upward(gradient: &Vector2<f64>) -> Unit<Vector3<f64>> {

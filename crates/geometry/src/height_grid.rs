@@ -2,6 +2,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, Matrix2, Matrix4, Point2, Point3, RowVector4, Vector2, Vector4};
 
+use crate::continued::continued_heights;
 use crate::error::finite;
 use crate::graph::{self, Graph, Jet};
 use crate::univariate::Univariate;
@@ -29,6 +30,8 @@ pub struct HeightGrid {
     size: [usize; 2],
     /// One more on each side than there are places.
     coefficients: DMatrix<f64>,
+    /// Places with a height, where some have none.
+    measured: Option<DMatrix<bool>>,
 }
 
 impl HeightGrid {
@@ -58,7 +61,82 @@ impl HeightGrid {
         let heights = DMatrix::from_fn(columns, rows, |i, j| heights_mm[j * columns + i]);
         let along_x = interpolated(&heights);
         let coefficients = interpolated(&along_x.transpose()).transpose();
-        Ok(Self { origin_mm, spacing_mm, size: [columns, rows], coefficients })
+        let size = [columns, rows];
+        Ok(Self { origin_mm, spacing_mm, size, coefficients, measured: None })
+    }
+
+    /// The same where some places have no height, as outside of a round part.
+    ///
+    /// Over them the spline goes on as smoothly as it can, and the surface is outside of its aperture;
+    /// so it is over every cell that has such a place for a corner.
+    ///
+    /// # Errors
+    ///
+    /// As [`HeightGrid::new`], and [`GeometryError::InvalidGrid`] where no height is there.
+    pub fn with_gaps(
+        origin_mm: Point2<f64>,
+        spacing_mm: Vector2<f64>,
+        columns: usize,
+        heights_mm: &[Option<f64>],
+    ) -> Result<Self, GeometryError> {
+        if heights_mm.iter().all(Option::is_none) {
+            let rows = heights_mm.len().checked_div(columns).unwrap_or(0);
+            return Err(GeometryError::InvalidGrid { columns, rows, heights: 0 });
+        }
+        finite(heights_mm.iter().flatten(), "height of the grid")?;
+        let is_whole = columns > 0 && heights_mm.len().is_multiple_of(columns);
+        let filled = if is_whole { continued_heights(columns, heights_mm) } else { Vec::new() };
+        let mut grid = Self::new(origin_mm, spacing_mm, columns, &filled)?;
+        if heights_mm.iter().any(Option::is_none) {
+            let [columns, rows] = grid.size;
+            let is_there = |i: usize, j: usize| heights_mm[j * columns + i].is_some();
+            grid.measured = Some(DMatrix::from_fn(columns, rows, is_there));
+        }
+        Ok(grid)
+    }
+
+    /// Whether a place lies in a cell all corners of which have a height, its border included.
+    #[must_use]
+    pub fn is_measured(&self, x_mm: f64, y_mm: f64) -> bool {
+        let place = self.place(x_mm, y_mm);
+        if self.beside(place) > RIM_SHARE {
+            return false;
+        }
+        let Some(measured) = &self.measured else { return true };
+        let has_all =
+            |i: usize, j: usize| measured.view((i, j), (2, 2)).iter().all(|is_there| *is_there);
+        // On a border, either cell will do.
+        let on = |axis: usize| {
+            [-RIM_SHARE, RIM_SHARE].map(|aside| self.cell(axis, place[axis] + aside).0)
+        };
+        on(0).iter().any(|&i| on(1).iter().any(|&j| has_all(i, j)))
+    }
+
+    /// Height and derivatives; beside the grid it goes on along the slope at its border.
+    pub(crate) fn continued(&self, x_mm: f64, y_mm: f64) -> Jet {
+        let place = self.place(x_mm, y_mm);
+        if self.beside(place) <= RIM_SHARE {
+            return self.jet(x_mm, y_mm);
+        }
+        let border = |axis: usize| place[axis].clamp(0.0, self.last(axis));
+        let x = self.origin_mm.x + border(0) * self.spacing_mm.x;
+        let y = self.origin_mm.y + border(1) * self.spacing_mm.y;
+        let Jet { z, gradient, .. } = self.jet(x, y);
+        let beyond = Vector2::new(x_mm - x, y_mm - y);
+        Jet { z: z + gradient.dot(&beyond), gradient, hessian: Matrix2::zeros() }
+    }
+
+    /// Corners of the grid with the least and the largest x and y.
+    #[must_use]
+    pub fn extent_mm(&self) -> [Point2<f64>; 2] {
+        let across = Vector2::new(self.last(0), self.last(1)).component_mul(&self.spacing_mm);
+        [self.origin_mm, self.origin_mm + across]
+    }
+
+    /// Distance of neighbouring places along x and y.
+    #[must_use]
+    pub fn spacing_mm(&self) -> Vector2<f64> {
+        self.spacing_mm
     }
 
     /// Height over the xy plane.
@@ -182,7 +260,7 @@ impl Graph for HeightGrid {
     }
 
     fn contains(&self, x: f64, y: f64) -> bool {
-        self.beside(self.place(x, y)) <= RIM_SHARE
+        self.is_measured(x, y)
     }
 
     fn each_hit(

@@ -5,7 +5,7 @@
 //!   `R = Rz(γ) Ry(β) Rx(α)`, [`PlanarMap`] takes in reflection, scale and shear.
 //! - [`Wrench`]: change of reference point and frame, power, line of action, free moment.
 //! - [`Plane`], [`Sphere`], [`Asphere`], [`Polynomial`], [`HeightGrid`], [`Nurbs`] answer as
-//!   [`Surface`]s: closest point, curvature, hits of a line. Where there is no answer, or not a single one, they say which way it failed.
+//!   [`Surface`]s, with a measured map of deviations as [`FormedSurface`]: closest point, curvature, hits of a line. Where there is no answer, or not a single one, they say which way it failed.
 //!
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad ([`units`] has the factors).
 //! Six-vectors are `[tx, ty, tz, rx, ry, rz]` and perturb on the left, `T = exp(ξ) T̂`; wrenches
@@ -35,8 +35,10 @@
 //! ```
 
 mod asphere;
+mod continued;
 mod error;
 mod euler;
+mod formed;
 mod graph;
 mod height_grid;
 mod line;
@@ -61,6 +63,7 @@ pub use nalgebra;
 pub use asphere::{Asphere, AsphereShape};
 pub use error::GeometryError;
 pub use euler::{EulerAngles, EulerReading};
+pub use formed::{DeviationAlong, FormedSurface};
 pub use height_grid::HeightGrid;
 pub use line::Line;
 pub use nurbs::{Nurbs, NurbsJet};

@@ -1,6 +1,6 @@
 use std::fmt::Debug;
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Matrix2, Point3, SymmetricEigen, Unit, Vector3};
 
 use crate::{GeometryError, Line};
 
@@ -37,7 +37,7 @@ pub trait Surface: Debug + Send + Sync {
 
     /// First point at or ahead of the ray's start in which the ray meets the surface.
     ///
-    /// Does not allocate.
+    /// Does not allocate, but for a [`FormedSurface`](crate::FormedSurface).
     ///
     /// # Errors
     ///
@@ -87,6 +87,26 @@ impl Curvature {
     #[must_use]
     pub fn gaussian_per_mm2(&self) -> f64 {
         self.major_per_mm * self.minor_per_mm
+    }
+
+    /// That of a second fundamental form over two orthonormal tangents.
+    pub(crate) fn of_shape(
+        shape: &Matrix2<f64>,
+        first: &Vector3<f64>,
+        second: &Vector3<f64>,
+    ) -> Self {
+        let eigen = SymmetricEigen::new(*shape);
+        let major = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
+        let direction = |k: usize| {
+            let v = eigen.eigenvectors.column(k);
+            Unit::new_normalize(first * v[0] + second * v[1])
+        };
+        Self {
+            major_per_mm: eigen.eigenvalues[major],
+            minor_per_mm: eigen.eigenvalues[1 - major],
+            major_direction: direction(major),
+            minor_direction: direction(1 - major),
+        }
     }
 
     pub(crate) fn umbilic(per_mm: f64, normal: &Unit<Vector3<f64>>) -> Self {

@@ -2,10 +2,12 @@ use nalgebra::{Matrix3, Point2, Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::contact::PlannedContact;
+use crate::foot::foot_of_ball;
 use crate::guide::meet_along_z;
 use crate::nearest::Nearest;
-use crate::neighbours::{LocalShape, measured_normal};
+use crate::neighbours::{LocalShape, MeasuredNormal, measured_normal};
 use crate::nominal::NominalFoot;
+use crate::profile::profile_normals;
 use crate::{BallTouch, Contact, InvalidTouch, Nominal, ProbeError};
 
 /// The normal along which a ball is compensated.
@@ -32,15 +34,13 @@ pub enum NormalSource {
     /// Of the offset surface through all touches: at each, the quadric through it and the twelve
     /// nearest others. For scans, without touches of their own around each place.
     SurfaceFit,
+    /// Of the profile on which all touches lie, in one row of the xy plane: at each, the parabola through it
+    /// and its two neighbours (document \[E\], 2-D). For a part that does not change across the row.
+    Profile,
 }
 
 /// Coordinates from this magnitude on are slips.
 const MAX_COORDINATE_MM: f64 = 1e9;
-/// A ball further from the surface than this, and than three of its radii, did not touch it.
-const MAX_GAP_MM: f64 = 10.0;
-/// The same in radii of the ball.
-const MAX_GAP_RADII: f64 = 3.0;
-
 /// Contacts of a ball of radius `tip_radius_mm`, in the order of `touches`.
 ///
 /// # Errors
@@ -65,7 +65,13 @@ pub fn compensate(
     } else {
         Vec::new()
     };
-    let task = Task { nominal, tip_radius_mm, source, nearest: Nearest::new(&centers) };
+    let profile = if source == NormalSource::Profile && !touches.is_empty() {
+        let row: Vec<Point3<f64>> = touches.iter().map(|touch| touch.center_mm).collect();
+        profile_normals(&row)?
+    } else {
+        Vec::new()
+    };
+    let task = Task { nominal, tip_radius_mm, source, nearest: Nearest::new(&centers), profile };
     // Which error comes first must not depend on threads.
     let each: Vec<_> =
         touches.par_iter().enumerate().map(|(index, touch)| task.one(index, touch)).collect();
@@ -78,6 +84,8 @@ struct Task<'a> {
     tip_radius_mm: f64,
     source: NormalSource,
     nearest: Nearest<'a>,
+    /// Normals of a profile, upwards, one per touch.
+    profile: Vec<MeasuredNormal>,
 }
 
 /// Touches around one that a surface through all of them goes by.
@@ -119,6 +127,13 @@ impl Task<'_> {
             }
             NormalSource::MicroPlane => measured(&touch.micro_mm, LocalShape::Plane),
             NormalSource::Quadric => measured(&touch.micro_mm, LocalShape::Quadric),
+            NormalSource::Profile => {
+                let found = self.profile[index];
+                let side = found.normal.dot(&foot.normal).signum();
+                let normal = Unit::new_unchecked(found.normal.into_inner() * side);
+                let spread = found.spread_per_mm2 * self.tip_radius_mm.powi(2);
+                along(self.nominal, index, touch, self.tip_radius_mm, normal, spread)
+            }
             NormalSource::SurfaceFit => {
                 measured(&self.nearest.around(index, SURFACE_NEIGHBOURS), LocalShape::Quadric)
             }
@@ -143,38 +158,6 @@ impl Task<'_> {
             normal_error_mm: foot.normal.dot(&error_mm),
         })
     }
-}
-
-/// Nominal point under a ball, which must be near it and may not be larger than the hollow there.
-pub(crate) fn foot_of_ball(
-    nominal: &Nominal,
-    tip_radius_mm: f64,
-    index: usize,
-    center_mm: &Point3<f64>,
-) -> Result<NominalFoot, ProbeError> {
-    let too_large = |at: &Point3<f64>| -> Result<(), ProbeError> {
-        let Ok([major, _]) = nominal.curvatures_per_mm(at) else { return Ok(()) };
-        if tip_radius_mm * major < 1.0 {
-            return Ok(());
-        }
-        let (radius_mm, hollow_radius_mm) = (tip_radius_mm, major.recip());
-        Err(ProbeError::TipTooLarge { index, radius_mm, hollow_radius_mm })
-    };
-    let foot = match nominal.foot(center_mm) {
-        Ok(foot) => foot,
-        Err(source) => {
-            // A ball that is too large comes to rest where its centre has several feet, or none.
-            too_large(center_mm)?;
-            return Err(ProbeError::NoFoot { index, source });
-        }
-    };
-    too_large(&foot.point_mm)?;
-    let gap_mm = foot.distance_mm - tip_radius_mm;
-    let limit_mm = MAX_GAP_MM.max(MAX_GAP_RADII * tip_radius_mm);
-    if gap_mm.abs() > limit_mm {
-        return Err(ProbeError::FarFromSurface { index, gap_mm, limit_mm });
-    }
-    Ok(foot)
 }
 
 pub(crate) fn check(index: usize, touch: &BallTouch) -> Result<(), ProbeError> {

@@ -101,6 +101,30 @@ pub enum ProbeError {
         /// Places given.
         got: usize,
     },
+    /// A touch is not in the row of the others.
+    #[error(
+        "touch {} lies {off_mm} mm beside the row of the others; the normal of a profile needs touches \
+         in one row of the xy plane",
+        index + 1
+    )]
+    BesideProfile {
+        /// Position in the input slice, from 0; messages count from 1.
+        index: usize,
+        /// How far.
+        off_mm: f64,
+    },
+    /// Two touches of a profile are in one place.
+    #[error(
+        "touches {} and {} of the profile are in one place, which gives no slope; take one of them out",
+        other + 1,
+        index + 1
+    )]
+    SamePlace {
+        /// Position of the later one in the input slice, from 0; messages count from 1.
+        index: usize,
+        /// Position of the other one.
+        other: usize,
+    },
     /// A number that is not a touch cannot be used.
     #[error("{name} must be {needed}, got {value}")]
     InvalidOption {
@@ -147,6 +171,8 @@ impl ProbeError {
             | Self::FarFromSurface { index, .. }
             | Self::TooFewNeighbours { index, .. }
             | Self::NeighboursOnALine { index, .. }
+            | Self::BesideProfile { index, .. }
+            | Self::SamePlace { index, .. }
             | Self::NoApproach { index }
             | Self::NoGuide { index } => Some(index),
             _ => None,

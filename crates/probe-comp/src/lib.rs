@@ -4,7 +4,8 @@
 //! A' = O' − r n', its deviation from the nominal surface along the surface's normal, and the
 //! uncertainty of both. The normal is the nominal one, the approach, or one that is measured by
 //! touching around the place ([`NormalSource`]); [`micro_radius`] says how far around.
-//! [`compensate_profile`] does the same for a profile that is scanned in a plane.
+//! [`compensate_profile`] does the same for a profile that is scanned in a plane, [`guide_point`] says where a
+//! ball is to be sent.
 //! [`qualify`] finds what a probe adds from touches of a reference sphere or ring, and takes it off
 //! later ones. [`ProbeModel`] lets `model_discrepancy` find what the probe, the machine or the part add.
 //!
@@ -44,6 +45,7 @@
 mod compensate;
 mod contact;
 mod error;
+mod foot;
 mod guide;
 mod micro_radius;
 mod nearest;
@@ -67,6 +69,7 @@ pub use nalgebra;
 pub use compensate::{NormalSource, compensate};
 pub use contact::{Contact, PlannedContact};
 pub use error::{InvalidTouch, ProbeError};
+pub use guide::{GuidePoint, guide_point};
 pub use micro_radius::{MicroRadius, micro_radius};
 #[cfg(feature = "loop")]
 pub use missing::{ContactChange, MeasuredTouch, ProbeModel, ProbeSetup};

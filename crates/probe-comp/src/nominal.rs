@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use geometry::{Foot, GeometryError, Sphere, Surface};
+use geometry::{DeviationAlong, Foot, FormedSurface, GeometryError, HeightGrid, Sphere, Surface};
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Side of the surface on which the ball is.
@@ -70,6 +70,13 @@ impl Nominal {
     pub fn sphere(sphere: Sphere, side: Side) -> Self {
         let form = FormFrame::Around { center_mm: sphere.center_mm() };
         Self { surface: Arc::new(sphere), side, form }
+    }
+
+    /// The part with the deviations that were measured of it, over its own x and y: the sum of two
+    /// surfaces, along the surface's own normal whichever side is touched.
+    #[must_use]
+    pub fn with_form_map(self, map_mm: HeightGrid, along: DeviationAlong) -> Self {
+        Self { surface: Arc::new(FormedSurface::new(self.surface, map_mm, along)), ..self }
     }
 
     /// The same part touched from the other side.

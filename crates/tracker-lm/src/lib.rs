@@ -14,6 +14,8 @@
 //! Trackers that give points, each in the frame of its station, are bundled by
 //! [`calibrate_targets`]; one station is then enough.
 //!
+//! What the six errors do to a point, a tool's tip, is their first-order map ([`error_map`], [`point_errors`]).
+//!
 //! Source: document \[B\], steps S1 to S4; ISO 230-1 and 230-7 for names and frames; Theil (1965)
 //! for the residuals that the loop looks at.
 //!
@@ -52,6 +54,7 @@ mod error;
 mod error_order;
 mod export;
 mod find_axis;
+mod first_order;
 mod frame;
 mod free_points;
 mod gauge;
@@ -84,6 +87,7 @@ pub use calibration::{
 pub use error::{Record, Shortage, TrackerError};
 pub use export::{axis_errors_csv, heidenhain_table, linuxcnc_compensation};
 pub use find_axis::{Sought, find_axis};
+pub use first_order::{PointError, error_map, fixed_frame_error, point_errors, point_errors_csv};
 pub use location::AxisLocation;
 #[cfg(feature = "loop")]
 pub use missing::TrackerModel;

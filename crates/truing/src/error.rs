@@ -258,8 +258,27 @@ pub enum Error {
         problem: Box<ImportProblem>,
     },
     /// A part that the method of document \[D\] cannot sample.
-    #[error("ITLICP samples a rotationally symmetric asphere; this part is none")]
+    #[error(
+        "ITLICP samples a rotationally symmetric asphere as it is drawn; this part is none, or has a `[surface.form]`"
+    )]
     NoAsphere,
+    /// A case of which no guide point can be given.
+    #[error(
+        "no guide point: a case of kind `{kind}` has no place that a ball touches moving along z; guide \
+         points are those of `probe-comp`, in the region that `[plan]` declares"
+    )]
+    NoGuides {
+        /// Kind of the case.
+        kind: &'static str,
+    },
+    /// A file that is no plan of touches.
+    #[error("{}: not what `truing plan --json` prints for touches: {reason}", path.display())]
+    NotAPlan {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// A case that names no polishing tool.
     #[error(
         "{}: no `[tool]`: give it `film_mm`, the height of the film below the tool's lowest point",
@@ -425,6 +444,8 @@ impl Error {
             | Self::Page { .. }
             | Self::Machine { .. }
             | Self::NoAsphere
+            | Self::NoGuides { .. }
+            | Self::NotAPlan { .. }
             | Self::NoTool { .. }
             | Self::NoDepth { .. }
             | Self::Plan { .. }

@@ -4,7 +4,7 @@ use model_discrepancy::ParameterEstimate;
 use serde::Serialize;
 
 /// A table that other programs read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Export {
     /// Comma-separated values with the names of ISO 230.
@@ -13,6 +13,8 @@ pub enum Export {
     LinuxCnc,
     /// A plain table in the layout of Heidenhain's, which no control imports.
     Heidenhain,
+    /// What the errors of a rotary axis do to a point of the frame that turns with it, mm, angle by angle.
+    PointErrors([f64; 3]),
 }
 
 /// One estimated number, in the unit it is reported in.

@@ -42,7 +42,7 @@ impl Files {
     /// Reads them as their kind does.
     pub(crate) fn read(&self) -> Result<Reading, Error> {
         let reading = (self.kind.read)(&self.folder, &self.document)?;
-        reading.loop_settings.columns.check(&self.folder, reading.tables, &self.document)?;
+        reading.loop_settings.columns.check(&self.folder, &reading.tables, &self.document)?;
         Ok(reading)
     }
 }

@@ -15,6 +15,7 @@ mod estimates;
 mod file;
 mod form;
 mod found_pose;
+mod guide;
 mod header;
 mod implausible;
 mod import;
@@ -73,6 +74,7 @@ pub use error::Error;
 pub use estimated::{Estimated, Export, LoopParameter};
 pub use estimates::Estimates;
 pub use file::{FileProblem, InputFile, OutputFile, refuse_overlap, write_files};
+pub use guide::{Guide, GuideSource, Guides, guides};
 pub use header::{Header, Program};
 pub use implausible::ImplausibleResult;
 pub use import::{
@@ -107,7 +109,7 @@ pub use monte_carlo::{DrawnParameter, MonteCarlo, monte_carlo};
 pub use noise_test::Repeats;
 pub use page::{loop_report, read_findings, read_page, solve_report};
 pub use plan::{
-    PlanBudget, PlanFigure, PlanOptions, PlanProblem, Planned, PlannedMeasurement,
+    PlanBudget, PlanClass, PlanFigure, PlanOptions, PlanProblem, Planned, PlannedMeasurement,
     PlannedTouchPlace, Prediction, plan, write_plan,
 };
 pub use plausible::plausible;

@@ -10,6 +10,7 @@ use crate::Error;
 use crate::case::LoopSettings;
 use crate::depth::Polished;
 use crate::estimates::Estimates;
+use crate::guide::{GuidePlaces, GuidesOfCase};
 use crate::itlicp::SampledCase;
 use crate::kinds::Offer;
 use crate::monitor::LiveFrame;
@@ -21,7 +22,7 @@ pub(crate) struct Reading {
     pub(crate) loop_settings: LoopSettings,
     pub(crate) warnings: Vec<String>,
     /// Tables that were read.
-    pub(crate) tables: &'static [&'static str],
+    pub(crate) tables: Vec<&'static str>,
 }
 
 /// Data of one kind, ready to be solved.
@@ -52,6 +53,11 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
 
     /// What further measurements the machine can make; `None` where this kind of case cannot say.
     fn offer(&self) -> Result<Option<Offer>, Error> {
+        Ok(None)
+    }
+
+    /// Guide points; `None` where nothing is touched along z.
+    fn guides(&self, _of: &GuidePlaces) -> Result<Option<GuidesOfCase>, Error> {
         Ok(None)
     }
 

@@ -149,7 +149,7 @@ pub fn read_case_with(path: impl AsRef<Path>, options: ReadOptions) -> Result<Ca
     let kind = kind_of(&document)?;
     let files = Files { folder: folder.clone(), document, kind };
     let mut reading = files.read().map_err(|source| named_cause(&files, source))?;
-    for table in folder.tables_besides(reading.tables) {
+    for table in folder.tables_besides(&reading.tables) {
         let table = quote(&table);
         reading.warnings.push(format!("{table} is not read by a case of kind {}", kind.name));
     }

@@ -17,7 +17,11 @@ pub(super) fn print_line(tally: &Tally) {
 }
 
 fn line(tally: &Tally) -> String {
-    let Tally { krate, name, runs, before, plans, reached, planned, even, even_twice, .. } = tally;
+    let Tally { krate, name, runs, before, plans, reached, even, even_twice, .. } = tally;
+    let planned = match (tally.planned, tally.planned_alone) {
+        (all, alone) if all == alone => all.to_string(),
+        (all, alone) => format!("{all}, alone {alone}"),
+    };
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let mean = tally.measurements as f64 / (*plans).max(1) as f64;
     format!(
@@ -34,7 +38,7 @@ pub(super) fn write(tallies: &[Tally]) -> Result<()> {
     let (_, below) = rest.split_once(END).context("no end of the table")?;
     let mut table = String::from(
         "| crate | what is wrong | runs | right name alone before | planned, mean | said to reach it | \
-         right name alone with the plan | with as many spread evenly | with twice as many |\n\
+         right name or class alone with the plan | with as many spread evenly | with twice as many |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );
     for tally in tallies {

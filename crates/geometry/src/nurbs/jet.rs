@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2, Point3, SymmetricEigen, Unit, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix2, Point3, Unit, Vector2, Vector3, Vector4};
 
 use super::Nurbs;
 use crate::error::finite;
@@ -129,18 +129,7 @@ impl Nurbs {
         let bend = jet.bend_along(&normal);
         let shape = Matrix2::from_fn(|i, j| steps[i].dot(&(bend * steps[j])));
         finite(shape.iter(), "position on the surface").map_err(|_| none)?;
-        let eigen = SymmetricEigen::new(shape);
-        let major = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
-        let direction = |k: usize| {
-            let v = eigen.eigenvectors.column(k);
-            Unit::new_normalize(first * v[0] + second * v[1])
-        };
-        Ok(Curvature {
-            major_per_mm: eigen.eigenvalues[major],
-            minor_per_mm: eigen.eigenvalues[1 - major],
-            major_direction: direction(major),
-            minor_direction: direction(1 - major),
-        })
+        Ok(Curvature::of_shape(&shape, &first, &second))
     }
 }
 

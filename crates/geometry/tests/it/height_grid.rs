@@ -110,3 +110,36 @@ fn grids_that_are_none() {
     let nan = make(spacing, 4, &[f64::NAN; 16]);
     assert!(matches!(nan, Err(GeometryError::NonFinite { .. })));
 }
+
+/// Around the measured places a plane goes on as itself for three layers, so that nothing of the gap is
+/// seen inside: heights of 10 mm, sums of 25 of them.
+#[test]
+fn a_plane_goes_on_over_gaps() {
+    let plane = |x: f64, y: f64| 0.3 * x - 0.2 * y + 1.0;
+    let at = |k: i32| f64::from(k) - 14.5;
+    let places = || (0..30).flat_map(|j| (0..30).map(move |i| (at(i), at(j))));
+    let heights: Vec<Option<f64>> =
+        places().map(|(x, y)| (x.hypot(y) < 13.0).then(|| plane(x, y))).collect();
+    let (origin, spacing) = (Point2::new(-14.5, -14.5), Vector2::new(1.0, 1.0));
+    let round = HeightGrid::with_gaps(origin, spacing, 30, &heights).unwrap();
+    for (x, y) in places() {
+        let (u, v) = (0.7 * x + 0.1, 0.7 * y - 0.2);
+        if u.hypot(v) < 9.0 {
+            // What lies five places away counts by 0.27 to the fifth, of the bend beyond three layers.
+            assert!((round.sag_mm(u, v) - plane(u, v)).abs() < 1e-2, "({u}, {v})");
+        }
+        if x.hypot(y) < 13.0 {
+            assert!((round.sag_mm(x, y) - plane(x, y)).abs() < 1e-10, "({x}, {y})");
+        } else if x.hypot(y) < 14.0 {
+            // The first layer beyond: the plane through the places near it.
+            assert!((round.sag_mm(x, y) - plane(x, y)).abs() < 1e-10, "({x}, {y})");
+        }
+    }
+    assert_eq!(round.extent_mm(), [origin, Point2::new(14.5, 14.5)]);
+    // One height alone goes on as it is, to the rounding of means of 25.
+    let mut one = vec![None; 16];
+    one[5] = Some(2.5);
+    let flat = HeightGrid::with_gaps(origin, spacing, 4, &one).unwrap();
+    assert!((flat.sag_mm(-12.3, -13.1) - 2.5).abs() < 1e-12);
+    assert!(!flat.is_measured(-12.3, -13.1));
+}

@@ -6,6 +6,7 @@ mod coefficients;
 mod curvature;
 mod degenerate;
 mod euler;
+mod formed;
 mod height_grid;
 mod jacobian;
 mod laws;

@@ -28,15 +28,21 @@ pub(crate) fn check(part: &Part, fit: &PoseFit) -> Result<(), PoseError> {
         return Ok(());
     }
     let leeway = Leeway::of(fit);
+    let refuses = |contact: &Foot| outside(contact) && !leeway.reaches_inside(part, fit, contact);
     let stuck = if let Some(shape) = part.shape() {
         let center_mm = shape.aperture_center_mm.coords;
         let at_mm: Vec<Vector2<f64>> =
             fit.contacts.iter().map(|c| c.point_mm.coords.xy() - center_mm).collect();
         let edge_mm = 0.5 * shape.diameter_mm;
         let radius_mm = edge_mm + leeway.random_mm.min(RAGGED * edge_mm);
+        let beside_map = |contact: &Foot| {
+            let off_mm = (contact.point_mm.coords.xy() - center_mm).norm();
+            part.has_form_map() && off_mm <= edge_mm && refuses(contact)
+        };
         together(&at_mm, radius_mm, leeway.systematic_mm)
+            .or_else(|| fit.contacts.iter().position(beside_map))
     } else {
-        fit.contacts.iter().position(|c| outside(c) && !leeway.reaches_inside(part, fit, c))
+        fit.contacts.iter().position(refuses)
     };
     stuck.map_or(Ok(()), |index| Err(refused(fit, index)))
 }

@@ -1,6 +1,8 @@
 use std::sync::Arc;
 
-use geometry::{Asphere, AsphereShape, Foot, GeometryError, Surface};
+use geometry::{
+    Asphere, AsphereShape, DeviationAlong, Foot, FormedSurface, GeometryError, HeightGrid, Surface,
+};
 
 use crate::MeshSurface;
 
@@ -23,6 +25,8 @@ pub struct Part {
     has_edges: bool,
     /// Distance from the axis at which heights of errors of form count, where it is given.
     form_radius_mm: Option<f64>,
+    /// Whether the surface is the drawn one with a measured map of its deviations.
+    has_form_map: bool,
 }
 
 impl Part {
@@ -39,13 +43,32 @@ impl Part {
             // The polynomial part overflows past the rim: the exact one has a margin of its own.
             Err(_) => Arc::new(exact),
         };
-        Ok(Self { surface, shape: Some(shape), pivot_mm, has_edges: false, form_radius_mm: None })
+        Ok(Self { shape: Some(shape), pivot_mm, ..Self::freeform(surface) })
     }
 
     /// Any other smooth surface.
     #[must_use]
     pub fn freeform(surface: Arc<dyn Surface>) -> Self {
-        Self { surface, shape: None, pivot_mm: 0.0, has_edges: false, form_radius_mm: None }
+        Self {
+            surface,
+            shape: None,
+            pivot_mm: 0.0,
+            has_edges: false,
+            form_radius_mm: None,
+            has_form_map: false,
+        }
+    }
+
+    /// The part with the deviations that were measured of it, over its own x and y: the sum of two
+    /// surfaces. A mesh is moved corner by corner instead ([`TriangleMesh::formed`]).
+    ///
+    /// Errors of form that the loop looks for are then errors beside the map.
+    ///
+    /// [`TriangleMesh::formed`]: crate::TriangleMesh::formed
+    #[must_use]
+    pub fn with_form_map(self, map_mm: HeightGrid, along: DeviationAlong) -> Self {
+        let surface = Arc::new(FormedSurface::new(self.surface.clone(), map_mm, along));
+        Self { surface, has_form_map: true, ..self }
     }
 
     /// A mesh; the pose is good to what its facets leave.
@@ -78,8 +101,20 @@ impl Part {
     pub(crate) fn contains(&self, foot: &Foot) -> bool {
         self.shape.as_ref().map_or(foot.inside_aperture, |shape| {
             let off_mm = (foot.point_mm.xy() - shape.aperture_center_mm).norm();
-            off_mm <= 0.5 * shape.diameter_mm * (1.0 + RIM_SHARE)
+            off_mm <= 0.5 * shape.diameter_mm * (1.0 + RIM_SHARE) && !self.is_beside_map(foot)
         })
+    }
+
+    /// Whether a foot lies where the map of deviations was not measured.
+    pub(crate) fn is_beside_map(&self, foot: &Foot) -> bool {
+        // The aperture of the surface itself is wider than the part's.
+        self.has_form_map && !foot.inside_aperture
+    }
+
+    /// Whether the surface is the drawn one with a measured map of its deviations.
+    #[must_use]
+    pub fn has_form_map(&self) -> bool {
+        self.has_form_map
     }
 
     /// Whether a search may end where every step goes uphill although the derivative promises less.

@@ -12,7 +12,7 @@ use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
 use super::probe::Probe;
 use super::term::{Situation, Term, combined};
-use crate::compensate::foot_of_ball;
+use crate::foot::foot_of_ball;
 use crate::nominal::{FormFrame, NominalFoot};
 use crate::{Nominal, NormalSource, ProbeError, ProbeUncertainty, compensate};
 

@@ -1,7 +1,7 @@
 //! Planned contacts at guide points.
 
 use nalgebra::{Point2, Vector3};
-use probe_comp::{BallTouch, NormalSource, compensate};
+use probe_comp::{BallTouch, NormalSource, ProbeError, compensate, guide_point};
 
 use crate::scene::{TIP_MM, bowl, bowl_height, let_down, normal_of};
 
@@ -24,4 +24,25 @@ fn the_error_vector_is_that_of_the_part() {
         assert!((found.error_mm - Vector3::new(0.0, 0.0, 8e-3)).norm() < 9e-5, "{found:?}");
         assert!((found.normal_error_mm - 8e-3 * normal.z).abs() < 1e-5, "{found:?}");
     }
+}
+
+#[test]
+fn a_guide_point_has_the_ball_above_it_and_the_contact_beside_it() {
+    for (n, (x, y)) in [(0.0, 0.0), (12.0, -7.0), (30.0, 25.0)].into_iter().enumerate() {
+        let ball = let_down(bowl_height, x, y, TIP_MM);
+        let guide = guide_point(&bowl(), TIP_MM, Point2::new(x, y), 40.0, n).unwrap();
+        assert!((guide.center_mm - ball).norm() < 1e-10, "{guide:?}");
+        assert!((guide.guide_mm.z - bowl_height(x, y)[0]).abs() < 1e-10);
+        let normal = normal_of(bowl_height, guide.point_mm.x, guide.point_mm.y);
+        assert!((guide.normal.into_inner() - normal).norm() < 1e-10);
+        assert!((guide.center_mm - guide.point_mm - normal * TIP_MM).norm() < 1e-10);
+        assert!(guide.inside_aperture);
+    }
+    let large = guide_point(&bowl(), 1e4, Point2::new(1.0, 2.0), 40.0, 3);
+    assert!(matches!(
+        large,
+        Err(ProbeError::NoGuide { index: 3 } | ProbeError::TipTooLarge { index: 3, .. })
+    ));
+    let none = guide_point(&bowl(), -1.0, Point2::new(1.0, 2.0), 40.0, 3);
+    assert!(matches!(none, Err(ProbeError::InvalidTip { .. })));
 }

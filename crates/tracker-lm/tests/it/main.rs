@@ -8,6 +8,7 @@ mod degenerate;
 mod elevation;
 mod exports;
 mod find_axis;
+mod first_order;
 mod head;
 mod perfect;
 mod recovery;

@@ -42,6 +42,7 @@ answers! {
     Closed timed,
     ClosedMachine,
     Depth,
+    Guides,
     Itlicp timed,
     Registered timed,
     Planned,

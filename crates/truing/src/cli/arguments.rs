@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 use truing::{ColumnMap, Detail, Export, PlanBudget};
 
 use super::monitor::Live;
-use super::number::{budget, chord, decimals, not_negative, pair, positive};
+use super::number::{budget, chord, decimals, not_negative, pair, positive, triple};
 use super::register::{Register, pose};
 
 /// Solves measured cases of precision machines, and finds what their declared model is missing.
@@ -125,6 +125,9 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Write guide points of a probe-comp case: where a ball is sent along z, where its centre and its
+    /// contact will be on the part as drawn [E]
+    Guide(Guiding),
     /// Link pages written by `--report` from one page, with a table of all of them
     Index {
         /// Page to write
@@ -253,6 +256,28 @@ pub(crate) struct MicroPlaneCard {
     pub(crate) json: bool,
 }
 
+/// Where guide points are asked for, and where they are written.
+#[derive(Args, Debug)]
+pub(crate) struct Guiding {
+    /// Case folder of kind probe-comp
+    pub(crate) case: PathBuf,
+    /// Above the touches of the case; default: a lattice over the part, by `[plan]`
+    #[arg(long)]
+    pub(crate) touched: bool,
+    /// Above the touches of a plan: what `truing plan CASE --json` printed
+    #[arg(long, value_name = "FILE.json", conflicts_with = "touched")]
+    pub(crate) plan: Option<PathBuf>,
+    /// Also write all of it as a table
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: Option<PathBuf>,
+    /// Also write the rows of touches.csv to be filled in, with `guide_x_mm` and `guide_y_mm`
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) touches: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// ITLICP as document [D] has it.
 #[derive(Args, Debug)]
 pub(crate) struct Sampling {
@@ -370,6 +395,13 @@ pub(crate) struct Run {
     /// read, no control imports it as a compensation
     #[arg(long, value_name = "FILE.tab")]
     pub(crate) heidenhain: Option<PathBuf>,
+    /// Also write what the errors of a rotary axis do to a point that turns with it, such as the tip of a
+    /// tool, as CSV: the first-order map and the exact displacement
+    #[arg(long, value_name = "FILE.csv", requires = "point")]
+    pub(crate) point_errors: Option<PathBuf>,
+    /// That point, mm, in the frame of the reflectors' places: "x,y,z"
+    #[arg(long, value_name = "X,Y,Z", requires = "point_errors", value_parser = triple, allow_hyphen_values = true)]
+    pub(crate) point: Option<[f64; 3]>,
     /// Largest rotation of a rotary axis that is written as a correction; default: 1 degree
     #[arg(long, value_name = "DEG")]
     pub(crate) max_correction: Option<f64>,
@@ -392,12 +424,14 @@ pub(crate) struct Solving {
 impl Run {
     /// Files of estimates that are asked for.
     pub(crate) fn exports(&self) -> impl Iterator<Item = (&Path, Export)> {
+        let point = self.point.map(Export::PointErrors);
         let all = [
-            (&self.errors, Export::Csv),
-            (&self.compensation, Export::LinuxCnc),
-            (&self.heidenhain, Export::Heidenhain),
+            (&self.errors, Some(Export::Csv)),
+            (&self.compensation, Some(Export::LinuxCnc)),
+            (&self.heidenhain, Some(Export::Heidenhain)),
+            (&self.point_errors, point),
         ];
-        all.into_iter().filter_map(|(path, format)| Some((path.as_deref()?, format)))
+        all.into_iter().filter_map(|(path, format)| Some((path.as_deref()?, format?)))
     }
 
     /// All files that are asked for.

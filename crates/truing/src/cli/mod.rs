@@ -19,10 +19,10 @@ use truing::force_impedance::{ImpedanceParameters, ReferenceMode};
 use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
-    Case, Error, ForceDesignInput, InputFile, Layout, MachineProblem, MicroPlaneInput, OutputFile,
-    PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check, close_loop,
-    close_loop_drawn, close_machine, correct, depth, design_force, design_micro_plane,
-    force_report, import_planned_log, import_probe_log, import_table, is_machine, itlicp,
+    Case, Error, ForceDesignInput, GuideSource, InputFile, Layout, MachineProblem, MicroPlaneInput,
+    OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check,
+    close_loop, close_loop_drawn, close_machine, correct, depth, design_force, design_micro_plane,
+    force_report, guides, import_planned_log, import_probe_log, import_table, is_machine, itlicp,
     loop_report, machine_report, plan, plausible, read_case_with, read_findings, read_learnt,
     read_machine, read_page, refuse_overlap, solve, solve_drawn, solve_report, write_files,
     write_imported, write_plan,
@@ -30,8 +30,8 @@ use truing::{
 
 use answer::{Answer, Estimated};
 use arguments::{
-    Arguments, Closing, Command, Design, ForceCard, Import, MicroPlaneCard, Next, Run, Sampling,
-    Settings, Solving, TouchKind,
+    Arguments, Closing, Command, Design, ForceCard, Guiding, Import, MicroPlaneCard, Next, Run,
+    Sampling, Settings, Solving, TouchKind,
 };
 use monitor::monitor;
 use register::Register;
@@ -88,6 +88,7 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
         Command::Depth { case, program, planned, json } => {
             print(depth(&read(&case, settings)?, &program, planned.as_ref())?, json, settings)
         }
+        Command::Guide(guiding) => guided(&guiding, settings),
         Command::Index { output, findings, pages } => index(&output, findings.as_deref(), &pages),
         Command::Design { what: Design::Force(card) } => design(&card),
         Command::Design { what: Design::MicroPlane(card) } => micro_plane(&card),
@@ -211,6 +212,7 @@ fn machine(closing: &Closing, settings: Settings) -> Result<(), Error> {
         ("--errors", run.errors.is_some()),
         ("--compensation", run.compensation.is_some()),
         ("--heidenhain", run.heidenhain.is_some()),
+        ("--point-errors", run.point_errors.is_some()),
     ];
     if let Some((option, _)) = of_one_case.into_iter().find(|(_, given)| *given) {
         let problem = Box::new(MachineProblem::OneCaseOnly { option });
@@ -255,6 +257,29 @@ fn planned(next: &Next, settings: Settings) -> Result<(), Error> {
     print(answer, next.json, settings)?;
     for line in listed.iter().filter(|_| is_text) {
         output::text(&format_args!("{line}\n"))?;
+    }
+    Ok(())
+}
+
+fn guided(guiding: &Guiding, settings: Settings) -> Result<(), Error> {
+    let source = match &guiding.plan {
+        Some(plan) => GuideSource::Plan(plan.clone()),
+        None if guiding.touched => GuideSource::Touches,
+        None => GuideSource::Lattice,
+    };
+    let case = read(&guiding.case, settings)?;
+    let answer = guides(&case, &source)?;
+    let tables = [(&guiding.out, answer.csv()), (&guiding.touches, answer.touches_csv())];
+    let files: Vec<OutputFile> = (tables.into_iter())
+        .filter_map(|(path, content)| Some(OutputFile { path: path.clone()?, content }))
+        .collect();
+    let outputs: Vec<&Path> = files.iter().map(|file| file.path.as_path()).collect();
+    let plan = guiding.plan.as_deref();
+    refuse_overlap(&outputs, &[&paths(case.inputs())[..], plan.as_slice()].concat())?;
+    write_files(&files)?;
+    print(answer, guiding.json, settings)?;
+    for file in files.iter().filter(|_| !guiding.json) {
+        output::text(&format_args!("wrote {}\n", file.path.display()))?;
     }
     Ok(())
 }

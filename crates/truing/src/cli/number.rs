@@ -56,6 +56,15 @@ pub(super) fn pair(text: &str) -> Result<[f64; 2], String> {
     both.ok_or_else(|| "expected two numbers with a comma between them, as 0.02,0".to_owned())
 }
 
+/// A point: three lengths with commas between them.
+pub(super) fn triple(text: &str) -> Result<[f64; 3], String> {
+    let number = |text: &str| within(text, &(-MAX_LENGTH_MM..=MAX_LENGTH_MM)).ok();
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    let three = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    three
+        .ok_or_else(|| format!("expected three lengths in mm up to {MAX_LENGTH_MM:e}, as 0,0,-250"))
+}
+
 pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     within(text, &(0.0..=*POSITIVE.end()))
         .map(f64::abs)

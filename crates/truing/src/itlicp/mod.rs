@@ -33,7 +33,7 @@ pub(crate) struct SampledCase {
 /// method does not reach its tolerance or needs too many points, and for a part that is no asphere.
 pub fn itlicp(case: &Case, options: &SampledOptions) -> Result<Itlicp, Error> {
     let of = case.measured.sampled()?.ok_or(Error::NoPose { kind: case.kind })?;
-    let shape = of.part.shape().ok_or(Error::NoAsphere)?;
+    let shape = of.part.shape().filter(|_| !of.part.has_form_map()).ok_or(Error::NoAsphere)?;
     let options = SampledOptions { tip: of.tip, ..*options };
     let started = Instant::now();
     let found = pose_icp::fit_pose_on_samples(shape, &of.touches, &of.start, &options);

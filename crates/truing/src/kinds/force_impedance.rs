@@ -99,7 +99,7 @@ fn read_log(folder: &Folder, document: &Document, settings: Settings) -> Result<
         measured: Box::new(measured),
         loop_settings: settings.closure,
         warnings,
-        tables: &[LOG],
+        tables: vec![LOG],
     })
 }
 

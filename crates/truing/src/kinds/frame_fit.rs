@@ -96,7 +96,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         document: document.at_file(),
     };
     let measured: Box<dyn Measured> = Box::new(case);
-    Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: &[PAIRS] })
+    Ok(Reading { measured, loop_settings: settings.closure, warnings, tables: vec![PAIRS] })
 }
 
 /// Sessions of which each may have been unlike the others.

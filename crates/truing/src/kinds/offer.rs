@@ -19,6 +19,12 @@ pub(crate) struct Offer {
     pub(crate) made: Option<usize>,
     /// Whether the rows are a record that a controller writes, and nothing to be filled in by hand.
     pub(crate) is_record: bool,
+    /// Whether the loop looks for a shift of all later measurements against the earlier ones: the plan is then
+    /// told from one that comes between.
+    pub(crate) is_new_session: bool,
+    /// Those that are planned beside whatever is chosen, as far as a budget allows: repeats of what was
+    /// measured, which tell the plan from another session.
+    pub(crate) controls: Vec<usize>,
     /// What one of them takes, where it is declared.
     pub(crate) minutes: Option<f64>,
     /// How the machine goes there, where it is sent by a program.

@@ -22,7 +22,6 @@ use toml::Spanned;
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, Positive, Problem};
 use crate::kind::Kind;
-use crate::kinds::surface::{CONTROL, HEIGHTS};
 use crate::measured::{Measured, Reading};
 use crate::uncertain::{Std, Uncertain};
 
@@ -73,17 +72,13 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     };
     let tip = Tip { radius_mm, side };
     let Finite(gamma_deg) = settings.pose.gamma_deg.unwrap_or(zero());
-    let of_surface = surface.table;
+    // The edge is read wherever it is there.
+    let mut tables = vec![POINTS, EDGE];
+    tables.extend(&surface.tables);
     let edge = if folder.has(EDGE) { Some(edge(folder, &settings.noise, document)?) } else { None };
     warnings.extend(settings.plan.of_probing_alone());
     let (gamma_rad, at) = (gamma_deg.to_radians(), document.at_file());
     let case = assemble(surface, points, tip, gamma_rad, edge.as_ref(), &settings, at)?;
-    // The edge is read wherever it is there.
-    let tables: &[&str] = match of_surface {
-        Some(HEIGHTS) => &[POINTS, EDGE, HEIGHTS],
-        Some(CONTROL) => &[POINTS, EDGE, CONTROL],
-        _ => &[POINTS, EDGE],
-    };
     let measured: Box<dyn Measured> = Box::new(case);
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables })
 }

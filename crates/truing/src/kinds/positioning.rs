@@ -163,7 +163,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         measured: Box::new(measured),
         loop_settings: settings.closure,
         warnings,
-        tables: &[POSITIONS],
+        tables: vec![POSITIONS],
     })
 }
 

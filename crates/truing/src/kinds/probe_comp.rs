@@ -2,6 +2,7 @@
 
 mod case;
 mod estimates;
+mod guides;
 mod measured;
 mod plan;
 mod probing_check;
@@ -17,7 +18,6 @@ use probe_comp::{NormalSource, Side};
 use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::kind::Kind;
-use crate::kinds::surface::{CONTROL, HEIGHTS};
 use crate::measured::Reading;
 use crate::uncertain::{Std, Uncertain};
 
@@ -83,7 +83,10 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         let found_mm2 = found.variance_factor.unwrap_or(0.0);
         probe = Some(found.uncertainty(sigma_mm.map_or(1.0, |mm| found_mm2.max(mm * mm))));
     }
-    let tables = tables(surface.table, qualification.is_some());
+    // Touches around others are read wherever they are there.
+    let mut tables = vec![TOUCHES, MICRO];
+    tables.extend(&surface.tables);
+    tables.extend(qualification.as_ref().map(|_| QUALIFICATION));
     let case = ProbeCase {
         surface,
         touches,
@@ -98,18 +101,6 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     };
     let loop_settings = settings.closure;
     Ok(Reading { measured: Box::new(case), loop_settings, warnings, tables })
-}
-
-/// Tables that are read; the touches around others wherever they are there.
-fn tables(of_surface: Option<&str>, is_qualified: bool) -> &'static [&'static str] {
-    match (of_surface, is_qualified) {
-        (Some(HEIGHTS), false) => &[TOUCHES, MICRO, HEIGHTS],
-        (Some(HEIGHTS), true) => &[TOUCHES, MICRO, HEIGHTS, QUALIFICATION],
-        (Some(CONTROL), false) => &[TOUCHES, MICRO, CONTROL],
-        (Some(CONTROL), true) => &[TOUCHES, MICRO, CONTROL, QUALIFICATION],
-        (_, false) => &[TOUCHES, MICRO],
-        (_, true) => &[TOUCHES, MICRO, QUALIFICATION],
-    }
 }
 
 /// Side on which the ball is: as stated, else as the touches say.
@@ -172,6 +163,7 @@ impl From<NormalName> for NormalSource {
             NormalName::MicroPlane => Self::MicroPlane,
             NormalName::Quadric => Self::Quadric,
             NormalName::SurfaceFit => Self::SurfaceFit,
+            NormalName::Profile => Self::Profile,
         }
     }
 }

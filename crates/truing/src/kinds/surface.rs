@@ -1,5 +1,7 @@
 //! `[surface]`: the part as drawn, for every kind that touches one.
 
+mod even_places;
+mod form_map;
 mod grid;
 mod mistakes;
 mod nurbs;
@@ -34,6 +36,7 @@ pub(crate) struct SurfaceSettings {
     side: Option<SideName>,
     point_mm: Option<[Finite; 3]>,
     normal: Option<[Finite; 3]>,
+    form: Option<Spanned<FormMapSettings>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -62,16 +65,16 @@ pub(crate) struct Drawn {
     pub(crate) words: String,
     /// How far from the z axis the drawing reaches, where it has no diameter.
     pub(crate) reach_mm: Option<f64>,
+    /// What was measured of it, unless the shape holds it already.
+    pub(crate) form: Option<FormMap>,
+    /// Tables that hold shape and map.
+    pub(crate) tables: Vec<&'static str>,
 }
 
 impl Drawn {
-    /// Table that holds the shape, where one does.
-    pub(crate) fn table(&self) -> Option<&'static str> {
-        match self.shape {
-            DrawnShape::Grid(_) => Some(HEIGHTS),
-            DrawnShape::Nurbs(_) => Some(CONTROL),
-            _ => None,
-        }
+    /// A shape out of `case.toml` alone.
+    fn of(shape: DrawnShape, words: String, reach_mm: Option<f64>) -> Self {
+        Self { shape, words, reach_mm, form: None, tables: Vec::new() }
     }
 }
 
@@ -92,14 +95,14 @@ pub(crate) enum DrawnShape {
     Plane(Plane),
 }
 
+pub(crate) use form_map::FormMap;
+use form_map::{FORM, FormMapSettings};
 pub(crate) use mistakes::{
     XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
 
-/// Table of the heights of a grid.
-pub(crate) use grid::HEIGHTS;
-/// Table of the control points of a NURBS.
-pub(crate) use nurbs::CONTROL;
+/// z component of a plane's normal below which x and y are no coordinates of its places.
+const LEAST_UPRIGHT: f64 = 0.1;
 
 impl ShapeName {
     fn name(self) -> &'static str {
@@ -142,15 +145,41 @@ impl SurfaceSettings {
             unused
                 .map(|key| format!("`[surface] {key}` is not used with shape `{}`", shape.name())),
         );
-        match shape {
-            ShapeName::Asphere => self.asphere(document),
-            ShapeName::Polynomial => self.polynomial(document),
-            ShapeName::Mesh => self.mesh(folder, document),
-            ShapeName::Grid => grid::grid(folder),
-            ShapeName::Nurbs => self.nurbs(folder, document),
-            ShapeName::Plane => self.plane(document),
-            ShapeName::Sphere => self.sphere(document),
+        let form = self.form.as_ref().map(|form| form.get_ref().read(folder)).transpose()?;
+        let mut drawn = match shape {
+            ShapeName::Asphere => self.asphere(document)?,
+            ShapeName::Polynomial => self.polynomial(document)?,
+            ShapeName::Mesh => self.mesh(folder, document, form.as_ref())?,
+            ShapeName::Grid => grid::grid(folder)?,
+            ShapeName::Nurbs => self.nurbs(folder, document)?,
+            ShapeName::Plane => self.plane(document)?,
+            ShapeName::Sphere => self.sphere(document)?,
+        };
+        if let Some(form) = form {
+            self.check_form(&drawn, document)?;
+            drawn.words = format!("{}, with {}", drawn.words, form.words);
+            drawn.tables.push(FORM);
+            // A mesh is moved already.
+            drawn.form = Some(form).filter(|_| shape != ShapeName::Mesh);
         }
+        Ok(drawn)
+    }
+
+    /// Whether a map over x and y can belong to the shape.
+    fn check_form(&self, drawn: &Drawn, document: &Document) -> Result<(), Error> {
+        let why = match &drawn.shape {
+            DrawnShape::Sphere { .. } => {
+                "over x and y a sphere is there twice; draw the part as an asphere"
+            }
+            DrawnShape::Plane(plane) if plane.normal().z.abs() < LEAST_UPRIGHT => {
+                "the plane stands upright, so that x and y hardly tell its places apart; turn the \
+                 coordinates of the part"
+            }
+            _ => return Ok(()),
+        };
+        let at = self.form.as_ref().map_or(self.shape.span(), Spanned::span);
+        let message = format!("[surface.form]: {why}");
+        Err(Error::case(document.at(&at), Problem::WrongValue { message }))
     }
 
     /// The shape is not one for this kind of case.
@@ -204,7 +233,7 @@ impl SurfaceSettings {
         let words = format!(
             "sphere of radius {radius_mm} mm about ({x}, {y}, {z}) mm, touched from {side}"
         );
-        Ok(Drawn { shape: DrawnShape::Sphere { sphere, inside }, words, reach_mm: None })
+        Ok(Drawn::of(DrawnShape::Sphere { sphere, inside }, words, None))
     }
 
     fn plane(&self, document: &Document) -> Result<Drawn, Error> {
@@ -214,10 +243,15 @@ impl SurfaceSettings {
         let plane = Plane::new(Point3::new(x, y, z), Vector3::new(nx, ny, nz))
             .map_err(|e| self.no_surface(document, e))?;
         let words = format!("plane through ({x}, {y}, {z}) mm, normal ({nx}, {ny}, {nz})");
-        Ok(Drawn { shape: DrawnShape::Plane(plane), words, reach_mm: None })
+        Ok(Drawn::of(DrawnShape::Plane(plane), words, None))
     }
 
-    fn mesh(&self, folder: &Folder, document: &Document) -> Result<Drawn, Error> {
+    fn mesh(
+        &self,
+        folder: &Folder,
+        document: &Document,
+        form: Option<&FormMap>,
+    ) -> Result<Drawn, Error> {
         let file = self.file.as_deref().ok_or_else(|| {
             self.missing(document, "file", "the mesh, a .stl, .ply or .obj beside `case.toml`")
         })?;
@@ -231,10 +265,19 @@ impl SurfaceSettings {
             return Err(Error::case(at, Problem::WrongValue { message }));
         };
         let words = format!("mesh of {} triangles", mesh.faces.len());
+        let mesh = match form {
+            Some(form) => form.on_mesh(&mesh).ok_or_else(|| {
+                let message = "[surface.form]: its spacing divides the mesh into more than four \
+                               million triangles; take a coarser map or a smaller mesh";
+                let at = self.form.as_ref().map_or(self.shape.span(), Spanned::span);
+                Error::case(document.at(&at), Problem::WrongValue { message: message.to_owned() })
+            })?,
+            None => mesh,
+        };
         let surface = MeshSurface::new(&mesh, Holes::Refuse)
             .map_err(|source| Error::Register { path, source: Box::new(source) })?;
         let reach_mm = mesh.vertices_mm.iter().map(|v| v.coords.xy().norm()).reduce(f64::max);
-        Ok(Drawn { shape: DrawnShape::Mesh(Box::new(surface)), words, reach_mm })
+        Ok(Drawn::of(DrawnShape::Mesh(Box::new(surface)), words, reach_mm))
     }
 
     fn polynomial(&self, document: &Document) -> Result<Drawn, Error> {
@@ -247,7 +290,7 @@ impl SurfaceSettings {
         let terms = terms.iter().map(|(i, j, Finite(a))| (usize::from(*i), usize::from(*j), *a));
         let words = format!("polynomial of {} terms in units of {unit_mm} mm", terms.len());
         let surface = Polynomial::new(unit_mm, terms).map_err(|e| self.no_surface(document, e))?;
-        Ok(Drawn { shape: DrawnShape::Polynomial(surface), words, reach_mm: Some(unit_mm) })
+        Ok(Drawn::of(DrawnShape::Polynomial(surface), words, Some(unit_mm)))
     }
 
     fn asphere(&self, document: &Document) -> Result<Drawn, Error> {
@@ -268,6 +311,6 @@ impl SurfaceSettings {
         let aperture_center_mm = Point2::new(x, y);
         let shape =
             AsphereShape { radius_mm, conic, coefficients, diameter_mm, aperture_center_mm };
-        Ok(Drawn { shape: DrawnShape::Asphere(shape), words, reach_mm: None })
+        Ok(Drawn::of(DrawnShape::Asphere(shape), words, None))
     }
 }

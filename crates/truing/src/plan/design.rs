@@ -168,6 +168,15 @@ impl Design {
         })
     }
 
+    /// Chosen one after another and exchanged, at most `most`; as they were where an exchange, which looks
+    /// at all of them together, costs the goals that hold without any single one.
+    pub(super) fn chosen(&self, goals: &[Goal], most: usize) -> Vec<usize> {
+        let forward = self.forward(goals, most);
+        let exchanged = self.exchanged(goals, forward.clone());
+        let is_lost = self.are_safe(goals, &forward) && !self.are_safe(goals, &exchanged);
+        if is_lost { forward } else { exchanged }
+    }
+
     /// The measurements chosen one after another, until the goals are safe or there are `most`.
     pub(super) fn forward(&self, goals: &[Goal], most: usize) -> Vec<usize> {
         let present = self.present(goals);

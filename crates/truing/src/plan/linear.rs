@@ -1,6 +1,6 @@
 //! The model of a case, linearised: whitened columns of what was measured and of what could be.
 
-use model_discrepancy::{Effect, Model, Role, State, whole_tangent};
+use model_discrepancy::{Effect, Model, Role, Row, State, whole_tangent};
 use nalgebra::DMatrix;
 
 /// Columns of base and effects.
@@ -12,6 +12,9 @@ pub(super) struct Linear {
     pub(super) n_base: usize,
     /// First column of each effect, where it was asked for.
     starts: Vec<Option<usize>>,
+    /// Columns of a shift of everything planned against everything measured, one for each component; none
+    /// where a later session cannot be one of its own.
+    session: Vec<usize>,
 }
 
 /// Which rows of the table of measurements the observations of a model are.
@@ -22,18 +25,21 @@ pub(super) struct Origins<'r> {
     pub(super) n_rows: usize,
     /// Rows of each measurement that could be made.
     pub(super) sizes: &'r [usize],
+    /// Whether all may have been set up anew before what is planned.
+    pub(super) new_session: bool,
 }
 
 impl Linear {
-    /// Of a model of what was measured and of what could be; `noise` is a standard uncertainty where
-    /// the rows have none of their own.
+    /// Of a model of what was measured and of what could be; `noise` is the standard uncertainty of a scalar
+    /// that the final model leaves: it counts where the rows have none of their own, and where groups scatter
+    /// beyond theirs.
     pub(super) fn of(
         model: &dyn Model,
         effects: &[usize],
         origins: &Origins<'_>,
         noise: f64,
     ) -> Self {
-        let Origins { rows, n_rows, sizes } = origins;
+        let Origins { rows, n_rows, sizes, new_session } = origins;
         let declared = model.declared();
         let at = State::start(model);
         let mut columns = vec![model.base_jacobian(&at)];
@@ -46,7 +52,10 @@ impl Linear {
             columns.push(tangent);
         }
         let layout = &declared.layout;
-        let scale = if layout.sigma_declared { 1.0 } else { noise };
+        let components = layout.rows.iter().map(|row| row.component + 1).max().unwrap_or(0);
+        let session: Vec<usize> =
+            if *new_session { (next..next + components).collect() } else { Vec::new() };
+        let width = next + session.len();
         let of_row: Vec<usize> = (sizes.iter().enumerate())
             .flat_map(|(n, size)| std::iter::repeat_n(n, *size))
             .collect();
@@ -66,24 +75,31 @@ impl Linear {
                 None => {}
             }
         }
-        let block = |rows: &Vec<usize>| {
-            let mut block = DMatrix::zeros(rows.len(), next);
+        let sigma = Sigma::of(model, &measured, noise);
+        let block = |rows: &Vec<usize>, is_planned: bool| {
+            let mut block = DMatrix::zeros(rows.len(), width);
             for (to, &from) in rows.iter().enumerate() {
                 let cells = columns
                     .iter()
                     .flat_map(|part| part.row(from).iter().copied().collect::<Vec<_>>());
-                let sigma = layout.rows[from].sigma * scale;
+                let sigma = sigma.of_row(&layout.rows[from]);
                 for (column, cell) in cells.enumerate() {
                     block[(to, column)] = cell / sigma;
+                }
+                if let Some(&column) =
+                    session.get(layout.rows[from].component).filter(|_| is_planned)
+                {
+                    block[(to, column)] = sigma.recip();
                 }
             }
             block
         };
         Self {
-            measured: block(&measured),
-            planned: planned.iter().map(block).collect(),
+            measured: block(&measured, false),
+            planned: planned.iter().map(|rows| block(rows, true)).collect(),
             n_base,
             starts,
+            session,
         }
     }
 
@@ -93,8 +109,43 @@ impl Linear {
         self.starts[effect].map_or_else(Vec::new, |start| (start..start + count).collect())
     }
 
+    /// Columns of a session of its own, of what is planned.
+    pub(super) fn session(&self) -> &[usize] {
+        &self.session
+    }
+
     pub(super) fn base(&self) -> Vec<usize> {
         (0..self.n_base).collect()
+    }
+}
+
+/// What a row scatters by.
+struct Sigma {
+    /// Factor of a row's own.
+    scale: f64,
+    /// Beside it, from group to group.
+    between: f64,
+}
+
+impl Sigma {
+    fn of(model: &dyn Model, measured: &[usize], noise: f64) -> Self {
+        let declared = model.declared();
+        let rows = &declared.layout.rows;
+        if declared.between_variance {
+            // As the loop has it: what groups scatter beyond their own noise is the same for all.
+            let own = measured.iter().map(|&row| &rows[row]).filter(|row| row.reported);
+            let squares: Vec<f64> = own.map(|row| row.sigma.powi(2)).collect();
+            #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+            let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+            return Self { scale: 1.0, between: (noise * noise - mean).max(0.0).sqrt() };
+        }
+        let scale = if declared.layout.sigma_declared { 1.0 } else { noise };
+        Self { scale, between: 0.0 }
+    }
+
+    fn of_row(&self, row: &Row) -> f64 {
+        let own = self.scale * row.sigma;
+        if row.reported { own.hypot(self.between) } else { own }
     }
 }
 

@@ -33,7 +33,9 @@ use linear::{Linear, Origins};
 use question::{Ask, Question};
 use rows::Rows;
 
-pub use planned::{PlanFigure, Planned, PlannedMeasurement, PlannedTouchPlace, Prediction};
+pub use planned::{
+    PlanClass, PlanFigure, Planned, PlannedMeasurement, PlannedTouchPlace, Prediction,
+};
 pub use problem::PlanProblem;
 
 /// Fewest measurements that a plan may have where no budget is given.
@@ -43,9 +45,15 @@ const HARDER: f64 = 2.0;
 /// Rounds of asking more; the last asks for eight times the first.
 const MOST_ROUNDS: usize = 4;
 /// Share of the non-centrality with all measurements that is asked for where all are not enough.
-const OF_ALL: f64 = 0.25;
+const OF_ALL: f64 = 0.5;
+/// Share of what all measurements show of an amplitude, squared, that a rival leaves of it where it holds
+/// the effect as a part of itself: round-off and the curvature of a model over its own size.
+const PART: f64 = 1e-4;
 /// A non-centrality that no further measurement is worth.
 const HOPELESS: f64 = 1.0;
+/// What is said of a plan that meets its tests and not its aim.
+const TOO_SELDOM: &str = "every test of the plan is met, and loops on simulated data still name the effect too seldom at \
+     the size from which on it matters: make the plan twice, or look for larger sizes";
 /// Share of its variance that a quantity can keep where a budget is to be used up: none.
 const EVER_LESS: f64 = 1e-12;
 
@@ -97,7 +105,9 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let loop_options = case.loop_settings.options();
     let noise = answer.noise(components(model));
     let effects = question.effects(model);
-    let origins = Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes };
+    let new_session = offer.is_new_session;
+    let origins =
+        Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes, new_session };
     let linear = Linear::of(model, &effects, &origins, noise);
     let mut goals = question.goals(model, &linear, &loop_options);
     if budget.is_some() {
@@ -114,7 +124,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let (mut asked, mut rounds) = (goals.clone(), 0);
     let (sorted, rows, with_plan, after) = loop {
         let hopeful = hopeful(&design, &question, &asked);
-        let mut sorted = design.exchanged(&hopeful, design.forward(&hopeful, most));
+        let mut sorted = design.chosen(&hopeful, most);
+        add_controls(&mut sorted, &offer.controls, most);
         // The order of the offer, in which place and time do not run together.
         sorted.sort_unstable();
         let rows = Rows::of(folder, &offer, &sorted)?;
@@ -133,7 +144,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);
-    let origins = Origins { rows: with_plan.measured.rows(), n_rows, sizes: &rows.sizes };
+    let origins =
+        Origins { rows: with_plan.measured.rows(), n_rows, sizes: &rows.sizes, new_session };
     let final_linear = Linear::of(final_model, &final_effects, &origins, noise);
     let final_goals = question.goals(final_model, &final_linear, &loop_options);
     let outlook = Outlook::of(&question, final_model, &final_linear);
@@ -142,22 +154,15 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let reached =
         named && reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook), spent);
     let not_told_apart = not_told_apart(&question, &inseparable, offer.noun);
-    let would = (!reached).then(|| {
-        if let Some(never) = not_told_apart.first() {
-            never.clone()
-        } else if named || sorted.len() >= most {
-            would(&design, &question, &asked, offer.noun)
-        } else {
-            String::from(
-                "every test of the plan is met, and loops on simulated data still name the effect \
-                 too seldom at the size from which on it matters: make the plan twice, or \
-                 look for larger sizes",
-            )
-        }
+    let classes = classes(&question, &inseparable);
+    let would = (!reached).then(|| match not_told_apart.first() {
+        Some(weakly) => weakly.clone(),
+        None if named || sorted.len() >= most => would(&design, &question, &asked, offer.noun),
+        None => TOO_SELDOM.to_owned(),
     });
-
     let mut warnings = case.warnings.clone();
     warnings.extend(not_told_apart);
+    warnings.extend(classes.iter().map(|class| class.words(offer.noun)));
     let mut planned = Planned {
         kind: case.kind,
         version: env!("CARGO_PKG_VERSION"),
@@ -169,6 +174,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         minutes: offer.minutes.map(|minutes| minutes * as_f64(sorted.len())),
         reached,
         would,
+        classes,
         predicted: Prediction::of(&figures),
         figures,
         plan: measurements(&rows, &offer, &sorted),
@@ -182,16 +188,31 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     Ok(planned)
 }
 
-/// Effects that no measurement of the offer tells from others.
-fn not_told_apart(question: &Question, inseparable: &[(usize, String)], noun: &str) -> Vec<String> {
-    let told = |(ask, rival): &(usize, String)| {
+/// Effects that no measurement of the offer tells from others at the size that matters.
+fn not_told_apart(question: &Question, inseparable: &[Inseparable], noun: &str) -> Vec<String> {
+    let told = |Inseparable { ask, rival, is_part }: &Inseparable| {
         let Ask::Visible { effect } = &question.asks[*ask] else { return None };
-        Some(format!(
-            "no {noun} that the machine is said to make tells {effect} from {rival} at the size \
-             from which on it matters"
-        ))
+        (!is_part).then(|| {
+            format!(
+                "no {noun} that the machine is said to make tells {effect} from {rival} at the size \
+                 from which on it matters"
+            )
+        })
     };
     inseparable.iter().filter_map(told).collect()
+}
+
+/// Effects with the rivals that hold them as a part of themselves: one answer, however much is measured.
+fn classes(question: &Question, inseparable: &[Inseparable]) -> Vec<PlanClass> {
+    let mut classes: Vec<PlanClass> = Vec::new();
+    for Inseparable { ask, rival, .. } in inseparable.iter().filter(|pair| pair.is_part) {
+        let Ask::Visible { effect } = &question.asks[*ask] else { continue };
+        match classes.iter_mut().find(|class| class.effect == *effect) {
+            Some(class) => class.with.push(rival.clone()),
+            None => classes.push(PlanClass { effect: effect.clone(), with: vec![rival.clone()] }),
+        }
+    }
+    classes
 }
 
 /// Writes the files of a plan into a folder, where none of them may exist.
@@ -233,6 +254,16 @@ fn spend(goal: &mut Goal) {
     }
 }
 
+/// Repeats of what was measured, beside a plan that has anything else.
+fn add_controls(chosen: &mut Vec<usize>, controls: &[usize], most: usize) {
+    let has_any = !chosen.is_empty();
+    for &control in controls.iter().filter(|_| has_any) {
+        if chosen.len() < most && !chosen.contains(&control) {
+            chosen.push(control);
+        }
+    }
+}
+
 /// Whether loops on simulated data name every effect asked for, from the size on that matters.
 fn named_by_loops(
     question: &Question,
@@ -262,24 +293,43 @@ fn harder(goal: &mut Goal) {
     }
 }
 
+/// An effect and what no measurement tells it from at the size that matters.
+struct Inseparable {
+    ask: usize,
+    rival: String,
+    /// Whether no size would help either: of an amplitude of the effect, the rival leaves nothing over all
+    /// measurements.
+    is_part: bool,
+}
+
 /// Pairs of an effect and what no measurement tells it from at the size that matters. A larger one
 /// may be told: a share of what all measurements would show is asked for; where they show nothing,
-/// the goal is taken out.
-fn inseparable(design: &Design, goals: &mut Vec<(usize, Goal)>) -> Vec<(usize, String)> {
+/// the goal is taken out, and effect and rival are one answer.
+fn inseparable(design: &Design, goals: &mut Vec<(usize, Goal)>) -> Vec<Inseparable> {
     let every: Vec<usize> = (0..design.n_offered()).collect();
     let all = design.with(&every);
-    let mut pairs = Vec::new();
+    let mut pairs: Vec<Inseparable> = Vec::new();
+    // What all measurements show of an amplitude beside the base and nothing else.
+    let alone: Vec<(usize, Vec<usize>, f64)> = (goals.iter())
+        .filter_map(|(ask, goal)| match goal {
+            Goal::Seen { of, from: None, .. } => Some((*ask, of.clone(), design.value(goal, &all))),
+            _ => None,
+        })
+        .collect();
     goals.retain_mut(|(ask, goal)| {
         let most = design.value(goal, &all);
-        let Goal::Seen { from: Some(rival), needed, .. } = goal else { return true };
+        let Goal::Seen { of, from: Some(rival), needed, .. } = goal else { return true };
         if most >= *needed {
             return true;
         }
-        if !pairs.contains(&(*ask, rival.clone())) {
-            pairs.push((*ask, rival.clone()));
+        let shown = alone.iter().find(|(a, columns, _)| a == ask && columns == of);
+        let is_part = shown.is_some_and(|(.., shown)| most <= PART * shown);
+        match pairs.iter_mut().find(|pair| pair.ask == *ask && pair.rival == *rival) {
+            Some(pair) => pair.is_part |= is_part,
+            None => pairs.push(Inseparable { ask: *ask, rival: rival.clone(), is_part }),
         }
         *needed = OF_ALL * most;
-        most > HOPELESS
+        !is_part && most > HOPELESS
     });
     pairs
 }

@@ -28,6 +28,9 @@ pub struct Planned {
     pub reached: bool,
     /// What would reach it, where the plan does not.
     pub would: Option<String>,
+    /// Effects of the aim with the names that hold them as a part of themselves: no measurement tells
+    /// these apart, and the plan is made to tell all of them together from the others.
+    pub classes: Vec<PlanClass>,
     /// The figure that the plan changes least, or the only one.
     pub predicted: Option<Prediction>,
     /// What is known without and with the plan.
@@ -43,6 +46,28 @@ pub struct Planned {
     /// Files to work by: name and content.
     #[serde(skip)]
     pub files: Vec<(String, String)>,
+}
+
+/// Names that are one answer, however much is measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlanClass {
+    /// The effect that was asked for.
+    pub effect: String,
+    /// Effects that hold it as a part of themselves.
+    pub with: Vec<String>,
+}
+
+impl PlanClass {
+    pub(super) fn words(&self, noun: &str) -> String {
+        let Self { effect, with } = self;
+        let [verb, itself] =
+            if with.len() == 1 { ["holds", "itself"] } else { ["hold", "themselves"] };
+        let with = with.join(" and ");
+        format!(
+            "no {noun} tells {effect} from {with}, which {verb} it as a part of {itself}: the plan is \
+             for the class of them, and tells it from all other effects"
+        )
+    }
 }
 
 /// What a plan is worth in one figure.

@@ -25,6 +25,8 @@ const QUARTER: f64 = 0.25;
 /// Singular values below this share of the largest are directions that no row shows.
 const FREE: f64 = 1e-9;
 
+/// A shift of everything that is measured later, as plans speak of it.
+const SESSION: &str = "a shift between this session and the next";
 /// Word for the rivals of an answer.
 const RIVALS: &str = "rivals";
 /// Word for the effects that an answer calls not observable.
@@ -161,6 +163,8 @@ impl Question {
                 }
                 let dof = degrees_of_freedom(linear, beside.len() + of.len());
                 let needed = needed(WANTED, of.len(), dof, DECIDED);
+                // Whatever lies between the two sessions may not look like what is to be told.
+                let beside = [beside, linear.session().to_vec()].concat();
                 vec![Goal::Seen { of, amplitude, beside, needed, from: None }]
             }
             Ask::Visible { effect } => {
@@ -183,6 +187,18 @@ impl Question {
                         Goal::Seen { of, amplitude, beside, needed, from }
                     };
                     goals.push(seen(of_effect, None));
+                    if !linear.session().is_empty() {
+                        let beside = beside.iter().chain(linear.session()).copied().collect();
+                        let (of, amplitude) = (vec![column], amplitude.clone());
+                        let from = Some(SESSION.to_owned());
+                        goals.push(Goal::Seen {
+                            of,
+                            amplitude,
+                            beside,
+                            needed: beside_rival,
+                            from,
+                        });
+                    }
                     goals
                         .extend(rivals.iter().map(|rival| seen(beside_rival, Some(rival.clone()))));
                 }

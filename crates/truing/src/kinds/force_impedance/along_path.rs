@@ -88,7 +88,7 @@ pub(super) fn read(
         measured: Box::new(measured),
         loop_settings: settings.closure,
         warnings,
-        tables: &[PATH],
+        tables: vec![PATH],
     })
 }
 

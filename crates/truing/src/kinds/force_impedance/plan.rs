@@ -75,6 +75,8 @@ pub(super) fn offer(settings: &HeadPlanSettings, log: &Logged<'_>) -> Offer {
         columns: columns.into_iter().collect(),
         noun: "run",
         is_record: true,
+        is_new_session: false,
+        controls: Vec::new(),
         made: Some(segments.len()),
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

@@ -50,6 +50,8 @@ pub(super) fn offer<const D: usize>(
         offered: shuffled(&offered.collect::<Vec<_>>()),
         noun: "point",
         is_record: false,
+        is_new_session: true,
+        controls: Vec::new(),
         made: None,
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

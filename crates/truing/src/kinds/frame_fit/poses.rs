@@ -89,7 +89,7 @@ pub(super) fn read(
         covariates: extras.covariates,
     };
     let measured: Box<dyn Measured> = Box::new(case);
-    let tables: &[&str] = if folder.has(DISTANCES) { &[POSES, DISTANCES] } else { &[POSES] };
+    let tables = if folder.has(DISTANCES) { vec![POSES, DISTANCES] } else { vec![POSES] };
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables })
 }
 

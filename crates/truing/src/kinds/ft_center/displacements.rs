@@ -107,7 +107,7 @@ pub(super) fn read(
         measured: Box::new(measured),
         loop_settings: settings.closure,
         warnings,
-        tables: &[DISPLACEMENTS],
+        tables: vec![DISPLACEMENTS],
     })
 }
 

@@ -87,7 +87,7 @@ pub(super) fn read(
         measured: Box::new(measured),
         loop_settings: settings.closure,
         warnings,
-        tables: &[GRAVITY],
+        tables: vec![GRAVITY],
     })
 }
 

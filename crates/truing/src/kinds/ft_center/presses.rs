@@ -105,7 +105,7 @@ pub(super) fn read(
         measured: Box::new(measured),
         loop_settings: settings.closure,
         warnings,
-        tables: &[PRESSES, WRENCH],
+        tables: vec![PRESSES, WRENCH],
     })
 }
 

@@ -83,6 +83,8 @@ pub(super) fn offer(
         offered,
         noun: "touch",
         is_record: false,
+        is_new_session: false,
+        controls: Vec::new(),
         made: None,
         minutes: case.plan.minutes(),
         reach: (tip.side == TipSide::Above).then(|| case.plan.reach(highest)),

@@ -13,8 +13,8 @@ pub(super) struct Surface {
     pub(super) words: String,
     /// Whether a rotation about z may show.
     pub(super) shows_gamma: bool,
-    /// Table that holds the shape, where one does.
-    pub(super) table: Option<&'static str>,
+    /// Tables that hold the shape.
+    pub(super) tables: Vec<&'static str>,
 }
 
 pub(super) fn read_surface(
@@ -24,8 +24,8 @@ pub(super) fn read_surface(
     warnings: &mut Vec<String>,
 ) -> Result<Surface, Error> {
     let drawn = settings.read(folder, document, warnings)?;
-    let table = drawn.table();
-    let Drawn { shape, words, reach_mm } = drawn;
+    let Drawn { shape, words, reach_mm, form, tables } = drawn;
+
     let shows_gamma = !matches!(shape, DrawnShape::Asphere(_));
     let part = match shape {
         DrawnShape::Asphere(shape) => {
@@ -45,5 +45,9 @@ pub(super) fn read_surface(
         Some(reach_mm) => part.with_form_radius_mm(reach_mm),
         None => part,
     };
-    Ok(Surface { part, words, shows_gamma, table })
+    let part = match form {
+        Some(form) => part.with_form_map(form.map_mm, form.along),
+        None => part,
+    };
+    Ok(Surface { part, words, shows_gamma, tables })
 }

@@ -183,7 +183,7 @@ impl AxisRunEstimate {
         match format {
             Export::Csv => Some(self.csv()),
             Export::LinuxCnc => Some(self.linuxcnc()),
-            Export::Heidenhain => None,
+            Export::Heidenhain | Export::PointErrors(_) => None,
         }
     }
 

@@ -85,6 +85,8 @@ impl AxisPlanSettings {
             offered: shuffled(&offered),
             noun: "reading",
             is_record: false,
+            is_new_session: false,
+            controls: Vec::new(),
             made: None,
             minutes: self.minutes_per_measurement.map(|Positive(minutes)| minutes),
             reach: None,

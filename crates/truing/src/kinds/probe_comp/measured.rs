@@ -11,6 +11,7 @@ use super::estimates::{MeasuredNormalEstimate, ProbeCompEstimates, TouchEstimate
 use crate::Error;
 use crate::case::NumberColumn;
 use crate::estimates::Estimates;
+use crate::guide::{GuidePlaces, GuidesOfCase};
 use crate::kinds::Offer;
 use crate::kinds::surface::yardstick_of;
 use crate::measured::{About, Fitted, Measured, Observation, Places, Prepared, Words};
@@ -75,6 +76,10 @@ impl Measured for ProbeCase {
         super::plan::offer(self)
     }
 
+    fn guides(&self, of: &GuidePlaces) -> Result<Option<GuidesOfCase>, Error> {
+        super::guides::guides(self, of).map(Some)
+    }
+
     fn yardstick(&self, _: &Fitted) -> Yardstick {
         yardstick_of(self.touches.balls.iter().map(|b| b.center_mm.coords.as_slice()))
     }
@@ -90,6 +95,7 @@ impl Measured for ProbeCase {
             NormalSource::Approach => "the approach, reversed",
             NormalSource::MicroPlane => "of the plane through the touches around each",
             NormalSource::SurfaceFit => "of the surface through each touch and its nearest others",
+            NormalSource::Profile => "of the profile through each touch and its two neighbours",
             _ => "of the quadric through the touches around each",
         };
         let mut declared = vec![

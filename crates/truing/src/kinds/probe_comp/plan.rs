@@ -30,8 +30,11 @@ struct Levels {
 }
 
 pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
-    if matches!(case.source, NormalSource::MicroPlane | NormalSource::Quadric) {
-        // Every planned touch would need touches of its own around it.
+    if matches!(
+        case.source,
+        NormalSource::MicroPlane | NormalSource::Quadric | NormalSource::Profile
+    ) {
+        // Every planned touch would need touches of its own around it, or in its row.
         return Ok(None);
     }
     let (settings, touches, nominal) = (&case.plan, &case.touches, &case.surface.nominal);
@@ -65,6 +68,8 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
         offered,
         noun: "touch",
         is_record: false,
+        is_new_session: false,
+        controls: Vec::new(),
         made: None,
         minutes: settings.minutes(),
         reach: from_above.then(|| settings.reach(highest)),

@@ -66,6 +66,7 @@ pub(super) enum NormalName {
     MicroPlane,
     Quadric,
     SurfaceFit,
+    Profile,
 }
 
 #[derive(Default, Deserialize)]

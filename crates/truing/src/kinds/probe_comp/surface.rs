@@ -14,8 +14,8 @@ pub(super) struct PartSurface {
     pub(super) words: String,
     /// Whether `[surface]` itself says on which side the ball is.
     pub(super) has_own_side: bool,
-    /// Table that holds the shape, where one does.
-    pub(super) table: Option<&'static str>,
+    /// Tables that hold the shape.
+    pub(super) tables: Vec<&'static str>,
 }
 
 pub(super) fn read_surface(
@@ -25,13 +25,12 @@ pub(super) fn read_surface(
     warnings: &mut Vec<String>,
 ) -> Result<PartSurface, Error> {
     let drawn = settings.read(folder, document, warnings)?;
-    let table = drawn.table();
-    let Drawn { shape, words, .. } = drawn;
+    let Drawn { shape, words, form, tables, .. } = drawn;
     let surface: Arc<dyn Surface> = match shape {
         DrawnShape::Sphere { sphere, inside } => {
             let side = if inside { Side::Against } else { Side::Along };
             let nominal = Nominal::sphere(sphere, side);
-            return Ok(PartSurface { nominal, words, has_own_side: true, table });
+            return Ok(PartSurface { nominal, words, has_own_side: true, tables });
         }
         DrawnShape::Asphere(shape) => {
             Arc::new(Asphere::new(shape).map_err(|e| settings.no_surface(document, e))?)
@@ -43,5 +42,9 @@ pub(super) fn read_surface(
         DrawnShape::Plane(surface) => Arc::new(surface),
     };
     let nominal = Nominal::new(surface, Side::Along);
-    Ok(PartSurface { nominal, words, has_own_side: false, table })
+    let nominal = match form {
+        Some(form) => nominal.with_form_map(form.map_mm, form.along),
+        None => nominal,
+    };
+    Ok(PartSurface { nominal, words, has_own_side: false, tables })
 }

@@ -8,7 +8,7 @@ use crate::case::{
 };
 
 /// Control points of a NURBS surface.
-pub(crate) const CONTROL: &str = "control.csv";
+const CONTROL: &str = "control.csv";
 const INDICES: [&str; 2] = ["i", "j"];
 const PLACES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const WEIGHT: &str = "weight";
@@ -61,7 +61,8 @@ impl SurfaceSettings {
         let surface = if faces_down(&surface) { surface.flipped() } else { surface };
         // The surface lies within the hull of its control points.
         let reach_mm = net.points_mm.iter().map(|p| p.x.hypot(p.y)).reduce(f64::max);
-        Ok(Drawn { shape: DrawnShape::Nurbs(Box::new(surface)), words, reach_mm })
+        let shape = DrawnShape::Nurbs(Box::new(surface));
+        Ok(Drawn { tables: vec![CONTROL], ..Drawn::of(shape, words, reach_mm) })
     }
 
     /// What is wrong with a control point is put to its row, the rest to `case.toml`.

@@ -2,9 +2,10 @@ use model_discrepancy::Step;
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Serialize;
 use tracker_lm::{
-    AxesRelation, AxisError, AxisLetter, AxisLocation, Calibration, Mount, RotaryAxis,
-    SecondCalibration, StationPose, Survey, TargetCalibration, TargetSurvey, axis_errors_csv,
-    heidenhain_table, linuxcnc_compensation,
+    AxesRelation, AxisError, AxisLetter, AxisLocation, Calibration, ErrorOrder, Mount, PointError,
+    RotaryAxis, SecondCalibration, StationPose, Survey, TargetCalibration, TargetSurvey,
+    axis_errors_csv, fixed_frame_error, heidenhain_table, linuxcnc_compensation, point_errors,
+    point_errors_csv,
 };
 use truing_report::{Curve, CurvePlot, ExtraPlot, Form};
 
@@ -48,6 +49,9 @@ pub struct TrackerLmEstimates {
     letter: AxisLetter,
     #[serde(skip)]
     errors: Vec<AxisError>,
+    /// Frame of the errors.
+    #[serde(skip)]
+    order: ErrorOrder,
 }
 
 /// The second of two axes, where the first one stands.
@@ -109,6 +113,13 @@ pub struct AxisEstimate {
     pub origin_mm: [f64; 3],
     /// Its direction; angles count right-handed about it.
     pub direction: [f64; 3],
+}
+
+impl AxisEstimate {
+    /// The axis itself; `None` only of a direction without length, which no answer has.
+    fn rotary(&self, letter: AxisLetter) -> Option<RotaryAxis> {
+        RotaryAxis::new(letter, self.origin_mm.into(), self.direction.into()).ok()
+    }
 }
 
 impl From<&RotaryAxis> for AxisEstimate {
@@ -290,7 +301,13 @@ impl TrackerLmEstimates {
             reversal: parts.reversal,
             letter,
             errors: parts.errors.to_vec(),
+            order: ErrorOrder::Fixed,
         }
+    }
+
+    /// With errors of another frame than the fixed one.
+    pub(crate) fn in_order(self, order: ErrorOrder) -> Self {
+        Self { order, ..self }
     }
 
     /// The axes: one, or the two of a head.
@@ -310,6 +327,27 @@ impl TrackerLmEstimates {
         std::iter::once(first).chain(second).collect()
     }
 
+    /// What the errors of the first axis do to a point; of a head the point turns with the second one,
+    /// which then stands where its errors are counted from.
+    fn point_errors(&self, point_mm: Vector3<f64>) -> Option<String> {
+        let axis = self.axis.rotary(self.letter)?;
+        let of = match &self.second_axis {
+            None => point_errors(&axis, self.order, &self.errors, &point_mm),
+            Some(second) => {
+                let carried = second.axis.rotary(second.letter)?;
+                let [first_rad, second_rad] = [stand(&self.errors)?, stand(&second.errors)?];
+                let arm =
+                    carried.origin_mm - axis.origin_mm + carried.rotation(second_rad) * point_mm;
+                let one = |error: &AxisError| {
+                    let fixed = fixed_frame_error(&axis, self.order, error);
+                    PointError::of(&fixed, axis.rotation(error.angle_rad - first_rad) * arm)
+                };
+                self.errors.iter().map(one).collect()
+            }
+        };
+        Some(point_errors_csv(self.letter, &of))
+    }
+
     /// What the errors are relative to.
     fn reference(&self) -> &'static str {
         match self.second_axis {
@@ -317,6 +355,11 @@ impl TrackerLmEstimates {
             Some(_) => "relative to where it stands while the other axis turns",
         }
     }
+}
+
+/// Angle from which errors are counted: that at which they are zero without uncertainty.
+pub(super) fn stand(errors: &[AxisError]) -> Option<f64> {
+    errors.iter().find(|e| e.error.amax() == 0.0 && e.covariance.amax() == 0.0).map(|e| e.angle_rad)
 }
 
 /// What was found of one axis.
@@ -487,11 +530,19 @@ impl Estimates for TrackerLmEstimates {
     }
 
     fn export(&self, format: Export) -> Option<String> {
+        if let Export::PointErrors(point_mm) = format {
+            return self.point_errors(point_mm.into());
+        }
         Some(file(self.letter, &self.errors, self.reversal, format))
     }
 
     fn export_of_second(&self, format: Export) -> Option<(char, String)> {
         let second = self.second_axis.as_ref()?;
+        if let Export::PointErrors(point_mm) = format {
+            let axis = second.axis.rotary(second.letter)?;
+            let of = point_errors(&axis, self.order, &second.errors, &point_mm.into());
+            return Some((second.letter.letter(), point_errors_csv(second.letter, &of)));
+        }
         let content = file(second.letter, &second.errors, None, format);
         Some((second.letter.letter(), content))
     }
@@ -514,7 +565,8 @@ fn file(
         Export::LinuxCnc => {
             linuxcnc_compensation(letter, errors, &reversal.unwrap_or_default().into())
         }
-        Export::Heidenhain => heidenhain_table(letter, errors),
+        // Points have a table of their own.
+        Export::Heidenhain | Export::PointErrors(_) => heidenhain_table(letter, errors),
     }
 }
 

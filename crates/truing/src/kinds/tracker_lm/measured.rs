@@ -8,8 +8,8 @@ use tracker_lm::{
 };
 use truing_report::Fact;
 
-use super::estimates::TrackerLmEstimates;
-use super::plan::{Sight, Surveyed, offer};
+use super::estimates::{TrackerLmEstimates, stand};
+use super::plan::{Carried, Sight, Surveyed, offer};
 use super::plan_settings::TracerPlanSettings;
 use super::settings::{RANGES, error};
 use crate::Error;
@@ -99,7 +99,7 @@ impl TrackerCase {
 impl TrackerCase {
     fn estimates(&self, found: &Calibration, reversal: Option<[f64; 6]>) -> Arc<dyn Estimates> {
         let near = TrackerLmEstimates::of(&self.survey, found, reversal);
-        Arc::new(near.moved(self.away_mm))
+        Arc::new(near.in_order(self.options.order).moved(self.away_mm))
     }
 
     fn prepared(&self, model: TrackerModel) -> Prepared<'_> {
@@ -153,10 +153,15 @@ impl Measured for TrackerCase {
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {
-        if self.survey.second.is_some() {
+        let (survey, found) = (&self.survey, self.solved()?);
+        let carried = survey.second.as_ref().zip(found.second.as_ref()).and_then(|(s, second)| {
+            let stand_rad = [stand(&found.axis_errors)?, stand(&second.axis_errors)?];
+            let (axis, angles_rad) = (&s.axis, &s.angles_rad[..]);
+            Some(Carried { axis, angles_rad, errors: &second.axis_errors, stand_rad })
+        });
+        if survey.second.is_some() && carried.is_none() {
             return Ok(None);
         }
-        let (survey, found) = (&self.survey, self.solved()?);
         let places = found.stations.iter().map(|station| station.position_mm);
         let surveyed = Surveyed {
             table: RANGES,
@@ -171,6 +176,7 @@ impl Measured for TrackerCase {
             away_mm: self.away_mm,
             has_direction: self.has_direction,
             order: self.options.order,
+            carried,
         };
         Ok(Some(offer(&self.plan, &surveyed)))
     }

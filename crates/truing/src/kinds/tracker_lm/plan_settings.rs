@@ -14,6 +14,8 @@ pub(crate) struct TracerPlanSettings {
     pub(super) z_mm: Option<Range>,
     pub(super) spacing_mm: Option<Positive>,
     pub(super) angles_deg: Option<Vec<Finite>>,
+    /// Of the second axis of a head.
+    pub(super) second_angles_deg: Option<Vec<Finite>>,
     pub(super) mounts_mm: Option<Vec<[Finite; 3]>>,
     pub(super) minutes_per_measurement: Option<Positive>,
 }

@@ -90,7 +90,7 @@ pub(super) fn read(
         measured: Box::new(case),
         loop_settings,
         warnings,
-        tables: &[STATIONS, MOUNTS, RANGES],
+        tables: vec![STATIONS, MOUNTS, RANGES],
     })
 }
 

@@ -110,7 +110,7 @@ impl TargetCase {
         reversal: Option<[f64; 6]>,
     ) -> Arc<dyn Estimates> {
         let near = TrackerLmEstimates::of_targets(&self.survey, found, reversal);
-        Arc::new(near.moved(self.away_mm))
+        Arc::new(near.in_order(self.options.order).moved(self.away_mm))
     }
 
     fn prepared(&self, model: TargetModel) -> Prepared<'_> {
@@ -177,6 +177,7 @@ impl Measured for TargetCase {
             away_mm: self.away_mm,
             has_direction: self.has_direction,
             order: self.options.order,
+            carried: None,
         };
         Ok(Some(offer(&self.plan, &surveyed)))
     }

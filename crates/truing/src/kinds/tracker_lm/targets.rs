@@ -88,7 +88,7 @@ pub(super) fn read(
         measured: Box::new(case),
         loop_settings: settings.loop_settings(),
         warnings,
-        tables: &[STATIONS, MOUNTS, TARGETS],
+        tables: vec![STATIONS, MOUNTS, TARGETS],
     })
 }
 
