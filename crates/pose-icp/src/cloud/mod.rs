@@ -1,9 +1,11 @@
 //! Registration of point clouds.
 
+mod averages;
 mod chart;
 mod error;
 mod information;
 mod kd_tree;
+mod motions;
 mod moving;
 mod normals;
 mod observability;
@@ -15,11 +17,12 @@ mod registration;
 mod sums;
 mod target;
 mod voxels;
+mod wide_registers;
 
 pub(crate) use kd_tree::{Found, NONE};
 pub(crate) use point_cloud::check_points;
 pub(crate) use register::register;
-pub(crate) use target::{Foot, Target};
+pub(crate) use target::{Foot, Target, Wanted};
 
 pub use error::{OptionName, RegisterError, Side};
 pub use normals::estimate_normals;

@@ -2,9 +2,11 @@
 
 use nalgebra::{Isometry3, Point3, Vector6};
 
+use super::averages::Averages;
 use super::chart::{self, Chart};
 use super::error::{RegisterError, Side};
 use super::information::Information;
+use super::motions::Motions;
 use super::moving::Moving;
 use super::observability::{Observability, WeakDirection};
 use super::options::{Objective, RegisterOptions};
@@ -12,18 +14,22 @@ use super::pass::{self, Rules};
 use super::point_cloud::PointCloud;
 use super::registration::{Registration, Termination};
 use super::sums::Sums;
-use super::target::{CloudTarget, Target};
+use super::target::{CloudTarget, Target, Wanted};
 
 /// Share of the target's spacing up to which leads are looked for: a pass near the end moves less.
 const MARGIN_SPACINGS: f64 = 0.05;
 
-/// A coarse level ends when a pass moves points by less than this share of its own uncertainty.
+/// A coarse level ends when a pass moves the pose by less than this share of its own standard
+/// uncertainty: that of the next finer level is a quarter of it.
 const COARSE_SHARE: f64 = 0.1;
 
 /// Passes without a smaller motion after which points are taken to change their minds for ever.
 const PATIENCE: usize = 5;
 
-/// Share of the weakest direction's standard uncertainty that such a motion may have.
+/// Share of the tolerance that the next motion must be foretold to stay below.
+const FORETOLD_SHARE: f64 = 0.1;
+
+/// Share of the pose's own standard uncertainty that such a motion may have.
 const SETTLED_SHARE: f64 = 0.1;
 
 /// Largest rotation of one step; beyond it the small-angle rows mean nothing.
@@ -78,7 +84,12 @@ pub(crate) fn register<T: Target>(
         return Err(RegisterError::TooFewPoints { got, unknowns });
     }
     let arm_mm = arm(&source.points_mm, &(options.start.inverse() * pivot));
-    let search = Search { target, has_normals, options, chart, arm_mm };
+    let wanted = Wanted {
+        limit_mm: options.max_distance_mm.unwrap_or(f64::INFINITY),
+        margin_mm: MARGIN_SPACINGS * target.spacing_mm(),
+        skip_beside: options.skip_beyond_border && has_normals,
+    };
+    let search = Search { target, has_normals, options, chart, arm_mm, wanted };
     search.run(Moving::levels(source))
 }
 
@@ -88,6 +99,7 @@ struct Search<'a, T> {
     options: &'a RegisterOptions,
     chart: Chart,
     arm_mm: f64,
+    wanted: Wanted,
 }
 
 /// How far the search came.
@@ -100,14 +112,14 @@ struct State {
     scale_mm: Option<f64>,
     iterations: usize,
     motion_mm: f64,
-    /// Standard uncertainty of the weakest direction.
-    weakest_mm: f64,
+    /// The same in standard uncertainties of the pose, in quadratic mean over its directions.
+    motion_sigmas: f64,
 }
 
 /// What a pass found out.
-struct Pass {
+struct Pass<'a> {
     sums: Sums,
-    rules: Rules,
+    rules: Rules<'a>,
     sigma_mm: f64,
 }
 
@@ -121,59 +133,98 @@ impl<T: Target> Search<'_, T> {
             scale_mm: self.options.sigma_mm,
             iterations: 0,
             motion_mm: f64::INFINITY,
-            weakest_mm: 0.0,
+            motion_sigmas: f64::INFINITY,
         };
         let (finest, coarse) = levels.split_last_mut().expect("the finest level is there");
-        for level in coarse {
-            self.settle(level, &mut state, false)?;
+        let mut averages = None;
+        for level in &mut *coarse {
+            let (pass, _) = self.settle(level, &mut state, false, None)?;
+            averages = self.averages(&pass);
         }
         let before = state.iterations;
-        let (pass, termination) = self.settle(finest, &mut state, true)?;
+        if coarse.is_empty() {
+            let (pass, termination) = self.settle(finest, &mut state, true, None)?;
+            averages = self.averages(&pass);
+            if averages.is_none() {
+                let full_iterations = state.iterations - before;
+                return self.conclude(finest, &state, &pass, termination, full_iterations);
+            }
+        }
+        let (pass, termination) = self.settle(finest, &mut state, true, averages.as_ref())?;
         let full_iterations = state.iterations - before;
         self.conclude(finest, &state, &pass, termination, full_iterations)
     }
 
+    /// Averages over neighbours in the target, where they are worth it.
+    fn averages(&self, pass: &Pass) -> Option<Averages> {
+        let is_along_normals = self.options.objective != Objective::PointToPoint;
+        let residual_mm2 = rms_mm(&pass.sums).powi(2);
+        is_along_normals.then(|| self.target.averages(residual_mm2)).flatten()
+    }
+
     /// Passes over one level until they move nothing any more.
-    fn settle(
+    fn settle<'a>(
         &self,
         level: &mut Moving,
         state: &mut State,
         is_last: bool,
-    ) -> Result<(Pass, Option<Termination>), RegisterError> {
+        averages: Option<&'a Averages>,
+    ) -> Result<(Pass<'a>, Option<Termination>), RegisterError> {
         state.found_at = state.pose;
-        let (mut smallest_mm, mut waited) = (f64::INFINITY, 0);
+        let mut motions = Motions::default();
         for n in 1.. {
-            let pass = self.pass(level, state)?;
-            self.step(level, state, &pass);
-            let enough_mm = if is_last {
-                self.options.tolerance_mm
-            } else {
-                self.options.tolerance_mm.max(COARSE_SHARE * pass.uncertainty_mm())
-            };
+            let pass = self.pass(level, state, averages)?;
+            self.step(level, state, &pass, motions.waited >= PATIENCE);
+            motions.add(state.motion_mm, state.motion_sigmas);
             if is_last && state.motion_mm < pass.rules.sigma_mm {
                 state.scale_mm = Some(pass.rules.sigma_mm);
             }
-            waited = if state.motion_mm < smallest_mm { 0 } else { waited + 1 };
-            smallest_mm = smallest_mm.min(state.motion_mm);
-            if state.motion_mm <= enough_mm {
-                return Ok((pass, Some(Termination::Motion)));
-            }
-            if waited >= PATIENCE && state.motion_mm <= SETTLED_SHARE * state.weakest_mm {
-                return Ok((pass, Some(Termination::Settled)));
-            }
-            if n >= self.options.max_iterations {
-                return Ok((pass, None));
+            let ended = if is_last {
+                self.ended(&motions)
+            } else {
+                let is_enough = motions.last_mm <= self.options.tolerance_mm
+                    || motions.last_sigmas <= COARSE_SHARE
+                    || motions.waited >= PATIENCE
+                    || self.is_restless(&motions, 1.0);
+                is_enough.then_some(Termination::Motion)
+            };
+            if ended.is_some() || n >= self.options.max_iterations {
+                return Ok((pass, ended));
             }
         }
         unreachable!("the loop ends by returning")
     }
 
-    fn pass(&self, level: &mut Moving, state: &mut State) -> Result<Pass, RegisterError> {
-        let limit_mm = self.options.max_distance_mm.unwrap_or(f64::INFINITY);
-        let margin_mm = MARGIN_SPACINGS * self.target.spacing_mm();
-        pass::find(level, self.target, &state.found_at, &state.pose, limit_mm, margin_mm);
+    /// Whether the passes over all points have come to an end.
+    fn ended(&self, motions: &Motions) -> Option<Termination> {
+        let tolerance_mm = self.options.tolerance_mm;
+        let is_still = motions.last_mm <= tolerance_mm
+            || motions.next_mm().is_some_and(|next| next <= FORETOLD_SHARE * tolerance_mm);
+        if is_still {
+            return Some(Termination::Motion);
+        }
+        let is_settled = motions.waited >= PATIENCE && motions.last_sigmas <= SETTLED_SHARE
+            || self.is_restless(motions, SETTLED_SHARE);
+        is_settled.then_some(Termination::Settled)
+    }
+
+    /// Whether motions of at most this have stopped to become smaller.
+    ///
+    /// Only rows along normals say so at once: those between points creep, by motions that hardly
+    /// become smaller either.
+    fn is_restless(&self, motions: &Motions, at_most_sigmas: f64) -> bool {
+        self.options.objective != Objective::PointToPoint && motions.are_restless(at_most_sigmas)
+    }
+
+    fn pass<'a>(
+        &self,
+        level: &mut Moving,
+        state: &mut State,
+        averages: Option<&'a Averages>,
+    ) -> Result<Pass<'a>, RegisterError> {
+        pass::find(level, self.target, &state.found_at, &state.pose, &self.wanted);
         state.found_at = state.pose;
-        let rules = self.rules(level, state, limit_mm);
+        let rules = self.rules(level, state, averages);
         let sums = pass::sum(level, self.target, &state.pose, &rules);
         let unknowns = self.chart.free.len();
         if sums.n_used < unknowns.max(1) {
@@ -185,16 +236,22 @@ impl<T: Target> Search<'_, T> {
         Ok(Pass { sums, rules, sigma_mm })
     }
 
-    fn rules(&self, level: &Moving, state: &State, limit_mm: f64) -> Rules {
+    fn rules<'a>(
+        &self,
+        level: &Moving,
+        state: &State,
+        averages: Option<&'a Averages>,
+    ) -> Rules<'a> {
         let options = self.options;
         let mut rules = Rules {
             objective: options.objective,
             pivot: self.chart.pivot,
-            skip_beside: options.skip_beyond_border && self.has_normals,
-            limit_mm,
+            skip_beside: self.wanted.skip_beside,
+            limit_mm: self.wanted.limit_mm,
             keep_below_mm2: f64::INFINITY,
             loss: options.loss,
             sigma_mm: state.scale_mm.unwrap_or(1.0),
+            averages,
         };
         let needs_scale = options.loss.is_some() && state.scale_mm.is_none();
         if needs_scale || options.keep_share < 1.0 {
@@ -215,21 +272,24 @@ impl<T: Target> Search<'_, T> {
         rules
     }
 
-    fn step(&self, level: &Moving, state: &mut State, pass: &Pass) {
+    /// Solves for the motion and moves: all the way, or half of it where points change their minds for
+    /// ever, which ends between the poses that they lead to.
+    fn step(&self, level: &Moving, state: &mut State, pass: &Pass, is_half: bool) {
         let (mut hessian, mut gradient) =
             chart::pulled_back(&state.xi, &pass.sums.hessian, &pass.sums.gradient);
         self.chart.add_priors(&state.xi, pass.sigma_mm, &mut hessian, &mut gradient);
         let information = Information::new(&hessian, &self.chart.free, self.arm_mm);
-        state.weakest_mm = pass.sigma_mm / information.weakest();
         let mut step = information.step(&gradient);
+        // What the step gains in Σ w r² is its length in the metric of the normal equations.
+        let squared = -step.dot(&gradient) / as_f64(self.chart.free.len().max(1));
+        state.motion_sigmas = squared.max(0.0).sqrt() / pass.sigma_mm;
         let turn_rad = step.fixed_rows::<3>(3).norm();
         if turn_rad > MAX_STEP_RAD {
             step *= MAX_STEP_RAD / turn_rad;
         }
-        let before = state.pose;
-        state.xi += step;
+        state.motion_mm = level.motion_mm(&state.pose, &self.chart.pose(&(state.xi + step)));
+        state.xi += if is_half { 0.5 * step } else { step };
         state.pose = self.chart.pose(&state.xi);
-        state.motion_mm = level.motion_mm(&before, &state.pose);
         state.iterations += 1;
     }
 
@@ -255,7 +315,7 @@ impl<T: Target> Search<'_, T> {
         let covariance = left * information.covariance() * left.transpose();
         let registration = Registration {
             target_from_source: state.pose,
-            covariance: covariance * pass.sigma_mm.powi(2),
+            covariance: covariance * pass.sigma_mm.powi(2) * self.shared_factor(level, state, pass),
             pivot_mm: self.chart.pivot,
             sigma_mm: pass.sigma_mm,
             rms_mm: rms_mm(&pass.sums),
@@ -270,6 +330,16 @@ impl<T: Target> Search<'_, T> {
             return Err(RegisterError::NotConverged { best: Box::new(registration) });
         }
         Ok(registration)
+    }
+
+    /// How much larger the variance is than that of independent rows, since rows share what an
+    /// average over neighbours in the target is off by: 1 + (m − 1) ρ, with m rows to an average and
+    /// their correlation ρ (Kish 1965).
+    fn shared_factor(&self, level: &Moving, state: &State, pass: &Pass) -> f64 {
+        let Some(averages) = pass.rules.averages else { return 1.0 };
+        let slots = pass::slots_met(level, self.target, &state.found_at, &pass.rules);
+        let correlation = averages.variance_mm2 / pass.sigma_mm.powi(2);
+        1.0 + (averages.rows_to_one(&slots) - 1.0).max(0.0) * correlation.min(1.0)
     }
 
     /// From rows along the normals, without priors.
@@ -306,13 +376,6 @@ impl<T: Target> Search<'_, T> {
             relative_singular_value: if largest > 0.0 { singular_value / largest } else { 0.0 },
             sigma_mm: (!is_free).then(|| pass.sigma_mm / singular_value),
         }
-    }
-}
-
-impl Pass {
-    /// Roughly how far the pose that this pass leads to is off by chance.
-    fn uncertainty_mm(&self) -> f64 {
-        self.sigma_mm / as_f64(self.sums.n_used).sqrt()
     }
 }
 
