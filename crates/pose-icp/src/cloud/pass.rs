@@ -61,21 +61,21 @@ impl Placement {
     }
 }
 
-/// Finds what is nearest to each point at `pose`, which was at `before` in the pass before.
+/// Finds what is nearest to each point at `pose`.
 ///
 /// A point whose nearest leads the others by more than both can have moved since keeps it unasked.
 pub(crate) fn find<T: Target>(
     moving: &mut Moving,
     target: &T,
-    before: &Isometry3<f64>,
     pose: &Isometry3<f64>,
     wanted: &Wanted,
 ) {
+    let before = moving.found_at.replace(*pose).unwrap_or(*pose);
     let placement = Placement::new(pose);
     let chunks = moving.chunks.par_iter_mut();
     let points = moving.points.par_chunks(CHUNK).zip(moving.found.par_chunks_mut(CHUNK));
     chunks.zip(points).for_each(|(chunk, (points, found))| {
-        chunk.travel_mm += 2.0 * chunk.motion_mm(before, pose);
+        chunk.travel_mm += 2.0 * chunk.motion_mm(&before, pose);
         search(chunk, points, found, target, &placement, wanted);
     });
 }

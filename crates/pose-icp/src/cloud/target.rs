@@ -112,6 +112,11 @@ impl CloudTarget {
         self.normals.is_some()
     }
 
+    /// The points, in the order of the tree.
+    pub(crate) fn points_mm(&self) -> &[Point3<f64>] {
+        self.tree.points()
+    }
+
     /// Whether a box begins so near to a point that queries in it may well be over the target.
     #[inline(always)]
     fn is_about(&self, slot: u32, aabb: &Aabb) -> bool {

@@ -78,6 +78,36 @@ fn xyz(points: &[Point3<f64>]) -> String {
     points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).collect()
 }
 
+#[test]
+fn without_a_start_one_is_found_on_a_cloud_and_on_a_mesh() {
+    let turned = Isometry3::new(Vector3::new(300.0, -80.0, 40.0), Vector3::new(1.1, -2.0, 0.7));
+    let away: Vec<_> = source().iter().map(|p| turned * p).collect();
+    let files = Files::new();
+    files.write("source.xyz", xyz(&away)).write("target.xyz", xyz(&face(60)));
+    let corners: Vec<[u32; 3]> = corners_of_squares(60).collect();
+    let vertices: String =
+        face(60).iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
+    let faces: String =
+        corners.iter().map(|f| format!("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1)).collect();
+    files.write("target.obj", vertices + &faces);
+    let expected = truth() * turned.inverse();
+    for target in ["target.xyz", "target.obj"] {
+        let found = files.json("source.xyz", target, &["--global"]);
+        for row in 0..3 {
+            let number = |column: usize| found["matrix"][row][column].as_f64().unwrap();
+            let matrix = expected.to_homogeneous();
+            // Tangent planes between points 0.7 mm apart are good to some µm, and so is the pose; the
+            // way of 300 mm multiplies what is left of the rotation.
+            assert!((number(3) - matrix[(row, 3)]).abs() < 0.2, "{target}: {found}");
+            for column in 0..3 {
+                assert!((number(column) - matrix[(row, column)]).abs() < 1e-3, "{target}: {found}");
+            }
+        }
+    }
+    let ended = files.run("source.xyz", "target.xyz", &["--global", "--hold", "x"]);
+    assert_eq!(ended.code, 2, "{}", ended.stderr);
+}
+
 fn ascii_ply(points: &[Point3<f64>], faces: &[[u32; 3]]) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty \
