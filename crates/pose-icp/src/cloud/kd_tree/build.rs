@@ -60,7 +60,8 @@ pub(crate) fn spatial_order(points: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<u3
     let mut room = vec![Entry::NONE; entries.len()];
     let layout = Layout { n_leaves: n_leaves(points.len()), n_points: points.len() };
     layout.split(&mut entries, &mut room, 0, layout.n_leaves);
-    entries.iter().map(|e| (points[e.index as usize], e.index)).unzip()
+    let order: Vec<u32> = entries.iter().map(|e| e.index).collect();
+    (order.iter().map(|&i| points[i as usize]).collect(), order)
 }
 
 fn entries(points: &[Point3<f64>]) -> Vec<Entry> {

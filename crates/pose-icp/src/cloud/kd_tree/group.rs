@@ -54,7 +54,8 @@ impl KdTree {
             }
             let reach = self.reach(queries, found, near, limit_mm);
             let mut lanes = Lanes::new(queries, &self.nodes.corner, self.extent_mm);
-            let pruned = self.walk(&aabb, &mut lanes, reach, margin_mm);
+            let is_hinted = found.iter().all(|f| f.slot != NONE);
+            let pruned = self.walk(&aabb, &mut lanes, reach, is_hinted, margin_mm);
             for (lane, (query, found)) in queries.iter().zip(&mut *found).enumerate() {
                 *found = self.decide(query, &lanes, lane, limit_mm, pruned);
             }
@@ -143,7 +144,14 @@ impl KdTree {
 
     /// Looks at every leaf within reach; returns the distance beyond which nothing was looked at.
     #[inline(always)]
-    fn walk(&self, aabb: &Aabb, lanes: &mut Lanes, reach: f64, margin_mm: f64) -> f64 {
+    fn walk(
+        &self,
+        aabb: &Aabb,
+        lanes: &mut Lanes,
+        reach: f64,
+        is_near: bool,
+        margin_mm: f64,
+    ) -> f64 {
         let outer = OuterBox::of(aabb, &self.nodes.corner);
         let center = outer.center();
         let middle = OuterBox { min: center, max: center };
@@ -151,6 +159,7 @@ impl KdTree {
         let mut radius = Radius::new((reach + margin_mm) * ROUNDED_UP);
         let mut stack = [Waiting { gap: 0.0, level: 0, node: 0 }; MAX_STACK];
         let mut height = 1;
+        let mut is_near = is_near;
         while height > 0 {
             height -= 1;
             let Waiting { gap, level, node: n } = stack[height];
@@ -163,46 +172,73 @@ impl KdTree {
             for (child, &gap) in gaps.iter().enumerate() {
                 within |= u32::from(gap < radius.squared) << child;
             }
-            let mut order = [0_u8; WIDTH];
-            let mut n_within = 0;
-            if within.is_power_of_two() {
-                order[0] = first(within);
-                n_within = 1;
-            } else if within != 0 {
+            if !is_near && !within.is_power_of_two() && within != 0 {
+                // The nearest comes first, and the others wait: it shrinks what is within reach.
                 let from_center = node.gaps_squared(&middle);
-                while within != 0 {
-                    let child = first(within);
-                    within &= within - 1;
-                    let key = from_center[child as usize];
-                    let mut at = n_within;
-                    while at > 0 && from_center[order[at - 1] as usize] > key {
-                        order[at] = order[at - 1];
-                        at -= 1;
+                let mut nearest = first(within);
+                let mut rest = within & (within - 1);
+                while rest != 0 {
+                    let child = first(rest);
+                    rest &= rest - 1;
+                    let is_nearer = from_center[child] < from_center[nearest];
+                    nearest = if is_nearer { child } else { nearest };
+                }
+                within &= !(1 << nearest);
+                if level as usize == lowest {
+                    self.scan_leaf(n as usize, nearest, lanes, &mut radius, margin_mm);
+                    is_near = true;
+                } else {
+                    let mut rest = within;
+                    while rest != 0 {
+                        let child = first(rest);
+                        rest &= rest - 1;
+                        stack[height] = self.waiting(level, n, child, gaps[child]);
+                        height += 1;
                     }
-                    order[at] = child;
-                    n_within += 1;
+                    stack[height] = self.waiting(level, n, nearest, gaps[nearest]);
+                    height += 1;
+                    continue;
                 }
             }
-            if level as usize == lowest {
-                for &child in &order[..n_within] {
-                    if gaps[child as usize] >= radius.squared {
-                        continue;
-                    }
-                    let leaf = self.nodes.below(lowest, n as usize, child as usize);
-                    let slots = self.leaf(leaf);
-                    lanes.scan(&self.single[slots.clone()], slots.start);
-                    radius.shrink((lanes.worst_mm() + margin_mm) * ROUNDED_UP);
-                }
-            } else {
-                for &child in order[..n_within].iter().rev() {
-                    #[expect(clippy::cast_possible_truncation, reason = "below 2^32 nodes")]
-                    let node = self.nodes.below(level as usize, n as usize, child as usize) as u32;
-                    stack[height] = Waiting { gap: gaps[child as usize], level: level + 1, node };
+            while within != 0 {
+                let child = first(within);
+                within &= within - 1;
+                if level as usize != lowest {
+                    stack[height] = self.waiting(level, n, child, gaps[child]);
                     height += 1;
+                } else if gaps[child] < radius.squared {
+                    self.scan_leaf(n as usize, child, lanes, &mut radius, margin_mm);
+                    is_near = true;
                 }
             }
         }
         radius.mm
+    }
+
+    #[inline(always)]
+    fn scan_leaf(
+        &self,
+        n: usize,
+        child: usize,
+        lanes: &mut Lanes,
+        radius: &mut Radius,
+        margin_mm: f64,
+    ) {
+        let lowest = self.nodes.n_levels() - 1;
+        let slots = self.leaf(self.nodes.below(lowest, n, child));
+        lanes.scan(&self.single[slots.clone()], slots.start);
+        let worst = lanes.worst();
+        if worst < radius.worst {
+            radius.worst = worst;
+            radius.shrink((lanes.distance_mm(worst) + margin_mm) * ROUNDED_UP);
+        }
+    }
+
+    #[inline(always)]
+    fn waiting(&self, level: u32, n: u32, child: usize, gap: f32) -> Waiting {
+        #[expect(clippy::cast_possible_truncation, reason = "below 2^32 nodes")]
+        let node = self.nodes.below(level as usize, n as usize, child) as u32;
+        Waiting { gap, level: level + 1, node }
     }
 }
 
@@ -215,10 +251,9 @@ fn lead(lead_mm: f64) -> f32 {
 }
 
 /// The lowest bit that is set.
-#[expect(clippy::cast_possible_truncation, reason = "of eight")]
 #[inline(always)]
-fn first(bits: u32) -> u8 {
-    bits.trailing_zeros() as u8
+fn first(bits: u32) -> usize {
+    bits.trailing_zeros() as usize % WIDTH
 }
 
 /// A node that may be within reach.
@@ -234,6 +269,8 @@ struct Radius {
     mm: f64,
     /// Rounded up.
     squared: f32,
+    /// Squared distance of the lane that it comes from.
+    worst: f32,
 }
 
 impl Radius {
@@ -241,13 +278,14 @@ impl Radius {
     fn new(mm: f64) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "rounded up")]
         let squared = (mm * mm) as f32;
-        Self { mm, squared: (squared * ROUNDED_UP_F32).max(f32::MIN_POSITIVE) }
+        let squared = (squared * ROUNDED_UP_F32).max(f32::MIN_POSITIVE);
+        Self { mm, squared, worst: f32::INFINITY }
     }
 
     #[inline(always)]
     fn shrink(&mut self, mm: f64) {
         if mm < self.mm {
-            *self = Self::new(mm);
+            *self = Self { worst: self.worst, ..Self::new(mm) };
         }
     }
 }

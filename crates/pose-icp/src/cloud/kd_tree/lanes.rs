@@ -58,9 +58,9 @@ impl Lanes {
         }
     }
 
-    /// Distance, at most, of the lane that has come least near.
+    /// Squared distance of the lane that has come least near.
     #[inline(always)]
-    pub(super) fn worst_mm(&self) -> f64 {
+    pub(super) fn worst(&self) -> f32 {
         let mut worst = self.best;
         let mut half = LANES / 2;
         while half > 0 {
@@ -70,7 +70,13 @@ impl Lanes {
             }
             half /= 2;
         }
-        f64::from(worst[0]).sqrt() * (1.0 + SINGLE_ERROR) + self.error_mm
+        worst[0]
+    }
+
+    /// Distance, at most.
+    #[inline(always)]
+    pub(super) fn distance_mm(&self, squared: f32) -> f64 {
+        f64::from(squared).sqrt() * (1.0 + SINGLE_ERROR) + self.error_mm
     }
 
     #[inline(always)]
