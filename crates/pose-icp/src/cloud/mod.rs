@@ -21,10 +21,11 @@ mod target;
 mod voxels;
 mod wide_registers;
 
-pub(crate) use kd_tree::{Found, NONE};
+pub(crate) use kd_tree::{Found, NONE, leaf_start, n_leaves, spatial_order};
 pub(crate) use point_cloud::check_points;
 pub(crate) use register::register;
 pub(crate) use target::{Foot, Target, Wanted};
+pub(crate) use wide_registers::{Task, dispatch};
 
 pub use error::{OptionName, RegisterError, Side};
 pub use normals::estimate_normals;

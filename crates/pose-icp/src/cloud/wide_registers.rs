@@ -9,14 +9,14 @@
 ///
 /// A type rather than a closure: what calls a closure is a function of its own, which the compiler
 /// makes for the narrowest machine and need not inline.
-pub(super) trait Task {
+pub(crate) trait Task {
     type Output;
 
     /// Does it; inlined into a function that may use the registers.
     fn run(self) -> Self::Output;
 }
 
-pub(super) fn dispatch<T: Task>(task: T) -> T::Output {
+pub(crate) fn dispatch<T: Task>(task: T) -> T::Output {
     pulp::Arch::new().dispatch(Chosen(task))
 }
 

@@ -38,11 +38,11 @@ impl Entry {
 }
 
 /// Smallest power of two for which no leaf holds more than [`LANES`] points.
-pub(super) fn n_leaves(n_points: usize) -> usize {
+pub(crate) fn n_leaves(n_points: usize) -> usize {
     n_points.div_ceil(LANES).next_power_of_two()
 }
 
-pub(super) fn leaf_start(leaf: usize, n_leaves: usize, n_points: usize) -> usize {
+pub(crate) fn leaf_start(leaf: usize, n_leaves: usize, n_points: usize) -> usize {
     // Leaf counts are powers of two, so that this is a shift.
     (n_points * leaf) >> n_leaves.trailing_zeros()
 }

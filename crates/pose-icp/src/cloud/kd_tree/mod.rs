@@ -14,7 +14,7 @@ mod tree;
 mod wide;
 
 pub(crate) use boxes::Aabb;
-pub(crate) use build::{LANES, leaf_of, spatial_order};
+pub(crate) use build::{LANES, leaf_of, leaf_start, n_leaves, spatial_order};
 pub(crate) use facing::{BesideRule, Facing};
 pub(crate) use found::{Found, NONE};
 pub(crate) use tree::KdTree;
