@@ -42,7 +42,7 @@ impl Motions {
     /// The next motion, if it becomes smaller as the last one did; `None` before there are two.
     pub(super) fn next_mm(&self) -> Option<f64> {
         let ratio = self.last_mm / self.before_mm;
-        (self.before_mm.is_finite() && ratio < NO_LESS).then(|| ratio * self.last_mm)
+        (self.before_mm.is_finite() && ratio < NO_LESS).then_some(ratio * self.last_mm)
     }
 
     /// Whether motions of at most this have stopped to become smaller.

@@ -18,7 +18,10 @@ use super::target::{CloudTarget, Target};
 ///
 /// Repeats: take the nearest target point of each source point, solve the linearised problem, move
 /// (Chen and Medioni 1991), first with few source points, then with ever more
-/// of them. A point keeps its nearest unasked while it provably stays nearest. Runs on the threads
+/// of them. A point keeps its nearest unasked while it provably stays nearest. Where noise of the
+/// target's points shows in the residuals, the tangent plane goes through the average of the few
+/// points about the nearest one. Where the source comes to lie elsewhere than on the target, other
+/// starts about the one given are tried, unless a distance limit is set. Runs on the threads
 /// of the surrounding rayon pool; the result has the same bits on any number of them.
 ///
 /// # Errors

@@ -73,10 +73,9 @@ impl Node {
         for (child, range) in children.into_iter().enumerate() {
             for triangle in &triangles[range] {
                 for corner in corners(triangle) {
-                    let at = node.of(&corner);
-                    for k in 0..3 {
-                        node.min[k][child] = node.min[k][child].min(below(at[k]));
-                        node.max[k][child] = node.max[k][child].max(above(at[k]));
+                    for (k, at) in node.of(&corner).into_iter().enumerate() {
+                        node.min[k][child] = node.min[k][child].min(below(at));
+                        node.max[k][child] = node.max[k][child].max(above(at));
                     }
                 }
             }
@@ -96,8 +95,8 @@ impl Node {
     fn gaps_squared(&self, point: &Vector3<f64>) -> [f32; WIDTH] {
         let at = self.of(point);
         let mut sums = [0.0_f32; WIDTH];
-        for k in 0..3 {
-            let (low, high) = (below(at[k]), above(at[k]));
+        for (k, at) in at.into_iter().enumerate() {
+            let (low, high) = (below(at), above(at));
             for (lane, sum) in sums.iter_mut().enumerate() {
                 let (over, under) = (self.min[k][lane] - high, low - self.max[k][lane]);
                 // At most one is positive.
@@ -311,7 +310,7 @@ impl Best {
     fn look_at(&mut self, tree: &FaceTree, slot: usize, query: Vector) {
         let projected = tree.triangles[slot].project_local_point(query, false);
         let squared = (projected.point - query).length_squared();
-        let is_first = squared == self.squared
+        let is_first = squared.to_bits() == self.squared.to_bits()
             && self.slot.is_some_and(|known| tree.order[slot] < tree.order[known as usize]);
         if squared < self.squared || is_first {
             #[expect(clippy::cast_possible_truncation, reason = "below 2^32 faces")]

@@ -85,23 +85,22 @@ impl Lanes {
         let mut slot = first_slot as u32;
         for &[px, py, pz] in points {
             // One operation on all lanes after the other, as registers have it.
-            let mut distance = [0.0_f32; LANES];
-            for lane in 0..LANES {
+            let mut distances = [0.0_f32; LANES];
+            for (lane, distance) in distances.iter_mut().enumerate() {
                 let (dx, dy, dz) = (px - self.x[lane], py - self.y[lane], pz - self.z[lane]);
-                distance[lane] = dx * dx + dy * dy + dz * dz;
+                *distance = dx * dx + dy * dy + dz * dz;
             }
-            for lane in 0..LANES {
-                let is_nearer = distance[lane] < self.best[lane];
-                self.slot[lane] = if is_nearer { slot } else { self.slot[lane] };
+            for ((known, distance), best) in self.slot.iter_mut().zip(&distances).zip(&self.best) {
+                *known = if distance < best { slot } else { *known };
             }
-            for lane in 0..LANES {
-                let (best, second) = (self.best[lane], self.second[lane]);
-                let loser = if distance[lane] > best { distance[lane] } else { best };
-                self.second[lane] = if loser < second { loser } else { second };
+            for ((second, &distance), &best) in
+                self.second.iter_mut().zip(&distances).zip(&self.best)
+            {
+                let loser = if distance > best { distance } else { best };
+                *second = if loser < *second { loser } else { *second };
             }
-            for lane in 0..LANES {
-                let best = self.best[lane];
-                self.best[lane] = if distance[lane] < best { distance[lane] } else { best };
+            for (best, &distance) in self.best.iter_mut().zip(&distances) {
+                *best = if distance < *best { distance } else { *best };
             }
             slot = slot.wrapping_add(1);
         }

@@ -57,6 +57,7 @@ impl KdTree {
     }
 
     /// Slots of a leaf.
+    #[expect(clippy::inline_always, reason = "inlined into what is compiled for wide registers")]
     #[inline(always)]
     pub(crate) fn leaf(&self, leaf: usize) -> std::ops::Range<usize> {
         leaf_start(leaf, self.n_leaves, self.points.len())

@@ -80,7 +80,7 @@ impl Node {
 /// All nodes, level by level from the root; those of a level in the order of their leaves.
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
-    nodes: Vec<Node>,
+    all: Vec<Node>,
     /// Where each level begins.
     starts: Vec<usize>,
     /// Binary levels that each child of the root lies below it.
@@ -123,7 +123,7 @@ impl Nodes {
             }
             below = level.iter().map(Node::all).collect();
         }
-        Self { nodes, starts, root_bits, corner }
+        Self { all: nodes, starts, root_bits, corner }
     }
 
     #[inline(always)]
@@ -134,12 +134,12 @@ impl Nodes {
     /// Node `n` of a level.
     #[inline(always)]
     pub(super) fn node(&self, level: usize, n: usize) -> &Node {
-        &self.nodes[self.starts[level] + n]
+        &self.all[self.starts[level] + n]
     }
 
     /// Places of all nodes of a level.
     pub(super) fn len_of(&self, level: usize) -> usize {
-        self.starts.get(level + 1).map_or(self.nodes.len(), |end| *end) - self.starts[level]
+        self.starts.get(level + 1).map_or(self.all.len(), |end| *end) - self.starts[level]
     }
 
     /// Place in the next level, or of the leaf, of a child of node `n`.
