@@ -269,7 +269,7 @@ fn icosahedral_rotations() -> Vec<UnitQuaternion<f64>> {
     let phi = GOLDEN_RATIO;
     let signs = [1.0, -1.0].into_iter().flat_map(|a| [1.0, -1.0].map(|b| (a, b)));
     let of_edges = signs.flat_map(|(a, b)| {
-        let edge = Vector3::new(1.0, a * phi, b * (phi + 1.0));
+        let edge = Vector3::new(1.0, a * (phi + 1.0), b * phi);
         [edge, Vector3::new(edge.z, edge.x, edge.y), Vector3::new(edge.y, edge.z, edge.x)]
     });
     for axis in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().chain(of_edges) {

@@ -90,7 +90,7 @@ pub struct Nearest {
 }
 
 impl CloudTarget {
-    /// Builds the search tree; `n log n` in time, 150 bytes a point.
+    /// Builds the search tree; `n log n` in time, 75 bytes a point.
     ///
     /// # Errors
     ///
