@@ -9,8 +9,8 @@ use crate::error::require_positive;
 /// Batches whose means tell the noise of the centre.
 const BATCHES: usize = 64;
 
-/// Samples summed side by side, so that the compiler can use vector instructions.
-const LANES: usize = 8;
+/// Samples summed side by side: one register of each sum, so that all of them stay in registers.
+const LANES: usize = 4;
 
 /// Share of the load in samples of the other sign beyond which the record is no press.
 const MAX_OTHER_SIGN_RATIO: f64 = 0.05;
@@ -180,19 +180,7 @@ impl<'a> WrenchArrays<'a> {
     }
 
     fn sums(&self, z0_mm: f64, min_fz_n: f64) -> Sums {
-        let mut lanes = [Sums::default(); LANES];
-        let [fx, fy, fz, mx, my, mz] = self.all().map(|a| a.as_chunks::<LANES>());
-        for i in 0..fz.0.len() {
-            for (lane, sums) in lanes.iter_mut().enumerate() {
-                let at = |a: &(&[[f64; LANES]], &[f64])| a.0[i][lane];
-                sums.add(z0_mm, min_fz_n, [at(&fx), at(&fy), at(&fz), at(&mx), at(&my), at(&mz)]);
-            }
-        }
-        for i in 0..fz.1.len() {
-            let rest = [fx.1[i], fy.1[i], fz.1[i], mx.1[i], my.1[i], mz.1[i]];
-            lanes[0].add(z0_mm, min_fz_n, rest);
-        }
-        lanes.iter().fold(Sums::default(), Sums::plus)
+        pulp::Arch::new().dispatch(Summing { arrays: *self, z0_mm, min_fz_n })
     }
 
     fn not_finite(&self) -> FtCenterError {
@@ -210,8 +198,79 @@ impl<'a> WrenchArrays<'a> {
     }
 }
 
+/// Sums in the widest registers that the machine has.
+struct Summing<'a> {
+    arrays: WrenchArrays<'a>,
+    z0_mm: f64,
+    min_fz_n: f64,
+}
+
+impl pulp::WithSimd for Summing<'_> {
+    type Output = Sums;
+
+    #[expect(clippy::inline_always, reason = "inlined into what is compiled for wide registers")]
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Sums {
+        let Self { arrays, z0_mm, min_fz_n } = self;
+        let [fx, fy, fz, mx, my, mz] = arrays.all().map(|a| a.as_chunks::<LANES>());
+        let mut lanes = LaneSums::default();
+        let columns = fx.0.iter().zip(fy.0).zip(fz.0).zip(mx.0.iter().zip(my.0).zip(mz.0));
+        for (((fx, fy), fz), ((mx, my), mz)) in columns {
+            lanes.add(z0_mm, min_fz_n, [fx, fy, fz, mx, my, mz]);
+        }
+        let mut sums = lanes.total();
+        for i in 0..fz.1.len() {
+            let rest = [fx.1[i], fy.1[i], fz.1[i], mx.1[i], my.1[i], mz.1[i]];
+            sums.add(z0_mm, min_fz_n, rest);
+        }
+        sums
+    }
+}
+
+/// [`Sums`], one for each lane.
+#[derive(Default)]
+struct LaneSums {
+    terms: [[f64; LANES]; 9],
+}
+
+impl LaneSums {
+    #[expect(clippy::inline_always, reason = "inlined into what is compiled for wide registers")]
+    #[inline(always)]
+    fn add(&mut self, z0_mm: f64, min_fz_n: f64, [fx, fy, fz, mx, my, mz]: [&[f64; LANES]; 6]) {
+        let mut new = [[0.0; LANES]; 9];
+        for l in 0..LANES {
+            let touching = fz[l].abs() >= min_fz_n;
+            // A product with zero keeps NaN, so that it is seen.
+            let one = if touching { 1.0 } else { 0.0 };
+            let w = fz[l] * one;
+            let (qx, qy) = (z0_mm * fx[l] - my[l], mx[l] + z0_mm * fy[l]);
+            // Fz (Mz − (x Fy − y Fx)) with x = qx/Fz, y = qy/Fz.
+            let free = fz[l] * mz[l] - qx * fy[l] + qy * fx[l];
+            new[0][l] = one;
+            new[1][l] = w.abs();
+            new[2][l] = w;
+            new[3][l] = w * w;
+            new[4][l] = w * fx[l];
+            new[5][l] = w * fy[l];
+            new[6][l] = w * qx;
+            new[7][l] = w * qy;
+            new[8][l] = free * one;
+        }
+        for (terms, new) in self.terms.iter_mut().zip(&new) {
+            for (term, new) in terms.iter_mut().zip(new) {
+                *term += new;
+            }
+        }
+    }
+
+    fn total(&self) -> Sums {
+        let [count, load, fz, square, fx, fy, qx, qy, free] =
+            self.terms.map(|lanes| lanes.iter().sum::<f64>());
+        Sums { count, load, fz, square, fx, fy, qx, qy, free }
+    }
+}
+
 impl Sums {
-    #[inline]
     fn add(&mut self, z0_mm: f64, min_fz_n: f64, [fx, fy, fz, mx, my, mz]: [f64; 6]) {
         let touching = fz.abs() >= min_fz_n;
         // A product with zero keeps NaN, so that it is seen.

@@ -54,6 +54,11 @@ impl HarmonicFit {
 
 /// Fits constant and harmonics; `None` where the samples do not tell the columns apart.
 pub(crate) fn fit(samples: &[InContact], basis: Basis) -> Option<HarmonicFit> {
+    fit_with_columns(samples, basis).map(|(fitted, _)| fitted)
+}
+
+/// The same, and an orthonormal basis of the columns.
+fn fit_with_columns(samples: &[InContact], basis: Basis) -> Option<(HarmonicFit, DMatrix<f64>)> {
     let design = design(samples, basis);
     let moments = DMatrix::from_fn(samples.len(), 2, |i, axis| samples[i].moment_nmm[axis]);
     let qr = design.clone().qr();
@@ -69,8 +74,8 @@ pub(crate) fn fit(samples: &[InContact], basis: Basis) -> Option<HarmonicFit> {
     let mut first = DMatrix::zeros(basis.columns(), 1);
     first[(0, 0)] = 1.0;
     let weights = r.tr_solve_upper_triangular(&first)?;
-    let influence = (q * weights).iter().copied().collect();
-    Some(HarmonicFit { coefficients, residuals_nmm, influence })
+    let influence = (&q * weights).iter().copied().collect();
+    Some((HarmonicFit { coefficients, residuals_nmm, influence }, q))
 }
 
 /// Ratio of diagonal entries of R under which a record does not tell a harmonic from a constant:
@@ -82,11 +87,11 @@ pub(crate) fn refine(samples: &[InContact], start: Basis) -> Option<(Basis, Harm
     let length_s = samples[samples.len() - 1].time_s - samples[0].time_s;
     let most_hz = 0.25 / length_s;
     let mut basis = start;
-    let mut fitted = fit(samples, basis)?;
+    let (mut fitted, mut columns) = fit_with_columns(samples, basis)?;
     for _ in 0..MAX_STEPS {
-        let step_hz = frequency_step(samples, basis, &fitted)?.clamp(-most_hz, most_hz);
+        let step_hz = frequency_step(samples, basis, &fitted, &columns)?.clamp(-most_hz, most_hz);
         basis.frequency_hz += step_hz;
-        fitted = fit(samples, basis)?;
+        (fitted, columns) = fit_with_columns(samples, basis)?;
         if (step_hz * length_s).abs() < 1e-10 {
             break;
         }
@@ -95,9 +100,12 @@ pub(crate) fn refine(samples: &[InContact], start: Basis) -> Option<(Basis, Harm
 }
 
 /// Gauss-Newton step: residual on the derivative by frequency, beside the other columns.
-fn frequency_step(samples: &[InContact], basis: Basis, fitted: &HarmonicFit) -> Option<f64> {
-    let design = design(samples, basis);
-    let q = design.qr().q();
+fn frequency_step(
+    samples: &[InContact],
+    basis: Basis,
+    fitted: &HarmonicFit,
+    q: &DMatrix<f64>,
+) -> Option<f64> {
     let mut slope = DMatrix::zeros(samples.len(), 2);
     let middle_s = middle(samples);
     for (i, s) in samples.iter().enumerate() {
@@ -112,7 +120,7 @@ fn frequency_step(samples: &[InContact], basis: Basis, fitted: &HarmonicFit) -> 
             }
         }
     }
-    let slope = &slope - &q * (q.transpose() * &slope);
+    let slope = &slope - q * (q.transpose() * &slope);
     let along: f64 = (slope.row_iter().zip(&fitted.residuals_nmm))
         .map(|(row, u)| row[0] * u[0] + row[1] * u[1])
         .sum();

@@ -1,6 +1,7 @@
 //! Spectrum of a planar signal at uneven times, for finding the spin.
 
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 use nalgebra::Complex;
 
@@ -70,7 +71,9 @@ impl Spectrum {
             bins.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
         };
         let tallest = highest(&|k| Some(self.power[k]));
-        let clearest = highest(&|k| Some(self.background(k)?.ratio(self.power[k])));
+        // Each bin is a neighbour of many: its logarithms are taken once.
+        let logs: Vec<[f64; 2]> = (0..self.end).map(|j| self.logs(j)).collect();
+        let clearest = highest(&|k| Some(self.background(k, |j| logs[j])?.ratio(self.power[k])));
         let mut bins: Vec<_> = tallest.into_iter().chain(clearest).collect();
         bins.dedup();
         bins.into_iter().map(|k| crate::count(k) * self.bin_hz).collect()
@@ -84,7 +87,7 @@ impl Spectrum {
     /// Chance that noise like that of this spectrum makes a line of `power` at a frequency; 1
     /// where the noise around it is not seen.
     pub(crate) fn p_value(&self, frequency_hz: f64, power: f64) -> f64 {
-        let background = self.bin(frequency_hz).and_then(|k| self.background(k));
+        let background = self.bin(frequency_hz).and_then(|k| self.background(k, |j| self.logs(j)));
         background.map_or(1.0, |b| tail(b.ratio(power)))
     }
 
@@ -95,7 +98,7 @@ impl Spectrum {
 
     /// Mean power of the noise around a frequency, one sense of rotation.
     pub(crate) fn noise_power(&self, frequency_hz: f64) -> Option<f64> {
-        Some(self.background(self.bin(frequency_hz)?)?.power)
+        Some(self.background(self.bin(frequency_hz)?, |j| self.logs(j))?.power)
     }
 
     fn bin(&self, frequency_hz: f64) -> Option<usize> {
@@ -108,15 +111,22 @@ impl Spectrum {
         (k < crate::count(self.power.len())).then_some(k as usize)
     }
 
+    /// Logarithms of a bin and of its power.
+    fn logs(&self, j: usize) -> [f64; 2] {
+        [crate::count(j).ln(), self.power[j].ln()]
+    }
+
     /// Mean noise power of one sense of rotation around bin `k`: a power law through its
-    /// neighbours, so that the steep spectrum of slow noise makes no line of its own.
-    fn background(&self, k: usize) -> Option<Background> {
+    /// neighbours, by their [`Self::logs`], so that the steep spectrum of slow noise makes no line of
+    /// its own.
+    fn background(&self, k: usize, logs: impl Fn(usize) -> [f64; 2]) -> Option<Background> {
         let below = k.saturating_sub(2 * NEIGHBOUR_BINS).max(1)..k.saturating_sub(2 * LINE_BINS);
         let above = k + 2 * LINE_BINS + 1..(k + 2 * NEIGHBOUR_BINS + 1).min(self.end);
         let mut sums = LineFit::default();
         let origin = crate::count(k.max(1)).ln();
         for j in below.chain(above).filter(|&j| self.power[j] > 0.0) {
-            sums.add(crate::count(j).ln() - origin, self.power[j].ln());
+            let [bin, power] = logs(j);
+            sums.add(bin - origin, power);
         }
         sums.at_origin()
     }
@@ -179,6 +189,17 @@ fn tail(ratio: f64) -> f64 {
     if ratio.is_nan() { 1.0 } else { (-0.5 * ratio).exp() }
 }
 
+/// `e^(−2πi k/n)` for the first half of the turn, `n` being two to the power `bits`; made once.
+fn roots(bits: u32) -> &'static [Complex<f64>] {
+    static MADE: [OnceLock<Vec<Complex<f64>>>; MAX_CELLS.trailing_zeros() as usize + 2] =
+        [const { OnceLock::new() }; MAX_CELLS.trailing_zeros() as usize + 2];
+    MADE[bits as usize].get_or_init(|| {
+        let n = 1 << bits;
+        let root = |k| Complex::from_polar(1.0, -TAU * crate::count(k) / crate::count(n));
+        (0..n / 2).map(root).collect()
+    })
+}
+
 /// In-place radix-2 Fourier transform, `Σ x e^(−2πi jk/n)`; the length is a power of two.
 fn transform(x: &mut [Complex<f64>]) {
     let n = x.len();
@@ -189,9 +210,7 @@ fn transform(x: &mut [Complex<f64>]) {
             x.swap(i, j);
         }
     }
-    let roots: Vec<_> = (0..n / 2)
-        .map(|k| Complex::from_polar(1.0, -TAU * crate::count(k) / crate::count(n)))
-        .collect();
+    let roots = roots(bits);
     let mut half = 1;
     while half < n {
         let stride = n / (2 * half);

@@ -27,6 +27,13 @@ pub trait Surface: Debug + Send + Sync {
     /// [`GeometryError::SagUndefined`], [`GeometryError::NonFinite`].
     fn curvature(&self, point_mm: &Point3<f64>) -> Result<Curvature, GeometryError>;
 
+    /// Whether it is made of flat faces, whose curvature says nothing of the surface that they stand for.
+    ///
+    /// [`Surface::curvature`] is then zero wherever it is asked for.
+    fn is_faceted(&self) -> bool {
+        false
+    }
+
     /// All points in which a line, endless both ways, meets the surface, in the line's direction.
     ///
     /// # Errors

@@ -65,7 +65,7 @@ pub use nalgebra;
 
 pub use cloud::{
     CloudTarget, Freedom, Nearest, Objective, Observability, OptionName, PointCloud, RegisterError,
-    RegisterOptions, Registration, Side, Termination, WeakDirection, estimate_normals,
+    RegisterOptions, Registration, Side, Termination, WeakDirection, estimate_normals, find_start,
     register_to_cloud, thin_out,
 };
 pub use mesh::{Holes, MeshSurface, MeshTarget, TriangleMesh, register_to_mesh, sample_surface};

@@ -16,6 +16,9 @@ pub(crate) fn foot_of_ball(
     center_mm: &Point3<f64>,
 ) -> Result<NominalFoot, ProbeError> {
     let too_large = |at: &Point3<f64>| -> Result<(), ProbeError> {
+        if nominal.is_faceted() {
+            return Ok(());
+        }
         let Ok([major, _]) = nominal.curvatures_per_mm(at) else { return Ok(()) };
         if tip_radius_mm * major < 1.0 {
             return Ok(());

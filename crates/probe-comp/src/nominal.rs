@@ -109,6 +109,11 @@ impl Nominal {
         })
     }
 
+    /// Whether it is made of flat faces, so that no curvature says how large a ball may be.
+    pub(crate) fn is_faceted(&self) -> bool {
+        self.surface.is_faceted()
+    }
+
     /// Principal curvatures at a point, the larger first; positive where the part is hollow.
     ///
     /// # Errors

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the clouds that registration is compared on.   usage: problems.py 100k|1m|scan|basin|poses OUTDIR
+"""Writes the clouds that registration is compared on.   usage: problems.py 100k|1m|scan|scan-SEED|basin|poses OUTDIR
 
 100k, 1m: freeform face z = f(x, y), 200 x 200 mm. Target: as many points on a jittered grid, with analytic normals. Source: as many
 other points of the face with 2 um noise along the normal, 184 x 184 mm, moved by a known transform of 0.5 deg and 0.9 mm.
 scan:     as 100k, but 20 um noise on both sides and half an overlap: the target is the face with x < 25 mm, the source that with x > -75 mm,
-          of which a third lies beside the target.
+          of which a third lies beside the target; scan-SEED is another drawing of points and noise.
 
 basin:    as 100k with 40 000 and 4000 points, and starts.bin: rows of angle_deg, shift_mm and a pose (R by rows, t), the true one after a
           rotation by that angle about the middle of the source and a shift by that way, both in random directions.
@@ -86,9 +86,10 @@ def rotation_about(axis, angle):
 
 
 def write(name, count, out):
-    is_scan = name == "scan"
+    is_scan = name.startswith("scan")
+    seed = int(name[len("scan-"):]) if name.startswith("scan-") else 201
     n_source = 4000 if name == "basin" else count
-    rng = np.random.Generator(np.random.PCG64(201))
+    rng = np.random.Generator(np.random.PCG64(seed))
     m = int(round(np.sqrt(count)))
     h = 200.0 / m
     gx, gy = np.meshgrid(np.arange(m), np.arange(m), indexing="ij")
@@ -122,4 +123,4 @@ if __name__ == "__main__":
     problem, folder = sys.argv[1:3]
     if problem == "poses":
         sys.exit(write_poses(folder))
-    write(problem, {"100k": 100_000, "1m": 1_000_000, "scan": 100_000, "basin": 40_000}[problem], folder)
+    write(problem, {"1m": 1_000_000, "basin": 40_000}.get(problem, 100_000), folder)

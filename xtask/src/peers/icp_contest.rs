@@ -95,6 +95,8 @@ pub(super) struct Contest {
     pub(super) rows: Vec<Row>,
     pub(super) basins: Vec<(&'static str, Vec<Cell>)>,
     pub(super) poses: Vec<(&'static str, Vec<PoseCell>)>,
+    /// Errors on drawings of the scan, µm.
+    pub(super) drawings: Vec<(&'static str, Vec<f64>)>,
 }
 
 impl Contest {
@@ -132,6 +134,18 @@ impl Contest {
             };
             self.rows.push(Row { problem, threads, name: contestant.name, usual: typical });
         }
+        Ok(())
+    }
+
+    /// Lets one program register each of several folders once.
+    pub(super) fn drawings(&mut self, contestant: &Contestant, folders: &[PathBuf]) -> Result<()> {
+        eprintln!("drawings: {}", contestant.name);
+        let mut errors_um = Vec::new();
+        for folder in folders {
+            errors_um
+                .extend(contestant.answers::<Run>(folder, 2, &["1"])?.iter().map(|r| r.error_um));
+        }
+        self.drawings.push((contestant.name, errors_um));
         Ok(())
     }
 

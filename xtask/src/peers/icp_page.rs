@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::contender::median;
 use super::icp_contest::{Contest, Row};
 
 /// Error beyond which an answer is none, whatever its program says.
@@ -32,7 +33,8 @@ threecrate computes in single precision. Whoever runs the bench puts a program o
 
 /// The page.
 pub(super) fn page(contest: &Contest) -> String {
-    format!("{HEAD}{}{}{}{}", speeds(contest), queries(contest), basins(contest), poses(contest))
+    let parts = [speeds, drawings, queries, basins, poses].map(|part| part(contest));
+    format!("{HEAD}{}", parts.concat())
 }
 
 fn speeds(contest: &Contest) -> String {
@@ -64,6 +66,26 @@ fn ours<'a>(contest: &'a Contest, row: &Row) -> Option<&'a Row> {
     contest.rows.iter().find(|o| (o.problem, o.threads, o.name) == (row.problem, row.threads, OURS))
 }
 
+fn drawings(contest: &Contest) -> String {
+    let mut page = String::from(
+        "\n## The error over many scans\n\nThe error of one scan is one of chance. The same with other drawings of points \
+         and noise; µm.\n\n| program | scans | root mean square | median | largest |\n|---|---|---|---|---|\n",
+    );
+    for (name, errors_um) in &contest.drawings {
+        #[expect(clippy::cast_precision_loss, reason = "a dozen")]
+        let mean_square = errors_um.iter().map(|e| e * e).sum::<f64>() / errors_um.len() as f64;
+        let largest = errors_um.iter().copied().fold(0.0, f64::max);
+        let _ = writeln!(
+            page,
+            "| {name} | {} | {:.1} | {:.1} | {largest:.1} |",
+            errors_um.len(),
+            mean_square.sqrt(),
+            median(errors_um.clone()),
+        );
+    }
+    page
+}
+
 fn queries(contest: &Contest) -> String {
     let mut page = String::from(
         "\n## A query\n\nProcessor time of finding the nearest target point of every source point, in no \
@@ -82,9 +104,8 @@ fn queries(contest: &Contest) -> String {
 fn basins(contest: &Contest) -> String {
     let mut page = String::from(
         "\n## From how far off\n\n4000 points on 40 000, 200 mm across, no limit on the \
-         distance. Starts that led to within 50 µm, in %, by angle and shift. pose-icp leaves out points \
-         beside the target from the start, which half an overlap needs and a shift by a third of the \
-         face does not like.\n",
+         distance. Starts that led to within 50 µm, in %, by angle and shift. Where the residuals are not those of a \
+         surface on a surface, pose-icp tries other starts about the one given; its `find_start` needs none.\n",
     );
     for (name, cells) in &contest.basins {
         let mut shifts: Vec<f64> = cells.iter().map(|cell| cell.shift_mm).collect();

@@ -50,12 +50,6 @@ impl Information {
         (0..self.free.len()).filter(|&k| !self.is_determined(k)).collect()
     }
 
-    /// The smallest singular value that is not zero; infinite where there is none.
-    pub(crate) fn weakest(&self) -> f64 {
-        let determined = (0..self.free.len()).filter(|&k| self.is_determined(k));
-        determined.map(|k| self.singular_values[k]).fold(f64::INFINITY, f64::min)
-    }
-
     /// The Gauss-Newton step, with nothing along what is not determined.
     pub(crate) fn step(&self, gradient: &Vector6<f64>) -> Vector6<f64> {
         let scaled = DVector::from_fn(self.free.len(), |i, _| {

@@ -20,6 +20,8 @@ pub(crate) struct Moving {
     pub(crate) normals: Option<Vec<Vector3<f64>>>,
     pub(crate) found: Vec<Found>,
     pub(crate) chunks: Vec<Chunk>,
+    /// Pose at which it was found.
+    pub(crate) found_at: Option<Isometry3<f64>>,
 }
 
 /// State of [`CHUNK`] points that follow one another.
@@ -34,7 +36,7 @@ impl Moving {
     fn new(points: Vec<Point3<f64>>, normals: Option<Vec<Vector3<f64>>>) -> Self {
         let found = vec![Found::NOTHING; points.len()];
         let chunks = points.chunks(CHUNK).map(Chunk::new).collect();
-        Self { points, normals, found, chunks }
+        Self { points, normals, found, chunks, found_at: None }
     }
 
     /// All points, and before them ever fewer: every sixteenth group, and so on.
@@ -54,6 +56,19 @@ impl Moving {
         levels.reverse();
         levels.push(Self::new(points, normals));
         levels
+    }
+
+    /// Groups all over the source, of about this many points.
+    pub(crate) fn few(&self, n_points: usize) -> Self {
+        let stride = self.points.len().div_ceil(n_points);
+        Self::new(every(stride, &self.points), self.normals.as_ref().map(|n| every(stride, n)))
+    }
+
+    /// Forgets what was found: it does not hold for another way to search.
+    pub(crate) fn forget(&mut self) {
+        self.found.fill(Found::NOTHING);
+        self.chunks.iter_mut().for_each(|chunk| chunk.travel_mm = 0.0);
+        self.found_at = None;
     }
 
     /// The furthest that any point moves between two poses, at most.

@@ -63,7 +63,8 @@ pub struct RegisterOptions {
     /// A point lies beside the target if the tangent plane of the nearest target point is left
     /// sideways by more than the points there lie apart. Needs normals.
     pub skip_beyond_border: bool,
-    /// Ends when a pass moves no point of the source further than this; 1e-6 mm.
+    /// Ends when a pass moves no point of the source further than this, or is foretold to move none by a
+    /// tenth of it; 1e-6 mm.
     ///
     /// This is the one test, of a length: no angle is compared with a translation.
     pub tolerance_mm: f64,

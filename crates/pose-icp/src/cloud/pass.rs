@@ -9,15 +9,17 @@ use least_squares::Loss;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
+use super::averages::Averages;
 use super::kd_tree::{Found, LANES, NONE};
 use super::moving::{CHUNK, Chunk, Moving};
 use super::options::Objective;
 use super::sums::{LaneSums, Rows, Sums, weigh};
-use super::target::Target;
+use super::target::{Target, Wanted};
+use super::wide_registers::{Task, dispatch};
 
 /// How a point is judged in one pass.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rules {
+pub(crate) struct Rules<'a> {
     pub(crate) objective: Objective,
     pub(crate) pivot: Point3<f64>,
     pub(crate) skip_beside: bool,
@@ -26,6 +28,8 @@ pub(crate) struct Rules {
     pub(crate) keep_below_mm2: f64,
     pub(crate) loss: Option<Loss>,
     pub(crate) sigma_mm: f64,
+    /// Where the surface is known better than from single points of the target.
+    pub(crate) averages: Option<&'a Averages>,
 }
 
 /// A pose as matrix and vector.
@@ -57,23 +61,22 @@ impl Placement {
     }
 }
 
-/// Finds what is nearest to each point at `pose`, which was at `before` in the pass before.
+/// Finds what is nearest to each point at `pose`.
 ///
 /// A point whose nearest leads the others by more than both can have moved since keeps it unasked.
 pub(crate) fn find<T: Target>(
     moving: &mut Moving,
     target: &T,
-    before: &Isometry3<f64>,
     pose: &Isometry3<f64>,
-    limit_mm: f64,
-    margin_mm: f64,
+    wanted: &Wanted,
 ) {
+    let before = moving.found_at.replace(*pose).unwrap_or(*pose);
     let placement = Placement::new(pose);
     let chunks = moving.chunks.par_iter_mut();
     let points = moving.points.par_chunks(CHUNK).zip(moving.found.par_chunks_mut(CHUNK));
     chunks.zip(points).for_each(|(chunk, (points, found))| {
-        chunk.travel_mm += 2.0 * chunk.motion_mm(before, pose);
-        search(chunk, points, found, target, &placement, limit_mm, margin_mm);
+        chunk.travel_mm += 2.0 * chunk.motion_mm(&before, pose);
+        search(chunk, points, found, target, &placement, wanted);
     });
 }
 
@@ -83,22 +86,21 @@ fn search<T: Target>(
     found: &mut [Found],
     target: &T,
     placement: &Placement,
-    limit_mm: f64,
-    margin_mm: f64,
+    wanted: &Wanted,
 ) {
     let mut at = [0_usize; CHUNK];
     let mut queries = [Point3::origin(); CHUNK];
     let mut answers = [Found::NOTHING; CHUNK];
     let mut n = 0;
     for (i, (point, known)) in points.iter().zip(&*found).enumerate() {
-        if known.slot == NONE || f64::from(known.lead_mm) <= chunk.travel_mm {
+        if f64::from(known.lead_mm) <= chunk.travel_mm {
             at[n] = i;
             queries[n] = placement.place(point);
             answers[n] = *known;
             n += 1;
         }
     }
-    target.search(&queries[..n], limit_mm, margin_mm, &mut answers[..n]);
+    target.search(&queries[..n], wanted, &mut answers[..n]);
     for (&i, answer) in at[..n].iter().zip(&answers[..n]) {
         #[expect(clippy::cast_possible_truncation, reason = "a bound, rounded to the safe side")]
         let lead_mm = (f64::from(answer.lead_mm) + chunk.travel_mm) as f32;
@@ -111,17 +113,14 @@ pub(crate) fn sum<T: Target>(
     moving: &Moving,
     target: &T,
     pose: &Isometry3<f64>,
-    rules: &Rules,
+    rules: &Rules<'_>,
 ) -> Sums {
     let placement = Placement::new(pose);
     let partial: Vec<Sums> = (0..moving.chunks.len())
         .into_par_iter()
         .map(|chunk| {
             let view = View::new(moving, chunk);
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || view.sum(target, &placement, rules),
-            )
+            dispatch(Summing { view, target, placement: &placement, rules })
         })
         .collect();
     partial.iter().fold(Sums::zero(), Sums::add)
@@ -132,7 +131,7 @@ pub(crate) fn squared_residuals<T: Target>(
     moving: &Moving,
     target: &T,
     pose: &Isometry3<f64>,
-    rules: &Rules,
+    rules: &Rules<'_>,
 ) -> Vec<f64> {
     let placement = Placement::new(pose);
     let per_chunk: Vec<Vec<f64>> = (0..moving.chunks.len())
@@ -144,6 +143,44 @@ pub(crate) fn squared_residuals<T: Target>(
         })
         .collect();
     per_chunk.concat()
+}
+
+/// Slots of the target that points which take part meet.
+pub(crate) fn slots_met<T: Target>(
+    moving: &Moving,
+    target: &T,
+    pose: &Isometry3<f64>,
+    rules: &Rules<'_>,
+) -> Vec<u32> {
+    let placement = Placement::new(pose);
+    let per_chunk: Vec<Vec<u32>> = (0..moving.chunks.len())
+        .into_par_iter()
+        .map(|chunk| {
+            let view = View::new(moving, chunk);
+            let takes_part = |&i: &usize| {
+                let meeting = view.meet(i, target, &placement, rules);
+                meeting.is_some_and(|m| m.squared_mm2(rules) <= rules.keep_below_mm2)
+            };
+            (0..view.points.len()).filter(takes_part).map(|i| view.found[i].slot).collect()
+        })
+        .collect();
+    per_chunk.concat()
+}
+
+struct Summing<'a, T> {
+    view: View<'a>,
+    target: &'a T,
+    placement: &'a Placement,
+    rules: &'a Rules<'a>,
+}
+
+impl<T: Target> Task for Summing<'_, T> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn run(self) -> Sums {
+        self.view.sum(self.target, self.placement, self.rules)
+    }
 }
 
 struct View<'a> {
@@ -180,7 +217,7 @@ impl<'a> View<'a> {
         i: usize,
         target: &T,
         placement: &Placement,
-        rules: &Rules,
+        rules: &Rules<'_>,
     ) -> Option<Meeting> {
         let slot = self.found[i].slot;
         if slot == NONE {
@@ -193,6 +230,8 @@ impl<'a> View<'a> {
         if is_far || (foot.is_beside && rules.skip_beside) {
             return None;
         }
+        let lift_mm = rules.averages.map_or(0.0, |a| f64::from(a.lift_mm[slot as usize]));
+        let offset = offset - foot.normal * lift_mm;
         // Normal and place must belong together: those of the target point do, and a sphere then
         // shows nothing of its rotation however coarsely it is sampled.
         let place = match rules.objective {
@@ -213,13 +252,17 @@ impl<'a> View<'a> {
     }
 
     #[inline(always)]
-    fn sum<T: Target>(&self, target: &T, placement: &Placement, rules: &Rules) -> Sums {
+    fn sum<T: Target>(&self, target: &T, placement: &Placement, rules: &Rules<'_>) -> Sums {
         let mut sums = LaneSums::zero();
         let n_rows = if rules.objective == Objective::PointToPoint { 3 } else { 1 };
         let mut n_used = 0;
         for start in (0..self.points.len()).step_by(LANES) {
+            let lanes = LANES.min(self.points.len() - start);
+            if self.found[start..start + lanes].iter().all(|f| f.slot == NONE) {
+                continue;
+            }
             let mut rows = [Rows::ZERO; 3];
-            for lane in 0..LANES.min(self.points.len() - start) {
+            for lane in 0..lanes {
                 let Some(meeting) = self.meet(start + lane, target, placement, rules) else {
                     continue;
                 };
@@ -251,7 +294,7 @@ impl Meeting {
     }
 
     #[inline(always)]
-    fn squared_mm2(&self, rules: &Rules) -> f64 {
+    fn squared_mm2(&self, rules: &Rules<'_>) -> f64 {
         if rules.objective == Objective::PointToPoint {
             return self.offset.norm_squared();
         }

@@ -11,8 +11,8 @@ pub struct Registration {
     /// Covariance of a left perturbation `[tx, ty, tz, rx, ry, rz]` about `pivot_mm`; mm²,
     /// mm·rad, rad².
     ///
-    /// For rows of standard uncertainty `sigma_mm` that are independent of one another. Nothing is
-    /// added for what is held.
+    /// For rows of standard uncertainty `sigma_mm` that are independent of one another, but for those
+    /// that share an average over the target's points. Nothing is added for what is held.
     pub covariance: Matrix6<f64>,
     /// Point of the target frame that rotations turn about.
     pub pivot_mm: Point3<f64>,
@@ -38,7 +38,8 @@ pub struct Registration {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Termination {
-    /// A pass moved no point by more than the tolerance.
+    /// A pass moved no point by more than the tolerance, or the next one is foretold to move none by a
+    /// tenth of it.
     Motion,
     /// Points between two target points change their minds for ever, and move the pose by no more
     /// than a tenth of its own standard uncertainty.

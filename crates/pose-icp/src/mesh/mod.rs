@@ -1,6 +1,7 @@
 //! Triangle meshes: what makes one usable, and registration onto one.
 
 mod border;
+mod face_tree;
 mod nominal;
 mod sample;
 mod surface;

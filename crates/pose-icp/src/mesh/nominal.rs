@@ -86,6 +86,10 @@ impl GeometrySurface for MeshSurface {
         })
     }
 
+    fn is_faceted(&self) -> bool {
+        true
+    }
+
     fn hits(&self, line: &Line) -> Result<Vec<Hit>, GeometryError> {
         let crossing = |face| self.crossing(face, line);
         let mut hits: Vec<Hit> = (0..self.mesh.faces.len()).filter_map(crossing).collect();

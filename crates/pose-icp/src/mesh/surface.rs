@@ -1,21 +1,20 @@
-//! The one place where parry's vectors meet nalgebra's.
-
 use nalgebra::{Point3, Vector3};
-use parry3d_f64::math::Vector;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
-use parry3d_f64::shape::{CompositeShapeRef, TriMesh, TrianglePointLocation};
+use parry3d_f64::shape::TrianglePointLocation;
 
 use super::border::{Border, Holes};
+use super::face_tree::{FaceTree, to_parry};
 use super::triangles::TriangleMesh;
 use crate::RegisterError;
 use crate::cloud::Side;
 
-/// A mesh under parry's bounding volume hierarchy.
+/// A mesh under a search tree; faces are named by their place in it.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
-    mesh: TriMesh,
+    tree: FaceTree,
     normals: Vec<Vector3<f64>>,
-    border: Border,
+    /// For each face, whether its edges from corner 0, 1 and 2 have no face beyond them.
+    border_edges: Vec<[bool; 3]>,
 }
 
 /// Point of a face.
@@ -39,35 +38,33 @@ impl Surface {
         if border.n_holes > 0 && holes == Holes::Refuse {
             return Err(RegisterError::MeshHoles { count: border.n_holes });
         }
-        let surface = Self::new(&mesh, border)?;
+        let surface = Self::new(&mesh, &border);
         Ok((mesh, surface))
     }
 
-    fn new(mesh: &TriangleMesh, border: Border) -> Result<Self, RegisterError> {
-        let normals = (0..mesh.faces.len()).map(|f| mesh.area_vector(f).normalize()).collect();
-        let vertices = mesh.vertices_mm.iter().map(to_parry).collect();
-        let parry = TriMesh::new(vertices, mesh.faces.clone())
-            .map_err(|_| RegisterError::Empty { side: Side::Target })?;
-        Ok(Self { mesh: parry, normals, border })
+    fn new(mesh: &TriangleMesh, border: &Border) -> Self {
+        let faces: Vec<_> = (0..mesh.faces.len()).map(|face| mesh.corners(face)).collect();
+        let tree = FaceTree::new(&faces);
+        let order = || tree.order().iter().map(|&face| face as usize);
+        let normals = order().map(|face| mesh.area_vector(face).normalize()).collect();
+        let border_edges = order().map(|face| border.edges[face]).collect();
+        Self { tree, normals, border_edges }
     }
 
     /// Face nearest to a point, if one is nearer than the limit.
     pub(super) fn nearest_face(&self, point: &Point3<f64>, limit_mm: f64) -> Option<u32> {
-        CompositeShapeRef(&self.mesh)
-            .project_local_point(to_parry(point), limit_mm, false)
-            .map(|found| found.0)
+        self.tree.nearest(point, limit_mm)
     }
 
     pub(super) fn distance_mm(&self, face: u32, point: &Point3<f64>) -> f64 {
-        let triangle = self.mesh.triangle(face);
-        triangle.distance_to_local_point(to_parry(point), false)
+        self.tree.triangle(face).distance_to_local_point(to_parry(point), false)
     }
 
     pub(super) fn foot(&self, face: u32, point: &Point3<f64>) -> OnFace {
-        let triangle = self.mesh.triangle(face);
+        let triangle = self.tree.triangle(face);
         let (projected, location) =
             triangle.project_local_point_and_get_location(to_parry(point), false);
-        let [ab, bc, ca] = self.border.edges[face as usize];
+        let [ab, bc, ca] = self.border_edges[face as usize];
         let is_on_border = match location {
             TrianglePointLocation::OnEdge(0, _) => ab,
             TrianglePointLocation::OnEdge(1, _) => bc,
@@ -84,8 +81,4 @@ impl Surface {
             is_on_border,
         }
     }
-}
-
-fn to_parry(point: &Point3<f64>) -> Vector {
-    Vector::new(point.x, point.y, point.z)
 }

@@ -3,7 +3,7 @@ use nalgebra::Point3;
 use super::border::Holes;
 use super::surface::Surface;
 use super::triangles::TriangleMesh;
-use crate::cloud::{Foot, Found, NONE, Target, register};
+use crate::cloud::{Foot, Found, NONE, Target, Wanted, register};
 use crate::{PointCloud, RegisterError, RegisterOptions, Registration};
 
 /// Share of the height over a border edge that a point may lie beside it; more is beside the mesh.
@@ -50,7 +50,8 @@ pub fn register_to_mesh(
 }
 
 impl Target for MeshTarget {
-    fn search(&self, queries: &[Point3<f64>], limit_mm: f64, _margin_mm: f64, found: &mut [Found]) {
+    fn search(&self, queries: &[Point3<f64>], wanted: &Wanted, found: &mut [Found]) {
+        let limit_mm = wanted.limit_mm;
         let mut near = NONE;
         for (query, found) in queries.iter().zip(found) {
             let hint = if found.slot == NONE { near } else { found.slot };

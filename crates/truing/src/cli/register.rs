@@ -26,6 +26,9 @@ pub(crate) struct Register {
     /// Pose to start from: six numbers "x,y,z mm, alpha,beta,gamma deg"
     #[arg(long, value_name = "POSE", value_parser = pose, allow_hyphen_values = true)]
     initial: Option<Isometry3<f64>>,
+    /// Nothing is known of the start: look for one
+    #[arg(long, conflicts_with_all = ["initial", "hold"])]
+    global: bool,
     /// Components that stay as they are at the start, such as "x,y,gamma"; rotations are about the
     /// middle of the source
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = COMPONENTS)]
@@ -94,6 +97,7 @@ impl Register {
                 max_iterations: self.max_iterations,
                 ..RegisterOptions::default()
             },
+            start_unknown: self.global,
             holes: if self.skip_holes { Holes::Skip } else { Holes::Refuse },
         }
     }

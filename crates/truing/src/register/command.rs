@@ -4,7 +4,8 @@ use std::time::Instant;
 use nalgebra::Isometry3;
 use pose_icp::{
     CloudTarget, Holes, MeshTarget, Objective, PointCloud, RegisterError, RegisterOptions,
-    Registration, Side, estimate_normals, register_to_cloud, register_to_mesh, sample_surface,
+    Registration, Side, estimate_normals, find_start, register_to_cloud, register_to_mesh,
+    sample_surface,
 };
 
 use super::answer::{RegisterTiming, Registered, pose_of};
@@ -24,6 +25,9 @@ pub struct RegisterSettings {
     pub options: RegisterOptions,
     /// What to do about holes in a target mesh.
     pub holes: Holes,
+    /// Whether nothing is known of the start, so that one is looked for; that of `options` does not
+    /// count then.
+    pub start_unknown: bool,
 }
 
 /// Registers a file onto another.
@@ -85,19 +89,26 @@ impl Job<'_> {
             Shape::Cloud(cloud) => cloud.clone(),
             Shape::Mesh(mesh) => sample_surface(mesh, SAMPLES)?,
         };
-        let options = &self.settings.options;
+        let mut options = self.settings.options.clone();
         let (found, build_s, align_s) = match onto {
             Shape::Cloud(cloud) => {
                 let cloud = with_normals(cloud, Side::Target, &mut warnings)?;
                 let target = CloudTarget::new(&cloud)?;
                 let build_s = started.elapsed().as_secs_f64();
-                let found = register_to_cloud(&source, &target, options);
+                if self.settings.start_unknown {
+                    options.start = find_start(&source, &target, &options)?;
+                }
+                let found = register_to_cloud(&source, &target, &options);
                 (found, build_s, started.elapsed().as_secs_f64() - build_s)
             }
             Shape::Mesh(mesh) => {
                 let target = MeshTarget::new(&mesh, self.settings.holes)?;
                 let build_s = started.elapsed().as_secs_f64();
-                let found = register_to_mesh(&source, &target, options);
+                if self.settings.start_unknown {
+                    let cloud = CloudTarget::new(&sample_surface(&mesh, SAMPLES)?)?;
+                    options.start = find_start(&source, &cloud, &options)?;
+                }
+                let found = register_to_mesh(&source, &target, &options);
                 (found, build_s, started.elapsed().as_secs_f64() - build_s)
             }
         };

@@ -78,6 +78,37 @@ fn xyz(points: &[Point3<f64>]) -> String {
     points.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).collect()
 }
 
+#[test]
+fn without_a_start_one_is_found_on_a_cloud_and_on_a_mesh() {
+    // The face alone is the same after half a turn about y.
+    let lopsided = |p: Point3<f64>| Point3::new(p.x, p.y, p.z + p.x * p.x / 60.0);
+    let target: Vec<_> = face(60).into_iter().map(lopsided).collect();
+    let turned = Isometry3::new(Vector3::new(300.0, -80.0, 40.0), Vector3::new(1.1, -2.0, 0.7));
+    let inside = |p: &&Point3<f64>| p.x.abs() < 17.0 && p.y.abs() < 17.0;
+    let away: Vec<_> = target.iter().filter(inside).map(|p| turned * p).collect();
+    let vertices: String = target.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
+    let faces: String = corners_of_squares(60)
+        .map(|f| format!("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1))
+        .collect();
+    let files = Files::new();
+    files.write("source.xyz", xyz(&away)).write("target.xyz", xyz(&target));
+    files.write("target.obj", vertices + &faces);
+    let expected = turned.inverse().to_homogeneous();
+    for target in ["target.xyz", "target.obj"] {
+        let found = files.json("source.xyz", target, &["--global"]);
+        for row in 0..3 {
+            for column in 0..4 {
+                let number = found["matrix"][row][column].as_f64().unwrap();
+                // The points are those of the target: the pose is exact but for the stop at 1e-6 mm,
+                // which 300 mm away from the part's middle is 2e-5.
+                assert!((number - expected[(row, column)]).abs() < 1e-4, "{target}: {found}");
+            }
+        }
+    }
+    let ended = files.run("source.xyz", "target.xyz", &["--global", "--hold", "x"]);
+    assert_eq!(ended.code, 2, "{}", ended.stderr);
+}
+
 fn ascii_ply(points: &[Point3<f64>], faces: &[[u32; 3]]) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty \

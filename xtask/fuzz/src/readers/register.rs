@@ -1,6 +1,6 @@
 //! `truing register` of one shape onto another.
 
-use truing::pose_icp::{Holes, Objective, RegisterOptions};
+use truing::pose_icp::{Objective, RegisterOptions};
 use truing::{RegisterSettings, register};
 
 use super::bundle::unpack;
@@ -14,7 +14,7 @@ pub(super) fn read(bytes: &[u8]) {
     let (Some(source), Some(target)) = (files.first(), files.last()) else { return };
     for objective in [Objective::PointToPlane, Objective::Symmetric, Objective::PointToPoint] {
         let options = RegisterOptions { objective, ..RegisterOptions::default() };
-        let settings = RegisterSettings { options, holes: Holes::default() };
+        let settings = RegisterSettings { options, ..RegisterSettings::default() };
         if let Err(error) = register(source, target, &settings) {
             assert!(matches!(error.exit_code(), 2 | 3), "{error}");
         }

@@ -4,9 +4,6 @@
 )]
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
-
-use super::build::leaf_start;
 
 /// Axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,53 +20,53 @@ impl Aabb {
         let mut aabb = Self::EMPTY;
         for p in points {
             for k in 0..3 {
-                aabb.min[k] = aabb.min[k].min(p[k]);
-                aabb.max[k] = aabb.max[k].max(p[k]);
+                aabb.min[k] = if p[k] < aabb.min[k] { p[k] } else { aabb.min[k] };
+                aabb.max[k] = if p[k] > aabb.max[k] { p[k] } else { aabb.max[k] };
             }
         }
         aabb
     }
 
-    fn union(&self, other: &Self) -> Self {
-        Self {
-            min: std::array::from_fn(|k| self.min[k].min(other.min[k])),
-            max: std::array::from_fn(|k| self.max[k].max(other.max[k])),
-        }
-    }
-
-    /// Smallest squared distance between a point of this box and a point of the other.
-    #[inline(always)]
-    pub(crate) fn gap_squared(&self, other: &Self) -> f64 {
-        let mut sum = 0.0;
-        for k in 0..3 {
-            let (above, below) = (self.min[k] - other.max[k], other.min[k] - self.max[k]);
-            // At most one is positive.
-            let gap = if above > below { above } else { below };
-            let gap = if gap > 0.0 { gap } else { 0.0 };
-            sum += gap * gap;
-        }
-        sum
-    }
-
     pub(crate) fn extent(&self) -> Vector3<f64> {
         Vector3::from_fn(|k, _| self.max[k] - self.min[k])
     }
+}
 
-    pub(crate) fn center(&self) -> Point3<f64> {
-        Point3::from(Vector3::from_fn(|k, _| 0.5 * (self.min[k] + self.max[k])))
+/// Axis-aligned box in single precision, rounded outwards, from the corner of all points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OuterBox {
+    pub(super) min: [f32; 3],
+    pub(super) max: [f32; 3],
+}
+
+impl OuterBox {
+    #[inline(always)]
+    pub(super) fn of(aabb: &Aabb, corner: &[f64; 3]) -> Self {
+        Self {
+            min: std::array::from_fn(|k| below(aabb.min[k] - corner[k])),
+            max: std::array::from_fn(|k| above(aabb.max[k] - corner[k])),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn center(&self) -> [f32; 3] {
+        std::array::from_fn(|k| 0.5 * self.min[k] + 0.5 * self.max[k])
     }
 }
 
-/// Boxes of the leaves and of everything above them, as a heap.
-pub(super) fn heap(points: &[Point3<f64>], n_leaves: usize) -> Vec<Aabb> {
-    let mut boxes = vec![Aabb::EMPTY; 2 * n_leaves];
-    boxes[n_leaves..].par_iter_mut().with_min_len(1024).enumerate().for_each(|(leaf, aabb)| {
-        let range =
-            leaf_start(leaf, n_leaves, points.len())..leaf_start(leaf + 1, n_leaves, points.len());
-        *aabb = Aabb::of(&points[range]);
-    });
-    for node in (1..n_leaves).rev() {
-        boxes[node] = boxes[2 * node].union(&boxes[2 * node + 1]);
-    }
-    boxes
+/// Beyond the rounding of the cast and of this very addition.
+const OUTWARDS: f32 = 2e-7;
+
+#[expect(clippy::cast_possible_truncation, reason = "rounded away from the box")]
+#[inline(always)]
+fn below(x: f64) -> f32 {
+    let x = x as f32;
+    x - (x.abs() * OUTWARDS + f32::MIN_POSITIVE)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounded away from the box")]
+#[inline(always)]
+fn above(x: f64) -> f32 {
+    let x = x as f32;
+    x + (x.abs() * OUTWARDS + f32::MIN_POSITIVE)
 }

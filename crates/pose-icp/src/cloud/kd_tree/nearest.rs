@@ -2,7 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::{Aabb, KdTree};
+use super::boxes::{Aabb, OuterBox};
+use super::tree::KdTree;
 
 impl KdTree {
     /// Squared distances and slots of the nearest points of a query, the nearest first.
@@ -10,37 +11,45 @@ impl KdTree {
     /// At most `count`; fewer where the tree holds fewer. `nearest` is overwritten.
     pub(crate) fn nearest(&self, query: &Point3<f64>, count: usize, nearest: &mut Vec<(f64, u32)>) {
         nearest.clear();
-        let here = Aabb::of(std::slice::from_ref(query));
-        self.visit(1, 0.0, &here, count, nearest);
+        let here = OuterBox::of(&Aabb::of(std::slice::from_ref(query)), &self.nodes.corner);
+        self.visit(0, 0, query, &here, count, nearest);
     }
 
     fn visit(
         &self,
-        node: usize,
-        gap: f64,
-        here: &Aabb,
+        level: usize,
+        n: usize,
+        query: &Point3<f64>,
+        here: &OuterBox,
         count: usize,
         nearest: &mut Vec<(f64, u32)>,
     ) {
-        if nearest.len() == count && nearest.last().is_none_or(|worst| gap >= worst.0) {
-            return;
-        }
-        if node >= self.n_leaves {
-            self.insert_leaf(node - self.n_leaves, here, count, nearest);
-            return;
-        }
-        let mut children =
-            [2 * node, 2 * node + 1].map(|child| (self.boxes[child].gap_squared(here), child));
-        if children[1].0 < children[0].0 {
-            children.swap(0, 1);
-        }
-        for (gap, child) in children {
-            self.visit(child, gap, here, count, nearest);
+        let gaps = self.nodes.node(level, n).gaps_squared(here);
+        let width = self.nodes.width(level);
+        let mut order: [usize; 8] = std::array::from_fn(|child| child);
+        let order = &mut order[..width];
+        order.sort_by(|&a, &b| gaps[a].total_cmp(&gaps[b]));
+        for &child in &*order {
+            let worst = nearest.last().filter(|_| nearest.len() == count);
+            if worst.is_some_and(|worst| f64::from(gaps[child]) >= worst.0) {
+                return;
+            }
+            let below = self.nodes.below(level, n, child);
+            if level + 1 < self.nodes.n_levels() {
+                self.visit(level + 1, below, query, here, count, nearest);
+            } else {
+                self.insert_leaf(below, query, count, nearest);
+            }
         }
     }
 
-    fn insert_leaf(&self, leaf: usize, here: &Aabb, count: usize, nearest: &mut Vec<(f64, u32)>) {
-        let query = Point3::from(here.min);
+    fn insert_leaf(
+        &self,
+        leaf: usize,
+        query: &Point3<f64>,
+        count: usize,
+        nearest: &mut Vec<(f64, u32)>,
+    ) {
         for slot in self.leaf(leaf) {
             let distance = (self.points[slot] - query).norm_squared();
             if nearest.len() < count || nearest.last().is_some_and(|worst| distance < worst.0) {

@@ -36,6 +36,35 @@ fn covariance_predicts_the_scatter() {
     assert!((variance / n - 1.0).abs() < 0.02, "variance factor {}", variance / n);
 }
 
+/// Points of the target that are noisy themselves are averaged, and rows that share an average know
+/// of it: the claimed covariance still holds, though it is that of fewer independent rows.
+#[test]
+fn covariance_predicts_the_scatter_on_a_noisy_target() {
+    let trials = 200;
+    let mut rng = scene::rng(22);
+    let (mut sum, mut sigma) = (0.0, 0.0);
+    for _ in 0..trials {
+        let cloud = scene::noisy(&mut rng, scene::target(&mut scene::rng(23), 60), SIGMA_MM);
+        let target = CloudTarget::new(&cloud).unwrap();
+        let truth = scene::small_pose();
+        let source = scene::source(&mut rng, 4000, SIGMA_MM, &truth);
+        let found = register_to_cloud(&source, &target, &RegisterOptions::default()).unwrap();
+        let pivot = Translation3::from(found.pivot_mm.coords);
+        let about_pivot = |pose: &Isometry3<f64>| pivot.inverse() * pose;
+        let error = se3::difference(&about_pivot(&found.target_from_source), &about_pivot(&truth));
+        sum += error.dot(&found.covariance.cholesky().unwrap().solve(&error));
+        sigma += found.sigma_mm / f64::from(trials);
+    }
+    let mean = sum / f64::from(trials);
+    let bound = 4.0 * (12.0 / f64::from(trials)).sqrt();
+    // Noise of the target is larger at the border of the averages than in their middle, and flips of
+    // pairs add to it: the factor by which rows share it is good to a fifth.
+    assert!((mean - 6.0).abs() < bound + 1.2, "mean normalised squared error {mean}");
+    // Leaves have 3600/512 = 7 points: √(1 + 1/7) of the noise is left, where single points leave √2.
+    let expected = SIGMA_MM * (8.0_f64 / 7.0).sqrt();
+    assert!((sigma / expected - 1.0).abs() < 0.06, "sigma {sigma}, expected {expected}");
+}
+
 #[test]
 fn an_estimated_sigma_is_the_one_of_the_noise() {
     let mut rng = scene::rng(21);

@@ -8,3 +8,4 @@ mod nearest;
 mod neighbourhoods;
 mod outliers;
 mod scene;
+mod starts;

@@ -42,6 +42,27 @@ fn finds_the_nearest_on_a_surface_far_from_the_origin() {
     check(&points, &queries);
 }
 
+#[test]
+fn finds_the_nearest_of_clusters_with_one_point_far_away() {
+    let mut rng = scene::rng(4);
+    // Single precision tells nothing apart here: all but one coincide in it.
+    let mut points: Vec<_> =
+        (0..3000).map(|_| Point3::from([(); 3].map(|()| rng.random_range(-1e-3..1e-3)))).collect();
+    points.push(Point3::new(9e8, -9e8, 9e8));
+    let queries: Vec<_> = (0..200)
+        .map(|_| Point3::from([(); 3].map(|()| rng.random_range(-2e-3..2e-3))))
+        .chain([Point3::new(8e8, -8e8, 8e8)])
+        .collect();
+    check(&points, &queries);
+}
+
+#[test]
+fn finds_the_only_point_and_one_of_many_that_coincide() {
+    let queries = [Point3::new(1.0, 2.0, 3.0), Point3::origin(), Point3::new(-1e9, 1e9, 1e9)];
+    check(&[Point3::new(0.5, 0.25, -4.0)], &queries);
+    check(&vec![Point3::new(0.5, 0.25, -4.0); 700], &queries);
+}
+
 /// A coordinate on a coarse lattice, so that points coincide and distances tie.
 fn lattice() -> impl Strategy<Value = Point3<f64>> {
     prop::array::uniform3(-4_i8..4).prop_map(|v| Point3::from(v.map(f64::from)))

@@ -64,6 +64,15 @@ pub(crate) fn source(
     PointCloud::with_normals(points_mm, normals)
 }
 
+/// The cloud with noise along its normals.
+pub(crate) fn noisy(rng: &mut impl Rng, mut cloud: PointCloud, sigma_mm: f64) -> PointCloud {
+    let noise = Normal::new(0.0, sigma_mm).unwrap();
+    for (point, normal) in cloud.points_mm.iter_mut().zip(cloud.normals.as_ref().unwrap()) {
+        *point += normal.into_inner() * noise.sample(rng);
+    }
+    cloud
+}
+
 /// About 1 mm and half a degree.
 pub(crate) fn small_pose() -> Isometry3<f64> {
     Isometry3::new(Vector3::new(0.6, -0.45, 0.5), Vector3::new(4.4e-3, -3.5e-3, 6.1e-3))
