@@ -11,7 +11,8 @@ use crate::choice::candidate::{
 };
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
-use crate::choice::score::{empirical_candidate, excluded, shape_again};
+use crate::choice::score::excluded;
+use crate::choice::score_shapes::{empirical_candidate, shape_again};
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::choice::selected::within_limits;

@@ -16,6 +16,7 @@ pub(crate) mod pair;
 pub(crate) mod ranking;
 pub(crate) mod replace;
 pub(crate) mod score;
+pub(crate) mod score_shapes;
 pub(crate) mod screening;
 pub(crate) mod select;
 pub(crate) mod selected;

@@ -4,7 +4,7 @@ use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::system::rows_of;
 use crate::choice::candidate::{Candidate, Estimability, Source, estimability};
 use crate::choice::context::Context;
-use crate::choice::score::{recorded, shape_again};
+use crate::choice::score_shapes::{recorded, shape_again};
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::levels::NAME_SHARE;

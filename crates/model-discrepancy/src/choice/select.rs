@@ -12,9 +12,8 @@ use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
 use crate::choice::replace::replace_superseded;
-use crate::choice::score::{
-    ScorePass, Scored, Scoring, score_catalogue, score_covariates, score_passing,
-};
+use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_passing};
+use crate::choice::score_shapes::score_covariates;
 use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::shape::is_of_levels;
 use crate::choice::tail::may_be_a_tail;

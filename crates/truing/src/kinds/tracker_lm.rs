@@ -4,6 +4,7 @@ mod axis_error;
 mod estimates;
 mod form;
 mod measured;
+mod of_axis;
 mod plan;
 mod plan_settings;
 mod plausible;

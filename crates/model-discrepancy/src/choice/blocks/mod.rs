@@ -129,7 +129,8 @@ mod tests {
     use crate::algebra::system::rows_of;
     use crate::choice::context::Context;
     use crate::choice::one_observation::{LocalEstimability, local_effects};
-    use crate::choice::score::{Scoring, score_catalogue, strongest_shapes};
+    use crate::choice::score::{Scoring, score_catalogue};
+    use crate::choice::score_shapes::strongest_shapes;
     use crate::choice::screening::Screening;
     use crate::choice::selected::{What, what};
     use crate::count::count;

@@ -4,18 +4,18 @@ use serde::Serialize;
 use tracker_lm::{
     AxesRelation, AxisError, AxisLetter, AxisLocation, Calibration, ErrorOrder, Mount, PointError,
     RotaryAxis, SecondCalibration, StationPose, Survey, TargetCalibration, TargetSurvey,
-    axis_errors_csv, fixed_frame_error, heidenhain_table, linuxcnc_compensation, point_errors,
-    point_errors_csv,
+    fixed_frame_error, point_errors, point_errors_csv,
 };
-use truing_report::{Curve, CurvePlot, ExtraPlot, Form};
+use truing_report::{ExtraPlot, Form};
 
 use super::axis_error::{AxisErrorEstimate, AxisLocationEstimate};
 use super::form::{AxisOfForm, axis_form};
-use super::plausible::{FoundAxis, MAX_ROTATION_DEG, implausible};
+use super::of_axis::{OfAxis, file, plots_of};
+use super::plausible::MAX_ROTATION_DEG;
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
 use crate::implausible::ImplausibleResult;
-use crate::text_table::{Cell, TextTable, number};
+use crate::text_table::TextTable;
 
 /// What a `tracker-lm` case is solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -314,13 +314,13 @@ impl TrackerLmEstimates {
     fn axes(&self) -> Vec<OfAxis<'_>> {
         let first = OfAxis {
             letter: self.letter,
-            declared: &self.axis,
+            direction: self.axis.direction,
             errors: &self.axis_errors,
             location: self.axis_location.as_ref(),
         };
         let second = self.second_axis.as_ref().map(|second| OfAxis {
             letter: second.letter,
-            declared: &second.axis,
+            direction: second.axis.direction,
             errors: &second.axis_errors,
             location: second.axis_location.as_ref(),
         });
@@ -360,70 +360,6 @@ impl TrackerLmEstimates {
 /// Angle from which errors are counted: that at which they are zero without uncertainty.
 pub(super) fn stand(errors: &[AxisError]) -> Option<f64> {
     errors.iter().find(|e| e.error.amax() == 0.0 && e.covariance.amax() == 0.0).map(|e| e.angle_rad)
-}
-
-/// What was found of one axis.
-struct OfAxis<'a> {
-    letter: AxisLetter,
-    declared: &'a AxisEstimate,
-    errors: &'a [AxisErrorEstimate],
-    location: Option<&'a AxisLocationEstimate>,
-}
-
-impl OfAxis<'_> {
-    /// Angle and rotation error about the axis itself, degrees.
-    fn own_rotation_deg(&self) -> Vec<[f64; 2]> {
-        let own = match self.letter {
-            AxisLetter::A => 3,
-            AxisLetter::B => 4,
-            AxisLetter::C => 5,
-        };
-        let of = |e: &AxisErrorEstimate| [e.angle_deg, e.numbers()[own].to_degrees()];
-        self.errors.iter().map(of).collect()
-    }
-
-    fn table(&self, reference: &str) -> TextTable {
-        let columns = [
-            "angle °",
-            "e_x µm",
-            "e_y µm",
-            "e_z µm",
-            "e_a µrad",
-            "e_b µrad",
-            "e_c µrad",
-            "U e_x µm",
-            "U e_y µm",
-            "U e_z µm",
-            "U e_a µrad",
-            "U e_b µrad",
-            "U e_c µrad",
-        ];
-        let letter = self.letter.letter();
-        let title = format!("errors of axis {letter}, {reference}; U with k = 2");
-        let mut table = TextTable::new(title, &columns);
-        for e in self.errors {
-            let factor = |c: usize| if c % 6 < 3 { 1e3 } else { 1e6 };
-            let shown: [f64; 12] = std::array::from_fn(|c| e.numbers()[c] * factor(c));
-            let errors = (0..6).map(|c| Cell::Known(shown[c], Some(shown[6 + c])));
-            let expanded = (6..12).map(|c| Cell::Expanded(Some(shown[c])));
-            let angle = std::iter::once(Cell::from(number(Some(e.angle_deg))));
-            table.push(angle.chain(errors).chain(expanded).collect());
-        }
-        table
-    }
-
-    fn implausible(&self, limit_deg: f64) -> Option<ImplausibleResult> {
-        let location = self.location.into_iter();
-        let found = FoundAxis {
-            letter: self.letter.letter(),
-            direction: self.declared.direction,
-            own_rotation_deg: &self.own_rotation_deg(),
-            location: location
-                .flat_map(|l| l.names.iter().map(String::as_str).zip(l.values))
-                .collect(),
-        };
-        implausible(&found, limit_deg)
-    }
 }
 
 impl AxesRelationEstimate {
@@ -551,51 +487,4 @@ impl Estimates for TrackerLmEstimates {
         let limit_deg = max_correction_deg.unwrap_or(MAX_ROTATION_DEG);
         self.axes().iter().find_map(|axis| axis.implausible(limit_deg))
     }
-}
-
-/// Errors of one axis as a file.
-fn file(
-    letter: AxisLetter,
-    errors: &[AxisError],
-    reversal: Option<[f64; 6]>,
-    format: Export,
-) -> String {
-    match format {
-        Export::Csv => axis_errors_csv(letter, errors),
-        Export::LinuxCnc => {
-            linuxcnc_compensation(letter, errors, &reversal.unwrap_or_default().into())
-        }
-        // Points have a table of their own.
-        Export::Heidenhain | Export::PointErrors(_) => heidenhain_table(letter, errors),
-    }
-}
-
-/// Displacements and rotations of one axis.
-fn plots_of(
-    (letter, errors, of, caption): (AxisLetter, &[AxisErrorEstimate], &str, &str),
-) -> [ExtraPlot; 2] {
-    let names = letter.error_names();
-    let plot = |what: &str, unit: &str, first: usize, factor: f64| {
-        let curve = |c: usize| {
-            let mut points: Vec<([f64; 2], f64)> = (errors.iter())
-                .map(|e| {
-                    let numbers = e.numbers();
-                    let half = 1.96 * numbers[6 + c] * factor;
-                    ([e.angle_deg, numbers[c] * factor], half)
-                })
-                .collect();
-            points.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-            let (points, half_widths) = points.into_iter().unzip();
-            Curve { name: names[c].clone(), points, half_widths, joined: true }
-        };
-        let letter = letter.letter();
-        ExtraPlot::Curves(CurvePlot {
-            title: format!("{what} {of} of axis {letter}"),
-            caption: caption.to_owned(),
-            x_title: format!("{letter} (°)"),
-            y_title: format!("error ({unit})"),
-            curves: (first..first + 3).map(curve).collect(),
-        })
-    };
-    [plot("Displacement", "µm", 0, 1e3), plot("Rotation", "µrad", 3, 1e6)]
 }
