@@ -53,6 +53,7 @@ mod error;
 mod exact;
 #[cfg(feature = "loop")]
 mod missing;
+mod outwards;
 mod program;
 mod sampled;
 

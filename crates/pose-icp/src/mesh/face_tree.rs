@@ -16,6 +16,7 @@ use parry3d_f64::shape::Triangle;
 use rayon::prelude::*;
 
 use crate::cloud::{Task, dispatch, leaf_start, n_leaves, spatial_order};
+use crate::outwards::{above, below};
 
 /// Children of a node, faces of a leaf at most, and values that one register of `f32` holds.
 const WIDTH: usize = 8;
@@ -28,9 +29,6 @@ const MAX_STACK: usize = 80;
 
 /// Nodes that one thread makes at once, at least.
 const NODES_AT_ONCE: usize = 64;
-
-/// Beyond the rounding of a cast to single precision and of the addition of this share.
-const OUTWARDS: f32 = 2e-7;
 
 /// Bound on the relative rounding of a squared gap, axes of single precision included.
 const ROUNDED_DOWN: f32 = 1.0 - 3e-6;
@@ -336,20 +334,6 @@ fn frame(normal: &Vector3<f64>) -> [[f32; 3]; 3] {
 #[expect(clippy::cast_possible_truncation, reason = "any frame near to it will do")]
 fn single(v: &Vector3<f64>) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded away from the box")]
-#[inline(always)]
-fn below(x: f64) -> f32 {
-    let x = x as f32;
-    x - (x.abs() * OUTWARDS + f32::MIN_POSITIVE)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded away from the box")]
-#[inline(always)]
-fn above(x: f64) -> f32 {
-    let x = x as f32;
-    x + (x.abs() * OUTWARDS + f32::MIN_POSITIVE)
 }
 
 pub(super) fn to_parry(point: &Point3<f64>) -> Vector {

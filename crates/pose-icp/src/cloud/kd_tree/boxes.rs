@@ -5,6 +5,8 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::outwards::{above, below};
+
 /// Axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Aabb {
@@ -52,21 +54,4 @@ impl OuterBox {
     pub(super) fn center(&self) -> [f32; 3] {
         std::array::from_fn(|k| 0.5 * self.min[k] + 0.5 * self.max[k])
     }
-}
-
-/// Beyond the rounding of the cast and of this very addition.
-const OUTWARDS: f32 = 2e-7;
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded away from the box")]
-#[inline(always)]
-fn below(x: f64) -> f32 {
-    let x = x as f32;
-    x - (x.abs() * OUTWARDS + f32::MIN_POSITIVE)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounded away from the box")]
-#[inline(always)]
-fn above(x: f64) -> f32 {
-    let x = x as f32;
-    x + (x.abs() * OUTWARDS + f32::MIN_POSITIVE)
 }
