@@ -219,15 +219,12 @@ pub(crate) fn classes(candidates: &[Candidate]) -> Vec<usize> {
 
 /// Whether two orthonormal bases span the same space.
 pub(crate) fn same_span(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
-    // The cosines' sum of squares tells most apart without a decomposition.
-    let cosines = || (a.tr_mul(b)).norm_squared();
-    a.ncols() == b.ncols()
-        && cosines() > count(a.ncols()) * SAME * SAME
-        && smallest_cosine(a, b) > SAME
+    a.ncols() == b.ncols() && same_directions(&a.tr_mul(b))
 }
 
 /// The same from the cosines between two orthonormal bases of so many columns each.
 pub(crate) fn same_directions(cosines: &DMatrix<f64>) -> bool {
+    // Their sum of squares tells most apart without a decomposition.
     cosines.norm_squared() > count(cosines.ncols()) * SAME * SAME
         && cosines.singular_values().min() > SAME
 }

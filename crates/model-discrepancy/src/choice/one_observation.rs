@@ -63,16 +63,27 @@ impl<'a> ObservationRows<'a> {
         Self { lin, of_observation, first_row, residual, square }
     }
 
-    /// Tests the effect `values` (in the layout's units, one row per row of the observation).
-    fn test(&self, observation: usize, values: &DMatrix<f64>) -> Option<LocalEstimability> {
+    /// Rows of an observation, and the effect `values` (in the layout's units, one row per row of the
+    /// observation) in them, whitened.
+    pub(crate) fn whitened(
+        &self,
+        observation: usize,
+        values: &DMatrix<f64>,
+    ) -> Option<(&[usize], DMatrix<f64>)> {
         let rows = self.of_observation.get(observation)?;
         let first = self.first_row[observation];
-        let lin = self.lin;
         let mut tangent = DMatrix::zeros(rows.len(), values.ncols());
         for (at, &i) in rows.iter().enumerate() {
-            let row = lin.rows[i];
-            tangent.row_mut(at).copy_from(&(values.row(row - first) / lin.sigma[i]));
+            let row = self.lin.rows[i];
+            tangent.row_mut(at).copy_from(&(values.row(row - first) / self.lin.sigma[i]));
         }
+        Some((rows, tangent))
+    }
+
+    /// Tests the effect `values` on an observation.
+    fn test(&self, observation: usize, values: &DMatrix<f64>) -> Option<LocalEstimability> {
+        let lin = self.lin;
+        let (rows, tangent) = self.whitened(observation, values)?;
         let q = lin.basis.rows(rows);
         let residual = self.residual.select_rows(rows);
         let beside =

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::Scope;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
-use crate::choice::one_observation::{BesideLocal, SeenLocal};
+use crate::choice::one_observation::{BesideLocal, ObservationRows, SeenLocal};
 use crate::count::count;
 use crate::levels::MASKED_AMONG;
 use crate::noise::linear::Linear;
@@ -36,25 +36,13 @@ impl Single {
         clean: &DVector<f64>,
     ) -> Self {
         let layout = lin.layout;
-        let mut of_observation = vec![Vec::new(); layout.observations.len()];
-        for (i, &row) in lin.rows.iter().enumerate() {
-            of_observation[layout.rows[row].observation].push(i);
-        }
-        let mut first_row = vec![usize::MAX; layout.observations.len()];
-        for (row, r) in layout.rows.iter().enumerate() {
-            first_row[r.observation] = first_row[r.observation].min(row);
-        }
+        let readings = ObservationRows::of(lin);
         let effects = &system.model.declared().effects;
         let is_open = |e: &usize| !system.has_effect(*e) && !banned.contains(e);
         let one = |e: usize| {
             let Scope::Observation(observation) = effects[e].scope else { return None };
-            let rows = &of_observation[observation];
-            let whole = system.model.tangent(&at.state, e);
-            let first = first_row[observation];
-            let mut tangent = DMatrix::zeros(rows.len(), whole.ncols());
-            for (to, &i) in rows.iter().enumerate() {
-                tangent.row_mut(to).copy_from(&(whole.row(lin.rows[i] - first) / lin.sigma[i]));
-            }
+            let values = system.model.tangent(&at.state, e);
+            let (rows, tangent) = readings.whitened(observation, &values)?;
             let directions = lin.basis.rows(rows);
             Some(One {
                 id: effects[e].id.clone(),
