@@ -1,18 +1,24 @@
 //! Orthonormal bases built column by column, and what they leave of other columns.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, DVectorViewMut};
+
+use crate::algebra::product::tr_times_of;
 
 /// Orthonormal columns spanning a subspace of ℝⁿ.
 ///
 /// Gram-Schmidt, repeated where most of a column is taken away: orthogonal to round-off («twice is
 /// enough», Daniel, Gragg, Kaufman and Stewart 1976; Giraud, Langou and Rozložník 2005). A few
-/// columns go vector by vector, many at a time as products of matrices.
+/// columns go vector by vector, many at a time as products of matrices. A basis with further columns
+/// shares those that it began with.
 #[derive(Clone, Debug)]
 pub(crate) struct Basis {
     rows: usize,
     dim: usize,
-    /// Column by column.
-    values: Vec<f64>,
+    /// Column by column, those that are shared first.
+    shared: Arc<Vec<f64>>,
+    own: Vec<f64>,
 }
 
 /// Share of a column's norm below which it adds nothing to a basis: ten times the round-off of
@@ -30,13 +36,14 @@ const CANCELLED: f64 = 0.1;
 
 impl Basis {
     pub(crate) fn empty(rows: usize) -> Self {
-        Self { rows, dim: 0, values: Vec::new() }
+        Self { rows, dim: 0, shared: Arc::default(), own: Vec::new() }
     }
 
     /// Basis of the columns, leaving out those that keep less than `min_kept` of their norm.
     pub(crate) fn of(columns: &DMatrix<f64>, min_kept: f64) -> Self {
         let mut basis = Self::empty(columns.nrows());
         basis.extend(columns, min_kept);
+        basis.shared = Arc::new(std::mem::take(&mut basis.own));
         basis
     }
 
@@ -67,7 +74,7 @@ impl Basis {
         // `>` also turns away NaN and the zero column.
         let new = length > min_kept * whole && length > f64::MIN_POSITIVE;
         if new {
-            self.values.extend(rest.iter().map(|v| v / length));
+            self.own.extend(rest.iter().map(|v| v / length));
             self.dim += 1;
         }
         new
@@ -77,13 +84,25 @@ impl Basis {
         self.dim
     }
 
-    fn column(&self, index: usize) -> DVectorView<'_, f64> {
-        let start = index * self.rows;
-        DVectorView::from_slice(&self.values[start..start + self.rows], self.rows)
+    /// How many columns are shared.
+    fn n_shared(&self) -> usize {
+        self.shared.len() / self.rows.max(1)
     }
 
-    fn view(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(&self.values, self.rows, self.dim)
+    fn column(&self, index: usize) -> DVectorView<'_, f64> {
+        let (of, index) = match index.checked_sub(self.n_shared()) {
+            Some(index) => (&self.own, index),
+            None => (&*self.shared, index),
+        };
+        let start = index * self.rows;
+        DVectorView::from_slice(&of[start..start + self.rows], self.rows)
+    }
+
+    /// The columns that are shared, and the others.
+    fn parts(&self) -> [DMatrixView<'_, f64>; 2] {
+        let n = self.n_shared();
+        [(&*self.shared, n), (&self.own, self.dim - n)]
+            .map(|(values, columns)| DMatrixView::from_slice(values, self.rows, columns))
     }
 
     /// Component of `x` orthogonal to the basis.
@@ -137,9 +156,24 @@ impl Basis {
         if columns.ncols() < MANY {
             self.sweep(0, columns.as_mut_slice());
         } else {
-            let along = self.view().transpose() * &*columns;
-            columns.gemm(-1.0, &self.view(), &along, 1.0);
+            let parts = self.parts();
+            let along = parts.map(|part| tr_times_of(part, columns.as_view()));
+            for (part, along) in parts.iter().zip(&along) {
+                columns.gemm(-1.0, part, along, 1.0);
+            }
         }
+    }
+
+    /// The columns along the basis, `dim × columns`.
+    pub(crate) fn along(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut along = DMatrix::zeros(self.dim, columns.ncols());
+        let mut first = 0;
+        for part in self.parts() {
+            let own = tr_times_of(part, columns.as_view());
+            along.rows_mut(first, own.nrows()).copy_from(&own);
+            first += own.nrows();
+        }
+        along
     }
 
     /// Squared norm of the projection of `x` on the basis.
@@ -154,32 +188,31 @@ impl Basis {
 
     /// The given rows of [`Basis::matrix`].
     pub(crate) fn rows(&self, rows: &[usize]) -> DMatrix<f64> {
-        self.view().select_rows(rows)
+        self.rows_from(0, rows)
     }
 
     /// The same of the columns from `first` on.
     pub(crate) fn rows_from(&self, first: usize, rows: &[usize]) -> DMatrix<f64> {
-        self.view().columns(first, self.dim - first).select_rows(rows)
-    }
-
-    /// Squared length of what the basis holds of a column that has these values in these rows and is
-    /// zero elsewhere.
-    pub(crate) fn square_along(&self, terms: &[(usize, f64)]) -> f64 {
-        let along = |k: usize| -> f64 {
-            let q = self.column(k);
-            terms.iter().map(|&(row, value)| value * q[row]).sum()
-        };
-        (0..self.dim).map(|k| along(k).powi(2)).sum()
+        let mut some = DMatrix::zeros(rows.len(), self.dim - first);
+        for (k, mut to) in some.column_iter_mut().enumerate() {
+            let column = self.column(first + k);
+            to.iter_mut().zip(rows).for_each(|(to, &row)| *to = column[row]);
+        }
+        some
     }
 
     /// Columns from `first` on, as a matrix.
     pub(crate) fn columns_from(&self, first: usize) -> DMatrix<f64> {
-        self.view().columns(first, self.dim - first).into_owned()
+        let start = first * self.rows;
+        let of_shared = self.shared.get(start..).unwrap_or_default();
+        let of_own = &self.own[start.saturating_sub(self.shared.len())..];
+        let values = of_shared.iter().chain(of_own).copied();
+        DMatrix::from_iterator(self.rows, self.dim - first, values)
     }
 
     /// The basis as a matrix, `rows × dim`.
     pub(crate) fn matrix(&self) -> DMatrix<f64> {
-        self.view().into_owned()
+        self.columns_from(0)
     }
 
     /// Both bases together; columns of `other` that are not new are left out.

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::inverse_root::{SMALLEST, terms};
+use crate::algebra::product::{gram, tr_times};
 
 /// The rows of a group, as an orthonormal basis of a system sees them: `I − QQᵀ` of these rows is
 /// `U·diag(left)·Uᵀ`, and one beside `U`.
@@ -38,7 +39,7 @@ impl Leverage {
         let vectors = vectors.select_columns(&seen);
         let left = DVector::from_fn(seen.len(), |i, _| 1.0 - leverages[seen[i]]);
         let (directions, across) = if q.nrows() < q.ncols() {
-            let across = q.tr_mul(&vectors);
+            let across = tr_times(&q, &vectors);
             (vectors, across)
         } else {
             let mut directions = &q * &vectors;
@@ -70,7 +71,7 @@ impl Leverage {
         }
         let columns = beside.select_rows(&self.rows);
         let residual = residual.select_rows(&self.rows);
-        let along = self.directions.tr_mul(&columns);
+        let along = tr_times(&self.directions, &columns);
         // Of what the system takes nothing from, products are enough.
         let rest = columns.tr_mul(&columns) - along.tr_mul(&along);
         let residual_along = self.directions.tr_mul(&residual);
@@ -158,7 +159,7 @@ fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<DMatrix<f64>
 
 /// The smaller of `Q·Qᵀ` and `Qᵀ·Q`.
 fn smaller_gram(q: &DMatrix<f64>) -> DMatrix<f64> {
-    if q.nrows() < q.ncols() { q * q.transpose() } else { q.transpose() * q }
+    if q.nrows() < q.ncols() { q * q.transpose() } else { gram(q) }
 }
 
 fn eigen(gram: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {

@@ -14,6 +14,7 @@ pub(crate) mod leverage;
 pub(crate) mod linearised;
 pub(crate) mod looked_through;
 pub(crate) mod patch;
+pub(crate) mod product;
 pub(crate) mod raw_observations;
 pub(crate) mod reading;
 pub(crate) mod session;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::Basis;
 use crate::algebra::linearised::Linearised;
@@ -22,10 +22,8 @@ impl Reading {
         self.terms.iter().map(|&(row, share)| share * column[row]).sum()
     }
 
-    /// Square of what a basis leaves of the reading, of one.
-    pub(crate) fn left_by(&self, basis: &Basis) -> f64 {
-        let whole: f64 = self.terms.iter().map(|(_, share)| share * share).sum();
-        (whole - basis.square_along(&self.terms)).max(0.0)
+    fn square(&self) -> f64 {
+        self.terms.iter().map(|(_, share)| share * share).sum()
     }
 
     /// As a column of `rows` rows.
@@ -36,6 +34,31 @@ impl Reading {
         }
         column
     }
+}
+
+/// Readings of which what a basis holds is found together.
+const TOGETHER: usize = 64;
+
+/// Squares of what a basis leaves of each reading, of one.
+pub(crate) fn left_by(basis: &Basis, readings: &[&Reading]) -> Vec<f64> {
+    let mut left = Vec::with_capacity(readings.len());
+    for some in readings.chunks(TOGETHER) {
+        // Readings that follow each other are of the same rows, or of few.
+        let mut rows: Vec<usize> =
+            some.iter().flat_map(|reading| reading.terms.iter().map(|(row, _)| *row)).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let mut shares = DMatrix::zeros(some.len(), rows.len());
+        for (i, reading) in some.iter().enumerate() {
+            for (row, share) in &reading.terms {
+                shares[(i, rows.partition_point(|known| known < row))] = *share;
+            }
+        }
+        let held = shares * basis.rows(&rows);
+        let squares = held.row_iter().map(|held| held.norm_squared());
+        left.extend(some.iter().zip(squares).map(|(r, held)| (r.square() - held).max(0.0)));
+    }
+    left
 }
 
 impl Linearised<'_> {

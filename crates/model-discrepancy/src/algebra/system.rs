@@ -3,6 +3,7 @@
 use least_squares::{Problem, SolveError, between_variance, solve};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::algebra::product::gram;
 use crate::model::whole_tangent;
 use crate::{Column, EmpiricalCorrection, Layout, Model, Role, Row, State};
 
@@ -274,7 +275,7 @@ impl<'a> System<'a> {
                     return None;
                 }
             }
-            let factor = (jacobian.transpose() * &jacobian).cholesky()?;
+            let factor = gram(&jacobian).cholesky()?;
             if factor.l_dirty().diagonal().iter().any(|d| *d < WELL_DETERMINED) {
                 return None;
             }

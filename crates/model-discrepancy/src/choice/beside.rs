@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::independent::Independent;
+use crate::algebra::product::{gram, tr_times};
 use crate::levels::MIN_SHAPE_KEPT;
 
 /// Share of its length that each direction of a system must keep on some of the rows for sums over
@@ -29,7 +30,7 @@ impl Sums {
         let columns = directions.column_iter().chain(constants.column_iter());
         let columns: Vec<_> = columns.chain(left.column_iter()).collect();
         let all = DMatrix::from_columns(&columns);
-        let products = all.transpose() * &all;
+        let products = gram(&all);
         Self { rows: left.len(), constants: constants.ncols(), products }
     }
 
@@ -41,7 +42,7 @@ impl Sums {
     ) -> Self {
         let (k, c) = (directions.ncols(), constants.ncols());
         let mut products = DMatrix::identity(k + c + 1, k + c + 1);
-        let across = directions.tr_mul(constants);
+        let across = tr_times(directions, constants);
         products.view_mut((0, k), (k, c)).copy_from(&across);
         products.view_mut((k, 0), (c, k)).copy_from(&across.transpose());
         products.view_mut((k, k), (c, c)).copy_from(&constants.tr_mul(constants));

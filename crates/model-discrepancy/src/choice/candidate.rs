@@ -92,8 +92,18 @@ pub(crate) fn catalogue(
 ) -> Vec<(usize, Estimability)> {
     let effects = &system.model.declared().effects;
     let local = |e: usize| matches!(effects[e].scope, Scope::Observation(_));
-    let missing: Vec<usize> =
-        (0..effects.len()).filter(|&e| !system.has_effect(e) && !local(e)).collect();
+    let missing = (0..effects.len()).filter(|&e| !system.has_effect(e) && !local(e)).collect();
+    estimabilities(system, at, lin, missing)
+}
+
+/// What the design sees of these effects, which are not in `system`.
+pub(crate) fn estimabilities(
+    system: &System<'_>,
+    at: &Estimate,
+    lin: &Linear<'_>,
+    missing: Vec<usize>,
+) -> Vec<(usize, Estimability)> {
+    let effects = &system.model.declared().effects;
     let tangent = |&e: &usize| lin.tangent(&whole_tangent(system.model, &at.state, e));
     let tangents: Vec<DMatrix<f64>> = missing.iter().map(tangent).collect();
     // All at once: a product of matrices.

@@ -1,7 +1,9 @@
 //! What stays the same while effects are chosen.
 
+use crate::algebra::system::{Estimate, System};
 use crate::choice::blocks::WithoutBlock;
 use crate::choice::shapes::Shapes;
+use crate::noise::linear::Linear;
 use crate::{Covariate, Model, Options};
 
 /// What stays the same while effects are chosen.
@@ -20,6 +22,9 @@ pub(crate) struct Context<'a> {
     pub(crate) thorough: bool,
     /// Where the choice is repeated without a block of groups: what of it is known from sums over them.
     pub(crate) without_block: Option<WithoutBlock<'a, 'a>>,
+    /// Where the choice is repeated with readings moved by next to nothing: systems as linearised on the
+    /// same groups before, which serve there too.
+    pub(crate) linearised: &'a [(&'a System<'a>, &'a Linear<'a>)],
 }
 
 impl<'a> Context<'a> {
@@ -39,6 +44,15 @@ impl<'a> Context<'a> {
             banned: &[],
             thorough: true,
             without_block: None,
+            linearised: &[],
+        }
+    }
+
+    /// `system` linearised at `at`, on the groups of `keep`.
+    pub(crate) fn linear(&self, system: &System<'a>, at: &Estimate, keep: &[bool]) -> Linear<'a> {
+        match self.linearised.iter().find(|(known, _)| known.is_same(system)) {
+            Some((_, lin)) => lin.with_data(system, at),
+            None => Linear::of(system, at, keep, self.silent),
         }
     }
 

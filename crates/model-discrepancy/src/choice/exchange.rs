@@ -4,6 +4,7 @@
 use nalgebra::DMatrix;
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
+use crate::algebra::product::gram;
 use crate::algebra::system::rows_of;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, catalogue, classes};
@@ -13,7 +14,6 @@ use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::sets::{Member, Sets, tried};
 use crate::count::count;
 use crate::levels::{CATALOGUE_SHARE, LATER, WORTH_MENTIONING};
-use crate::noise::linear::Linear;
 use crate::tests::hold_out::{compare, leave_out};
 use crate::tests::significance::{Reach, significance};
 
@@ -45,7 +45,7 @@ pub(crate) fn exchange<'a>(
     if !may_be(&all) || !context.without_block.is_none_or(|known| known.sets_may_be(chosen)) {
         return false;
     }
-    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let lin = context.linear(&chosen.system, &chosen.estimate, keep);
     let named: Vec<usize> = (chosen.system.active.iter().map(|a| a.effect))
         .filter(|&e| home_of_bad(context, &chosen.estimate, &lin, e).is_none())
         .collect();
@@ -61,7 +61,7 @@ pub(crate) fn exchange<'a>(
     let start = plain.system.warm_start(&chosen.estimate);
     let Ok(estimate) = plain.system.fit(&rows, &start) else { return false };
     plain.estimate = estimate;
-    let lin = Linear::of(&plain.system, &plain.estimate, keep, context.silent);
+    let lin = context.linear(&plain.system, &plain.estimate, keep);
     let alpha = context.options.alpha * LATER * CATALOGUE_SHARE;
     let scoring = Scoring::new(context, &plain.system, &plain.estimate, &lin, alpha);
     let Some((candidates, sets)) = sets_of(&scoring, &plain, &named) else { return false };
@@ -132,7 +132,7 @@ fn sets_of(
         searched: candidates.iter().map(|c| c.searched).collect(),
         named: named.len(),
         columns,
-        products: beside.transpose() * &beside,
+        products: gram(&beside),
         onto: beside.tr_mul(&scoring.clean),
         square: scoring.clean.norm_squared(),
         rows: lin.rows.len(),

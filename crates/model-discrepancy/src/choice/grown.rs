@@ -5,7 +5,6 @@ use crate::choice::candidate::{Estimability, Source, estimability_of_least};
 use crate::choice::context::Context;
 use crate::choice::selected::{Selected, within_limits};
 use crate::levels::{DECIDED, MIN_KEPT_CONFOUNDED};
-use crate::noise::linear::Linear;
 use crate::tests::significance::significance;
 
 /// Gives accepted effects the amplitudes that the design hardly shows, where the residual has them.
@@ -27,7 +26,7 @@ fn grow_one(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>, eff
     else {
         return;
     };
-    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let lin = context.linear(&chosen.system, &chosen.estimate, keep);
     let beside = (&lin, &lin.basis);
     let seen =
         estimability_of_least(context.model, effect, &chosen.estimate, beside, MIN_KEPT_CONFOUNDED);

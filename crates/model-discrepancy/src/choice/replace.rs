@@ -9,7 +9,6 @@ use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::levels::NAME_SHARE;
 use crate::levels::STAY;
-use crate::noise::linear::Linear;
 use crate::tests::significance::significance;
 
 /// Takes back catalogue effects that the `newcomer`, just added, explains as well.
@@ -48,7 +47,7 @@ fn without<'a>(
     next.system.empirical.pop();
     let rows = rows_of(&context.model.declared().layout, keep);
     next.estimate = next.system.fit(&rows, &next.system.warm_start(&chosen.estimate)).ok()?;
-    let lin = Linear::of(&next.system, &next.estimate, keep, context.silent);
+    let lin = context.linear(&next.system, &next.estimate, keep);
 
     let (wide, base) = shape_again(context, &lin, &lin.basis, covariate, shape)?;
     let Estimability::Estimable(named) =

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
 use crate::algebra::system::{Estimate, System};
-use crate::choice::candidate::{Candidate, Estimability, catalogue, classes, estimability};
+use crate::choice::candidate::{Candidate, Estimability, catalogue, classes, estimabilities};
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
 use crate::choice::tail::{is_one_tail, may_be_a_tail};
 use crate::count::count;
@@ -237,11 +237,12 @@ pub(crate) fn score_passing(
     passing: &[One],
 ) -> Vec<Scored> {
     let base = (&scoring.lin.basis, &scoring.clean);
-    let one = |one: &One| {
-        let seen = estimability(system.model, one.effect, at, scoring.lin, &scoring.lin.basis);
+    let effects = passing.iter().map(|one| one.effect).collect();
+    let seen = estimabilities(system, at, scoring.lin, effects).into_iter();
+    let one = |(one, (_, seen)): (&One, (usize, Estimability))| {
         screened(scoring, base, seen.candidate()?, one.class, one.trials)
     };
-    passing.iter().filter_map(one).collect()
+    passing.iter().zip(seen).filter_map(one).collect()
 }
 
 /// What a pass judges, and beside how much else.

@@ -220,8 +220,15 @@ impl Followed {
         let empty = || Products::zeros(along, functions * k, self.directions + k);
         let mut products: Vec<Products> = (0..shapes).map(|_| empty()).collect();
         for (c, component) in self.components.iter().enumerate() {
-            let here = values.select_rows(&component.observations);
-            let held = &component.held * &here;
+            let selected;
+            let here = if component.is_every(values.nrows()) {
+                values
+            } else {
+                selected = values.select_rows(&component.observations);
+                &selected
+            };
+            let held = &component.held * here;
+            let mut weighted = DVector::zeros(here.nrows());
             for (shape, products) in products.iter_mut().enumerate() {
                 let first = shape * functions;
                 for f in 0..functions {
@@ -229,7 +236,7 @@ impl Followed {
                     let of_system = own.rows(0, self.directions);
                     products.held.view_mut((0, at), (self.directions, 1)).copy_from(&of_system);
                     products.onto[at] = own[self.directions];
-                    let weighted = here.column(first + f).component_mul(&component.squares);
+                    weighted.cmpy(1.0, &here.column(first + f), &component.squares, 0.0);
                     products.held[(self.directions + c, at)] = weighted.sum();
                     for g in f..functions {
                         let product = weighted.dot(&here.column(first + g));
@@ -337,6 +344,12 @@ impl Followed {
 }
 
 impl Component {
+    /// Whether it has a row for each of so many observations, in their order.
+    fn is_every(&self, observations: usize) -> bool {
+        self.observations.len() == observations
+            && self.observations.iter().enumerate().all(|(i, &observation)| i == observation)
+    }
+
     /// Those of its rows for which `some` is true.
     fn of(&self, some: &[bool]) -> Self {
         let kept: Vec<usize> = (0..self.rows.len()).filter(|&i| some[self.rows[i]]).collect();

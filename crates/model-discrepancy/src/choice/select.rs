@@ -82,7 +82,7 @@ fn catalogue_passes<'a>(
         if matches!(passing, Passing::Nothing) {
             return None;
         }
-        let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+        let lin = context.linear(&chosen.system, &chosen.estimate, keep);
         if at_round_off(&lin) {
             return Some(lin);
         }
@@ -194,8 +194,8 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
     let start = plain.system.warm_start(&chosen.estimate);
     let Ok(estimate) = plain.system.fit(&rows, &start) else { return false };
     plain.estimate = estimate;
-    let lin = Linear::of(&plain.system, &plain.estimate, keep, context.silent);
-    let named = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let lin = context.linear(&plain.system, &plain.estimate, keep);
+    let named = context.linear(&chosen.system, &chosen.estimate, keep);
     let n = count(lin.rows.len());
     let left =
         cost(&chosen.system, &chosen.estimate, &rows) / cost(&plain.system, &plain.estimate, &rows);
@@ -259,7 +259,7 @@ fn covariate_pass<'a>(
     if context.without_block.is_some_and(|known| !known.shape_may_pass(&chosen.system, alpha)) {
         return;
     }
-    let anew = || Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+    let anew = || context.linear(&chosen.system, &chosen.estimate, keep);
     let lin = known.unwrap_or_else(anew);
     if at_round_off(&lin) {
         return;
@@ -329,7 +329,7 @@ pub(crate) fn still_needed(
 ) -> bool {
     let What::Effect(effect) = chosen.added[index].what else { return false };
     let Some(others) = without(context, keep, chosen, index) else { return false };
-    let lin = Linear::of(&others.system, &others.estimate, keep, context.silent);
+    let lin = context.linear(&others.system, &others.estimate, keep);
     is_needed(context.model, effect, &others.estimate, &lin, level)
 }
 

@@ -1,8 +1,8 @@
 //! Effects that were chosen.
 
-use crate::Pass;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::candidate::{Candidate, Source};
+use crate::{Model, Pass};
 
 /// A system as chosen on some groups.
 #[derive(Clone)]
@@ -14,6 +14,16 @@ pub(crate) struct Selected<'a> {
     pub(crate) passes: Vec<Pass>,
     /// Effects that the declared model's design cannot see, with the share absorbed.
     pub(crate) not_estimable: Vec<(usize, f64)>,
+}
+
+impl Selected<'_> {
+    /// The same of `model`, on which it was chosen.
+    pub(crate) fn on(self, model: &dyn Model) -> Selected<'_> {
+        let System { active, empirical, .. } = self.system;
+        let Self { estimate, added, passes, not_estimable, .. } = self;
+        let system = System { model, active, empirical };
+        Selected { system, estimate, added, passes, not_estimable }
+    }
 }
 
 /// Something that was added.

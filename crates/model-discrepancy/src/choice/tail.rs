@@ -55,10 +55,10 @@ fn carried_by(
 ) -> Option<usize> {
     let added = Basis::of(&candidate.beside, NEW_DIRECTION.sqrt());
     let explained = residual - added.reject(residual);
+    let readings = lin.noise.all_readings(lin);
     let squares = (lin.noise.free_readings(lin).iter())
-        .map(|(reading, left)| (reading.of(&explained).powi(2) / left, reading.observation));
+        .map(|(i, left)| (readings[*i].of(&explained).powi(2) / left, readings[*i].observation));
     let (_, observation) = squares.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let readings = lin.readings();
     let own = readings.iter().filter(|r| r.observation == observation);
     let columns: Vec<_> = own.map(|r| r.column(lin.rows.len())).collect();
     let alone = DMatrix::from_columns(&columns);

@@ -21,6 +21,18 @@ impl<'a> Linear<'a> {
         Self::from(Linearised::of(system, at, keep, silent))
     }
 
+    /// The same rows with the data of a system that differs in nothing else.
+    pub(crate) fn with_data(&self, system: &System<'a>, at: &Estimate) -> Self {
+        let all = system.residuals(at);
+        let whitened = self.rows.rows.iter().zip(&self.sigma).map(|(&row, sigma)| all[row] / sigma);
+        let mut residual = DVector::from_iterator(self.sigma.len(), whitened);
+        if !system.places().is_empty() {
+            // As in a linearisation of its own.
+            residual = self.basis.reject(&residual);
+        }
+        self.with_residual(residual)
+    }
+
     /// The same rows with another whitened residual.
     pub(crate) fn with_residual(&self, residual: DVector<f64>) -> Self {
         let mut rows = self.rows.clone();

@@ -3,6 +3,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::algebra::product::tr_times;
+
 /// Products of columns with each other once the noise is white, for any correlation.
 ///
 /// Each value less what the one before predicts, over the standard deviation of the prediction
@@ -42,8 +44,8 @@ impl Quadratic {
         others: &DMatrix<f64>,
         ends: &[(usize, f64)],
     ) -> Self {
-        let constant = products(columns, others);
-        let linear = -products(beside, others);
+        let constant = tr_times(columns, others);
+        let linear = -tr_times(beside, others);
         let mut square = constant.clone();
         for &(row, times) in ends {
             square.ger(-times, &columns.row(row).transpose(), &others.row(row).transpose(), 1.0);
@@ -76,13 +78,6 @@ impl Autoregression {
     pub(crate) fn log_determinant(&self, phi: f64) -> f64 {
         crate::count::count(self.predicted) * (1.0 - phi * phi).ln()
     }
-}
-
-/// Columns from which on a product of whole matrices is faster than column by column.
-const MANY: usize = 6;
-
-fn products(columns: &DMatrix<f64>, others: &DMatrix<f64>) -> DMatrix<f64> {
-    if others.ncols() < MANY { columns.tr_mul(others) } else { columns.transpose() * others }
 }
 
 fn neighbours(series: &[Vec<usize>], columns: &DMatrix<f64>) -> DMatrix<f64> {

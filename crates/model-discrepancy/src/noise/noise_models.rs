@@ -8,8 +8,9 @@ use crate::algebra::f_tail::f_tail;
 use crate::algebra::leverage::Leverage;
 use crate::algebra::linearised::Linearised;
 use crate::algebra::linearised::groups_are_runs;
+use crate::algebra::product::{gram, tr_times};
 use crate::algebra::raw_observations::RawObservations;
-use crate::algebra::reading::Reading;
+use crate::algebra::reading::{Reading, left_by};
 use crate::count::count;
 use crate::levels::MIN_CLUSTERS;
 use crate::noise::neighbours::Autoregression;
@@ -39,7 +40,8 @@ pub(crate) struct NoiseModels {
     neighbours_in_readings: OnceLock<Option<Family>>,
     fractional_in_readings: OnceLock<Option<Family>>,
     position: OnceLock<Option<Family>>,
-    free: OnceLock<Vec<(Reading, f64)>>,
+    all: OnceLock<Vec<Reading>>,
+    free: OnceLock<Vec<(usize, f64)>>,
     leverages: OnceLock<Vec<Option<Leverage>>>,
 }
 
@@ -49,13 +51,20 @@ impl NoiseModels {
         self.readings.get_or_init(|| RawObservations::of(lin)).as_ref()
     }
 
-    /// Readings of which the system leaves anything, and the square of what it leaves, of one.
-    pub(crate) fn free_readings(&self, lin: &Linearised<'_>) -> &[(Reading, f64)] {
-        let of = |reading: Reading| {
-            let left = reading.left_by(&lin.basis);
-            (left > 0.0).then_some((reading, left))
+    /// The readings behind all rows that are reported.
+    pub(crate) fn all_readings(&self, lin: &Linearised<'_>) -> &[Reading] {
+        self.all.get_or_init(|| lin.readings())
+    }
+
+    /// Which of [`Self::all_readings`] the system leaves anything of, and the square of what it leaves, of
+    /// one.
+    pub(crate) fn free_readings(&self, lin: &Linearised<'_>) -> &[(usize, f64)] {
+        let of = || {
+            let all: Vec<&Reading> = self.all_readings(lin).iter().collect();
+            let left = left_by(&lin.basis, &all).into_iter().enumerate();
+            left.filter(|(_, left)| *left > 0.0).collect()
         };
-        self.free.get_or_init(|| lin.readings().into_iter().filter_map(of).collect())
+        self.free.get_or_init(of)
     }
 
     /// What the system takes of each group; `None` where eigenvectors are not found.
@@ -165,9 +174,9 @@ impl Family {
                 (Some(products), _) => products.each_ref().map(|p| p.at(MAX_PHI * strength)),
                 (None, Some((Some(whitening), base))) => {
                     let white = whitening.apply(&self.series, columns);
-                    [base.tr_mul(&white), white.transpose() * &white]
+                    [tr_times(base, &white), gram(&white)]
                 }
-                (None, Some((None, base))) => [base.tr_mul(columns), columns.transpose() * columns],
+                (None, Some((None, base))) => [tr_times(base, columns), gram(columns)],
                 (None, None) => return None,
             };
             model.judge((&across, &own), along, columns.nrows())
@@ -219,7 +228,7 @@ impl UnderModel {
         let of_noise = whitening.as_ref().map_or(0.0, |white| white.log_determinant(series));
         let base =
             whitening.as_ref().map_or_else(|| base.clone(), |white| white.apply(series, base));
-        let information = base.transpose() * &base;
+        let information = gram(&base);
         Self::of(&information, of_noise, Some((whitening, base)))
     }
 

@@ -101,10 +101,10 @@ impl Whitening {
                     let white = if columns.ncols() < MANY {
                         lower_triangular_times(rows, &columns)
                     } else {
-                        rows * columns
+                        lower_triangular_by_blocks(rows, &columns)
                     };
-                    for (&row, white) in one.iter().zip(white.row_iter()) {
-                        out.row_mut(row).copy_from(&white);
+                    for (mut to, white) in out.column_iter_mut().zip(white.column_iter()) {
+                        one.iter().zip(white.iter()).for_each(|(&row, white)| to[row] = *white);
                     }
                 }
                 Self::Filtered { phi, readings } => {
@@ -125,6 +125,19 @@ impl Whitening {
 
 /// Columns from which on a product of whole matrices is faster than half of it column by column.
 const MANY: usize = 6;
+
+/// Rows of a triangle that are multiplied together.
+const BLOCK: usize = 32;
+
+fn lower_triangular_by_blocks(rows: DMatrixView<'_, f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());
+    for start in (0..rows.nrows()).step_by(BLOCK) {
+        let some = BLOCK.min(rows.nrows() - start);
+        let left = rows.view((start, 0), (some, start + some));
+        product.rows_mut(start, some).gemm(1.0, &left, &columns.rows(0, start + some), 0.0);
+    }
+    product
+}
 
 fn lower_triangular_times(rows: DMatrixView<'_, f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());

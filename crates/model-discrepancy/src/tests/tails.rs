@@ -4,14 +4,17 @@ use nalgebra::DVector;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
 use crate::algebra::basis::Basis;
-use crate::algebra::reading::Reading;
+use crate::algebra::reading::{Reading, left_by};
 use crate::count::count;
 use crate::levels::{HEAVY_TAILS, IN_TAILS, IN_TAILS_UNDECLARED};
 use crate::noise::linear::Linear;
 
 /// Degrees of freedom of Student's t that noise may have beside the normal law; beyond 20 the two
 /// cannot be told apart by data that fit in a case.
-const FREEDOMS: [f64; 7] = [2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0];
+/// Beside each twice what is one more: the fourth root of `1 + z²/ν` to that power is what the density
+/// falls by.
+const FREEDOMS: [(f64, i32); 7] =
+    [(2.5, 7), (3.0, 8), (4.0, 10), (5.0, 12), (7.0, 16), (10.0, 22), (20.0, 42)];
 
 /// Scales of each law, from a quarter of the root mean square to half as much again, in equal
 /// ratios: heavy tails make the root mean square larger than the scale, never much smaller.
@@ -19,9 +22,14 @@ const SCALES: usize = 24;
 const SMALLEST: f64 = 0.25;
 const LARGEST: f64 = 1.5;
 
-/// Share of the other readings that are mistakes, each as likely beforehand: they lie anywhere. Without
-/// the zero a tail that is seen would pass for mistakes, with the zero alone two mistakes for a tail.
-const MISTAKEN: [f64; 2] = [0.0, 0.01];
+/// Share of the other readings that are mistakes, where any are, which is as likely beforehand as that
+/// none is: they lie anywhere. Without the one case a tail that is seen would pass for mistakes, without
+/// the other two mistakes for a tail.
+const MISTAKEN: f64 = 0.01;
+
+/// Readings whose densities are multiplied before a logarithm is taken: sixteen of a mixture, each at
+/// least some millionth of the largest, stay within the range of a number.
+const MULTIPLIED: usize = 16;
 
 /// Standard deviation of the logarithm of the noise's standard deviation over the declared one.
 const DECLARED: f64 = 0.2;
@@ -41,8 +49,8 @@ const FOLLOWED: f64 = 0.95;
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> bool {
-    let (own, others): (Vec<Reading>, Vec<Reading>) =
-        lin.readings().into_iter().partition(|r| r.observation == observation);
+    let (own, others): (Vec<&Reading>, Vec<&Reading>) =
+        lin.noise.all_readings(lin).iter().partition(|r| r.observation == observation);
     let farthest = studentized(lin, &lin.basis, &own).into_iter().map(f64::abs).fold(0.0, f64::max);
     let rest = studentized(lin, beside, &others);
     if rest.len() < MIN_ROWS {
@@ -59,7 +67,8 @@ pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) 
 /// Degrees of freedom of Student's t that the residual shows, on the whole, where a normal law is
 /// out of the question.
 pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
-    let rows = studentized(lin, &lin.basis, &lin.readings());
+    let all: Vec<&Reading> = lin.noise.all_readings(lin).iter().collect();
+    let rows = studentized(lin, &lin.basis, &all);
     if rows.len() < MIN_ROWS {
         return None;
     }
@@ -73,18 +82,21 @@ pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {
 struct Law {
     /// Of Student's t; `None` for the normal law.
     freedom: Option<f64>,
+    /// See [`FREEDOMS`].
+    quarters: i32,
     scale: f64,
     /// Density in the middle.
     peak: f64,
 }
 
 impl Law {
-    fn new(freedom: Option<f64>, scale: f64) -> Self {
+    fn new(of: Option<(f64, i32)>, scale: f64) -> Self {
+        let (freedom, quarters) = of.map_or((None, 0), |(f, quarters)| (Some(f), quarters));
         let peak = match freedom {
             Some(freedom) => StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| t.pdf(0.0)),
             None => Normal::standard().pdf(0.0),
         };
-        Self { freedom, scale, peak: peak / scale }
+        Self { freedom, quarters, scale, peak: peak / scale }
     }
 
     fn standard_deviation(&self) -> f64 {
@@ -100,13 +112,29 @@ impl Law {
         }
     }
 
-    fn density(&self, z: f64) -> f64 {
-        let square = (z / self.scale).powi(2);
-        self.peak
-            * match self.freedom {
-                Some(freedom) => (1.0 + square / freedom).powf(-0.5 * (freedom + 1.0)),
-                None => (-0.5 * square).exp(),
+    /// Logarithms of the likelihood of rows: none of them a mistake, and some, up to `end`.
+    fn log_likelihoods(&self, rows: &[f64], end: f64) -> [f64; 2] {
+        let (anywhere, n) = (MISTAKEN / (2.0 * end), count(rows.len()));
+        let (mut falls, mut mixed) = (0.0, 0.0);
+        for some in rows.chunks(MULTIPLIED) {
+            let (mut of_falls, mut of_mixed) = (1.0_f64, 1.0_f64);
+            for z in some {
+                let square = (z / self.scale).powi(2);
+                let density = if let Some(freedom) = self.freedom {
+                    let fall = 1.0 + square / freedom;
+                    of_falls *= fall;
+                    fall.sqrt().sqrt().powi(-self.quarters)
+                } else {
+                    falls += square;
+                    (-0.5 * square).exp()
+                };
+                of_mixed *= (1.0 - MISTAKEN) * self.peak * density + anywhere;
             }
+            falls += of_falls.ln();
+            mixed += of_mixed.ln();
+        }
+        let power = self.freedom.map_or(0.5, |freedom| 0.5 * (freedom + 1.0));
+        [n * self.peak.ln() - power * falls, mixed]
     }
 }
 
@@ -119,17 +147,12 @@ fn weighed(rows: &[f64], farthest: f64, is_declared: bool) -> Vec<(Law, f64)> {
     let ratio = (LARGEST / SMALLEST).powf(1.0 / count(SCALES - 1));
     let scales = (0..SCALES).map(|i| rms * SMALLEST * ratio.powf(count(i)));
     let freedoms = FREEDOMS.iter().map(|f| (Some(*f), 1.0 / count(FREEDOMS.len())));
-    let families: Vec<(Option<f64>, f64)> = freedoms.chain([(None, 1.0)]).collect();
+    let families: Vec<(Option<(f64, i32)>, f64)> = freedoms.chain([(None, 1.0)]).collect();
     let mut laws: Vec<(Law, f64)> = Vec::with_capacity(families.len() * SCALES);
     for scale in scales {
-        for &(freedom, prior) in &families {
-            let law = Law::new(freedom, scale);
-            let densities: Vec<f64> = rows.iter().map(|z| law.density(*z)).collect();
-            let with = |share: f64| {
-                let mixed = |density: &f64| (1.0 - share) * density + share / (2.0 * end);
-                densities.iter().map(|density| mixed(density).ln()).sum::<f64>()
-            };
-            let [none, some] = MISTAKEN.map(with);
+        for &(of, prior) in &families {
+            let law = Law::new(of, scale);
+            let [none, some] = law.log_likelihoods(rows, end);
             let more = none.max(some);
             let likelihood = more + ((none - more).exp() + (some - more).exp()).ln();
             let apart = if is_declared { law.standard_deviation().ln() / DECLARED } else { 0.0 };
@@ -145,13 +168,12 @@ fn weighed(rows: &[f64], farthest: f64, is_declared: bool) -> Vec<(Law, f64)> {
 }
 
 /// Residual over its own standard uncertainty of each reading that has one.
-fn studentized(lin: &Linear<'_>, beside: &Basis, readings: &[Reading]) -> Vec<f64> {
+fn studentized(lin: &Linear<'_>, beside: &Basis, readings: &[&Reading]) -> Vec<f64> {
     let residual: DVector<f64> = beside.reject(&lin.residual);
-    let of_reading = |reading: &Reading| {
-        let left = reading.left_by(beside);
+    let of_reading = |(reading, left): (&&Reading, f64)| {
         (left > 1.0 - FOLLOWED).then(|| reading.of(&residual) / left.sqrt())
     };
-    readings.iter().filter_map(of_reading).collect()
+    readings.iter().zip(left_by(beside, readings)).filter_map(of_reading).collect()
 }
 
 #[cfg(test)]
@@ -197,6 +219,28 @@ mod tests {
         let undeclared = beyond(1.0, false);
         assert!(beyond(1.0, true) < undeclared, "{} {undeclared}", beyond(1.0, true));
         assert!(beyond(0.7, true) > undeclared, "{} {undeclared}", beyond(0.7, true));
+    }
+
+    /// Row by row, and each law's density by its library.
+    #[test]
+    fn likelihoods_are_products_of_densities() {
+        const ROUND_OFF: f64 = 1e-12;
+        let rows = quantiles(|p| 1.4 * Normal::standard().inverse_cdf(p), 45);
+        for of in FREEDOMS.map(Some).into_iter().chain([None]) {
+            let (scale, end) = (0.7, 9.0);
+            let law = Law::new(of, scale);
+            let density = |z: &f64| match of {
+                Some((freedom, _)) => StudentsT::new(0.0, scale, freedom).expect("valid").pdf(*z),
+                None => Normal::new(0.0, scale).expect("valid").pdf(*z),
+            };
+            let by_hand = |share: f64| -> f64 {
+                let mixed = |z| (1.0 - share) * density(z) + share / (2.0 * end);
+                rows.iter().map(|z| mixed(z).ln()).sum()
+            };
+            let [none, some] = law.log_likelihoods(&rows, end);
+            assert!((none / by_hand(0.0) - 1.0).abs() < ROUND_OFF, "{of:?}");
+            assert!((some / by_hand(MISTAKEN) - 1.0).abs() < ROUND_OFF, "{of:?}");
+        }
     }
 
     #[test]

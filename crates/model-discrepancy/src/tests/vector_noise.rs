@@ -34,20 +34,26 @@ pub(crate) fn vector_p_value(
         covariance += &e * e.transpose();
     }
     let root = (covariance / count(dof)).cholesky()?.l();
-    let whiten = |columns: &DMatrix<f64>| {
-        let mut out = columns.clone();
+    let whiten = |column: &mut [f64]| {
         for cluster in &lin.clusters {
-            let white = root.solve_lower_triangular(&columns.select_rows(cluster))?;
             for (i, &row) in cluster.iter().enumerate() {
-                out.row_mut(row).copy_from(&white.row(i));
+                let before = cluster[..i].iter().enumerate();
+                let known: f64 = before.map(|(j, &row)| root[(i, j)] * column[row]).sum();
+                column[row] = (column[row] - known) / root[(i, i)];
             }
         }
-        Some(out)
     };
-    let base_white = Basis::of(&whiten(&base.matrix())?, NEW_DIRECTION);
-    let added = Basis::of(&base_white.reject_columns(&whiten(tangent)?), NEW_DIRECTION.sqrt());
-    let data = whiten(&DMatrix::from_columns(std::slice::from_ref(&lin.residual)))?;
-    let data: DVector<f64> = base_white.reject(&data.column(0).into_owned());
+    let white = |mut columns: DMatrix<f64>| {
+        let rows = columns.nrows().max(1);
+        columns.as_mut_slice().chunks_exact_mut(rows).for_each(&whiten);
+        columns
+    };
+    let base_white = Basis::of(&white(base.matrix()), NEW_DIRECTION);
+    let added =
+        Basis::of(&base_white.reject_columns(&white(tangent.clone())), NEW_DIRECTION.sqrt());
+    let mut data: DVector<f64> = lin.residual.clone();
+    whiten(data.as_mut_slice());
+    let data = base_white.reject(&data);
     let test = f_test(&data, base_white.dim(), &added)?;
     Some(f_tail(test.f_statistic, count(test.directions), count(dof)))
 }

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Scope;
 use crate::algebra::independent::Independent;
+use crate::algebra::product::gram;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::beside::Beside;
 use crate::choice::blocks::passing::{One, Passing};
@@ -116,7 +117,7 @@ impl Wide {
             let (all, whole) = (all.select_rows(&some.some), whole.select_rows(&some.some));
             let squares = whole.column_iter().map(|column| column.norm_squared());
             let squares = DVector::from_iterator(whole.ncols(), squares);
-            (all.transpose() * &all, squares)
+            (gram(&all), squares)
         };
         let blocks: Vec<_> = rows.iter().map(sums).collect();
         let is_of_none = |row: &usize| !rows.iter().any(|rows| rows.is_one[*row]);
