@@ -8,6 +8,9 @@ use crate::count::count;
 /// Share of a column's length that must be left beside the model: rows are linear to no more.
 const NOTHING_LEFT: f64 = 1e-3;
 
+/// Rows that are taken together: those of some hundred columns stay in a processor's cache.
+const TOGETHER: usize = 256;
+
 /// By which station, at which step and when a reading was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Seen {
@@ -43,28 +46,44 @@ impl LookedThrough<'_> {
     /// What motions with these courses take together of the sum of squares, and the directions that
     /// they show; `None` where they show none.
     pub(crate) fn taken(&self, moving: Moving, shares: &[Vec<f64>]) -> Option<(f64, usize)> {
-        let mut shown: Vec<DVector<f64>> = Vec::new();
-        for share in shares {
-            let (tangent, whole) = (self.rows)(moving, share);
-            let left = &tangent - self.basis * self.basis.tr_mul(&tangent);
-            for (column, whole) in left.column_iter().zip(&whole) {
-                let mut rest = column.into_owned();
-                // Twice: what is left may be a thousandth.
-                for _ in 0..2 {
-                    for known in &shown {
-                        let along = known.dot(&rest);
-                        rest.axpy(-along, known, 1.0);
-                    }
-                }
-                let length = rest.norm();
-                if length > NOTHING_LEFT * whole {
-                    rest.unscale_mut(length);
-                    shown.push(rest);
-                }
+        let (tangents, lengths): (Vec<DMatrix<f64>>, Vec<Vec<f64>>) =
+            shares.iter().map(|share| (self.rows)(moving, share)).unzip();
+        let columns: Vec<_> = tangents.iter().flat_map(DMatrix::column_iter).collect();
+        if columns.is_empty() {
+            return None;
+        }
+        let tangent = DMatrix::from_columns(&columns);
+        let along = self.along(&tangent);
+        let left = tangent.tr_mul(&tangent) - along.tr_mul(&along);
+        let onto = tangent.tr_mul(self.residual);
+        // Cholesky's factor row by row, without the columns of which those before leave nothing, and the
+        // residual along their directions.
+        let mut shown: Vec<(usize, Vec<f64>, f64)> = Vec::new();
+        for (j, whole) in lengths.iter().flatten().enumerate() {
+            let mut row: Vec<f64> = Vec::with_capacity(shown.len() + 1);
+            for (k, of_known, _) in &shown {
+                let before: f64 = row.iter().zip(of_known).map(|(a, b)| a * b).sum();
+                row.push((left[(j, *k)] - before) / of_known[row.len()]);
+            }
+            let length = (left[(j, j)] - row.iter().map(|v| v * v).sum::<f64>()).max(0.0).sqrt();
+            if length > NOTHING_LEFT * whole {
+                let before: f64 = row.iter().zip(&shown).map(|(v, (.., known))| v * known).sum();
+                row.push(length);
+                shown.push((j, row, (onto[j] - before) / length));
             }
         }
-        let taken = shown.iter().map(|way| way.dot(self.residual).powi(2)).sum();
+        let taken = shown.iter().map(|(.., along)| along * along).sum();
         (!shown.is_empty()).then_some((taken, shown.len()))
+    }
+
+    /// The fitted columns' share in columns of the same rows.
+    fn along(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut along = DMatrix::zeros(self.basis.ncols(), columns.ncols());
+        for start in (0..columns.nrows()).step_by(TOGETHER) {
+            let rows = TOGETHER.min(columns.nrows() - start);
+            along.gemm_tr(1.0, &self.basis.rows(start, rows), &columns.rows(start, rows), 1.0);
+        }
+        along
     }
 
     /// That what is taken rises so by chance with so many parameters, from before to after.
@@ -76,5 +95,48 @@ impl LookedThrough<'_> {
         let left = (self.residual.norm_squared() - taken[1]).max(f64::MIN_POSITIVE);
         let f = (taken[1] - taken[0]).max(0.0) / count(more) / (left / count(dof));
         FisherSnedecor::new(count(more), count(dof)).map_or(1.0, |law| law.sf(f))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of products of some hundred numbers near one, over the square of what is left of a column.
+    const ROUND_OFF: f64 = 1e-9;
+
+    fn wave(i: usize, j: usize) -> f64 {
+        (1.3 * count(i) + 0.7 * count(j * j) + 0.9 * count(i * j)).sin()
+    }
+
+    /// Of two motions, of which the second shows one direction that the first does not: what a fit to
+    /// all columns takes of the sum of squares.
+    #[test]
+    fn what_is_taken_is_what_a_fit_takes() {
+        const ROWS: usize = 600;
+        let basis = DMatrix::from_fn(ROWS, 5, wave).qr().q();
+        let data = DVector::from_fn(ROWS, |i, _| wave(i, 17));
+        let residual = &data - &basis * basis.tr_mul(&data);
+        let columns = |moving, share: &[f64]| match (moving, share[0] > 0.0) {
+            (Moving::Machine, true) => DMatrix::from_fn(ROWS, 3, |i, j| wave(i, j + 7)),
+            _ => DMatrix::from_fn(ROWS, 2, |i, j| wave(i, 9 + j)),
+        };
+        let rows = |moving, share: &[f64]| {
+            let columns = columns(moving, share);
+            let whole = columns.column_iter().map(|c| c.norm()).collect();
+            (columns, whole)
+        };
+        let through =
+            LookedThrough { readings: &[], basis: &basis, residual: &residual, rows: &rows };
+        let (taken, shown) = through.taken(Moving::Machine, &[vec![1.0], vec![0.0]]).unwrap();
+        assert_eq!(shown, 4);
+        let all: Vec<_> = basis.column_iter().map(|c| c.into_owned()).collect();
+        let both = DMatrix::from_fn(ROWS, 4, |i, j| wave(i, j + 7));
+        let all: Vec<_> =
+            all.into_iter().chain(both.column_iter().map(|c| c.into_owned())).collect();
+        let whole = DMatrix::from_columns(&all).qr().q();
+        let fitted = whole.tr_mul(&residual).norm_squared();
+        assert!((taken / fitted - 1.0).abs() < ROUND_OFF, "{taken} {fitted}");
+        assert!(through.taken(Moving::Machine, &[]).is_none());
     }
 }
