@@ -79,9 +79,10 @@ pub use algebra::shown::{Shown, Sought};
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{
-    Alternative, Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass,
-    Score, Stability, Step, Verdict,
+    Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass, Score,
+    Solution, Stability, Step, Verdict,
 };
+pub use answer::opened::{OpenLoop, open_loop};
 pub use error::LoopError;
 pub use model::{
     CommonEffect, Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Joint,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model};
+use model_discrepancy::{Closure, Covariate, EmpiricalCorrection, Model, Solution};
 use truing_report::{CurvePlot, Facet, Fact};
 
 use crate::Error;
@@ -126,8 +126,8 @@ pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
 /// Estimates of a kind with the accepted effects in the model.
 pub(crate) type EstimatesOf<'c> = Box<dyn Fn(&Closure) -> Arc<dyn Estimates> + 'c>;
 
-/// What the loop needs, anew about what a closure has found; `None` where nothing would change.
-pub(crate) type About<'c> = Box<dyn Fn(&Closure) -> Result<Option<Prepared<'c>>, Error> + 'c>;
+/// What the loop needs, anew about what one has found; `None` where nothing would change.
+pub(crate) type About<'c> = Box<dyn Fn(&Solution) -> Result<Option<Prepared<'c>>, Error> + 'c>;
 
 /// What the loop needs.
 pub(crate) struct Prepared<'c> {

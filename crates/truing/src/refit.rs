@@ -81,7 +81,7 @@ impl<'c> Accepted<'c> {
         let (mut prepared, _) = case.prepare()?;
         for round in 0..=MOST_ROUNDS {
             let Some((closure, amplitudes)) = self.fitted(&prepared) else { return Ok(None) };
-            match prepared.there(&closure)? {
+            match prepared.there(&closure.solution())? {
                 Some(there) if round < MOST_ROUNDS => prepared = there,
                 _ => {
                     let estimates = (prepared.estimates)(&closure);

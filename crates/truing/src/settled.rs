@@ -1,4 +1,8 @@
-use model_discrepancy::{Closure, LoopError, Options, Verdict, close_loop};
+use std::sync::Arc;
+
+use model_discrepancy::{
+    Closure, ErrorSummary, LoopError, OpenLoop, Options, Solution, Verdict, close_loop, open_loop,
+};
 
 use crate::Error;
 use crate::measured::Prepared;
@@ -6,8 +10,8 @@ use crate::measured::Prepared;
 /// A loop closed on a model, and anew on the model about what each time was found.
 #[derive(Debug)]
 pub(crate) struct Settled {
-    /// All but the last.
-    on_the_way: Vec<Closure>,
+    /// What was found before the last.
+    on_the_way: Vec<Solution>,
     /// The last; what was before is that of the model about the declared solution.
     pub(crate) closure: Closure,
 }
@@ -20,35 +24,77 @@ const NOT_SETTLED: &str = "what was found changes with what else is found, and t
                            settle: correct the input by it and close the loop again";
 
 /// Closes the loop; a model that is linear about one solution, anew about what was found.
+///
+/// What is chosen on all groups leads there; the choice is repeated at the end of the way, and where that
+/// takes something back, at the end of what is left of it.
 pub(crate) fn settled<'c>(
-    mut prepared: Prepared<'c>,
+    prepared: Prepared<'c>,
     options: &Options,
 ) -> Result<(Settled, Prepared<'c>), LoopError> {
-    let mut closure = close_loop(&*prepared.model, &prepared.covariates, options)?;
-    let (before, residuals_before) = (closure.before.clone(), closure.residuals_before.clone());
-    let mut on_the_way = Vec::new();
-    while let Some(there) = prepared.there(&closure).transpose() {
-        if on_the_way.len() == MOST_ROUNDS {
+    let mut way = Way::default();
+    let (mut closure, mut prepared) = way.settle(prepared, options)?;
+    while let Some(there) = prepared.there(&closure.solution()).transpose() {
+        if way.found.len() == MOST_ROUNDS {
             closure.warnings.push(NOT_SETTLED.to_owned());
             break;
         }
+        let before = || (closure.before.clone(), closure.residuals_before.clone());
+        way.declared.get_or_insert_with(before);
         match there.map_err(|e| e.to_string()).and_then(|there| closed_anew(there, options)) {
             Ok((anew, there)) => {
-                on_the_way.push(std::mem::replace(&mut closure, anew));
-                prepared = there;
+                way.found.push(closure.solution());
+                (closure, prepared) = (anew, there);
             }
             Err(why) => {
-                closure.warnings.push(not_anew(&why));
-                if closure.verdict == Verdict::Explained {
-                    closure.verdict = Verdict::StructureRemains;
-                }
+                not_anew(&mut closure, &why);
                 break;
             }
         }
     }
-    closure.before = before;
-    closure.residuals_before = residuals_before;
-    Ok((Settled { on_the_way, closure }, prepared))
+    if let Some((before, residuals_before)) = way.declared {
+        (closure.before, closure.residuals_before) = (before, residuals_before);
+    }
+    Ok((Settled { on_the_way: way.found, closure }, prepared))
+}
+
+/// The way from a model about the declared solution to one about what was found.
+#[derive(Default)]
+struct Way {
+    /// What was found on each model but the last.
+    found: Vec<Solution>,
+    /// Error and residuals of the declared model on the first, where it is not the last.
+    declared: Option<(ErrorSummary, Vec<f64>)>,
+}
+
+impl Way {
+    /// Goes on from a model, and closes the loop on the last.
+    fn settle<'c>(
+        &mut self,
+        prepared: Prepared<'c>,
+        options: &Options,
+    ) -> Result<(Closure, Prepared<'c>), LoopError> {
+        let model = Arc::clone(&prepared.model);
+        let opened = open_loop(&*model, &prepared.covariates, options)?;
+        if self.found.len() == MOST_ROUNDS {
+            return Ok((opened.close(), prepared));
+        }
+        let there = match prepared.there(&opened.solution()) {
+            Ok(None) => return Ok((opened.close(), prepared)),
+            Ok(Some(there)) => Ok(there),
+            Err(why) => Err(why.to_string()),
+        };
+        let declared = || (opened.before(), opened.residuals_before());
+        self.declared.get_or_insert_with(declared);
+        self.found.push(opened.solution());
+        there.and_then(|there| self.settle(there, options).map_err(|e| e.to_string())).or_else(
+            |why| {
+                self.found.pop();
+                let mut closure = OpenLoop::close(opened);
+                not_anew(&mut closure, &why);
+                Ok((closure, prepared))
+            },
+        )
+    }
 }
 
 fn closed_anew<'c>(
@@ -59,24 +105,27 @@ fn closed_anew<'c>(
     anew.map(|anew| (anew, there)).map_err(|e| e.to_string())
 }
 
-fn not_anew(why: &str) -> String {
-    format!(
+/// Says that the loop could not be closed anew about what a closure found.
+fn not_anew(closure: &mut Closure, why: &str) {
+    closure.warnings.push(format!(
         "the loop could not be closed anew about what was found ({why}), so the answer is that of the \
          round before: correct the input by it and close the loop again"
-    )
+    ));
+    if closure.verdict == Verdict::Explained {
+        closure.verdict = Verdict::StructureRemains;
+    }
 }
 
 impl Settled {
     /// The model on which the last loop was closed.
     pub(crate) fn on<'c>(&self, prepared: Prepared<'c>) -> Result<Prepared<'c>, Error> {
-        (self.on_the_way.iter())
-            .try_fold(prepared, |at, closure| Ok(at.there(closure)?.unwrap_or(at)))
+        (self.on_the_way.iter()).try_fold(prepared, |at, found| Ok(at.there(found)?.unwrap_or(at)))
     }
 }
 
 impl Prepared<'_> {
-    /// What the loop needs, anew about what a closure has found.
-    pub(crate) fn there(&self, closure: &Closure) -> Result<Option<Self>, Error> {
-        self.about.as_ref().map_or(Ok(None), |about| about(closure))
+    /// What the loop needs, anew about what one has found.
+    pub(crate) fn there(&self, found: &Solution) -> Result<Option<Self>, Error> {
+        self.about.as_ref().map_or(Ok(None), |about| about(found))
     }
 }

@@ -1,13 +1,13 @@
 //! The loop: fit, find what is missing, add it, judge it on data the fit never saw.
 
-use crate::algebra::silent::silent_components;
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
-use crate::answer::contradiction::{chosen_instead, contradiction, without_names};
+use crate::answer::contradiction::{contradiction, without_names};
 use crate::answer::estimate::{Uncertain, parameter_estimates};
 use crate::answer::external_validation::badly_predicted;
-use crate::answer::separation::{Further, Imitation, all_fitted, separate_by};
+use crate::answer::opened::{OpenLoop, open_loop};
+use crate::answer::separation::{Further, Imitation, separate_by};
 use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
 use crate::answer::verdict::verdict;
@@ -16,20 +16,17 @@ use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
 use crate::choice::score::{Scoring, home_of_bad};
 use crate::choice::score_shapes::score_covariates;
-use crate::choice::select::{select, without};
+use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
-use crate::choice::shapes::Shapes;
 use crate::error::LoopError;
 use crate::levels::{FOUND_AGAIN, QUARTER};
-use crate::model::covariate::with_order;
-use crate::model::validate::{no_empty_column, validate};
 use crate::noise::linear::Linear;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
 use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
-    Alternative, Closure, Covariate, HoldOut, Model, NotObservable, Options, Origin, Outcome, Pass,
-    Remaining, Role, Stability, Step,
+    Closure, Covariate, HoldOut, Model, NotObservable, Options, Origin, Outcome, Pass, Remaining,
+    Role, Solution, Stability, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -46,66 +43,70 @@ pub fn close_loop(
     covariates: &[Covariate],
     options: &Options,
 ) -> Result<Closure, LoopError> {
-    validate(model, covariates)?;
-    let keep = all_fitted(model);
+    Ok(open_loop(model, covariates, options)?.close())
+}
+
+impl OpenLoop<'_> {
+    /// Repeats the choice, takes back what does not stand, and says what is left.
+    #[must_use]
+    pub fn close(mut self) -> Closure {
+        let (chosen, contradicted) = (self.chosen.clone(), self.contradicted.take());
+        closed(&self.context(), (&self.keep, &self.base), chosen, contradicted)
+    }
+}
+
+fn closed<'a>(
+    context: &Context<'a>,
+    (keep, base): (&[bool], &Estimate),
+    mut chosen: Selected<'a>,
+    contradicted: Option<Remaining>,
+) -> Closure {
+    let (model, silent) = (context.model, context.silent);
     let declared = System::declared(model);
-    let rows = rows_of(&model.declared().layout, &keep);
-    let base = declared.fit_first(&rows).map_err(LoopError::declared)?;
-    no_empty_column(model, &base.state)?;
-    let silent = silent_components(&declared, &base, &rows);
-    let covariates = with_order(&model.declared().layout, covariates);
-    let (covariates, silent) = (&covariates[..], &silent[..]);
-    let shapes = &Shapes::of_all(&model.declared().layout, covariates)[..];
-    let open = Context::open(model, (covariates, shapes), options, silent);
-    let first = select(&open, &keep, &base);
-    let contradicted = contradiction(&open, &keep, &base, &first);
-    let named = first.system.active.iter().map(|active| active.effect);
-    let banned: Vec<usize> = named.filter(|_| contradicted.is_some()).collect();
-    let context = Context { banned: &banned, ..open };
-    let (mut chosen, instead) = match contradicted {
-        Some(contradicted) => chosen_instead(&context, &keep, &base, &first, contradicted),
-        None => (first, None),
-    };
-    let mut taken_back: Vec<Remaining> = instead.into_iter().collect();
-    let (attributions, summaries) = loop {
+    let of_declared = Linear::of(&declared, base, keep, silent);
+    let rows = rows_of(&model.declared().layout, keep);
+    let mut taken_back: Vec<Remaining> = contradicted.into_iter().collect();
+    let (lin, attributions, summaries) = loop {
+        let lin = Linear::of(&chosen.system, &chosen.estimate, keep, silent);
         let attributions: Vec<_> =
-            chosen.added.iter().map(|a| attribute(&context, &keep, &chosen, &a.what)).collect();
-        let summaries = summarise(&context, &keep, &base, &chosen, &attributions);
+            chosen.added.iter().map(|a| attribute(context, keep, &chosen, &a.what)).collect();
+        let summaries =
+            summarise(context, keep, (base, &of_declared), (&chosen, &lin), &attributions);
         let unstable = least_stable(&summaries.stability)
-            .map(|(i, why)| (i, left_over(&context, &chosen.added[i], why)));
+            .map(|(i, why)| (i, left_over(context, &chosen.added[i], why)));
         // Check groups choose nothing.
         let may_choose = summaries.after.hold_out != HoldOut::CheckGroups;
         let gainless = || {
-            let i = last_of_many(&context, &keep, &chosen)
+            let i = last_of_many(context, &chosen, &lin)
                 .filter(|_| may_choose && !summaries.predicts_better)?;
-            Some((i, left_over(&context, &chosen.added[i], NO_GAIN.to_owned())))
+            Some((i, left_over(context, &chosen.added[i], NO_GAIN.to_owned())))
         };
         let back = unstable
             .or_else(gainless)
-            .and_then(|(i, why)| Some((why, without(&context, &keep, &chosen, i)?)));
-        let Some((why, rest)) = back else { break (attributions, summaries) };
+            .and_then(|(i, why)| Some((why, without(context, keep, &chosen, i)?)));
+        let Some((why, rest)) = back else { break (lin, attributions, summaries) };
         taken_back.push(why);
         chosen = rest;
-        if let Some(contradicted) = contradiction(&context, &keep, &base, &chosen) {
-            chosen = without_names(&context, &keep, &chosen).unwrap_or(chosen);
+        if let Some(contradicted) = contradiction(context, keep, base, &chosen) {
+            chosen = without_names(context, keep, &chosen).unwrap_or(chosen);
             taken_back.push(contradicted);
         }
     };
-    let steps = steps(&context, &keep, &chosen, &attributions, &summaries);
-    let lin = Linear::of(&chosen.system, &chosen.estimate, &keep, silent);
-    let lack_of_fit = Places::of(model, covariates).and_then(|places| places.test(&lin));
-    let mut remaining = remaining(&context, &chosen, &lin);
+    let further = Further::new(model, silent);
+    let steps = steps(context, keep, &chosen, &attributions, (&summaries, &further));
+    let lack_of_fit = Places::of(model, context.covariates).and_then(|places| places.test(&lin));
+    let mut remaining = remaining(context, &chosen, &lin);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin));
     remaining.extend(taken_back);
     // What does not predict check groups stands, and explains nothing.
-    let many = last_of_many(&context, &keep, &chosen).filter(|_| !summaries.predicts_better);
+    let many = last_of_many(context, &chosen, &lin).filter(|_| !summaries.predicts_better);
     remaining.extend(many.map(|_| no_gain(&chosen)));
-    let (confusability, confusable_ids) = confusability(&context, &base, &keep);
+    let (confusability, confusable_ids) = confusability(context, base, &of_declared);
     mark_confounded(&mut chosen.passes, &attributions);
-    let mut warnings = warnings(&context, &chosen, silent);
+    let mut warnings = warnings(context, &chosen, silent);
     warnings
-        .extend(looked_for(&context, &chosen).filter(|_| {
+        .extend(looked_for(context, &chosen).filter(|_| {
             matches!(summaries.after.hold_out, HoldOut::Nested | HoldOut::LeaveOneOut)
         }));
     warnings.extend(summaries.warnings);
@@ -116,11 +117,11 @@ pub fn close_loop(
              loss would give it less weight"
         )
     }));
-    let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, &keep);
-    Ok(Closure {
-        verdict: verdict(&context, &lin, &chosen, &remaining),
-        not_observable: not_observable(&context, &declared, &base, &keep, &chosen),
-        residuals_before: declared.residuals(&base).iter().copied().collect(),
+    let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, keep);
+    Closure {
+        verdict: verdict(context, &lin, &chosen, &remaining),
+        not_observable: not_observable(&declared, (base, &of_declared), &chosen, &further),
+        residuals_before: declared.residuals(base).iter().copied().collect(),
         residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
         covariance: uncertain.covariance,
         columns: uncertain.columns,
@@ -139,7 +140,7 @@ pub fn close_loop(
         confusability,
         confusable_ids,
         warnings,
-    })
+    }
 }
 
 /// The addition that the fewest repetitions find again, where that is fewer than half of them, and
@@ -176,10 +177,9 @@ fn no_gain(chosen: &Selected<'_>) -> Remaining {
 
 /// The last addition that moves more than one reading: without a bad one, which is no part of the
 /// model, others are predicted better or worse by chance.
-fn last_of_many(context: &Context<'_>, keep: &[bool], chosen: &Selected<'_>) -> Option<usize> {
-    let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
+fn last_of_many(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> Option<usize> {
     let is_of_many = |added: &Added| match added.what {
-        What::Effect(effect) => home_of_bad(context, &chosen.estimate, &lin, effect).is_none(),
+        What::Effect(effect) => home_of_bad(context, &chosen.estimate, lin, effect).is_none(),
         What::Empirical(..) => true,
     };
     chosen.added.iter().rposition(is_of_many)
@@ -205,7 +205,7 @@ fn alternatives(
     rows: &[usize],
     chosen: &Selected<'_>,
     attributions: &[Option<Attribution<'_>>],
-) -> Vec<Alternative> {
+) -> Vec<Solution> {
     let pairs =
         attributions.iter().flatten().flat_map(|a| a.confounded.iter().map(move |r| (a, r)));
     let of = |(attribution, rival): (&Attribution<'_>, &Candidate)| {
@@ -214,7 +214,7 @@ fn alternatives(
         }
         let system = rival.added_to(&attribution.system);
         let fitted = system.fit_anew(rows, &system.warm_start(&chosen.estimate)).ok()?;
-        Some(Alternative { columns: system.columns(), state: fitted.state })
+        Some(Solution { columns: system.columns(), state: fitted.state })
     };
     pairs.take(MOST_ALTERNATIVES).filter_map(of).collect()
 }
@@ -224,7 +224,7 @@ fn steps(
     keep: &[bool],
     chosen: &Selected<'_>,
     attributions: &[Option<Attribution<'_>>],
-    summaries: &Summaries,
+    (summaries, further): (&Summaries, &Further<'_>),
 ) -> Vec<Step> {
     let errors = step_errors(context, keep, chosen);
     let step = |(i, added): (usize, &Added)| {
@@ -232,7 +232,7 @@ fn steps(
         let names = attribution.map(Attribution::names).unwrap_or_default();
         let separate_by = attribution
             .filter(|a| !a.confounded.is_empty())
-            .and_then(|a| separate_by(a, &chosen.estimate, context.silent));
+            .and_then(|a| separate_by(a, &chosen.estimate, further));
         let (effect, subject, description) = describe(context, &added.what);
         Step {
             effect,
@@ -307,18 +307,15 @@ fn remaining(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
 }
 
 fn not_observable(
-    context: &Context<'_>,
     declared: &System<'_>,
-    base: &Estimate,
-    keep: &[bool],
+    (base, lin): (&Estimate, &Linear<'_>),
     chosen: &Selected<'_>,
+    further: &Further<'_>,
 ) -> Vec<NotObservable> {
-    let lin = Linear::of(declared, base, keep, context.silent);
-    let further = Further::new(context.model, context.silent);
-    let imitation = Imitation::new(declared, base, &lin);
+    let imitation = Imitation::new(declared, base, lin);
     let mut found: Vec<NotObservable> = Vec::new();
     for &(e, _) in &chosen.not_estimable {
-        let effect = &context.model.declared().effects[e];
+        let effect = &declared.model.declared().effects[e];
         let name = label(&effect.id, effect.subject.as_deref());
         if found.iter().any(|n| n.effect == name) {
             continue;

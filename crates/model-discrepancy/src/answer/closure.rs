@@ -45,8 +45,9 @@ pub struct Closure {
     pub variance_factor: f64,
     /// Degrees of freedom of `variance_factor`; `None` where it is 1 by declaration.
     pub degrees_of_freedom: Option<usize>,
-    /// The final model by other names: one per effect that explains the data as well as a step.
-    pub alternatives: Vec<Alternative>,
+    /// The final model with one step replaced by another name: one per effect that explains the data as
+    /// well as a step.
+    pub alternatives: Vec<Solution>,
     /// Empirical corrections of the final model, in the order added.
     pub empirical: Vec<EmpiricalCorrection>,
     /// Residual per row of the declared model, in report units, all groups.
@@ -57,13 +58,39 @@ pub struct Closure {
     pub warnings: Vec<String>,
 }
 
-/// The model with one step replaced by an effect that it cannot be told apart from, fitted.
+/// A model with effects, fitted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Alternative {
+pub struct Solution {
     /// Base parameters and amplitudes.
     pub state: State,
     /// What is free in it.
     pub columns: Vec<Column>,
+}
+
+impl Solution {
+    /// Whether nothing but the declared parameters is free.
+    #[must_use]
+    pub fn is_declared(&self) -> bool {
+        self.columns.iter().all(|column| matches!(column, Column::Base(_)))
+    }
+
+    /// Every free amplitude, as indices of the effect and of the parameter.
+    #[must_use]
+    pub fn amplitudes(&self) -> Vec<(usize, usize)> {
+        let amplitude = |column: &Column| match *column {
+            Column::Amplitude { effect, parameter } => Some((effect, parameter)),
+            _ => None,
+        };
+        self.columns.iter().filter_map(amplitude).collect()
+    }
+}
+
+impl Closure {
+    /// The final model.
+    #[must_use]
+    pub fn solution(&self) -> Solution {
+        Solution { state: self.state.clone(), columns: self.columns.clone() }
+    }
 }
 
 /// Error of one model on the data that made it and on data it never saw.

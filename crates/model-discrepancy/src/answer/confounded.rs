@@ -1,5 +1,7 @@
 //! Which other names the data would accept for an effect that was found.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::Origin;
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
@@ -93,9 +95,10 @@ pub(crate) fn attribute<'a>(
         }));
     others.extend(recorded_shapes(context, &lin, &accepted));
     others.extend(same_levels(context, &lin, &accepted));
+    let place = Place::of(&lin, &accepted, &skip);
     others.retain(|rival| {
-        is_rival(&lin, &accepted, rival, &skip)
-            || explains_most(&lin, &accepted, rival)
+        place.is_for(rival)
+            || place.may_be_for(rival)
                 && takes_the_place_of(context, keep, &system, chosen, rival, what)
     });
     Some(Attribution { system, accepted, confounded: others })
@@ -148,66 +151,103 @@ fn same_levels(context: &Context<'_>, lin: &Linear<'_>, accepted: &Candidate) ->
     levels.filter(|c| same_span(&span(&lin.basis, c), &own_span)).collect()
 }
 
+/// Whether the data would accept `rival` for `accepted`, both beside `lin`.
 pub(crate) fn is_rival(
     lin: &Linear<'_>,
     accepted: &Candidate,
     rival: &Candidate,
     skip: &[bool],
 ) -> bool {
-    let (own, other) = (span(&lin.basis, accepted), span(&lin.basis, rival));
-    let (is_same, is_inside) = (same_span(&own, &other), inside(&own, &other));
-    let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
-    // The cheap question first.
-    if !is_same
-        && !is_inside
-        && leaves_twice(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &beside)
-    {
-        return false;
+    Place::of(lin, accepted, skip).is_for(rival)
+}
+
+/// The place of an accepted effect in a system without it.
+struct Place<'a> {
+    lin: &'a Linear<'a>,
+    accepted: &'a Candidate,
+    /// See [`Scoring`](crate::choice::score::Scoring).
+    skip: &'a [bool],
+    /// What the system leaves of the data.
+    clean: DVector<f64>,
+    /// Directions of the accepted effect beside the system, and what they explain.
+    own: DMatrix<f64>,
+    explained: f64,
+}
+
+impl<'a> Place<'a> {
+    fn of(lin: &'a Linear<'a>, accepted: &'a Candidate, skip: &'a [bool]) -> Self {
+        let (clean, own) = (lin.clean_residual(), span(&lin.basis, accepted));
+        let explained = own.tr_mul(&clean).norm_squared();
+        Self { lin, accepted, skip, clean, own, explained }
     }
-    let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
-    if alone.is_none_or(|t| t.p_value > DECIDED) {
-        return false;
-    }
-    if is_same {
-        return true;
-    }
-    // A wider effect that contains the accepted one adds nothing to it, unless some amplitudes of it
-    // are the accepted one under another name.
-    if is_inside {
-        return holds_as_amplitudes(lin, &own, rival);
-    }
-    let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
-    match needed {
-        None => true,
-        Some(t) if t.p_value > STAY => true,
-        Some(t) if t.p_value <= DECIDED => false,
-        Some(_) => {
-            let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
-            let own =
-                leave_out(lin, &lin.basis.with(&accepted.tangent, NEW_DIRECTION), &folds, skip);
-            let other = leave_out(lin, &beside, &folds, skip);
-            let c = compare(&own, &other, skip);
-            c.difference <= c.std
+
+    /// Whether a rival may be there, as the tangents have it.
+    fn is_for(&self, rival: &Candidate) -> bool {
+        let Self { lin, accepted, .. } = self;
+        let other = span(&lin.basis, rival);
+        let (is_same, is_inside) = (same_span(&self.own, &other), inside(&self.own, &other));
+        // The cheap question first.
+        if !is_same && !is_inside && self.leaves_twice(&other) {
+            return false;
         }
+        let alone = significance(lin, &lin.basis, &rival.tangent, rival.reach, DECIDED);
+        if alone.is_none_or(|t| t.p_value > DECIDED) {
+            return false;
+        }
+        if is_same {
+            return true;
+        }
+        // A wider effect that contains the accepted one adds nothing to it, unless some amplitudes of it
+        // are the accepted one under another name.
+        if is_inside {
+            return holds_as_amplitudes(lin, &self.own, rival);
+        }
+        let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
+        let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
+        match needed {
+            None => true,
+            Some(t) if t.p_value > STAY => true,
+            Some(t) if t.p_value <= DECIDED => false,
+            Some(_) => {
+                let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
+                let with_own = lin.basis.with(&accepted.tangent, NEW_DIRECTION);
+                let own = leave_out(lin, &with_own, &folds, self.skip);
+                let other = leave_out(lin, &beside, &folds, self.skip);
+                let c = compare(&own, &other, self.skip);
+                c.difference <= c.std
+            }
+        }
+    }
+
+    /// Whether a rival leaves clearly more than the accepted effect does.
+    fn leaves_twice(&self, other: &DMatrix<f64>) -> bool {
+        let (rows, base) = (self.lin.residual.len(), self.lin.basis.dim());
+        let left = |directions: &DMatrix<f64>, explained: f64| {
+            let dof = count(rows.saturating_sub(base + directions.ncols()).max(1));
+            ((self.clean.norm_squared() - explained).max(0.0), dof)
+        };
+        let (own, own_dof) = left(&self.own, self.explained);
+        let (other, other_dof) = left(other, other.tr_mul(&self.clean).norm_squared());
+        let ratio = (other / other_dof) / (own / own_dof);
+        ratio >= TWICE && f_tail(ratio, other_dof, own_dof) <= DECIDED
+    }
+
+    /// Whether a rival explains most of what the accepted effect does, as the tangents have it.
+    ///
+    /// Where a parameter is hardly held, as the place of a shallow part beside its tilt, the fit moves far
+    /// between one name and the other, and what is left is no longer what the tangents say.
+    fn may_be_for(&self, rival: &Candidate) -> bool {
+        if rival.home.is_some() || !matches!(rival.source, Source::Effect(_)) {
+            return false;
+        }
+        let other = span(&self.lin.basis, rival);
+        other.tr_mul(&self.clean).norm_squared() >= MOST * self.explained
+            && !inside(&self.own, &other)
     }
 }
 
 /// Share of what the accepted effect explains from which on a rival is fitted in its place.
 const MOST: f64 = 0.5;
-
-/// Whether a rival explains most of what the accepted effect does, as the tangents have it.
-///
-/// Where a parameter is hardly held, as the place of a shallow part beside its tilt, the fit moves far
-/// between one name and the other, and what is left is no longer what the tangents say.
-fn explains_most(lin: &Linear<'_>, accepted: &Candidate, rival: &Candidate) -> bool {
-    let explained = |c: &Candidate| {
-        lin.basis.with(&c.tangent, NEW_DIRECTION).explained_from(lin.basis.dim(), &lin.residual)
-    };
-    rival.home.is_none()
-        && matches!(rival.source, Source::Effect(_))
-        && explained(rival) >= MOST * explained(accepted)
-        && !inside(&span(&lin.basis, accepted), &span(&lin.basis, rival))
-}
 
 /// Whether the accepted effect adds nothing to the fit with the rival in its place.
 fn takes_the_place_of(
@@ -238,7 +278,7 @@ fn takes_the_place_of(
 
 /// Whether as many amplitudes of a rival as the accepted effect has directions span what it does: to
 /// touches of a paraboloid a coma is the two squarenesses with z.
-fn holds_as_amplitudes(lin: &Linear<'_>, own: &nalgebra::DMatrix<f64>, rival: &Candidate) -> bool {
+fn holds_as_amplitudes(lin: &Linear<'_>, own: &DMatrix<f64>, rival: &Candidate) -> bool {
     let columns = rival.tangent.ncols();
     let spans = |some: &[usize]| {
         let alone = lin.basis.reject_columns(&rival.tangent.select_columns(some));
@@ -268,16 +308,14 @@ fn some_of(of: usize, many: usize) -> Vec<Vec<usize>> {
 /// less, whatever its law, and the few groups in which two jumps a reading apart differ need not agree.
 const TWICE: f64 = 4.0;
 
-/// Whether a rival leaves clearly more than the accepted effect does.
-fn leaves_twice(lin: &Linear<'_>, own: &Basis, other: &Basis) -> bool {
-    let [(own, own_dof), (other, other_dof)] = [own, other].map(|basis| {
-        let dof = lin.residual.len().saturating_sub(basis.dim());
-        (basis.reject(&lin.residual).norm_squared(), count(dof.max(1)))
-    });
-    let ratio = (other / other_dof) / (own / own_dof);
-    ratio >= TWICE && f_tail(ratio, other_dof, own_dof) <= DECIDED
-}
-
-fn span(base: &Basis, candidate: &Candidate) -> nalgebra::DMatrix<f64> {
-    Basis::of(&base.reject_columns(&candidate.tangent), NEW_DIRECTION.sqrt()).matrix()
+/// Directions of a candidate beside a system.
+fn span(base: &Basis, candidate: &Candidate) -> DMatrix<f64> {
+    match candidate.source {
+        Source::Effect(_) => Basis::of(&candidate.beside, NEW_DIRECTION.sqrt()),
+        // A shape was tested beside its constants, too.
+        Source::Empirical(_) => {
+            Basis::of(&base.reject_columns(&candidate.tangent), NEW_DIRECTION.sqrt())
+        }
+    }
+    .matrix()
 }

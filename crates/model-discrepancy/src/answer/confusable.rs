@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
+use crate::algebra::product::gram;
 use crate::algebra::system::{Estimate, System};
 use crate::choice::candidate::{Estimability, catalogue};
 use crate::choice::context::Context;
@@ -15,11 +16,10 @@ use crate::tests::significance::Reach;
 pub(crate) fn confusability(
     context: &Context<'_>,
     base: &Estimate,
-    keep: &[bool],
+    lin: &Linear<'_>,
 ) -> (DMatrix<f64>, Vec<String>) {
     let declared = System::declared(context.model);
-    let lin = Linear::of(&declared, base, keep, context.silent);
-    let candidates: Vec<_> = catalogue(&declared, base, &lin)
+    let candidates: Vec<_> = catalogue(&declared, base, lin)
         .into_iter()
         .filter_map(|(_, sight)| match sight {
             Estimability::Estimable(c) if c.reach == Reach::Many => Some(c),
@@ -33,7 +33,7 @@ pub(crate) fn confusability(
     let mut matrix = DMatrix::identity(n, n);
     if !columns.is_empty() {
         let all = DMatrix::from_columns(&columns);
-        let cosines = all.transpose() * &all;
+        let cosines = gram(&all);
         let mut first = 0;
         let mut place = |span: &DMatrix<f64>| {
             first += span.ncols();

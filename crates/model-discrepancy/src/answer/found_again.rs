@@ -13,6 +13,7 @@ use crate::choice::selected::{Selected, What};
 use crate::count::count;
 use crate::levels::DECIDED;
 use crate::model::moved::Moved;
+use crate::noise::linear::Linear;
 
 /// Repetitions with moved readings, and how many of them are enough where all find everything again:
 /// the rest could not bring any share below one half.
@@ -24,20 +25,24 @@ const ENOUGH_ALIKE: usize = 4;
 pub(crate) fn where_readings_move(
     context: &Context<'_>,
     keep: &[bool],
-    base: &Estimate,
-    chosen: &Selected<'_>,
+    (base, declared): (&Estimate, &Linear<'_>),
+    (chosen, lin): (&Selected<'_>, &Linear<'_>),
     attributions: &[Option<Attribution<'_>>],
 ) -> Vec<Option<f64>> {
     if chosen.added.is_empty() {
         return Vec::new();
     }
     let rows = rows_of(&context.model.declared().layout, keep);
+    let plain = System::declared(context.model);
+    let both = [(&plain, declared), (&chosen.system, lin)];
+    // A scatter that the data show is another one with other data.
+    let linearised = if context.model.declared().between_variance { &[][..] } else { &both[..] };
     let progress = &context.options.progress;
     progress.expect(TIMES_MOVED);
     let repeated = |times: Range<usize>| -> Vec<Vec<What>> {
         let one = |times| {
             let moved = Moved::within_resolution(context.model, times);
-            let context = Context { model: &moved, thorough: false, ..*context };
+            let context = Context { model: &moved, thorough: false, linearised, ..*context };
             let declared = System::declared(&moved).fit_anew(&rows, base).ok();
             let choice = declared.map(|declared| whats(select(&context, keep, &declared)));
             progress.done();

@@ -3,7 +3,7 @@
 use crate::algebra::linearised::Linearised;
 use crate::levels::AS_GOOD;
 use crate::levels::WORTHWHILE;
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 
 use nalgebra::{DVector, Dyn, SVD};
 
@@ -22,7 +22,7 @@ use crate::{Model, Parameter, Proposal, Role};
 pub(crate) fn separate_by(
     attribution: &Attribution<'_>,
     estimate: &Estimate,
-    silent: &[bool],
+    further: &Further<'_>,
 ) -> Option<String> {
     let Source::Effect(active) = &attribution.accepted.source else {
         return covariate_advice(attribution);
@@ -40,11 +40,11 @@ pub(crate) fn separate_by(
     let amplitude = &estimate.state.amplitudes[active.effect];
     let others: Vec<_> = attribution.system.active.iter().map(|a| a.effect).collect();
     let reach = |extended: &dyn Model| {
-        distances(model, extended, silent, active.effect, &confounded, &others, amplitude)
+        distances(model, extended, further.silent, active.effect, &confounded, &others, amplitude)
             .unwrap_or_else(|| vec![0.0; confounded.len()])
     };
     let present = reach(model);
-    let proposals = proposals(model);
+    let proposals = further.proposals();
     let reached: Vec<Vec<f64>> = proposals.iter().map(|p| reach(p.model.as_ref())).collect();
     // A rival that holds the effect as a part of it stays one whatever is measured.
     let shows = |r: usize| reached.iter().any(|d| d[r] > NEW_DIRECTION * amplitude.norm());
@@ -133,29 +133,36 @@ pub(crate) fn all_fitted(model: &dyn Model) -> Vec<bool> {
 pub(crate) struct Further<'a> {
     model: &'a dyn Model,
     silent: &'a [bool],
-    proposals: OnceCell<Vec<(Proposal, Design)>>,
+    proposals: OnceCell<Vec<Proposal>>,
+    /// The declared model with each of them.
+    designs: RefCell<Vec<Design>>,
 }
 
 impl<'a> Further<'a> {
     pub(crate) fn new(model: &'a dyn Model, silent: &'a [bool]) -> Self {
-        Self { model, silent, proposals: OnceCell::new() }
+        Self { model, silent, proposals: OnceCell::new(), designs: RefCell::default() }
+    }
+
+    fn proposals(&self) -> &[Proposal] {
+        self.proposals.get_or_init(|| proposals(self.model))
+    }
+
+    /// Whether the design with a proposal shows an effect.
+    fn shows(&self, proposal: usize, effect: usize) -> bool {
+        let extended = self.proposals()[proposal].model.as_ref();
+        let Some(twin) = twin(self.model, extended, effect) else { return false };
+        let mut designs = self.designs.borrow_mut();
+        for next in designs.len()..=proposal {
+            designs.push(Design::of(self.proposals()[next].model.as_ref(), self.silent));
+        }
+        designs[proposal].sees(extended, twin)
     }
 
     /// The cheapest measurement with which the design would see `effect`.
     pub(crate) fn make_visible(&self, effect: usize) -> Option<String> {
-        let with_design = |p: Proposal| {
-            let design = Design::of(p.model.as_ref(), self.silent);
-            (p, design)
-        };
-        let proposals = self
-            .proposals
-            .get_or_init(|| proposals(self.model).into_iter().map(with_design).collect());
-        let found = proposals.iter().find(|(proposal, design)| {
-            let extended = proposal.model.as_ref();
-            twin(self.model, extended, effect).is_some_and(|e| design.sees(extended, e))
-        });
-        if let Some((proposal, _)) = found {
-            return Some(proposal.text.clone());
+        let mut all = 0..self.proposals().len();
+        if let Some(cheapest) = all.find(|&proposal| self.shows(proposal, effect)) {
+            return Some(self.proposals()[cheapest].text.clone());
         }
         let names: Vec<_> = (0..self.silent.len())
             .filter(|&c| self.silent[c])
@@ -210,7 +217,7 @@ pub(crate) struct Imitation<'a> {
     system: &'a System<'a>,
     at: &'a Estimate,
     lin: &'a Linear<'a>,
-    /// Of the whitened Jacobian with columns of unit length.
+    /// Of the whitened Jacobian with columns of unit length, along the directions of `lin`.
     svd: OnceCell<SVD<f64, Dyn, Dyn>>,
 }
 
@@ -230,7 +237,7 @@ impl<'a> Imitation<'a> {
             return Vec::new();
         }
         let svd = self.svd.get_or_init(|| self.decomposed());
-        let Ok(shares) = svd.solve(&tangent, NEW_DIRECTION) else {
+        let Ok(shares) = svd.solve(&lin.basis.along(&tangent), NEW_DIRECTION) else {
             return Vec::new();
         };
         let lengths: Vec<f64> = shares.row_iter().map(|row| row.norm()).collect();
@@ -246,6 +253,6 @@ impl<'a> Imitation<'a> {
             let length = column.norm().max(f64::MIN_POSITIVE);
             column.unscale_mut(length);
         }
-        scaled.svd(true, true)
+        lin.basis.along(&scaled).svd(true, true)
     }
 }

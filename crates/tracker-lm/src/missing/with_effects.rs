@@ -1,7 +1,7 @@
 //! The calibration with accepted effects in the model.
 
 use least_squares::BorderedProblem;
-use model_discrepancy::{Closure, Column, std_over_names};
+use model_discrepancy::{Closure, Solution, std_over_names};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, Vector6};
 
 use crate::axes::{LocationSums, location, relation, summed};
@@ -28,50 +28,47 @@ impl TrackerModel {
     /// these give.
     #[must_use]
     pub fn calibration_with(&self, closure: &Closure) -> Option<Calibration> {
-        let found = self.calibration_by(closure)?;
+        let Closure { covariance, variance_factor, .. } = closure;
+        let found = self.calibration_by(&closure.solution(), covariance, *variance_factor)?;
         let named = closure.alternatives.iter().filter_map(|other| {
             let p = other.columns.len();
-            self.calibration_by(&Closure {
-                state: other.state.clone(),
-                columns: other.columns.clone(),
-                covariance: DMatrix::zeros(p, p),
-                ..closure.clone()
-            })
+            self.calibration_by(other, &DMatrix::zeros(p, p), closure.variance_factor)
         });
         Some(widened(found, &named.collect::<Vec<_>>()))
     }
 
-    fn calibration_by(&self, closure: &Closure) -> Option<Calibration> {
+    fn calibration_by(
+        &self,
+        solution: &Solution,
+        covariance: &DMatrix<f64>,
+        variance_factor: f64,
+    ) -> Option<Calibration> {
         let network = Network::new(&self.survey, &self.options).ok()?;
         let nominal: Vec<_> = self.survey.stations.iter().map(|s| s.nominal_mm).collect();
         let chart = StationChart::new(&nominal, &self.options).ok()?;
-        let (moved, angles) = self.follow(&network, &chart, closure)?;
+        let (moved, angles) = self.follow(&network, &chart, solution, variance_factor)?;
         let m = moved.len();
-        if closure.covariance.nrows() < m {
+        if covariance.nrows() < m {
             return None;
         }
-        let covariance = closure.covariance.view((0, 0), (m, m)).into_owned();
+        let covariance = covariance.view((0, 0), (m, m)).into_owned();
         let mut found = self.put_together(&network, &chart, &angles, &moved, &covariance);
         if network.axis_model != AxisModel::Free {
             let joint = Joint::new(&network, &chart, 1.0);
-            self.with_perfect_axis(&mut found, &joint, closure, &covariance);
+            self.with_perfect_axis(&mut found, &joint, solution, &covariance);
         }
         Some(found)
     }
 
-    /// `[shared, amplitudes]` as far as a closure moves them, and what every angle makes of it.
+    /// `[shared, amplitudes]` as far as a solution moves them, and what every angle makes of it.
     pub(crate) fn follow(
         &self,
         network: &Network<'_>,
         chart: &StationChart,
-        closure: &Closure,
+        solution: &Solution,
+        variance_factor: f64,
     ) -> Option<(DVector<f64>, Vec<AngleChange>)> {
-        let state = &closure.state;
-        let amplitude = |column: &Column| match *column {
-            Column::Amplitude { effect, parameter } => Some((effect, parameter)),
-            _ => None,
-        };
-        let active: Vec<_> = closure.columns.iter().filter_map(amplitude).collect();
+        let (state, active) = (&solution.state, solution.amplitudes());
         let joint = Joint::new(network, chart, 1.0).shifted(self.solved.shifts.clone());
         let n = state.base.len();
         if state.amplitudes.len() != self.columns.len() || n != joint.shared_dim() {
@@ -82,10 +79,10 @@ impl TrackerModel {
         for (i, &(effect, amplitude)) in active.iter().enumerate() {
             moved[n + i] = state.amplitudes[effect][amplitude];
         }
-        let amplitudes = self.all_amplitudes(&joint, closure);
+        let amplitudes = self.all_amplitudes(&joint, solution);
         let angles = (0..network.angles.len())
             .map(|k| {
-                let mut angle = self.angle(&joint, k, &active, &moved, closure.variance_factor)?;
+                let mut angle = self.angle(&joint, k, &active, &moved, variance_factor)?;
                 if network.axis_model != AxisModel::Free {
                     let motion: Vec<f64> = (amplitudes.iter().enumerate())
                         .map(|(i, a)| if i < joint.curves.len() { 0.0 } else { *a })
@@ -98,17 +95,17 @@ impl TrackerModel {
         Some((moved, angles))
     }
 
-    /// Amplitudes of all effects on the axis as a closure has them.
-    pub(crate) fn amplitudes_of_axis(&self, closure: &Closure) -> Vec<f64> {
-        let all = self.curve_of.iter().zip(&closure.state.amplitudes);
+    /// Amplitudes of all effects on the axis as a solution has them.
+    pub(crate) fn amplitudes_of_axis(&self, solution: &Solution) -> Vec<f64> {
+        let all = self.curve_of.iter().zip(&solution.state.amplitudes);
         all.filter(|(curve, _)| curve.is_some()).flat_map(|(_, a)| a.iter().copied()).collect()
     }
 
-    /// Amplitudes of all curves as a closure has them: first what the declared model fits.
-    fn all_amplitudes(&self, joint: &Joint<'_>, closure: &Closure) -> Vec<f64> {
+    /// Amplitudes of all curves as a solution has them: first what the declared model fits.
+    fn all_amplitudes(&self, joint: &Joint<'_>, solution: &Solution) -> Vec<f64> {
         let fitted = joint.curve_start()..joint.shared_dim();
-        let fitted = fitted.map(|i| self.solved.point.shared[i] + closure.state.base[i]);
-        fitted.chain(self.amplitudes_of_axis(closure)).collect()
+        let fitted = fitted.map(|i| self.solved.point.shared[i] + solution.state.base[i]);
+        fitted.chain(self.amplitudes_of_axis(solution)).collect()
     }
 
     /// How the errors and residuals of an angle follow `[shared, amplitudes]`.
@@ -162,21 +159,18 @@ impl TrackerModel {
         &self,
         found: &mut Calibration,
         joint: &Joint<'_>,
-        closure: &Closure,
+        solution: &Solution,
         covariance: &DMatrix<f64>,
     ) {
-        let amplitudes = self.all_amplitudes(joint, closure);
+        let amplitudes = self.all_amplitudes(joint, solution);
         let n = joint.shared_dim();
         // Where each curve stands among the parameters of the closure, if it does.
         let mut parameter_of: Vec<Option<usize>> = vec![None; amplitudes.len()];
         for (i, at) in (joint.curve_start()..n).enumerate() {
             parameter_of[i] = Some(at);
         }
-        let is_amplitude = |column: &&Column| matches!(column, Column::Amplitude { .. });
-        for (i, column) in closure.columns.iter().filter(is_amplitude).enumerate() {
-            if let Column::Amplitude { effect, parameter } = *column
-                && let Some(first) = self.curve_of[effect]
-            {
+        for (i, (effect, parameter)) in solution.amplitudes().into_iter().enumerate() {
+            if let Some(first) = self.curve_of[effect] {
                 parameter_of[first + parameter] = Some(n + i);
             }
         }

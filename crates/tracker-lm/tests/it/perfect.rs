@@ -28,7 +28,7 @@ fn closed(survey: Survey) -> (TrackerModel, Closure) {
     let loop_options =
         model_discrepancy::Options { nested: false, max_steps: 12, ..Default::default() };
     let mut closure = close_loop(&model, &model.coordinates(), &loop_options).unwrap();
-    while let Some(there) = model.about_found(&closure) {
+    while let Some(there) = model.about_found(&closure.solution()) {
         model = there;
         closure = close_loop(&model, &model.coordinates(), &loop_options).unwrap();
     }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use model_discrepancy::{Closure, Declared, Effect, Inside, Model, Proposal, State};
+use model_discrepancy::{Closure, Declared, Effect, Inside, Model, Proposal, Solution, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::measured::{About, Prepared};
@@ -16,17 +16,17 @@ struct Carrying<'c> {
 /// What the loop needs, with `carried` amplitudes in the declared model.
 pub(crate) fn carrying(prepared: Prepared<'_>, carried: Vec<DVector<f64>>) -> Prepared<'_> {
     let Prepared { model, covariates, estimates, about } = prepared;
-    let on_top = |carried: &[DVector<f64>], closure: &Closure| {
-        let state = with(&closure.state, carried);
-        Closure { state, ..closure.clone() }
-    };
     let own = carried.clone();
-    let estimates = Box::new(move |closure: &Closure| estimates(&on_top(&own, closure)));
+    let estimates = Box::new(move |closure: &Closure| {
+        let state = with(&closure.state, &own);
+        estimates(&Closure { state, ..closure.clone() })
+    });
     let own = carried.clone();
     let known = model.declared().effects.clone();
     let about = about.map(|about| -> About<'_> {
-        Box::new(move |closure| {
-            let Some(there) = about(&on_top(&own, closure))? else { return Ok(None) };
+        Box::new(move |found| {
+            let on_top = Solution { state: with(&found.state, &own), ..found.clone() };
+            let Some(there) = about(&on_top)? else { return Ok(None) };
             // What is found by looking may be other effects there.
             let of_effect = |effect: &Effect| {
                 let is_it = |k: &Effect| k.id == effect.id && k.subject == effect.subject;

@@ -41,7 +41,7 @@ pub fn close_machine(machine: &Machine) -> Result<ClosedMachine, Error> {
     let prepared = (machine.members.iter().zip(&alone))
         .map(|(member, closed)| {
             let prepared = member.case.measured.prepare()?;
-            Ok(prepared.there(&closed.closure)?.unwrap_or(prepared))
+            Ok(prepared.there(&closed.closure.solution())?.unwrap_or(prepared))
         })
         .collect::<Result<Vec<Prepared<'_>>, Error>>()?;
     let shared = machine.common(&prepared)?;

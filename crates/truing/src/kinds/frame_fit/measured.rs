@@ -293,8 +293,8 @@ impl FrameCase {
             self.with_effects(of, closure)
         });
         let along = covariates.clone();
-        let about: About<'_> = Box::new(move |closure| {
-            let there = at.about_found(&closure.state);
+        let about: About<'_> = Box::new(move |found| {
+            let there = at.about_found(&found.state);
             Ok(there.map(|there| self.prepared(there, along.clone())))
         });
         Prepared { model, covariates, estimates, about: Some(about) }

@@ -141,9 +141,9 @@ impl DisplacementCase {
         let estimates = Box::new(move |closure: &Closure| {
             self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
-        let about: About<'_> = Box::new(move |closure| {
+        let about: About<'_> = Box::new(move |found| {
             let Some(run) = self.run(&recorded) else { return Ok(None) };
-            let there = run.shown_beside(&shown, &*concrete, &closure.state);
+            let there = run.shown_beside(&shown, &*concrete, &found.state);
             (there != shown).then(|| self.prepared(there)).transpose()
         });
         Ok(Prepared { model, covariates, estimates, about: Some(about) })

@@ -159,8 +159,8 @@ impl PoseCase {
         let (of, at) = (Arc::clone(&model), Arc::clone(&model));
         let declared = Arc::clone(&fit);
         let estimates = Box::new(move |closure: &Closure| self.closed(&of, closure, &declared));
-        let about: About<'_> = Box::new(move |closure| {
-            let there = at.about_found(&closure.state);
+        let about: About<'_> = Box::new(move |found| {
+            let there = at.about_found(&found.state);
             Ok(there.map(|there| self.prepared(there, Arc::clone(&fit))))
         });
         Prepared { model, covariates, estimates, about: Some(about) }

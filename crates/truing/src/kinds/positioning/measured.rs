@@ -91,8 +91,8 @@ impl PositioningCase {
         let estimates = Box::new(move |closure: &Closure| {
             self.estimates(Some(&closure.residuals_after), empirical_conditions(closure))
         });
-        let about: About<'_> = Box::new(move |closure| {
-            let there = self.run(&recorded).shown_beside(&shown, &*concrete, &closure.state);
+        let about: About<'_> = Box::new(move |found| {
+            let there = self.run(&recorded).shown_beside(&shown, &*concrete, &found.state);
             (there != shown).then(|| self.prepared(there)).transpose()
         });
         Ok(Prepared { model, covariates, estimates, about: Some(about) })

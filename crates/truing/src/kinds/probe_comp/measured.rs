@@ -221,8 +221,8 @@ fn prepared<'c>(
     let (of, at) = (Arc::clone(&model), Arc::clone(&model));
     let (known, sigmas) = (Arc::clone(&declared), Arc::clone(&sigmas_mm));
     let estimates = Box::new(move |closure: &Closure| closed(&of, closure, &known, &sigmas));
-    let about: About<'_> = Box::new(move |closure| {
-        let there = at.about_found(&closure.state);
+    let about: About<'_> = Box::new(move |found| {
+        let there = at.about_found(&found.state);
         Ok(there.map(|there| prepared(there, Arc::clone(&declared), Arc::clone(&sigmas_mm))))
     });
     Prepared { model, covariates, estimates, about: Some(about) }

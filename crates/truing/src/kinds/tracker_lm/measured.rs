@@ -1,6 +1,6 @@
 use std::sync::{Arc, OnceLock};
 
-use model_discrepancy::{Closure, Column, Covariate, Model, Quantity};
+use model_discrepancy::{Closure, Covariate, Model, Quantity};
 use nalgebra::Vector3;
 use tracker_lm::{
     AxisModel, Calibration, DeadPath, Formulation, Gauge, Options, Survey, TrackerError,
@@ -118,8 +118,8 @@ impl TrackerCase {
             let reversal = reversal(&*solved, closure);
             self.estimates(found, reversal)
         });
-        let about: About<'_> = Box::new(move |closure| {
-            Ok(concrete.about_found(closure).map(|there| self.prepared(there)))
+        let about: About<'_> = Box::new(move |found| {
+            Ok(concrete.about_found(found).map(|there| self.prepared(there)))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
     }
@@ -261,15 +261,6 @@ impl TrackerCase {
 pub(super) fn recorded(time_s: Option<&Vec<f64>>, columns: &[NumberColumn]) -> Vec<Covariate> {
     let time = time_s.map(|values| Covariate::recorded("time_s", Quantity::Time, values.clone()));
     time.into_iter().chain(columns.iter().map(NumberColumn::covariate)).collect()
-}
-
-/// Amplitudes of the accepted effects, as indices of effect and parameter.
-pub(super) fn active(closure: &Closure) -> Vec<(usize, usize)> {
-    let amplitude = |column: &Column| match *column {
-        Column::Amplitude { effect, parameter } => Some((effect, parameter)),
-        _ => None,
-    };
-    closure.columns.iter().filter_map(amplitude).collect()
 }
 
 /// Difference of the six errors between the two ways, where backlash was accepted.

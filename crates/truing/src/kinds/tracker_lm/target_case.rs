@@ -9,7 +9,7 @@ use tracker_lm::{
 use truing_report::Fact;
 
 use super::estimates::TrackerLmEstimates;
-use super::measured::{active, reversal};
+use super::measured::reversal;
 use super::plan::{Sight, Surveyed, offer};
 use super::plan_settings::TracerPlanSettings;
 use super::settings::{TARGETS, error};
@@ -126,13 +126,14 @@ impl TargetCase {
         }
         let solved = Arc::clone(&concrete);
         let estimates = Box::new(move |closure: &Closure| {
-            let found = solved.calibration_with(&active(closure)).map(|(found, _)| found);
+            let found =
+                solved.calibration_with(&closure.solution().amplitudes()).map(|(found, _)| found);
             let found = found.as_ref().unwrap_or(solved.calibration());
             let reversal = reversal(&*solved, closure);
             self.estimates(found, reversal)
         });
-        let about: About<'_> = Box::new(move |closure| {
-            Ok(concrete.about_found(&active(closure)).map(|there| self.prepared(there)))
+        let about: About<'_> = Box::new(move |found| {
+            Ok(concrete.about_found(&found.amplitudes()).map(|there| self.prepared(there)))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
     }

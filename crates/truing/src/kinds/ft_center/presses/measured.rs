@@ -133,8 +133,8 @@ impl PressCase {
             Arc::new(FtCenterEstimates::of(&located, presses, self.setting()))
         });
         let along = covariates.clone();
-        let about: About<'_> = Box::new(move |closure| {
-            let there = at.about_found(&closure.state);
+        let about: About<'_> = Box::new(move |found| {
+            let there = at.about_found(&found.state);
             Ok(there.map(|there| self.prepared(there, presses, along.clone())))
         });
         Prepared { model, covariates, estimates, about: Some(about) }
