@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::nalgebra::{Point3, Vector3, Vector6};
-use geometry::{Asphere, AsphereShape, Line, Surface, se3, so3};
+use geometry::{Asphere, AsphereShape, Line, Nurbs, Surface, se3, so3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -100,5 +100,40 @@ fn aspheres(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, groups, aspheres);
+/// Balls of 3 mm on nets as CAD programs write them, 600 mm wide.
+fn nurbs(criterion: &mut Criterion) {
+    for count in [30_u32, 100, 300] {
+        let at = |k: u32| 600.0 * (f64::from(k) / f64::from(count - 1) - 0.5);
+        let height =
+            |x: f64, y: f64| 20.0 * (x / 90.0).sin() * (y / 110.0).cos() + 0.3 * (x / 7.0).sin();
+        let points: Vec<Point3<f64>> = (0..count * count)
+            .map(|k| [at(k % count), at(k / count)])
+            .map(|[x, y]| Point3::new(x, y, height(x, y)))
+            .collect();
+        let knots =
+            || [Nurbs::clamped_knots(3, count as usize), Nurbs::clamped_knots(3, count as usize)];
+        let weights = vec![1.0; points.len()];
+        let new = || Nurbs::new([3, 3], knots(), &points, &weights).expect("a surface");
+        let surface = new();
+        let [[_, last], _] = surface.domain();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut ball = || {
+            let [u, v] = [0; 2].map(|_| rng.random_range(0.02 * last..0.98 * last));
+            surface.offset_point(u, v, 3.0).expect("within the knots")
+        };
+        let balls: Vec<Point3<f64>> = (0..N_INPUTS).map(|_| ball()).collect();
+        let mut next = (0..N_INPUTS).cycle();
+        let mut take = move || next.next().expect("cycles");
+        let mut group = criterion.benchmark_group("nurbs");
+        group.sample_size(10);
+        let name = format!("{count} x {count}");
+        group.bench_function(BenchmarkId::new("closest_point 3 mm away", &name), |b| {
+            b.iter(|| surface.closest_point(black_box(&balls[take()])));
+        });
+        group.bench_function(BenchmarkId::new("new", &name), |b| b.iter(&new));
+        group.finish();
+    }
+}
+
+criterion_group!(benches, groups, aspheres, nurbs);
 criterion_main!(benches);

@@ -11,7 +11,7 @@ use tracker_lm::TrackerError;
 use crate::implausible::ImplausibleResult;
 use crate::{
     CarryProblem, FileProblem, ImportProblem, Location, MachineProblem, PlanProblem, Problem,
-    RowProblem, ShapeProblem, Suspect,
+    RowProblem, ShapeProblem, StepProblem, Suspect,
 };
 
 /// Why a command could not do what it was asked for.
@@ -257,6 +257,14 @@ pub enum Error {
         /// Why.
         problem: Box<ImportProblem>,
     },
+    /// No face of a STEP file becomes the part of a case.
+    #[error("{}: {problem}", path.display())]
+    Step {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        problem: Box<StepProblem>,
+    },
     /// A part that the method of document \[D\] cannot sample.
     #[error(
         "ITLICP samples a rotationally symmetric asphere as it is drawn; this part is none, or has a `[surface.form]`"
@@ -438,6 +446,7 @@ impl Error {
             | Self::NothingToExport { .. }
             | Self::NotRead { .. }
             | Self::Import { .. }
+            | Self::Step { .. }
             | Self::OutputIsInput { .. }
             | Self::OutputTwice { .. }
             | Self::AlreadyCorrected { .. }

@@ -41,6 +41,7 @@ mod residual;
 mod settled;
 mod shape;
 mod solved;
+mod step;
 mod suspect;
 mod text;
 mod text_table;
@@ -78,8 +79,9 @@ pub use guide::{Guide, GuideSource, Guides, guides};
 pub use header::{Header, Program};
 pub use implausible::ImplausibleResult;
 pub use import::{
-    ColumnMap, ImportProblem, ImportedTable, ImportedTouches, ProbeLogKind, ProbeLogSettings,
-    TableImport, import_planned_log, import_probe_log, import_table, write_imported,
+    ColumnMap, ImportProblem, ImportedFace, ImportedTable, ImportedTouches, ProbeLogKind,
+    ProbeLogSettings, StepImport, TableImport, import_planned_log, import_probe_log, import_step,
+    import_table, write_imported,
 };
 pub use interval_width::IntervalWidth;
 pub use itlicp::{Itlicp, ItlicpLevel, ItlicpPoint, ItlicpTiming, PoseBeside, itlicp};
@@ -119,6 +121,7 @@ pub use register::{RegisterSettings, RegisterTiming, Registered, register};
 pub use residual::Residual;
 pub use shape::{Shape, ShapeProblem, read_shape};
 pub use solved::{SolveTiming, Solved, solve, solve_drawn};
+pub use step::{StepFace, StepFaces, StepNet, StepProblem, StepSurface, read_step};
 pub use suspect::Suspect;
 pub use text_table::TextTable;
 

@@ -265,6 +265,42 @@ fn no_point_of_a_bumpy_sheet_is_nearer_than_its_foot() {
     assert!(answered > 150, "{answered} answered, {refused} beside");
 }
 
+/// A net as a CAD program writes it: 240 × 200 control points over 600 × 420 mm, with waves of 40 mm
+/// and of 570 mm.
+#[test]
+fn feet_on_a_net_of_real_size_are_the_nearest() {
+    const COUNTS: [u32; 2] = [240, 200];
+    let height =
+        |x: f64, y: f64| 20.0 * (x / 90.0).sin() * (y / 110.0).cos() + 0.3 * (x / 7.0).sin();
+    let along = |k: u32, count: u32| f64::from(k) / f64::from(count - 1) - 0.5;
+    let points: Vec<Point3<f64>> = (0..COUNTS[1])
+        .flat_map(|j| (0..COUNTS[0]).map(move |i| [i, j]))
+        .map(|[i, j]| [600.0 * along(i, COUNTS[0]), 420.0 * along(j, COUNTS[1])])
+        .map(|[x, y]| Point3::new(x, y, height(x, y)))
+        .collect();
+    let knots = COUNTS.map(|count| Nurbs::clamped_knots(3, count as usize));
+    let surface = Nurbs::new([3, 3], knots, &points, &vec![1.0; points.len()]).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    for _ in 0..300 {
+        let [u, v] = place(&surface, &mut rng);
+        let on = surface.jet(u, v).unwrap().point_mm;
+        let foot = surface.closest_point(&surface.offset_point(u, v, 3.0).unwrap()).unwrap();
+        assert!((foot.point_mm - on).norm() < CONTACT_TOL_MM);
+    }
+    let [[_, last_u], [_, last_v]] = surface.domain();
+    let dense: Vec<Point3<f64>> = (0..=600)
+        .flat_map(|i| (0..=420).map(move |j| [f64::from(i) / 600.0, f64::from(j) / 420.0]))
+        .map(|[i, j]| surface.jet(i * last_u, j * last_v).unwrap().point_mm)
+        .collect();
+    for _ in 0..40 {
+        let [x, y, z] = [250.0, 180.0, 120.0].map(|most| rng.random_range(-most..most));
+        let query = Point3::new(x, y, z);
+        let foot = surface.closest_point(&query).unwrap();
+        let nearest = dense.iter().map(|p| (p - query).norm()).fold(1e9, f64::min);
+        assert!(foot.signed_distance_mm.abs() <= nearest + EXACT_TOL_MM);
+    }
+}
+
 #[test]
 fn halfway_between_two_walls_no_foot_is_made_up() {
     // A gutter: a half cylinder, and queries on the plane and the line where feet are not single.

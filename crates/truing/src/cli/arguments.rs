@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use nalgebra::Isometry3;
-use truing::{ColumnMap, Detail, Export, PlanBudget};
+use truing::{ColumnMap, Detail, Export, PlanBudget, ProbeLogKind};
 
 use super::monitor::Live;
 use super::number::{budget, chord, decimals, not_negative, pair, positive, triple};
@@ -197,6 +197,24 @@ pub(crate) enum Import {
         #[arg(long, value_name = "CASE")]
         out: Option<PathBuf>,
     },
+    /// A face of a part out of a STEP file (.step, .stp), as the surface of a case; without --out the
+    /// faces are listed
+    Step {
+        /// The file
+        file: PathBuf,
+        /// Number of the face in the list; needed where there are several
+        #[arg(long, value_name = "N")]
+        face: Option<usize>,
+        /// Kind of the case: how far the part is off, or where it lies
+        #[arg(long, value_enum, default_value_t = TouchKind::ProbeComp)]
+        kind: TouchKind,
+        /// Radius of the ball, mm
+        #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
+        tip_radius: f64,
+        /// Folder to write the case to; control points are added to a case that is there
+        #[arg(long, value_name = "CASE")]
+        out: Option<PathBuf>,
+    },
     /// Touches out of a LinuxCNC probe log (PROBEOPEN), as a case or in the rows of a plan
     ProbeLog {
         /// The log: nine numbers a line, X Y Z A B C U V W
@@ -227,6 +245,15 @@ pub(crate) enum Import {
 pub(crate) enum TouchKind {
     ProbeComp,
     PoseIcp,
+}
+
+impl From<TouchKind> for ProbeLogKind {
+    fn from(kind: TouchKind) -> Self {
+        match kind {
+            TouchKind::ProbeComp => Self::ProbeComp,
+            TouchKind::PoseIcp => Self::PoseIcp,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]

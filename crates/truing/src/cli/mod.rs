@@ -7,6 +7,7 @@ mod number;
 mod output;
 mod register;
 mod spinner;
+mod step;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ use truing::model_discrepancy::Progress;
 use truing::report::render_index;
 use truing::{
     Case, Error, ForceDesignInput, GuideSource, InputFile, Layout, MachineProblem, MicroPlaneInput,
-    OutputFile, PlanOptions, ProbeLogKind, ProbeLogSettings, ReadOptions, TableImport, check,
+    OutputFile, PlanOptions, ProbeLogSettings, ReadOptions, StepImport, TableImport, check,
     close_loop, close_loop_drawn, close_machine, correct, depth, design_force, design_micro_plane,
     force_report, guides, import_planned_log, import_probe_log, import_table, is_machine, itlicp,
     loop_report, machine_report, plan, plausible, read_case_with, read_findings, read_learnt,
@@ -31,7 +32,7 @@ use truing::{
 use answer::{Answer, Estimated};
 use arguments::{
     Arguments, Closing, Command, Design, ForceCard, Guiding, Import, MicroPlaneCard, Next, Run,
-    Sampling, Settings, Solving, TouchKind,
+    Sampling, Settings, Solving,
 };
 use monitor::monitor;
 use register::Register;
@@ -99,17 +100,20 @@ fn obey(command: Command, settings: Settings) -> Result<(), Error> {
             if let Some(plan) = plan {
                 return planned_log(&log, &plan, unit_mm);
             }
-            let kind = match kind {
-                TouchKind::ProbeComp => ProbeLogKind::ProbeComp,
-                TouchKind::PoseIcp => ProbeLogKind::PoseIcp,
-            };
             let settings = ProbeLogSettings {
-                kind,
+                kind: kind.into(),
                 feed_mm_per_min: feed,
                 tip_radius_mm: tip_radius,
                 unit_mm,
             };
             probe_log(&log, &settings, out.as_deref())
+        }
+        Command::Import { what: Import::Step { file, face, kind, tip_radius, out } } => {
+            let import = StepImport { face, kind: kind.into(), tip_radius_mm: tip_radius };
+            match out {
+                Some(folder) => step::imported(&file, &import, &folder),
+                None => step::listed(&file, face),
+            }
         }
         Command::Import { what: Import::Table { file, kind, table, map, out } } => {
             foreign_table(&file, &TableImport { kind, table, map }, out.as_deref())

@@ -3,6 +3,7 @@
 mod heading;
 mod planned_log;
 mod probe_log;
+mod step;
 mod table;
 mod target;
 
@@ -15,6 +16,7 @@ use crate::file::write_new;
 
 pub use planned_log::import_planned_log;
 pub use probe_log::{ImportedTouches, ProbeLogKind, ProbeLogSettings, import_probe_log};
+pub use step::{ImportedFace, StepImport, import_step};
 pub use table::{ColumnMap, ImportProblem, ImportedTable, TableImport, import_table};
 
 /// Writes the files of an imported case into `folder`, which is made if need be; nothing is

@@ -100,6 +100,7 @@ use form_map::{FORM, FormMapSettings};
 pub(crate) use mistakes::{
     XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
+pub(crate) use nurbs::faces_down;
 
 /// z component of a plane's normal below which x and y are no coordinates of its places.
 const LEAST_UPRIGHT: f64 = 0.1;

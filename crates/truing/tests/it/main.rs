@@ -26,6 +26,7 @@ mod guide;
 mod hostile;
 mod hostile_forms;
 mod import;
+mod import_step;
 mod import_table;
 mod itlicp;
 mod judged;

@@ -13,6 +13,7 @@ mod probe_log;
 mod program;
 mod register;
 mod shape;
+mod step;
 mod stream;
 mod table;
 
@@ -20,7 +21,7 @@ mod table;
 pub(crate) type Reader = fn(&[u8]);
 
 /// Every reader, by the name that the folder of its inputs has.
-pub(crate) const READERS: [(&str, Reader); 10] = [
+pub(crate) const READERS: [(&str, Reader); 11] = [
     ("answer", answer::read),
     ("case", case::read),
     ("check", check::read),
@@ -29,6 +30,7 @@ pub(crate) const READERS: [(&str, Reader); 10] = [
     ("program", program::read),
     ("register", register::read),
     ("shape", shape::read),
+    ("step", step::read),
     ("stream", stream::read),
     ("table", table::read),
 ];

@@ -78,7 +78,8 @@ impl SurfaceSettings {
     }
 }
 
-fn faces_down(surface: &Nurbs) -> bool {
+/// Whether the normal in the middle points to −z.
+pub(crate) fn faces_down(surface: &Nurbs) -> bool {
     let [u, v] = surface.domain().map(|[from, to]| 0.5 * (from + to));
     surface.normal(u, v).is_ok_and(|normal| normal.z < 0.0)
 }
