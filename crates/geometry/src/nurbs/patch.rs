@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3, Vector4};
 
 use super::control_net::ControlNet;
 use crate::Line;
@@ -115,15 +115,19 @@ impl Net {
     fn of(net: &ControlNet, spans: [usize; 2], domain: [[f64; 2]; 2]) -> Self {
         let [u, v] = [0, 1].map(|d| net.knots[d].bezier(spans[d], domain[d]));
         let counts = [u.nrows(), v.nrows()];
+        // Along u first, for every control point along v.
+        let mut along_u = Vec::with_capacity(counts[0] * counts[1]);
+        for b in 0..counts[1] {
+            for i in 0..counts[0] {
+                let terms = (0..counts[0]).map(|a| net.control(spans, a, b) * u[(i, a)]);
+                along_u.push(terms.sum::<Vector4<f64>>());
+            }
+        }
         let mut points_mm = Vec::with_capacity(counts[0] * counts[1]);
         for j in 0..counts[1] {
             for i in 0..counts[0] {
-                let mut sum = nalgebra::Vector4::zeros();
-                for b in 0..counts[1] {
-                    for a in 0..counts[0] {
-                        sum += net.control(spans, a, b) * (u[(i, a)] * v[(j, b)]);
-                    }
-                }
+                let terms = (0..counts[1]).map(|b| along_u[i + b * counts[0]] * v[(j, b)]);
+                let sum: Vector4<f64> = terms.sum();
                 points_mm.push(Point3::from(sum.xyz() / sum.w));
             }
         }

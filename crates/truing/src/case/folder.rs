@@ -2,8 +2,11 @@ use std::collections::HashMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use geometry::{GeometryError, Nurbs};
+
+use super::control_points::ControlPoints;
 use super::edit::Edit;
 use super::encoding::decode;
 use super::ledger::Ledger;
@@ -29,6 +32,8 @@ pub(crate) struct Folder {
     ledger: Ledger,
     /// Tables as they stand in the files, shared by every copy.
     read: Arc<Mutex<HashMap<&'static str, Table>>>,
+    /// The surface of the files as they stand, shared likewise.
+    surface: Arc<OnceLock<(ControlPoints, Arc<Nurbs>)>>,
     /// Changes that are made to what is read.
     edits: Vec<Edit>,
 }
@@ -42,12 +47,25 @@ impl Folder {
                 allow_outside: options.allow_outside,
                 ledger: Ledger::default(),
                 read: Arc::default(),
+                surface: Arc::default(),
                 edits: Vec::new(),
             }),
             Ok(_) => Err(Error::case(at, Problem::NotAFolder)),
             Err(e) if e.kind() == ErrorKind::NotFound => Err(Error::case(at, Problem::NoFolder)),
             Err(e) => Err(Error::case(at, Problem::Unreadable { reason: e.kind() })),
         }
+    }
+
+    /// The surface of these points. Where they are those of the case as it stands, it is made once,
+    /// however often the case is read with other rows.
+    pub(crate) fn surface(&self, of: ControlPoints) -> Result<Arc<Nurbs>, GeometryError> {
+        if let Some((_, surface)) = self.surface.get().filter(|(known, _)| *known == of) {
+            return Ok(Arc::clone(surface));
+        }
+        let surface = Arc::new(of.surface()?);
+        // Of two that were made at once the other one stays, which is as good.
+        let _ = self.surface.set((of, Arc::clone(&surface)));
+        Ok(surface)
     }
 
     /// What was read and understood so far.

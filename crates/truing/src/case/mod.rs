@@ -3,6 +3,7 @@
 mod column_kinds;
 mod columns;
 mod conformity;
+mod control_points;
 mod dialect;
 mod document;
 mod edit;
@@ -25,6 +26,7 @@ pub(crate) use column_kinds::ColumnKinds;
 pub use column_kinds::quantity_of;
 pub(crate) use columns::Columns;
 pub(crate) use conformity::{Conformance, ConformitySettings};
+pub(crate) use control_points::{ControlPoints, faces_down};
 pub(crate) use dialect::{Writing, with_point, writing};
 pub(crate) use document::{CASE_FILE, Document};
 pub(crate) use edit::{Change, Edit};

@@ -5,7 +5,7 @@ use geometry::{Plane, Sphere};
 
 use super::probe_log::ProbeLogKind;
 use crate::Error;
-use crate::kinds::faces_down;
+use crate::case::faces_down;
 use crate::step::{StepFace, StepFaces, StepNet, StepProblem, StepSurface, read_step};
 
 /// Which face of a STEP file becomes the part of a case, and of which case.

@@ -47,7 +47,6 @@ pub use probe_comp::{
     LobeEstimate, MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates,
     ProbingCheckEstimate, QualificationEstimate, TouchEstimate,
 };
-pub(crate) use surface::faces_down;
 
 /// Every kind, in the order in which they are listed.
 pub(crate) const KINDS: &[Kind] = &[

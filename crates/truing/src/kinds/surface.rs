@@ -6,6 +6,8 @@ mod grid;
 mod mistakes;
 mod nurbs;
 
+use std::sync::Arc;
+
 use geometry::{AsphereShape, GeometryError, HeightGrid, Nurbs, Plane, Polynomial, Sphere};
 use nalgebra::{Point2, Point3, Vector3};
 use pose_icp::{Holes, MeshSurface};
@@ -87,7 +89,7 @@ pub(crate) enum DrawnShape {
     /// Heights in a table.
     Grid(HeightGrid),
     /// Control points in a table.
-    Nurbs(Box<Nurbs>),
+    Nurbs(Arc<Nurbs>),
     Sphere {
         sphere: Sphere,
         inside: bool,
@@ -100,7 +102,6 @@ use form_map::{FORM, FormMapSettings};
 pub(crate) use mistakes::{
     XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
-pub(crate) use nurbs::faces_down;
 
 /// z component of a plane's normal below which x and y are no coordinates of its places.
 const LEAST_UPRIGHT: f64 = 0.1;

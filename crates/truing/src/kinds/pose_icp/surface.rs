@@ -33,7 +33,7 @@ pub(super) fn read_surface(
         }
         DrawnShape::Polynomial(surface) => Part::freeform(Arc::new(surface)),
         DrawnShape::Grid(surface) => Part::freeform(Arc::new(surface)),
-        DrawnShape::Nurbs(surface) => Part::freeform(Arc::new(*surface)),
+        DrawnShape::Nurbs(surface) => Part::freeform(surface),
         DrawnShape::Mesh(surface) => Part::mesh(*surface),
         DrawnShape::Sphere { .. } | DrawnShape::Plane(_) => {
             let why = "looks the same from many sides and has no pose; take `asphere`, \

@@ -38,7 +38,7 @@ pub(super) fn read_surface(
         DrawnShape::Polynomial(surface) => Arc::new(surface),
         DrawnShape::Mesh(surface) => Arc::new(*surface),
         DrawnShape::Grid(surface) => Arc::new(surface),
-        DrawnShape::Nurbs(surface) => Arc::new(*surface),
+        DrawnShape::Nurbs(surface) => surface,
         DrawnShape::Plane(surface) => Arc::new(surface),
     };
     let nominal = Nominal::new(surface, Side::Along);

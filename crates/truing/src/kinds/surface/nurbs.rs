@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use super::{Drawn, DrawnShape, SurfaceSettings};
 use crate::Error;
 use crate::case::{
-    ColumnKinds, Columns, Document, Finite, Folder, Location, Problem, Table, quote,
+    ColumnKinds, Columns, ControlPoints, Document, Finite, Folder, Location, Problem, Table, quote,
 };
 
 /// Control points of a NURBS surface.
@@ -53,35 +53,36 @@ impl SurfaceSettings {
                 return Err(Error::case(document.at(&at), Problem::WrongValue { message }));
             }
         }
-        let surface = Nurbs::new(degrees, knots, &net.points_mm, &net.weights)
-            .map_err(|source| self.no_nurbs(document, &net, source))?;
-        let [[u, v], counts] = [degrees, net.counts];
-        let words =
-            format!("NURBS of degree {u} × {v}, {} × {} control points", counts[0], counts[1]);
-        let surface = if faces_down(&surface) { surface.flipped() } else { surface };
         // The surface lies within the hull of its control points.
         let reach_mm = net.points_mm.iter().map(|p| p.x.hypot(p.y)).reduce(f64::max);
-        let shape = DrawnShape::Nurbs(Box::new(surface));
+        let Net { counts, points_mm, weights, rows, table } = net;
+        let of = ControlPoints { degrees, knots, points_mm, weights };
+        let surface = folder
+            .surface(of)
+            .map_err(|source| self.no_nurbs(document, (&table, &rows), source))?;
+        let [[u, v], counts] = [degrees, counts];
+        let words =
+            format!("NURBS of degree {u} × {v}, {} × {} control points", counts[0], counts[1]);
+        let shape = DrawnShape::Nurbs(surface);
         Ok(Drawn { tables: vec![CONTROL], ..Drawn::of(shape, words, reach_mm) })
     }
 
     /// What is wrong with a control point is put to its row, the rest to `case.toml`.
-    fn no_nurbs(&self, document: &Document, net: &Net, source: GeometryError) -> Error {
+    fn no_nurbs(
+        &self,
+        document: &Document,
+        (table, rows): (&Table, &[usize]),
+        source: GeometryError,
+    ) -> Error {
         match source {
             GeometryError::InvalidWeight { index, weight } => {
                 let message = format!("expected a positive weight, found {weight}");
-                let at = net.table.at_row(net.rows[index]);
+                let at = table.at_row(rows[index]);
                 Error::case(at, Problem::WrongValue { message })
             }
             _ => self.no_surface(document, source),
         }
     }
-}
-
-/// Whether the normal in the middle points to −z.
-pub(crate) fn faces_down(surface: &Nurbs) -> bool {
-    let [u, v] = surface.domain().map(|[from, to]| 0.5 * (from + to));
-    surface.normal(u, v).is_ok_and(|normal| normal.z < 0.0)
 }
 
 /// The control points in `control.csv`: every `i`, `j` from 1 on once, in any order.
