@@ -450,3 +450,15 @@ fn far_points_deform_about_their_centroid() {
         assert!((centre - expected).abs() < 1e-9, "at {offset_mm}: {centre}");
     }
 }
+
+/// A map that holds at a temperature names the column of it; that of a session has none.
+#[test]
+fn a_map_says_at_which_temperature_it_holds() {
+    let mut rng = ChaCha8Rng::seed_from_u64(69);
+    let model = model::<3>(&mut rng, &Options::default());
+    let mut state = State::start(&model);
+    set(&model, &mut state, "temperature", &[11.5]);
+    let map = model.with_effects(&state, &[], &DMatrix::zeros(0, 0));
+    let [condition] = &map.conditions[..] else { panic!("{:?}", map.conditions) };
+    assert!(condition.starts_with("the matrix holds at air_c = 20 °C"), "{condition}");
+}
