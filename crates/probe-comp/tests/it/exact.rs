@@ -104,3 +104,16 @@ fn threads_change_nothing() {
         .collect();
     assert_eq!(once, each);
 }
+
+/// A hump of radius 50 mm along y, seen from above and from below, where it is a hollow.
+#[test]
+fn curvatures_count_from_the_side_that_is_touched() {
+    let (cylinder, nominal) = polynomials()[0].clone();
+    let crest = point_of(cylinder, 0.0, 7.0);
+    for (nominal, expected) in
+        [(nominal.clone(), [0.0, -0.02]), (nominal.from_side(Side::Against), [0.02, 0.0])]
+    {
+        let found = nominal.curvatures_per_mm(&crest).unwrap();
+        assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-14), "{found:?} {expected:?}");
+    }
+}
