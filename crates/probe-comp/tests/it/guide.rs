@@ -57,7 +57,9 @@ fn a_guide_point_is_found_far_out() {
     const FAR_TOL_MM: f64 = 1e-9;
     let up = Vector3::new(0.3, -0.2, 1.0).normalize();
     let plane = Nominal::new(Arc::new(Plane::new(Point3::origin(), up).unwrap()), Side::Along);
-    for (x, y) in [(3e4, 5e4), (-7e4, 1e4), (9e4, -9e4)] {
+    for k in 0..40 {
+        let (sin, cos) = (2.399_963 * f64::from(k)).sin_cos();
+        let (x, y) = (cos * (3e4 + 2e3 * f64::from(k)), sin * 9e4);
         let guide = guide_point(&plane, TIP_MM, Point2::new(x, y), 0.0, 0).unwrap();
         let z = (TIP_MM - up.x * x - up.y * y) / up.z;
         assert!((guide.center_mm - Point3::new(x, y, z)).norm() < FAR_TOL_MM, "{guide:?}");
