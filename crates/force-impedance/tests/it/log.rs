@@ -211,3 +211,29 @@ fn unusable_logs_are_refused() {
     let short = Covariate::recorded("a", Quantity::Other, vec![1.0]);
     assert!(matches!(new(&samples, &[short]), Err(ForceImpedanceError::CovariateLength { .. })));
 }
+
+/// The noise of a force is the root sum of squares of what each cell adds to it, and of the reference.
+#[test]
+fn the_noise_of_a_force_is_that_of_its_cells() {
+    /// Differences of forces of 400 N that differ by about one.
+    const TOL: f64 = 1e-9;
+    let samples = record(&Run { n_samples: 12, ..Run::default() });
+    for formula in [ForceFormula::FullBalance, ForceFormula::Published] {
+        let solved = |samples: &[_]| solve_log(&head(), samples, formula).unwrap();
+        let before = solved(&samples);
+        let mut squares = vec![0.0; samples.len()];
+        for cell in 0..4 {
+            let mut more = samples.clone();
+            more.iter_mut().for_each(|sample| sample.cells_n[cell] += 1.0);
+            for (k, more) in solved(&more).iter().enumerate() {
+                squares[k] += (more.normal_n - before[k].normal_n).powi(2);
+            }
+        }
+        let mut alone = samples.clone();
+        alone.iter_mut().for_each(|sample| sample.reference_n = None);
+        for ((with, without), square) in before.iter().zip(&solved(&alone)).zip(&squares) {
+            assert!((without.noise_gain - square.sqrt()).abs() < TOL, "{formula:?}");
+            assert!((with.noise_gain - (square + 1.0).sqrt()).abs() < TOL, "{formula:?}");
+        }
+    }
+}
