@@ -237,3 +237,28 @@ fn the_noise_of_a_force_is_that_of_its_cells() {
         }
     }
 }
+
+/// With a reference, what an effect adds to the force is what it adds to the residual; a delay is of
+/// the reference and adds nothing.
+#[test]
+fn corrections_are_what_effects_add_to_the_residual() {
+    // Round-off of forces of 400 N.
+    const TOL_N: f64 = 1e-11;
+    let samples = record(&Run { n_samples: 600, ..Run::default() });
+    for formula in [ForceFormula::FullBalance, ForceFormula::Published] {
+        let options = LogOptions { formula, ..LogOptions::default() };
+        let model = LogModel::new(&head(), &samples, &options, &[]).unwrap();
+        let start = State::start(&model);
+        for (k, effect) in model.declared().effects.iter().enumerate() {
+            let mut at = start.clone();
+            at.amplitudes[k][0] = 0.3 / effect.parameters[0].report_factor;
+            let mut added_n = model.residuals(&start) - model.residuals(&at);
+            if effect.id == "delay" {
+                added_n.fill(0.0);
+            }
+            for (found, expected) in model.force_corrections_n(&at).iter().zip(&added_n) {
+                assert!((found - expected).abs() < TOL_N, "{}: {found} {expected}", effect.id);
+            }
+        }
+    }
+}
