@@ -224,13 +224,17 @@ fn the_noise_of_a_force_is_that_of_its_cells() {
         let mut squares = vec![0.0; samples.len()];
         for cell in 0..4 {
             let mut more = samples.clone();
-            more.iter_mut().for_each(|sample| sample.cells_n[cell] += 1.0);
+            for sample in &mut more {
+                sample.cells_n[cell] += 1.0;
+            }
             for (k, more) in solved(&more).iter().enumerate() {
                 squares[k] += (more.normal_n - before[k].normal_n).powi(2);
             }
         }
         let mut alone = samples.clone();
-        alone.iter_mut().for_each(|sample| sample.reference_n = None);
+        for sample in &mut alone {
+            sample.reference_n = None;
+        }
         for ((with, without), square) in before.iter().zip(&solved(&alone)).zip(&squares) {
             assert!((without.noise_gain - square.sqrt()).abs() < TOL, "{formula:?}");
             assert!((with.noise_gain - (square + 1.0).sqrt()).abs() < TOL, "{formula:?}");

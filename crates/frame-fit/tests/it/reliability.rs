@@ -22,14 +22,15 @@ fn shifted<const D: usize>(
         .iter()
         .enumerate()
         .map(|(k, off)| {
-            let source = Point::from(SVector::from_fn(|i, _| (1.0 + k as f64).powi(i as i32 + 1)));
+            let source =
+                Point::from(SVector::from_fn(|i, _| (1.0 + k as f64).powf(1.0 + i as f64)));
             PointPair::isotropic(source, source + SVector::repeat(2.0) + off, sigma_mm)
         })
         .collect();
     let options = Options { noise: options, ..Options::of(Transform::Translation) };
     let fit = fit_frame(&pairs, &options).unwrap();
     // The level of each of n tests, of which none rejects with what is left of one.
-    let family_significance = 1.0 - (1.0 - significance).powi(noise.len() as i32);
+    let family_significance = 1.0 - (1.0 - significance).powf(noise.len() as f64);
     let snooping = SnoopingOptions { family_significance, power: 0.8, max_removed: 0 };
     let judged = reliability(&pairs, &fit, &snooping).unwrap();
     (fit, judged)
@@ -87,17 +88,23 @@ fn the_detectable_bias_is_that_of_the_tables() {
 
     let (_, judged) = shifted(&plane, sigma_mm, Noise::Declared, alpha);
     let expected = detectable_sigmas(9.634_685, 2.0 / 3.0) * sigma_mm;
-    judged.iter().for_each(|p| assert_near(p.detectable_mm[0], expected, TABLE_TOL));
+    for point in &judged {
+        assert_near(point.detectable_mm[0], expected, TABLE_TOL);
+    }
 
     let (_, judged) = shifted(&space, sigma_mm, Noise::Declared, alpha);
     let expected = detectable_sigmas(10.902_563, 3.0 / 4.0) * sigma_mm;
-    judged.iter().for_each(|p| assert_near(p.detectable_mm[2], expected, TABLE_TOL));
+    for point in &judged {
+        assert_near(point.detectable_mm[2], expected, TABLE_TOL);
+    }
 
     let (fit, judged) = shifted(&plane, sigma_mm, Noise::Estimated, alpha);
     let lambda = 2.0 / alpha * ((1.0 - alpha) / (1.0 - beta)).ln();
     let estimated_mm = sigma_mm * fit.variance_factor.unwrap().sqrt();
     let expected = detectable_sigmas(lambda, 2.0 / 3.0) * estimated_mm;
-    judged.iter().for_each(|p| assert_near(p.detectable_mm[1], expected, LEVEL_TOL));
+    for point in &judged {
+        assert_near(point.detectable_mm[1], expected, LEVEL_TOL);
+    }
 }
 
 /// Two points leave each other nothing to judge with where the noise is estimated.
