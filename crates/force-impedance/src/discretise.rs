@@ -102,14 +102,14 @@ fn by_roots(s: &Scaled, half: f64, root: f64, interval_s: f64) -> Step {
 
 /// Exponential of the system with its input beside it, by series and squaring.
 fn by_series(s: &Scaled, interval_s: f64) -> Step {
-    let norm = 1.0 + s.a0 + s.a1 + s.b;
+    // The input is scaled to one, so that its size takes no part in the norm.
+    let norm = 1.0 + s.a0 + s.a1;
     let mut halvings = 0;
     let mut share = 1.0;
     while norm * share > SERIES_NORM && halvings < 64 {
         share *= 0.5;
         halvings += 1;
     }
-    // The input is scaled to one, so that its size takes no part in the norm.
     let a = [[0.0, share, 0.0], [-s.a0 * share, -s.a1 * share, share], [0.0; 3]];
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut sum = identity;

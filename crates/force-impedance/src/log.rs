@@ -88,9 +88,15 @@ fn solve_sample(
             (contact.normal_n, a * a + b * b + c * c + d * d)
         }
         ForceFormula::Published => {
-            let per_axial = balance.published_normal_n(&[0.0, 0.0, 0.0, 1.0], &sample.normal)?;
-            let normal_n = balance.published_normal_n(&sample.cells_n, &sample.normal)?;
-            (normal_n, per_axial * per_axial)
+            let of_cells = |cells_n: &[f64; 4]| balance.published_normal_n(cells_n, &sample.normal);
+            let mut square = 0.0;
+            for cell in 0..4 {
+                let mut alone_n = [0.0; 4];
+                alone_n[cell] = 1.0;
+                let weight = of_cells(&alone_n)?;
+                square += weight * weight;
+            }
+            (of_cells(&sample.cells_n)?, square)
         }
     };
     // The reference is a force reading too.

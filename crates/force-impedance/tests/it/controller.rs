@@ -1,8 +1,8 @@
 //! What the controller does in contact: steady force, limits, changes without a bump.
 
 use force_impedance::{
-    Controller, ControllerSettings, Discretisation, HeadLimits, ImpedanceParameters, ReferenceMode,
-    Status,
+    Controller, ControllerSettings, Discretisation, ForceImpedanceError, HeadLimits,
+    ImpedanceParameters, ReferenceMode, Status,
 };
 use nalgebra::Vector3;
 
@@ -209,4 +209,22 @@ fn impossible_settings_are_refused() {
     refuse(ControllerSettings { jerk_mm_per_s3: 1e-6, ..s });
     refuse(ControllerSettings { recovery_cycles: 0, ..s });
     refuse(ControllerSettings { max_normal_rad: 1.6, ..s });
+}
+
+/// What bounds a motion is positive, whatever follows from it.
+#[test]
+fn a_bound_of_nought_is_refused_as_that() {
+    let s = settings();
+    for (bounds, name) in [
+        (ControllerSettings { rate_mm_per_s: 0.0, ..s }, "rate_mm_per_s"),
+        (ControllerSettings { approach_mm_per_s: 0.0, ..s }, "approach_mm_per_s"),
+        (ControllerSettings { acceleration_mm_per_s2: 0.0, ..s }, "acceleration_mm_per_s2"),
+        (ControllerSettings { jerk_mm_per_s3: 0.0, ..s }, "jerk_mm_per_s3"),
+    ] {
+        let error = Controller::new(head(), SOFT, bounds).unwrap_err();
+        let ForceImpedanceError::InvalidSetting { setting, needs, .. } = error else {
+            panic!("{error}");
+        };
+        assert!(setting == name && needs.starts_with("positive"), "{setting}: {needs}");
+    }
 }

@@ -125,3 +125,21 @@ fn impossible_impedances_are_refused() {
     assert!(Impedance::new(huge, 1e-3, Discretisation::ExactHold).is_err());
     assert!(Impedance::new(huge, 1e-3, Discretisation::Bilinear).is_err());
 }
+
+/// Force in another unit: mass, damping, stiffness and force are as many times larger, and the motion
+/// is the same to the last digit, powers of two being exact.
+#[test]
+fn the_unit_of_force_does_not_matter() {
+    for rule in [Discretisation::ExactHold, Discretisation::Bilinear] {
+        for [mass, damping, stiffness] in CASES {
+            let step = |unit: f64| {
+                let p = parameters(mass * unit, damping * unit, stiffness * unit);
+                let step = Impedance::new(p, 1e-3, rule).unwrap();
+                step.advance(0.3, -20.0, 12.0 * unit, 11.0 * unit).map(f64::to_bits)
+            };
+            for unit in [2f64.powi(-20), 2f64.powi(20)] {
+                assert_eq!(step(unit), step(1.0), "{rule:?} {mass} {damping} {stiffness}");
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Inverse and forward kinematics, the leg Jacobian, and the machine's axes.
 
-use force_impedance::{Head, HeadLimits, MachineChain};
+use force_impedance::{ForceImpedanceError, Head, HeadLimits, MachineChain};
 use nalgebra::{Matrix4x3, Point3, SVD, Vector3, Vector4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -133,4 +133,31 @@ fn the_axes_bring_a_point_of_the_workpiece_to_the_tip() {
         let there_mm = chain.head_from_workpiece(&point_mm, &axes_mm);
         assert!((there_mm - head.start_tip_mm()).norm() < EXACT_TOL_MM);
     }
+}
+
+/// The first leg that is too short or too long, by its number and its length.
+#[test]
+fn a_leg_out_of_range_is_the_one_that_is_named() {
+    let wide = head();
+    let leg_mm = [68.0, 75.0];
+    let narrow = Head::new(GEOMETRY, HeadLimits { leg_mm, ..HeadLimits::wide(&GEOMETRY) }).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut named = [0; 3];
+    for _ in 0..300 {
+        let tip_mm = random_tip(&mut rng);
+        let lengths_mm = wide.pose_at(&tip_mm).unwrap().lengths_mm;
+        let first = lengths_mm[..3].iter().position(|l| *l < leg_mm[0] || *l > leg_mm[1]);
+        let error = narrow.pose_at(&tip_mm).err();
+        let Some(leg) = first else {
+            assert_eq!(error, None);
+            continue;
+        };
+        named[leg] += 1;
+        let Some(ForceImpedanceError::LegOutOfRange { leg: found, length_mm, .. }) = error else {
+            panic!("{error:?}");
+        };
+        assert_eq!(found, leg + 1);
+        assert!((length_mm - lengths_mm[leg]).abs() < EXACT_TOL_MM, "{length_mm}");
+    }
+    assert!(named.iter().all(|n| *n > 3), "{named:?}");
 }

@@ -211,3 +211,58 @@ fn unusable_logs_are_refused() {
     let short = Covariate::recorded("a", Quantity::Other, vec![1.0]);
     assert!(matches!(new(&samples, &[short]), Err(ForceImpedanceError::CovariateLength { .. })));
 }
+
+/// The noise of a force is the root sum of squares of what each cell adds to it, and of the reference.
+#[test]
+fn the_noise_of_a_force_is_that_of_its_cells() {
+    /// Differences of forces of 400 N that differ by about one.
+    const TOL: f64 = 1e-9;
+    let samples = record(&Run { n_samples: 12, ..Run::default() });
+    for formula in [ForceFormula::FullBalance, ForceFormula::Published] {
+        let solved = |samples: &[_]| solve_log(&head(), samples, formula).unwrap();
+        let before = solved(&samples);
+        let mut squares = vec![0.0; samples.len()];
+        for cell in 0..4 {
+            let mut more = samples.clone();
+            for sample in &mut more {
+                sample.cells_n[cell] += 1.0;
+            }
+            for (k, more) in solved(&more).iter().enumerate() {
+                squares[k] += (more.normal_n - before[k].normal_n).powi(2);
+            }
+        }
+        let mut alone = samples.clone();
+        for sample in &mut alone {
+            sample.reference_n = None;
+        }
+        for ((with, without), square) in before.iter().zip(&solved(&alone)).zip(&squares) {
+            assert!((without.noise_gain - square.sqrt()).abs() < TOL, "{formula:?}");
+            assert!((with.noise_gain - (square + 1.0).sqrt()).abs() < TOL, "{formula:?}");
+        }
+    }
+}
+
+/// With a reference, what an effect adds to the force is what it adds to the residual; a delay is of
+/// the reference and adds nothing.
+#[test]
+fn corrections_are_what_effects_add_to_the_residual() {
+    // Round-off of forces of 400 N.
+    const TOL_N: f64 = 1e-11;
+    let samples = record(&Run { n_samples: 600, ..Run::default() });
+    for formula in [ForceFormula::FullBalance, ForceFormula::Published] {
+        let options = LogOptions { formula, ..LogOptions::default() };
+        let model = LogModel::new(&head(), &samples, &options, &[]).unwrap();
+        let start = State::start(&model);
+        for (k, effect) in model.declared().effects.iter().enumerate() {
+            let mut at = start.clone();
+            at.amplitudes[k][0] = 0.3 / effect.parameters[0].report_factor;
+            let mut added_n = model.residuals(&start) - model.residuals(&at);
+            if effect.id == "delay" {
+                added_n.fill(0.0);
+            }
+            for (found, expected) in model.force_corrections_n(&at).iter().zip(&added_n) {
+                assert!((found - expected).abs() < TOL_N, "{}: {found} {expected}", effect.id);
+            }
+        }
+    }
+}

@@ -246,3 +246,14 @@ fn bad_input_names_the_pair() {
     let nan = full([[1.0, f64::NAN, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     assert!(matches!(nan, InvalidPair::NotPositiveDefinite), "{nan}");
 }
+
+/// Directions are given to a thousandth, and what is smaller is not rounded to nought.
+#[test]
+fn free_motions_say_which() {
+    let axis = vec![0.0, -1.0, 5e-4];
+    let text = FreeMotion::RotationAbout { axis: axis.clone() }.to_string();
+    assert_eq!(text, "the rotation about the line (0.000, -1.000, 5.0e-4) of the points");
+    let text = FreeMotion::MapAlong { direction: axis }.to_string();
+    assert_eq!(text, "stretch and shear along (0.000, -1.000, 5.0e-4)");
+    assert_eq!(FreeMotion::EveryRotation.to_string(), "every rotation about the common point");
+}

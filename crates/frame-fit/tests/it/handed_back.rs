@@ -3,7 +3,7 @@
 use frame_fit::{
     FrameMap, FrameModel, MapWithEffects, MeasuredPoint, Options, PointPair, Transform,
 };
-use model_discrepancy::{Closure, Column, State, close_loop};
+use model_discrepancy::{Closure, Column, Model, State, close_loop};
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, SMatrix, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -156,4 +156,47 @@ fn the_reference_is_the_centroid_of_the_fitted_points() {
     let sum = pairs.iter().fold(Vector3::zeros(), |sum, p| sum + p.source_mm.coords);
     let centroid = Point3::from(sum / pairs.len() as f64);
     assert!((of.reference_mm - centroid).norm() < EXACT_TOL_MM);
+}
+
+/// Far from the fit, where motions and strains do not simply add up, and for every family.
+#[test]
+fn the_covariance_follows_the_derivatives_far_from_the_fit() {
+    /// Of central differences over steps of 1e-5: their square, and round-off over it.
+    const DIFFERENCE_TOL: f64 = 1e-6;
+    const STEP: f64 = 1e-5;
+    for (seed, transform) in (70..).zip(Transform::ALL) {
+        let (_, pairs) = survey(seed, transform, &SMatrix::zeros());
+        let model = model(&pairs, transform);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut state = State::start(&model);
+        let declared = model.declared();
+        let mut columns: Vec<Column> = (0..declared.base.len()).map(Column::Base).collect();
+        for (value, parameter) in state.base.iter_mut().zip(&declared.base) {
+            let size = if parameter.unit == "mm" { 20.0 } else { 0.2 };
+            *value = scene::uniform::<1>(&mut rng, size)[0];
+        }
+        for (effect, declared) in declared.effects.iter().enumerate() {
+            if ["shift", "rotation", "scale", "anisotropic-scale", "shear"].contains(&&*declared.id)
+            {
+                for parameter in 0..declared.parameters.len() {
+                    state.amplitudes[effect][parameter] = scene::uniform::<1>(&mut rng, 0.1)[0];
+                    columns.push(Column::Amplitude { effect, parameter });
+                }
+            }
+        }
+        let nothing = DMatrix::zeros(columns.len(), columns.len());
+        for (k, column) in columns.iter().enumerate() {
+            let at = |step: f64| {
+                let moved = stepped(&state, *column, step);
+                entries(&model.with_effects(&moved, &columns, &nothing).map)
+            };
+            let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+            let mut unit = nothing.clone();
+            unit[(k, k)] = 1.0;
+            let square = model.with_effects(&state, &columns, &unit).covariance;
+            let off = (square - &expected * expected.transpose()).amax();
+            let least = DIFFERENCE_TOL * expected.amax().max(1.0).powi(2);
+            assert!(off < least, "{transform}, {column:?}: {off:e}");
+        }
+    }
 }

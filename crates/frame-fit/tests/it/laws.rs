@@ -258,3 +258,21 @@ fn a_rigid_map_is_a_pose_and_an_affine_one_is_not() {
     mirrored.linear.column_mut(0).neg_mut();
     assert!(mirrored.isometry().is_none());
 }
+
+/// Where all points weigh alike in every direction, the closed form is the minimum already: nothing
+/// is left for the iteration but to find that out.
+#[test]
+fn a_closed_form_needs_no_iteration() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    for transform in FITTED {
+        let truth = scene::random_map::<3>(&mut rng, transform);
+        let points = scene::cloud(&mut rng, 9, 500.0);
+        let mut pairs = scene::exact(&points, &truth, Uncertainty::Isotropic { sigma_mm: 0.02 });
+        for (k, pair) in pairs.iter_mut().enumerate() {
+            pair.uncertainty = Uncertainty::Isotropic { sigma_mm: 0.01 * (1.0 + k as f64) };
+        }
+        scene::disturb(&mut rng, &mut pairs);
+        let fit = fit_frame(&pairs, &Options::of(transform)).unwrap();
+        assert!(fit.report.iterations <= 1, "{transform}: {}", fit.report);
+    }
+}

@@ -9,10 +9,13 @@ mod golden;
 mod handed_back;
 mod hostile;
 mod laws;
+mod mislabelled;
 mod model;
 mod nested;
 mod optics_and_bodies;
+mod proposed;
 mod reflection;
+mod reliability;
 mod robust;
 mod scene;
 #[cfg(feature = "serde")]

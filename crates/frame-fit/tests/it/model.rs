@@ -450,3 +450,44 @@ fn far_points_deform_about_their_centroid() {
         assert!((centre - expected).abs() < 1e-9, "at {offset_mm}: {centre}");
     }
 }
+
+/// A map that holds at a temperature names the column of it; that of a session has none.
+#[test]
+fn a_map_says_at_which_temperature_it_holds() {
+    let mut rng = ChaCha8Rng::seed_from_u64(69);
+    let model = model::<3>(&mut rng, &Options::default());
+    let mut state = State::start(&model);
+    set(&model, &mut state, "temperature", &[11.5]);
+    let map = model.with_effects(&state, &[], &DMatrix::zeros(0, 0));
+    let [condition] = &map.conditions[..] else { panic!("{:?}", map.conditions) };
+    assert!(condition.starts_with("the matrix holds at air_c = 20 °C"), "{condition}");
+}
+
+/// A session that a column names is shifted as one, and grows by a temperature that is its own; two
+/// points are none.
+#[test]
+fn sessions_are_those_that_columns_name() {
+    let mut rng = ChaCha8Rng::seed_from_u64(70);
+    let points = scene::cloud::<3>(&mut rng, 8, 200.0);
+    let pair = |p: &Point<f64, 3>| PointPair::isotropic(*p, *p, 0.05);
+    let measured = points.iter().enumerate();
+    let measured = measured.map(|(k, p)| MeasuredPoint::new(k.to_string(), pair(p))).collect();
+    let inside =
+        |names: &[usize]| (0..8).map(|k| f64::from(u8::from(names.contains(&k)))).collect();
+    let columns = [("session: monday", inside(&[1, 4, 6])), ("session: tuesday", inside(&[2, 3]))]
+        .map(|(name, values)| Covariate::recorded(name, Quantity::Other, values));
+    let model = FrameModel::new(measured, &columns, &Options::of(Transform::None)).unwrap();
+    let effects = &model.declared().effects;
+    let named = effects.iter().filter(|effect| effect.id.starts_with("session-"));
+    let named: Vec<_> = named.map(|e| (e.id.as_str(), e.subject.as_deref())).collect();
+    let monday = Some("monday");
+    assert_eq!(named, [("session-temperature", monday), ("session-shift", monday)]);
+    let mut state = State::start(&model);
+    set(&model, &mut state, "session-temperature", &[250.0]);
+    set(&model, &mut state, "session-shift", &[0.1, -0.2, 0.3]);
+    for (k, (got, x)) in moved(&model, &state).iter().zip(&points).enumerate() {
+        let of_session = x.coords * 250e-6 + Vector3::new(0.1, -0.2, 0.3);
+        let expected = if [1, 4, 6].contains(&k) { of_session } else { Vector3::zeros() };
+        assert!((got - expected).norm() < 1e-12 * 200.0, "point {k}: {got} {expected}");
+    }
+}

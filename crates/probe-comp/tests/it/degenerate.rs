@@ -100,6 +100,10 @@ fn neighbours_that_make_no_plane() {
     let point = with(&[[0.1, 0.1]; 4]);
     let error = by(point, NormalSource::MicroPlane);
     assert!(matches!(error, ProbeError::NeighboursOnALine { .. }), "{error}");
+    // As thin at any distance: 5 nm across 80 mm.
+    let thin = with(&[[40.0, 0.0], [-40.0, 0.0], [0.0, 1e-5]]);
+    let error = by(thin, NormalSource::MicroPlane);
+    assert!(matches!(error, ProbeError::NeighboursOnALine { .. }), "{error}");
     let square = with(&[[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]);
     assert_eq!(
         by(square, NormalSource::Quadric),

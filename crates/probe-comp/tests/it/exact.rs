@@ -104,3 +104,19 @@ fn threads_change_nothing() {
         .collect();
     assert_eq!(once, each);
 }
+
+/// Principal curvatures of a part, and of the same from below, where a hump is a hollow.
+#[test]
+fn curvatures_count_from_the_side_that_is_touched() {
+    // Of the freeform at its level place: second derivatives 0.008 and −0.012, mixed 0.003.
+    let (mean, half) = (-0.002, 0.01_f64.hypot(0.003));
+    let along = [[0.0, -0.02], [0.02, -0.02], [mean + half, mean - half]];
+    for ((height, nominal), [major, minor]) in polynomials().into_iter().zip(along) {
+        let at = point_of(height, 0.0, 0.0);
+        let below = nominal.clone().from_side(Side::Against);
+        for (nominal, expected) in [(nominal, [major, minor]), (below, [-minor, -major])] {
+            let found = nominal.curvatures_per_mm(&at).unwrap();
+            assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-14), "{found:?}");
+        }
+    }
+}

@@ -1,7 +1,10 @@
 //! Planned contacts at guide points.
 
-use nalgebra::{Point2, Vector3};
-use probe_comp::{BallTouch, NormalSource, ProbeError, compensate, guide_point};
+use std::sync::Arc;
+
+use geometry::Plane;
+use nalgebra::{Point2, Point3, Vector3};
+use probe_comp::{BallTouch, Nominal, NormalSource, ProbeError, Side, compensate, guide_point};
 
 use crate::scene::{TIP_MM, bowl, bowl_height, let_down, normal_of};
 
@@ -45,4 +48,20 @@ fn a_guide_point_has_the_ball_above_it_and_the_contact_beside_it() {
     ));
     let none = guide_point(&bowl(), -1.0, Point2::new(1.0, 2.0), 40.0, 3);
     assert!(matches!(none, Err(ProbeError::InvalidTip { .. })));
+}
+
+/// Far from the origin, where the last step that can be told from none is longer.
+#[test]
+fn a_guide_point_is_found_far_out() {
+    // A few roundings of coordinates of 1e5 mm.
+    const FAR_TOL_MM: f64 = 1e-9;
+    let up = Vector3::new(0.3, -0.2, 1.0).normalize();
+    let plane = Nominal::new(Arc::new(Plane::new(Point3::origin(), up).unwrap()), Side::Along);
+    for k in 0..40 {
+        let (sin, cos) = (2.399_963 * f64::from(k)).sin_cos();
+        let (x, y) = (cos * (3e4 + 2e3 * f64::from(k)), sin * 9e4);
+        let guide = guide_point(&plane, TIP_MM, Point2::new(x, y), 0.0, 0).unwrap();
+        let z = (TIP_MM - up.x * x - up.y * y) / up.z;
+        assert!((guide.center_mm - Point3::new(x, y, z)).norm() < FAR_TOL_MM, "{guide:?}");
+    }
 }

@@ -4,11 +4,13 @@
 
 mod consistency;
 mod degenerate;
+mod effects;
 mod exact;
 mod guide;
 mod laws;
 mod loops;
 mod micro;
 mod profile;
+mod proposed;
 mod qualified;
 mod scene;

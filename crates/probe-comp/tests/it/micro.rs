@@ -178,3 +178,26 @@ fn the_radius_chosen_is_near_the_best() {
         }
     }
 }
+
+/// A ball's centre runs on a surface whose radii of curvature are shorter by its own; the best circle
+/// is as wrong by their difference as by the noise.
+#[test]
+fn the_best_radius_is_that_of_the_formula() {
+    // A dozen roundings.
+    const TOL: f64 = 1e-14;
+    for radii_mm in [[20.0, -35.0], [8.0, 15.0], [-12.0, -90.0]] {
+        for sigma_mm in [2e-4, 5e-3] {
+            let [a, b] = radii_mm.map(|radius_mm: f64| (radius_mm - TIP_MM).recip());
+            let curvatures = radii_mm.map(f64::recip);
+            let chosen = micro_radius(TIP_MM, sigma_mm, curvatures, [1e-6, 1e6]).unwrap();
+            let rho_mm = chosen.radius_mm;
+            let bias_mm = 0.25 * TIP_MM * rho_mm * (a - b).abs();
+            let noise_mm = 2.0 * TIP_MM * sigma_mm / (3f64.sqrt() * rho_mm);
+            for (found, expected) in
+                [(chosen.bias_mm, bias_mm), (chosen.noise_mm, noise_mm), (bias_mm, noise_mm)]
+            {
+                assert!((found / expected - 1.0).abs() < TOL, "{chosen:?}: {found} {expected}");
+            }
+        }
+    }
+}

@@ -221,3 +221,20 @@ fn an_uncertainty_of_the_wrong_shape_is_refused() {
         "{refused}"
     );
 }
+
+/// What is known of the artefact's touches scales what is known of the probe; taken as they are, it is
+/// the covariance that the qualification has itself.
+#[test]
+fn a_probe_is_as_uncertain_as_the_touches_that_qualified_it() {
+    let mut rng = ChaCha8Rng::seed_from_u64(56);
+    let touches = on_sphere(60, 2.0 * SIGMA_MM, &mut rng);
+    let found = qualify(&touches, &SPHERE, &ProbeTerms::default()).unwrap();
+    let factor = found.variance_factor.unwrap();
+    // Radius, two of the lobes and bending, without the three of the place.
+    let own = found.covariance_mm2.view((3, 3), (4, 4)).into_owned();
+    for times in [1.0, 0.3, 7.0] {
+        let uncertain = found.uncertainty(times * factor).covariance_mm2;
+        let off = (uncertain - &own * times).amax();
+        assert!(off < 1e-14 * times * own.amax(), "{times}: {off:e}");
+    }
+}
