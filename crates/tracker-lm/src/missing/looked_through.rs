@@ -130,10 +130,8 @@ mod tests {
             LookedThrough { readings: &[], basis: &basis, residual: &residual, rows: &rows };
         let (taken, shown) = through.taken(Moving::Machine, &[vec![1.0], vec![0.0]]).unwrap();
         assert_eq!(shown, 4);
-        let all: Vec<_> = basis.column_iter().map(|c| c.into_owned()).collect();
         let both = DMatrix::from_fn(ROWS, 4, |i, j| wave(i, j + 7));
-        let all: Vec<_> =
-            all.into_iter().chain(both.column_iter().map(|c| c.into_owned())).collect();
+        let all: Vec<_> = basis.column_iter().chain(both.column_iter()).collect();
         let whole = DMatrix::from_columns(&all).qr().q();
         let fitted = whole.tr_mul(&residual).norm_squared();
         assert!((taken / fitted - 1.0).abs() < ROUND_OFF, "{taken} {fitted}");
