@@ -107,3 +107,27 @@ fn astigmatism_is_found_with_its_size_and_nothing_is_where_nothing_is() {
     }
     assert_eq!(closure.verdict, Verdict::Explained);
 }
+
+/// What is known beforehand lies nowhere on the part: columns have their mean there, on which no trend turns.
+#[test]
+fn prior_knowledge_has_the_mean_of_every_column() {
+    let mut rng = ChaCha8Rng::seed_from_u64(463);
+    let pose = random_pose(&mut rng);
+    let side = edge(&pose, 1e-3, &mut rng).locate(tip(), pose.angles.gamma_rad).unwrap();
+    let options = PoseOptions { tip: tip(), lateral: Some(side.prior), ..PoseOptions::default() };
+    let points = measured(touches(&pose, &spread(14, 45.0), 1e-3, &mut rng));
+    let warm = (0..14).map(|i| 20.0 + f64::from(i)).collect();
+    let column = Covariate::recorded("part_c", Quantity::Temperature, warm);
+    let model = PoseModel::new(paraboloid(), points, &[column], &pose, &options).unwrap();
+    let observations = model.declared().layout.observations.len();
+    assert!(observations > 14, "the side is an observation of its own");
+    for covariate in model.all_covariates() {
+        let (of_touches, beside) = covariate.values.split_at(14);
+        let mean = of_touches.iter().sum::<f64>() / 14.0;
+        assert_eq!(covariate.values.len(), observations);
+        // Round-off of 14 terms of 50 mm.
+        assert!(beside.iter().all(|v| (v - mean).abs() < 1e-12), "{}", covariate.name);
+    }
+    let warm = model.all_covariates().into_iter().find(|c| c.name == "part_c").unwrap();
+    assert!((warm.values[14] - 26.5).abs() < 1e-12);
+}
