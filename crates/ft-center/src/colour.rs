@@ -120,3 +120,23 @@ fn lag_one(blocks: &[Vector2<f64>]) -> f64 {
     };
     axis(0).max(axis(1))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step between two halves of `n` values: `n − 3` of `n − 1` neighbours agree, one pair does not, so
+    /// that the plain correlation is `(n − 3)/n`.
+    #[test]
+    fn a_correlation_is_freed_of_its_bias() {
+        // Powers of two: every operation but the last is exact.
+        for n in [8_i32, 16, 64] {
+            let halves: Vec<_> =
+                (0..n).map(|i| Vector2::new(if 2 * i < n { 1.0 } else { -1.0 }, 0.0)).collect();
+            let k = f64::from(n);
+            // E r = ρ − (1 + 3ρ)/K, solved for ρ at r = 1 − 3/K.
+            let freed = (1.0 - 2.0 / k) / (1.0 - 3.0 / k);
+            assert!((lag_one(&halves) - freed).abs() <= f64::EPSILON * freed, "{n}");
+        }
+    }
+}

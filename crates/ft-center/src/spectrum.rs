@@ -233,6 +233,25 @@ mod tests {
     /// Round-off of 64 sums of unit terms.
     const EXACT: f64 = 1e-12;
 
+    /// One point, and any number at one frequency, have no slope; fewer than enough are not trusted.
+    #[test]
+    fn a_background_needs_enough_neighbours_that_lie_apart() {
+        let through = |points: &[f64]| {
+            let mut line = LineFit::default();
+            for x in points {
+                line.add(*x, 3.0 - 2.0 * x);
+            }
+            line.at_origin()
+        };
+        let apart: Vec<f64> = (0_i32..12).map(|i| f64::from(i) / 8.0 - 0.5).collect();
+        assert_eq!(crate::count(apart.len()).to_bits(), MIN_NEIGHBOURS.to_bits());
+        assert!(through(&apart[1..]).is_none());
+        assert!(through(&[0.5; 12]).is_none());
+        // The logarithm of two halves of an exponential lies under that of its mean by this.
+        let height = through(&apart).unwrap().power.ln() + MEAN_LOG_OF_TWO;
+        assert!((height - 3.0).abs() < EXACT, "{height}");
+    }
+
     #[test]
     fn transform_matches_the_sum_it_stands_for() {
         let n = 64;

@@ -4,7 +4,7 @@ use ft_center::{
     FtCenterError, GravityModel, GravityOptions, Noise, StaticPose, Table, calibrate_gravity,
 };
 use geometry::Wrench;
-use model_discrepancy::{Model, Options, Step, close_loop};
+use model_discrepancy::{Covariate, Effect, Model, Options, Quantity, State, Step, close_loop};
 use nalgebra::{Point3, SVector, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -209,4 +209,36 @@ fn the_loop_names_unequal_gains() {
     let named: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
     assert_eq!(named, ["force-gain"], "{:#?}", closure.steps);
     assert_eq!(model.declared().layout.unit, "N");
+}
+
+/// Bias, weight and centre of gravity are told with what they leave out.
+#[test]
+fn an_answer_says_when_it_holds() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let poses = poses(12, &NOISE, &mut rng, |_, _| {});
+    let warm = (0..12).map(|i| 20.0 + f64::from(i)).collect();
+    let columns = [Covariate::recorded("cell_c", Quantity::Temperature, warm)];
+    let model = GravityModel::new(&poses, &GravityOptions::default(), &columns).unwrap();
+    assert!(model.conditions(&State::start(&model)).is_empty());
+    let names = &model.declared().effects;
+    let said = |id: &str, driver: Option<&str>| {
+        let is_it = |e: &Effect| e.id == id && (driver.is_none() || e.driver.as_deref() == driver);
+        let effect = names.iter().position(is_it).unwrap();
+        let mut at = State::start(&model);
+        at.amplitudes[effect][0] = 1.0;
+        model.conditions(&at)
+    };
+    let rest = "is in the corrections of the poses";
+    assert_eq!(
+        said("temperature", Some("cell_c")),
+        [format!("the bias holds at cell_c = 20 °C; its change beyond {rest}")]
+    );
+    assert_eq!(
+        said("bias-drift", None),
+        [format!("the bias is that of the first pose; its drift {rest}")]
+    );
+    assert_eq!(
+        said("crosstalk", None),
+        [format!("weight and centre of gravity are those without crosstalk, whose part {rest}")]
+    );
 }

@@ -21,6 +21,7 @@ mod orbit;
 mod positioning;
 mod positioning_rivals;
 mod press_loop;
+mod press_told;
 mod pressure;
 mod repeatability;
 mod saved_frame;

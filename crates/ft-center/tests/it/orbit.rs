@@ -12,6 +12,10 @@ use crate::simulator::{CONTACT, Colour, Head, Z0_MM, record, wrench_at};
 /// Round-off of a fit over 600 samples at 30 mm, conditioned like the frequency: 2⁻⁵² · 30 · 600.
 const EXACT_TOL_MM: f64 = 1e-11;
 
+/// The noise around a line is the mean logarithm of some 88 bins of power, pairs of which are correlated;
+/// each has a standard deviation of 0.8: 12 % of the power, 6 % of its root, and four times that.
+const NOISE_TOL: f64 = 0.24;
+
 const CENTER: Point2<f64> = Point2::new(12.0, -7.0);
 
 fn solve(record: &[Sample]) -> Orbit {
@@ -165,6 +169,48 @@ fn the_default_gate_follows_the_load() {
         let orbit = solve_orbit(&record, &contact, &OrbitOptions::default()).unwrap();
         assert!((orbit.min_fz_n - 0.2 * load_n).abs() < 1e-12 * load_n);
         assert_eq!(orbit.contact_samples, 200);
+    }
+}
+
+/// A fifth of the load that 95 % of the samples do not exceed: neither spikes nor a head that is off the
+/// platform for part of the time move it.
+#[test]
+fn the_default_gate_knows_neither_spikes_nor_pauses() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let contact = Contact { z0_mm: Z0_MM, min_fz_n: None };
+    let head = Head { load_ripple: 0.0, ..Head::default() };
+    let mut record = record(CENTER, &head, &Colour::NONE, 200, 20.0, &mut rng);
+    // 4 % and 40 %.
+    for s in &mut record[12..20] {
+        s.wrench.force_n *= 50.0;
+        s.wrench.torque_nmm *= 50.0;
+    }
+    for s in &mut record[100..180] {
+        s.wrench.force_n.z = -0.02 * head.load_n;
+    }
+    let orbit = solve_orbit(&record, &contact, &OrbitOptions::default()).unwrap();
+    assert!((orbit.min_fz_n - 0.2 * head.load_n).abs() < 1e-12 * head.load_n);
+    assert_eq!((orbit.contact_samples, orbit.gated_samples), (120, 80));
+}
+
+/// Cramér and Rao for a circle in white noise (Rife and Boorstyn 1974): `σ/√n` for the radius and
+/// `√12` times that over `2π r T` for the frequency, σ being the noise of each axis of a point.
+#[test]
+fn a_circle_is_as_uncertain_as_white_noise_leaves_it() {
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    let head = Head { load_ripple: 0.0, lateral_n: Vector2::zeros(), ..Head::default() };
+    for (load_n, samples) in [(40.0, 600_u32), (10.0, 600), (40.0, 2400)] {
+        let head = Head { load_n, ..head };
+        let noise = Colour { white_moment_nmm: 2.0, ..Colour::NONE };
+        let n = samples as usize;
+        let record = record(CENTER, &head, &noise, n, 40.0, &mut rng);
+        let wobble = solve(&record).wobble.unwrap();
+        let radius_std_mm = 2.0 / load_n / f64::from(samples).sqrt();
+        let ratio = wobble.radius_std_mm / radius_std_mm;
+        assert!((ratio - 1.0).abs() < NOISE_TOL, "{ratio}");
+        let turned_mm = TAU * wobble.radius_mm * record[n - 1].time_s;
+        let spin_std_hz = 12.0f64.sqrt() * wobble.radius_std_mm / turned_mm;
+        assert!((wobble.spin_std_hz / spin_std_hz - 1.0).abs() < 1e-12);
     }
 }
 

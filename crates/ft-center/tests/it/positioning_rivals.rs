@@ -51,6 +51,66 @@ fn two_effects_take_the_place_of_a_table_of_deviations() {
     assert_eq!(names, ["cyclic-error", "pitch-error"], "{:?}", closure.steps);
 }
 
+/// The travel counts from −1 at its lower end to 1 at its upper one, wherever the axis has its zero, and
+/// each reversal is half a step: the third amplitude is that of the second Legendre polynomial.
+#[test]
+fn a_reversal_by_place_is_along_the_travel() {
+    for low in [-250.0, 0.0, 1000.0] {
+        let at = |along: f64, side: Approach| AxisReading {
+            name: format!("{along} {side:?}"),
+            target: low + 250.0 * (along + 1.0),
+            deviation: 0.0,
+            approach: Some(side),
+        };
+        let places = [-1.0, -0.5, 0.0, 0.5, 1.0];
+        let readings: Vec<_> = places
+            .iter()
+            .flat_map(|p| [at(*p, Approach::Rising), at(*p, Approach::Falling)])
+            .collect();
+        let run = AxisRun {
+            readings: &readings,
+            motion: AxisMotion::Linear,
+            lead: None,
+            covariates: &[],
+        };
+        let terms = run.terms(&run.shown());
+        let by_place = terms.iter().find(|t| t.effect.id == "backlash-by-place").unwrap();
+        for (i, reading) in readings.iter().enumerate() {
+            let (along, half) = (places[i / 2], 0.5 * reading.approach.unwrap().sign());
+            let legendre = 0.5 * (3.0 * along * along - 1.0);
+            // Multiples of 2⁻⁵: exact.
+            assert_eq!(by_place.columns[0][i].to_bits(), (half * along).to_bits(), "{reading:?}");
+            assert_eq!(
+                by_place.columns[1][i].to_bits(),
+                (half * legendre).to_bits(),
+                "{reading:?}"
+            );
+        }
+    }
+}
+
+/// Only what turns has an error that repeats with its turn, and only 120° of it show one.
+#[test]
+fn a_turn_shows_on_rotary_axes_that_make_a_third_of_one() {
+    let turns = |motion: AxisMotion, range: f64| {
+        let readings: Vec<_> = (0..=4)
+            .map(|i| AxisReading {
+                name: i.to_string(),
+                target: range * f64::from(i) / 4.0,
+                deviation: 0.0,
+                approach: None,
+            })
+            .collect();
+        let run = AxisRun { readings: &readings, motion, lead: None, covariates: &[] };
+        let terms = run.terms(&run.shown());
+        let turning = |text: &String| text.ends_with("per turn of the axis");
+        terms.iter().filter(|t| t.effect.subject.as_ref().is_some_and(turning)).count()
+    };
+    assert_eq!(turns(AxisMotion::Rotary, 120.0), 2);
+    assert_eq!(turns(AxisMotion::Rotary, 100.0), 0);
+    assert_eq!(turns(AxisMotion::Linear, 500.0), 0);
+}
+
 /// Closes the loop, and anew with the courses that show beside what was found.
 fn settled(readings: &[AxisReading]) -> (Closure, Shown) {
     let run = AxisRun { readings, motion: AxisMotion::Linear, lead: None, covariates: &[] };

@@ -51,7 +51,7 @@ fn solved(presses: &[Press]) -> Vec<SolvedPress> {
     solve_presses(presses, &CONTACT, &OrbitOptions::default()).unwrap()
 }
 
-fn model(presses: &[Press]) -> PressModel {
+pub(crate) fn model(presses: &[Press]) -> PressModel {
     PressModel::new(&solved(presses), &CONTACT, &LocateOptions::default(), &[]).unwrap()
 }
 

@@ -109,3 +109,17 @@ fn a_pull_a_miss_and_a_light_touch_are_errors() {
     let nan = Wrench { force_n: Vector3::new(f64::NAN, 0.0, -40.0), ..light };
     assert!(matches!(contact(&nan), FtCenterError::NotFinite { .. }));
 }
+
+/// Too light is what lies under the least force; what has it is a touch.
+#[test]
+fn the_least_force_is_a_touch() {
+    let plane = Plane::new(Point3::origin(), Vector3::z()).unwrap();
+    let at = Point3::new(3.0, -2.0, 0.0);
+    let touch = Wrench::of_force(Vector3::new(0.0, 0.0, -8.0), &at);
+    let identity = Isometry3::identity();
+    let contact =
+        |least_n: f64| contact_on_surface(&touch, &plane, &identity, CoupleAxis::Normal, least_n);
+    let found = contact(8.0).unwrap();
+    assert!((found.point_mm - at).norm() < EXACT_TOL_MM);
+    assert!(matches!(contact(8.0f64.next_up()), Err(FtCenterError::NoContact { .. })));
+}

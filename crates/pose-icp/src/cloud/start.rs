@@ -280,9 +280,27 @@ fn icosahedral_rotations() -> Vec<UnitQuaternion<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-    use super::icosahedral_rotations;
+    use super::{Axes, icosahedral_rotations};
+
+    /// Corners of a cross whose arms are 3, 2 and 1 mm long, turned and moved.
+    #[test]
+    fn axes_go_from_the_widest_to_the_narrowest() {
+        let turn = UnitQuaternion::from_euler_angles(0.4, -0.8, 1.9);
+        let middle = Vector3::new(70.0, -20.0, 5.0);
+        let ends = [3.0, 2.0, 1.0].into_iter().enumerate().flat_map(|(k, size)| {
+            [size, -size].map(|end| Point3::from(middle + turn * Vector3::ith(k, end)))
+        });
+        let axes = Axes::of(&ends.collect::<Vec<_>>());
+        // Round-off of coordinates of 70 mm.
+        assert!((axes.frame.translation.vector - middle).norm() < 1e-13);
+        for k in 0..3 {
+            let along =
+                (axes.frame.rotation * Vector3::ith(k, 1.0)).dot(&(turn * Vector3::ith(k, 1.0)));
+            assert!((along.abs() - 1.0).abs() < 1e-12, "{k}: {along}");
+        }
+    }
 
     #[test]
     fn the_rotations_are_sixty_and_a_group() {

@@ -169,3 +169,44 @@ impl Chart {
         jacobian
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Central differences over 1e-4 of rows of 60 mm: the third derivative leaves 60 · 1e-8 / 6, and
+    /// rounding 60 · 2⁻⁵² / 1e-4.
+    const DIFFERENCE_TOL: f64 = 1e-6;
+
+    /// Of a plane of the workpiece the distance is linear in the point, and nothing bends but the motion.
+    #[test]
+    fn turning_twice_is_the_derivative_of_the_row() {
+        let center_mm = Point3::new(42.0, -17.0, 30.0);
+        let of_part = Vector3::new(0.3, -0.5, 0.8).normalize();
+        let parameters = [4.0, -3.0, 7.0, 0.2, -0.35, 0.6];
+        let at = |p: [f64; 6]| {
+            let angles = EulerAngles { alpha_rad: p[3], beta_rad: p[4], gamma_rad: p[5] };
+            let start = PoseStart { position_mm: Vector3::zeros(), angles };
+            Chart { image_mm: Vector3::new(p[0], p[1], p[2]), ..Chart::new(&start, 20.0) }
+        };
+        let row = |p: [f64; 6]| {
+            let chart = at(p);
+            chart.distance_row(&center_mm, &chart.direction_to_machine(&of_part))
+        };
+        let (mut second, weight) = ([[0.0; MAX]; MAX], 1.5);
+        let chart = at(parameters);
+        let normal = chart.direction_to_machine(&of_part);
+        chart.add_turning(&center_mm, &normal, weight, &mut second);
+        let step = 1e-4;
+        for i in 0..MAX {
+            let (mut above, mut below) = (parameters, parameters);
+            above[i] += step;
+            below[i] -= step;
+            let (above, below) = (row(above), row(below));
+            for j in i..MAX {
+                let slope = weight * (above[j] - below[j]) / (2.0 * step);
+                assert!((second[i][j] - slope).abs() < DIFFERENCE_TOL, "{i} {j}: {slope}");
+            }
+        }
+    }
+}

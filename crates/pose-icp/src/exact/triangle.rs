@@ -196,3 +196,67 @@ fn cholesky_solve(a: &[[f64; MAX]; MAX], n: usize, b: impl Fn(usize) -> f64) -> 
 
 /// Least curvature of the cost along a direction, relative to Gauss-Newton's, that is trusted.
 const MIN_PIVOT: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, SMatrix, Vector3};
+
+    use super::*;
+
+    /// Round-off of a few dozen operations on numbers of a few dozen.
+    const EXACT: f64 = 1e-11;
+
+    const ROWS: [[f64; 3]; 5] =
+        [[2.0, -1.0, 3.0], [0.0, 4.0, 1.0], [5.0, 2.0, -2.0], [-1.0, 3.0, 1.0], [1.0, 1.0, 6.0]];
+    const RESIDUALS: [f64; 5] = [1.0, -2.0, 0.5, 3.0, -4.0];
+
+    fn triangle() -> Triangle {
+        let (mut triangle, mut block) = (Triangle::new(3), Block::new());
+        for (row, residual) in ROWS.iter().zip(RESIDUALS) {
+            block.push(&[row[0], row[1], row[2], 0.0, 0.0, 0.0, residual]);
+        }
+        triangle.take(&mut block);
+        triangle
+    }
+
+    /// `JᵀJ` and `Jᵀr`.
+    fn normal() -> (Matrix3<f64>, Vector3<f64>) {
+        let j = SMatrix::<f64, 5, 3>::from_fn(|i, k| ROWS[i][k]);
+        (j.transpose() * j, j.transpose() * SMatrix::<f64, 5, 1>::from(RESIDUALS))
+    }
+
+    /// `(JᵀJ + λ D²) step = −Jᵀr`, `D` being the lengths of the columns.
+    #[test]
+    fn a_step_solves_the_damped_normal_equations() {
+        let (square, gradient) = normal();
+        for damping in [0.0, 0.3, 20.0] {
+            let step = Vector3::from_column_slice(&triangle().step(damping)[..3]);
+            let damped = square + Matrix3::from_diagonal(&(square.diagonal() * damping));
+            assert!((damped * step + gradient).norm() < EXACT, "{damping}");
+        }
+    }
+
+    /// `(JᵀJ + S + λ D²) step = −Jᵀr`.
+    #[test]
+    fn newtons_step_solves_the_equations_with_second_derivatives() {
+        let (square, gradient) = normal();
+        let second = Matrix3::new(0.5, -0.25, 1.0, -0.25, 2.0, 0.75, 1.0, 0.75, -1.5);
+        let mut upper = [[0.0; MAX]; MAX];
+        for i in 0..3 {
+            for j in i..3 {
+                upper[i][j] = second[(i, j)];
+            }
+        }
+        for damping in [0.0, 0.3] {
+            let step = triangle().newton(&upper, damping).unwrap();
+            let step = Vector3::from_column_slice(&step[..3]);
+            let damped = square + second + Matrix3::from_diagonal(&(square.diagonal() * damping));
+            assert!((damped * step + gradient).norm() < EXACT, "{damping}");
+        }
+        // Downhill along no direction is no minimum.
+        for (i, row) in upper.iter_mut().enumerate().take(3) {
+            row[i] = -2.0 * square[(i, i)];
+        }
+        assert!(triangle().newton(&upper, 0.0).is_none());
+    }
+}

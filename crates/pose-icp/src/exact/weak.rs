@@ -150,3 +150,25 @@ impl fmt::Display for WeakMotion {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The part that moves the touches most makes a travel of 1 mm, the others in proportion; angles are
+    /// travels over the arm, and what is under a hundredth of the largest is not named.
+    #[test]
+    fn a_direction_is_named_by_its_largest_travels() {
+        let arm_mm = 32.0;
+        let scale = |k: usize| if k == 0 { 1.0 } else { arm_mm };
+        // Parameters X, alpha, beta and gamma: powers of two are exact.
+        let free = [0, 3, 4, 5];
+        let basis = DMatrix::from_column_slice(4, 1, &[0.5, -4.0, 0.031_25, 2.0]);
+        let named = directions(&basis, &[1e-3], &free, &scale);
+        assert_eq!(named.len(), 1);
+        assert_eq!(named[0].relative_singular_value.to_bits(), 1e-3f64.to_bits());
+        let parts: Vec<_> = named[0].components.iter().map(|c| (c.parameter, c.step)).collect();
+        let expected = [(3, 1.0 / arm_mm), (5, -0.5 / arm_mm), (0, -0.125)];
+        assert_eq!(parts, expected.map(|(k, step)| (PoseParameter::ALL[k], step)));
+    }
+}

@@ -69,3 +69,36 @@ fn conic(shape: &AsphereShape, point_mm: &Point3<f64>) -> (f64, f64, f64) {
     let s = point_mm.x * point_mm.x + point_mm.y * point_mm.y;
     (s, (1.0 - (1.0 + shape.conic) * c * c * s).max(f64::EPSILON).sqrt(), c)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round-off of powers of numbers near one.
+    const EXACT: f64 = 1e-14;
+
+    /// Each is a function of `ρ = r/R` and θ alone, 1 or so at the rim.
+    #[test]
+    fn heights_are_those_of_the_polynomials() {
+        let radius_mm = 40.0;
+        for (share, angle) in [(1.0, 0.3), (0.5, 2.1), (0.8, -1.2)] {
+            let (rho, angle): (f64, f64) = (share, angle);
+            let place = Point3::new(angle.cos(), angle.sin(), 0.0) * (rho * radius_mm);
+            let coma = 3.0 * rho.powi(3) - 2.0 * rho;
+            let wave = |n: f64, size: f64| vec![size * (n * angle).cos(), size * (n * angle).sin()];
+            for (form, expected) in [
+                (Form::Focus, vec![rho * rho]),
+                (Form::Astigmatism, wave(2.0, rho * rho)),
+                (Form::Coma, wave(1.0, coma)),
+                (Form::Trefoil, wave(3.0, rho.powi(3))),
+                (Form::Diagonal { gamma_rad: 0.4 }, vec![rho * rho * (2.0 * angle + 0.8).sin()]),
+            ] {
+                let heights = form.heights(None, radius_mm, &place);
+                assert_eq!(heights.len(), expected.len());
+                for (height, expected) in heights.iter().zip(&expected) {
+                    assert!((height - expected).abs() < EXACT, "{form:?}: {height} {expected}");
+                }
+            }
+        }
+    }
+}

@@ -139,3 +139,31 @@ pub(crate) fn stacked(
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use geometry::{Plane, Surface};
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// An axis that came to the first touch from nobody knows where has a reading of its own there.
+    #[test]
+    fn where_no_way_is_known_the_reversal_is_a_distance_of_its_own() {
+        let plane = Plane::new(Point3::origin(), Vector3::z()).expect("a plane");
+        let foot = plane.closest_point(&Point3::new(1.0, 2.0, 3.0)).expect("a foot");
+        let term = Term::Reversal {
+            ways: vec![Vector3::new(1.0, 0.0, 0.0), Vector3::new(1.0, -1.0, -1.0)],
+            axes: vec![1, 2],
+            ways_from: WaysFrom::TouchBefore,
+        };
+        let parts = Distances { shape: None, radius_mm: 1.0, side: 1.0 };
+        let at = |observation: usize| {
+            let contact =
+                Contact { observation, center_mm: Vector3::new(1.0, 2.0, 3.0), foot: &foot };
+            term.distances(&contact, &parts)
+        };
+        assert_eq!(at(0), [0.0, 0.0, 1.0]);
+        assert_eq!(at(1), [0.0; 3]);
+    }
+}

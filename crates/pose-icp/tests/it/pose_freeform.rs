@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
-use geometry::{EulerAngles, GeometryError, Line, Polynomial, Surface};
-use nalgebra::{Point3, Vector3};
+use geometry::{
+    AsphereShape, DeviationAlong, EulerAngles, GeometryError, HeightGrid, Line, Polynomial, Surface,
+};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 use pose_icp::{
     Holes, MeshSurface, Part, PoseError, PoseOptions, PoseStart, Tip, Touch, TriangleMesh,
     fit_pose, height_at, start_from_touches,
 };
 
-use crate::pose_scene::to_machine;
+use crate::pose_scene::{RADIUS_MM, center_over, to_machine};
 
 const TIP: Tip = Tip { radius_mm: 1.5, side: pose_icp::TipSide::Above };
 
@@ -127,4 +129,43 @@ fn lines_meet_a_mesh_where_they_meet_its_faces() {
     let up = Line::new(Point3::new(3.3, -2.1, 50.0), Vector3::z()).unwrap();
     assert!(matches!(surface.first_hit(&up), Err(GeometryError::BehindRay { .. })));
     assert!(!surface.closest_point(&Point3::new(30.0, 0.0, 0.0)).unwrap().inside_aperture);
+}
+
+/// A part knows whether deviations were measured of it; they are added to what was drawn.
+#[test]
+fn a_map_of_deviations_lies_on_the_drawn_surface() {
+    let drawn = Part::freeform(Arc::new(saddle()));
+    assert!(!drawn.has_form_map());
+    let raised_mm = 2e-3;
+    let map =
+        HeightGrid::new(Point2::new(-60.0, -60.0), Vector2::repeat(20.0), 7, &[raised_mm; 49]);
+    let formed = drawn.clone().with_form_map(map.unwrap(), DeviationAlong::Z);
+    assert!(formed.has_form_map());
+    for [x, y] in places() {
+        let at = Point3::new(x, y, height(x, y) + raised_mm);
+        let foot = formed.surface().closest_point(&at).unwrap();
+        // Round-off of coordinates of 50 mm.
+        assert!(foot.signed_distance_mm.abs() < 1e-12, "{}", foot.signed_distance_mm);
+    }
+}
+
+/// A segment far off its axis: the touches lie about its aperture, and so does the start. The ball moves
+/// them by its radius times the slope.
+#[test]
+fn a_start_has_the_aperture_under_its_touches() {
+    let shape = AsphereShape {
+        aperture_center_mm: Point2::new(90.0, -40.0),
+        ..AsphereShape::on_axis(RADIUS_MM, -1.0, vec![], 40.0)
+    };
+    let middle = shape.aperture_center_mm;
+    let truth = PoseStart::level(Vector3::new(210.0, 35.0, -12.0), 0.4);
+    let around = [[15.0, 0.0], [0.0, 15.0], [-15.0, 0.0], [0.0, -15.0], [0.0, 0.0]];
+    let touches: Vec<Touch> = (around.iter())
+        .map(|[x, y]| center_over(&truth, middle.x + x, middle.y + y, TIP.radius_mm))
+        .map(|center_mm| Touch::new(center_mm, 1e-3))
+        .collect();
+    let start = start_from_touches(&Part::asphere(shape).unwrap(), &touches, TIP, 0.4).unwrap();
+    let off_mm = (start.position_mm - truth.position_mm).xy().norm();
+    let slope = 90.0f64.hypot(40.0) / RADIUS_MM;
+    assert!(off_mm < TIP.radius_mm * slope, "{off_mm}");
 }

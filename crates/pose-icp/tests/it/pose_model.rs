@@ -3,12 +3,16 @@
 use model_discrepancy::{
     Covariate, Model, Options, Quantity, Role, State, Verdict, check_tangents, close_loop,
 };
-use nalgebra::DVector;
-use pose_icp::{EdgeTouches, MeasuredTouch, PoseModel, PoseOptions, PoseParameter, Touch};
+use nalgebra::{DVector, Vector3};
+use pose_icp::{
+    EdgeTouches, MeasuredTouch, PoseModel, PoseOptions, PoseParameter, PoseStart, Touch,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::pose_scene::{TIP_MM, center_over, edge, paraboloid, random_pose, tip, touches};
+use crate::pose_scene::{
+    RADIUS_MM, TIP_MM, center_over, edge, paraboloid, random_pose, tip, touches,
+};
 
 /// Sunflower of `n` points within `radius_mm`.
 fn spread(n: u32, radius_mm: f64) -> Vec<[f64; 2]> {
@@ -106,4 +110,90 @@ fn astigmatism_is_found_with_its_size_and_nothing_is_where_nothing_is() {
         assert!((cos.value - 8.0).abs() < 4.0 * cos.std, "{cos:?}");
     }
     assert_eq!(closure.verdict, Verdict::Explained);
+}
+
+/// What is known beforehand lies nowhere on the part: columns have their mean there, on which no trend turns.
+#[test]
+fn prior_knowledge_has_the_mean_of_every_column() {
+    let mut rng = ChaCha8Rng::seed_from_u64(463);
+    let pose = random_pose(&mut rng);
+    let side = edge(&pose, 1e-3, &mut rng).locate(tip(), pose.angles.gamma_rad).unwrap();
+    let options = PoseOptions { tip: tip(), lateral: Some(side.prior), ..PoseOptions::default() };
+    let points = measured(touches(&pose, &spread(14, 45.0), 1e-3, &mut rng));
+    let warm = (0..14).map(|i| 20.0 + f64::from(i)).collect();
+    let column = Covariate::recorded("part_c", Quantity::Temperature, warm);
+    let model = PoseModel::new(paraboloid(), points, &[column], &pose, &options).unwrap();
+    let observations = model.declared().layout.observations.len();
+    assert!(observations > 14, "the side is an observation of its own");
+    for covariate in model.all_covariates() {
+        let (of_touches, beside) = covariate.values.split_at(14);
+        let mean = of_touches.iter().sum::<f64>() / 14.0;
+        assert_eq!(covariate.values.len(), observations);
+        // Round-off of 14 terms of 50 mm.
+        assert!(beside.iter().all(|v| (v - mean).abs() < 1e-12), "{}", covariate.name);
+    }
+    let warm = model.all_covariates().into_iter().find(|c| c.name == "part_c").unwrap();
+    assert!((warm.values[14] - 26.5).abs() < 1e-12);
+}
+
+/// Effects of tip and machine by their definitions, on a mirror that lies level: a larger ball is read farther
+/// off by as much, and an axis that leans moves a touch along the other by its share of the way.
+#[test]
+fn tip_and_squareness_are_what_they_say() {
+    let mut rng = ChaCha8Rng::seed_from_u64(464);
+    let pose = PoseStart::level(Vector3::new(40.0, -25.0, 10.0), 0.0);
+    let at = spread(14, 45.0);
+    let points = touches(&pose, &at, 0.0, &mut rng);
+    let options = PoseOptions { tip: tip(), ..PoseOptions::default() };
+    let model =
+        PoseModel::new(paraboloid(), measured(points.clone()), &[], &pose, &options).unwrap();
+    let start = State::start(&model);
+    let effect = |id: &str| model.declared().effects.iter().position(|e| e.id == id).unwrap();
+    let of_tip = model.tangent(&start, effect("tip-radius"));
+    assert!(of_tip.column(0).iter().take(14).all(|v| (v.abs() - 1.0).abs() < 1e-12), "{of_tip}");
+    let squareness = effect("squareness");
+    let tangent = model.tangent(&start, squareness);
+    let names = &model.declared().effects[squareness].parameters;
+    for (k, parameter) in names.iter().enumerate() {
+        let [first, second] = [0, 1].map(|i| "xyz".find(&parameter.name[i..=i]).unwrap());
+        let lever = |i: usize| points[i].center_mm[second];
+        let share = |i: usize| {
+            let [x, y] = at[i];
+            let normal = Vector3::new(-x / RADIUS_MM, -y / RADIUS_MM, 1.0).normalize();
+            normal[first]
+        };
+        let (low, high) = (3, 11);
+        let by_lever = tangent[(high, k)] / share(high) - tangent[(low, k)] / share(low);
+        // Feet good to 1e-12 mm over slopes of a tenth.
+        assert!(
+            (by_lever.abs() - (lever(high) - lever(low)).abs()).abs() < 1e-9,
+            "{}",
+            parameter.name
+        );
+    }
+}
+
+/// Readings that come to rest show as a settling drift before anything is fitted.
+#[test]
+fn a_drift_that_settles_is_in_the_catalogue() {
+    let mut rng = ChaCha8Rng::seed_from_u64(465);
+    let pose = random_pose(&mut rng);
+    let mut points = touches(&pose, &spread(40, 48.0), 1e-3, &mut rng);
+    let options = PoseOptions { tip: tip(), ..PoseOptions::default() };
+    let seconds: Vec<f64> = (0..40).map(|i| 5.0 * f64::from(i)).collect();
+    let time = Covariate::recorded("time_s", Quantity::Time, seconds.clone());
+    let settling = |points: &[Touch]| {
+        let columns = [time.clone()];
+        let points = measured(points.to_vec());
+        let model = PoseModel::new(paraboloid(), points, &columns, &pose, &options).unwrap();
+        let effects = model.declared().effects.clone();
+        let is_settling = |s: &String| s.contains("settling");
+        effects.iter().filter(|e| e.subject.as_ref().is_some_and(is_settling)).count()
+    };
+    assert_eq!(settling(&points), 0);
+    // Forty times the noise, to a third within a tenth of the session.
+    for (touch, time) in points.iter_mut().zip(&seconds) {
+        touch.center_mm.z -= 0.04 * (-time / 20.0).exp();
+    }
+    assert!(settling(&points) > 0);
 }

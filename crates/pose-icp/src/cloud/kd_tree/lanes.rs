@@ -114,3 +114,21 @@ impl Lanes {
         (second - second * SINGLE_ERROR > best + error_mm).then_some((best, second))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A distance errs by a share of itself and by what coordinates lose: both make a bound larger.
+    #[test]
+    fn a_distance_is_at_most_its_bound() {
+        for size_mm in [0.0, 1.0, 1e3] {
+            let lanes = Lanes::new(&[Point3::origin()], &[0.0; 3], size_mm);
+            for squared in [1.0_f32, 4.0, 1e6] {
+                // Roots that are exact.
+                let least_mm = f64::from(squared.sqrt()) * (1.0 + SINGLE_ERROR);
+                assert!(lanes.distance_mm(squared) >= least_mm + SINGLE_ERROR * size_mm);
+            }
+        }
+    }
+}

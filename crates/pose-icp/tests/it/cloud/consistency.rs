@@ -73,5 +73,6 @@ fn an_estimated_sigma_is_the_one_of_the_noise() {
     let found = register_to_cloud(&source, &target, &RegisterOptions::default()).unwrap();
     // σ of a standard deviation from 2e4 residuals: 1/√(4e4) = 0.5 %; 4σ = 2 %.
     assert!((found.sigma_mm / SIGMA_MM - 1.0).abs() < 0.02, "sigma {} mm", found.sigma_mm);
+    assert!((found.rms_mm / SIGMA_MM - 1.0).abs() < 0.02, "rms {} mm", found.rms_mm);
     assert_eq!(found.observability.unwrap().weak, vec![]);
 }

@@ -123,3 +123,32 @@ fn a_plane_leaves_two_translations_and_its_spin_free() {
     let message = RegisterError::Undetermined { directions }.to_string();
     assert!(message.contains("hold it"), "{message}");
 }
+
+/// Normals that are a tenth of a milliradian off show the rotations of a sphere, as weakly.
+#[test]
+fn a_weak_direction_has_the_share_of_its_singular_value() {
+    let mut rng = scene::rng(38);
+    let mut sampled = bowl(36, 20_000, &Vector3::zeros());
+    for normal in sampled.normals.iter_mut().flatten() {
+        let off = Vector3::from_fn(|_, _| rng.random_range(-1e-4..1e-4));
+        *normal = Unit::new_normalize(normal.into_inner() + off);
+    }
+    let target = CloudTarget::new(&sampled).unwrap();
+    let options = RegisterOptions {
+        objective: Objective::PointToPoint,
+        max_iterations: 1000,
+        ..Default::default()
+    };
+    let found = match register_to_cloud(&source(37), &target, &options) {
+        Ok(found) => found,
+        Err(RegisterError::NotConverged { best }) => *best,
+        Err(other) => panic!("{other:?}"),
+    };
+    let seen = found.observability.unwrap();
+    let (largest, first) = (seen.singular_values[0], 6 - seen.weak.len());
+    assert_eq!(first, 3);
+    for (weak, value) in seen.weak.iter().zip(&seen.singular_values[first..]) {
+        assert!(*value > 0.0);
+        assert_eq!(weak.relative_singular_value.to_bits(), (value / largest).to_bits());
+    }
+}

@@ -169,3 +169,28 @@ fn a_quarter_turn_about_the_pivot_is_found_from_a_start_near_it() {
     assert!(miss < 0.011, "misses by {miss:e} mm");
     assert_eq!(found.used, source.points_mm.len());
 }
+
+/// Neighbours that are kept while the pose moves must still be the nearest in the end: looked up anew from
+/// the answer they leave the same residuals.
+#[test]
+fn an_answer_is_that_of_neighbours_looked_up_anew() {
+    let mut rng = scene::rng(18);
+    let target = scene::target(&mut rng, 150);
+    let source = scene::source(&mut rng, 3000, 2e-3, &small_pose());
+    let options = RegisterOptions {
+        objective: Objective::PointToPoint,
+        max_iterations: 1000,
+        ..Default::default()
+    };
+    let found = fit(&source, &target, &options);
+    let start = found.target_from_source;
+    let again = fit(&source, &target, &RegisterOptions { start, ..options });
+    // At a minimum residuals change in second order: the motion that the stop test allows is nothing.
+    assert!(
+        (again.rms_mm - found.rms_mm).abs() < TOLERANCE_MM,
+        "{} {}",
+        again.rms_mm,
+        found.rms_mm
+    );
+    assert!(miss_mm(&source, &again.target_from_source, &start) < 100.0 * TOLERANCE_MM);
+}

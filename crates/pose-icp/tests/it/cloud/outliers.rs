@@ -1,7 +1,7 @@
 //! Robust losses, trimming, partial overlap.
 
 use least_squares::Loss;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use pose_icp::{CloudTarget, PointCloud, RegisterOptions, register_to_cloud};
 use rand::RngExt;
 
@@ -89,6 +89,26 @@ fn points_out_of_reach_take_no_part() {
     let found = register_to_cloud(&source, &target, &options).unwrap();
     assert_eq!(found.used, n);
     source.points_mm.truncate(n);
+    let miss = miss_mm(&source, &found.target_from_source, &truth);
+    assert!(miss < CLEAN_MM, "misses by {miss} mm");
+}
+
+/// Points that a tilted start puts out of reach take part once the pose has come near enough.
+#[test]
+fn points_that_come_within_reach_take_part() {
+    let mut rng = scene::rng(44);
+    let target = CloudTarget::new(&scene::target(&mut rng, 150)).unwrap();
+    let truth = small_pose();
+    let source = scene::source(&mut rng, 5000, SIGMA_MM, &truth);
+    // 44 mm · 0.06 are 2.6 mm at the border.
+    let start = truth * Isometry3::rotation(Vector3::new(0.0, 0.06, 0.0));
+    let reach_mm = 1.5;
+    let options =
+        RegisterOptions { start, max_distance_mm: Some(reach_mm), ..RegisterOptions::default() };
+    let outside = source.points_mm.iter().filter(|p| (start * *p - truth * *p).norm() > 2.0);
+    assert!(outside.count() > 500, "the start is meant to keep points out");
+    let found = register_to_cloud(&source, &target, &options).unwrap();
+    assert_eq!(found.used, source.points_mm.len());
     let miss = miss_mm(&source, &found.target_from_source, &truth);
     assert!(miss < CLEAN_MM, "misses by {miss} mm");
 }
