@@ -1,7 +1,8 @@
 use std::sync::Arc;
 
 use model_discrepancy::{
-    Closure, ErrorSummary, LoopError, OpenLoop, Options, Solution, Verdict, close_loop, open_loop,
+    Closure, Effect, ErrorSummary, LoopError, Model, Options, Solution, Verdict, close_loop,
+    open_loop,
 };
 
 use crate::Error;
@@ -86,15 +87,33 @@ impl Way {
         let declared = || (opened.before(), opened.residuals_before());
         self.declared.get_or_insert_with(declared);
         self.found.push(opened.solution());
-        there.and_then(|there| self.settle(there, options).map_err(|e| e.to_string())).or_else(
-            |why| {
+        let known = self.found.len();
+        match there.and_then(|there| self.settle(there, options).map_err(|e| e.to_string())) {
+            Ok((closure, there)) if keeps(&opened.solution(), &*model, &closure) => {
+                Ok((closure, there))
+            }
+            // What led there was taken back: the way is gone from here, with what stands here.
+            Ok(_) => {
+                self.found.truncate(known - 1);
+                Ok((opened.close(), prepared))
+            }
+            Err(why) => {
                 self.found.pop();
-                let mut closure = OpenLoop::close(opened);
+                let mut closure = opened.close();
                 not_anew(&mut closure, &why);
                 Ok((closure, prepared))
-            },
-        )
+            }
+        }
     }
+}
+
+/// Whether a closure still names every effect of what was found on `model`.
+fn keeps(found: &Solution, model: &dyn Model, closure: &Closure) -> bool {
+    let effects = &model.declared().effects;
+    found.amplitudes().iter().all(|&(effect, _)| {
+        let Effect { id, subject, .. } = &effects[effect];
+        closure.steps.iter().any(|step| step.effect == *id && step.subject == *subject)
+    })
 }
 
 fn closed_anew<'c>(
