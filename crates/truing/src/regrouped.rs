@@ -63,7 +63,7 @@ impl Model for Regrouped<'_> {
         self.inner.inside(at)
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         self.inner.proposals()
     }
 }

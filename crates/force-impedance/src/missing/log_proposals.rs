@@ -9,41 +9,41 @@ use crate::missing::log_model::LogModel;
 const N_BLOCKS: usize = 24;
 
 /// The cheapest first.
-pub(crate) fn proposals(model: &LogModel) -> Vec<Proposal> {
+pub(crate) fn proposals(model: &LogModel) -> Vec<Proposal<'_>> {
     if !model.has_reference {
-        return vec![proposal(
+        return vec![Proposal::new(
             "record the contact force with a reference instrument beside the legs",
-            with_reference(model),
+            || Some(with_reference(model)),
         )];
     }
-    let hanging = extended(model, |b, _| {
-        b.sensitivity.of_cell_n = b.sensitivity.of_cell_n.map(|_| 0.0);
-        b.sensitivity.tangential_n = 0.0;
-        b.normal_n = 0.0;
-    });
-    let harder = extended(model, |b, _| {
-        b.sensitivity.of_cell_n = b.sensitivity.of_cell_n.map(|f| 2.0 * f);
-        b.sensitivity.tangential_n *= 2.0;
-        b.normal_n *= 2.0;
-    });
-    let sliding = extended(model, |b, i| {
-        let way = if i % 2 == 0 { 1.0 } else { -1.0 };
-        b.slide = way;
-        b.slide_normal = way * b.sensitivity.axial_share;
-    });
-    let longer = extended(model, |b, i| {
-        b.elapsed_share = 1.0 + crate::count(i) / crate::count(N_BLOCKS);
-    });
     vec![
-        proposal("record a while with the head hanging free, then go on", hanging),
-        proposal("repeat the run at twice the contact force", harder),
-        proposal("let the axial unit travel in and out at constant force", sliding),
-        proposal("repeat the run once more, later", longer),
+        proposal(model, "record a while with the head hanging free, then go on", |b, _| {
+            b.sensitivity.of_cell_n = b.sensitivity.of_cell_n.map(|_| 0.0);
+            b.sensitivity.tangential_n = 0.0;
+            b.normal_n = 0.0;
+        }),
+        proposal(model, "repeat the run at twice the contact force", |b, _| {
+            b.sensitivity.of_cell_n = b.sensitivity.of_cell_n.map(|f| 2.0 * f);
+            b.sensitivity.tangential_n *= 2.0;
+            b.normal_n *= 2.0;
+        }),
+        proposal(model, "let the axial unit travel in and out at constant force", |b, i| {
+            let way = if i % 2 == 0 { 1.0 } else { -1.0 };
+            b.slide = way;
+            b.slide_normal = way * b.sensitivity.axial_share;
+        }),
+        proposal(model, "repeat the run once more, later", |b, i| {
+            b.elapsed_share = 1.0 + crate::count(i) / crate::count(N_BLOCKS);
+        }),
     ]
 }
 
-fn proposal(text: &str, model: LogModel) -> Proposal {
-    Proposal { text: text.to_owned(), model: Box::new(model) }
+fn proposal<'a>(
+    model: &'a LogModel,
+    text: &str,
+    change: impl Fn(&mut Block, usize) + 'a,
+) -> Proposal<'a> {
+    Proposal::new(text, move || Some(extended(model, &change)))
 }
 
 /// The log with more blocks like those it has, changed.

@@ -349,12 +349,11 @@ impl Model for PathModel {
         (dof > 0).then(|| Inside { chi2: square, dof: crate::count(dof), share })
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
-        let proposal =
-            |text: &str, model: Self| Proposal { text: text.to_owned(), model: Box::new(model) };
+    fn proposals(&self) -> Vec<Proposal<'_>> {
+        let scaled = |factor: f64| move || Some(self.with_run(|n| factor * n));
         vec![
-            proposal("follow the path once more at twice the force", self.with_run(|n| 2.0 * n)),
-            proposal("follow the path once more at half the force", self.with_run(|n| 0.5 * n)),
+            Proposal::new("follow the path once more at twice the force", scaled(2.0)),
+            Proposal::new("follow the path once more at half the force", scaled(0.5)),
         ]
     }
 }

@@ -57,7 +57,7 @@ fn tangents_agree_with_differences_and_with_the_rig() {
         let worst = check_tangents(&model, &at);
         assert!(worst < DIFFERENCE_TOL, "{formula:?}: {worst:e}");
         for proposal in model.proposals() {
-            assert!(check_tangents(proposal.model.as_ref(), &at) < DIFFERENCE_TOL);
+            assert!(check_tangents(&*proposal.model().unwrap(), &at) < DIFFERENCE_TOL);
         }
     }
 }
@@ -74,7 +74,7 @@ fn proposals_of_a_model_with_a_course_fit_their_blocks() {
     let subjects = || model.declared().effects.iter().filter_map(|e| e.subject.as_deref());
     assert!(subjects().any(|subject| subject == "settling"));
     for proposal in model.proposals() {
-        let extended = proposal.model.as_ref();
+        let extended = &*proposal.model().unwrap();
         // Infinite where they do not fit.
         let worst = check_tangents(extended, &State::start(extended));
         assert!(worst.is_finite(), "{}", proposal.text);

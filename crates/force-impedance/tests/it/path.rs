@@ -49,7 +49,7 @@ fn tangents_agree_with_differences() {
     }
     assert!(check_tangents(&model, &at) < DIFFERENCE_TOL);
     for proposal in model.proposals() {
-        assert!(check_tangents(proposal.model.as_ref(), &at) < DIFFERENCE_TOL);
+        assert!(check_tangents(&*proposal.model().unwrap(), &at) < DIFFERENCE_TOL);
     }
 }
 

@@ -24,10 +24,10 @@ struct Planned<const D: usize> {
 }
 
 /// Further measurements, the cheapest first.
-pub(crate) fn proposals<const D: usize>(model: &FrameModel<D>) -> Vec<Proposal> {
+pub(crate) fn proposals<const D: usize>(model: &FrameModel<D>) -> Vec<Proposal<'_>> {
     let mut proposals = Vec::new();
     let mut propose = |text: String, planned: Vec<Planned<D>>| {
-        proposals.push(Proposal { text, model: Box::new(extended(model, planned)) });
+        proposals.push(Proposal::new(text, move || Some(extended(model, &planned))));
     };
     let repeated = REPEATED.min(model.points.len());
     propose(
@@ -82,10 +82,10 @@ fn far_along<const D: usize>(
 }
 
 /// The model with the planned readings at the end; only their design matters.
-fn extended<const D: usize>(model: &FrameModel<D>, planned: Vec<Planned<D>>) -> FrameModel<D> {
+fn extended<const D: usize>(model: &FrameModel<D>, planned: &[Planned<D>]) -> FrameModel<D> {
     let mut points = model.points.clone();
     let mut covariates = model.covariates.clone();
-    for (n, plan) in planned.into_iter().enumerate() {
+    for (n, plan) in planned.iter().enumerate() {
         let pair = PointPair {
             target_mm: model.reference().apply(&plan.source_mm),
             source_mm: plan.source_mm,

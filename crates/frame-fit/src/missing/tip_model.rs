@@ -303,7 +303,7 @@ impl Model for TipModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         Vec::new()
     }
 }

@@ -387,7 +387,7 @@ fn proposals_show_what_the_design_hides() {
         let proposals = model.proposals();
         let texts: Vec<_> = proposals.iter().map(|p| p.text.clone()).collect();
         let found = proposals.into_iter().find(|p| p.text.starts_with(start));
-        found.unwrap_or_else(|| panic!("no «{start}» among {texts:?}")).model
+        found.unwrap_or_else(|| panic!("no «{start}» among {texts:?}")).model().unwrap()
     };
     // The third scale is along the normal of the plate: no trace at all.
     assert!(kept(&model, "anisotropic-scale", 2) < 1e-9);

@@ -79,7 +79,7 @@ fn a_proposal_is_the_model_of_the_points_that_it_plans() {
     let mut proposals = before.proposals();
     for (text, planned) in planned {
         let at = proposals.iter().position(|p| p.text.starts_with(text)).unwrap();
-        let found = proposals.remove(at).model;
+        let found = proposals.remove(at).model().unwrap();
         let (mut points, [mut times, mut temperatures]) = measured();
         let pace_s = (times[N - 1] - times[0]) / (N - 1) as f64;
         for (source_mm, like, warmer_k) in planned {

@@ -234,28 +234,25 @@ impl Model for DisplacementModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
-        let proposal =
-            |text: &str, model| Proposal { text: text.to_owned(), model: Box::new(model) };
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         let longest_mm = self.longest_mm();
         let loaded = || self.moved_again(2.0, 0.0);
+        let travel = Observed::Travel { length_mm: longest_mm };
+        let travel_sigma_mm = TRAVEL_RATIO * longest_mm.max(1.0);
         vec![
-            proposal("press at a second load", loaded()),
-            proposal(
+            Proposal::new("press at a second load", move || Some(loaded())),
+            Proposal::new(
                 "press at a second load, and with a lateral force, the head tilted to either side",
-                self.moved_again(2.0, LEVER_RATIO * longest_mm),
+                move || Some(self.moved_again(2.0, LEVER_RATIO * longest_mm)),
             ),
-            proposal(
+            Proposal::new(
                 "press at a second load, and put a known weight on the sensor",
-                loaded().with_standard(Observed::Weight, WEIGHT_RATIO),
+                move || Some(loaded().with_standard(Observed::Weight, WEIGHT_RATIO)),
             ),
-            proposal(
+            Proposal::new(
                 "press at a second load, and measure the machine's travel with an independent \
                  length standard, e.g. a laser interferometer",
-                loaded().with_standard(
-                    Observed::Travel { length_mm: longest_mm },
-                    TRAVEL_RATIO * longest_mm.max(1.0),
-                ),
+                move || Some(loaded().with_standard(travel, travel_sigma_mm)),
             ),
         ]
     }

@@ -279,7 +279,7 @@ impl Model for GravityModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         Vec::new()
     }
 }

@@ -34,70 +34,79 @@ const TRAVEL_RATIO: f64 = 1e-6;
 const DATUM_MM: f64 = 0.2;
 
 /// The cheapest first.
-pub(crate) fn proposals(model: &PressModel) -> Vec<Proposal> {
-    let fitted: Vec<_> = (model.points.iter().zip(&model.declared().layout.groups))
-        .filter(|(_, group)| group.role == Role::Fit)
-        .map(|(point, _)| point)
-        .collect();
-    if fitted.is_empty() {
+pub(crate) fn proposals(model: &PressModel) -> Vec<Proposal<'_>> {
+    let presses = fitted(model);
+    if presses.is_empty() {
         return Vec::new();
     }
-    let levels = levels(&fitted);
+    let levels = levels(&presses);
     let another = match levels {
         1 => "press at a second load",
         2 => "press at a third load",
         _ => "press at a load beyond those used",
     };
-    let largest_n = fitted.iter().map(|p| load_n(p)).fold(0.0, f64::max);
-    let reach_mm = fitted.iter().map(|p| (p.machine_mm - model.frame.pivot_mm).norm());
+    let largest_n = largest_n(&presses);
+    let reach_mm = presses.iter().map(|p| (p.machine_mm - model.frame.pivot_mm).norm());
     let reach_mm = reach_mm.fold(0.0, f64::max);
-    let loaded = || with(model, fitted.iter().map(|p| heavier(p, LOAD_RATIO * largest_n)));
     // With one load only, every gain also looks like a bias: a second load comes with the rest.
-    let (first, start): (String, PressModel) = if levels == 1 {
-        (format!("{another}, and "), loaded())
-    } else {
-        (String::new(), model.clone())
+    let first = if levels == 1 { format!("{another}, and ") } else { String::new() };
+    let start = move || if levels == 1 { loaded(model) } else { model.clone() };
+    let standard = |text: String, standard: Standard| {
+        Proposal::new(text, move || Some(with_standard(start(), standard)))
     };
-
-    let mut list = vec![
-        proposal(another.to_owned(), loaded()),
-        proposal("repeat the first press at the end".to_owned(), with(model, last_again(model))),
-        proposal(
-            "press at positions farther apart".to_owned(),
-            with(model, fitted.iter().map(|p| farther(model, p))),
-        ),
-        proposal(
+    vec![
+        Proposal::new(another, || Some(loaded(model))),
+        Proposal::new("repeat the first press at the end", || {
+            Some(with(model, model.points.first().cloned()))
+        }),
+        Proposal::new("press at positions farther apart", || {
+            Some(with(model, fitted(model).into_iter().map(|p| farther(model, p))))
+        }),
+        Proposal::new(
             format!("{first}press with a lateral force, the head tilted to either side"),
-            with(&start, fitted.iter().enumerate().map(|(i, p)| sideways(model, p, i))),
+            move || {
+                let presses = fitted(model).into_iter().enumerate();
+                Some(with(&start(), presses.map(|(i, p)| sideways(model, p, i))))
+            },
         ),
-    ];
-    let mut standard = |from: &PressModel, text: String, standard: Standard| {
-        let mut extended = from.clone();
-        extended.add_standard(standard);
-        list.push(proposal(text, extended.shown_anew()));
-    };
-    standard(
-        &start,
-        format!("{first}put a known weight on the sensor"),
-        Standard::Weight { load_n: largest_n, sigma_n: WEIGHT_RATIO * largest_n },
-    );
-    standard(
-        &start,
-        format!(
-            "{first}measure the machine's travel with an independent length standard, e.g. a laser interferometer"
+        standard(
+            format!("{first}put a known weight on the sensor"),
+            Standard::Weight { load_n: largest_n, sigma_n: WEIGHT_RATIO * largest_n },
         ),
-        Standard::Travel { length_mm: reach_mm, sigma_mm: TRAVEL_RATIO * reach_mm },
-    );
-    standard(
-        model,
-        "locate the sensor's datum in the machine with a touch probe".to_owned(),
-        Standard::Datum { sigma_mm: DATUM_MM },
-    );
-    list
+        standard(
+            format!(
+                "{first}measure the machine's travel with an independent length standard, e.g. a laser interferometer"
+            ),
+            Standard::Travel { length_mm: reach_mm, sigma_mm: TRAVEL_RATIO * reach_mm },
+        ),
+        Proposal::new("locate the sensor's datum in the machine with a touch probe", || {
+            Some(with_standard(model.clone(), Standard::Datum { sigma_mm: DATUM_MM }))
+        }),
+    ]
 }
 
-fn proposal(text: String, model: PressModel) -> Proposal {
-    Proposal { text, model: Box::new(model) }
+/// The presses that are fitted.
+fn fitted(model: &PressModel) -> Vec<&PressPoint> {
+    (model.points.iter().zip(&model.declared().layout.groups))
+        .filter(|(_, group)| group.role == Role::Fit)
+        .map(|(point, _)| point)
+        .collect()
+}
+
+fn largest_n(presses: &[&PressPoint]) -> f64 {
+    presses.iter().map(|p| load_n(p)).fold(0.0, f64::max)
+}
+
+/// Every press again, at one load beyond those used.
+fn loaded(model: &PressModel) -> PressModel {
+    let presses = fitted(model);
+    let load_n = LOAD_RATIO * largest_n(&presses);
+    with(model, presses.into_iter().map(|p| heavier(p, load_n)))
+}
+
+fn with_standard(mut model: PressModel, standard: Standard) -> PressModel {
+    model.add_standard(standard);
+    model.shown_anew()
 }
 
 fn with(model: &PressModel, points: impl IntoIterator<Item = PressPoint>) -> PressModel {
@@ -126,10 +135,6 @@ fn heavier(point: &PressPoint, load_n_wanted: f64) -> PressPoint {
     let mut heavier = point.clone();
     heavier.reading.wrench = point.reading.wrench * ratio;
     heavier
-}
-
-fn last_again(model: &PressModel) -> Vec<PressPoint> {
-    model.points.first().cloned().into_iter().collect()
 }
 
 fn farther(model: &PressModel, point: &PressPoint) -> PressPoint {

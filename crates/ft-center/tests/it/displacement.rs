@@ -100,7 +100,7 @@ fn the_gains_are_one_class_until_a_standard_splits_them() {
     let proposals = model.proposals();
     let split = |text: &str, a: usize, b: usize| {
         let proposal = proposals.iter().find(|p| p.text.contains(text)).unwrap();
-        cosine(proposal.model.as_ref(), a, b)
+        cosine(&*proposal.model().unwrap(), a, b)
     };
     let [moment, force, scale, bias] = gains;
     assert!(split("second load", shifts[0], shifts[1]) < 0.98);

@@ -45,7 +45,7 @@ pub(crate) fn assert_tangents(model: &dyn Model) {
         assert!(worst < DIFFERENCE_TOL, "with effects: {worst:e}");
     }
     for proposal in model.proposals() {
-        let extended = proposal.model.as_ref();
+        let extended = &*proposal.model().unwrap();
         let worst = check_tangents(extended, &everything_on(extended, &mut rng));
         assert!(worst < DIFFERENCE_TOL, "{}: {worst:e}", proposal.text);
     }

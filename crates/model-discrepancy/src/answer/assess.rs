@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::algebra::system::{Estimate, System, rows_of};
+use crate::algebra::system::{System, rows_of};
 use crate::answer::named_size::Simulation;
-use crate::answer::separation::{Further, Imitation, all_fitted};
+use crate::answer::separation::{Advice, Imitation, all_fitted};
 use crate::choice::candidate::{Candidate, Estimability, Source, catalogue, classes, label};
 use crate::choice::context::Context;
 use crate::choice::detectable::{
@@ -99,18 +99,29 @@ pub fn assess_those(
         let simulation = Simulation::new(&context, (&system, &at), &lin, scoring.alpha);
         factors(&simulation, &pass, &wanted)
     };
+    let sights = catalogue(&system, &at, &lin);
+    let local: Vec<_> = local_effects(&system, &at, &lin).collect();
+    let hidden_of_many = (sights.iter())
+        .filter(|(_, sight)| matches!(sight, Estimability::NotEstimable(_)))
+        .map(|(e, _)| *e);
+    let hidden_of_one = (local.iter())
+        .filter(|(_, sight)| matches!(sight, LocalEstimability::NotEstimable(_)))
+        .map(|(e, _)| *e);
+    let effects = &model.declared().effects;
+    let hidden: Vec<usize> = (hidden_of_many.chain(hidden_of_one))
+        .filter(|&e| wanted(&label(&effects[e].id, effects[e].subject.as_deref())))
+        .collect();
     let assessor = Assessor {
         factors,
         system: &system,
-        at: &at,
         lin: &lin,
         alpha: pass.alpha_single,
         candidates: &pass.candidates,
-        further: Further::new(model, &[]),
+        advice: Advice::on_hidden(model, &[], &hidden),
         imitation: Imitation::new(&system, &at, &lin),
     };
-    let mut assessments = assessor.of_many(&pass.judged);
-    assessments.extend(assessor.of_one());
+    let mut assessments = assessor.of_many(&sights, &pass.judged);
+    assessments.extend(assessor.of_one(local));
     assessments.retain(|a| wanted(&label(&a.effect, a.subject.as_deref())));
     assessments.sort_by(|a, b| {
         label(&a.effect, a.subject.as_deref()).cmp(&label(&b.effect, b.subject.as_deref()))
@@ -160,20 +171,18 @@ fn key(candidate: &Candidate, among: &Candidates) -> String {
 /// The fitted declared model, and the significance asked of one p-value.
 struct Assessor<'a> {
     system: &'a System<'a>,
-    at: &'a Estimate,
     lin: &'a Linear<'a>,
     /// By [`key`], how many times the size that the F test alone finds the whole choice asks for.
     factors: BTreeMap<String, f64>,
     alpha: f64,
     candidates: &'a Candidates,
-    further: Further<'a>,
+    advice: Advice,
     imitation: Imitation<'a>,
 }
 
 impl Assessor<'_> {
     /// Effects that move many observations.
-    fn of_many(&self, judged: &[Scored]) -> Vec<Assessment> {
-        let sights = catalogue(self.system, self.at, self.lin);
+    fn of_many(&self, sights: &[(usize, Estimability)], judged: &[Scored]) -> Vec<Assessment> {
         let seen: Vec<_> = (sights.iter())
             .filter_map(|(_, s)| match s {
                 Estimability::Estimable(c) => Some((**c).clone()),
@@ -208,7 +217,7 @@ impl Assessor<'_> {
     }
 
     /// Effects that move one observation each.
-    fn of_one(&self) -> Vec<Assessment> {
+    fn of_one(&self, local: Vec<(usize, LocalEstimability)>) -> Vec<Assessment> {
         let mut known: Option<((usize, usize), f64)> = None;
         let mut lambda = |directions: usize, dof: usize| match known {
             Some((key, lambda)) if key == (directions, dof) => lambda,
@@ -236,7 +245,7 @@ impl Assessor<'_> {
                 self.assessment(e, local.absorbed, visible)
             }
         };
-        local_effects(self.system, self.at, self.lin).map(&mut assess).collect()
+        local.into_iter().map(&mut assess).collect()
     }
 
     fn reported(
@@ -255,7 +264,7 @@ impl Assessor<'_> {
     fn hidden(&self, e: usize, absorbed: f64) -> Assessment {
         let sight = Visibility::Hidden {
             aliased_with: self.imitation.aliased_with(e),
-            separate_by: self.further.make_visible(e),
+            separate_by: self.advice.make_visible(e),
         };
         self.assessment(e, absorbed, sight)
     }

@@ -7,7 +7,7 @@ use crate::answer::contradiction::{contradiction, without_names};
 use crate::answer::estimate::{Uncertain, parameter_estimates};
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::opened::{OpenLoop, open_loop};
-use crate::answer::separation::{Further, Imitation, separate_by};
+use crate::answer::separation::{Advice, Imitation};
 use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
 use crate::answer::verdict::verdict;
@@ -92,8 +92,10 @@ fn closed<'a>(
             taken_back.push(contradicted);
         }
     };
-    let further = Further::new(model, silent);
-    let steps = steps(context, keep, &chosen, &attributions, (&summaries, &further));
+    let hidden: Vec<usize> = chosen.not_estimable.iter().map(|&(effect, _)| effect).collect();
+    let asked = (&attributions[..], &chosen.estimate.state.amplitudes[..]);
+    let advice = Advice::new(model, silent, asked, &hidden);
+    let steps = steps(context, keep, &chosen, &attributions, (&summaries, &advice));
     let lack_of_fit = Places::of(model, context.covariates).and_then(|places| places.test(&lin));
     let mut remaining = remaining(context, &chosen, &lin);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
@@ -120,7 +122,7 @@ fn closed<'a>(
     let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, keep);
     Closure {
         verdict: verdict(context, &lin, &chosen, &remaining),
-        not_observable: not_observable(&declared, (base, &of_declared), &chosen, &further),
+        not_observable: not_observable(&declared, (base, &of_declared), &chosen, &advice),
         residuals_before: declared.residuals(base).iter().copied().collect(),
         residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),
         covariance: uncertain.covariance,
@@ -224,15 +226,12 @@ fn steps(
     keep: &[bool],
     chosen: &Selected<'_>,
     attributions: &[Option<Attribution<'_>>],
-    (summaries, further): (&Summaries, &Further<'_>),
+    (summaries, advice): (&Summaries, &Advice),
 ) -> Vec<Step> {
     let errors = step_errors(context, keep, chosen);
     let step = |(i, added): (usize, &Added)| {
         let attribution = attributions[i].as_ref();
         let names = attribution.map(Attribution::names).unwrap_or_default();
-        let separate_by = attribution
-            .filter(|a| !a.confounded.is_empty())
-            .and_then(|a| separate_by(a, &chosen.estimate, further));
         let (effect, subject, description) = describe(context, &added.what);
         Step {
             effect,
@@ -243,7 +242,7 @@ fn steps(
             held_out_rms: errors[i].held_out_rms,
             train_rms: errors[i].train_rms,
             indistinguishable_from: names,
-            separate_by,
+            separate_by: advice.separate_by[i].clone(),
             stability: summaries.stability.get(i).copied().unwrap_or_default(),
         }
     };
@@ -310,7 +309,7 @@ fn not_observable(
     declared: &System<'_>,
     (base, lin): (&Estimate, &Linear<'_>),
     chosen: &Selected<'_>,
-    further: &Further<'_>,
+    advice: &Advice,
 ) -> Vec<NotObservable> {
     let imitation = Imitation::new(declared, base, lin);
     let mut found: Vec<NotObservable> = Vec::new();
@@ -323,7 +322,7 @@ fn not_observable(
         found.push(NotObservable {
             effect: name,
             aliased_with: imitation.aliased_with(e),
-            separate_by: further.make_visible(e),
+            separate_by: advice.make_visible(e),
         });
     }
     found

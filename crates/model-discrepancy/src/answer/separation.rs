@@ -3,7 +3,8 @@
 use crate::algebra::linearised::Linearised;
 use crate::levels::AS_GOOD;
 use crate::levels::WORTHWHILE;
-use std::cell::{OnceCell, RefCell};
+use std::cell::OnceCell;
+use std::collections::HashMap;
 
 use nalgebra::{DVector, Dyn, SVD};
 
@@ -16,58 +17,189 @@ use crate::model::covariate::ORDER;
 use crate::model::validate::fits_layout;
 use crate::model::whole_tangent;
 use crate::noise::linear::Linear;
-use crate::{Model, Parameter, Proposal, Role};
+use crate::{Model, Parameter, Role};
 
-/// The measurement, out of those the user could make, that would split the class best.
-pub(crate) fn separate_by(
-    attribution: &Attribution<'_>,
-    estimate: &Estimate,
-    further: &Further<'_>,
-) -> Option<String> {
-    let Source::Effect(active) = &attribution.accepted.source else {
-        return covariate_advice(attribution);
-    };
-    let model = attribution.system.model;
-    let confounded: Vec<_> = (attribution.confounded.iter())
-        .filter_map(|r| match &r.source {
-            Source::Effect(a) => Some(a.effect),
-            Source::Empirical(_) => None,
-        })
+/// Which further measurements to make.
+pub(crate) struct Advice {
+    /// Of every step, what would tell it from its rivals.
+    pub(crate) separate_by: Vec<Option<String>>,
+    /// Of every hidden effect asked about, what would make it visible.
+    make_visible: HashMap<usize, String>,
+}
+
+impl Advice {
+    /// Of what a declared model hides alone.
+    pub(crate) fn on_hidden(model: &dyn Model, silent: &[bool], hidden: &[usize]) -> Self {
+        Self::new(model, silent, (&[], &[]), hidden)
+    }
+
+    /// On steps, with the amplitudes of all effects, and on effects that the design hides.
+    ///
+    /// A proposal is as large as the data: each is built once, held against everything that is
+    /// asked, and dropped.
+    pub(crate) fn new(
+        model: &dyn Model,
+        silent: &[bool],
+        (steps, amplitudes): (&[Option<Attribution<'_>>], &[DVector<f64>]),
+        hidden: &[usize],
+    ) -> Self {
+        let mut classes: Vec<_> =
+            steps.iter().map(|step| Class::of(step.as_ref()?, silent, amplitudes)).collect();
+        let is_split = classes.iter().any(Option::is_some);
+        let mut make_visible = HashMap::new();
+        let mut still_hidden: Vec<usize> = hidden.to_vec();
+        for proposal in model.proposals() {
+            if !is_split && still_hidden.is_empty() {
+                break;
+            }
+            let Some(extended) = proposal.model() else { continue };
+            // Another cannot be worked out; `check_tangents` tells its author.
+            if fits_layout(extended.as_ref()).is_err() {
+                continue;
+            }
+            for class in classes.iter_mut().flatten() {
+                class.hold_against(&proposal.text, extended.as_ref());
+            }
+            if !still_hidden.is_empty() {
+                let design = Design::of(extended.as_ref(), silent);
+                still_hidden.retain(|&effect| {
+                    let twin = twin(model, extended.as_ref(), effect);
+                    let is_hidden = !twin.is_some_and(|t| design.sees(extended.as_ref(), t));
+                    if !is_hidden {
+                        make_visible.insert(effect, proposal.text.clone());
+                    }
+                    is_hidden
+                });
+            }
+        }
+        if let Some(text) = all_components(silent).filter(|_| !still_hidden.is_empty()) {
+            let design = Design::of(model, &[]);
+            still_hidden.retain(|&effect| design.sees(model, effect));
+            make_visible.extend(still_hidden.into_iter().map(|effect| (effect, text.clone())));
+        }
+        let of_step = |(step, class): (&Option<Attribution<'_>>, Option<Class<'_>>)| {
+            let step = step.as_ref().filter(|step| !step.confounded.is_empty())?;
+            class.map_or_else(|| covariate_advice(step), Class::advice)
+        };
+        Self { separate_by: steps.iter().zip(classes).map(of_step).collect(), make_visible }
+    }
+
+    /// The cheapest measurement with which the design would see `effect`.
+    pub(crate) fn make_visible(&self, effect: usize) -> Option<String> {
+        self.make_visible.get(&effect).cloned()
+    }
+}
+
+/// What to do about components that hold the same numbers on both sides, where there are any.
+fn all_components(silent: &[bool]) -> Option<String> {
+    let names: Vec<_> = (0..silent.len())
+        .filter(|&c| silent[c])
+        .map(|c| ["x", "y", "z"].get(c).copied().unwrap_or("the other components"))
         .collect();
-    if confounded.is_empty() {
-        return covariate_advice(attribution);
+    let names = names.join(" and ");
+    (!names.is_empty())
+        .then(|| format!("measure {names} as well: both sides hold the same numbers"))
+}
+
+/// An effect that was added, those it is confounded with, and how far proposals part them.
+struct Class<'a> {
+    attribution: &'a Attribution<'a>,
+    silent: &'a [bool],
+    accepted: usize,
+    confounded: Vec<usize>,
+    amplitude: &'a DVector<f64>,
+    /// Text of every proposal, and the lengths of [`distances`].
+    reached: Vec<(String, Vec<f64>)>,
+}
+
+impl<'a> Class<'a> {
+    /// `None` where no effect of the catalogue is confounded with it.
+    fn of(
+        attribution: &'a Attribution<'a>,
+        silent: &'a [bool],
+        amplitudes: &'a [DVector<f64>],
+    ) -> Option<Self> {
+        let Source::Effect(active) = &attribution.accepted.source else { return None };
+        let confounded: Vec<_> = (attribution.confounded.iter())
+            .filter_map(|r| match &r.source {
+                Source::Effect(a) => Some(a.effect),
+                Source::Empirical(_) => None,
+            })
+            .collect();
+        let (accepted, amplitude) = (active.effect, &amplitudes[active.effect]);
+        let reached = Vec::new();
+        (!confounded.is_empty()).then_some(Self {
+            attribution,
+            silent,
+            accepted,
+            confounded,
+            amplitude,
+            reached,
+        })
     }
-    let amplitude = &estimate.state.amplitudes[active.effect];
-    let others: Vec<_> = attribution.system.active.iter().map(|a| a.effect).collect();
-    let reach = |extended: &dyn Model| {
-        distances(model, extended, further.silent, active.effect, &confounded, &others, amplitude)
-            .unwrap_or_else(|| vec![0.0; confounded.len()])
-    };
-    let present = reach(model);
-    let proposals = further.proposals();
-    let reached: Vec<Vec<f64>> = proposals.iter().map(|p| reach(p.model.as_ref())).collect();
-    // A rival that holds the effect as a part of it stays one whatever is measured.
-    let shows = |r: usize| reached.iter().any(|d| d[r] > NEW_DIRECTION * amplitude.norm());
-    let split: Vec<usize> = (0..confounded.len()).filter(|&r| shows(r)).collect();
-    let least = |d: &Vec<f64>| split.iter().map(|&r| d[r]).fold(f64::INFINITY, f64::min);
-    let (present, distances) = (least(&present), reached.iter().map(least).collect::<Vec<_>>());
-    let best = distances.iter().copied().fold(0.0, f64::max);
-    if split.is_empty() || best <= WORTHWHILE * present || best <= NEW_DIRECTION * amplitude.norm()
-    {
-        return None;
+
+    fn reach(&self, extended: &dyn Model) -> Vec<f64> {
+        self.distances(extended).unwrap_or_else(|| vec![0.0; self.confounded.len()])
     }
-    let cheapest = distances.iter().position(|&d| d >= AS_GOOD * best)?;
-    let text = &proposals[cheapest].text;
-    if split.len() == confounded.len() {
-        return Some(text.clone());
+
+    fn hold_against(&mut self, text: &str, extended: &dyn Model) {
+        let reach = self.reach(extended);
+        self.reached.push((text.to_owned(), reach));
     }
-    let effects = &model.declared().effects;
-    let name = |&r: &usize| {
-        let effect = &effects[confounded[r]];
-        label(&effect.id, effect.subject.as_deref())
-    };
-    let names: Vec<String> = split.iter().map(name).collect();
-    Some(format!("{text}, which tells it from {} alone", names.join(", ")))
+
+    /// The measurement, out of those the user could make, that would split the class best.
+    fn advice(self) -> Option<String> {
+        let model = self.attribution.system.model;
+        let size = self.amplitude.norm();
+        // A rival that holds the effect as a part of it stays one whatever is measured.
+        let shows = |r: usize| self.reached.iter().any(|(_, d)| d[r] > NEW_DIRECTION * size);
+        let split: Vec<usize> = (0..self.confounded.len()).filter(|&r| shows(r)).collect();
+        let least = |d: &[f64]| split.iter().map(|&r| d[r]).fold(f64::INFINITY, f64::min);
+        let present = least(&self.reach(model));
+        let best = self.reached.iter().map(|(_, d)| least(d)).fold(0.0, f64::max);
+        if split.is_empty() || best <= WORTHWHILE * present || best <= NEW_DIRECTION * size {
+            return None;
+        }
+        let (text, _) = self.reached.iter().find(|(_, d)| least(d) >= AS_GOOD * best)?;
+        if split.len() == self.confounded.len() {
+            return Some(text.clone());
+        }
+        let effects = &model.declared().effects;
+        let name = |&r: &usize| {
+            let effect = &effects[self.confounded[r]];
+            label(&effect.id, effect.subject.as_deref())
+        };
+        let names: Vec<String> = split.iter().map(name).collect();
+        Some(format!("{text}, which tells it from {} alone", names.join(", ")))
+    }
+
+    /// Lengths, in whitened units, of what the effect leaves beside each rival in the design of
+    /// `extended`; none beside one that is not there.
+    fn distances(&self, extended: &dyn Model) -> Option<Vec<f64>> {
+        let model = self.attribution.system.model;
+        let twin = |effect: usize| twin(model, extended, effect);
+        let others = self.attribution.system.active.iter().filter_map(|a| twin(a.effect));
+        let system = others.fold(System::declared(extended), |s, e| {
+            let parameters = (0..extended.declared().effects[e].parameters.len()).collect();
+            s.with_effect(Active { effect: e, parameters })
+        });
+        let at = system.start();
+        let lin = Linear::of(&system, &at, &all_fitted(extended), self.silent);
+        let effect = |e: usize| lin.tangent(&whole_tangent(extended, &at.state, e));
+        let same = twin(self.accepted)?;
+        // A wider design may show amplitudes that this one does not have.
+        let place = |p: &Parameter| {
+            extended.declared().effects[same].parameters.iter().position(|q| q.name == p.name)
+        };
+        let wanted = model.declared().effects[self.accepted].parameters.iter();
+        let columns: Vec<usize> = wanted.map(place).collect::<Option<_>>()?;
+        let trace = effect(same).select_columns(&columns) * self.amplitude;
+        let left = |&rival: &usize| {
+            twin(rival)
+                .map_or(0.0, |r| lin.basis.with(&effect(r), NEW_DIRECTION).reject(&trace).norm())
+        };
+        Some(self.confounded.iter().map(left).collect())
+    }
 }
 
 fn covariate_advice(attribution: &Attribution<'_>) -> Option<String> {
@@ -84,94 +216,8 @@ fn covariate_advice(attribution: &Attribution<'_>) -> Option<String> {
     })
 }
 
-/// Lengths, in whitened units, of what effect `accepted` at `amplitude` leaves beside each rival in the
-/// design of `extended`; none beside one that is not there.
-fn distances(
-    model: &dyn Model,
-    extended: &dyn Model,
-    silent: &[bool],
-    accepted: usize,
-    confounded: &[usize],
-    others: &[usize],
-    amplitude: &DVector<f64>,
-) -> Option<Vec<f64>> {
-    let twin = |effect: usize| twin(model, extended, effect);
-    let system = others.iter().filter_map(|&o| twin(o)).fold(System::declared(extended), |s, e| {
-        let parameters = (0..extended.declared().effects[e].parameters.len()).collect();
-        s.with_effect(Active { effect: e, parameters })
-    });
-    let at = system.start();
-    let lin = Linear::of(&system, &at, &all_fitted(extended), silent);
-    let effect = |e: usize| lin.tangent(&whole_tangent(extended, &at.state, e));
-    let same = twin(accepted)?;
-    // A wider design may show amplitudes that this one does not have.
-    let place = |p: &Parameter| {
-        extended.declared().effects[same].parameters.iter().position(|q| q.name == p.name)
-    };
-    let wanted = model.declared().effects[accepted].parameters.iter();
-    let columns: Vec<usize> = wanted.map(place).collect::<Option<_>>()?;
-    let trace = effect(same).select_columns(&columns) * amplitude;
-    let left = |&rival: &usize| {
-        twin(rival).map_or(0.0, |r| lin.basis.with(&effect(r), NEW_DIRECTION).reject(&trace).norm())
-    };
-    Some(confounded.iter().map(left).collect())
-}
-
-/// Those of a model's proposals whose effects fit their own rows: another cannot be worked out, and
-/// [`check_tangents`](crate::check_tangents) tells its author.
-fn proposals(model: &dyn Model) -> Vec<Proposal> {
-    let mut all = model.proposals();
-    all.retain(|proposal| fits_layout(proposal.model.as_ref()).is_ok());
-    all
-}
-
 pub(crate) fn all_fitted(model: &dyn Model) -> Vec<bool> {
     model.declared().layout.groups.iter().map(|g| g.role == Role::Fit).collect()
-}
-
-/// Further measurements that the user could make, worked out only when somebody asks.
-pub(crate) struct Further<'a> {
-    model: &'a dyn Model,
-    silent: &'a [bool],
-    proposals: OnceCell<Vec<Proposal>>,
-    /// The declared model with each of them.
-    designs: RefCell<Vec<Design>>,
-}
-
-impl<'a> Further<'a> {
-    pub(crate) fn new(model: &'a dyn Model, silent: &'a [bool]) -> Self {
-        Self { model, silent, proposals: OnceCell::new(), designs: RefCell::default() }
-    }
-
-    fn proposals(&self) -> &[Proposal] {
-        self.proposals.get_or_init(|| proposals(self.model))
-    }
-
-    /// Whether the design with a proposal shows an effect.
-    fn shows(&self, proposal: usize, effect: usize) -> bool {
-        let extended = self.proposals()[proposal].model.as_ref();
-        let Some(twin) = twin(self.model, extended, effect) else { return false };
-        let mut designs = self.designs.borrow_mut();
-        for next in designs.len()..=proposal {
-            designs.push(Design::of(self.proposals()[next].model.as_ref(), self.silent));
-        }
-        designs[proposal].sees(extended, twin)
-    }
-
-    /// The cheapest measurement with which the design would see `effect`.
-    pub(crate) fn make_visible(&self, effect: usize) -> Option<String> {
-        let mut all = 0..self.proposals().len();
-        if let Some(cheapest) = all.find(|&proposal| self.shows(proposal, effect)) {
-            return Some(self.proposals()[cheapest].text.clone());
-        }
-        let names: Vec<_> = (0..self.silent.len())
-            .filter(|&c| self.silent[c])
-            .map(|c| ["x", "y", "z"].get(c).copied().unwrap_or("the other components"))
-            .collect();
-        (!names.is_empty() && Design::of(self.model, &[]).sees(self.model, effect)).then(|| {
-            format!("measure {} as well: both sides hold the same numbers", names.join(" and "))
-        })
-    }
 }
 
 /// The same effect in an extended model.

@@ -57,7 +57,7 @@ impl<F: Fn(&State) -> DVector<f64> + Sync> Model for Differenced<F> {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         Vec::new()
     }
 }

@@ -99,7 +99,7 @@ impl<M: Model> Model for Extended<M> {
         self.model.inside(&self.inner(at))
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         self.model.proposals()
     }
 }

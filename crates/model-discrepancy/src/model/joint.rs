@@ -203,7 +203,7 @@ impl Model for Joint<'_> {
         Some(Inside { chi2, dof, share: if dof > 0.0 { independent / dof } else { 1.0 } })
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         Vec::new()
     }
 }

@@ -46,11 +46,8 @@ impl Model for LinearModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
-        let proposal = |(text, model): &(String, Self)| Proposal {
-            text: text.clone(),
-            model: Box::new(model.clone()),
-        };
-        self.extended.iter().map(proposal).collect()
+    fn proposals(&self) -> Vec<Proposal<'_>> {
+        let proposals = self.extended.iter();
+        proposals.map(|(text, model)| Proposal::new(text, || Some(model.clone()))).collect()
     }
 }

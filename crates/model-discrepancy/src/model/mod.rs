@@ -64,7 +64,7 @@ pub trait Model: Sync {
     /// Further measurements that the user could make, the cheapest first; none is an answer.
     ///
     /// The loop uses them to say which measurement would tell two effects apart.
-    fn proposals(&self) -> Vec<Proposal>;
+    fn proposals(&self) -> Vec<Proposal<'_>>;
 }
 
 /// [`Model::tangent`] on all rows of the layout, whatever the scope of the effect.
@@ -113,15 +113,33 @@ impl State {
 }
 
 /// A further measurement that the user could make.
-pub struct Proposal {
+///
+/// Its model is as large as that of the data, and is built when it is asked for.
+pub struct Proposal<'a> {
     /// What to do, in the imperative: «press at a second load».
     pub text: String,
-    /// The model with that measurement added (its value does not matter, only its design);
-    /// effects are matched by id and subject.
-    pub model: Box<dyn Model>,
+    build: Box<dyn Fn() -> Option<Box<dyn Model>> + 'a>,
 }
 
-impl std::fmt::Debug for Proposal {
+impl<'a> Proposal<'a> {
+    /// What to do, and the model with that measurement added (its value does not matter, only its
+    /// design), `None` where it cannot be made; effects are matched by id and subject.
+    pub fn new<M: Model + 'static>(
+        text: impl Into<String>,
+        build: impl Fn() -> Option<M> + 'a,
+    ) -> Self {
+        let boxed = move || Some(Box::new(build()?) as Box<dyn Model>);
+        Self { text: text.into(), build: Box::new(boxed) }
+    }
+
+    /// The model with that measurement added; `None` where it cannot be made.
+    #[must_use]
+    pub fn model(&self) -> Option<Box<dyn Model>> {
+        (self.build)()
+    }
+}
+
+impl std::fmt::Debug for Proposal<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Proposal").field("text", &self.text).finish_non_exhaustive()
     }

@@ -60,7 +60,7 @@ impl Model for Moved<'_> {
         self.model.inside(at)
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         self.model.proposals()
     }
 }

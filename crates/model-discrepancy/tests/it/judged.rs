@@ -147,7 +147,7 @@ impl Model for Mixed {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         Vec::new()
     }
 }

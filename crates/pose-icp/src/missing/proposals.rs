@@ -28,50 +28,59 @@ const RING_RATIO: f64 = 0.98;
 const WARMER_K: f64 = 5.0;
 
 /// Further measurements, the cheapest first.
-pub(crate) fn proposals(model: &PoseModel) -> Vec<Proposal> {
-    let mut list = Vec::new();
-    let mut propose = |text: &str, extended: Option<PoseModel>| {
-        if let Some(extended) = extended {
-            list.push(Proposal { text: text.to_owned(), model: Box::new(extended) });
-        }
+pub(crate) fn proposals(model: &PoseModel) -> Vec<Proposal<'_>> {
+    let n = model.touches.len();
+    let touched = |text: &str, which: Vec<usize>, warmer_k: f64| {
+        Proposal::new(text, move || again(model, &which, warmer_k))
     };
-    let all: Vec<usize> = (0..model.touches.len()).collect();
-    let first = &all[..REPEATED.min(all.len())];
-    propose("touch the first points again at the end", again(model, first, 0.0));
-    if model.options.lateral.is_none() {
-        propose("touch the part's side at four points (edge.csv)", with_sides(model));
-    }
-    propose("touch a ring of points near the rim", with_ring(model));
-    propose(
-        "calibrate the tip on a reference sphere or ring",
-        with_standard(model, vec![("tip-radius", "radius", TIP_MM)]),
-    );
-    if let Some(shape) = model.part.shape() {
-        let sigma_mm = RADIUS_RATIO * shape.radius_mm.abs();
-        propose(
-            "measure the vertex radius by other means, e.g. an interferometer on a radius bench",
-            with_standard(model, vec![("vertex-radius", "radius", sigma_mm)]),
-        );
-    }
-    let known = |effect: &'static str, names: [&'static str; 3], sigma: f64| {
+    let known =
+        |text: &str, known: Vec<Known>| Proposal::new(text, move || with_standard(model, &known));
+    let of = |effect: &'static str, names: [&'static str; 3], sigma: f64| {
         names.into_iter().map(|name| (effect, name, sigma)).collect()
     };
-    propose(
-        "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
-        with_standard(model, known("axis-scale", ["x", "y", "z"], SCALE_RATIO)),
-    );
-    propose(
-        "measure the machine's squareness with an angle standard",
-        with_standard(model, known("squareness", ["xy", "xz", "yz"], SQUARE_RAD)),
-    );
-    let reversed: Vec<usize> = all.iter().rev().copied().collect();
-    propose("touch all points a second time, in reverse order", again(model, &reversed, 0.0));
-    if model.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
-        propose("touch all points again, 5 K warmer", again(model, &all, WARMER_K));
+    let first = (0..REPEATED.min(n)).collect();
+    let mut list = vec![touched("touch the first points again at the end", first, 0.0)];
+    if model.options.lateral.is_none() {
+        list.push(Proposal::new("touch the part's side at four points (edge.csv)", || {
+            with_sides(model)
+        }));
     }
-    propose("turn the part by 90° about its axis and touch it again", turned(model));
+    list.push(Proposal::new("touch a ring of points near the rim", || with_ring(model)));
+    list.push(known(
+        "calibrate the tip on a reference sphere or ring",
+        vec![("tip-radius", "radius", TIP_MM)],
+    ));
+    if let Some(shape) = model.part.shape() {
+        let sigma_mm = RADIUS_RATIO * shape.radius_mm.abs();
+        list.push(known(
+            "measure the vertex radius by other means, e.g. an interferometer on a radius bench",
+            vec![("vertex-radius", "radius", sigma_mm)],
+        ));
+    }
+    list.push(known(
+        "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
+        of("axis-scale", ["x", "y", "z"], SCALE_RATIO),
+    ));
+    list.push(known(
+        "measure the machine's squareness with an angle standard",
+        of("squareness", ["xy", "xz", "yz"], SQUARE_RAD),
+    ));
+    list.push(touched(
+        "touch all points a second time, in reverse order",
+        (0..n).rev().collect(),
+        0.0,
+    ));
+    if model.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
+        list.push(touched("touch all points again, 5 K warmer", (0..n).collect(), WARMER_K));
+    }
+    list.push(Proposal::new("turn the part by 90° about its axis and touch it again", || {
+        turned(model)
+    }));
     list
 }
+
+/// Effect, parameter and standard uncertainty of what a standard tells.
+type Known = (&'static str, &'static str, f64);
 
 /// The model with further touches; only their design matters.
 fn extended(
@@ -119,12 +128,9 @@ fn again(model: &PoseModel, which: &[usize], warmer_k: f64) -> Option<PoseModel>
     extended(model, &starts(model), planned, &model.options, vec![])
 }
 
-fn with_standard(
-    model: &PoseModel,
-    known: Vec<(&'static str, &'static str, f64)>,
-) -> Option<PoseModel> {
-    let standard = |(effect, parameter, sigma)| Standard { effect, parameter, sigma };
-    let standards = known.into_iter().map(standard).collect();
+fn with_standard(model: &PoseModel, known: &[Known]) -> Option<PoseModel> {
+    let standard = |&(effect, parameter, sigma): &Known| Standard { effect, parameter, sigma };
+    let standards = known.iter().map(standard).collect();
     extended(model, &starts(model), vec![], &model.options, standards)
 }
 

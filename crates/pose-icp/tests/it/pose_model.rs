@@ -1,7 +1,7 @@
 //! The declared model as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Model, Options, Quantity, Role, State, Verdict, check_tangents, close_loop,
+    Covariate, Model, Options, Proposal, Quantity, Role, State, Verdict, check_tangents, close_loop,
 };
 use nalgebra::{DVector, Vector3};
 use pose_icp::{
@@ -60,7 +60,7 @@ fn derivatives_agree_with_differences_for_every_effect_and_clamping() {
             PoseModel::new(paraboloid(), measured(points.clone()), &recorded, &pose, &options)
                 .unwrap();
         let mut models: Vec<Box<dyn Model>> = vec![Box::new(model.clone())];
-        models.extend(model.proposals().into_iter().map(|p| p.model));
+        models.extend(model.proposals().iter().filter_map(Proposal::model));
         assert!(models.len() > 8, "{}", models.len());
         for model in models {
             let mut at = State::start(&*model);

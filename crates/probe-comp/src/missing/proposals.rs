@@ -41,56 +41,67 @@ const AS_BEFORE: Repeat =
     Repeat { warmer_k: 0.0, feed_ratio: 1.0, spindle_rad: 0.0, oblique: false };
 
 /// Further measurements, the cheapest first.
-pub(crate) fn proposals(model: &ProbeModel) -> Vec<Proposal> {
-    let mut list = Vec::new();
-    let mut propose = |text: &str, extended: Option<ProbeModel>| {
-        if let Some(extended) = extended {
-            list.push(Proposal { text: text.to_owned(), model: Box::new(extended) });
-        }
+pub(crate) fn proposals(model: &ProbeModel) -> Vec<Proposal<'_>> {
+    let n = model.touches.len();
+    let touched = |text: &str, which: Vec<usize>, how: Repeat| {
+        Proposal::new(text, move || again(model, &which, how))
     };
-    let all: Vec<usize> = (0..model.touches.len()).collect();
-    let first = &all[..REPEATED.min(all.len())];
-    propose("touch the first points again at the end", again(model, first, AS_BEFORE));
-    let text = "touch the points again at a quarter of the feed (column feed_mm_per_min)";
-    propose(text, slower(model, &all));
-    propose(
-        "turn the probe by 60° in its spindle and touch the points again (column spindle_deg)",
-        again(model, &all, Repeat { spindle_rad: FRAC_PI_3, ..AS_BEFORE }),
-    );
-    propose(
-        "touch the points again from other directions, 30° off the normal (columns nx, ny, nz)",
-        again(model, &all, Repeat { oblique: true, ..AS_BEFORE }),
-    );
-    let known = |effect: &'static str, names: &[&'static str], sigma: f64| {
+    let known = |text: &str, standards: Vec<Standard>| {
+        Proposal::new(text, move || with_standards(model, standards.clone()))
+    };
+    let of = |effect: &'static str, names: &[&'static str], sigma: f64| {
         let of = |&parameter: &&'static str| Standard { effect, subject: None, parameter, sigma };
         names.iter().map(of).collect::<Vec<_>>()
     };
-    propose(
-        "measure the ball by itself, e.g. between gauge blocks",
-        with_standards(model, known("tip-radius", &["radius"], BALL_MM)),
-    );
     let axes = ["x", "y", "z"].map(|axis| Standard {
         effect: "axis-scale",
         subject: Some(axis),
         parameter: axis,
         sigma: SCALE_RATIO,
     });
-    propose(
-        "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
-        with_standards(model, axes.to_vec()),
-    );
-    propose(
-        "measure the machine's squareness with an angle standard",
-        with_standards(model, known("squareness", &["xy", "xz", "yz"], SQUARE_RAD)),
-    );
-    let reversed: Vec<usize> = all.iter().rev().copied().collect();
-    let text = "touch all points a second time, in reverse order";
-    propose(text, again(model, &reversed, AS_BEFORE));
+    let mut list = vec![
+        touched(
+            "touch the first points again at the end",
+            (0..REPEATED.min(n)).collect(),
+            AS_BEFORE,
+        ),
+        Proposal::new(
+            "touch the points again at a quarter of the feed (column feed_mm_per_min)",
+            move || slower(model, &(0..n).collect::<Vec<_>>()),
+        ),
+        touched(
+            "turn the probe by 60° in its spindle and touch the points again (column spindle_deg)",
+            (0..n).collect(),
+            Repeat { spindle_rad: FRAC_PI_3, ..AS_BEFORE },
+        ),
+        touched(
+            "touch the points again from other directions, 30° off the normal (columns nx, ny, nz)",
+            (0..n).collect(),
+            Repeat { oblique: true, ..AS_BEFORE },
+        ),
+        known(
+            "measure the ball by itself, e.g. between gauge blocks",
+            of("tip-radius", &["radius"], BALL_MM),
+        ),
+        known(
+            "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
+            axes.to_vec(),
+        ),
+        known(
+            "measure the machine's squareness with an angle standard",
+            of("squareness", &["xy", "xz", "yz"], SQUARE_RAD),
+        ),
+        touched(
+            "touch all points a second time, in reverse order",
+            (0..n).rev().collect(),
+            AS_BEFORE,
+        ),
+    ];
     if model.covariates.iter().any(|c| c.quantity == Quantity::Temperature) {
         let warmer = Repeat { warmer_k: WARMER_K, ..AS_BEFORE };
-        propose("touch all points again, 5 K warmer", again(model, &all, warmer));
+        list.push(touched("touch all points again, 5 K warmer", (0..n).collect(), warmer));
     }
-    propose("measure the part's form by other means", with_standards(model, forms(model)));
+    list.push(known("measure the part's form by other means", forms(model)));
     list
 }
 

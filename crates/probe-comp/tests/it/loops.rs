@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use geometry::Plane;
 use model_discrepancy::{
-    Closure, Covariate, Model, Options, Quantity, State, Verdict, check_tangents, close_loop,
+    Closure, Covariate, Model, Options, Proposal, Quantity, State, Verdict, check_tangents,
+    close_loop,
 };
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use probe_comp::{BallTouch, Nominal, ProbeModel, Side};
@@ -73,7 +74,7 @@ fn derivatives_agree_with_differences_for_every_effect_and_proposal() {
     for (nominal, touches) in [(reference_sphere(Side::Along), on_sphere), (bowl(), on_bowl)] {
         let model = ProbeModel::new(setup(nominal), measured(touches), &recorded).unwrap();
         let mut models: Vec<Box<dyn Model>> = vec![Box::new(model.clone())];
-        models.extend(model.proposals().into_iter().map(|p| p.model));
+        models.extend(model.proposals().iter().filter_map(Proposal::model));
         assert!(models.len() > 8, "{}", models.len());
         for model in models {
             let mut at = State::start(&*model);

@@ -47,8 +47,9 @@ fn model(touches: Vec<BallTouch>, [times, feeds, temperatures]: [Vec<f64>; 3]) -
 }
 
 fn proposed(starts: &str) -> Box<dyn Model> {
-    let proposals = model(touches(), columns()).proposals();
-    proposals.into_iter().find(|p| p.text.starts_with(starts)).unwrap().model
+    let model = model(touches(), columns());
+    let proposals = model.proposals();
+    proposals.into_iter().find(|p| p.text.starts_with(starts)).unwrap().model().unwrap()
 }
 
 /// What every effect does to every row; one touch that is off says nothing of others.

@@ -15,23 +15,20 @@ use crate::{Approach, Gauge, Options, Step, Survey, TrackerModel};
 const KNOWN_STATION_MM: f64 = 1e-3;
 
 /// Further measurements, the cheapest first.
-pub(crate) fn proposals(model: &TrackerModel) -> Vec<Proposal> {
-    let survey = &model.survey;
-    let mut proposals = Vec::new();
-    let mut propose = |text: &str, model: Option<TrackerModel>| {
-        if let Some(model) = model {
-            proposals.push(Proposal { text: text.to_owned(), model: Box::new(model) });
-        }
-    };
-    let backward: Vec<usize> = (0..survey.steps.len()).rev().collect();
-    propose("run back through the same angles", again(model, &backward, true));
-    let forward: Vec<usize> = (0..survey.steps.len()).collect();
-    propose("run through the same angles once more", again(model, &forward, false));
-    propose(
-        "determine the stations' positions to 1 µm and give them with their uncertainty",
-        known_stations(model),
-    );
-    proposals
+pub(crate) fn proposals(model: &TrackerModel) -> Vec<Proposal<'_>> {
+    let steps = 0..model.survey.steps.len();
+    let backward: Vec<usize> = steps.clone().rev().collect();
+    let forward: Vec<usize> = steps.collect();
+    vec![
+        Proposal::new("run back through the same angles", move || again(model, &backward, true)),
+        Proposal::new("run through the same angles once more", move || {
+            again(model, &forward, false)
+        }),
+        Proposal::new(
+            "determine the stations' positions to 1 µm and give them with their uncertainty",
+            || known_stations(model),
+        ),
+    ]
 }
 
 /// The same steps again, in this order; `reversed` turns the way the axis comes to them.

@@ -534,7 +534,7 @@ impl Model for TargetModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         Vec::new()
     }
 }

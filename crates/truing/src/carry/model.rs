@@ -66,7 +66,7 @@ impl Model for Carrying<'_> {
         self.inner.inside(&with(at, &self.carried))
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         self.inner.proposals()
     }
 }

@@ -37,7 +37,7 @@ impl Model for LogModel {
         inside(self, at)
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         proposals(self)
     }
 }

@@ -76,7 +76,7 @@ impl<const D: usize> Model for FrameModel<D> {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         proposals::proposals(self)
     }
 }

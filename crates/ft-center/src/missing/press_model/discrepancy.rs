@@ -59,7 +59,7 @@ impl Model for PressModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         proposals(self)
     }
 }

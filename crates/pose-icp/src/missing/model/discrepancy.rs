@@ -93,7 +93,7 @@ impl Model for PoseModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         proposals::proposals(self)
     }
 }

@@ -54,7 +54,7 @@ impl Model for ProbeModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         proposals::proposals(self)
     }
 }

@@ -25,7 +25,7 @@ impl Model for TrackerModel {
         None
     }
 
-    fn proposals(&self) -> Vec<Proposal> {
+    fn proposals(&self) -> Vec<Proposal<'_>> {
         crate::missing::proposals::proposals(self)
     }
 }
