@@ -18,6 +18,9 @@ pub(crate) struct Kind {
     /// What may be wrong with the input of such a case, the likeliest first; the fit of the case
     /// as it stands, where it has one.
     pub(crate) mistakes: fn(&Files, Option<&Fitted>) -> Vec<Hypothesis>,
+    /// The table that holds a record of many samples, and the column of what they are samples of, where
+    /// it has one.
+    pub(crate) record: Option<(&'static str, &'static str)>,
     /// Numbers of its tables whose uncertainty may be declared.
     pub(crate) uncertain: &'static [Uncertain],
     /// Files of a small case that solves as it is: name and content.

@@ -1,5 +1,6 @@
 use std::borrow::Cow;
 
+use super::order::Order;
 use super::table::Table;
 use super::unit::conversion;
 
@@ -17,8 +18,8 @@ pub(crate) enum Change {
     Scale { columns: Vec<String>, factor: f64 },
     /// `columns[i]` gets the cells of `sources[i]`.
     Permute { columns: Vec<String>, sources: Vec<String> },
-    /// Row `i` of some columns gets the cells of row `order[i]`.
-    Rows { columns: Vec<String>, order: Vec<usize> },
+    /// Every row of some columns gets the cells of another.
+    Rows { columns: Vec<String>, order: Order },
     /// Only these rows stay.
     Keep { rows: Vec<usize> },
     /// One name stands for another and the other way round.
@@ -34,14 +35,40 @@ pub(crate) enum Change {
 }
 
 impl Change {
-    /// The table with the change; columns that it does not have stay as they are.
-    pub(crate) fn of_table(&self, table: &Table) -> Table {
-        let all: Vec<usize> = (0..table.n_rows()).collect();
+    /// The table with all of these changes, one after the other; columns that it does not have stay as
+    /// they are.
+    ///
+    /// Of a change after which only some rows stay, no other rows are made.
+    pub(crate) fn all_of_table<'e>(
+        changes: impl Iterator<Item = &'e Self>,
+        table: Cow<'_, Table>,
+    ) -> Table {
+        let mut table = table;
+        let mut changes = changes.peekable();
+        while let Some(change) = changes.next() {
+            let kept = match changes.peek() {
+                Some(Self::Keep { rows }) if change.keeps_all_rows() => {
+                    changes.next();
+                    Cow::Borrowed(&rows[..])
+                }
+                _ => Cow::Owned((0..table.n_rows()).collect()),
+            };
+            table = Cow::Owned(change.of_rows(&table, &kept));
+        }
+        table.into_owned()
+    }
+
+    fn keeps_all_rows(&self) -> bool {
+        !matches!(self, Self::Keep { .. } | Self::Append { .. } | Self::Setting { .. })
+    }
+
+    /// These rows of the table with the change.
+    fn of_rows(&self, table: &Table, kept: &[usize]) -> Table {
         let index = |name: &String| table.column(name);
         match self {
             Self::Scale { columns, factor } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
-                table.rewritten(&all, |table, row, column| {
+                table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     match cell.parse::<f64>() {
                         Ok(value) if columns.contains(&column) => written(value * factor),
@@ -53,15 +80,15 @@ impl Change {
                 let both = columns.iter().zip(sources);
                 let moves: Vec<_> =
                     both.filter_map(|(c, s)| Some((index(c)?, index(s)?))).collect();
-                table.rewritten(&all, |table, row, column| {
+                table.rewritten(kept, |table, row, column| {
                     let moved = moves.iter().find(|(to, _)| *to == column);
                     table.cell(row, moved.map_or(column, |(_, from)| *from)).into()
                 })
             }
             Self::Rows { columns, order } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
-                table.rewritten(&all, |table, row, column| {
-                    let from = if columns.contains(&column) { order[row] } else { row };
+                table.rewritten(kept, |table, row, column| {
+                    let from = if columns.contains(&column) { order.of(row) } else { row };
                     table.cell(from, column).into()
                 })
             }
@@ -70,7 +97,7 @@ impl Change {
             }
             Self::Swap { column, names: [one, other] } => {
                 let of = table.column(column);
-                table.rewritten(&all, |table, row, column| match table.cell(row, column) {
+                table.rewritten(kept, |table, row, column| match table.cell(row, column) {
                     cell if of != Some(column) => cell.into(),
                     cell if cell == one => Cow::Owned(other.clone()),
                     cell if cell == other => Cow::Owned(one.clone()),
@@ -79,7 +106,7 @@ impl Change {
             }
             Self::Replace { column, values } => {
                 let of = table.column(column);
-                table.rewritten(&all, |table, row, column| {
+                table.rewritten(kept, |table, row, column| {
                     if of == Some(column) {
                         written(values[row])
                     } else {
@@ -95,7 +122,7 @@ impl Change {
                 let found = index(column)
                     .map(|at| (at, 1.0))
                     .or_else(|| names.clone().find_map(in_another));
-                table.rewritten(&all, |table, row, column| {
+                table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     match (found, cell.parse::<f64>()) {
                         (Some((at, unit)), Ok(value)) if at == column => {
@@ -132,8 +159,16 @@ fn written(value: f64) -> Cow<'static, str> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Change, Table};
+    use std::borrow::Cow;
+
+    use super::{Change, Order, Table};
     use crate::case::{Ledger, Location};
+
+    impl Change {
+        fn of_table(&self, table: &Table) -> Table {
+            Self::all_of_table([self].into_iter(), Cow::Borrowed(table))
+        }
+    }
 
     fn cells(table: &Table) -> Vec<Vec<&str>> {
         let columns = 0..table.names().len();
@@ -161,7 +196,7 @@ mod tests {
         let [columns, sources] = [names(&["x", "y"]), names(&["y", "x"])];
         let permuted = Change::Permute { columns, sources }.of_table(&table());
         assert_eq!(cells(&permuted)[0], ["a", "10", "1"]);
-        let order = vec![1, 2, 0];
+        let order = Order::Listed(vec![1, 2, 0]);
         let rows = Change::Rows { columns: names(&["x"]), order }.of_table(&table());
         assert_eq!(cells(&rows), [["a", "2", "10"], ["b", "3", "20"], ["c", "1", "30"]]);
         let [one, other] = ["a", "c"].map(str::to_owned);
@@ -174,6 +209,16 @@ mod tests {
         let kept = Change::Keep { rows: vec![0, 2] }.of_table(&table());
         assert_eq!(cells(&kept), [["a", "1", "10"], ["c", "3", "30"]]);
         assert_eq!([kept.line(0), kept.line(1)], [2, 4]);
+    }
+
+    #[test]
+    fn a_change_of_few_rows_is_that_of_all_of_which_they_are_kept() {
+        let order = Order::Listed(vec![1, 2, 0]);
+        let moved = Change::Rows { columns: names(&["x"]), order };
+        let keep = Change::Keep { rows: vec![0, 2] };
+        let both = Change::all_of_table([&moved, &keep].into_iter(), Cow::Owned(table()));
+        assert_eq!(cells(&both), cells(&keep.of_table(&moved.of_table(&table()))));
+        assert_eq!(cells(&both), [["a", "2", "10"], ["c", "1", "30"]]);
     }
 
     #[test]

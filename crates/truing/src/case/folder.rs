@@ -1,3 +1,4 @@
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fs;
 use std::io::ErrorKind;
@@ -7,7 +8,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use geometry::{GeometryError, Nurbs};
 
 use super::control_points::ControlPoints;
-use super::edit::Edit;
+use super::edit::{Change, Edit};
 use super::encoding::decode;
 use super::ledger::Ledger;
 use super::nearest::nearest;
@@ -31,7 +32,7 @@ pub(crate) struct Folder {
     allow_outside: bool,
     ledger: Ledger,
     /// Tables as they stand in the files, shared by every copy.
-    read: Arc<Mutex<HashMap<&'static str, Table>>>,
+    read: Arc<Mutex<HashMap<&'static str, Arc<Table>>>>,
     /// The surface of the files as they stand, shared likewise.
     surface: Arc<OnceLock<(ControlPoints, Arc<Nurbs>)>>,
     /// Changes that are made to what is read.
@@ -79,20 +80,19 @@ impl Folder {
 
     /// The table in `file`, which must exist and have at least one row.
     pub(crate) fn table(&self, file: &'static str, columns: &[&str]) -> Result<Table, Error> {
-        let mut table = self.unedited(file, columns)?;
-        for edit in self.edits.iter().filter(|edit| edit.file == file) {
-            table = edit.change.of_table(&table);
-        }
-        Ok(table)
+        let table = self.unedited(file, columns)?;
+        let edits = self.edits.iter().filter(|edit| edit.file == file);
+        Ok(Change::all_of_table(edits.map(|edit| &edit.change), Cow::Borrowed(&table)))
     }
 
-    fn unedited(&self, file: &'static str, columns: &[&str]) -> Result<Table, Error> {
+    fn unedited(&self, file: &'static str, columns: &[&str]) -> Result<Arc<Table>, Error> {
         let lock = || self.read.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(table) = lock().get(file) {
-            return Ok(table.clone());
+            return Ok(Arc::clone(table));
         }
         let table = Table::read(self.location(file), &self.text(file)?, columns, &self.ledger)?;
-        lock().insert(file, table.clone());
+        let table = Arc::new(table);
+        lock().insert(file, Arc::clone(&table));
         Ok(table)
     }
 

@@ -29,6 +29,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "linear or rotary axis sent to targets, by ISO 230-2",
     read,
     mistakes,
+    record: None,
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/positioning/case.toml")),

@@ -1,7 +1,8 @@
 use super::hypothesis::{Hypothesis, Proof};
+use super::misfit::Misfit;
 use super::named::Suspect;
 use super::physics::Physics;
-use super::search::{Found, Misfit, Plain, Trials};
+use super::search::{Found, Plain, Trials};
 use crate::case::Edit;
 use crate::kind::Files;
 use crate::measured::Fitted;
@@ -37,7 +38,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         } else {
             (Trials::shown(&current.files, fitted).missing(&plain), None)
         };
-        let Some(found) = found else { break };
+        let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
         examined.suspects.push(Suspect::of(&found, Some(&misfit)));
         if found.named.edits.is_empty() {
             break;
@@ -57,7 +58,7 @@ fn decide(
     plain: &Plain<'_>,
     physics: &mut Option<Physics>,
 ) -> (Option<Found>, Option<Physics>) {
-    let trials = Trials::of(&case.files, Some(plain.fitted));
+    let trials = Trials::of(&case.files, Some(plain));
     let found = trials.explaining(plain);
     if found.as_ref().is_some_and(|found| !found.is_subtle) {
         return (found, None);
@@ -86,7 +87,7 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     }
     // What is left free by too few data, another unit does not hold unless it brings them to the noise.
     let is_free = source.is_undetermined() && !source.is_unsettled();
-    match Trials::of(files, None).mending(is_free) {
+    match Trials::of(files, None).mending(is_free).map(|found| found.of_all(files)) {
         Some(found) => {
             let suspect = Suspect::of(&found, None);
             Error::Input { source: Box::new(source), suspect: Box::new(suspect) }

@@ -10,12 +10,14 @@ mod channel;
 mod clock;
 mod examine;
 mod hypothesis;
+mod misfit;
 mod named;
 mod order;
 mod physics;
 mod search;
 mod setting;
 mod sign;
+mod thinned;
 mod unit;
 mod yardstick;
 

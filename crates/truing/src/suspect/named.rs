@@ -1,7 +1,8 @@
 use serde::Serialize;
 
 use super::hypothesis::Hypothesis;
-use super::search::{Found, Misfit};
+use super::misfit::Misfit;
+use super::search::Found;
 use crate::text_table::number;
 
 /// Rivals of one sort told in the description; all of them are in `indistinguishable_from`.

@@ -1,5 +1,8 @@
 use super::hypothesis::{Hypothesis, listed, owned};
-use crate::case::{Change, Edit, Table};
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::case::{Change, Edit, Order, Table};
 use crate::measured::Fitted;
 
 /// Two columns of a table exchanged, every pair of those given.
@@ -65,19 +68,11 @@ pub(crate) fn rows_shifted(
     let Some(table) = table.filter(|t| !there.is_empty() && t.n_rows() > 2) else {
         return Vec::new();
     };
-    let blocks = blocks(table, within);
+    let blocks: Arc<[Range<usize>]> = blocks(table, within).into();
     let mut all = Vec::new();
     for down in [true, false] {
         for cyclic in [true, false] {
-            let mut order: Vec<usize> = (0..table.n_rows()).collect();
-            let mut orphans = Vec::new();
-            for block in &blocks {
-                for (i, &row) in block.iter().enumerate() {
-                    let n = block.len();
-                    order[row] = block[if down { (i + 1) % n } else { (i + n - 1) % n }];
-                }
-                orphans.extend(if down { block.last() } else { block.first() });
-            }
+            let order = Order::Rolled { blocks: Arc::clone(&blocks), to_next: down };
             let description = format!(
                 "the rows of {} of {file} are shifted one row {}{} against the other columns: \
                  shift them back",
@@ -88,14 +83,17 @@ pub(crate) fn rows_shifted(
             let change = Change::Rows { columns: owned(&there), order };
             let mut edits = vec![Edit { file, change }];
             if !cyclic {
-                let rows = (0..table.n_rows()).filter(|row| !orphans.contains(row)).collect();
+                let rest = |Range { start, end }: Range<usize>| {
+                    if down { start..end - 1 } else { start + 1..end }
+                };
+                let rows = blocks.iter().cloned().flat_map(rest).collect();
                 edits.push(Edit { file, change: Change::Keep { rows } });
             }
             all.push(Hypothesis::of("input:row-shift", (file, &there), description, edits));
         }
     }
-    let reversed: Vec<usize> = (0..table.n_rows()).rev().collect();
-    let change = Change::Rows { columns: owned(&there), order: reversed };
+    let order = Order::Reversed(table.n_rows());
+    let change = Change::Rows { columns: owned(&there), order };
     let description = format!(
         "the rows of {} of {file} are in reverse order against the other columns: turn them round",
         listed(&there)
@@ -124,17 +122,14 @@ pub(crate) fn exchanged_blocks(
     let mut all = Vec::new();
     for (i, one) in blocks.iter().enumerate() {
         for other in blocks[i + 1..].iter().filter(|other| other.len() == one.len()) {
-            let mut order: Vec<usize> = (0..table.n_rows()).collect();
-            for (&a, &b) in one.iter().zip(other) {
-                order.swap(a, b);
-            }
             let description = format!(
                 "the values of {} of {file} in `{}` and `{}` of `{within}` are exchanged (swapped \
                  labels): exchange them",
                 listed(&there),
-                table.cell(one[0], names),
-                table.cell(other[0], names)
+                table.cell(one.start, names),
+                table.cell(other.start, names)
             );
+            let order = Order::Exchanged([one.clone(), other.clone()]);
             let change = Change::Rows { columns: owned(&there), order };
             let edits = vec![Edit { file, change }];
             all.push(Hypothesis::of("input:labels", (file, &there), description, edits));
@@ -144,16 +139,16 @@ pub(crate) fn exchanged_blocks(
 }
 
 /// Rows that follow each other with one name in the column; all of them where there is none.
-fn blocks(table: &Table, within: Option<&str>) -> Vec<Vec<usize>> {
+pub(super) fn blocks(table: &Table, within: Option<&str>) -> Vec<Range<usize>> {
     let Some(column) = within.and_then(|name| table.column(name)) else {
-        return vec![(0..table.n_rows()).collect()];
+        return vec![0..table.n_rows()];
     };
-    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut blocks: Vec<Range<usize>> = Vec::new();
     for row in 0..table.n_rows() {
         let is_next = row > 0 && table.cell(row, column) == table.cell(row - 1, column);
         match blocks.last_mut().filter(|_| is_next) {
-            Some(block) => block.push(row),
-            None => blocks.push(vec![row]),
+            Some(block) => block.end = row + 1,
+            None => blocks.push(row..row + 1),
         }
     }
     blocks
@@ -207,8 +202,7 @@ pub(crate) fn exchanged_rows(
     let mut all = Vec::new();
     for (i, &one) in rows.iter().enumerate() {
         for &other in &rows[i + 1..] {
-            let mut order: Vec<usize> = (0..table.n_rows()).collect();
-            order.swap(one, other);
+            let order = Order::Exchanged([one..one + 1, other..other + 1]);
             let (one, other) = (table.line(one.min(other)), table.line(one.max(other)));
             let description = format!(
                 "the values of {} in lines {one} and {other} of {file} are exchanged (swapped \

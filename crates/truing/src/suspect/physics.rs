@@ -3,7 +3,8 @@
 use model_discrepancy::{Closure, Verdict};
 
 use super::hypothesis::Proof;
-use super::search::{Found, Misfit, Plain, Trials, is_evident};
+use super::misfit::Misfit;
+use super::search::{Found, Plain, Trials, is_evident};
 use crate::Case;
 use crate::settled::{Settled, settled};
 

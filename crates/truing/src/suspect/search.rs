@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Proof};
+use super::misfit::{Misfit, TIE};
+use super::thinned::Thinned;
 use super::yardstick::Yardstick;
 use crate::kind::Files;
-use crate::measured::{Fitted, Measured};
-use crate::residual::Residual;
+use crate::measured::Fitted;
 
 /// Refits at most: the longest list of a kind is half as long.
 const MOST_TRIALS: usize = 1000;
@@ -17,85 +18,15 @@ const GROSS_GAIN: f64 = 5.0;
 const SUBTLE_GAIN: f64 = 1.3;
 /// The same where the noise is not known.
 const BLIND_GAIN: f64 = 3.0;
-/// χ² per degree of freedom that still is the declared noise, with physics of its size beside it.
-const NOISE: f64 = 2.5;
-/// Below this a fit is better than the declared noise allows: the data were shrunk.
-const TOO_GOOD: f64 = 0.2;
 /// Logarithm of the likelihood ratio that a subtle mistake must reach: odds of 1 to 10¹³, for
 /// lists of hundreds of hypotheses over thousands of cases.
 const EVIDENCE: f64 = 30.0;
-/// Components of a residual in one unit: what follows them, as moments do forces, is in another.
-const COMPONENTS: usize = 3;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
 /// Standard deviations by which readings that are all equal at the end of a range fit worse than the
 /// others, where the whole is within the noise: that they clip needs no fit to be seen, only that it
 /// matters.
 const WORSE: f64 = 2.0;
-/// Misfits as close as this are the same.
-const TIE: f64 = 1.25;
-
-/// How far a case is from what it should be.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Misfit {
-    /// Residual, with what free parameters took up.
-    pub(super) rms: f64,
-    /// Share of what was measured.
-    pub(super) share: f64,
-    /// Share beyond which no physics of usual size explains it.
-    gross: f64,
-    pub(super) chi2_per_dof: Option<f64>,
-    pub(super) dof: usize,
-    pub(super) unit: &'static str,
-}
-
-impl Misfit {
-    pub(super) fn of(measured: &dyn Measured, fitted: &Fitted) -> (Self, Yardstick) {
-        let yardstick = measured.yardstick(fitted);
-        let rms = Residual::of(fitted.observations.iter(), COMPONENTS, fitted.unit).rms;
-        let rms = rms.unwrap_or(f64::NAN).hypot(yardstick.taken_up);
-        let misfit = Self {
-            rms,
-            share: rms / yardstick.spread,
-            gross: yardstick.gross,
-            chi2_per_dof: fitted.chi2_per_dof,
-            dof: fitted.degrees_of_freedom,
-            unit: fitted.unit,
-        };
-        (misfit, yardstick)
-    }
-
-    /// How many times less another misfit is.
-    pub(super) fn gain(&self, after: &Self) -> f64 {
-        self.share / after.share
-    }
-
-    /// What the change takes off the misfit, in standard uncertainties of one amplitude.
-    pub(super) fn significance(&self, after: &Self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let dof = after.dof as f64;
-        let fall = match (self.chi2_per_dof, after.chi2_per_dof) {
-            (Some(before), Some(after)) => before - after,
-            _ => self.gain(after).powi(2) - 1.0,
-        };
-        (dof * fall.max(0.0)).sqrt()
-    }
-
-    /// How much worse the readings fit that another fit is without, in standard deviations of noise
-    /// as that fit has it; `None` where no noise is declared.
-    fn by_what_is_left_out(&self, without: &Self) -> Option<f64> {
-        let (all, noise) = self.chi2_per_dof.zip(without.chi2_per_dof)?;
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let [dof, kept] = [self.dof as f64, without.dof as f64];
-        let out = dof - kept;
-        let square = (all * dof - noise * kept) / noise;
-        (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
-    }
-
-    fn is_noise(&self) -> bool {
-        self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
-    }
-}
 
 /// A hypothesis with the misfit that it leaves, where it can be fitted.
 type Tried = (Hypothesis, Option<Misfit>);
@@ -122,6 +53,11 @@ impl Found {
         self.after.is_some_and(|after| after.is_noise())
     }
 
+    /// The same with what it leaves of all samples.
+    pub(super) fn of_all(self, files: &Files) -> Self {
+        Self { after: trial(files, &self.named, None), ..self }
+    }
+
     /// One without a change that mends it.
     pub(super) fn unmended(named: Hypothesis) -> Self {
         let named = Hypothesis { edits: Vec::new(), ..named };
@@ -142,24 +78,33 @@ impl Plain<'_> {
 }
 
 /// Every hypothesis of a case, refitted.
-pub(super) struct Trials(Vec<Tried>);
+pub(super) struct Trials {
+    all: Vec<Tried>,
+    /// Degrees of freedom of the case as it stands, of the samples that were tried; `None` of all.
+    dof: Option<usize>,
+}
 
 impl Trials {
-    pub(super) fn of(files: &Files, fitted: Option<&Fitted>) -> Self {
-        Self::of_those(files, (files.kind.mistakes)(files, fitted))
+    /// Of a long record on some of its samples: what is named is to be tried on all of them.
+    pub(super) fn of(files: &Files, plain: Option<&Plain<'_>>) -> Self {
+        let list = (files.kind.mistakes)(files, plain.map(|plain| plain.fitted));
+        let thinned = Thinned::of(files, plain.map(|plain| &plain.misfit));
+        Self::of_those(files, list, thinned.as_ref())
     }
 
     /// Only of what the data show themselves.
     pub(super) fn shown(files: &Files, fitted: &Fitted) -> Self {
         let mut list = (files.kind.mistakes)(files, Some(fitted));
         list.retain(|hypothesis| hypothesis.proof == Proof::Data);
-        Self::of_those(files, list)
+        Self::of_those(files, list, None)
     }
 
-    fn of_those(files: &Files, mut list: Vec<Hypothesis>) -> Self {
+    fn of_those(files: &Files, mut list: Vec<Hypothesis>, thinned: Option<&Thinned>) -> Self {
         list.truncate(MOST_TRIALS);
-        let tried: Vec<Option<Misfit>> = list.par_iter().map(|h| trial(files, h)).collect();
-        Self(list.into_iter().zip(tried).collect())
+        let tried: Vec<Option<Misfit>> =
+            list.par_iter().map(|hypothesis| trial(files, hypothesis, thinned)).collect();
+        let dof = thinned.and_then(|thinned| thinned.dof);
+        Self { all: list.into_iter().zip(tried).collect(), dof }
     }
 
     /// The mistake with which a case that cannot be fitted is sound, if there is one.
@@ -175,7 +120,7 @@ impl Trials {
         };
         let is_possible =
             |(h, m): &&Tried| !is_free && h.proof == Proof::Data || m.as_ref().is_some_and(sound);
-        best(self.0.iter().filter(is_possible).cloned().collect(), false)
+        best(self.all.iter().filter(is_possible).cloned().collect(), false)
     }
 
     /// The mistake that explains the whole misfit, if one does.
@@ -183,8 +128,8 @@ impl Trials {
         let is_gross = plain.misfit.share >= plain.yardstick.gross;
         let gain = |m: &Misfit| plain.misfit.gain(m);
         // Few rows fit anything.
-        let is_left =
-            |h: &Hypothesis, m: &Misfit| h.proof == Proof::Data || 2 * m.dof >= plain.misfit.dof;
+        let dof = self.dof.unwrap_or(plain.misfit.dof);
+        let is_left = |h: &Hypothesis, m: &Misfit| h.proof == Proof::Data || 2 * m.dof >= dof;
         let gross = |h: &Hypothesis, m: &Misfit| is_left(h, m) && gain(m) >= GROSS_GAIN;
         if is_gross && let Some(found) = best(self.pick(gross), false) {
             return Some(found);
@@ -199,7 +144,7 @@ impl Trials {
             is_left(h, m) && to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
         };
         let subtle = best(self.pick(subtle), true);
-        let shown = self.0.iter().find(|(h, _)| h.proof == Proof::Data);
+        let shown = self.all.iter().find(|(h, _)| h.proof == Proof::Data);
         // What brings the fit to the noise goes before what the data show and nothing mends.
         match shown.filter(|_| subtle.as_ref().is_none_or(|s| !s.is_to_noise())) {
             Some((shown, _)) => Some(Found::unmended(shown.clone())),
@@ -229,7 +174,7 @@ impl Trials {
     }
 
     fn pick(&self, keep: impl Fn(&Hypothesis, &Misfit) -> bool) -> Vec<Tried> {
-        let kept = self.0.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m)));
+        let kept = self.all.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m)));
         kept.cloned().collect()
     }
 }
@@ -247,11 +192,14 @@ const SOUND: f64 = 0.1;
 const QUIET: f64 = 0.01;
 
 /// The fit of the case with the change; `None` where it cannot be had.
-fn trial(files: &Files, hypothesis: &Hypothesis) -> Option<Misfit> {
+fn trial(files: &Files, hypothesis: &Hypothesis, thinned: Option<&Thinned>) -> Option<Misfit> {
     if hypothesis.edits.is_empty() {
         return None;
     }
-    let reading = files.with(&hypothesis.edits).read().ok()?;
+    let reading = match thinned {
+        Some(thinned) => files.with(&thinned.edits(&hypothesis.edits)).read().ok()?,
+        None => files.with(&hypothesis.edits).read().ok()?,
+    };
     let fitted = reading.measured.fit().ok()?;
     let (misfit, _) = Misfit::of(&*reading.measured, &fitted);
     misfit.share.is_finite().then_some(misfit)

@@ -323,3 +323,48 @@ fn wrenches_of_another_session_belong_to_no_poses() {
     change(&case, "gravity.csv", &wrench, |n, old| old[(n * 7 + 3) % old.len()].clone());
     assert_eq!(first(&case).0["effect"], "input:unmatched");
 }
+
+/// Samples between two of a short record, so that it has more than are tried one by one.
+const BETWEEN: usize = 16;
+
+/// Presses of a long record, as its columns are headed.
+fn long_record(header: &str) -> Case {
+    let case = fixture(
+        "ft-center/nothing-coloured",
+        &["case.toml", "presses.csv", "wrench.csv", "provenance.toml"],
+    );
+    let short = std::fs::read_to_string(case.file("wrench.csv")).unwrap();
+    let mut long = header.to_owned() + "\n";
+    for (n, line) in short.lines().skip(1).enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let numbers: Vec<f64> = cells[1..].iter().map(|cell| cell.parse().unwrap()).collect();
+        for k in 0..BETWEEN {
+            // Noise of a last digit, so that no channel stands still.
+            let digit = 1e-4 * ((7 * n + 13 * k) % 17) as f64;
+            long += &format!("{},{:.5}", cells[0], numbers[0] + 0.00125 * k as f64);
+            long.extend(numbers[1..].iter().map(|value| format!(",{:.4}", value + digit)));
+            long.push('\n');
+        }
+    }
+    case.write("wrench.csv", long);
+    case
+}
+
+#[test]
+fn what_some_samples_of_a_long_record_show_is_said_of_all() {
+    let sound = long_record("press,time_s,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm").json("solve");
+    let case = long_record("press,time_s,fx_n,fy_n,fz_n,my_nmm,mx_nmm,mz_nmm");
+    let warning = case.json("solve")["warnings"][0].as_str().unwrap().to_owned();
+    assert!(warning.contains("`mx_nmm`, `my_nmm` of wrench.csv are exchanged"), "{warning}");
+    let presses = sound["estimates"]["centers"].as_array().unwrap();
+    let offset_mm = |press: &Value| {
+        let side = |name: &str| press[name].as_f64().unwrap();
+        side("offset_x_mm").hypot(side("offset_y_mm"))
+    };
+    let square: f64 = presses.iter().map(|press| offset_mm(press).powi(2)).sum();
+    let rms_mm = (square / presses.len() as f64).sqrt();
+    let after = warning.split("with that change ").nth(1).unwrap().split(" mm").next().unwrap();
+    let after_mm: f64 = after.parse().unwrap();
+    // It is written with five digits.
+    assert!((after_mm / rms_mm - 1.0).abs() < 1e-4, "{after_mm} and {rms_mm}: {warning}");
+}

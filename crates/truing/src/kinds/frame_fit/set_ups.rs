@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::estimates::FrameFitEstimates;
 use super::settings::{COORDINATES as POSITION, FROM, KNOWN, PAIRS, POSES, SESSION, TO};
-use crate::case::{Change, Edit, Table};
+use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::QUATERNION;
 use crate::measured::Fitted;
@@ -62,6 +62,7 @@ pub(super) fn relabelled(table: &Table) -> Option<Hypothesis> {
         listed(named),
         listed(own)
     );
+    let order = Order::Listed(order);
     let change = Change::Rows { columns: vec!["place".to_owned()], order };
     let edits = vec![Edit { file: POSES, change }];
     Some(Hypothesis::of("input:labels", (POSES, &["place"]), description, edits))

@@ -1,0 +1,54 @@
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Which row gives each row its cells, of tables of any length.
+#[derive(Clone, Debug)]
+pub(crate) enum Order {
+    /// One after the other.
+    Listed(Vec<usize>),
+    /// The next of the same block, or the one before; at its end the one at the other end.
+    Rolled { blocks: Arc<[Range<usize>]>, to_next: bool },
+    /// The last of so many rows first.
+    Reversed(usize),
+    /// Two stretches of as many rows change places.
+    Exchanged([Range<usize>; 2]),
+}
+
+impl Order {
+    /// The row that gives its cells to `row`.
+    pub(crate) fn of(&self, row: usize) -> usize {
+        match self {
+            Self::Listed(order) => order[row],
+            Self::Rolled { blocks, to_next } => {
+                let Range { start, end } = blocks[blocks.partition_point(|b| b.end <= row)].clone();
+                let (n, at) = (end - start, row - start);
+                let next = if *to_next { at + 1 } else { at + n - 1 };
+                start + next % n
+            }
+            Self::Reversed(rows) => rows - 1 - row,
+            Self::Exchanged([one, other]) if one.contains(&row) => other.start + row - one.start,
+            Self::Exchanged([one, other]) if other.contains(&row) => one.start + row - other.start,
+            Self::Exchanged(_) => row,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Order;
+
+    fn of(order: &Order, rows: usize) -> Vec<usize> {
+        (0..rows).map(|row| order.of(row)).collect()
+    }
+
+    #[test]
+    fn every_order_gives_each_row_once() {
+        let blocks: std::sync::Arc<[_]> = [0..3, 3..4, 4..6].into();
+        let rolled = |to_next| Order::Rolled { blocks: blocks.clone(), to_next };
+        assert_eq!(of(&rolled(true), 6), [1, 2, 0, 3, 5, 4]);
+        assert_eq!(of(&rolled(false), 6), [2, 0, 1, 3, 5, 4]);
+        assert_eq!(of(&Order::Reversed(3), 3), [2, 1, 0]);
+        assert_eq!(of(&Order::Exchanged([0..2, 3..5]), 6), [3, 4, 2, 0, 1, 5]);
+        assert_eq!(of(&Order::Listed(vec![2, 0, 1]), 3), [2, 0, 1]);
+    }
+}

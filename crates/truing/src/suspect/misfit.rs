@@ -1,0 +1,74 @@
+use super::yardstick::Yardstick;
+use crate::measured::{Fitted, Measured};
+use crate::residual::Residual;
+
+/// χ² per degree of freedom that still is the declared noise, with physics of its size beside it.
+const NOISE: f64 = 2.5;
+/// Below this a fit is better than the declared noise allows: the data were shrunk.
+const TOO_GOOD: f64 = 0.2;
+/// Components of a residual in one unit: what follows them, as moments do forces, is in another.
+const COMPONENTS: usize = 3;
+/// Misfits as close as this are the same.
+pub(super) const TIE: f64 = 1.25;
+
+/// How far a case is from what it should be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Misfit {
+    /// Residual, with what free parameters took up.
+    pub(super) rms: f64,
+    /// Share of what was measured.
+    pub(super) share: f64,
+    /// Share beyond which no physics of usual size explains it.
+    pub(super) gross: f64,
+    pub(super) chi2_per_dof: Option<f64>,
+    pub(super) dof: usize,
+    pub(super) unit: &'static str,
+}
+
+impl Misfit {
+    pub(super) fn of(measured: &dyn Measured, fitted: &Fitted) -> (Self, Yardstick) {
+        let yardstick = measured.yardstick(fitted);
+        let rms = Residual::of(fitted.observations.iter(), COMPONENTS, fitted.unit).rms;
+        let rms = rms.unwrap_or(f64::NAN).hypot(yardstick.taken_up);
+        let misfit = Self {
+            rms,
+            share: rms / yardstick.spread,
+            gross: yardstick.gross,
+            chi2_per_dof: fitted.chi2_per_dof,
+            dof: fitted.degrees_of_freedom,
+            unit: fitted.unit,
+        };
+        (misfit, yardstick)
+    }
+
+    /// How many times less another misfit is.
+    pub(super) fn gain(&self, after: &Self) -> f64 {
+        self.share / after.share
+    }
+
+    /// What the change takes off the misfit, in standard uncertainties of one amplitude.
+    pub(super) fn significance(&self, after: &Self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let dof = after.dof as f64;
+        let fall = match (self.chi2_per_dof, after.chi2_per_dof) {
+            (Some(before), Some(after)) => before - after,
+            _ => self.gain(after).powi(2) - 1.0,
+        };
+        (dof * fall.max(0.0)).sqrt()
+    }
+
+    /// How much worse the readings fit that another fit is without, in standard deviations of noise
+    /// as that fit has it; `None` where no noise is declared.
+    pub(super) fn by_what_is_left_out(&self, without: &Self) -> Option<f64> {
+        let (all, noise) = self.chi2_per_dof.zip(without.chi2_per_dof)?;
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let [dof, kept] = [self.dof as f64, without.dof as f64];
+        let out = dof - kept;
+        let square = (all * dof - noise * kept) / noise;
+        (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
+    }
+
+    pub(super) fn is_noise(&self) -> bool {
+        self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
+    }
+}
