@@ -13,7 +13,7 @@ use crate::curves::{Curves, LOCATION, Shape};
 use crate::frame::Frame;
 use crate::gauge::{StationChart, rigid_fit};
 use crate::joint::location_name;
-use crate::spread::Columns;
+use crate::spread::Readings;
 use crate::{AxisModel, Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
 
 /// Numbers of a station, and of a block.
@@ -309,15 +309,9 @@ impl BorderedProblem for Bundle<'_> {
     }
 }
 
-impl Columns for Bundle<'_> {
+impl Readings for Bundle<'_> {
     fn range_count(&self, block: usize) -> usize {
         3 * self.targets_of[block].len()
-    }
-
-    fn columns(&self, block: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
-        let row =
-            |&target: &usize| std::iter::repeat_n(((0..SIX).collect(), self.shared_of(target)), 3);
-        self.targets_of[block].iter().flat_map(row).collect()
     }
 }
 
