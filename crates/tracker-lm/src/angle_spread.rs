@@ -7,7 +7,7 @@ use least_squares::{BlockParts, BorderedCovariance};
 use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 
 use crate::location::AngleFit;
-use crate::spread::Columns;
+use crate::spread::Readings;
 use crate::{AxisError, TrackerError};
 
 const SIX: usize = 6;
@@ -112,7 +112,7 @@ struct OfAngle {
 
 impl<P, B, E> Solved<'_, P, B, E>
 where
-    P: Columns,
+    P: Readings,
     B: Fn(usize, usize) -> Option<usize> + Sync + Send,
     E: Fn(usize, &mut Terms) -> Result<Vector6<f64>, TrackerError> + Sync + Send,
 {

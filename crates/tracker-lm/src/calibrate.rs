@@ -11,7 +11,7 @@ use crate::gauge::StationChart;
 use crate::joint::{Joint, held};
 use crate::network::Network;
 use crate::search::{covariance, settle};
-use crate::spread::Columns;
+use crate::spread::Readings;
 use crate::start::Start;
 use crate::weights::Weights;
 use crate::{
@@ -132,7 +132,7 @@ struct Fit<P> {
 
 /// Fits from the nominal start, from a resected one where that is poor, and estimates the noise
 /// where it is not declared.
-fn fit<P: Columns>(
+fn fit<P: Readings>(
     (network, chart): (&Network<'_>, &StationChart),
     options: &Options,
     with: impl Fn(Weights) -> P,
@@ -172,7 +172,7 @@ fn fit<P: Columns>(
 
 /// Mean whitened square of the ranges' residuals over their redundancy: the variance that they
 /// have beside rows of another kind (Förstner 1979).
-fn range_variance<P: Columns>(
+fn range_variance<P: Readings>(
     problem: &P,
     settled: &BorderedSolution,
     held: &[usize],

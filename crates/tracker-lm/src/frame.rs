@@ -114,3 +114,38 @@ fn by_motion(place: &Vector3<f64>) -> Matrix3x6<f64> {
     by_motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-place.cross_matrix());
     by_motion
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Vector6};
+
+    use super::*;
+    use crate::AxisLetter;
+    use crate::location::located;
+
+    /// Of numbers of size 1: 2⁻⁵² and some ten operations, over the square root of a sum of squares.
+    const ROUND_OFF: f64 = 1e-14;
+
+    /// What the place of an axis makes of its errors is no motion; what is beside it counts in full.
+    #[test]
+    fn a_place_is_no_motion() {
+        let direction = Vector3::new(0.02, 1.0, -0.01);
+        let axis = RotaryAxis::new(AxisLetter::B, Point3::new(4.0, 3.0, 7.0), direction).unwrap();
+        let place = Vector4::new(0.7, -0.4, 0.2, 0.5);
+        let location = located(axis, -1.2, place, Matrix4::identity());
+        let beside = |displacement_mm: f64, rotation_rad: f64| {
+            let [e, w] = [displacement_mm, rotation_rad];
+            let error = |k: u32| {
+                let angle_rad = 0.4 * f64::from(k) - 1.2;
+                let error = location.share(angle_rad) + Vector6::new(e, -e, e, -w, w, w);
+                AxisError { angle_rad, error, covariance: Matrix6::identity() }
+            };
+            Motion::of(&(0..7).map(error).collect::<Vec<_>>(), &location).unwrap()
+        };
+        for (displacement_mm, rotation_rad) in [(0.0, 0.0), (0.3, 0.0), (0.0, 0.1)] {
+            let found = beside(displacement_mm, rotation_rad);
+            assert!((found.displacement_mm - displacement_mm).abs() < ROUND_OFF, "{found:?}");
+            assert!((found.rotation_rad - rotation_rad).abs() < ROUND_OFF, "{found:?}");
+        }
+    }
+}

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
 use crate::network::Network;
-use crate::spread::Columns;
+use crate::spread::Readings;
 use crate::start::Start;
 
 /// Free points over a network.
@@ -285,13 +285,8 @@ impl BorderedProblem for FreePoints<'_> {
     }
 }
 
-impl Columns for FreePoints<'_> {
+impl Readings for FreePoints<'_> {
     fn range_count(&self, block: usize) -> usize {
         self.network.ranges_of_step[block].len()
-    }
-
-    fn columns(&self, block: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
-        let row = |&row: &Row| (self.of_block(row), self.of_shared(row));
-        self.kinds[self.kind_of[block]].iter().map(row).collect()
     }
 }

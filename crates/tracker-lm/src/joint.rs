@@ -18,7 +18,7 @@ use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
 use crate::network::Network;
 use crate::shift::Shift;
-use crate::spread::Columns;
+use crate::spread::Readings;
 use crate::start::Start;
 use crate::{AxisLetter, AxisModel};
 
@@ -422,13 +422,8 @@ impl BorderedProblem for Joint<'_> {
     }
 }
 
-impl Columns for Joint<'_> {
+impl Readings for Joint<'_> {
     fn range_count(&self, block: usize) -> usize {
         self.ranges_of[block].len()
-    }
-
-    fn columns(&self, block: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
-        let row = |&range: &usize| ((0..6).collect(), self.shared_of(range));
-        self.ranges_of[block].iter().map(row).collect()
     }
 }

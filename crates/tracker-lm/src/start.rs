@@ -245,3 +245,35 @@ fn least_squares(mut design: DMatrix<f64>, right: &DVector<f64>) -> Option<DVect
     }
     Some(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares of hundreds of mm, some ten operations, over heights of tens of mm.
+    const ROUND_OFF_MM: f64 = 1e-9;
+
+    /// Circles at three heights, seen from one place: `2 h s + d² − |S|²` of each gives the height `s` by
+    /// how it grows from circle to circle, and by its mean up to the mirror image across the mean circle.
+    #[test]
+    fn circles_show_the_height_of_a_station_twice() {
+        let (height, across) = (210.0, 330.0);
+        let paths = [60.0, 95.0, 140.0];
+        let sights = Sights {
+            origin_mm: Vector3::zeros(),
+            axis: Vector3::z(),
+            seen: Vec::new(),
+            n_paths: 3,
+            heights_mm: vec![-40.0, 10.0, 75.0],
+        };
+        let squares = across * across + height * height;
+        let constant = |(h, d): (&f64, &f64)| 2.0 * h * height + d * d - squares;
+        let constants: Vec<f64> = sights.heights_mm.iter().zip(&paths).map(constant).collect();
+        let found = sights.heights_of_station(across * across, &paths, &constants);
+        let mirrored = 2.0 * (-40.0 + 10.0 + 75.0) / 3.0 - height;
+        for (found, expected) in found.iter().zip([height, mirrored, height]) {
+            assert!((found - expected).abs() < ROUND_OFF_MM, "{found} {expected}");
+        }
+        assert_eq!(found.len(), 3);
+    }
+}

@@ -230,3 +230,42 @@ impl Course {
         (slow >= APART * fast).then(|| Self::settling_twice(fast, slow, share))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+
+    /// A stand that settles soon, and by as much again later: what chance may do is multiplied by how many
+    /// courses were looked at, and by no fewer.
+    #[test]
+    fn a_course_of_two_counts_all_that_were_looked_at() {
+        const READINGS: usize = 240;
+        let readings: Vec<Seen> = (0..READINGS)
+            .map(|i| Seen { station: 0, step: i, time: count(i) / count(READINGS - 1) })
+            .collect();
+        let noise = |i: usize| 1e-3 * (12.9 * count(i * i + 1)).sin();
+        let settled = |time: f64, constant: f64| -(-time / constant).exp_m1();
+        let data = DVector::from_fn(READINGS, |i, _| {
+            let time = readings[i].time;
+            settled(time, 0.05) + settled(time, 0.7) + noise(i)
+        });
+        let basis = DMatrix::from_element(READINGS, 1, count(READINGS).sqrt().recip());
+        let residual = &data - &basis * basis.tr_mul(&data);
+        let looked_at = Cell::new(0);
+        let rows = |_: Moving, share: &[f64]| {
+            looked_at.set(looked_at.get() + 1);
+            let column = DMatrix::from_column_slice(share.len(), 1, share);
+            let whole = column.norm();
+            (column, vec![whole])
+        };
+        let through =
+            LookedThrough { readings: &readings, basis: &basis, residual: &residual, rows: &rows };
+        let found = clearest_of_station(&through, 0);
+        assert!(found.slower.is_some(), "{found:?}");
+        assert!(found.searched >= looked_at.get(), "{found:?} {}", looked_at.get());
+    }
+}

@@ -13,7 +13,7 @@ use crate::curves::{Curves, LOCATION, Shape};
 use crate::frame::Frame;
 use crate::gauge::{StationChart, rigid_fit};
 use crate::joint::location_name;
-use crate::spread::Columns;
+use crate::spread::Readings;
 use crate::{AxisModel, Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
 
 /// Numbers of a station, and of a block.
@@ -309,15 +309,9 @@ impl BorderedProblem for Bundle<'_> {
     }
 }
 
-impl Columns for Bundle<'_> {
+impl Readings for Bundle<'_> {
     fn range_count(&self, block: usize) -> usize {
         3 * self.targets_of[block].len()
-    }
-
-    fn columns(&self, block: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
-        let row =
-            |&target: &usize| std::iter::repeat_n(((0..SIX).collect(), self.shared_of(target)), 3);
-        self.targets_of[block].iter().flat_map(row).collect()
     }
 }
 
@@ -329,8 +323,8 @@ mod tests {
     use super::*;
     use crate::{AxisLetter, Mount, RotaryAxis, Station, Step, Target, TargetNoise};
 
-    #[test]
-    fn derivatives_are_those_of_the_residuals() {
+    /// Two trackers, of which one sees two of the three reflectors, at three angles.
+    fn survey() -> TargetSurvey {
         let axis = RotaryAxis::new(AxisLetter::C, Point3::new(5.0, -3.0, 2.0), Vector3::z());
         let mounts = [[300.0, 0.0, 40.0], [-100.0, 250.0, -60.0], [-150.0, -200.0, 10.0]];
         let name = |n: usize| format!("{n}");
@@ -358,6 +352,12 @@ mod tests {
                 survey.targets.push(Target { station, mount, step, at_mm });
             }
         }
+        survey
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_residuals() {
+        let survey = survey();
         let noise = TargetNoise::Polar { range_mm: 0.01, angle_rad: 5e-6 };
         let options = TargetOptions { noise, ..TargetOptions::default() };
         let extra = (0..45).map(|i| f64::from(i).sin()).collect();
@@ -374,5 +374,25 @@ mod tests {
         let check = check_jacobian(&AsDense(&bundle), &at);
         // What central differences are good for.
         assert!(check.worst_relative_error() < 1e-8, "{check}");
+    }
+
+    /// As directions that a survey leaves free are reported.
+    #[test]
+    fn what_is_shared_has_a_name_with_its_unit() {
+        let survey = survey();
+        let located = TargetOptions { axis: AxisModel::Located, ..TargetOptions::default() };
+        let bundle = Bundle::new(&survey, &located, 1.0, Added::default()).unwrap();
+        let names: Vec<String> =
+            (0..bundle.shared_dim()).map(|index| bundle.shared_name(index)).collect();
+        let of_station = |station: usize| {
+            ["x", "y", "z", "a", "b", "c"].iter().zip(["mm", "mm", "mm", "rad", "rad", "rad"]).map(
+                move |(coordinate, unit)| format!("{coordinate} of station {station} ({unit})"),
+            )
+        };
+        let stations: Vec<String> = (0..2).flat_map(of_station).collect();
+        assert_eq!(names[..12], stations);
+        // Three reflectors of nine coordinates, less the six of the frame.
+        assert!(names[12..15].iter().all(|name| name.contains(" of mount ")), "{names:?}");
+        assert_eq!(names[15..], ["EX0C (mm)", "EY0C (mm)", "EA0C (rad)", "EB0C (rad)"]);
     }
 }

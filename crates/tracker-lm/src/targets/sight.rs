@@ -172,3 +172,60 @@ impl Sight {
         self.by_mount * moved
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Point3};
+
+    use super::*;
+
+    /// Central differences over half a step of 1e-4 on 400 mm: the third power of the step, and round-off
+    /// of 1e-13 mm over the step.
+    const STEP: f64 = 1e-4;
+    const DIFFERENCE: f64 = 1e-5;
+
+    /// Small motions of a station and of the axis, about the axes of the machine, at a station and errors
+    /// that are turned.
+    #[test]
+    fn motions_about_the_axes_of_the_machine_are_derivatives() {
+        let target =
+            Target { station: 0, mount: 0, step: 0, at_mm: Point3::new(310.0, -120.0, 80.0) };
+        let noise = TargetNoise::Polar { range_mm: 0.01, angle_rad: 5e-6 };
+        let weights = Weights::new(&target, noise, 1.0).unwrap();
+        let start = Isometry3::new(Vector3::new(-260.0, 90.0, 40.0), Vector3::new(0.4, -0.7, 0.2));
+        let place = Place {
+            origin_mm: Vector3::new(5.0, -8.0, 12.0),
+            nominal: so3::exp(&Vector3::new(0.0, 0.9, 0.0)).to_rotation_matrix().into_inner(),
+            error: ErrorAt::new(&[0.4, -0.2, 0.1, 0.03, -0.02, 0.05]),
+            body_mm: Vector3::new(70.0, -30.0, 110.0),
+            station: StationAt::new(&start, &[0.3, 0.2, -0.6, 0.1, -0.2, 0.3]),
+        };
+        let at = Sight::new(&place, &target, &weights);
+        let turned = |by: f64, c: usize| {
+            so3::exp(&(Vector3::ith(c, 1.0) * by)).to_rotation_matrix().into_inner()
+        };
+        for coordinate in 0..6 {
+            let c = coordinate % 3;
+            let predicted = |by: f64, of_station: bool| {
+                let mut moved = place;
+                let StationAt { center_mm, rotation, .. } = &mut moved.station;
+                let ErrorAt { displacement_mm, turned: turn, .. } = &mut moved.error;
+                match (of_station, coordinate < 3) {
+                    (true, true) => center_mm[c] += by,
+                    (true, false) => *rotation = turned(by, c) * *rotation,
+                    (false, true) => displacement_mm[c] += by,
+                    (false, false) => *turn = turned(by, c) * *turn,
+                }
+                Sight::new(&moved, &target, &weights).predicted_mm
+            };
+            for (of_station, slope) in
+                [(true, at.by_station_motion(coordinate)), (false, at.by_axis_motion(coordinate))]
+            {
+                let difference =
+                    predicted(STEP / 2.0, of_station) - predicted(-STEP / 2.0, of_station);
+                let off = (difference / STEP - slope).amax();
+                assert!(off < DIFFERENCE, "{coordinate} {of_station}: {off}");
+            }
+        }
+    }
+}

@@ -101,6 +101,20 @@ fn counts_say_what_is_short() {
     assert!(!matches!(enough, Err(TrackerError::TooFewRanges { .. })), "{enough:?}");
 }
 
+/// Places that are data are as many equations as unknowns.
+#[test]
+fn known_stations_bring_as_much_as_they_need() {
+    let survey = simulate(&Plan { stations: 4, mounts: 3, angles: 2, ..Plan::default() }, 3).survey;
+    let noise = Noise { station_mm: Some(4e-3), ..options().noise };
+    let TrackerError::TooFewRanges { equations, unknowns, .. } =
+        calibrate(&survey, &Options { noise, ..options() }).unwrap_err()
+    else {
+        panic!("24 ranges and 12 coordinates cannot determine 39 unknowns")
+    };
+    // Stations, dead paths, reflectors and one angle.
+    assert_eq!((equations, unknowns), (24 + 12, 12 + 12 + 9 + 6));
+}
+
 #[test]
 fn one_angle_that_shows_nothing() {
     let mut survey = survey();

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that unwraps nothing is a failed test")]
 #![expect(clippy::cast_precision_loss, reason = "counts of a test are far below 2^53")]
 
+mod catalogue;
 mod closing;
 mod consistency;
 mod degenerate;

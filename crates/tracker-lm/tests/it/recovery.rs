@@ -204,6 +204,19 @@ fn exact_ranges_of_undeclared_noise_are_solved() {
     }
 }
 
+/// All six distances of four reflectors hold as much as a rigid body: of twelve coordinates at every
+/// angle they leave six.
+#[test]
+fn distances_leave_as_much_free_as_a_rigid_body() {
+    let scene = simulate(&Plan { angles: 9, ..Plan::default() }, 36);
+    for formulation in [Formulation::Joint, Formulation::FreePoints] {
+        let found = calibrate(&scene.survey, &Options { formulation, ..options() }).unwrap();
+        // Stations less their frame, dead paths and reflectors; and the six errors of all angles but one.
+        let unknowns = (3 * 6 - 6) + 6 * 4 + 3 * 4 + 6 * 8;
+        assert_eq!(found.degrees_of_freedom, 9 * 6 * 4 - unknowns, "{formulation:?}");
+    }
+}
+
 #[test]
 fn redundancies_add_up_to_the_degrees_of_freedom() {
     let scene = simulate(&Plan { missing: 0.1, both_ways: true, ..Plan::default() }, 35);

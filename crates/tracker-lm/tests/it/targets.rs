@@ -1,12 +1,15 @@
 //! Trackers that give points.
 
-use model_discrepancy::{Closure, Options as LoopOptions, Verdict, close_loop};
+use model_discrepancy::{
+    Closure, Covariate, Model, Options as LoopOptions, Quantity, State, Verdict, close_loop,
+};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tracker_lm::{
-    Approach, AxisLetter, HoldOut, Mount, RotaryAxis, Station, Step, Target, TargetModel,
-    TargetNoise, TargetOptions, TargetRecords, TargetSurvey, TrackerError, calibrate_targets,
+    Approach, AxisLetter, AxisModel, HoldOut, Mount, RotaryAxis, Station, Step, Target,
+    TargetModel, TargetNoise, TargetOptions, TargetRecords, TargetSurvey, TrackerError,
+    calibrate_targets,
 };
 
 use crate::scene::{gaussian, rodrigues};
@@ -26,6 +29,8 @@ struct Plan {
     angles: usize,
     both_ways: bool,
     noise: f64,
+    /// Size of the errors of the axis, of 50 µm and 30 µrad.
+    errors: f64,
     /// Difference between the two ways, mm along x and rad about z.
     backlash: (f64, f64),
     /// Mounts from the fourth on sag by this along −z times the cosine of the angle, mm.
@@ -39,6 +44,7 @@ const PLAN: Plan = Plan {
     angles: 11,
     both_ways: true,
     noise: 1.0,
+    errors: 1.0,
     backlash: (0.0, 0.0),
     sag_mm: 0.0,
     slip_mm: 0.0,
@@ -73,7 +79,9 @@ fn simulate(plan: &Plan, seed: u64) -> Scene {
     let errors: Vec<Vector6<f64>> = (0..plan.angles)
         .map(|k| match k {
             0 => Vector6::zeros(),
-            _ => Vector6::from_fn(|c, _| gaussian(&mut rng) * if c < 3 { 0.05 } else { 30e-6 }),
+            _ => Vector6::from_fn(|c, _| {
+                plan.errors * gaussian(&mut rng) * if c < 3 { 0.05 } else { 30e-6 }
+            }),
         })
         .collect();
     let poses: Vec<(Vector3<f64>, Matrix3<f64>)> = STATIONS_MM[..plan.stations]
@@ -295,6 +303,73 @@ fn a_reflector_that_slips_is_found_where_it_slips() {
     let (_, closure) = closed(&scene, HoldOut::Step, &[], &polar());
     assert_eq!(names(&closure), ["mount-slip"]);
     assert_eq!(closure.steps[0].subject.as_deref(), Some("1 at 7 from 0"));
+}
+
+/// Distances that read too long with the temperature of the air, as its column has it.
+#[test]
+fn a_scale_that_follows_the_air_is_named_by_its_column() {
+    const PER_K: f64 = 5e-6;
+    let mut scene = simulate(&PLAN, 18);
+    let targets = &mut scene.survey.targets;
+    let air_c: Vec<f64> =
+        (0..targets.len()).map(|n| 20.0 + 2.0 * (0.05 * n as f64).sin()).collect();
+    for (target, air_c) in targets.iter_mut().zip(&air_c) {
+        target.at_mm.coords *= 1.0 + PER_K * (air_c - 20.0);
+    }
+    let air = Covariate::recorded("air_c", Quantity::Temperature, air_c);
+    let records = TargetRecords { covariates: vec![air.clone()], ..TargetRecords::default() };
+    let model = TargetModel::new(scene.survey, &records, HoldOut::Step, &polar()).unwrap();
+    let covariates: Vec<Covariate> = model.coordinates().into_iter().chain([air]).collect();
+    let options = LoopOptions { nested: false, ..Default::default() };
+    let closure = close_loop(&model, &covariates, &options).unwrap();
+    assert_eq!(names(&closure), ["temperature"]);
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("air_c"));
+    let scale = &closure.steps[0].parameters[0];
+    assert!((scale.value - 1e6 * PER_K).abs() < 4.0 * scale.std, "{scale:?}");
+}
+
+/// A tracker that was knocked stands elsewhere from its next reading on, by as much along whatever axes.
+#[test]
+fn a_tracker_that_was_knocked_is_named_from_its_next_reading_on() {
+    let knocked = Vector3::new(0.2, -0.1, 0.2);
+    let mut scene = simulate(&Plan { stations: 2, ..PLAN }, 19);
+    for target in &mut scene.survey.targets {
+        if target.station == 1 && target.step >= 12 {
+            target.at_mm += knocked;
+        }
+    }
+    let (_, closure) = closed(&scene, HoldOut::Step, &[], &polar());
+    assert_eq!(names(&closure), ["station-shift"]);
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("1 from 0 at 12 on"));
+    let moved: Vec<_> = closure.steps[0].parameters.iter().take(3).collect();
+    let size = moved.iter().map(|p| p.value.powi(2)).sum::<f64>().sqrt();
+    let std = moved.iter().map(|p| p.std).fold(0.0, f64::max);
+    assert!((size - 1e3 * knocked.norm()).abs() < 4.0 * std, "{size} {std}");
+}
+
+/// Reflectors that are on the axis otherwise than drawn, by 0.4 mm and 3e-4: the axis is missed, and exact
+/// points have no residual where the model is about its place.
+#[test]
+fn about_a_missed_axis_exact_points_have_no_residual() {
+    let mut scene = simulate(&Plan { noise: 0.0, errors: 0.0, ..PLAN }, 20);
+    let turn = Rotation3::new(Vector3::new(3e-4, 0.0, -2e-4));
+    for mount in &mut scene.survey.mounts {
+        mount.nominal_mm = turn * mount.nominal_mm + Vector3::new(0.4, 0.0, -0.2);
+    }
+    let options = TargetOptions { axis: AxisModel::Fixed, ..polar() };
+    let records = TargetRecords::default();
+    let model = TargetModel::new(scene.survey, &records, HoldOut::Step, &options).unwrap();
+    let effects = &model.declared().effects;
+    let place = effects.iter().position(|effect| effect.id == "axis-location").unwrap();
+    let active: Vec<(usize, usize)> = (0..4).map(|p| (place, p)).collect();
+    let (found, amplitudes) = model.calibration_with(&active).unwrap();
+    assert!(found.rms_mm() < EXACT_MM);
+    let about = model.about_found(&active).unwrap();
+    let mut at = State::start(&about);
+    at.amplitudes[place].copy_from_slice(&amplitudes);
+    assert!(about.residuals(&at).amax() < EXACT_MM, "{}", about.residuals(&at).amax());
+    // Without what was found they have.
+    assert!(about.residuals(&State::start(&about)).amax() > 0.1);
 }
 
 #[test]
