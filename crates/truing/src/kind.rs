@@ -18,6 +18,8 @@ pub(crate) struct Kind {
     /// What may be wrong with the input of such a case, the likeliest first; the fit of the case
     /// as it stands, where it has one.
     pub(crate) mistakes: fn(&Files, Option<&Fitted>) -> Vec<Hypothesis>,
+    /// The table of touches of a part, of which a refusal may name one.
+    pub(crate) touches: Option<&'static str>,
     /// Numbers of its tables whose uncertainty may be declared.
     pub(crate) uncertain: &'static [Uncertain],
     /// Files of a small case that solves as it is: name and content.

@@ -32,6 +32,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "contact force of a polishing head on four legs",
     read,
     mistakes: suspects::mistakes,
+    touches: None,
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),

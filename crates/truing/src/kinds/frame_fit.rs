@@ -35,6 +35,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "transform between two frames from points known in both",
     read,
     mistakes: suspects::mistakes,
+    touches: None,
     uncertain: &[
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&["sigma_mm"]) },

@@ -33,6 +33,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "centre of a polishing head by a six-axis force/torque sensor",
     read,
     mistakes: suspects::mistakes,
+    touches: None,
     uncertain: &[
         Uncertain {
             table: WRENCH,

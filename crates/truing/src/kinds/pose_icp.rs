@@ -42,6 +42,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "pose of a workpiece from touches of its surface",
     read,
     mistakes: suspects::mistakes,
+    touches: Some(settings::POINTS),
     uncertain: &[
         Uncertain { table: POINTS, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: EDGE, columns: &XYZ, std: Std::Declared("point_mm") },

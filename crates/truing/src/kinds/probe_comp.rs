@@ -38,6 +38,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "contacts and deviations from the ball centres of a touch probe",
     read,
     mistakes: suspects::mistakes,
+    touches: Some(settings::TOUCHES),
     uncertain: &[
         Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: MICRO, columns: &XYZ, std: Std::Declared("point_mm") },

@@ -43,6 +43,7 @@ pub(crate) const KIND: Kind = Kind {
     summary: "six errors of a rotary axis by multilateration with a laser tracer",
     read,
     mistakes: suspects::mistakes,
+    touches: None,
     uncertain: &[
         Uncertain {
             table: RANGES,
