@@ -143,6 +143,20 @@ pub enum PoseError {
     },
 }
 
+impl PoseError {
+    /// Position in the input of the touch that is to blame, where one is.
+    #[must_use]
+    pub fn touch(&self) -> Option<usize> {
+        match *self {
+            Self::InvalidTouch { index, .. }
+            | Self::NoFoot { index, .. }
+            | Self::OutsideAperture { index, .. }
+            | Self::TipTooLarge { index, .. } => Some(index),
+            _ => None,
+        }
+    }
+}
+
 /// What is wrong with a touch.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -75,7 +75,20 @@ pub fn compensate(
     // Which error comes first must not depend on threads.
     let each: Vec<_> =
         touches.par_iter().enumerate().map(|(index, touch)| task.one(index, touch)).collect();
-    each.into_iter().collect()
+    let is_far =
+        |one: &&Result<Contact, ProbeError>| matches!(one, Err(ProbeError::FarFromSurface { .. }));
+    let n_far = each.iter().filter(is_far).count();
+    each.into_iter().collect::<Result<_, _>>().map_err(|error| among(error, n_far, touches.len()))
+}
+
+/// The error of one touch that lies far off, as one of so many.
+fn among(error: ProbeError, n_far: usize, n_touches: usize) -> ProbeError {
+    match error {
+        ProbeError::FarFromSurface { index, gap_mm, limit_mm, .. } => {
+            ProbeError::FarFromSurface { index, gap_mm, limit_mm, far: n_far, of: n_touches }
+        }
+        other => other,
+    }
 }
 
 /// What is the same for every touch.

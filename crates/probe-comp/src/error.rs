@@ -43,8 +43,9 @@ pub enum ProbeError {
     /// The ball was nowhere near the surface.
     #[error(
         "touch {}: the ball's surface is {gap_mm:.3} mm from the nominal surface, more than \
-         {limit_mm:.3} mm: check frame, units and side",
-        index + 1
+         {limit_mm:.3} mm: check frame, units and side{}",
+        index + 1,
+        as_of_others(*far, *of)
     )]
     FarFromSurface {
         /// Position in the input.
@@ -53,6 +54,10 @@ pub enum ProbeError {
         gap_mm: f64,
         /// Largest distance accepted.
         limit_mm: f64,
+        /// Touches that are as far.
+        far: usize,
+        /// Touches there are.
+        of: usize,
     },
     /// A measured normal needs further touches around the one it belongs to.
     #[error("touch {} has {got} further touches around it; this normal needs {needed}", index + 1)]
@@ -207,4 +212,19 @@ pub enum InvalidTouch {
         /// Angle between the approach and the way to the surface.
         angle_deg: f64,
     },
+}
+
+/// Touches as far as this one from which, and the share of all at which, they are no slip of one.
+const FEWEST_FAR: usize = 3;
+const ONE_IN: usize = 10;
+
+/// What it means that others are as far.
+fn as_of_others(far: usize, of: usize) -> String {
+    if far < FEWEST_FAR || ONE_IN * far < of {
+        return String::new();
+    }
+    format!(
+        "; {far} of {of} touches are as far, as where touches or single coordinates are of another \
+         session, or of rows in another order"
+    )
 }

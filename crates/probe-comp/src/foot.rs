@@ -38,7 +38,7 @@ pub(crate) fn foot_of_ball(
     let gap_mm = foot.distance_mm - tip_radius_mm;
     let limit_mm = MAX_GAP_MM.max(MAX_GAP_RADII * tip_radius_mm);
     if gap_mm.abs() > limit_mm {
-        return Err(ProbeError::FarFromSurface { index, gap_mm, limit_mm });
+        return Err(ProbeError::FarFromSurface { index, gap_mm, limit_mm, far: 1, of: 1 });
     }
     Ok(foot)
 }

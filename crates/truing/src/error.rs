@@ -473,6 +473,15 @@ impl Error {
         }
     }
 
+    /// Row of the touch that is to blame, where one is.
+    pub(crate) fn touch(&self) -> Option<usize> {
+        match self {
+            Self::ProbeComp { source, .. } => source.touch(),
+            Self::PoseIcp { source, .. } => source.touch(),
+            _ => None,
+        }
+    }
+
     /// Exit code of the command line: 3 where the data do not determine the answer, else 2.
     #[must_use]
     pub fn exit_code(&self) -> u8 {

@@ -21,6 +21,8 @@ pub(crate) struct Kind {
     /// The table that holds a record of many samples, and the column of what they are samples of, where
     /// it has one.
     pub(crate) record: Option<(&'static str, &'static str)>,
+    /// The table of touches of a part, of which a refusal may name one.
+    pub(crate) touches: Option<&'static str>,
     /// Numbers of its tables whose uncertainty may be declared.
     pub(crate) uncertain: &'static [Uncertain],
     /// Files of a small case that solves as it is: name and content.

@@ -85,6 +85,61 @@ pub(crate) fn shifted(files: &mut Files, at: (&str, &[&str])) -> bool {
     })
 }
 
+/// Columns one row further up; the first row comes last.
+pub(crate) fn shifted_up(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        let old: Vec<Vec<String>> = cells.rows.clone();
+        let n = old.len();
+        for (i, row) in cells.rows.iter_mut().enumerate() {
+            for &column in columns {
+                row[column].clone_from(&old[(i + 1) % n][column]);
+            }
+        }
+    })
+}
+
+/// Columns as they were read on another day, as many rows as both days have.
+pub(crate) fn of_another_session(
+    files: &mut Files,
+    (file, columns): (&str, &[&str]),
+    other: &Files,
+) -> bool {
+    let Some(other) = other.get(file).map(|text| Cells::read(text)) else { return false };
+    let Some(sources) = other.columns(columns) else { return false };
+    change(files, (file, columns), |cells, columns| {
+        for (row, taken) in cells.rows.iter_mut().zip(&other.rows) {
+            for (&column, &source) in columns.iter().zip(&sources) {
+                row[column].clone_from(&taken[source]);
+            }
+        }
+    })
+}
+
+/// Cells of some columns exchanged between two blocks of rows that have a name of their own.
+pub(crate) fn blocks_exchanged(
+    files: &mut Files,
+    (file, within, columns): (&str, &str, &[&str]),
+    seed: u64,
+) -> bool {
+    let all = [&[within], columns].concat();
+    change(files, (file, &all), |cells, indices| {
+        let mut names: Vec<String> = cells.rows.iter().map(|r| r[indices[0]].clone()).collect();
+        names.dedup();
+        let (one, other) = two(names.len(), seed);
+        let rows = |name: &String| -> Vec<usize> {
+            (0..cells.rows.len()).filter(|&row| cells.rows[row][indices[0]] == *name).collect()
+        };
+        let (one, other) = (rows(&names[one]), rows(&names[other]));
+        for (a, b) in one.into_iter().zip(other) {
+            for &column in &indices[1..] {
+                let cell = cells.rows[a][column].clone();
+                let taken = std::mem::replace(&mut cells.rows[b][column], cell);
+                cells.rows[a][column] = taken;
+            }
+        }
+    })
+}
+
 /// Cells of some columns exchanged between two rows.
 pub(crate) fn rows_exchanged(files: &mut Files, at: (&str, &[&str]), seed: u64) -> bool {
     change(files, at, |cells, columns| {
@@ -190,16 +245,34 @@ pub(crate) fn on_another_clock(
     })
 }
 
-/// A number of `case.toml` times a factor.
+/// A number of `case.toml`, or all numbers of a list, times a factor.
 pub(crate) fn setting_scaled(files: &mut Files, key: &str, factor: f64) -> bool {
+    let scaled = |number: &str| {
+        let value = number.trim().parse::<f64>().ok()?;
+        Some(format!("{:?}", value * factor))
+    };
+    setting(files, key, |value| {
+        let list = value.strip_prefix('[').and_then(|list| list.strip_suffix(']'));
+        let Some(list) = list else { return scaled(value) };
+        let numbers: Option<Vec<String>> = list.split(',').map(scaled).collect();
+        Some(format!("[{}]", numbers?.join(", ")))
+    })
+}
+
+/// A setting of `case.toml` given otherwise.
+pub(crate) fn setting_to(files: &mut Files, key: &str, value: &str) -> bool {
+    setting(files, key, |_| Some(value.to_owned()))
+}
+
+fn setting(files: &mut Files, key: &str, to: impl Fn(&str) -> Option<String>) -> bool {
     let Some(text) = files.get_mut("case.toml") else { return false };
     let mut found = false;
     let line = |line: &str| {
-        let number = line.split_once('=').filter(|(name, _)| name.trim() == key);
-        match number.and_then(|(_, value)| value.trim().parse::<f64>().ok()) {
+        let given = line.split_once('=').filter(|(name, _)| name.trim() == key);
+        match given.and_then(|(_, value)| to(value.trim())) {
             Some(value) => {
                 found = true;
-                format!("{key} = {:?}", value * factor)
+                format!("{key} = {value}")
             }
             None => line.to_owned(),
         }

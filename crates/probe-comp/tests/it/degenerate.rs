@@ -47,6 +47,16 @@ fn touches_that_are_none() {
     let far = BallTouch::new(good.center_mm + Vector3::z() * 40.0, 1e-3);
     let error = on_bowl(&[far], NormalSource::Nominal).unwrap_err();
     assert!(matches!(error, ProbeError::FarFromSurface { index: 0, .. }), "{error}");
+    assert!(!error.to_string().contains("session"), "{error}");
+    let all: Vec<BallTouch> = (0..8)
+        .map(|i| {
+            let lift = if i % 2 == 0 { 0.0 } else { 40.0 };
+            BallTouch::new(good.center_mm + Vector3::z() * lift, 1e-3)
+        })
+        .collect();
+    let error = on_bowl(&all, NormalSource::Nominal).unwrap_err();
+    assert!(matches!(error, ProbeError::FarFromSurface { index: 1, far: 4, of: 8, .. }), "{error}");
+    assert!(error.to_string().contains("4 of 8 touches are as far"), "{error}");
     let lost = BallTouch { guide_mm: Some(Point2::new(900.0, 0.0)), ..good.clone() };
     let error = on_bowl(&[lost], NormalSource::Nominal).unwrap_err();
     assert!(matches!(error, ProbeError::NoGuide { index: 0 }), "{error}");

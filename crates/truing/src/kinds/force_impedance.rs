@@ -33,6 +33,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes: suspects::mistakes,
     record: Some((LOG, "segment")),
+    touches: None,
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),

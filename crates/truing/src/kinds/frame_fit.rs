@@ -36,6 +36,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes: suspects::mistakes,
     record: None,
+    touches: None,
     uncertain: &[
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&["sigma_mm"]) },

@@ -34,6 +34,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes: suspects::mistakes,
     record: Some((WRENCH, "press")),
+    touches: None,
     uncertain: &[
         Uncertain {
             table: WRENCH,

@@ -43,6 +43,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes: suspects::mistakes,
     record: None,
+    touches: Some(POINTS),
     uncertain: &[
         Uncertain { table: POINTS, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: EDGE, columns: &XYZ, std: Std::Declared("point_mm") },

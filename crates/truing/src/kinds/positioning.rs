@@ -7,16 +7,24 @@ mod form;
 mod measured;
 mod plan;
 
-use ft_center::{AxisMotion, AxisReading};
+use std::cmp::Ordering;
+
+use ft_center::{Approach, AxisMotion, AxisReading};
 use serde::Deserialize;
 
 use crate::Error;
-use crate::case::{Columns, Document, Folder, LoopSettings, Positive, Problem, Table, group_names};
+use crate::case::{
+    Change, Columns, Document, Edit, Folder, LoopSettings, Positive, Problem, Table, group_names,
+};
 use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
-use crate::suspect::{Dimension, Hypothesis, exchanged_rows, farthest, rows_shifted, signs, units};
+use crate::suspect::{
+    Dimension, Hypothesis, all_in_metres, exchanged_rows, exchanged_targets, farthest,
+    rows_left_out, rows_shifted, signs, standing_still, units,
+};
 
+use approach::approach_of;
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 pub use estimates::{PositionResidual, PositioningEstimates};
@@ -30,6 +38,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes,
     record: None,
+    touches: None,
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/positioning/case.toml")),
@@ -53,6 +62,8 @@ const KNOWN: &[&str] = &[
 /// Seconds of arc of a degree.
 const ARCSEC_PER_DEG: f64 = 3600.0;
 const TURN_DEG: f64 = 360.0;
+/// Moves either way from which directions are known to be turned.
+const FEWEST_EITHER_WAY: usize = 4;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
 
@@ -269,17 +280,60 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
             .into_iter()
             .find(|[_, actual]| table.column(actual).is_some())
     };
-    let Some(columns) = pair(&table) else { return Vec::new() };
+    let Some(columns) = pair(&table) else {
+        let targets = ["target_mm", "target_deg"];
+        return targets.iter().filter_map(|column| turned_directions(&table, column)).collect();
+    };
     let table = Some(&table);
     let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
     let mut all = signs(POSITIONS, table, &columns[..1]);
+    all.extend(table.and_then(|table| turned_directions(table, columns[0])));
     for column in &columns {
         all.extend(units(POSITIONS, table, &[*column], dimension));
     }
+    if dimension == Dimension::Length {
+        all.extend(all_in_metres(&[(POSITIONS, table, &columns)]));
+    }
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(POSITIONS, rows)];
+    all.extend(exchanged_targets(POSITIONS, table, columns));
+    all.extend(standing_still(POSITIONS, table, &columns[1..], without));
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);
         all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));
     }
     all
+}
+
+/// Directions of which every one contradicts the way from the target before.
+fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
+    const DIRECTION: &str = "direction";
+    let column = table.column(DIRECTION)?;
+    let targets = table.numbers(target)?;
+    let said: Option<Vec<Approach>> =
+        (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect();
+    let said = said?;
+    let came = |row: usize| match targets[row].total_cmp(&targets[row - 1]) {
+        Ordering::Greater => Some(Approach::Rising),
+        Ordering::Less => Some(Approach::Falling),
+        Ordering::Equal => None,
+    };
+    let moves: Vec<(Approach, Approach)> =
+        (1..targets.len()).filter_map(|row| Some((came(row)?, said[row]))).collect();
+    let both = [Approach::Rising, Approach::Falling];
+    let is_enough = both
+        .iter()
+        .all(|way| moves.iter().filter(|(came, _)| came == way).count() >= FEWEST_EITHER_WAY);
+    if !is_enough || moves.iter().any(|(came, said)| came == said) {
+        return None;
+    }
+    let values = said.iter().map(|way| -way.sign()).collect();
+    let description = format!(
+        "`{DIRECTION}` of {POSITIONS} has the opposite sign: every one of {} targets was reached the \
+         other way than it says; exchange +1 and -1",
+        moves.len()
+    );
+    let change = Change::Replace { column: DIRECTION.to_owned(), values };
+    let edits = vec![Edit { file: POSITIONS, change }];
+    Some(Hypothesis::of("input:sign", (POSITIONS, &[DIRECTION]), description, edits).certain())
 }

@@ -39,6 +39,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes: suspects::mistakes,
     record: None,
+    touches: Some(TOUCHES),
     uncertain: &[
         Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: MICRO, columns: &XYZ, std: Std::Declared("point_mm") },

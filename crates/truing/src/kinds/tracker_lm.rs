@@ -44,6 +44,7 @@ pub(crate) const KIND: Kind = Kind {
     read,
     mistakes: suspects::mistakes,
     record: None,
+    touches: None,
     uncertain: &[
         Uncertain {
             table: RANGES,

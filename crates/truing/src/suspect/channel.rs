@@ -14,6 +14,8 @@ const PILE: usize = 4;
 const WINDOWS: [f64; 4] = [0.005, 0.01, 0.02, 0.04];
 /// Equal readings in a row of a channel that stands still, beside one in twenty of the record.
 const STILL: usize = 20;
+/// The same of a table of few rows, where the fit without them decides; as many must be left.
+const STILL_OF_FEW: usize = 5;
 /// Share of equal neighbours elsewhere, below which a channel is alive.
 const ALIVE: f64 = 0.05;
 
@@ -65,7 +67,7 @@ pub(crate) fn standing_still(
     let Some(table) = table else { return Vec::new() };
     let of_column = |name: &&str| {
         let values = table.numbers(name)?;
-        let run = still(&values, false)?;
+        let run = still_of_few(&values)?;
         Some(stuck_at((file, table), (*name, &values), &run, &without))
     };
     columns.iter().filter_map(of_column).collect()
@@ -97,6 +99,13 @@ fn still(values: &[f64], others_move: bool) -> Option<std::ops::Range<usize>> {
     let is_constant = run.len() == values.len() && others_move && values[0] != 0.0;
     let is_long = run.len() >= STILL.max(values.len() / 20) && elsewhere < ALIVE;
     (is_constant || is_long).then_some(run)
+}
+
+/// The rows over which a channel may stand still, for the fit to decide.
+fn still_of_few(values: &[f64]) -> Option<std::ops::Range<usize>> {
+    let (run, elsewhere) = longest_run(values);
+    let is_long = run.len() >= STILL_OF_FEW.max(values.len() / 20) && elsewhere < ALIVE;
+    (is_long && values.len() >= run.len() + STILL_OF_FEW).then_some(run)
 }
 
 /// Whether a channel reads what it stands still at hardly ever else: a limit it meets again.

@@ -1,6 +1,7 @@
 use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::Misfit;
 use super::named::Suspect;
+use super::order::exchanged_with;
 use super::physics::Physics;
 use super::search::{Found, Plain, Trials};
 use crate::case::Edit;
@@ -32,11 +33,18 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         let refitted = examined.corrected.as_ref().map(|c| c.measured.fit()).transpose()?;
         let fitted = refitted.as_ref().unwrap_or(fitted);
         let (misfit, yardstick) = Misfit::of(&*current.measured, fitted);
-        let plain = Plain { misfit, yardstick, fitted };
-        let (found, after) = if plain.is_suspicious() {
-            decide(current, &plain, &mut physics)
+        let plain = Plain { misfit, yardstick };
+        let files = &current.files;
+        let list = (files.kind.mistakes)(files, Some(fitted));
+        let certain = Trials::proved(files, &list, Proof::Certain).first();
+        let (found, after) = if certain.is_some() {
+            (certain, None)
+        } else if plain.is_suspicious() {
+            decide(current, &plain, list, &mut physics)
+        } else if plain.is_too_good() {
+            (Trials::of_units(files, list).to_noise(), None)
         } else {
-            (Trials::shown(&current.files, fitted).missing(&plain), None)
+            (Trials::proved(files, &list, Proof::Data).missing(&plain), None)
         };
         let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
         examined.suspects.push(Suspect::of(&found, Some(&misfit)));
@@ -55,10 +63,11 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
 /// `physics` is what it makes of the case as it is, once that was asked.
 fn decide(
     case: &Case,
-    plain: &Plain<'_>,
+    plain: &Plain,
+    list: Vec<Hypothesis>,
     physics: &mut Option<Physics>,
 ) -> (Option<Found>, Option<Physics>) {
-    let trials = Trials::of(&case.files, Some(plain));
+    let trials = Trials::of(&case.files, list, Some(plain));
     let found = trials.explaining(plain);
     if found.as_ref().is_some_and(|found| !found.is_subtle) {
         return (found, None);
@@ -67,6 +76,9 @@ fn decide(
     let is_unmatched = plain.misfit.share >= plain.yardstick.unmatched;
     if found.is_none() && helping.is_empty() && !is_unmatched {
         return (None, None);
+    }
+    if found.is_none() && plain.misfit.share >= plain.yardstick.beyond_physics {
+        return (Some(unmatched(case, plain)), None);
     }
     let physics = physics.get_or_insert_with(|| Physics::of(case));
     if let Some(found) = found.filter(|found| physics.loses_to(case, found, &plain.misfit)) {
@@ -87,7 +99,10 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     }
     // What is left free by too few data, another unit does not hold unless it brings them to the noise.
     let is_free = source.is_undetermined() && !source.is_unsettled();
-    match Trials::of(files, None).mending(is_free).map(|found| found.of_all(files)) {
+    let mut list = (files.kind.mistakes)(files, None);
+    list.extend(with_another(files, &source));
+    let found = Trials::of(files, list, None).mending(is_free);
+    match found.map(|found| found.of_all(files)) {
         Some(found) => {
             let suspect = Suspect::of(&found, None);
             Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
@@ -96,8 +111,16 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     }
 }
 
+/// What one touch has of any other, where a refusal says which one is to blame.
+fn with_another(files: &Files, source: &Error) -> Vec<Hypothesis> {
+    const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+    let Some((file, touch)) = files.kind.touches.zip(source.touch()) else { return Vec::new() };
+    let table = files.folder.table(file, &XYZ).ok();
+    XYZ.iter().flat_map(|column| exchanged_with(file, table.as_ref(), &[*column], touch)).collect()
+}
+
 /// Tables whose numbers have nothing to do with each other, whatever the reason.
-fn unmatched(case: &Case, plain: &Plain<'_>) -> Found {
+fn unmatched(case: &Case, plain: &Plain) -> Found {
     let description = format!(
         "what is left is {:.0} % of what was measured, and no single change to a column explains \
          it: the tables do not belong together; look for a table from another session, labels or \

@@ -22,6 +22,8 @@ pub(crate) enum Proof {
     Fit,
     /// The data themselves, where the fit is bad.
     Data,
+    /// The data themselves, however good the fit is.
+    Certain,
     /// The fit; and physics that does the same would have to go against its own nature.
     Unphysical,
 }
@@ -43,9 +45,19 @@ impl Hypothesis {
         Self { proof: Proof::Data, ..self }
     }
 
+    /// The same, as shown by the data whether the fit suffers or not.
+    pub(crate) fn certain(self) -> Self {
+        Self { proof: Proof::Certain, ..self }
+    }
+
     /// The same, where physics cannot be meant.
     pub(crate) fn unphysical(self) -> Self {
         Self { proof: Proof::Unphysical, ..self }
+    }
+
+    /// Whether it leaves out one stretch of rows, which the data name and no fit has chosen.
+    pub(crate) fn is_of_a_stretch(&self) -> bool {
+        self.effect == "input:stuck"
     }
 
     /// Whether only numbers of `case.toml` change.

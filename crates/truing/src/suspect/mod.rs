@@ -27,9 +27,10 @@ pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::Hypothesis;
 pub use named::Suspect;
 pub(crate) use order::{
-    cycles, exchanged_blocks, exchanged_rows, exchanges, farthest, rows_shifted, swapped_names,
+    cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges, farthest, rows_shifted,
+    swapped_names,
 };
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;
-pub(crate) use unit::{Dimension, units};
+pub(crate) use unit::{Dimension, all_in_metres, units};
 pub(crate) use yardstick::{Yardstick, spread_of};

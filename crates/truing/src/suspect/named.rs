@@ -3,10 +3,13 @@ use serde::Serialize;
 use super::hypothesis::Hypothesis;
 use super::misfit::Misfit;
 use super::search::Found;
+use crate::count::count;
 use crate::text_table::number;
 
 /// Rivals of one sort told in the description; all of them are in `indistinguishable_from`.
 const MOST_TOLD: usize = 3;
+/// Share of a misfit below which it is less.
+const CLOSER: f64 = 0.8;
 
 /// A mistake in the input that the data bear out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,9 +46,11 @@ impl Suspect {
                 description = format!("{description}; and {} more", others.len() - told.len());
             }
         }
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        // What the data show, or the noise, needs no less misfit.
         let p_value = (before.zip(after.as_ref()))
-            .map_or(0.0, |(before, after)| (after.share / before.share).powf(after.dof as f64));
+            .map(|(before, after)| (after.share / before.share, count(after.dof)))
+            .filter(|(ratio, _)| *ratio < CLOSER)
+            .map_or(0.0, |(ratio, dof)| ratio.powf(dof));
         Self {
             effect: named.effect.to_owned(),
             subject: named.subject.clone(),
@@ -61,7 +66,7 @@ impl Suspect {
     /// What to change, as a warning.
     pub(crate) fn warning(&self) -> String {
         let gain = match (self.rms_before, self.rms_after) {
-            (Some(before), Some(after)) if after > 0.0 => format!(
+            (Some(before), Some(after)) if after > 0.0 && after < CLOSER * before => format!(
                 " (misfit {} {unit}, with that change {} {unit}: {:.0} times less)",
                 number(Some(before)),
                 number(Some(after)),

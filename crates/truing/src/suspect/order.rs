@@ -5,6 +5,9 @@ use std::sync::Arc;
 use crate::case::{Change, Edit, Order, Table};
 use crate::measured::Fitted;
 
+/// Rows in which targets must come again before they are known by it.
+const FEWEST_TARGETS: usize = 8;
+
 /// Two columns of a table exchanged, every pair of those given.
 pub(crate) fn exchanges(
     file: &'static str,
@@ -26,6 +29,30 @@ pub(crate) fn exchanges(
         }
     }
     all
+}
+
+/// Targets and what was reached under each other's names: targets come again to the last digit, and
+/// not at once, as a reading does that is coarser than the steps.
+pub(crate) fn exchanged_targets(
+    file: &'static str,
+    table: Option<&Table>,
+    [target, reached]: [&str; 2],
+) -> Option<Hypothesis> {
+    let distinct = |name: &str| {
+        let mut values = table?.numbers(name)?;
+        let n = values.len();
+        let at_once = values.windows(2).filter(|pair| pair[0].total_cmp(&pair[1]).is_eq()).count();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        (n >= FEWEST_TARGETS && 4 * at_once <= n).then_some((values.len(), n))
+    };
+    let ((targets, n), (reached_at, _)) = (distinct(target)?, distinct(reached)?);
+    let is_exchanged = targets == n && 2 * reached_at <= n;
+    let mut found = exchanges(file, table, &[target, reached]).pop().filter(|_| is_exchanged)?;
+    found.description += ", as those of `";
+    found.description += target;
+    found.description += "` never come again and those of the other do";
+    Some(found.certain())
 }
 
 /// Three columns of a table permuted in a circle, either way round.
@@ -140,12 +167,11 @@ pub(crate) fn exchanged_blocks(
 
 /// Rows that follow each other with one name in the column; all of them where there is none.
 pub(super) fn blocks(table: &Table, within: Option<&str>) -> Vec<Range<usize>> {
-    let Some(column) = within.and_then(|name| table.column(name)) else {
-        return vec![0..table.n_rows()];
-    };
+    let column = within.and_then(|name| table.column(name));
+    let is_same = |row: usize| column.is_none_or(|c| table.cell(row, c) == table.cell(row - 1, c));
     let mut blocks: Vec<Range<usize>> = Vec::new();
     for row in 0..table.n_rows() {
-        let is_next = row > 0 && table.cell(row, column) == table.cell(row - 1, column);
+        let is_next = row > 0 && is_same(row);
         match blocks.last_mut().filter(|_| is_next) {
             Some(block) => block.end = row + 1,
             None => blocks.push(row..row + 1),
@@ -197,24 +223,41 @@ pub(crate) fn exchanged_rows(
     columns: &[&str],
     rows: &[usize],
 ) -> Vec<Hypothesis> {
+    let later = |i: usize| rows[i + 1..].iter().map(move |other| (rows[i], *other));
+    exchanged_pairs((file, columns), table, (0..rows.len()).flat_map(later))
+}
+
+/// The cells of some columns exchanged between one row and any other.
+pub(crate) fn exchanged_with(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    row: usize,
+) -> Vec<Hypothesis> {
+    let others = (0..table.map_or(0, Table::n_rows)).filter(|other| *other != row);
+    exchanged_pairs((file, columns), table, others.map(|other| (row, other)))
+}
+
+fn exchanged_pairs(
+    (file, columns): (&'static str, &[&str]),
+    table: Option<&Table>,
+    pairs: impl Iterator<Item = (usize, usize)>,
+) -> Vec<Hypothesis> {
     let there = present(table, columns);
     let Some(table) = table.filter(|_| !there.is_empty()) else { return Vec::new() };
-    let mut all = Vec::new();
-    for (i, &one) in rows.iter().enumerate() {
-        for &other in &rows[i + 1..] {
-            let order = Order::Exchanged([one..one + 1, other..other + 1]);
-            let (one, other) = (table.line(one.min(other)), table.line(one.max(other)));
-            let description = format!(
-                "the values of {} in lines {one} and {other} of {file} are exchanged (swapped \
-                 labels): exchange them",
-                listed(&there)
-            );
-            let change = Change::Rows { columns: owned(&there), order };
-            let edits = vec![Edit { file, change }];
-            all.push(Hypothesis::of("input:labels", (file, &there), description, edits));
-        }
-    }
-    all
+    let of_pair = |(one, other): (usize, usize)| {
+        let order = Order::Exchanged([one..one + 1, other..other + 1]);
+        let (one, other) = (table.line(one.min(other)), table.line(one.max(other)));
+        let description = format!(
+            "the values of {} in lines {one} and {other} of {file} are exchanged (swapped \
+             labels): exchange them",
+            listed(&there)
+        );
+        let change = Change::Rows { columns: owned(&there), order };
+        let edits = vec![Edit { file, change }];
+        Hypothesis::of("input:labels", (file, &there), description, edits)
+    };
+    pairs.map(of_pair).collect()
 }
 
 fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {

@@ -6,6 +6,7 @@ use super::hypothesis::Proof;
 use super::misfit::Misfit;
 use super::search::{Found, Plain, Trials, is_evident};
 use crate::Case;
+use crate::count::count;
 use crate::settled::{Settled, settled};
 
 /// Physics loses to a mistake that is like it in size only where it leaves this much more.
@@ -13,6 +14,11 @@ const PHYSICS_LEAVES: f64 = 1.5;
 /// It loses to a mistake that it imitates, where it leaves as much: the mistake has no free
 /// parameter.
 const PHYSICS_IMITATES: f64 = 0.9;
+/// An amplitude that was looked for among dozens takes so much of χ² with it, of noise alone; of few
+/// readings that is more than the tenth above, and never a sign that physics says more.
+const TAKEN_BY_CHANCE: f64 = 10.0;
+/// Share of the misfit below which physics leaves less, however few readings there are.
+const LEAST_IMITATED: f64 = 0.7;
 /// Only where the misfit is so many standard uncertainties of an amplitude: a sound amplitude
 /// equals one that a list of some ten mistakes has, within two uncertainties, once in eight.
 const IMITATION: f64 = 300.0;
@@ -20,7 +26,9 @@ const IMITATION: f64 = 300.0;
 /// the number itself, a ball off by its radius or a head by its weight, is hardly ever sound.
 const IMITATION_OF_SETTING: f64 = 60.0;
 /// Mistakes that may be as small as physics.
-const MILD: [&str; 4] = ["input:clock", "input:row-shift", "input:labels", "input:saturation"];
+const MILD: [&str; 5] =
+    ["input:clock", "input:row-shift", LABELS, "input:saturation", "input:stuck"];
+const LABELS: &str = "input:labels";
 /// Share of a misfit that physics leaves at most where it explains it.
 const EXPLAINED: f64 = 0.5;
 /// Mistakes closed with physics beside them, at most: each closes a loop.
@@ -41,7 +49,7 @@ impl Physics {
     }
 
     /// Mistakes that may be there beside physics.
-    pub(super) fn helping(trials: &Trials, plain: &Plain<'_>) -> Vec<Found> {
+    pub(super) fn helping(trials: &Trials, plain: &Plain) -> Vec<Found> {
         trials.helping(plain, HELPS, MOST_CLOSED)
     }
 
@@ -59,6 +67,17 @@ impl Physics {
 
     fn steps(&self) -> usize {
         self.closure().map_or(0, |closure| closure.steps.len())
+    }
+
+    fn amplitudes(&self) -> usize {
+        self.closure().map_or(0, |c| c.steps.iter().map(|step| step.parameters.len()).sum())
+    }
+
+    /// Share of what is left with a mistake mended that this must leave to be no better.
+    fn imitates(&self, after_it: &Self, dof: usize) -> f64 {
+        let more = self.amplitudes().saturating_sub(after_it.amplitudes());
+        let by_chance = TAKEN_BY_CHANCE * count(more) / count(dof.max(1));
+        (1.0 - by_chance).max(0.0).sqrt().clamp(LEAST_IMITATED, PHYSICS_IMITATES)
     }
 
     fn is_explained(&self) -> bool {
@@ -86,7 +105,14 @@ impl Physics {
         let is_simpler = found.named.is_of_settings() && after_it.steps() < self.steps();
         let least = if is_simpler { IMITATION_OF_SETTING } else { IMITATION };
         let is_exact = found.after.is_some_and(|after| before.significance(&after) >= least);
-        left >= PHYSICS_LEAVES * mended || !is_mild && is_exact && left >= PHYSICS_IMITATES * mended
+        // Two readings that are each other's: physics needs a bad reading for either.
+        let is_fewer = found.named.effect == LABELS && after_it.steps() + 2 <= self.steps();
+        let is_of_both =
+            found.after.is_some_and(|after| before.significance(&after) >= IMITATION_OF_SETTING);
+        let dof = found.after.map_or(0, |after| after.dof);
+        left >= PHYSICS_LEAVES * mended
+            || left >= self.imitates(&after_it, dof) * mended
+                && (!is_mild && is_exact || is_fewer && is_of_both)
     }
 
     /// The mistake beside which physics explains what it does not explain alone, or explains with
@@ -95,7 +121,7 @@ impl Physics {
         &self,
         case: &Case,
         helping: Vec<Found>,
-        plain: &Plain<'_>,
+        plain: &Plain,
     ) -> Option<(Found, Self)> {
         let left = self.left()?;
         let mut best: Option<(Found, Self, f64)> = None;
@@ -108,7 +134,8 @@ impl Physics {
             let Some(leaves) = closed.left().filter(|_| closed.is_explained()) else { continue };
             let dof = found.after.map_or(0, |after| after.dof);
             let is_better = left >= PHYSICS_LEAVES * leaves && is_evident(dof, left / leaves);
-            let is_simpler = closed.steps() < self.steps() && left >= PHYSICS_IMITATES * leaves;
+            let imitates = self.imitates(&closed, dof);
+            let is_simpler = closed.steps() < self.steps() && left >= imitates * leaves;
             let is_exact =
                 found.after.is_some_and(|after| plain.misfit.significance(&after) >= IMITATION);
             let is_mild = MILD.contains(&found.named.effect);

@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::{Misfit, TIE};
+use super::setting::scaled_setting;
 use super::thinned::Thinned;
 use super::yardstick::Yardstick;
 use crate::kind::Files;
-use crate::measured::Fitted;
 
 /// Refits at most: the longest list of a kind is half as long.
 const MOST_TRIALS: usize = 1000;
@@ -27,15 +27,24 @@ const MANY: usize = 15;
 /// others, where the whole is within the noise: that they clip needs no fit to be seen, only that it
 /// matters.
 const WORSE: f64 = 2.0;
+/// A change must leave one in so many degrees of freedom: a stretch that the fit has not chosen may be
+/// larger than rows that it has.
+const LEAST_LEFT: usize = 2;
+const LEAST_OF_A_STRETCH: usize = 4;
+/// χ² per degree of freedom below which the declared noise is a hundred times what is left: then it is
+/// in another unit, or the readings are.
+const NO_NOISE: f64 = 1e-4;
+/// Noise that may be given in µm.
+const NOISES_MM: [&str; 5] =
+    ["point_mm", "deviation_mm", "displacement_mm", "range_mm", "distance_mm"];
 
 /// A hypothesis with the misfit that it leaves, where it can be fitted.
 type Tried = (Hypothesis, Option<Misfit>);
 
 /// What is known of the case as it stands.
-pub(super) struct Plain<'c> {
+pub(super) struct Plain {
     pub(super) misfit: Misfit,
     pub(super) yardstick: Yardstick,
-    pub(super) fitted: &'c Fitted,
 }
 
 /// A mistake that the data bear out.
@@ -65,7 +74,7 @@ impl Found {
     }
 }
 
-impl Plain<'_> {
+impl Plain {
     /// Whether there is any misfit to explain.
     pub(super) fn is_suspicious(&self) -> bool {
         let Misfit { share, chi2_per_dof, dof, .. } = self.misfit;
@@ -74,6 +83,12 @@ impl Plain<'_> {
         let noise = 1.1 + 6.0 * (2.0 / dof.max(1) as f64).sqrt();
         share > QUIET * self.yardstick.gross && chi2_per_dof.is_none_or(|chi2| chi2 > noise)
             || share > self.yardstick.gross
+    }
+
+    /// Whether hardly anything is left of the noise that was declared.
+    pub(super) fn is_too_good(&self) -> bool {
+        let Misfit { chi2_per_dof, dof, .. } = self.misfit;
+        dof >= MANY && chi2_per_dof.is_some_and(|chi2| chi2 > 0.0 && chi2 < NO_NOISE)
     }
 }
 
@@ -86,17 +101,25 @@ pub(super) struct Trials {
 
 impl Trials {
     /// Of a long record on some of its samples: what is named is to be tried on all of them.
-    pub(super) fn of(files: &Files, plain: Option<&Plain<'_>>) -> Self {
-        let list = (files.kind.mistakes)(files, plain.map(|plain| plain.fitted));
+    pub(super) fn of(files: &Files, list: Vec<Hypothesis>, plain: Option<&Plain>) -> Self {
         let thinned = Thinned::of(files, plain.map(|plain| &plain.misfit));
         Self::of_those(files, list, thinned.as_ref())
     }
 
-    /// Only of what the data show themselves.
-    pub(super) fn shown(files: &Files, fitted: &Fitted) -> Self {
-        let mut list = (files.kind.mistakes)(files, Some(fitted));
-        list.retain(|hypothesis| hypothesis.proof == Proof::Data);
-        Self::of_those(files, list, None)
+    /// Only of what has that proof.
+    pub(super) fn proved(files: &Files, list: &[Hypothesis], proof: Proof) -> Self {
+        let those = list.iter().filter(|h| h.proof == proof).cloned();
+        Self::of_those(files, those.collect(), None)
+    }
+
+    /// Only of units, with that of the declared noise.
+    pub(super) fn of_units(files: &Files, mut list: Vec<Hypothesis>) -> Self {
+        list.retain(|hypothesis| hypothesis.effect == "input:unit");
+        let of_noise = NOISES_MM.into_iter().filter_map(|key| {
+            let what = "in another unit, µm instead of mm, as what is left is a thousandth of it";
+            scaled_setting(&files.document, &["noise", key], "input:unit", what, 1e-3)
+        });
+        Self::of_those(files, of_noise.chain(list).collect(), None)
     }
 
     fn of_those(files: &Files, mut list: Vec<Hypothesis>, thinned: Option<&Thinned>) -> Self {
@@ -124,12 +147,15 @@ impl Trials {
     }
 
     /// The mistake that explains the whole misfit, if one does.
-    pub(super) fn explaining(&self, plain: &Plain<'_>) -> Option<Found> {
+    pub(super) fn explaining(&self, plain: &Plain) -> Option<Found> {
         let is_gross = plain.misfit.share >= plain.yardstick.gross;
         let gain = |m: &Misfit| plain.misfit.gain(m);
         // Few rows fit anything.
         let dof = self.dof.unwrap_or(plain.misfit.dof);
-        let is_left = |h: &Hypothesis, m: &Misfit| h.proof == Proof::Data || 2 * m.dof >= dof;
+        let is_left = |h: &Hypothesis, m: &Misfit| {
+            let least = if h.is_of_a_stretch() { LEAST_OF_A_STRETCH } else { LEAST_LEFT };
+            h.proof == Proof::Data || m.dof >= dof.div_ceil(least)
+        };
         let gross = |h: &Hypothesis, m: &Misfit| is_left(h, m) && gain(m) >= GROSS_GAIN;
         if is_gross && let Some(found) = best(self.pick(gross), false) {
             return Some(found);
@@ -153,16 +179,27 @@ impl Trials {
     }
 
     /// The mistake whose readings fit worse than the others of a case that fits.
-    pub(super) fn missing(&self, plain: &Plain<'_>) -> Option<Found> {
+    pub(super) fn missing(&self, plain: &Plain) -> Option<Found> {
         let is_worse = |_: &Hypothesis, without: &Misfit| {
             plain.misfit.by_what_is_left_out(without).is_some_and(|sigmas| sigmas >= WORSE)
         };
         best(self.pick(is_worse), false)
     }
 
+    /// The first mistake with whose change the case can be fitted.
+    pub(super) fn first(self) -> Option<Found> {
+        let (named, after) = self.all.into_iter().find(|(_, misfit)| misfit.is_some())?;
+        Some(Found { named, after, rivals: Vec::new(), is_subtle: false })
+    }
+
+    /// The mistake that brings a case up to its declared noise.
+    pub(super) fn to_noise(&self) -> Option<Found> {
+        best(self.pick(|_, m| m.is_noise()), false)
+    }
+
     /// The mistakes that take at least this factor off the misfit and leave something to physics,
     /// the best first.
-    pub(super) fn helping(&self, plain: &Plain<'_>, least: f64, most: usize) -> Vec<Found> {
+    pub(super) fn helping(&self, plain: &Plain, least: f64, most: usize) -> Vec<Found> {
         let gain = |m: &Misfit| plain.misfit.gain(m);
         let mut all =
             self.pick(|_, m| !m.is_noise() && gain(m) >= least && is_evident(m.dof, gain(m)));

@@ -51,12 +51,11 @@ impl Thinned {
             Change::Keep { rows } => Some(rows),
             _ => None,
         });
-        match kept.last() {
-            Some(rows) => rows.retain(|row| self.rows.binary_search(row).is_ok()),
-            None => {
-                let change = Change::Keep { rows: self.rows.clone() };
-                thinned.push(Edit { file: self.file, change });
-            }
+        if let Some(rows) = kept.last() {
+            rows.retain(|row| self.rows.binary_search(row).is_ok());
+        } else {
+            let change = Change::Keep { rows: self.rows.clone() };
+            thinned.push(Edit { file: self.file, change });
         }
         thinned
     }

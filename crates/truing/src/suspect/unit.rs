@@ -99,6 +99,33 @@ pub(crate) fn units(
     sets.iter().flat_map(of_set).collect()
 }
 
+/// All lengths of some tables in metres: nothing but the declared noise then says so.
+pub(crate) fn all_in_metres(tables: &[(&'static str, Option<&Table>, &[&str])]) -> Vec<Hypothesis> {
+    const MM_PER_M: f64 = 1e3;
+    let there: Vec<(&'static str, Vec<&str>)> = (tables.iter())
+        .filter_map(|(file, table, columns)| Some((*file, (*table)?, columns)))
+        .map(|(file, table, columns)| {
+            let there = columns.iter().copied().filter(|c| table.column(c).is_some());
+            (file, there.collect::<Vec<&str>>())
+        })
+        .filter(|(_, columns)| !columns.is_empty())
+        .collect();
+    let Some((first, columns)) = there.first() else { return Vec::new() };
+    let named: Vec<String> =
+        there.iter().map(|(file, columns)| format!("{} of {file}", listed(columns))).collect();
+    let description = format!(
+        "{} are in another unit than their names say, metres instead of mm: multiply by {}",
+        named.join(" and "),
+        shown(MM_PER_M)
+    );
+    let edit = |(file, columns): &(&'static str, Vec<&str>)| {
+        let change = Change::Scale { columns: owned(columns), factor: MM_PER_M };
+        Edit { file, change }
+    };
+    let edits = there.iter().map(edit).collect();
+    vec![Hypothesis::of("input:unit", (first, columns), description, edits)]
+}
+
 /// A factor with as many digits as it takes.
 fn shown(factor: f64) -> String {
     let short = format!("{factor:.6}");

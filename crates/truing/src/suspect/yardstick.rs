@@ -9,6 +9,9 @@ pub(crate) struct Yardstick {
     pub(crate) gross: f64,
     /// Misfit over spread beyond which the tables do not belong together, whatever is wrong.
     pub(crate) unmatched: f64,
+    /// The same even where physics takes it away: a model with an error of its own at every target
+    /// fits anything.
+    pub(crate) beyond_physics: f64,
 }
 
 impl Yardstick {
@@ -18,6 +21,7 @@ impl Yardstick {
         taken_up: 0.0,
         gross: f64::INFINITY,
         unmatched: f64::INFINITY,
+        beyond_physics: f64::INFINITY,
     };
 }
 

@@ -267,8 +267,8 @@ fn poses() -> String {
     (0..14).map(pose).collect()
 }
 
-#[test]
-fn positions_in_another_unit_are_no_pitch_error() {
+/// A sound axis, six rounds of eight targets.
+fn axis() -> Case {
     let row = |i: i32| {
         let at = f64::from(i % 8) * 50.0 + 3.0;
         let noise = 0.001 * (12.9898 * f64::from(i)).sin();
@@ -276,15 +276,163 @@ fn positions_in_another_unit_are_no_pitch_error() {
     };
     let table: String = (0..48).map(row).collect();
     let table = format!("target_mm,actual_mm,direction,cycle\n{table}");
-    let case = Case::new(&[
+    Case::new(&[
         ("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.001\n"),
         ("positions.csv", &table),
-    ]);
+    ])
+}
+
+#[test]
+fn positions_in_another_unit_are_no_pitch_error() {
+    let case = axis();
     assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
     scale(&case, "positions.csv", &["actual_mm"], 1.0 / 25.4);
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:unit");
     assert_eq!(step["subject"], "positions.csv: actual_mm");
+}
+
+#[test]
+fn a_table_in_metres_shows_by_its_noise_alone() {
+    let case = axis();
+    scale(&case, "positions.csv", &["target_mm", "actual_mm"], 1e-3);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    let said = format!("{} {}", step["description"], step["indistinguishable_from"]);
+    assert!(said.contains("metres") && said.contains("deviation_mm"), "{said}");
+    assert!(said.contains("µm"), "{said}");
+    let rms = answer["before"]["train_rms"].as_f64().unwrap();
+    assert!(rms < 1e-5, "{rms}");
+}
+
+/// A survey's noise in µm is the same mistake; one that is only ten times too large is none.
+#[test]
+fn noise_in_another_unit_is_told_from_careful_noise() {
+    let case = survey();
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let declared = |value: &str| {
+        let line = |line: &str| match line.strip_prefix("point_mm = ") {
+            Some(_) => format!("point_mm = {value}\n"),
+            None => format!("{line}\n"),
+        };
+        case.write("case.toml", text.lines().map(line).collect::<String>());
+    };
+    declared("5.0");
+    assert_eq!(first(&case).0["subject"], "case.toml: [noise] point_mm");
+    declared("0.05");
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+}
+
+/// An error of its own at every target would explain it.
+#[test]
+fn targets_of_another_axis_are_no_pitch_error() {
+    let case = axis();
+    change(&case, "positions.csv", &["target_mm"], |n, old| {
+        vec![format!("{}", 0.7 * old[n][0].parse::<f64>().unwrap() + 11.0)]
+    });
+    assert_eq!(first(&case).0["effect"], "input:unmatched");
+}
+
+/// The fit is as good as before: only what is handed back has the other sign.
+#[test]
+fn targets_under_the_name_of_positions_are_told_by_coming_again() {
+    let case = axis();
+    change(&case, "positions.csv", &["target_mm", "actual_mm"], |n, old| {
+        vec![old[n][1].clone(), old[n][0].clone()]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    let rms = |of: &Value| of["train_rms"].as_f64().unwrap();
+    assert!((rms(&answer["before"]) - rms(&answer["after"])).abs() < 1e-9);
+}
+
+#[test]
+fn directions_that_all_contradict_the_way_are_turned() {
+    let row = |i: i32| {
+        let round = i % 16;
+        let (at, way) = if round < 8 { (round, "-1") } else { (15 - round, "+1") };
+        let at = 50.0 * f64::from(at);
+        format!("{at},{:.6},{way}\n", at + 0.001 * (12.9898 * f64::from(i)).sin())
+    };
+    let table = (0..48).map(row).collect::<String>();
+    let table = format!("target_mm,actual_mm,direction\n{table}");
+    let settings = "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.001\n";
+    let case = Case::new(&[("case.toml", settings), ("positions.csv", &table)]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:sign");
+    assert_eq!(step["subject"], "positions.csv: direction");
+    // One that agrees, and the column may mean another thing.
+    case.write("positions.csv", table.replacen("-1\n", "+1\n", 2));
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn readings_of_a_short_table_that_stand_still_are_stuck() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm"], |n, old| old[n.min(30)].clone());
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm"], |n, old| old[n.min(12)].clone());
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    assert_eq!(step["subject"], "pairs.csv: to_x_mm");
+}
+
+/// Two bad readings explain it as well, but need a number each.
+#[test]
+fn heights_of_two_points_are_each_others_and_not_two_bad_ones() {
+    let case = fixture("pose-icp/nothing-white", &["case.toml", "points.csv", "edge.csv"]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    change(&case, "points.csv", &["z_mm"], |n, old| {
+        old[[9, 1, 2, 3, 4, 5, 6, 7, 8, 0].get(n).copied().unwrap_or(n)].clone()
+    });
+    assert_eq!(first(&case).0["effect"], "input:labels");
+}
+
+/// A touch that lies far off is refused, and the refusal looks for the one that it was mistaken for.
+#[test]
+fn a_touch_with_the_height_of_another_is_refused_with_both_lines() {
+    let case = fixture("probe-comp/lobing", &["case.toml", "touches.csv"]);
+    let text = std::fs::read_to_string(case.file("touches.csv")).unwrap();
+    let heights: Vec<f64> = text
+        .lines()
+        .filter(|line| line.starts_with('T'))
+        .map(|line| line.split(',').nth(3).unwrap().parse().unwrap())
+        .collect();
+    let at = |best: fn(f64, f64) -> bool| {
+        (0..heights.len()).reduce(|a, b| if best(heights[b], heights[a]) { b } else { a }).unwrap()
+    };
+    let (low, high) = (at(|b, a| b < a), at(|b, a| b > a));
+    change(&case, "touches.csv", &["z_mm"], |n, old| {
+        let from = if n == low {
+            high
+        } else if n == high {
+            low
+        } else {
+            n
+        };
+        old[from].clone()
+    });
+    let message = case.message("loop", 2);
+    let lines = format!("in lines {} and {}", low.min(high) + 2, low.max(high) + 2);
+    assert!(message.contains("are exchanged") && message.contains(&lines), "{message}");
+}
+
+#[test]
+fn references_of_two_strokes_are_exchanged_back() {
+    let case = fixture("force-impedance/path-nothing", &["case.toml", "path.csv"]);
+    let text = std::fs::read_to_string(case.file("path.csv")).unwrap();
+    let n = text.lines().filter(|line| line.starts_with("stroke 1,")).count();
+    change(&case, "path.csv", &["reference_n"], |row, old| {
+        let from = match row / n {
+            0 => row + n,
+            1 => row - n,
+            _ => row,
+        };
+        old[from].clone()
+    });
+    assert_eq!(first(&case).0["effect"], "input:labels");
 }
 
 #[test]

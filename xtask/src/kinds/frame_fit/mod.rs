@@ -6,3 +6,4 @@ pub(crate) mod frame_scenes;
 #[cfg(test)]
 pub(crate) mod handback;
 pub(crate) mod survey;
+pub(crate) mod tip_poses;

@@ -6,9 +6,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::generators::noise::gaussian;
-use crate::generators::vector::{add, cross, norm, rotate, scale};
+#[cfg(test)]
+use crate::generators::vector::add;
+use crate::generators::vector::{cross, norm, rotate, scale};
 
 /// Ids with subjects.
+#[cfg(test)]
 pub(crate) const EFFECTS: &[&str] = &[
     "bias-drift [force]",
     "bias-drift [moment]",
@@ -29,13 +32,17 @@ const CENTER_MM: [f64; 3] = [4.0, -3.0, 60.0];
 const BIAS: [[f64; 3]; 2] = [[1.0, 2.0, 3.0], [10.0, 20.0, -5.0]];
 /// Noise of a force, N, and of a moment, N·mm.
 const NOISE: [f64; 2] = [0.01, 0.5];
-const POSES: usize = 30;
+const POSES: u8 = 30;
+/// Of the scenes.
+#[cfg(test)]
+const SEED: u64 = 31;
 
 /// What a sensor reads of a force and its moment, at a share of the series and a temperature above
 /// 20 °C.
 type Reads = fn([[f64; 3]; 2], f64, f64) -> [[f64; 3]; 2];
 
 struct Scene {
+    #[cfg(test)]
     name: &'static str,
     reads: Reads,
     /// Rotation of gravity against the base, and of the sensor against its flange, rad.
@@ -44,10 +51,17 @@ struct Scene {
     warm: bool,
 }
 
-const SOUND: Scene =
-    Scene { name: "", reads: |load, _, _| load, tilt: [0.0; 3], mount: [0.0; 3], warm: false };
+const SOUND: Scene = Scene {
+    #[cfg(test)]
+    name: "",
+    reads: |load, _, _| load,
+    tilt: [0.0; 3],
+    mount: [0.0; 3],
+    warm: false,
+};
 
 /// Cases by name.
+#[cfg(test)]
 pub(crate) fn scenes() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
     let all = [
         Scene {
@@ -105,7 +119,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
             ..SOUND
         },
     ];
-    all.iter().map(|scene| (scene.name, files(scene))).collect()
+    all.iter().map(|scene| (scene.name, files(scene, SEED))).collect()
 }
 
 /// Rotation by a vector.
@@ -114,8 +128,13 @@ pub(crate) fn turned(by: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     if angle > 0.0 { rotate(scale(1.0 / angle, by), angle, v) } else { v }
 }
 
-fn files(scene: &Scene) -> Vec<(&'static str, String)> {
-    let mut rng = ChaCha8Rng::seed_from_u64(31);
+/// Files of a case with a sound sensor.
+pub(crate) fn sound(seed: u64) -> Vec<(&'static str, String)> {
+    files(&SOUND, seed)
+}
+
+fn files(scene: &Scene, seed: u64) -> Vec<(&'static str, String)> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut text = "pose,qw,qx,qy,qz,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm".to_owned();
     text.push_str(if scene.warm { ",body_c\n" } else { "\n" });
     for pose in 0..POSES {
@@ -126,7 +145,7 @@ fn files(scene: &Scene) -> Vec<(&'static str, String)> {
         let gravity = turned(scene.tilt, [0.0, 0.0, -1.0]);
         let down = turned(scale(-1.0, scene.mount), turned(scale(-1.0, by), gravity));
         let force = scale(WEIGHT_N, down);
-        let share = crate::handback::as_f64(pose) / crate::handback::as_f64(POSES - 1);
+        let share = f64::from(pose) / f64::from(POSES - 1);
         let excess_k = rng.random_range(-3.0..6.0);
         let read = (scene.reads)([force, cross(CENTER_MM, force)], share, excess_k);
         let _ = write!(text, "P{pose:02}");

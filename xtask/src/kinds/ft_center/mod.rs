@@ -1,6 +1,5 @@
 //! `ft-center`: presses and poses of a force/torque sensor, simulated from the physics, and what is asked of the loop on them.
 
-#[cfg(test)]
 pub(crate) mod gravity_scenes;
 #[cfg(test)]
 pub(crate) mod handback;

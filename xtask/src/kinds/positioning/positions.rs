@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::generators::noise::gaussian;
@@ -65,4 +65,58 @@ pub(crate) fn tables(run: &Positions) -> Vec<(&'static str, String)> {
     }
     let case = format!("kind = \"ft-center\"\n\n[loop]\ngroup = \"{}\"\n", run.group);
     vec![("case.toml", case), ("displacements.csv", text)]
+}
+
+/// The same axis as a case by ISO 230-2.
+pub(crate) fn iso_tables(run: &Positions) -> Vec<(&'static str, String)> {
+    let noise = format!("deviation_mm = {}", run.noise_mm);
+    by_iso(run, ["target_mm", "actual_mm"], (OTHER_PITCHES_MM, run.noise_mm), &noise)
+}
+
+/// A rotary axis as a case by ISO 230-2.
+pub(crate) fn rotary_tables(run: &Positions) -> Vec<(&'static str, String)> {
+    let noise = format!("deviation_arcsec = {NOISE_ARCSEC}");
+    let noise_deg = NOISE_ARCSEC / 3600.0;
+    by_iso(run, ["target_deg", "actual_deg"], (OTHER_PITCHES_DEG, noise_deg), &noise)
+}
+
+/// Seeds of one day.
+const SEEDS_A_DAY: u64 = 500_000;
+/// Distances of targets, by the day.
+const OTHER_PITCHES_MM: [f64; 4] = [40.0, 25.0, 60.0, 50.0];
+const OTHER_PITCHES_DEG: [f64; 4] = [40.0, 30.0, 15.0, 20.0];
+/// Standard deviation of a reading of a rotary axis.
+const NOISE_ARCSEC: f64 = 1.0;
+
+fn by_iso(
+    run: &Positions,
+    [target, actual]: [&str; 2],
+    (pitches, noise): ([f64; 4], f64),
+    declared: &str,
+) -> Vec<(&'static str, String)> {
+    let mut rng = ChaCha8Rng::seed_from_u64(run.seed);
+    // Another day has other targets.
+    let pitch =
+        pitches[usize::try_from(run.seed / SEEDS_A_DAY).unwrap_or_default() % pitches.len()];
+    let count = |n: usize| f64::from(u32::try_from(n).expect("a few targets"));
+    // Not at whole turns of the screw, as the standard asks.
+    let targets: Vec<f64> = (0..run.n_targets)
+        .map(|n| {
+            ((pitch * count(n) + 0.15 * pitch * rng.random_range(0.0..1.0)) * 1e3).round() / 1e3
+        })
+        .collect();
+    let mut text = format!("{target},{actual},direction,cycle\n");
+    for cycle in 1..=run.n_cycles {
+        for (targets, way) in
+            [(targets.clone(), "+1"), (targets.iter().rev().copied().collect(), "-1")]
+        {
+            for at in targets {
+                // A string takes every character.
+                let _ =
+                    writeln!(text, "{at:.3},{:.6},{way},{cycle}", at + noise * gaussian(&mut rng));
+            }
+        }
+    }
+    let case = format!("kind = \"positioning\"\n\n[noise]\n{declared}\n");
+    vec![("case.toml", case), ("positions.csv", text)]
 }

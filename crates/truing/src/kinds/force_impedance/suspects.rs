@@ -111,6 +111,7 @@ fn path(files: &Files) -> Vec<Hypothesis> {
     all.extend(signs(PATH, table, &[REFERENCE]));
     all.extend(exchanges(PATH, table, &["path_mm", "force_n", REFERENCE]));
     all.extend(rows_shifted(PATH, table, &[REFERENCE], Some("run")));
+    all.extend(exchanged_blocks(PATH, table, &[REFERENCE], "run", MOST_SEGMENTS));
     all
 }
 
@@ -125,7 +126,13 @@ pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
     let Some(reference) = reference else {
         let lengths = samples.iter().flat_map(|s| s.lengths_mm);
         let (spread, gross) = (rms(lengths), GROSS_LENGTH);
-        return Yardstick { spread, taken_up: 0.0, gross, unmatched: f64::INFINITY };
+        return Yardstick {
+            spread,
+            taken_up: 0.0,
+            gross,
+            unmatched: f64::INFINITY,
+            ..Yardstick::NONE
+        };
     };
     // A reference that is too large by its unit makes the force look small beside it.
     let cells = rms(samples.iter().map(|s| s.cells_n[3]));
@@ -133,11 +140,11 @@ pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
     let points: Vec<[f64; 1]> = reference.iter().map(|read| [*read]).collect();
     let variation = spread_of(points.iter().map(<[f64; 1]>::as_slice));
     let unmatched = (TOLD_NOTHING * variation / spread).clamp(GROSS, UNMATCHED);
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched }
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched, ..Yardstick::NONE }
 }
 
 pub(super) fn path_yardstick(samples: &[PathSample]) -> Yardstick {
     let reference = rms(samples.iter().map(|s| s.reference_n));
     let spread = reference.max(rms(samples.iter().map(|s| s.force_n)));
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
 }

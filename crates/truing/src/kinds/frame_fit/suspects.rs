@@ -10,8 +10,9 @@ use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, other_setting,
-    rows_shifted, signs, spread_of, swapped_names, units,
+    Dimension, Hypothesis, Yardstick, all_in_metres, cycles, exchanged_rows, exchanges, farthest,
+    other_setting, rows_left_out, rows_shifted, signs, spread_of, standing_still, swapped_names,
+    units,
 };
 
 /// The two sides of the table.
@@ -46,6 +47,11 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for side in TO_AND_FROM {
         all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
     }
+    all.extend(all_in_metres(&[(PAIRS, Some(table), &[FROM, TO].concat())]));
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(PAIRS, rows)];
+    for side in TO_AND_FROM {
+        all.extend(standing_still(PAIRS, Some(table), &side, without));
+    }
     all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
     for side in TO_AND_FROM {
         all.extend(exchanges(PAIRS, Some(table), &side));
@@ -71,10 +77,13 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let table = Some(&table);
     let mut all: Vec<Hypothesis> = relabelled.into_iter().collect();
     all.extend(units(POSES, table, &POSITION, Dimension::Length));
-    if files.folder.has(DISTANCES) {
-        let known = files.folder.table(DISTANCES, &["from", "to", "distance_mm"]).ok();
-        all.extend(units(DISTANCES, known.as_ref(), &["distance_mm"], Dimension::Length));
-    }
+    let known = (files.folder.has(DISTANCES))
+        .then(|| files.folder.table(DISTANCES, &["from", "to", "distance_mm"]).ok());
+    let known = known.flatten();
+    all.extend(units(DISTANCES, known.as_ref(), &["distance_mm"], Dimension::Length));
+    let lengths: [(_, _, &[&str]); 2] =
+        [(POSES, table, &POSITION), (DISTANCES, known.as_ref(), &["distance_mm"])];
+    all.extend(all_in_metres(&lengths));
     all.extend(signs(POSES, table, &POSITION));
     all.extend(exchanges(POSES, table, &POSITION));
     all.extend(cycles(POSES, table, POSITION));
@@ -96,7 +105,7 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
 
 pub(super) fn pose_yardstick(poses: &[TipPose]) -> Yardstick {
     let spread = spread_of(poses.iter().map(|p| p.position_mm.as_slice()));
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
 }
 
 /// The frames mirrored against what is declared.
@@ -170,6 +179,7 @@ pub(super) fn yardstick(
         taken_up: if is_distorted(fitted) { spread } else { 0.0 },
         gross: GROSS,
         unmatched: if is_claimed { f64::INFINITY } else { UNMATCHED },
+        ..Yardstick::NONE
     }
 }
 

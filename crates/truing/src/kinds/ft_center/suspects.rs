@@ -9,8 +9,9 @@ use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, channels, cycles, exchanged_rows, exchanges, farthest,
-    lengths, other_setting, rows_left_out, rows_shifted, scaled_setting, signs, spread_of, units,
+    Dimension, Hypothesis, Yardstick, channels, cycles, exchanged_rows, exchanged_targets,
+    exchanges, farthest, lengths, other_setting, rows_left_out, rows_shifted, scaled_setting,
+    signs, spread_of, standing_still, units,
 };
 
 const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
@@ -107,6 +108,9 @@ fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for column in TRAVEL {
         all.extend(units(DISPLACEMENTS, table, &[column], Dimension::Length));
     }
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(DISPLACEMENTS, rows)];
+    all.extend(exchanged_targets(DISPLACEMENTS, table, [TRAVEL[1], TRAVEL[0]]));
+    all.extend(standing_still(DISPLACEMENTS, table, &TRAVEL[..1], without));
     all.extend(signs(DISPLACEMENTS, table, &TRAVEL[..1]));
     all.extend(rows_shifted(DISPLACEMENTS, table, &TRAVEL[..1], None));
     if let Some(fitted) = fitted {
@@ -123,6 +127,8 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     all.extend(units(GRAVITY, table, &FORCES, Dimension::Force));
     all.extend(units(GRAVITY, table, &MOMENTS, Dimension::Moment));
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(GRAVITY, rows)];
+    all.extend(standing_still(GRAVITY, table, &wrench, without));
     all.extend(of_wrench(GRAVITY, table));
     all.extend(scalar_last(GRAVITY));
     all.extend(signs(GRAVITY, table, &QUATERNION[1..]));
@@ -161,7 +167,7 @@ pub(super) fn press_yardstick(presses: &[Press]) -> Yardstick {
         .map(|p| [p.machine_mm.x, p.machine_mm.y])
         .collect();
     let spread = spread_of(places.iter().map(<[f64; 2]>::as_slice));
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
 }
 
 pub(super) fn displacement_yardstick(rows: &[Displacement]) -> Yardstick {
@@ -170,7 +176,13 @@ pub(super) fn displacement_yardstick(rows: &[Displacement]) -> Yardstick {
         spread_of(points.iter().map(<[f64; 1]>::as_slice))
     };
     let spread = side(|row| row.commanded_mm).max(side(|row| row.solved_mm));
-    Yardstick { spread, taken_up: 0.0, gross: GROSS_TRAVEL, unmatched: UNMATCHED }
+    Yardstick {
+        spread,
+        taken_up: 0.0,
+        gross: GROSS_TRAVEL,
+        unmatched: UNMATCHED,
+        ..Yardstick::NONE
+    }
 }
 
 pub(super) fn gravity_yardstick(poses: &[StaticPose], fitted: &Fitted) -> Yardstick {
@@ -193,5 +205,5 @@ pub(super) fn gravity_yardstick(poses: &[StaticPose], fitted: &Fitted) -> Yardst
     // Beside a light tool, a zero that turns or a mount that leans may be all that is read: physics is
     // asked before the poses are said not to belong to the wrenches.
     let unmatched = UNMATCHED_WRENCH;
-    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched }
+    Yardstick { spread: forces, taken_up, gross: GROSS_WRENCH, unmatched, ..Yardstick::NONE }
 }

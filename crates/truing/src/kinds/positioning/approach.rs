@@ -43,6 +43,11 @@ pub(crate) fn approaches(columns: &mut Columns<'_>) -> Result<Vec<Option<Approac
     columns.words("direction", &WORDS, None)
 }
 
+/// What one cell of the column `direction` says.
+pub(super) fn approach_of(cell: &str) -> Option<Approach> {
+    WORDS.iter().find(|(word, _)| *word == cell).and_then(|(_, approach)| *approach)
+}
+
 /// From the target before; the first, and those that stay, as they go on.
 pub(crate) fn derived(targets: &[f64]) -> Vec<Option<Approach>> {
     let way = |from: f64, to: f64| match to.total_cmp(&from) {

@@ -23,6 +23,9 @@ use crate::suspect::{Yardstick, spread_of};
 const GROSS: f64 = 0.02;
 /// The same beyond which targets and positions have nothing to do with each other.
 const UNMATCHED: f64 = 0.4;
+/// The same beyond which an error of its own at every target, which takes all of it away, is none of an
+/// axis: 50 mm in a metre.
+const BEYOND_PHYSICS: f64 = 0.05;
 const ARCSEC_PER_DEG: f64 = 3600.0;
 
 #[derive(Clone, Debug)]
@@ -133,7 +136,13 @@ impl Measured for PositioningCase {
             AxisMotion::Rotary => ARCSEC_PER_DEG,
         };
         let spread = per_target * spread_of(targets.iter().map(<[f64; 1]>::as_slice));
-        Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+        Yardstick {
+            spread,
+            taken_up: 0.0,
+            gross: GROSS,
+            unmatched: UNMATCHED,
+            beyond_physics: BEYOND_PHYSICS,
+        }
     }
 
     fn words(&self) -> Words {

@@ -5,7 +5,7 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Yardstick, cycles, exchanged_rows, exchanges, farthest, lengths,
-    rows_shifted, scaled_setting, signs, spread_of, units,
+    rows_left_out, rows_shifted, scaled_setting, signs, spread_of, standing_still, units,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -46,6 +46,8 @@ pub(crate) fn mistakes_of_rows(
 ) -> Vec<Hypothesis> {
     let of_column = |column: &&str| rows_shifted(file, table, &[*column], None);
     let mut all: Vec<Hypothesis> = XYZ.iter().flat_map(of_column).collect();
+    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
+    all.extend(standing_still(file, table, &XYZ, without));
     if let Some(fitted) = fitted {
         all.extend(exchanged_rows(file, table, &XYZ[2..], &farthest(fitted, FARTHEST)));
     }
@@ -55,5 +57,5 @@ pub(crate) fn mistakes_of_rows(
 /// What a deviation of touches at these places is measured by.
 pub(crate) fn yardstick_of<'p>(places: impl Iterator<Item = &'p [f64]> + Clone) -> Yardstick {
     let spread = spread_of(places);
-    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED }
+    Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
 }

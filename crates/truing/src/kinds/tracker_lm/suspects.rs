@@ -3,15 +3,16 @@
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{Survey, TargetSurvey};
 
+use super::axis_error::AxisErrorEstimate;
 use super::estimates::TrackerLmEstimates;
 use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
-use crate::case::Table;
+use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, rows_shifted, signs,
-    spread_of, swapped_names, units,
+    Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, rows_left_out,
+    rows_shifted, signs, spread_of, standing_still, swapped_names, units,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -24,8 +25,13 @@ const USUAL_ERROR: f64 = 0.02;
 const USUAL_PLACE: f64 = 0.05;
 /// Names of which every pair is tried.
 const MOST_NAMES: usize = 8;
+/// Angles looked at for exchanged ones: the two where the axis errs most, and as many more as the fit
+/// may have put before them.
+const FARTHEST: usize = 5;
+/// Angles as close as this are one, as they are written.
+const SAME_ANGLE_DEG: f64 = 1e-6;
 
-pub(super) fn mistakes(files: &Files, _: Option<&Fitted>) -> Vec<Hypothesis> {
+pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let folder = &files.folder;
     let file = if folder.has(TARGETS) { TARGETS } else { RANGES };
     let read = folder.table(file, &["station", "mount", "step", "angle_deg"]).ok();
@@ -33,6 +39,9 @@ pub(super) fn mistakes(files: &Files, _: Option<&Fitted>) -> Vec<Hypothesis> {
     let mounts = folder.table(MOUNTS, &["mount", PLACE[0], PLACE[1], PLACE[2]]).ok();
     let (read, stations, mounts) = (read.as_ref(), stations.as_ref(), mounts.as_ref());
     let mut all = directions(files);
+    let without = |read: &Table, rows: &[bool]| left_out((file, read), [stations, mounts], rows);
+    let moving: &[&str] = if file == TARGETS { &PLACE } else { &["displacement_mm"] };
+    all.extend(standing_still(file, read, moving, without));
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
     all.extend(signs(file, read, &["angle_deg"]));
     if file == TARGETS {
@@ -51,7 +60,64 @@ pub(super) fn mistakes(files: &Files, _: Option<&Fitted>) -> Vec<Hypothesis> {
     for column in ["station", "mount"] {
         all.extend(swapped_names(file, read, column, MOST_NAMES));
     }
+    if let Some((read, fitted)) = read.zip(fitted) {
+        all.extend(exchanged_angles((file, read), fitted));
+    }
     all
+}
+
+/// The angles of two steps exchanged, of those at which the axis errs most.
+fn exchanged_angles((file, read): (&'static str, &Table), fitted: &Fitted) -> Vec<Hypothesis> {
+    const ANGLE: &str = "angle_deg";
+    let found = fitted.estimates.downcast_ref::<TrackerLmEstimates>();
+    let Some((found, column)) = found.zip(read.column(ANGLE)) else { return Vec::new() };
+    let square = |e: &AxisErrorEstimate| e.e_a_rad.powi(2) + e.e_b_rad.powi(2) + e.e_c_rad.powi(2);
+    let mut errors: Vec<&AxisErrorEstimate> = found.axis_errors.iter().collect();
+    errors.sort_by(|a, b| square(b).total_cmp(&square(a)));
+    let written = |angle_deg: f64| {
+        let is_it = |cell: &&str| {
+            cell.parse::<f64>().is_ok_and(|value| (value - angle_deg).abs() < SAME_ANGLE_DEG)
+        };
+        (0..read.n_rows()).map(|row| read.cell(row, column)).find(is_it)
+    };
+    let far: Vec<&str> =
+        errors.iter().take(FARTHEST).filter_map(|e| written(e.angle_deg)).collect();
+    let mut all = Vec::new();
+    for (i, one) in far.iter().enumerate() {
+        for other in &far[i + 1..] {
+            let description = format!(
+                "the labels `{one}` and `{other}` in `{ANGLE}` of {file} are exchanged (swapped): \
+                 exchange them"
+            );
+            let names = [*one, *other].map(str::to_owned);
+            let edits =
+                vec![Edit { file, change: Change::Swap { column: ANGLE.to_owned(), names } }];
+            all.push(Hypothesis::of("input:labels", (file, &[ANGLE]), description, edits));
+        }
+    }
+    all
+}
+
+/// Some readings go, and with them stations and reflectors of which none is left.
+fn left_out(
+    (file, read): (&'static str, &Table),
+    [stations, mounts]: [Option<&Table>; 2],
+    rows: &[bool],
+) -> Vec<Edit> {
+    let mut edits = vec![rows_left_out(file, rows)];
+    for (of, places, name) in [(STATIONS, stations, "station"), (MOUNTS, mounts, "mount")] {
+        let columns = places.and_then(|table| Some((table, table.column(name)?)));
+        let Some(((table, named), column)) = columns.zip(read.column(name)) else { continue };
+        let is_read = |row: usize| {
+            let is_named = |at: usize| read.cell(at, column) == table.cell(row, named);
+            (0..read.n_rows()).any(|at| !rows[at] && is_named(at))
+        };
+        let marked: Vec<bool> = (0..table.n_rows()).map(|row| !is_read(row)).collect();
+        if marked.contains(&true) {
+            edits.push(rows_left_out(of, &marked));
+        }
+    }
+    edits
 }
 
 /// Rows further down or up within the run of each reflector, and in the whole table.
@@ -146,7 +212,7 @@ fn yardstick(
     });
     let of_axis = beyond(turned(found, mounts), USUAL_ERROR);
     let taken_up = spread * of_axis.hypot(of_stations).hypot(of_mounts);
-    Yardstick { spread, taken_up, gross: GROSS, unmatched: UNMATCHED }
+    Yardstick { spread, taken_up, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
 }
 
 fn beyond(share: f64, usual: f64) -> f64 {

@@ -1,0 +1,58 @@
+//! Mistakes between two frames, and in poses of a flange.
+
+use super::{
+    EXCHANGED, FROM, INCH, LABELS, Mistake, QUATERNION, ROWS, SESSION, SIGN, STUCK, TO, UNIT, XYZ,
+    of,
+};
+use crate::blunders::tables::{
+    exchanged, of_another_session, rows_exchanged, scaled, setting_scaled, shifted, stuck,
+};
+
+pub(super) fn pairs() -> Vec<Mistake> {
+    vec![
+        of("a column in inches", UNIT, |f, _| scaled(f, ("pairs.csv", &["to_x_mm"]), INCH)),
+        of("a table in metres", UNIT, |f, _| scaled(f, ("pairs.csv", TO), 1e-3)),
+        of("two columns exchanged", EXCHANGED, |f, _| exchanged(f, ("pairs.csv", &TO[..2]))),
+        of("an axis mirrored", SIGN, |f, _| scaled(f, ("pairs.csv", &["to_y_mm"]), -1.0)),
+        of("rows shifted by one", ROWS, |f, _| shifted(f, ("pairs.csv", TO))),
+        of("two points exchanged", LABELS, |f, draw| {
+            rows_exchanged(f, ("pairs.csv", TO), draw.seed)
+        }),
+        of("a column of the other table in inches", UNIT, |f, _| {
+            scaled(f, ("pairs.csv", &["from_z_mm"]), INCH)
+        }),
+        of("the other table in µm", UNIT, |f, _| scaled(f, ("pairs.csv", FROM), 1e3)),
+        of("both tables in metres", UNIT, |f, _| {
+            scaled(f, ("pairs.csv", &[FROM, TO].concat()), 1e-3)
+        }),
+        of("noise in µm", UNIT, |f, _| setting_scaled(f, "point_mm", 1e3)),
+        of("one column shifted by one", ROWS, |f, _| shifted(f, ("pairs.csv", &TO[2..]))),
+        of("a column is stuck", STUCK, |f, _| stuck(f, ("pairs.csv", &TO[..1]), 0.5)),
+        of("a table of another session", SESSION, |f, draw| {
+            of_another_session(f, ("pairs.csv", TO), draw.other)
+        }),
+    ]
+}
+
+/// Poses of a flange.
+pub(super) fn poses() -> Vec<Mistake> {
+    const POSES: &str = "poses.csv";
+    vec![
+        of("positions in inches", UNIT, |f, _| scaled(f, (POSES, XYZ), INCH)),
+        of("z in metres", UNIT, |f, _| scaled(f, (POSES, &["z_mm"]), 1e-3)),
+        of("distances in inches", UNIT, |f, _| {
+            scaled(f, ("distances.csv", &["distance_mm"]), INCH)
+        }),
+        of("x and y exchanged", EXCHANGED, |f, _| exchanged(f, (POSES, &XYZ[..2]))),
+        of("y mirrored", SIGN, |f, _| scaled(f, (POSES, &["y_mm"]), -1.0)),
+        of("scalar part last", EXCHANGED, |f, _| exchanged(f, (POSES, QUATERNION))),
+        of("inverse orientations", SIGN, |f, _| scaled(f, (POSES, &QUATERNION[1..]), -1.0)),
+        of("positions shifted by one", ROWS, |f, _| shifted(f, (POSES, XYZ))),
+        of("places of two poses exchanged", LABELS, |f, draw| {
+            rows_exchanged(f, (POSES, &["place"]), draw.seed)
+        }),
+        of("positions of another session", SESSION, |f, draw| {
+            of_another_session(f, (POSES, XYZ), draw.other)
+        }),
+    ]
+}
