@@ -473,7 +473,7 @@ fn wrenches_of_another_session_belong_to_no_poses() {
 }
 
 /// Samples between two of a short record, so that it has more than are tried one by one.
-const BETWEEN: usize = 16;
+const BETWEEN: u32 = 16;
 
 /// Presses of a long record, as its columns are headed.
 fn long_record(header: &str) -> Case {
@@ -483,13 +483,13 @@ fn long_record(header: &str) -> Case {
     );
     let short = std::fs::read_to_string(case.file("wrench.csv")).unwrap();
     let mut long = header.to_owned() + "\n";
-    for (n, line) in short.lines().skip(1).enumerate() {
+    for (n, line) in (0..).zip(short.lines().skip(1)) {
         let cells: Vec<&str> = line.split(',').collect();
         let numbers: Vec<f64> = cells[1..].iter().map(|cell| cell.parse().unwrap()).collect();
         for k in 0..BETWEEN {
             // Noise of a last digit, so that no channel stands still.
-            let digit = 1e-4 * ((7 * n + 13 * k) % 17) as f64;
-            long += &format!("{},{:.5}", cells[0], numbers[0] + 0.00125 * k as f64);
+            let digit = 1e-4 * f64::from((7 * n + 13 * k) % 17);
+            long += &format!("{},{:.5}", cells[0], numbers[0] + 0.00125 * f64::from(k));
             long.extend(numbers[1..].iter().map(|value| format!(",{:.4}", value + digit)));
             long.push('\n');
         }
@@ -510,7 +510,7 @@ fn what_some_samples_of_a_long_record_show_is_said_of_all() {
         side("offset_x_mm").hypot(side("offset_y_mm"))
     };
     let square: f64 = presses.iter().map(|press| offset_mm(press).powi(2)).sum();
-    let rms_mm = (square / presses.len() as f64).sqrt();
+    let rms_mm = (square / f64::from(u32::try_from(presses.len()).unwrap())).sqrt();
     let after = warning.split("with that change ").nth(1).unwrap().split(" mm").next().unwrap();
     let after_mm: f64 = after.parse().unwrap();
     // It is written with five digits.
