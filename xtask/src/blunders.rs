@@ -155,12 +155,15 @@ impl Section {
                 }
                 let plain = truing.asked("loop", &files, folder)?.json;
                 let tally = Tally::of(mistake, &truing.asked("loop", &wrong, folder)?, &plain);
-                Ok(Some((is_accused(&plain), tally)))
+                Ok(Some((accusation(&plain).map(|said| format!("seed {seed}: {said}")), tally)))
             })?;
             let mut tally = Tally::default();
             for (accused, of_seed) in trials.into_iter().flatten() {
                 self.sound += 1;
-                self.accused += usize::from(accused);
+                if let Some(said) = accused {
+                    println!("        a sound {kind} case is accused, {said}");
+                    self.accused += 1;
+                }
                 tally.add(of_seed);
             }
             if tally.cases + tally.unseen > 0 {
@@ -203,8 +206,10 @@ fn is_unseen(sound: &Value, wrong: &Value) -> bool {
     (wrong / sound - 1.0).abs() < UNSEEN
 }
 
-fn is_accused(json: &Value) -> bool {
-    json["verdict"] == "input-wrong"
+/// What a case is accused of.
+fn accusation(json: &Value) -> Option<String> {
+    let step = (json["verdict"] == "input-wrong").then(|| &json["steps"][0])?;
+    Some(format!("{} {}", step["effect"], step["description"]))
 }
 
 impl Tally {

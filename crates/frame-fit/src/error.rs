@@ -91,7 +91,11 @@ pub enum FrameFitError {
         directions: Vec<FreeDirection>,
     },
     /// The iteration did not settle.
-    #[error("not converged after {iterations} iterations (cost {cost:.3e})")]
+    #[error(
+        "not converged after {iterations} iterations (cost {cost:.3e}): the coordinates contradict \
+         each other; look for a table from another session, another unit, labels or rows in another \
+         order"
+    )]
     NotConverged {
         /// Steps accepted.
         iterations: usize,

@@ -271,7 +271,8 @@ fn poses() -> String {
 fn axis() -> Case {
     let row = |i: i32| {
         let at = f64::from(i % 8) * 50.0 + 3.0;
-        let noise = 0.001 * (12.9898 * f64::from(i)).sin();
+        // Digits of a sine far behind the point: no wave along the order.
+        let noise = 0.001 * (1e5 * (12.9898 * f64::from(i)).sin()).fract();
         format!("{at},{:.7},{},{}\n", at + noise, if i / 8 % 2 == 0 { "+" } else { "-" }, i / 16)
     };
     let table: String = (0..48).map(row).collect();
