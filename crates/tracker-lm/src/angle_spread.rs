@@ -7,7 +7,7 @@ use least_squares::{BlockParts, BorderedCovariance};
 use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 
 use crate::location::AngleFit;
-use crate::spread::Readings;
+use crate::readings::Readings;
 use crate::{AxisError, TrackerError};
 
 const SIX: usize = 6;

@@ -10,8 +10,8 @@ use crate::free_points::FreePoints;
 use crate::gauge::StationChart;
 use crate::joint::{Joint, held};
 use crate::network::Network;
+use crate::readings::Readings;
 use crate::search::{covariance, settle};
-use crate::spread::Readings;
 use crate::start::Start;
 use crate::weights::Weights;
 use crate::{

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
 use crate::network::Network;
-use crate::spread::Readings;
+use crate::readings::Readings;
 use crate::start::Start;
 
 /// Free points over a network.

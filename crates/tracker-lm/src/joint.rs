@@ -17,8 +17,8 @@ use crate::curves::{Curves, LOCATION};
 use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
 use crate::network::Network;
+use crate::readings::Readings;
 use crate::shift::Shift;
-use crate::spread::Readings;
 use crate::start::Start;
 use crate::{AxisLetter, AxisModel};
 

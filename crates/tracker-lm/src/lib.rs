@@ -70,6 +70,7 @@ mod network;
 mod options;
 mod perfect;
 mod points_result;
+mod readings;
 mod search;
 mod shift;
 mod spread;

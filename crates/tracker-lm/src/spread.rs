@@ -1,15 +1,9 @@
-//! Rows of a bordered problem: which are readings, and those of the joint bundle with every column.
+//! Rows of the joint bundle with every column.
 
 use least_squares::{BlockRows, BorderedPoint, BorderedProblem};
 use nalgebra::DMatrix;
 
 use crate::joint::Joint;
-
-/// A bordered problem that says which of its rows are readings.
-pub(crate) trait Readings: BorderedProblem {
-    /// Rows of a block that are ranges: its first.
-    fn range_count(&self, block: usize) -> usize;
-}
 
 /// Whitened rows of one block.
 #[derive(Clone, Debug)]

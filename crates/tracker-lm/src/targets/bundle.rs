@@ -13,7 +13,7 @@ use crate::curves::{Curves, LOCATION, Shape};
 use crate::frame::Frame;
 use crate::gauge::{StationChart, rigid_fit};
 use crate::joint::location_name;
-use crate::spread::Readings;
+use crate::readings::Readings;
 use crate::{AxisModel, Gauge, Options, TargetOptions, TargetSurvey, TrackerError};
 
 /// Numbers of a station, and of a block.
