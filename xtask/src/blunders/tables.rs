@@ -74,25 +74,21 @@ pub(crate) fn exchanged(files: &mut Files, at: (&str, &[&str])) -> bool {
 
 /// Columns one row further down; the last row comes first.
 pub(crate) fn shifted(files: &mut Files, at: (&str, &[&str])) -> bool {
-    change(files, at, |cells, columns| {
-        let old: Vec<Vec<String>> = cells.rows.clone();
-        let n = old.len();
-        for (i, row) in cells.rows.iter_mut().enumerate() {
-            for &column in columns {
-                row[column].clone_from(&old[(i + n - 1) % n][column]);
-            }
-        }
-    })
+    rolled(files, at, |rows| rows.rotate_right(1))
 }
 
 /// Columns one row further up; the first row comes last.
 pub(crate) fn shifted_up(files: &mut Files, at: (&str, &[&str])) -> bool {
+    rolled(files, at, |rows| rows.rotate_left(1))
+}
+
+fn rolled(files: &mut Files, at: (&str, &[&str]), roll: fn(&mut [Vec<String>])) -> bool {
     change(files, at, |cells, columns| {
-        let old: Vec<Vec<String>> = cells.rows.clone();
-        let n = old.len();
-        for (i, row) in cells.rows.iter_mut().enumerate() {
+        let mut rolled = cells.rows.clone();
+        roll(&mut rolled);
+        for (row, source) in cells.rows.iter_mut().zip(&rolled) {
             for &column in columns {
-                row[column].clone_from(&old[(i + 1) % n][column]);
+                row[column].clone_from(&source[column]);
             }
         }
     })
