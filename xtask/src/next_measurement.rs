@@ -14,6 +14,7 @@ use serde_json::Value;
 
 use crate::program::{Truing, class_of};
 use crate::shell;
+use scene::Files;
 use scenes::{Situation, situations};
 
 /// How much to run.
@@ -22,14 +23,19 @@ pub(crate) struct Arguments {
     /// Runs per situation.
     #[arg(long, default_value_t = 100)]
     runs: usize,
-    /// Only situations whose crate or name contains this; writes no table.
+    /// Only situations whose crate or name contains this.
     #[arg(long)]
     only: Option<String>,
     /// A built program, in place of building one.
     #[arg(long)]
     program: Option<PathBuf>,
+    /// Runs left out at the beginning, to look at others than those that something was mended with.
+    #[arg(long, default_value_t = 0)]
+    skip: u64,
 }
 
+/// Runs of a line of the table from which on it is rewritten.
+const FOR_THE_PAGE: usize = 100;
 /// Distance between the first seeds of situations, far from those of the other benches.
 const SEEDS_APART: u64 = 10_000;
 /// The first of all.
@@ -63,41 +69,51 @@ pub(crate) struct Tally {
     pub(crate) even_twice: usize,
 }
 
-/// Runs the situations and writes the table of `docs/plan.md`.
+/// Runs the situations and writes their lines of the table of `docs/plan.md`, each as it is done.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let truing = Truing::given(arguments.program.as_deref())?;
-    let folder = shell::root().join("target/plan");
-    let mut tallies = Vec::new();
-    for (index, situation) in (0..).zip(situations()) {
+    let folder = shell::root().join("target/plan").join(std::process::id().to_string());
+    let situations = situations();
+    let all: Vec<(&str, &str)> = situations.iter().map(|s| (s.krate, s.name)).collect();
+    for (index, situation) in (0..).zip(&situations) {
         let name = format!("{} {}", situation.krate, situation.name);
         if arguments.only.as_ref().is_some_and(|part| !name.contains(part.as_str())) {
             continue;
         }
         let (krate, name) = (situation.krate, situation.name);
         let mut tally = Tally { krate, name, runs: arguments.runs, ..Tally::default() };
-        let first = FIRST_SEED + index * SEEDS_APART;
+        let first = FIRST_SEED + index * SEEDS_APART + arguments.skip;
         for seed in (first..).take(arguments.runs) {
-            one(&truing, &situation, seed, &folder.join(krate), &mut tally)?;
+            let folder = folder.join(seed.to_string());
+            let planned = tally.planned;
+            one(&truing, situation, seed, &folder, &mut tally)?;
+            // What went wrong stays to be looked at.
+            if tally.planned > planned {
+                fs::remove_dir_all(&folder)?;
+            }
         }
         table::print_line(&tally);
-        tallies.push(tally);
+        if arguments.runs >= FOR_THE_PAGE && arguments.skip == 0 {
+            table::write(&tally, &all)?;
+        }
     }
-    if arguments.only.is_none() { table::write(&tallies) } else { Ok(()) }
+    Ok(())
 }
 
 fn one(
     truing: &Truing,
     situation: &Situation,
     seed: u64,
-    case: &Path,
+    folder: &Path,
     tally: &mut Tally,
 ) -> Result<()> {
     let scene = (situation.make)(seed);
+    let case = &folder.join("before");
     let found = truing.asked("loop", scene.files(), case)?;
     if named(&found.json, situation.truth, &[]) == Named::Alone {
         // Nothing is to be planned for.
         tally.before += 1;
-        return Ok(());
+        return Ok(fs::remove_dir_all(folder)?);
     }
     let answer = case.join("answer.json");
     fs::write(&answer, found.json.to_string())?;
@@ -121,21 +137,21 @@ fn one(
     tally.reached += usize::from(plan.json["reached"] == Value::Bool(true));
     tally.measurements += list.len();
     let class = class_of_plan(&plan.json);
-    let closed = |files: &[(&'static str, String)]| -> Result<Named> {
-        let again = truing.asked("loop", files.iter().map(|(name, text)| (name, text)), case)?;
+    let closed = |files: Files, name: &str| -> Result<Named> {
+        let again = truing.asked("loop", files, &folder.join(name))?;
         let found = named(&again.json, situation.truth, &class);
         if found == Named::Otherwise {
             let named = again.json["steps"].as_array().into_iter().flatten().map(class_of);
-            println!("    {seed}: {:?}", named.collect::<Vec<_>>());
+            println!("    {seed} {name}: {:?}", named.collect::<Vec<_>>());
         }
         Ok(found)
     };
-    let with_plan = closed(&scene.with_plan(list, seed + PLANNED)?)?;
+    let with_plan = closed(scene.with_plan(list, seed + PLANNED)?, "planned")?;
     tally.planned += usize::from(with_plan != Named::Otherwise);
     tally.planned_alone += usize::from(with_plan == Named::Alone);
-    let even = |count: usize| closed(&scene.with_even(count, seed + EVEN));
-    tally.even += usize::from(even(list.len())? != Named::Otherwise);
-    tally.even_twice += usize::from(even(2 * list.len())? != Named::Otherwise);
+    let even = |count: usize, name: &str| closed(scene.with_even(count, seed + EVEN), name);
+    tally.even += usize::from(even(list.len(), "even")? != Named::Otherwise);
+    tally.even_twice += usize::from(even(2 * list.len(), "even-twice")? != Named::Otherwise);
     Ok(())
 }
 

@@ -82,6 +82,7 @@ pub use answer::closure::{
     Closure, ErrorSummary, HoldOut, NotObservable, Outcome, ParameterEstimate, Pass, Score,
     Solution, Stability, Step, Verdict,
 };
+pub use answer::foreseen::Foreseen;
 pub use answer::opened::{OpenLoop, open_loop};
 pub use error::LoopError;
 pub use model::{

@@ -263,6 +263,17 @@ impl LoopStep {
         labelled(&self.effect, self.subject.as_deref())
     }
 
+    /// Name, what was found, and its sizes.
+    pub(crate) fn in_one_line(&self) -> String {
+        let coverage = if self.parameters.is_empty() { "" } else { " (k = 2)" };
+        format!(
+            "{} — {}{}{coverage}",
+            self.label(),
+            self.in_words(),
+            several_sizes(&self.parameters)
+        )
+    }
+
     /// What was found, by its sign and with its size.
     pub(crate) fn in_words(&self) -> String {
         let amplitudes: Vec<(f64, f64, &str)> =
@@ -275,8 +286,7 @@ impl LoopStep {
 fn write_headline(f: &mut dyn fmt::Write, closed: &Closed) -> fmt::Result {
     writeln!(f, "{}: {}", closed.kind, closed.verdict)?;
     for step in &closed.steps {
-        let name = step.label();
-        writeln!(f, "  {name} — {}{} (k = 2)", step.in_words(), several_sizes(&step.parameters))?;
+        writeln!(f, "  {}", step.in_one_line())?;
         write_rivals(f, step)?;
     }
     let error = |e: &JudgedRms| with_uncertainty(e.held_out_rms, e.held_out_std, &e.unit);
@@ -285,7 +295,7 @@ fn write_headline(f: &mut dyn fmt::Write, closed: &Closed) -> fmt::Result {
 }
 
 /// Sizes of an effect with more than one, which its words do not hold.
-pub(crate) fn several_sizes(parameters: &[LoopParameter]) -> String {
+fn several_sizes(parameters: &[LoopParameter]) -> String {
     if parameters.len() < 2 { String::new() } else { format!(": {}", sizes(parameters)) }
 }
 

@@ -67,7 +67,7 @@ pub(super) fn situations() -> Vec<Situation> {
             let fault = press::Fault::LoadShift([1e-3, -5e-4]);
             let session = press::Session { fault, ..press::Session::new(seed) };
             let session = press::Session { loads_n: vec![40.0], ..session };
-            Box::new(Pressing { session, aim: "load-shift", plan: "loads_n = [20, 60]" })
+            Box::new(Pressing { session, aim: "load-shift", plan: "loads_n = [10, 80]" })
         }),
         axis("stops 8 µm apart from either side, sent from one", "reversal", |seed| {
             Box::new(AxisRun { fault: axis_run::Fault::Reversal(8e-3), seed })

@@ -8,6 +8,7 @@ pub(crate) mod confusable;
 pub(crate) mod contradiction;
 pub(crate) mod estimate;
 pub(crate) mod external_validation;
+pub(crate) mod foreseen;
 mod found_again;
 mod named_size;
 pub(crate) mod opened;

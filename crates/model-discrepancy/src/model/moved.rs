@@ -1,4 +1,4 @@
-//! A model whose readings are moved within their resolution.
+//! A model whose readings are moved.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,6 +14,11 @@ pub(crate) struct Moved<'a> {
 }
 
 impl<'a> Moved<'a> {
+    /// The residual of every row moved by its offset, in report units.
+    pub(crate) fn by(model: &'a dyn Model, offsets: DVector<f64>) -> Self {
+        Self { model, offsets }
+    }
+
     /// Every reported residual moved by at most half of [`Declared::resolution`], evenly spread,
     /// each of the `times` otherwise.
     pub(crate) fn within_resolution(model: &'a dyn Model, times: usize) -> Self {

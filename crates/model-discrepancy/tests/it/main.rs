@@ -5,6 +5,7 @@ mod classes;
 mod covariates;
 mod degenerate;
 mod exchange;
+mod foreseen;
 mod interruption;
 mod joint;
 mod judged;

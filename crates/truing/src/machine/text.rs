@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::answer::{CaseOfMachine, ClosedMachine, StepByCase};
 use crate::layout::written;
-use crate::text::{advice, several_sizes, sizes};
+use crate::text::{advice, sizes};
 use crate::text_table::{Cell, TextTable, with_uncertainty};
 use crate::{Detail, JudgedRms, Layout, LoopParameter, LoopStep};
 
@@ -28,8 +28,7 @@ impl ClosedMachine {
             writeln!(f, "  nothing that the cases share")?;
         }
         for step in &self.steps {
-            let several = several_sizes(&step.parameters);
-            writeln!(f, "  {} — {}{several} (k = 2)", step.label(), step.in_words())?;
+            writeln!(f, "  {}", step.in_one_line())?;
             if !step.indistinguishable_from.is_empty() {
                 let (rivals, advice) =
                     (step.indistinguishable_from.join(", "), advice(step.separate_by.as_deref()));
@@ -48,8 +47,7 @@ impl ClosedMachine {
         for case in self.cases.iter().filter(|case| !case.steps.is_empty()) {
             writeln!(f, "\n{}, beside it:", case.case)?;
             for step in &case.steps {
-                let several = several_sizes(&step.parameters);
-                writeln!(f, "  {} — {}{several} (k = 2)", step.label(), step.in_words())?;
+                writeln!(f, "  {}", step.in_one_line())?;
             }
         }
         Ok(())

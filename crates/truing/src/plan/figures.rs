@@ -4,6 +4,7 @@ use model_discrepancy::{Assessment, Model, Visibility};
 use nalgebra::DMatrix;
 
 use super::design::{Design, Goal};
+use super::foreseen::ToldApart;
 use super::linear::Linear;
 use super::planned::PlanFigure;
 use super::power::power;
@@ -38,17 +39,22 @@ impl<'a> Outlook<'a> {
         self.design.is_met(goal, &self.stages[1])
     }
 
-    /// Figures of every ask; `assessed` is what the design sees without the plan, and with it.
+    /// Figures of every ask; `assessed` is what the design sees without the plan, and with it,
+    /// `told_apart` what loops on simulated data make of the plan.
     pub(super) fn figures(
         &self,
         goals: &[(usize, Goal)],
         assessed: [&[Assessment]; 2],
+        told_apart: &ToldApart,
     ) -> Vec<PlanFigure> {
         let mut figures = Vec::new();
         for (index, ask) in self.question.asks.iter().enumerate() {
             let own = goals.iter().find(|(ask, _)| *ask == index).map(|(_, goal)| goal);
             match ask {
-                Ask::Apart { truth, rival, .. } => figures.push(self.apart(truth, rival, own)),
+                Ask::Apart { truth, rival, .. } => {
+                    let most = told_apart.share(index).unwrap_or(1.0);
+                    figures.push(self.apart((truth, rival), own, most));
+                }
                 Ask::Visible { effect } => figures.extend(detectable(effect, assessed)),
                 Ask::Known { .. } => figures.extend(own.and_then(|goal| self.known(goal))),
                 Ask::All => figures.extend(own.into_iter().flat_map(|goal| self.all(goal))),
@@ -57,8 +63,8 @@ impl<'a> Outlook<'a> {
         figures
     }
 
-    /// With what probability one name stays beside another.
-    fn apart(&self, truth: &str, rival: &str, goal: Option<&Goal>) -> PlanFigure {
+    /// With what probability one name stays beside another; with the plan, not above `most`.
+    fn apart(&self, (truth, rival): (&str, &str), goal: Option<&Goal>, most: f64) -> PlanFigure {
         let probability = |stage: usize| {
             let Some(goal @ Goal::Seen { of, beside, .. }) = goal else { return 0.0 };
             let dof = self.rows[stage].saturating_sub(of.len() + beside.len());
@@ -68,7 +74,7 @@ impl<'a> Outlook<'a> {
             of: format!("{truth}, not {rival}"),
             measure: "probability",
             before: Some(probability(0)),
-            after: Some(probability(1)),
+            after: Some(probability(1).min(most)),
             unit: "1".to_owned(),
         }
     }

@@ -1,6 +1,6 @@
 //! The model of a case, linearised: whitened columns of what was measured and of what could be.
 
-use model_discrepancy::{Effect, Model, Role, Row, State, whole_tangent};
+use model_discrepancy::{Effect, Layout, Model, Role, Row, State, whole_tangent};
 use nalgebra::DMatrix;
 
 /// Columns of base and effects.
@@ -29,6 +29,27 @@ pub(super) struct Origins<'r> {
     pub(super) new_session: bool,
 }
 
+impl Origins<'_> {
+    /// Rows of a layout that could be made, each with which measurement it is of.
+    pub(super) fn of_plan<'a>(
+        &'a self,
+        layout: &'a Layout,
+    ) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let of_row: Vec<usize> = (self.sizes.iter().enumerate())
+            .flat_map(|(n, size)| std::iter::repeat_n(n, *size))
+            .collect();
+        let origin = |observation: usize| match &self.rows {
+            // Knowledge from outside comes after all.
+            Some(rows) => rows.get(observation).copied().unwrap_or(usize::MAX),
+            None => observation,
+        };
+        layout.rows.iter().enumerate().filter_map(move |(index, row)| {
+            let n = origin(row.observation).checked_sub(self.n_rows)?;
+            Some((index, *of_row.get(n)?))
+        })
+    }
+}
+
 impl Linear {
     /// Of a model of what was measured and of what could be; `noise` is the standard uncertainty of a scalar
     /// that the final model leaves: it counts where the rows have none of their own, and where groups scatter
@@ -39,7 +60,6 @@ impl Linear {
         origins: &Origins<'_>,
         noise: f64,
     ) -> Self {
-        let Origins { rows, n_rows, sizes, new_session } = origins;
         let declared = model.declared();
         let at = State::start(model);
         let mut columns = vec![model.base_jacobian(&at)];
@@ -54,27 +74,19 @@ impl Linear {
         let layout = &declared.layout;
         let components = layout.rows.iter().map(|row| row.component + 1).max().unwrap_or(0);
         let session: Vec<usize> =
-            if *new_session { (next..next + components).collect() } else { Vec::new() };
+            if origins.new_session { (next..next + components).collect() } else { Vec::new() };
         let width = next + session.len();
-        let of_row: Vec<usize> = (sizes.iter().enumerate())
-            .flat_map(|(n, size)| std::iter::repeat_n(n, *size))
-            .collect();
-        let origin = |observation: usize| match rows {
-            // Knowledge from outside comes after all.
-            Some(rows) => rows.get(observation).copied().unwrap_or(usize::MAX),
-            None => observation,
-        };
-        let (mut measured, mut planned) = (Vec::new(), vec![Vec::new(); sizes.len()]);
-        for (index, row) in layout.rows.iter().enumerate() {
-            let of_plan =
-                origin(row.observation).checked_sub(*n_rows).and_then(|n| of_row.get(n).copied());
-            let role = layout.groups[layout.observations[row.observation]].role;
-            match of_plan {
-                Some(n) => planned[n].push(index),
-                None if role != Role::Check => measured.push(index),
-                None => {}
-            }
+        let mut planned = vec![Vec::new(); origins.sizes.len()];
+        let mut is_planned = vec![false; layout.rows.len()];
+        for (row, n) in origins.of_plan(layout) {
+            planned[n].push(row);
+            is_planned[row] = true;
         }
+        let is_check =
+            |row: &Row| layout.groups[layout.observations[row.observation]].role == Role::Check;
+        let measured: Vec<usize> = (0..layout.rows.len())
+            .filter(|&row| !is_planned[row] && !is_check(&layout.rows[row]))
+            .collect();
         let sigma = Sigma::of(model, &measured, noise);
         let block = |rows: &Vec<usize>, is_planned: bool| {
             let mut block = DMatrix::zeros(rows.len(), width);

@@ -8,7 +8,9 @@
 mod answer;
 mod design;
 mod figures;
+mod foreseen;
 mod hand_out;
+mod inseparable;
 mod linear;
 mod planned;
 mod power;
@@ -28,6 +30,7 @@ use crate::{Case, Error, Header};
 use answer::LoopAnswer;
 use design::{Design, Goal};
 use figures::Outlook;
+use foreseen::ToldApart;
 use hand_out::{hand_out, handed_rows, measurements};
 use linear::{Linear, Origins};
 use question::{Ask, Question};
@@ -42,18 +45,17 @@ pub use problem::PlanProblem;
 const LEAST: usize = 12;
 /// Times that more is asked of the tests where loops name an effect too seldom.
 const HARDER: f64 = 2.0;
+/// The same of tests of rivals, for which loops ask little more than the tests.
+const HARDER_APART: f64 = 1.35;
 /// Rounds of asking more; the last asks for eight times the first.
 const MOST_ROUNDS: usize = 4;
-/// Share of the non-centrality with all measurements that is asked for where all are not enough.
-const OF_ALL: f64 = 0.5;
-/// Share of what all measurements show of an amplitude, squared, that a rival leaves of it where it holds
-/// the effect as a part of itself: round-off and the curvature of a model over its own size.
-const PART: f64 = 1e-4;
 /// A non-centrality that no further measurement is worth.
 const HOPELESS: f64 = 1.0;
+/// What helps where no measurement does.
+const WIDEN: &str = "widen what `[plan]` declares, or measure the quantity by other means";
 /// What is said of a plan that meets its tests and not its aim.
-const TOO_SELDOM: &str = "every test of the plan is met, and loops on simulated data still name the effect too seldom at \
-     the size from which on it matters: make the plan twice, or look for larger sizes";
+const TOO_SELDOM: &str = "every test of the plan is met, and loops on simulated data still name the effect too seldom, or \
+     leave a rival: make the plan twice, or look for larger sizes";
 /// Share of its variance that a quantity can keep where a budget is to be used up: none.
 const EVER_LESS: f64 = 1e-12;
 
@@ -116,13 +118,13 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         }
     }
     let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
-    let inseparable = inseparable(&design, &mut goals);
+    let pairs = inseparable::taken_out(&design, &mut goals);
     let most = budget.unwrap_or(made.max(LEAST));
     let before = assessed(&question, case, case)?;
     // What the tests of the linearised model promise is held against loops on simulated data of the
     // same design; where they name an effect too seldom, more is asked of the tests.
     let (mut asked, mut rounds) = (goals.clone(), 0);
-    let (sorted, rows, with_plan, after) = loop {
+    let (sorted, rows, with_plan, after, foreseen) = loop {
         let hopeful = hopeful(&design, &question, &asked);
         let mut sorted = design.chosen(&hopeful, most);
         add_controls(&mut sorted, &offer.controls, most);
@@ -131,16 +133,24 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         let rows = Rows::of(folder, &offer, &sorted)?;
         let with_plan = case.with(&rows.edits())?;
         let after = assessed(&question, case, &with_plan)?;
+        let of_plan = with_plan.measured.rows();
+        let origins = Origins { rows: of_plan, n_rows, sizes: &rows.sizes, new_session };
+        let told_apart = ToldApart::of(&question, case, &with_plan, &origins)?;
         rounds += 1;
-        let named = named_by_loops(&question, &after, (model, &linear));
+        let is_answered = |ask| {
+            told_apart.is_enough(ask)
+                && named_by_loops(&question.asks[ask], &after, (model, &linear))
+        };
+        let answered: Vec<bool> = (0..question.asks.len()).map(is_answered).collect();
+        let named = answered.iter().all(|answered| *answered);
         if named || rounds == MOST_ROUNDS || sorted.len() >= most.min(every.len()) {
-            break (sorted, rows, with_plan, (after, named));
+            break (sorted, rows, with_plan, after, (told_apart, named));
         }
-        for (_, goal) in &mut asked {
-            harder(goal);
+        for (ask, goal) in asked.iter_mut().filter(|(ask, _)| !answered[*ask]) {
+            harder(&question.asks[*ask], goal);
         }
     };
-    let (after, named) = after;
+    let (told_apart, named) = foreseen;
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);
@@ -149,14 +159,14 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let final_linear = Linear::of(final_model, &final_effects, &origins, noise);
     let final_goals = question.goals(final_model, &final_linear, &loop_options);
     let outlook = Outlook::of(&question, final_model, &final_linear);
-    let figures = outlook.figures(&final_goals, [&before, &after]);
+    let figures = outlook.figures(&final_goals, [&before, &after], &told_apart);
     let spent = options.budget.is_some();
     let reached =
         named && reached(&question, (&goals, &design, &sorted), (&final_goals, &outlook), spent);
-    let not_told_apart = not_told_apart(&question, &inseparable, offer.noun);
-    let classes = classes(&question, &inseparable);
+    let not_told_apart = inseparable::not_told_apart(&question, &pairs, offer.noun);
+    let classes = inseparable::classes(&question, &pairs);
     let would = (!reached).then(|| match not_told_apart.first() {
-        Some(weakly) => weakly.clone(),
+        Some(weakly) => format!("{weakly}; {WIDEN}"),
         None if named || sorted.len() >= most => would(&design, &question, &asked, offer.noun),
         None => TOO_SELDOM.to_owned(),
     });
@@ -186,33 +196,6 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     planned.header.inputs.extend(answer.input);
     hand_out(&mut planned, case, &offer, (&rows, &rows.csv()), &sorted);
     Ok(planned)
-}
-
-/// Effects that no measurement of the offer tells from others at the size that matters.
-fn not_told_apart(question: &Question, inseparable: &[Inseparable], noun: &str) -> Vec<String> {
-    let told = |Inseparable { ask, rival, is_part }: &Inseparable| {
-        let Ask::Visible { effect } = &question.asks[*ask] else { return None };
-        (!is_part).then(|| {
-            format!(
-                "no {noun} that the machine is said to make tells {effect} from {rival} at the size \
-                 from which on it matters"
-            )
-        })
-    };
-    inseparable.iter().filter_map(told).collect()
-}
-
-/// Effects with the rivals that hold them as a part of themselves: one answer, however much is measured.
-fn classes(question: &Question, inseparable: &[Inseparable]) -> Vec<PlanClass> {
-    let mut classes: Vec<PlanClass> = Vec::new();
-    for Inseparable { ask, rival, .. } in inseparable.iter().filter(|pair| pair.is_part) {
-        let Ask::Visible { effect } = &question.asks[*ask] else { continue };
-        match classes.iter_mut().find(|class| class.effect == *effect) {
-            Some(class) => class.with.push(rival.clone()),
-            None => classes.push(PlanClass { effect: effect.clone(), with: vec![rival.clone()] }),
-        }
-    }
-    classes
 }
 
 /// Writes the files of a plan into a folder, where none of them may exist.
@@ -264,74 +247,26 @@ fn add_controls(chosen: &mut Vec<usize>, controls: &[usize], most: usize) {
     }
 }
 
-/// Whether loops on simulated data name every effect asked for, from the size on that matters.
-fn named_by_loops(
-    question: &Question,
-    after: &[Assessment],
-    (model, linear): (&dyn Model, &Linear),
-) -> bool {
-    question.asks.iter().all(|ask| {
-        let Ask::Visible { effect } = ask else { return true };
-        let Some(own) = model.declared().effects.iter().find(|e| linear::label(e) == *effect)
-        else {
-            return false;
-        };
-        let matter = question::sizes_that_matter(model, linear, effect);
-        let found = figures::sizes(effect, after);
-        own.parameters.iter().zip(matter).all(|(parameter, matters)| {
-            let size = found.iter().find(|(name, ..)| *name == parameter.name);
-            let matters = matters * parameter.report_factor.abs();
-            size.is_some_and(|(_, size, _)| *size <= matters)
-        })
+/// Whether loops on simulated data name an effect that is asked for, from the size on that matters.
+fn named_by_loops(ask: &Ask, after: &[Assessment], (model, linear): (&dyn Model, &Linear)) -> bool {
+    let Ask::Visible { effect } = ask else { return true };
+    let Some(own) = model.declared().effects.iter().find(|e| linear::label(e) == *effect) else {
+        return false;
+    };
+    let matter = question::sizes_that_matter(model, linear, effect);
+    let found = figures::sizes(effect, after);
+    own.parameters.iter().zip(matter).all(|(parameter, matters)| {
+        let size = found.iter().find(|(name, ..)| *name == parameter.name);
+        let matters = matters * parameter.report_factor.abs();
+        size.is_some_and(|(_, size, _)| *size <= matters)
     })
 }
 
-/// Asks more of the tests of an effect.
-fn harder(goal: &mut Goal) {
+/// Asks more of the tests of what is not answered.
+fn harder(ask: &Ask, goal: &mut Goal) {
     if let Goal::Seen { needed, .. } = goal {
-        *needed *= HARDER;
+        *needed *= if matches!(ask, Ask::Apart { .. }) { HARDER_APART } else { HARDER };
     }
-}
-
-/// An effect and what no measurement tells it from at the size that matters.
-struct Inseparable {
-    ask: usize,
-    rival: String,
-    /// Whether no size would help either: of an amplitude of the effect, the rival leaves nothing over all
-    /// measurements.
-    is_part: bool,
-}
-
-/// Pairs of an effect and what no measurement tells it from at the size that matters. A larger one
-/// may be told: a share of what all measurements would show is asked for; where they show nothing,
-/// the goal is taken out, and effect and rival are one answer.
-fn inseparable(design: &Design, goals: &mut Vec<(usize, Goal)>) -> Vec<Inseparable> {
-    let every: Vec<usize> = (0..design.n_offered()).collect();
-    let all = design.with(&every);
-    let mut pairs: Vec<Inseparable> = Vec::new();
-    // What all measurements show of an amplitude beside the base and nothing else.
-    let alone: Vec<(usize, Vec<usize>, f64)> = (goals.iter())
-        .filter_map(|(ask, goal)| match goal {
-            Goal::Seen { of, from: None, .. } => Some((*ask, of.clone(), design.value(goal, &all))),
-            _ => None,
-        })
-        .collect();
-    goals.retain_mut(|(ask, goal)| {
-        let most = design.value(goal, &all);
-        let Goal::Seen { of, from: Some(rival), needed, .. } = goal else { return true };
-        if most >= *needed {
-            return true;
-        }
-        let shown = alone.iter().find(|(a, columns, _)| a == ask && columns == of);
-        let is_part = shown.is_some_and(|(.., shown)| most <= PART * shown);
-        match pairs.iter_mut().find(|pair| pair.ask == *ask && pair.rival == *rival) {
-            Some(pair) => pair.is_part |= is_part,
-            None => pairs.push(Inseparable { ask: *ask, rival: rival.clone(), is_part }),
-        }
-        *needed = OF_ALL * most;
-        !is_part && most > HOPELESS
-    });
-    pairs
 }
 
 /// Goals that measurements can serve.
@@ -401,10 +336,7 @@ fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], noun: &s
     }
     match &question.advice {
         Some(advice) => format!("no {noun} that the machine is said to make reaches it; {advice}"),
-        None => format!(
-            "no {noun} that the machine is said to make reaches it; widen what `[plan]` declares, \
-             or measure the quantity by other means"
-        ),
+        None => format!("no {noun} that the machine is said to make reaches it; {WIDEN}"),
     }
 }
 

@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use truing_report::shortened;
 
 use crate::Header;
 
@@ -62,7 +63,7 @@ impl PlanClass {
         let Self { effect, with } = self;
         let [verb, itself] =
             if with.len() == 1 { ["holds", "itself"] } else { ["hold", "themselves"] };
-        let with = with.join(" and ");
+        let with = shortened(with);
         format!(
             "no {noun} tells {effect} from {with}, which {verb} it as a part of {itself}: the plan is \
              for the class of them, and tells it from all other effects"

@@ -13,6 +13,9 @@ use crate::carry::is_of_one_observation;
 /// Probability with which every single test of a plan is to answer, so that all of them together,
 /// and what the loop asks beyond them, do in nineteen of twenty.
 pub(super) const WANTED: f64 = 0.99;
+/// The same of a test between rivals: the loop also judges it under noise with memory, which takes some
+/// of what white noise promises, and there is no margin in the size, as it is the one found.
+const WANTED_APART: f64 = 0.999;
 /// Significance at which the loop keeps a name beside its rival; its `DECIDED`.
 pub(super) const DECIDED: f64 = 0.01;
 /// Share of the loop's budget for single effects; its `CATALOGUE_SHARE`.
@@ -105,6 +108,13 @@ impl Question {
         }
     }
 
+    /// What the answer found, with `truth` in the place of its rival.
+    pub(super) fn with_instead<'a>(&'a self, truth: &'a str, rival: &str) -> Vec<&'a str> {
+        let others =
+            self.accepted.iter().map(String::as_str).filter(|a| *a != rival && *a != truth);
+        others.chain([truth]).collect()
+    }
+
     /// Effects whose columns are needed, by their place in the model.
     pub(super) fn effects(&self, model: &dyn Model) -> Vec<usize> {
         let asked = self.asks.iter().flat_map(|ask| match ask {
@@ -162,7 +172,7 @@ impl Question {
                     return Vec::new();
                 }
                 let dof = degrees_of_freedom(linear, beside.len() + of.len());
-                let needed = needed(WANTED, of.len(), dof, DECIDED);
+                let needed = needed(WANTED_APART, of.len(), dof, DECIDED);
                 // Whatever lies between the two sessions may not look like what is to be told.
                 let beside = [beside, linear.session().to_vec()].concat();
                 vec![Goal::Seen { of, amplitude, beside, needed, from: None }]

@@ -37,6 +37,9 @@ const STEEP_SIGMAS: f64 = 6.0;
 /// Readings in a tenth of a record from which jitter can be told: their scatter is known to a
 /// quarter.
 const FEWEST: usize = 8;
+/// Share of the slope that the steepest tenth exceeds, below which a record stands still: there,
+/// residual over slope is noise over noise and drowns what the rest says.
+const MOVES: f64 = 0.5;
 /// Correlation of one residual over slope with the next, beyond which it is not jitter.
 const MEMORY: f64 = 0.4;
 
@@ -310,12 +313,7 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     for (slope, r) in &mut pairs {
         *r -= rest_s * *slope;
     }
-    let steep: Vec<(f64, f64)> = {
-        let mut sizes: Vec<f64> = pairs.iter().map(|(slope, _)| slope.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let half = sizes[sizes.len() / 2];
-        pairs.iter().copied().filter(|(slope, _)| slope.abs() > half).collect()
-    };
+    let steep = steep(&pairs);
     let late: Vec<f64> = steep.iter().map(|(slope, r)| r / slope).collect();
     let square: f64 = late.iter().map(|l| l * l).sum();
     let next: f64 = late.windows(2).map(|pair| pair[0] * pair[1]).sum();
@@ -349,6 +347,16 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     Some(Hypothesis::of("input:clock", subject, description, Vec::new()).shown())
 }
 
+/// Pairs of slope and residual where the signal is steep, in the order of time: the steeper half, and
+/// of a record that mostly stands still only where it moves.
+fn steep(pairs: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut sizes: Vec<f64> = pairs.iter().map(|(slope, _)| slope.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let steepest = sizes[sizes.len() - sizes.len() / 10];
+    let least = sizes[sizes.len() / 2].max(MOVES * steepest);
+    pairs.iter().copied().filter(|(slope, _)| slope.abs() > least).collect()
+}
+
 /// Share of the scatter of residuals that lies between parts of the readings, by their force.
 fn follows(forces: Vec<f64>, pairs: &[(f64, f64)]) -> f64 {
     let mut sorted: Vec<(f64, f64)> =
@@ -375,4 +383,66 @@ pub(crate) fn stretches(table: &Table, column: &str) -> Vec<usize> {
         stretch
     };
     (0..table.n_rows()).map(of_row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Readings of a stretch, and between two of them, s.
+    const EACH: usize = 40;
+    const STEP_S: f64 = 0.025;
+    /// Stretches; every fourth is a ramp, the others stand still.
+    const MANY: usize = 20;
+    /// Load of those that stand still, and at the end of a ramp.
+    const LOAD_N: f64 = 40.0;
+    const NOISE_N: f64 = 0.1;
+
+    /// Even numbers between −1 and 1 without order.
+    fn even(i: usize) -> f64 {
+        2.0 * (0.618_034 * count(i) * count(i % 97 + 3)).fract() - 1.0
+    }
+
+    /// Jitter found in a log that mostly stands still, whose readings are off by `error_n` of slope
+    /// in N/s, number of the ramp, and way along it.
+    fn found(error_n: impl Fn(f64, usize, f64) -> f64) -> Option<String> {
+        let n = MANY * EACH;
+        let way = |i: usize| count(i % EACH) / count(EACH);
+        let is_ramp = |i: usize| (i / EACH).is_multiple_of(4);
+        let clean = |i: usize| if is_ramp(i) { LOAD_N * way(i) } else { LOAD_N };
+        let time_s: Vec<f64> = (0..n).map(|i| STEP_S * count(i)).collect();
+        let expected: Vec<f64> = (0..n).map(|i| clean(i) + NOISE_N * even(i)).collect();
+        let slope = LOAD_N / (STEP_S * count(EACH));
+        let off = |i: usize| if is_ramp(i) { error_n(slope, i / EACH / 4, way(i)) } else { 0.0 };
+        let read: Vec<f64> = (0..n).map(|i| clean(i) + off(i) + NOISE_N * even(i + n)).collect();
+        let stretch: Vec<usize> = (0..n).map(|i| i / EACH).collect();
+        let record = Record {
+            file: "log.csv",
+            column: "reference_n",
+            time_s: &time_s,
+            read: &read,
+            expected: &expected,
+            stretch: &stretch,
+            latency_s: 0.1,
+        };
+        jitter(&record, 0.0).map(|hypothesis| hypothesis.description)
+    }
+
+    #[test]
+    fn an_error_that_goes_on_along_a_ramp_is_no_jitter() {
+        let sign = |ramp: usize| if ramp.is_multiple_of(2) { 2.0 } else { -2.0 };
+        let slow = |_, ramp, way: f64| sign(ramp) * (std::f64::consts::PI * way).sin();
+        assert_eq!(found(slow), None);
+    }
+
+    #[test]
+    fn readings_at_times_of_their_own_are_jitter() {
+        let late_s = |ramp: usize, way: f64| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 40")]
+            let reading = (way * count(EACH)).round() as usize;
+            0.06 * even(1000 * ramp + reading)
+        };
+        let found = found(|slope, ramp, way| slope * late_s(ramp, way));
+        assert!(found.is_some_and(|words| words.contains("jitters")));
+    }
 }
