@@ -6,6 +6,19 @@ use nalgebra::{DVector, Vector2};
 use crate::missing::parameter::parameter;
 use crate::missing::sensor_errors::{SensorError, SensorErrors};
 
+/// Share by which no sensor reads too much or too little, or one channel of another: a third, as of a load
+/// cell; the unit nearest to a newton would make four times as much of it.
+const NO_SENSOR: f64 = 1.0 / 3.0;
+/// Share by which no machine moves farther than it says.
+const NO_MACHINE: f64 = 0.1;
+/// Moment per force that no sensor reads across: of one for 200 N and 10 N·m a fiftieth of full scale is
+/// 1 mm.
+const NO_CROSSTALK_MM: f64 = 10.0;
+/// The same the other way round, per mm: there a fiftieth is 4·10⁻⁴.
+const NO_CROSSTALK_PER_MM: f64 = 0.01;
+/// Error of a contact height beyond which it is that of another platform.
+const NO_PLATFORM_MM: f64 = 30.0;
+
 /// One effect of the catalogue, as code sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PressEffect {
@@ -154,7 +167,22 @@ impl PressEffect {
     fn description(self) -> Effect {
         let (id, subject, text, parameters) = self.entry();
         let subject = (!subject.is_empty()).then(|| subject.to_owned());
-        Effect { subject, scope: self.scope(), ..Effect::new(id, text, parameters) }
+        let (scope, maximum) = (self.scope(), self.maximum());
+        Effect { subject, scope, maximum, ..Effect::new(id, text, parameters) }
+    }
+
+    /// What needs more is no physics of sensor and machine: a channel in another unit, or another case.
+    fn maximum(self) -> Option<f64> {
+        match self {
+            Self::MomentGain | Self::MomentGainDifference | Self::FzGain | Self::Shear => {
+                Some(NO_SENSOR)
+            }
+            Self::FrameScale => Some(NO_MACHINE),
+            Self::LateralIntoMoment => Some(NO_CROSSTALK_MM),
+            Self::MomentIntoFz => Some(NO_CROSSTALK_PER_MM),
+            Self::ContactHeight => Some(NO_PLATFORM_MM),
+            _ => None,
+        }
     }
 
     /// Where no force acts sideways, where temperature stands at 20 °C, some show nothing.

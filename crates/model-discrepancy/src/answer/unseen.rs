@@ -17,7 +17,20 @@ use crate::{HoldOut, Role};
 /// Repetitions of the choice at most; each leaves out every so-manieth group.
 const MAX_NESTED_FOLDS: usize = 24;
 
-type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);
+/// Errors of the declared and of the chosen model, group by group.
+type Both = [Vec<Option<GroupError>>; 2];
+
+/// Errors of both models on groups that were left out.
+pub(crate) struct Unseen {
+    pub(crate) hold_out: HoldOut,
+    /// On the check groups, where there are any.
+    pub(crate) errors: Both,
+    /// On fitted groups that the choice was repeated without, where there are check groups, too:
+    /// these judge, and choose nothing.
+    pub(crate) choosing: Option<Both>,
+    /// How often each addition is found again.
+    pub(crate) stability: Vec<Option<f64>>,
+}
 
 /// Errors of both models on groups that were left out, and how often each addition is found again.
 pub(crate) fn unseen_errors(
@@ -39,14 +52,17 @@ pub(crate) fn unseen_errors(
     if !checks.is_empty() {
         let before = reported_errors(&System::declared(context.model), declared.0, &checks);
         let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
-        let stability = repeated.map_or(vec![None; chosen.added.len()], |(_, stability)| stability);
-        return (HoldOut::CheckGroups, [before, after], stability);
+        let (choosing, stability) = repeated.unzip();
+        let stability = stability.unwrap_or(vec![None; chosen.added.len()]);
+        let (hold_out, errors) = (HoldOut::CheckGroups, [before, after]);
+        return Unseen { hold_out, errors, choosing, stability };
     }
     if let Some((errors, stability)) = repeated {
-        return (HoldOut::Nested, errors, stability);
+        return Unseen { hold_out: HoldOut::Nested, errors, choosing: None, stability };
     }
     let errors = [declared.1, lin].map(|lin| one_by_one(lin, skip_groups));
-    (HoldOut::LeaveOneOut, errors, vec![None; chosen.added.len()])
+    let stability = vec![None; chosen.added.len()];
+    Unseen { hold_out: HoldOut::LeaveOneOut, errors, choosing: None, stability }
 }
 
 /// Errors of the declared model alone on groups that were left out, as [`unseen_errors`] has them.
@@ -119,7 +135,7 @@ fn nested_errors(
     (chosen, lin): (&Selected<'_>, &Linear<'_>),
     attributions: &[Option<Attribution<'_>>],
     (fitted, folds): (&[usize], &NestedFolds),
-) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
+) -> (Both, Vec<Option<f64>>) {
     let progress = &context.options.progress;
     progress.expect(folds.members.len());
     let blocks = seen_in_blocks(context, declared, (chosen, lin), &folds.left_out);

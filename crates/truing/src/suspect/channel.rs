@@ -143,18 +143,22 @@ struct Clipping {
     is_exact: bool,
 }
 
-/// Readings piled up at either end of their range.
+/// Readings piled up at either end of their range; where those of one end are all the same, only such: a
+/// channel that clips to the last digit does so at both ends, and the other end may be a record near it.
 fn clipping(values: &[f64]) -> Option<Clipping> {
-    let mut rows = vec![false; values.len()];
-    let (mut limits, mut is_exact) = (Vec::new(), true);
-    for sign in [1.0, -1.0] {
+    let end = |sign: f64| {
         let turned: Vec<f64> = values.iter().map(|v| sign * v).collect();
-        let Some((floor, exact)) = pile(&turned) else { continue };
-        rows.iter_mut().zip(&turned).for_each(|(row, v)| *row |= *v >= floor);
-        limits.push(format!("{}", (sign * floor * 1e4).round() / 1e4));
-        is_exact &= exact;
-    }
-    (!limits.is_empty()).then(|| Clipping { rows, words: limits.join(" and "), is_exact })
+        pile(&turned).map(|(floor, exact)| (sign, floor, exact))
+    };
+    let mut ends: Vec<(f64, f64, bool)> = [1.0, -1.0].into_iter().filter_map(end).collect();
+    let is_exact = ends.iter().any(|(_, _, exact)| *exact);
+    ends.retain(|(_, _, exact)| *exact == is_exact);
+    let is_there = |v: &f64| ends.iter().any(|(sign, floor, _)| sign * v >= *floor);
+    let rows = values.iter().map(is_there).collect();
+    let limits =
+        ends.iter().map(|(sign, floor, _)| format!("{}", (sign * floor * 1e4).round() / 1e4));
+    let words = limits.collect::<Vec<_>>().join(" and ");
+    (!ends.is_empty()).then_some(Clipping { rows, words, is_exact })
 }
 
 /// Value from which on the largest readings are piled up, and whether they are all equal.
@@ -249,6 +253,17 @@ mod tests {
         let noisy: Vec<f64> = clipped.zip(&noise).map(|(v, n)| v + 0.002 * n).collect();
         let found = clipping(&noisy).expect("a third of the readings are at the limit");
         assert!(!found.is_exact && found.rows.iter().filter(|row| **row).count() > 100);
+    }
+
+    #[test]
+    fn a_record_near_one_end_is_no_limit_where_the_other_end_clips() {
+        // Twelve readings within a hundredth of the range below the largest, and a floor.
+        let near = (0..12).map(|i| 1.0 - 1e-4 * f64::from(i));
+        let values: Vec<f64> =
+            sine(500).into_iter().map(|v| 0.5 * v.max(-0.8)).chain(near).collect();
+        let found = clipping(&values).expect("a floor");
+        assert!(found.is_exact && found.words == "-0.4", "{}", found.words);
+        assert!(found.rows.iter().zip(&values).all(|(row, v)| *row == (*v <= -0.4)));
     }
 
     #[test]

@@ -68,7 +68,7 @@ impl Dimension {
     }
 }
 
-/// Columns of a table in another unit: each alone, and all of them.
+/// Columns of a table in another unit: each alone, of three every two, and all of them.
 pub(crate) fn units(
     file: &'static str,
     table: Option<&Table>,
@@ -82,6 +82,9 @@ pub(crate) fn units(
         sets.push(there.clone());
     }
     sets.extend(there.iter().map(|column| vec![*column]));
+    if let [x, y, z] = there[..] {
+        sets.extend([vec![x, y], vec![x, z], vec![y, z]]);
+    }
     let of_set = |set: &Vec<&str>| -> Vec<Hypothesis> {
         let one = |&(unit, factor): &(&str, f64)| {
             let (is, own) = (if set.len() == 1 { "is" } else { "are" }, dimension.own());

@@ -74,6 +74,17 @@ fn a_column_in_inches_is_named_and_the_loop_goes_on_without_it() {
     assert!(warnings.contains("as corrected"), "{warnings}");
 }
 
+/// Both lateral forces in pounds look like a machine that moves a fifth as far and a sensor that reads
+/// moments four times too large; no machine and no sensor does.
+#[test]
+fn two_of_three_columns_in_another_unit_are_named() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    scale(&case, "wrench.csv", &["fx_n", "fy_n"], 1.0 / 4.448_221_615_260_5);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "wrench.csv: fx_n, fy_n");
+}
+
 #[test]
 fn check_lists_it_and_solve_warns() {
     let case = survey();
