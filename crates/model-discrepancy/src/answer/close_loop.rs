@@ -33,7 +33,8 @@ use crate::{
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
 ///
 /// `covariates` hold one value per observation. Every choice is made on groups with the role
-/// `Fit`; groups with the role `Check` are only judged.
+/// `Fit`; groups with the role `Check` are only judged, but that a single bad reading is taken back where
+/// they lie as far off.
 ///
 /// # Errors
 ///

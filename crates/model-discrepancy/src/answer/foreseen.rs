@@ -45,7 +45,7 @@ impl Foreseen<'_> {
     ///
     /// `effects` are there, `truth` among them, each called by its id with the subject in brackets: as
     /// large as what was measured says, so it stays as it is, and what is planned is what these would
-    /// make of it, with white noise. Data sets are simulated until more than the share `missed` of all
+    /// make of it, with white noise. Data sets are simulated until more than `missed_share` of all
     /// is; `None` where an effect is not in the model or not to be seen in what was measured.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl Foreseen<'_> {
         &self,
         effects: &[&str],
         (truth, rivals): (&str, &[&str]),
-        missed: f64,
+        missed_share: f64,
     ) -> Result<Option<f64>, LoopError> {
         let Some((system, at, factor)) = self.as_measured(effects)? else { return Ok(None) };
         let expected = system.residuals(&at);
@@ -76,7 +76,7 @@ impl Foreseen<'_> {
             closed.is_ok_and(|closure| names(&closure, truth, rivals))
         };
         let (mut tried, mut told) = (0, 0);
-        while tried < DATA_SETS && count(tried - told) <= missed * count(DATA_SETS) {
+        while tried < DATA_SETS && count(tried - told) <= missed_share * count(DATA_SETS) {
             let next = tried..(tried + AT_ONCE).min(DATA_SETS);
             tried = next.end;
             told += next.into_par_iter().filter(|&set| is_told(set)).count();
