@@ -11,7 +11,6 @@ use crate::choice::selected::{Selected, What};
 use crate::levels::{EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, MOSTLY_LEFT};
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
-use crate::tests::groups_apart::groups_apart;
 
 /// The selection in place of one that the data contradict, and what is said of it where nothing else
 /// explains the data either: `context` bans what was named.
@@ -68,8 +67,7 @@ pub(crate) fn contradiction(
     Some(Remaining { shape, ..worst })
 }
 
-/// The departure of a name that takes most of the misfit, or what lies between groups beside all
-/// names, and its share of that.
+/// The departure of a name that takes most of the misfit, and its share of that.
 fn departed(
     context: &Context<'_>,
     keep: &[bool],
@@ -85,13 +83,9 @@ fn departed(
         let taken = explained / clean * after;
         taken / (before - after + taken)
     };
-    let of_names = not_additive(context, chosen, lin).into_iter();
-    let mut found: Vec<_> = of_names.map(|d| (d.remaining, share(d.explained))).collect();
-    if !lin.layout.sigma_declared {
-        // Nothing else says that it is more than noise.
-        found.extend(groups_apart(lin).map(|apart| (apart.remaining, share(apart.explained))));
-    }
-    let (worst, left) = found.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let found = not_additive(context, chosen, lin).into_iter();
+    let (worst, left) =
+        found.map(|d| (d.remaining, share(d.explained))).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let most = if lin.layout.sigma_declared { EXCESS_LEFT } else { EXCESS_LEFT_UNDECLARED };
     (left >= most).then_some((worst, left))
 }

@@ -3,7 +3,7 @@
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::Attribution;
 use crate::answer::found_again::where_readings_move;
-use crate::answer::unseen::{Unseen, reported_errors, unseen_before, unseen_errors};
+use crate::answer::unseen::{reported_errors, unseen_before, unseen_errors};
 use crate::choice::context::Context;
 use crate::choice::score::excluded;
 use crate::choice::selected::{Selected, What};
@@ -20,9 +20,6 @@ pub(crate) struct Summaries {
     /// Whether unseen groups are predicted better after than before, by the squared errors of all
     /// rows in units of their noise: what shows in rows that are not reported counts, too.
     pub(crate) predicts_better: bool,
-    /// The same of groups that may choose: those that the choice was repeated without, which check
-    /// groups are not among; `None` where the choice was not repeated and groups were set aside.
-    pub(crate) choosing_better: Option<bool>,
     /// Of every addition.
     pub(crate) stability: Vec<Stability>,
     pub(crate) warnings: Vec<String>,
@@ -54,7 +51,7 @@ pub(crate) fn summarise(
             )
         })
         .collect();
-    let Unseen { hold_out, mut errors, choosing, stability: resampled } =
+    let (hold_out, mut errors, resampled) =
         unseen_errors(context, keep, declared, (chosen, lin), attributions, &skip_groups);
     let perturbed = if context.options.nested {
         where_readings_move(context, keep, declared, (chosen, lin), attributions)
@@ -76,10 +73,6 @@ pub(crate) fn summarise(
         before: error_summary((&plain, base), declared.1, keep, before),
         after: error_summary((&chosen.system, &chosen.estimate), lin, keep, after),
         predicts_better: predicts_better(&errors),
-        choosing_better: match hold_out {
-            HoldOut::CheckGroups => choosing.as_ref().map(predicts_better),
-            HoldOut::Nested | HoldOut::LeaveOneOut => Some(predicts_better(&errors)),
-        },
         stability: stability
             .map(|(resampled, perturbed)| Stability { resampled, perturbed })
             .collect(),

@@ -17,20 +17,7 @@ use crate::{HoldOut, Role};
 /// Repetitions of the choice at most; each leaves out every so-manieth group.
 const MAX_NESTED_FOLDS: usize = 24;
 
-/// Errors of the declared and of the chosen model, group by group.
-type Both = [Vec<Option<GroupError>>; 2];
-
-/// Errors of both models on groups that were left out.
-pub(crate) struct Unseen {
-    pub(crate) hold_out: HoldOut,
-    /// On the check groups, where there are any.
-    pub(crate) errors: Both,
-    /// On fitted groups that the choice was repeated without, where there are check groups, too:
-    /// these judge, and choose nothing.
-    pub(crate) choosing: Option<Both>,
-    /// How often each addition is found again.
-    pub(crate) stability: Vec<Option<f64>>,
-}
+type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);
 
 /// Errors of both models on groups that were left out, and how often each addition is found again.
 pub(crate) fn unseen_errors(
@@ -52,17 +39,14 @@ pub(crate) fn unseen_errors(
     if !checks.is_empty() {
         let before = reported_errors(&System::declared(context.model), declared.0, &checks);
         let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
-        let (choosing, stability) = repeated.unzip();
-        let stability = stability.unwrap_or(vec![None; chosen.added.len()]);
-        let (hold_out, errors) = (HoldOut::CheckGroups, [before, after]);
-        return Unseen { hold_out, errors, choosing, stability };
+        let stability = repeated.map_or(vec![None; chosen.added.len()], |(_, stability)| stability);
+        return (HoldOut::CheckGroups, [before, after], stability);
     }
     if let Some((errors, stability)) = repeated {
-        return Unseen { hold_out: HoldOut::Nested, errors, choosing: None, stability };
+        return (HoldOut::Nested, errors, stability);
     }
     let errors = [declared.1, lin].map(|lin| one_by_one(lin, skip_groups));
-    let stability = vec![None; chosen.added.len()];
-    Unseen { hold_out: HoldOut::LeaveOneOut, errors, choosing: None, stability }
+    (HoldOut::LeaveOneOut, errors, vec![None; chosen.added.len()])
 }
 
 /// Errors of the declared model alone on groups that were left out, as [`unseen_errors`] has them.
@@ -135,7 +119,7 @@ fn nested_errors(
     (chosen, lin): (&Selected<'_>, &Linear<'_>),
     attributions: &[Option<Attribution<'_>>],
     (fitted, folds): (&[usize], &NestedFolds),
-) -> (Both, Vec<Option<f64>>) {
+) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
     let progress = &context.options.progress;
     progress.expect(folds.members.len());
     let blocks = seen_in_blocks(context, declared, (chosen, lin), &folds.left_out);

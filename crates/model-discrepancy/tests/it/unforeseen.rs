@@ -1,15 +1,11 @@
 //! Groups set aside that lie farther from their prediction than the noise allows.
 
-use model_discrepancy::{
-    Closure, Group, LinearModel, Options, Remaining, Role, Row, Verdict, close_loop,
-};
+use model_discrepancy::{Closure, Group, LinearModel, Options, Role, Row, Verdict, close_loop};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{
-    CATALOGUE, body, effect, noise, normal, points, push, scalars, set_base,
-};
+use crate::linear_model::{normal, scalars, set_base};
 
 const GROUPS: usize = 32;
 const TRIALS: u64 = 400;
@@ -74,64 +70,6 @@ fn groups_like_the_fitted_ones_are_foreseen() {
         let found = found.count();
         assert!(found <= most, "{per_group} readings a group, φ = {phi}: {found} of {TRIALS}");
     }
-}
-
-/// The same with every fitted reading a candidate for a bad one.
-fn with_bad_readings(seed: u64) -> LinearModel {
-    let mut model = level(seed, 1, 0.0);
-    for g in (0..GROUPS).filter(|&g| !is_check(g)) {
-        let mut tangent = DMatrix::zeros(GROUPS, 1);
-        tangent[(g, 0)] = 1.0;
-        push(&mut model, effect("bad-point", 1).about(&format!("G{g}")), tangent);
-    }
-    model
-}
-
-/// What lies off in one place of a part is met by fitted readings and by those set aside.
-#[test]
-fn a_bad_reading_is_no_accident_where_those_set_aside_lie_off_too() {
-    let mut model = with_bad_readings(3);
-    // Twelve standard deviations: named.
-    model.residual[10] += 12.0;
-    let alone = closed(&model);
-    assert_eq!(alone.steps.len(), 1, "{:?}", alone.remaining);
-    assert_eq!(alone.steps[0].subject.as_deref(), Some("G10"));
-    for g in [9, 11, 15] {
-        model.residual[g] += 12.0;
-    }
-    let closure = closed(&model);
-    assert!(closure.steps.is_empty(), "{:?}", closure.steps);
-    assert_eq!(closure.verdict, Verdict::StructureRemains);
-    let taken_back = |name: &str| {
-        let of = |r: &Remaining| r.covariate == name && r.shape.starts_with("no accident");
-        closure.remaining.iter().any(of)
-    };
-    assert!(taken_back("bad-point [G9]") && taken_back("bad-point [G10]"), "{closure:?}");
-}
-
-/// Sets of clean data, and additions to them at most: of 200 at 5 % ten are expected of the choice alone, and
-/// what a repetition without some groups does not bear out is not added.
-const CLEAN: u64 = 200;
-const MOST_ADDED: usize = 5;
-
-#[test]
-fn what_repetitions_do_not_bear_out_is_taken_back_where_groups_are_set_aside() {
-    let is_added = |seed: &u64| {
-        let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
-        let places = points(32, *seed);
-        let mut model = body(&places, &noise(32, 0.004, 0.0, &mut rng));
-        for g in (0..32).filter(|&g| is_check(g)) {
-            model.declared.layout.groups[g].role = Role::Check;
-        }
-        // Bad points move nothing that is fitted where they are set aside.
-        let kept = |i: &usize| i.checked_sub(CATALOGUE.len()).is_none_or(|g| !is_check(g));
-        let kept: Vec<usize> = (0..model.tangents.len()).filter(kept).collect();
-        model.declared.effects = kept.iter().map(|&i| model.declared.effects[i].clone()).collect();
-        model.tangents = kept.iter().map(|&i| model.tangents[i].clone()).collect();
-        !closed(&model).steps.is_empty()
-    };
-    let added = (0..CLEAN).filter(is_added).count();
-    assert!(added <= MOST_ADDED, "{added} of {CLEAN}");
 }
 
 /// Declared noise is judged on all groups: what either half would let pass, both do not.
