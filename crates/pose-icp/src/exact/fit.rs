@@ -38,7 +38,7 @@ pub fn fit_pose(
     let position_free = free.as_slice().starts_with(&[0, 1, 2]);
     let pivot_mm = if position_free { part.pivot_mm() } else { 0.0 };
     let at = Chart::new(start, pivot_mm);
-    match search(&equations, at).or_else(|failed| in_stages(&equations, at).ok_or(failed)) {
+    match search(&equations, at) {
         Ok(found) => conclude(&equations, options, found),
         Err(failed) => {
             // A ball in a hollow that is too narrow has no single closest point.
@@ -51,27 +51,6 @@ pub fn fit_pose(
             })
         }
     }
-}
-
-/// The search with the tilts held until the position is found.
-///
-/// On a part that is nearly a sphere to the touches, tilts and decentre hardly show, and the first step
-/// of all five at once, from millimetres away, leads along them out of the part. Held, the others are within
-/// noise and error of form of where they belong, and what these then ask of the tilts is what they show.
-fn in_stages(equations: &Equations<'_>, start: Chart) -> Option<Found> {
-    let tilts = [PoseParameter::Alpha, PoseParameter::Beta].map(|tilt| tilt as usize);
-    let free = equations.free.as_slice();
-    let level = Free::of(|i| free.contains(&i) && !tilts.contains(&i));
-    if level.as_slice().is_empty() || level.as_slice().len() == free.len() {
-        return None;
-    }
-    let first = search(&Equations { free: level, ..*equations }, start).ok()?;
-    let second = search(equations, first.at).ok()?;
-    Some(Found {
-        iterations: first.iterations + second.iterations,
-        evaluations: first.evaluations + second.evaluations,
-        ..second
-    })
 }
 
 /// A motion that changes nothing is the usual cause of a search without end.
