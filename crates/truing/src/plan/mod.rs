@@ -112,11 +112,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes, new_session };
     let linear = Linear::of(model, &effects, &origins, noise);
     let mut goals = question.goals(model, &linear, &loop_options);
-    if budget.is_some() {
-        for (_, goal) in &mut goals {
-            spend(goal);
-        }
-    }
+    spend(budget, &mut goals);
     let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
     let pairs = inseparable::taken_out(&design, &mut goals);
     let most = budget.unwrap_or(made.max(LEAST));
@@ -124,7 +120,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     // What the tests of the linearised model promise is held against loops on simulated data of the
     // same design; where they name an effect too seldom, more is asked of the tests.
     let (mut asked, mut rounds) = (goals.clone(), 0);
-    let (sorted, rows, with_plan, after, foreseen) = loop {
+    let (sorted, rows, with_plan, after, (told_apart, named)) = loop {
         let hopeful = hopeful(&design, &question, &asked);
         let mut sorted = design.chosen(&hopeful, most);
         add_controls(&mut sorted, &offer.controls, most);
@@ -146,11 +142,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         if named || rounds == MOST_ROUNDS || sorted.len() >= most.min(every.len()) {
             break (sorted, rows, with_plan, after, (told_apart, named));
         }
-        for (ask, goal) in asked.iter_mut().filter(|(ask, _)| !answered[*ask]) {
-            harder(&question.asks[*ask], goal);
-        }
+        harder(&question, &answered, &mut asked);
     };
-    let (told_apart, named) = foreseen;
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);
@@ -230,10 +223,12 @@ fn most(budget: Option<PlanBudget>, each: Option<f64>) -> Result<Option<usize>, 
     if count == 0 { Err(PlanProblem::NoBudget) } else { Ok(Some(count)) }
 }
 
-/// Makes a goal for which nothing is ever enough.
-fn spend(goal: &mut Goal) {
-    if let Goal::Known { needed, .. } = goal {
-        *needed = EVER_LESS;
+/// Makes goals for which nothing is ever enough, where a budget says how far to go.
+fn spend(budget: Option<usize>, goals: &mut [(usize, Goal)]) {
+    for (_, goal) in goals.iter_mut().filter(|_| budget.is_some()) {
+        if let Goal::Known { needed, .. } = goal {
+            *needed = EVER_LESS;
+        }
     }
 }
 
@@ -263,9 +258,12 @@ fn named_by_loops(ask: &Ask, after: &[Assessment], (model, linear): (&dyn Model,
 }
 
 /// Asks more of the tests of what is not answered.
-fn harder(ask: &Ask, goal: &mut Goal) {
-    if let Goal::Seen { needed, .. } = goal {
-        *needed *= if matches!(ask, Ask::Apart { .. }) { HARDER_APART } else { HARDER };
+fn harder(question: &Question, answered: &[bool], asked: &mut [(usize, Goal)]) {
+    for (ask, goal) in asked.iter_mut().filter(|(ask, _)| !answered[*ask]) {
+        if let Goal::Seen { needed, .. } = goal {
+            let is_apart = matches!(question.asks[*ask], Ask::Apart { .. });
+            *needed *= if is_apart { HARDER_APART } else { HARDER };
+        }
     }
 }
 
