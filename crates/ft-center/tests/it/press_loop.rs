@@ -128,6 +128,18 @@ fn a_load_cell_that_is_not_linear_is_no_gain() {
     assert!(closure.remaining.iter().any(|r| r.shape.contains("along fz_n")));
 }
 
+/// A fifth too much is a sensor's gain; half of the force is none.
+#[test]
+fn a_gain_that_no_sensor_has_is_not_named() {
+    let named = |factor: f64| {
+        let gain = move |_, w: &mut Wrench| w.force_n.z *= factor;
+        let closure = closed(&grid(&[40.0, 80.0], 3.0, &Colour::COLOURED, 5, gain));
+        closure.steps.iter().any(|step| names(step).contains(&"force-gain"))
+    };
+    assert!(named(1.2));
+    assert!(!named(0.5));
+}
+
 /// A head that turns in every press leaves its line in every record: where it is gone although
 /// the noise would not hide it, nothing is «explained».
 #[test]

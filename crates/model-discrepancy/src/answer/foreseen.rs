@@ -4,7 +4,6 @@ use std::fmt;
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::algebra::silent::silent_components;
 use crate::algebra::system::{Estimate, System, rows_of};
@@ -12,7 +11,7 @@ use crate::answer::estimate::noise_level;
 use crate::answer::separation::all_fitted;
 use crate::choice::candidate::{estimability, label};
 use crate::count::count;
-use crate::model::moved::{Moved, evenly};
+use crate::model::moved::{Moved, normally};
 use crate::noise::linear::Linear;
 use crate::{Closure, Covariate, Effect, LoopError, Model, Options, close_loop};
 
@@ -62,14 +61,11 @@ impl Foreseen<'_> {
         // Repetitions take back names, not rivals.
         let options = Options { nested: false, ..self.options.clone() };
         let rows = &self.model.declared().layout.rows;
-        let normal = Normal::standard();
         let is_told = |set: usize| {
             let mut offsets = DVector::zeros(rows.len());
             for (n, &row) in self.planned.iter().enumerate() {
-                // The ends of the interval are no normal numbers.
-                let share = evenly(set * self.planned.len() + n).clamp(1e-9, 1.0 - 1e-9);
-                let noise = factor * at.sigma(&rows[row]) * normal.inverse_cdf(share);
-                offsets[row] = noise - expected[row];
+                let normal = normally(set * self.planned.len() + n);
+                offsets[row] = factor * at.sigma(&rows[row]) * normal - expected[row];
             }
             let moved = Moved::by(self.model, offsets);
             let closed = close_loop(&moved, self.covariates, &options);
@@ -97,7 +93,7 @@ impl Foreseen<'_> {
         }
         let rows = rows_of(layout, &keep);
         let mut system = System::declared(self.model);
-        let mut at = system.fit(&rows, &system.start()).map_err(LoopError::declared)?;
+        let mut at = system.fit_first(&rows).map_err(LoopError::declared)?;
         let silent = silent_components(&system, &at, &rows);
         for name in effects {
             let is_it = |e: &Effect| label(&e.id, e.subject.as_deref()) == *name;

@@ -1,7 +1,6 @@
 //! How large an effect must be for the whole choice to name it, by simulation.
 
 use nalgebra::DVector;
-use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::system::{Estimate, System};
@@ -13,7 +12,7 @@ use crate::choice::ranking::{eligible, prefer_simpler};
 use crate::choice::score::{Candidates, Scored, Scoring, criterion};
 use crate::count::count;
 use crate::levels::{POWER, TIE};
-use crate::model::moved::evenly;
+use crate::model::moved::normally;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::f_test;
 use crate::tests::significance::{Reach, holds_in_readings};
@@ -52,10 +51,8 @@ impl<'a> Simulation<'a> {
         let n = lin.rows.len();
         let dof = n.saturating_sub(lin.basis.dim()).max(1);
         let sigma = (lin.clean_residual().norm_squared() / count(dof)).sqrt();
-        let normal = Normal::standard();
-        // The ends of the interval are no normal numbers.
-        let one = |i: usize| sigma * normal.inverse_cdf(evenly(i).clamp(1e-9, 1.0 - 1e-9));
-        let set = |k: usize| lin.basis.reject(&DVector::from_fn(n, |i, _| one(k * n + i)));
+        let noise = |k: usize| DVector::from_fn(n, |i, _| sigma * normally(k * n + i));
+        let set = |k: usize| lin.basis.reject(&noise(k));
         Self { context, system, at, lin, alpha, sigma, noise: (0..DATA_SETS).map(set).collect() }
     }
 

@@ -1,6 +1,7 @@
 //! A model whose readings are moved.
 
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{Declared, Inside, Model, Proposal, Row, State};
 
@@ -35,13 +36,19 @@ impl<'a> Moved<'a> {
 
 /// The `n`-th of a fixed sequence without visible order, evenly spread over 0 to 1 (`SplitMix64`:
 /// Steele, Lea and Flood 2014, figure 16).
-pub(crate) fn evenly(n: usize) -> f64 {
+fn evenly(n: usize) -> f64 {
     const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
     let mut z = GAMMA.wrapping_mul(n as u64 + 1);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     let high = u32::try_from((z ^ (z >> 31)) >> 32).unwrap_or(u32::MAX);
     f64::from(high) / f64::from(u32::MAX)
+}
+
+/// The `n`-th of a fixed sequence of standard normal numbers without visible order.
+pub(crate) fn normally(n: usize) -> f64 {
+    // The ends of the interval are no normal numbers.
+    Normal::standard().inverse_cdf(evenly(n).clamp(1e-9, 1.0 - 1e-9))
 }
 
 impl Model for Moved<'_> {
@@ -72,7 +79,7 @@ impl Model for Moved<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::evenly;
+    use super::{evenly, normally};
 
     /// Of 10 000 even numbers the mean is within 4 · √(1/12) / 100 of one half, neighbours' products
     /// within 4/12/100 of uncorrelated.
@@ -86,5 +93,15 @@ mod tests {
             let covariance = products.sum::<f64>() / 1e4;
             assert!(covariance.abs() < 4.0 / 12.0 / 100.0, "{lag}: {covariance}");
         }
+    }
+    /// Of 10 000 standard normal numbers the mean is within 4/100 of zero, the variance within
+    /// 4 · √2 / 100 of one.
+    #[test]
+    fn normal_numbers_have_mean_zero_and_variance_one() {
+        let all: Vec<f64> = (0..10_000).map(normally).collect();
+        let mean = all.iter().sum::<f64>() / 1e4;
+        let variance = all.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / 1e4;
+        assert!(mean.abs() < 0.04, "{mean}");
+        assert!((variance - 1.0).abs() < 4.0 * 2.0_f64.sqrt() / 100.0, "{variance}");
     }
 }
