@@ -128,7 +128,7 @@ fn a_load_cell_that_is_not_linear_is_no_gain() {
     assert!(closure.remaining.iter().any(|r| r.shape.contains("along fz_n")));
 }
 
-/// A fifth too much is a sensor's gain; half of the force is none.
+/// A fifth too much is a sensor's gain; a third and more too little is none.
 #[test]
 fn a_gain_that_no_sensor_has_is_not_named() {
     let named = |factor: f64| {
@@ -137,7 +137,7 @@ fn a_gain_that_no_sensor_has_is_not_named() {
         closure.steps.iter().any(|step| names(step).contains(&"force-gain"))
     };
     assert!(named(1.2));
-    assert!(!named(0.5));
+    assert!(!named(0.65));
 }
 
 /// A head that turns in every press leaves its line in every record: where it is gone although
