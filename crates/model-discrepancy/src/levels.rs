@@ -6,8 +6,8 @@
 //! two fifths of it: `0.4 α` for each, as long as there are such. What is left of the residual is
 //! looked at beside this budget: neighbours in order and in place at 0.005 each, groups set aside at
 //! 0.005, additivity at 0.01 over all names and covariates; lack of fit, a group that is unlike the
-//! others, χ² beside the declared noise, and two single readings that hide each other at 0.001 each.
-//! Where nothing is missing, one answer in fourteen at most, 0.05 + 3 · 0.005 + 4 · 0.001 = 0.069, says otherwise; additivity asks only once
+//! others, groups that lie apart, χ² beside the declared noise, and two single readings that hide each other at 0.001 each.
+//! Where nothing is missing, one answer in fourteen at most, 0.05 + 3 · 0.005 + 5 · 0.001 = 0.07, says otherwise; additivity asks only once
 //! something was named.
 
 use std::ops::RangeInclusive;
@@ -53,6 +53,10 @@ pub(crate) const EXCESS_LEFT_UNDECLARED: f64 = 0.1;
 /// has no name is then larger than what has.
 pub(crate) const MOSTLY_LEFT: f64 = 0.5;
 
+/// The same where what is left has no structure that shows: the noise may be larger than declared, and
+/// a name that takes less than a third of what exceeds it is as likely a part of the rest.
+pub(crate) const HARDLY_EXPLAINED: f64 = 2.0 / 3.0;
+
 /// Significance from which on check groups are predicted too badly.
 pub(crate) const BADLY_PREDICTED: f64 = 0.005;
 
@@ -93,6 +97,13 @@ pub(crate) const FOUND_AGAIN: f64 = 0.5;
 
 /// Significance from which on one group differs from the others, all groups together.
 pub(crate) const ODD_GROUP: f64 = 1e-3;
+
+/// Squared error on check groups over that without a name, from which on they refute it: what they are
+/// off by from other causes turns it a little either way.
+pub(crate) const REFUTED: f64 = 1.25;
+
+/// Significance from which on groups differ from each other by more than their readings.
+pub(crate) const GROUPS_APART: f64 = 1e-3;
 
 /// Probability of χ² outside its interval where the noise is as declared.
 pub(crate) const CHI2_OUTSIDE: f64 = 1e-3;

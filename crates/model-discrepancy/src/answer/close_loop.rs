@@ -19,8 +19,9 @@ use crate::choice::score_shapes::score_covariates;
 use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
-use crate::levels::{FOUND_AGAIN, QUARTER};
+use crate::levels::{FOUND_AGAIN, QUARTER, REFUTED};
 use crate::noise::linear::Linear;
+use crate::tests::groups_apart::groups_apart;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
 use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
@@ -32,7 +33,8 @@ use crate::{
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
 ///
 /// `covariates` hold one value per observation. Every choice is made on groups with the role
-/// `Fit`; groups with the role `Check` are only judged.
+/// `Fit`; groups with the role `Check` are only judged, but that names are taken back that they refute:
+/// a single bad reading where they lie as far off, and others where they lie much farther off than without.
 ///
 /// # Errors
 ///
@@ -66,6 +68,7 @@ fn closed<'a>(
     let of_declared = Linear::of(&declared, base, keep, silent);
     let rows = rows_of(&model.declared().layout, keep);
     let mut taken_back: Vec<Remaining> = contradicted.into_iter().collect();
+    let mut are_accidents = true;
     let (lin, attributions, summaries) = loop {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, silent);
         let attributions: Vec<_> =
@@ -74,15 +77,26 @@ fn closed<'a>(
             summarise(context, keep, (base, &of_declared), (&chosen, &lin), &attributions);
         let unstable = least_stable(&summaries.stability)
             .map(|(i, why)| (i, left_over(context, &chosen.added[i], why)));
-        // Check groups choose nothing.
-        let may_choose = summaries.after.hold_out != HoldOut::CheckGroups;
+        let is_checked = summaries.after.hold_out == HoldOut::CheckGroups;
+        let lie_off = || badly_predicted(context, &chosen, &lin).is_some();
         let gainless = || {
-            let i = last_of_many(context, &chosen, &lin)
-                .filter(|_| may_choose && !summaries.predicts_better)?;
-            Some((i, left_over(context, &chosen.added[i], NO_GAIN.to_owned())))
+            let i = last_of_many(context, &chosen, &lin)?;
+            // Check groups choose nothing; what they refute does not stand.
+            let most = if is_checked { REFUTED } else { 1.0 };
+            let is_gainless = summaries.unseen_ratio >= most && (!is_checked || lie_off());
+            let why = || left_over(context, &chosen.added[i], NO_GAIN.to_owned());
+            is_gainless.then(|| (i, why()))
+        };
+        let no_accident = || {
+            let i = last_bad_reading(context, &chosen, &lin)?;
+            // The fit is worse without the first, and less surprised by what was set aside.
+            are_accidents &= !lie_off();
+            let why = || left_over(context, &chosen.added[i], NO_ACCIDENT.to_owned());
+            (!are_accidents).then(|| (i, why()))
         };
         let back = unstable
             .or_else(gainless)
+            .or_else(no_accident)
             .and_then(|(i, why)| Some((why, without(context, keep, &chosen, i)?)));
         let Some((why, rest)) = back else { break (lin, attributions, summaries) };
         taken_back.push(why);
@@ -99,10 +113,10 @@ fn closed<'a>(
     let lack_of_fit = Places::of(model, context.covariates).and_then(|places| places.test(&lin));
     let mut remaining = remaining(context, &chosen, &lin);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
-    remaining.extend(odd_groups(&lin));
+    remaining.extend(odd_groups(&lin).or_else(|| groups_apart(&lin)));
     remaining.extend(taken_back);
     // What does not predict check groups stands, and explains nothing.
-    let many = last_of_many(context, &chosen, &lin).filter(|_| !summaries.predicts_better);
+    let many = last_of_many(context, &chosen, &lin).filter(|_| summaries.unseen_ratio >= 1.0);
     remaining.extend(many.map(|_| no_gain(&chosen)));
     let (confusability, confusable_ids) = confusability(context, base, &of_declared);
     mark_confounded(&mut chosen.passes, &attributions);
@@ -168,6 +182,9 @@ fn least_stable(stability: &[Stability]) -> Option<(usize, String)> {
 /// Why something is left over that does not lower the error on data that the fit did not see.
 const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
 
+/// Why one bad reading is left over where groups set aside lie as far off.
+const NO_ACCIDENT: &str = "no accident, as groups set aside lie off as well: taken back";
+
 /// What was added, where check groups are not predicted any better.
 fn no_gain(chosen: &Selected<'_>) -> Remaining {
     Remaining {
@@ -185,6 +202,19 @@ fn last_of_many(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) 
         What::Empirical(..) => true,
     };
     chosen.added.iter().rposition(is_of_many)
+}
+
+/// The last addition that is one bad reading.
+fn last_bad_reading(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Option<usize> {
+    let is_bad = |added: &Added| match added.what {
+        What::Effect(effect) => home_of_bad(context, &chosen.estimate, lin, effect).is_some(),
+        What::Empirical(..) => false,
+    };
+    chosen.added.iter().rposition(is_bad)
 }
 
 /// An addition that is not made, as something left.

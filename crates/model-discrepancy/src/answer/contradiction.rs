@@ -8,7 +8,7 @@ use crate::choice::candidate::label;
 use crate::choice::context::Context;
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
-use crate::levels::{EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, MOSTLY_LEFT};
+use crate::levels::{EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, HARDLY_EXPLAINED, MOSTLY_LEFT};
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
 
@@ -42,7 +42,7 @@ pub(crate) fn chosen_instead<'a>(
 /// a low patch into an ellipsoid, lobes and a travel; a head that slips into a platform that is
 /// higher. What gives them away is that they do not keep their own proportions, and that a visible
 /// part of the misfit follows these departures; or that they do not reach the declared noise, and
-/// leave most of the misfit to neighbours that agree.
+/// leave most of the misfit to neighbours that agree, or nearly all of it to anything.
 pub(crate) fn contradiction(
     context: &Context<'_>,
     keep: &[bool],
@@ -90,7 +90,7 @@ fn departed(
     (left >= most).then_some((worst, left))
 }
 
-/// The structure that is left above the declared noise, and its share of what was before.
+/// What is left above the declared noise, structure where it has any, and its share of what was before.
 fn left_above(
     context: &Context<'_>,
     keep: &[bool],
@@ -107,7 +107,13 @@ fn left_above(
     let departures = plainly_not_additive(context, chosen, lin).into_iter().map(|d| d.remaining);
     let agreeing = (left >= MOSTLY_LEFT).then(|| structure(context, lin));
     let found = departures.chain(agreeing.into_iter().flatten());
-    found.min_by(|a, b| a.p_value.total_cmp(&b.p_value)).map(|worst| (worst, left))
+    let worst = found.min_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let formless = || Remaining {
+        covariate: "noise".to_owned(),
+        shape: "what was named takes little of what exceeds the declared noise".to_owned(),
+        p_value: after.p_value(),
+    };
+    worst.or_else(|| (left >= HARDLY_EXPLAINED).then(formless)).map(|worst| (worst, left))
 }
 
 /// Sum of squared residuals over the uncertainties of their rows, without any scatter between

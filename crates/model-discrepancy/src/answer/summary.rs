@@ -17,9 +17,9 @@ use crate::{ErrorSummary, HoldOut, Stability};
 pub(crate) struct Summaries {
     pub(crate) before: ErrorSummary,
     pub(crate) after: ErrorSummary,
-    /// Whether unseen groups are predicted better after than before, by the squared errors of all
-    /// rows in units of their noise: what shows in rows that are not reported counts, too.
-    pub(crate) predicts_better: bool,
+    /// Squared errors on unseen groups, after over before, of all rows in units of their noise: what
+    /// shows in rows that are not reported counts, too.
+    pub(crate) unseen_ratio: f64,
     /// Of every addition.
     pub(crate) stability: Vec<Stability>,
     pub(crate) warnings: Vec<String>,
@@ -72,7 +72,7 @@ pub(crate) fn summarise(
     Summaries {
         before: error_summary((&plain, base), declared.1, keep, before),
         after: error_summary((&chosen.system, &chosen.estimate), lin, keep, after),
-        predicts_better: predicts_better(&errors),
+        unseen_ratio: ratio(&errors),
         stability: stability
             .map(|(resampled, perturbed)| Stability { resampled, perturbed })
             .collect(),
@@ -120,9 +120,11 @@ fn error_summary(
     }
 }
 
-fn predicts_better([before, after]: &[Vec<Option<GroupError>>; 2]) -> bool {
+fn ratio([before, after]: &[Vec<Option<GroupError>>; 2]) -> f64 {
     let both = before.iter().zip(after).filter_map(|(b, a)| Some((b.as_ref()?, a.as_ref()?)));
-    both.map(|(before, after)| after.whitened - before.whitened).sum::<f64>() < 0.0
+    let (before, after) =
+        both.fold((0.0, 0.0), |(b, a), (before, after)| (b + before.whitened, a + after.whitened));
+    after / f64::max(before, f64::MIN_POSITIVE)
 }
 
 fn train_rms(system: &System<'_>, at: &Estimate, keep: &[bool]) -> f64 {

@@ -182,14 +182,22 @@ fn better_shape(
     (best < than - WORTH_MENTIONING).then(|| judged[i].clone())
 }
 
-/// Puts a shape of levels in place of two named effects where it describes the data better: two laws
-/// of a load pass through any three loads, and say nothing where one of the loads went otherwise.
+/// Puts a shape of levels in place of all named effects where it describes the data better: two laws
+/// of a load pass through any three loads, and say nothing where one of the loads went otherwise; and
+/// of an error of its own at every place a sag or a shear takes a part, as any few numbers do.
+///
+/// With no more directions than the effects have it need be no worse, where these are two, or one whose
+/// place was found by looking: a shift from a press on is the load that begins there.
 fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>) -> bool {
     let effects: Vec<usize> = chosen.system.active.iter().map(|a| a.effect).collect();
-    let [first, second] = effects[..] else { return false };
+    if effects.is_empty() || !has_levels(context) {
+        return false;
+    }
     let mut plain = chosen.clone();
-    plain.system = plain.system.without_effect(first).without_effect(second);
-    plain.added.retain(|a| ![first, second].map(What::Effect).contains(&a.what));
+    for &effect in &effects {
+        plain.system = plain.system.without_effect(effect);
+        plain.added.retain(|a| a.what != What::Effect(effect));
+    }
     let rows = rows_of(&context.model.declared().layout, keep);
     let start = plain.system.warm_start(&chosen.estimate);
     let Ok(estimate) = plain.system.fit(&rows, &start) else { return false };
@@ -203,7 +211,9 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
     let criterion = n * left.max(f64::MIN_POSITIVE).ln() + count(directions) * n.ln();
     let alpha = context.options.alpha * QUARTER;
     let scoring = Scoring::new(context, &plain.system, &plain.estimate, &lin, alpha);
-    let than = (criterion, directions);
+    let is_law = |effect: usize| context.model.declared().effects[effect].searched == 1;
+    let as_many = if matches!(effects[..], [one] if is_law(one)) { 0 } else { directions };
+    let than = (criterion, as_many);
     let Some(shape) = better_shape(context, &scoring, than, is_of_levels) else { return false };
     if !add(&mut plain, keep, &[&shape]) {
         return false;
@@ -211,6 +221,12 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
     plain.passes.clone_from(&chosen.passes);
     *chosen = plain;
     true
+}
+
+/// Whether any covariate has levels, or is a load that is set again.
+fn has_levels(context: &Context<'_>) -> bool {
+    let mut all = context.shapes.iter().flat_map(|along| along.single.iter().chain(&along.apart));
+    all.any(|shape| is_of_levels(&shape.name))
 }
 
 /// Adds candidates and refits; false, and nothing changed, when the nested cost did not fall.

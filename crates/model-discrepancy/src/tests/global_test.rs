@@ -43,6 +43,12 @@ impl GlobalTest {
         chi2_interval(self.dof * self.share)
     }
 
+    /// Probability of as much where the noise is as declared.
+    pub(crate) fn p_value(&self) -> f64 {
+        let law = ChiSquared::new(self.dof * self.share);
+        law.map_or(0.0, |law| law.sf(self.chi2 * self.share))
+    }
+
     /// Whether the data scatter more than declared.
     #[must_use]
     pub fn is_above(&self) -> bool {

@@ -4,6 +4,7 @@ pub(crate) mod agreement;
 pub(crate) mod cluster_robust;
 pub(crate) mod f_test;
 pub(crate) mod global_test;
+pub(crate) mod groups_apart;
 pub(crate) mod hold_out;
 pub(crate) mod lack_of_fit;
 pub(crate) mod left_out;

@@ -8,7 +8,7 @@ use crate::levels::ODD_GROUP;
 use crate::noise::linear::Linear;
 
 /// Fewest groups that show how far groups differ.
-const MIN_GROUPS: usize = 6;
+const MIN_GROUPS: usize = 4;
 
 /// Fewest readings of a component in a group whose mean is near normal, whatever their own law.
 const MIN_READINGS: usize = 4;

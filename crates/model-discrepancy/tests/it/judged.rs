@@ -105,6 +105,29 @@ fn noise_beyond_what_was_declared_is_its_own_verdict() {
     assert!(closure.before.chi2_per_dof.unwrap() > 5.0);
 }
 
+/// Standard deviations of 0.05 mm where 0.01 mm are declared, and a scale: of 300 ppm, some 0.1 mm, it is
+/// named all the same; of 70 ppm it takes a sixth of what exceeds the declared noise.
+#[test]
+fn a_name_that_hardly_lowers_what_exceeds_the_noise_does_not_stand() {
+    let closed = |scale: f64| {
+        let points = points(60, 7);
+        let mut rng = ChaCha8Rng::seed_from_u64(1007);
+        let errors = noise(60, 0.05, 0.0, &mut rng);
+        let errors: Vec<_> = errors.iter().zip(&points).map(|(e, p)| e + p * scale).collect();
+        let mut model = body(&points, &errors);
+        model.declared.layout.rows.iter_mut().for_each(|row| row.sigma = 0.01);
+        model.declared.layout.sigma_declared = true;
+        close_loop(&model, &coordinates(&points), &Options::default()).unwrap()
+    };
+    let large = closed(3e-4);
+    assert_eq!(large.steps.len(), 1, "{:?}", large.remaining);
+    assert_eq!(large.verdict, Verdict::NoiseLargerThanDeclared);
+    let small = closed(7e-5);
+    assert!(small.steps.is_empty(), "{:?}", small.steps);
+    let left = small.remaining.iter().find(|r| r.covariate == "noise");
+    assert!(left.is_some_and(|r| r.shape.contains("(scale)")), "{:?}", small.remaining);
+}
+
 #[test]
 fn the_same_data_give_the_same_answer() {
     let (model, points) = scaled_body(8, 20);

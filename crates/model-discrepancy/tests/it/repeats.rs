@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use model_discrepancy::{
-    Covariate, LinearModel, Options, Quantity, Verdict, close_loop, lack_of_fit,
+    Closure, Covariate, LinearModel, Options, Quantity, Verdict, close_loop, lack_of_fit,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{noise, normal, scalars};
+use crate::linear_model::{body, noise, normal, points, scalars};
 
 /// Places of a run, there and back, five times.
 const PLACES: usize = 9;
@@ -93,6 +93,85 @@ fn one_group_apart_is_named() {
     assert_eq!(closure.verdict, Verdict::StructureRemains);
     let of_group = closure.remaining.iter().find(|r| r.covariate == "group");
     assert!(of_group.is_some_and(|r| r.shape.starts_with("7 ")), "{:?}", closure.remaining);
+}
+
+/// Groups as runs of as many readings.
+fn in_runs(data: &[f64], groups: usize) -> LinearModel {
+    let mut model = scalars(data, &[]);
+    let readings = data.len() / groups;
+    model.declared.layout.observations = (0..data.len()).map(|i| i / readings).collect();
+    model.declared.layout.groups.truncate(groups);
+    model
+}
+
+fn of_group(closure: &Closure) -> Option<&str> {
+    let found = closure.remaining.iter().find(|r| r.covariate == "group");
+    found.map(|found| found.shape.as_str())
+}
+
+/// One cycle of five that reads 20 σ high is five times as far off as the means of four scatter.
+#[test]
+fn one_of_five_groups_apart_is_named() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let off = |i: usize| if i / 24 == 2 { 0.2 } else { 0.0 };
+    let data: Vec<f64> = (0..120).map(|i| off(i) + 0.01 * normal(&mut rng)).collect();
+    let closure = close_loop(&in_runs(&data, 5), &[], &Options::default()).expect("closes");
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+    assert!(of_group(&closure).is_some_and(|s| s.starts_with("2 ")), "{:?}", closure.remaining);
+}
+
+/// Groups that each lie elsewhere, by three times what a reading scatters: no single one is apart, and
+/// no noise is declared.
+#[test]
+fn groups_that_each_lie_elsewhere_are_structure() {
+    let mut rng = ChaCha8Rng::seed_from_u64(10);
+    let at: Vec<f64> = (0..12).map(|_| 0.03 * normal(&mut rng)).collect();
+    let data: Vec<f64> = (0..360).map(|i| at[i / 30] + 0.01 * normal(&mut rng)).collect();
+    let closure = close_loop(&in_runs(&data, 12), &[], &Options::default()).expect("closes");
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+    let shape = of_group(&closure).unwrap_or_default();
+    assert!(shape.starts_with("groups lie apart"), "{:?}", closure.remaining);
+}
+
+/// The level is one in a thousand; of 200 sets more than three say so once in 20 000 times.
+#[test]
+fn noise_that_remembers_puts_no_groups_apart() {
+    for phi in [0.0, 0.5, 0.9] {
+        let alarm = |seed: &u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(*seed);
+            let data: Vec<f64> = noise(360, 0.01, phi, &mut rng).iter().map(|v| v.x).collect();
+            let options = Options { nested: false, ..Options::default() };
+            let closure = close_loop(&in_runs(&data, 12), &[], &options).expect("closes");
+            of_group(&closure).is_some()
+        };
+        let alarms = (0..200).filter(alarm).count();
+        assert!(alarms <= 3, "φ = {phi}: {alarms} of 200");
+    }
+}
+
+/// Every place has an error of its own, of which a sag, a shear or a scale takes a part: any few numbers
+/// do, and their names say nothing.
+#[test]
+fn laws_of_the_place_do_not_stand_beside_an_error_of_every_place() {
+    const TARGETS: usize = 10;
+    for seed in 0..12 {
+        let places = points(TARGETS, seed);
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+        let own: Vec<_> = noise(TARGETS, 0.1, 0.0, &mut rng);
+        let visited = |i: usize| i % TARGETS;
+        let at: Vec<_> = (0..5 * TARGETS).map(|i| places[visited(i)]).collect();
+        let scatter = noise(at.len(), 0.004, 0.0, &mut rng);
+        let errors: Vec<_> = scatter.iter().enumerate().map(|(i, e)| e + own[visited(i)]).collect();
+        let along = |name: &str, axis: usize| {
+            let values = at.iter().map(|p| p[axis]).collect();
+            Covariate::coordinate(name, Quantity::Position, values)
+        };
+        let covariates = [along("x_mm", 0), along("y_mm", 1), along("z_mm", 2)];
+        let closure = close_loop(&body(&at, &errors), &covariates, &Options::default()).unwrap();
+        let named = closure.steps.iter().find(|s| !s.effect.starts_with("covariate:"));
+        assert!(named.is_none(), "{seed}: {named:?}");
+        assert!(!closure.steps.is_empty(), "{seed}: {:?}", closure.remaining);
+    }
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! Groups set aside that lie farther from their prediction than the noise allows.
 
-use model_discrepancy::{Closure, Group, LinearModel, Options, Role, Row, Verdict, close_loop};
+use model_discrepancy::{
+    Closure, Group, LinearModel, Options, Remaining, Role, Row, Verdict, close_loop,
+};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{normal, scalars, set_base};
+use crate::linear_model::{effect, normal, push, scalars, set_base};
 
 const GROUPS: usize = 32;
 const TRIALS: u64 = 400;
@@ -70,6 +72,60 @@ fn groups_like_the_fitted_ones_are_foreseen() {
         let found = found.count();
         assert!(found <= most, "{per_group} readings a group, φ = {phi}: {found} of {TRIALS}");
     }
+}
+
+/// The same with every fitted reading a candidate for a bad one.
+fn with_bad_readings(seed: u64) -> LinearModel {
+    let mut model = level(seed, 1, 0.0);
+    for g in (0..GROUPS).filter(|&g| !is_check(g)) {
+        let mut tangent = DMatrix::zeros(GROUPS, 1);
+        tangent[(g, 0)] = 1.0;
+        push(&mut model, effect("bad-point", 1).about(&format!("G{g}")), tangent);
+    }
+    model
+}
+
+/// What lies off in one place of a part is met by fitted readings and by those set aside.
+#[test]
+fn a_bad_reading_is_no_accident_where_those_set_aside_lie_off_too() {
+    let mut model = with_bad_readings(3);
+    // Twelve standard deviations: named.
+    model.residual[10] += 12.0;
+    let alone = closed(&model);
+    assert_eq!(alone.steps.len(), 1, "{:?}", alone.remaining);
+    assert_eq!(alone.steps[0].subject.as_deref(), Some("G10"));
+    for g in [9, 11, 15] {
+        model.residual[g] += 12.0;
+    }
+    let closure = closed(&model);
+    assert!(closure.steps.is_empty(), "{:?}", closure.steps);
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
+    let taken_back = |name: &str| {
+        let of = |r: &Remaining| r.covariate == name && r.shape.starts_with("no accident");
+        closure.remaining.iter().any(of)
+    };
+    assert!(taken_back("bad-point [G9]") && taken_back("bad-point [G10]"), "{closure:?}");
+}
+
+/// A shift by five standard deviations of what is fitted from a group on, which those set aside know
+/// nothing of.
+#[test]
+fn a_name_is_taken_back_that_groups_set_aside_refute() {
+    let later = |g: usize| g >= GROUPS * 3 / 4;
+    let mut model = level(4, 1, 0.0);
+    let tangent = DMatrix::from_fn(GROUPS, 1, |g, _| if later(g) { 1.0 } else { 0.0 });
+    push(&mut model, effect("shift", 1), tangent);
+    for g in (0..GROUPS).filter(|&g| later(g)) {
+        model.residual[g] += 5.0;
+    }
+    let borne_out = closed(&model);
+    assert_eq!(borne_out.steps.len(), 1, "{:?}", borne_out.remaining);
+    for g in (0..GROUPS).filter(|&g| later(g) && is_check(g)) {
+        model.residual[g] -= 5.0;
+    }
+    let refuted = closed(&model);
+    assert!(refuted.steps.is_empty(), "{:?}", refuted.steps);
+    assert_eq!(refuted.verdict, Verdict::StructureRemains);
 }
 
 /// Declared noise is judged on all groups: what either half would let pass, both do not.
