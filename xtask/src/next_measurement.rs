@@ -136,7 +136,7 @@ fn one(
     tally.plans += 1;
     tally.reached += usize::from(plan.json["reached"] == Value::Bool(true));
     tally.measurements += list.len();
-    let class = class_of_plan(&plan.json);
+    let class = class_of_plan(&plan.json, situation.truth);
     let closed = |files: Files, name: &str| -> Result<Named> {
         let again = truing.asked("loop", files, &folder.join(name))?;
         let found = named(&again.json, situation.truth, &class);
@@ -180,13 +180,16 @@ fn named(json: &Value, effect: &str, class: &[String]) -> Named {
     }
 }
 
-/// Names that a plan says no measurement tells from what it was made for.
-fn class_of_plan(plan: &Value) -> Vec<String> {
-    let classes = plan["classes"].as_array().into_iter().flatten();
-    let with = classes.flat_map(|class| class["with"].as_array().into_iter().flatten());
+/// Names that a plan says no measurement tells from an effect.
+fn class_of_plan(plan: &Value, effect: &str) -> Vec<String> {
     // Subjects are left out, as in the classes of answers.
-    let id = |name: &str| name.split(" [").next().unwrap_or(name).to_owned();
-    with.filter_map(Value::as_str).map(id).collect()
+    let id = |name: &Value| {
+        let name = name.as_str().unwrap_or_default();
+        name.split(" [").next().unwrap_or(name).to_owned()
+    };
+    let classes = plan["classes"].as_array().into_iter().flatten();
+    let own = classes.filter(|class| id(&class["effect"]) == effect);
+    own.flat_map(|class| class["with"].as_array().into_iter().flatten()).map(id).collect()
 }
 
 fn text(path: &Path) -> Result<&str> {

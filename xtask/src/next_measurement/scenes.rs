@@ -89,6 +89,21 @@ pub(super) fn situations() -> Vec<Situation> {
             let run = polish::Run { flaw: polish::Flaw::Weight(3.0), ..polish::Run::new(seed) };
             Box::new(Polishing { run, aim: "head-weight", plan: "leans_deg = [0, 20]" })
         }),
+        pose("coma of 6 µm, middle of the mirror touched", "coma", |seed| {
+            let flaw = mirror::Flaw::Coma([5e-3, 3e-3]);
+            Box::new(Middle(Mirror { flaw, ..Mirror::new(seed) }))
+        }),
+        press("moments read 60 N·mm beside, pressed with one load", "sensor-bias", |seed| {
+            let fault = press::Fault::Bias([0.0, 0.0, 0.0, 30.0, -50.0, 0.0]);
+            let session =
+                press::Session { fault, loads_n: vec![40.0], ..press::Session::new(seed) };
+            Box::new(Pressing { session, aim: "sensor-bias", plan: "loads_n = [10, 80]" })
+        }),
+        head("a leg's cell reads 1 N with no load, pressed with one load", "leg-zero", |seed| {
+            let flaw = polish::Flaw::CellZero(0, 1.0);
+            let run = polish::Run { flaw, loads_n: vec![45.0], ..polish::Run::new(seed) };
+            Box::new(Polishing { run, aim: "rivals", plan: "leans_deg = [0, 15]" })
+        }),
     ]
 }
 
@@ -175,6 +190,7 @@ impl Scene for Middle {
     fn aim(&self) -> Option<&'static str> {
         Some(match self.0.flaw {
             mirror::Flaw::Conic(_) => "conic",
+            mirror::Flaw::Coma(_) => "coma",
             _ => "trefoil",
         })
     }

@@ -40,12 +40,12 @@ impl fmt::Debug for Foreseen<'_> {
 }
 
 impl Foreseen<'_> {
-    /// How often the loop names `truth` and none of `rivals` for it, if `truth` is right.
+    /// How often the loop names `truth` and not each of `rivals` for it, if `truth` is right.
     ///
     /// `effects` are there, `truth` among them, each called by its id with the subject in brackets: as
     /// large as what was measured says, so it stays as it is, and what is planned is what these would
-    /// make of it, with white noise. Data sets are simulated until more than `missed_share` of all
-    /// is; `None` where an effect is not in the model or not to be seen in what was measured.
+    /// make of it, with white noise. Data sets are simulated until in more than `missed_share` of all
+    /// any rival is left; `None` where an effect is not in the model or not to be seen in what was measured.
     ///
     /// # Errors
     ///
@@ -55,13 +55,13 @@ impl Foreseen<'_> {
         effects: &[&str],
         (truth, rivals): (&str, &[&str]),
         missed_share: f64,
-    ) -> Result<Option<f64>, LoopError> {
+    ) -> Result<Option<Vec<f64>>, LoopError> {
         let Some((system, at, factor)) = self.as_measured(effects)? else { return Ok(None) };
         let expected = system.residuals(&at);
         // Repetitions take back names, not rivals.
         let options = Options { nested: false, ..self.options.clone() };
         let rows = &self.model.declared().layout.rows;
-        let is_told = |set: usize| {
+        let told = |set: usize| {
             let mut offsets = DVector::zeros(rows.len());
             for (n, &row) in self.planned.iter().enumerate() {
                 let normal = normally(set * self.planned.len() + n);
@@ -69,15 +69,19 @@ impl Foreseen<'_> {
             }
             let moved = Moved::by(self.model, offsets);
             let closed = close_loop(&moved, self.covariates, &options);
-            closed.is_ok_and(|closure| names(&closure, truth, rivals))
+            let is_told = |rival: &&str| closed.as_ref().is_ok_and(|c| names(c, truth, rival));
+            rivals.iter().map(is_told).collect::<Vec<bool>>()
         };
-        let (mut tried, mut told) = (0, 0);
-        while tried < DATA_SETS && count(tried - told) <= missed_share * count(DATA_SETS) {
-            let next = tried..(tried + AT_ONCE).min(DATA_SETS);
-            tried = next.end;
-            told += next.into_par_iter().filter(|&set| is_told(set)).count();
+        let mut sets: Vec<Vec<bool>> = Vec::new();
+        let missed = |sets: &[Vec<bool>]| sets.iter().filter(|told| told.contains(&false)).count();
+        while sets.len() < DATA_SETS && count(missed(&sets)) <= missed_share * count(DATA_SETS) {
+            let next = sets.len()..(sets.len() + AT_ONCE).min(DATA_SETS);
+            sets.par_extend(next.into_par_iter().map(told));
         }
-        Ok(Some(count(told) / count(tried)))
+        let share = |rival: usize| {
+            count(sets.iter().filter(|told| told[rival]).count()) / count(sets.len())
+        };
+        Ok(Some((0..rivals.len()).map(share).collect()))
     }
 
     /// The system of the effects fitted to what was measured, and the factor of its noise.
@@ -111,10 +115,16 @@ impl Foreseen<'_> {
     }
 }
 
-/// Whether an effect is named, and none of its rivals for it.
-fn names(closure: &Closure, truth: &str, rivals: &[&str]) -> bool {
+/// Whether an effect is named, and not its rival for it. Rivals of a step have a
+/// subject only where its own name has the same id.
+fn names(closure: &Closure, truth: &str, rival: &str) -> bool {
     closure.steps.iter().any(|step| {
-        label(&step.effect, step.subject.as_deref()) == truth
-            && !step.indistinguishable_from.iter().any(|name| rivals.contains(&name.as_str()))
+        let accepted = label(&step.effect, step.subject.as_deref());
+        let is_named = |name: &str| {
+            let id = name.split_once(" [").map_or(name, |(id, _)| id);
+            let is_rival = |rival: &String| rival == name || rival == id;
+            name == accepted || step.indistinguishable_from.iter().any(is_rival)
+        };
+        is_named(truth) && !is_named(rival)
     })
 }

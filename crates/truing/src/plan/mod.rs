@@ -6,6 +6,7 @@
 //! [`design`] chooses by. The figures are those of the case with the chosen ones alone.
 
 mod answer;
+mod chosen;
 mod design;
 mod figures;
 mod foreseen;
@@ -22,18 +23,18 @@ mod text;
 
 use std::path::{Path, PathBuf};
 
-use model_discrepancy::{Assessment, Model, assess_those};
+use model_discrepancy::Model;
 
 use crate::file::write_new;
 use crate::{Case, Error, Header};
 
 use answer::LoopAnswer;
+use chosen::{Chosen, Setting, assessed};
 use design::{Design, Goal};
 use figures::Outlook;
-use foreseen::ToldApart;
 use hand_out::{hand_out, handed_rows, measurements};
 use linear::{Linear, Origins};
-use question::{Ask, Question};
+use question::{Ask, Question, told_now};
 use rows::Rows;
 
 pub use planned::{
@@ -43,12 +44,6 @@ pub use problem::PlanProblem;
 
 /// Fewest measurements that a plan may have where no budget is given.
 const LEAST: usize = 12;
-/// Times that more is asked of the tests where loops name an effect too seldom.
-const HARDER: f64 = 2.0;
-/// The same of tests of rivals, for which loops ask little more than the tests.
-const HARDER_APART: f64 = 1.35;
-/// Rounds of asking more; the last asks for eight times the first.
-const MOST_ROUNDS: usize = 4;
 /// A non-centrality that no further measurement is worth.
 const HOPELESS: f64 = 1.0;
 /// What helps where no measurement does.
@@ -111,39 +106,18 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let origins =
         Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes, new_session };
     let linear = Linear::of(model, &effects, &origins, noise);
+    let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
+    let goals = question.goals(model, &linear, &loop_options);
+    let question = question.meant(|ask| told_now(ask, &goals, &design, &linear));
     let mut goals = question.goals(model, &linear, &loop_options);
     spend(budget, &mut goals);
-    let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
     let pairs = inseparable::taken_out(&design, &mut goals);
     let most = budget.unwrap_or(made.max(LEAST));
     let before = assessed(&question, case, case)?;
-    // What the tests of the linearised model promise is held against loops on simulated data of the
-    // same design; where they name an effect too seldom, more is asked of the tests.
-    let (mut asked, mut rounds) = (goals.clone(), 0);
-    let (sorted, rows, with_plan, after, (told_apart, named)) = loop {
-        let hopeful = hopeful(&design, &question, &asked);
-        let mut sorted = design.chosen(&hopeful, most);
-        add_controls(&mut sorted, &offer.controls, most);
-        // The order of the offer, in which place and time do not run together.
-        sorted.sort_unstable();
-        let rows = Rows::of(folder, &offer, &sorted)?;
-        let with_plan = case.with(&rows.edits())?;
-        let after = assessed(&question, case, &with_plan)?;
-        let of_plan = with_plan.measured.rows();
-        let origins = Origins { rows: of_plan, n_rows, sizes: &rows.sizes, new_session };
-        let told_apart = ToldApart::of(&question, case, &with_plan, &origins)?;
-        rounds += 1;
-        let is_answered = |ask| {
-            told_apart.is_enough(ask)
-                && named_by_loops(&question.asks[ask], &after, (model, &linear))
-        };
-        let answered: Vec<bool> = (0..question.asks.len()).map(is_answered).collect();
-        let named = answered.iter().all(|answered| *answered);
-        if named || rounds == MOST_ROUNDS || sorted.len() >= most.min(every.len()) {
-            break (sorted, rows, with_plan, after, (told_apart, named));
-        }
-        harder(&question, &answered, &mut asked);
-    };
+    let setting =
+        Setting { case, offer: &offer, question: &question, design: &design, linear: &linear };
+    let chosen = Chosen::of(&setting, model, (n_rows, most), goals.clone())?;
+    let Chosen { sorted, rows, with_plan, after, told_apart, named, never, asked } = chosen;
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);
@@ -160,6 +134,7 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let classes = inseparable::classes(&question, &pairs);
     let would = (!reached).then(|| match not_told_apart.first() {
         Some(weakly) => format!("{weakly}; {WIDEN}"),
+        None if !never.is_empty() => beyond(&question, offer.noun),
         None if named || sorted.len() >= most => would(&design, &question, &asked, offer.noun),
         None => TOO_SELDOM.to_owned(),
     });
@@ -232,69 +207,10 @@ fn spend(budget: Option<usize>, goals: &mut [(usize, Goal)]) {
     }
 }
 
-/// Repeats of what was measured, beside a plan that has anything else.
-fn add_controls(chosen: &mut Vec<usize>, controls: &[usize], most: usize) {
-    let has_any = !chosen.is_empty();
-    for &control in controls.iter().filter(|_| has_any) {
-        if chosen.len() < most && !chosen.contains(&control) {
-            chosen.push(control);
-        }
-    }
-}
-
-/// Whether loops on simulated data name an effect that is asked for, from the size on that matters.
-fn named_by_loops(ask: &Ask, after: &[Assessment], (model, linear): (&dyn Model, &Linear)) -> bool {
-    let Ask::Visible { effect } = ask else { return true };
-    let Some(own) = model.declared().effects.iter().find(|e| linear::label(e) == *effect) else {
-        return false;
-    };
-    let matter = question::sizes_that_matter(model, linear, effect);
-    let found = figures::sizes(effect, after);
-    own.parameters.iter().zip(matter).all(|(parameter, matters)| {
-        let size = found.iter().find(|(name, ..)| *name == parameter.name);
-        let matters = matters * parameter.report_factor.abs();
-        size.is_some_and(|(_, size, _)| *size <= matters)
-    })
-}
-
-/// Asks more of the tests of what is not answered.
-fn harder(question: &Question, answered: &[bool], asked: &mut [(usize, Goal)]) {
-    for (ask, goal) in asked.iter_mut().filter(|(ask, _)| !answered[*ask]) {
-        if let Goal::Seen { needed, .. } = goal {
-            let is_apart = matches!(question.asks[*ask], Ask::Apart { .. });
-            *needed *= if is_apart { HARDER_APART } else { HARDER };
-        }
-    }
-}
-
-/// Goals that measurements can serve.
-fn hopeful(design: &Design, question: &Question, goals: &[(usize, Goal)]) -> Vec<Goal> {
-    let every: Vec<usize> = (0..design.n_offered()).collect();
-    let all = design.with(&every);
-    let is_hopeful = |(ask, goal): &&(usize, Goal)| {
-        !matches!(question.asks[*ask], Ask::Apart { .. } | Ask::Visible { .. })
-            || design.value(goal, &all) > HOPELESS
-    };
-    goals.iter().filter(is_hopeful).map(|(_, goal)| goal.clone()).collect()
-}
-
 /// Scalars of one observation.
 fn components(model: &dyn Model) -> usize {
     let rows = &model.declared().layout.rows;
     rows.iter().filter(|row| row.reported).map(|row| row.component + 1).max().unwrap_or(1)
-}
-
-/// What the design of a case sees of the effects asked for.
-fn assessed(question: &Question, case: &Case, of: &Case) -> Result<Vec<Assessment>, Error> {
-    let asked = |label: &str| {
-        question.asks.iter().any(|ask| matches!(ask, Ask::Visible { effect } if effect == label))
-    };
-    if !question.asks.iter().any(|ask| matches!(ask, Ask::Visible { .. })) {
-        return Ok(Vec::new());
-    }
-    let prepared = of.measured.prepare()?;
-    let assessed = assess_those(&*prepared.model, &case.loop_settings.options(), asked);
-    assessed.map_err(|source| case.loop_error(source))
 }
 
 /// Whether every ask is answered with the plan: rivals and quantities by the model of the case with
@@ -332,6 +248,11 @@ fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], noun: &s
     if answered && design.are_safe(&all, &most) {
         return format!("{} would reach it", text::counted(most.len(), noun));
     }
+    beyond(question, noun)
+}
+
+/// What would, where no measurement of the offer does.
+fn beyond(question: &Question, noun: &str) -> String {
     match &question.advice {
         Some(advice) => format!("no {noun} that the machine is said to make reaches it; {advice}"),
         None => format!("no {noun} that the machine is said to make reaches it; {WIDEN}"),

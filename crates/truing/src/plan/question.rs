@@ -4,9 +4,9 @@ use model_discrepancy::{Model, Options};
 use nalgebra::{DMatrix, DVector};
 
 use super::answer::{Amplitude, LoopAnswer};
-use super::design::Goal;
+use super::design::{Design, Goal};
 use super::linear::{Linear, label};
-use super::power::needed;
+use super::power::{needed, power};
 use super::problem::PlanProblem;
 use crate::carry::is_of_one_observation;
 
@@ -20,6 +20,8 @@ const WANTED_APART: f64 = 0.999;
 pub(super) const DECIDED: f64 = 0.01;
 /// Share of the loop's budget for single effects; its `CATALOGUE_SHARE`.
 const CATALOGUE_SHARE: f64 = 0.5;
+/// Probability from which on the data at hand tell two names apart, and the loop would have.
+const TOLD: f64 = 0.5;
 /// Root mean square of an effect's trace over what can be measured, in standard uncertainties of a
 /// reading, from which on it matters: below it, readings scatter as much without it.
 const MATTERS: f64 = 2.0;
@@ -38,8 +40,8 @@ const UNOBSERVABLE: &str = "unobservable";
 /// One thing to find out.
 #[derive(Clone, Debug)]
 pub(super) enum Ask {
-    /// Which of two names is right, if it is `truth`.
-    Apart { truth: String, rival: String, sizes: Sizes },
+    /// Which of two names is right, if it is `truth`, in the place of what the answer calls `accepted`.
+    Apart { truth: String, rival: String, accepted: String, sizes: Sizes },
     /// An effect, whatever its size.
     Visible { effect: String },
     /// A parameter of the declared model.
@@ -84,7 +86,7 @@ impl Question {
             aim: aim.to_owned(),
             advice: advice.cloned(),
         };
-        let (rivals, proposed) = rivals(answer, &labels);
+        let (rivals, proposed) = rivals(answer, model, &labels);
         let unseen: Vec<&super::answer::Unseen> =
             answer.not_observable.iter().filter(|u| labels.contains(&u.effect)).collect();
         let of_unseen =
@@ -108,11 +110,37 @@ impl Question {
         }
     }
 
-    /// What the answer found, with `truth` in the place of its rival.
-    pub(super) fn with_instead<'a>(&'a self, truth: &'a str, rival: &str) -> Vec<&'a str> {
+    /// What the answer found, with `truth` in the place of what it calls `accepted`.
+    pub(super) fn with_instead<'a>(&'a self, truth: &'a str, accepted: &str) -> Vec<&'a str> {
         let others =
-            self.accepted.iter().map(String::as_str).filter(|a| *a != rival && *a != truth);
+            self.accepted.iter().map(String::as_str).filter(|a| *a != accepted && *a != truth);
         others.chain([truth]).collect()
+    }
+
+    /// Without rivals that the answer cannot mean, where it has an id and the model several subjects of it:
+    /// those that the data tell from the accepted name, by what `told` says of an ask.
+    pub(super) fn meant(mut self, told: impl Fn(usize) -> f64) -> Self {
+        let of_accepted = |(index, ask): (usize, &Ask)| match ask {
+            Ask::Apart { truth, rival, accepted, .. } if truth == accepted => {
+                Some((accepted.clone(), rival.clone(), told(index)))
+            }
+            _ => None,
+        };
+        let rivals: Vec<(String, String, f64)> =
+            self.asks.iter().enumerate().filter_map(of_accepted).collect();
+        let is_meant = |accepted: &str, name: &str| {
+            let own = rivals.iter().find(|(a, n, _)| a == accepted && n == name);
+            let of_id = rivals.iter().filter(|(a, n, _)| a == accepted && id(n) == id(name));
+            let least = of_id.map(|(.., told)| *told).fold(f64::INFINITY, f64::min);
+            own.is_none_or(|(.., told)| *told <= f64::max(least, TOLD))
+        };
+        self.asks.retain(|ask| match ask {
+            Ask::Apart { truth, rival, accepted, .. } => {
+                is_meant(accepted, truth) && is_meant(accepted, rival)
+            }
+            _ => true,
+        });
+        self
     }
 
     /// Effects whose columns are needed, by their place in the model.
@@ -156,10 +184,10 @@ impl Question {
         options: &Options,
     ) -> Vec<Goal> {
         match ask {
-            Ask::Apart { truth, rival, sizes } => {
+            Ask::Apart { truth, rival, accepted, sizes } => {
                 let columns = |of: &str| columns(model, linear, of);
                 let of = columns(truth);
-                let others = self.others(model, linear, &[truth, rival]);
+                let others = self.others(model, linear, &[truth, rival, accepted]);
                 let beside = [others.clone(), columns(rival)].concat();
                 let amplitude = match sizes {
                     Sizes::Found(sizes) => found(model, truth, sizes),
@@ -235,25 +263,78 @@ impl Question {
     }
 }
 
-/// Every pair of rivals, both ways, and what the loop proposes to tell them apart.
-fn rivals<'a>(answer: &'a LoopAnswer, labels: &[String]) -> (Vec<Ask>, Option<&'a String>) {
+/// Every pair of names for the same thing, both ways, and what the loop proposes to tell them apart.
+fn rivals<'a>(
+    answer: &'a LoopAnswer,
+    model: &dyn Model,
+    labels: &[String],
+) -> (Vec<Ask>, Option<&'a String>) {
     let (mut asks, mut proposed) = (Vec::new(), None);
     for step in &answer.steps {
-        let name = step.label();
-        let known = step.indistinguishable_from.iter().filter(|r| labels.contains(r));
-        for rival in known.filter(|_| labels.contains(&name)) {
-            let sizes = step.parameters.clone();
-            asks.push(Ask::Apart {
-                truth: name.clone(),
+        let accepted = step.label();
+        let mut known = vec![accepted.clone()];
+        for id in &step.indistinguishable_from {
+            known.extend(called(id, answer, model, labels).filter(|name| *name != accepted));
+        }
+        if known.len() < 2 || !labels.contains(&accepted) {
+            continue;
+        }
+        proposed = proposed.or(step.separate_by.as_ref());
+        for truth in &known {
+            let sizes = || {
+                let sizes = step.parameters.clone();
+                if *truth == accepted {
+                    Sizes::Found(sizes)
+                } else {
+                    Sizes::Imitating { other: accepted.clone(), sizes }
+                }
+            };
+            let others = known.iter().filter(|rival| *rival != truth);
+            asks.extend(others.map(|rival| Ask::Apart {
+                truth: truth.clone(),
                 rival: rival.clone(),
-                sizes: Sizes::Found(sizes.clone()),
-            });
-            let sizes = Sizes::Imitating { other: name.clone(), sizes };
-            asks.push(Ask::Apart { truth: rival.clone(), rival: name.clone(), sizes });
-            proposed = proposed.or(step.separate_by.as_ref());
+                accepted: accepted.clone(),
+                sizes: sizes(),
+            }));
         }
     }
     (asks, proposed)
+}
+
+/// The id of an effect, of its name with the subject.
+fn id(name: &str) -> &str {
+    name.split_once(" [").map_or(name, |(id, _)| id)
+}
+
+/// Probability with which the data at hand tell an ask's truth from its rival.
+pub(super) fn told_now(
+    ask: usize,
+    goals: &[(usize, Goal)],
+    design: &Design,
+    linear: &Linear,
+) -> f64 {
+    let own = goals.iter().find(|(of, _)| *of == ask).map(|(_, goal)| goal);
+    let Some(goal @ Goal::Seen { of, beside, .. }) = own else { return 0.0 };
+    let dof = degrees_of_freedom(linear, of.len() + beside.len());
+    power(design.value(goal, &design.with(&[])), of.len(), dof, DECIDED)
+}
+
+/// Effects that a rival of an answer may be, which has a subject there only beside another of the same
+/// id: those of many observations that the answer does not call not observable.
+fn called(
+    id: &str,
+    answer: &LoopAnswer,
+    model: &dyn Model,
+    labels: &[String],
+) -> impl Iterator<Item = String> {
+    let effects = model.declared().effects.iter().zip(labels).enumerate();
+    let is_seen = |name: &str| !answer.not_observable.iter().any(|unseen| unseen.effect == name);
+    effects
+        .filter(move |(index, (effect, name))| {
+            let is_called = effect.id == id || *name == id;
+            is_called && !is_of_one_observation(model, *index) && is_seen(name)
+        })
+        .map(|(_, (_, name))| name.clone())
 }
 
 /// Effects of that id, or the parameter of that name.

@@ -74,6 +74,26 @@ fn rivals_are_told_apart_by_touches_from_beside_the_normal() {
     assert!(touches.iter().all(beside));
 }
 
+/// Of a case that leaves a ball, a radius, a conic constant and a scale along z open: every pair both ways,
+/// and of the axes that a scale may be of the one that the touches do not tell from the ball.
+#[test]
+fn every_pair_of_names_is_asked_for() {
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/pose-icp/near-sphere");
+    let ended = truing(&["plan", case, "--for", "rivals", "--budget", "12", "--json"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let answer: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let figures = answer["figures"].as_array().unwrap().iter();
+    let asked: Vec<&str> = figures.map(|figure| figure["of"].as_str().unwrap()).collect();
+    for pair in
+        ["vertex-radius, not conic", "conic, not vertex-radius", "conic, not axis-scale [z]"]
+    {
+        assert!(asked.contains(&pair), "{asked:?}");
+    }
+    assert!(!asked.iter().any(|pair| pair.contains("axis-scale [x]")), "{asked:?}");
+    // Nothing on the part itself tells its radius from the ball's.
+    assert_eq!(answer["reached"].as_bool(), Some(false));
+}
+
 #[test]
 fn a_plan_filled_in_names_the_ball_alone() {
     let case = larger_ball();
