@@ -2,8 +2,7 @@
 
 use model_discrepancy::{Assessment, Model, assess_those};
 
-use super::HOPELESS;
-use super::design::{Design, Goal};
+use super::design::{Design, Goal, HOPELESS};
 use super::figures;
 use super::foreseen::ToldApart;
 use super::linear::{self, Linear, Origins};

@@ -21,6 +21,8 @@ const NOTHING: f64 = 1e-3;
 const ROUNDS: usize = 2;
 /// Gain below which an exchange is round-off.
 const GAIN: f64 = 1e-9;
+/// A non-centrality that no further measurement is worth.
+pub(super) const HOPELESS: f64 = 1.0;
 
 /// What a design is asked for, in columns of the linearised model.
 #[derive(Clone, Debug)]

@@ -2,8 +2,7 @@
 
 use truing_report::shortened;
 
-use super::HOPELESS;
-use super::design::{Design, Goal};
+use super::design::{Design, Goal, HOPELESS};
 use super::planned::PlanClass;
 use super::question::{Ask, Question};
 

@@ -44,8 +44,6 @@ pub use problem::PlanProblem;
 
 /// Fewest measurements that a plan may have where no budget is given.
 const LEAST: usize = 12;
-/// A non-centrality that no further measurement is worth.
-const HOPELESS: f64 = 1.0;
 /// What helps where no measurement does.
 const WIDEN: &str = "widen what `[plan]` declares, or measure the quantity by other means";
 /// What is said of a plan that meets its tests and not its aim.
