@@ -215,6 +215,7 @@ fn step<'py>(py: Python<'py>, of: &Step) -> PyResult<Bound<'py, PyDict>> {
     found.set_item("held_out_rms", of.held_out_rms)?;
     found.set_item("train_rms", of.train_rms)?;
     found.set_item("indistinguishable_from", &of.indistinguishable_from)?;
+    found.set_item("rivals", &of.rivals)?;
     found.set_item("separate_by", &of.separate_by)?;
     let stability = PyDict::new(py);
     stability.set_item("resampled", of.stability.resampled)?;

@@ -138,6 +138,8 @@ pub struct LoopStep {
     pub train_rms: f64,
     /// Other effects that explain the data as well.
     pub indistinguishable_from: Vec<String>,
+    /// All of these with their subjects, as `id [subject]`.
+    pub rivals: Vec<String>,
     /// The measurement that would tell them apart.
     pub separate_by: Option<String>,
     /// How often it, or a rival of it, is found again.
@@ -390,6 +392,7 @@ impl LoopStep {
             held_out_rms: after.held_out_rms,
             train_rms: after.train_rms,
             indistinguishable_from: suspect.indistinguishable_from.clone(),
+            rivals: suspect.indistinguishable_from.clone(),
             separate_by: None,
             stability: LoopStability::default(),
         }
@@ -406,6 +409,7 @@ impl LoopStep {
             held_out_rms: step.held_out_rms,
             train_rms: step.train_rms,
             indistinguishable_from: step.indistinguishable_from.clone(),
+            rivals: step.rivals.clone(),
             separate_by: step.separate_by.clone(),
             stability: LoopStability::of(step.stability),
         }

@@ -10,16 +10,17 @@ use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
 use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
+use crate::answer::unsupported::{no_gain, unsupported};
 use crate::answer::verdict::verdict;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
-use crate::choice::score::{Scoring, home_of_bad};
+use crate::choice::score::Scoring;
 use crate::choice::score_shapes::score_covariates;
 use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
-use crate::levels::{FOUND_AGAIN, QUARTER, REFUTED};
+use crate::levels::QUARTER;
 use crate::noise::linear::Linear;
 use crate::tests::groups_apart::groups_apart;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
@@ -27,7 +28,7 @@ use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Closure, Covariate, HoldOut, Model, NotObservable, Options, Origin, Outcome, Pass, Remaining,
-    Role, Solution, Stability, Step,
+    Role, Solution, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -68,35 +69,13 @@ fn closed<'a>(
     let of_declared = Linear::of(&declared, base, keep, silent);
     let rows = rows_of(&model.declared().layout, keep);
     let mut taken_back: Vec<Remaining> = contradicted.into_iter().collect();
-    let mut are_accidents = true;
     let (lin, attributions, summaries) = loop {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, silent);
         let attributions: Vec<_> =
             chosen.added.iter().map(|a| attribute(context, keep, &chosen, &a.what)).collect();
         let summaries =
             summarise(context, keep, (base, &of_declared), (&chosen, &lin), &attributions);
-        let unstable = least_stable(&summaries.stability)
-            .map(|(i, why)| (i, left_over(context, &chosen.added[i], why)));
-        let is_checked = summaries.after.hold_out == HoldOut::CheckGroups;
-        let lie_off = || badly_predicted(context, &chosen, &lin).is_some();
-        let gainless = || {
-            let i = last_of_many(context, &chosen, &lin)?;
-            // Check groups choose nothing; what they refute does not stand.
-            let most = if is_checked { REFUTED } else { 1.0 };
-            let is_gainless = summaries.unseen_ratio >= most && (!is_checked || lie_off());
-            let why = || left_over(context, &chosen.added[i], NO_GAIN.to_owned());
-            is_gainless.then(|| (i, why()))
-        };
-        let no_accident = || {
-            let i = last_bad_reading(context, &chosen, &lin)?;
-            // The fit is worse without the first, and less surprised by what was set aside.
-            are_accidents &= !lie_off();
-            let why = || left_over(context, &chosen.added[i], NO_ACCIDENT.to_owned());
-            (!are_accidents).then(|| (i, why()))
-        };
-        let back = unstable
-            .or_else(gainless)
-            .or_else(no_accident)
+        let back = unsupported(context, (&chosen, &lin), &summaries, &taken_back)
             .and_then(|(i, why)| Some((why, without(context, keep, &chosen, i)?)));
         let Some((why, rest)) = back else { break (lin, attributions, summaries) };
         taken_back.push(why);
@@ -115,9 +94,7 @@ fn closed<'a>(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(odd_groups(&lin).or_else(|| groups_apart(&lin)));
     remaining.extend(taken_back);
-    // What does not predict check groups stands, and explains nothing.
-    let many = last_of_many(context, &chosen, &lin).filter(|_| summaries.unseen_ratio >= 1.0);
-    remaining.extend(many.map(|_| no_gain(&chosen)));
+    remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
     let (confusability, confusable_ids) = confusability(context, base, &of_declared);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(context, &chosen, silent);
@@ -159,76 +136,6 @@ fn closed<'a>(
     }
 }
 
-/// The addition that the fewest repetitions find again, where that is fewer than half of them, and
-/// why that is too few.
-fn least_stable(stability: &[Stability]) -> Option<(usize, String)> {
-    let one = |(i, s): (usize, &Stability)| {
-        [
-            (s.resampled, "without some groups"),
-            (s.perturbed, "with readings moved within their resolution"),
-        ]
-        .map(|(share, repetitions)| Some((i, share?, repetitions)))
-    };
-    let known = stability.iter().enumerate().flat_map(one).flatten();
-    let (i, share, repetitions) =
-        known.filter(|(_, share, _)| *share < FOUND_AGAIN).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let share = 100.0 * share;
-    Some((
-        i,
-        format!("found again in {share:.0} % of the repetitions {repetitions}: too few to add it"),
-    ))
-}
-
-/// Why something is left over that does not lower the error on data that the fit did not see.
-const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
-
-/// Why one bad reading is left over where groups set aside lie as far off.
-const NO_ACCIDENT: &str = "no accident, as groups set aside lie off as well: taken back";
-
-/// What was added, where check groups are not predicted any better.
-fn no_gain(chosen: &Selected<'_>) -> Remaining {
-    Remaining {
-        covariate: "unseen groups".to_owned(),
-        shape: "what was added does not predict them any better".to_owned(),
-        p_value: chosen.added.iter().map(|a| a.p_value).fold(0.0, f64::max),
-    }
-}
-
-/// The last addition that moves more than one reading: without a bad one, which is no part of the
-/// model, others are predicted better or worse by chance.
-fn last_of_many(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> Option<usize> {
-    let is_of_many = |added: &Added| match added.what {
-        What::Effect(effect) => home_of_bad(context, &chosen.estimate, lin, effect).is_none(),
-        What::Empirical(..) => true,
-    };
-    chosen.added.iter().rposition(is_of_many)
-}
-
-/// The last addition that is one bad reading.
-fn last_bad_reading(
-    context: &Context<'_>,
-    chosen: &Selected<'_>,
-    lin: &Linear<'_>,
-) -> Option<usize> {
-    let is_bad = |added: &Added| match added.what {
-        What::Effect(effect) => home_of_bad(context, &chosen.estimate, lin, effect).is_some(),
-        What::Empirical(..) => false,
-    };
-    chosen.added.iter().rposition(is_bad)
-}
-
-/// An addition that is not made, as something left.
-fn left_over(context: &Context<'_>, added: &Added, shape: String) -> Remaining {
-    let covariate = match &added.what {
-        What::Effect(e) => {
-            let effect = &context.model.declared().effects[*e];
-            label(&effect.id, effect.subject.as_deref())
-        }
-        What::Empirical(covariate, _) => covariate.clone(),
-    };
-    Remaining { covariate, shape, p_value: added.p_value }
-}
-
 /// Most other names that are fitted: with more, the name says nothing anyway.
 const MOST_ALTERNATIVES: usize = 16;
 
@@ -261,7 +168,6 @@ fn steps(
     let errors = step_errors(context, keep, chosen);
     let step = |(i, added): (usize, &Added)| {
         let attribution = attributions[i].as_ref();
-        let names = attribution.map(Attribution::names).unwrap_or_default();
         let (effect, subject, description) = describe(context, &added.what);
         Step {
             effect,
@@ -271,7 +177,8 @@ fn steps(
             p_value: added.p_value,
             held_out_rms: errors[i].held_out_rms,
             train_rms: errors[i].train_rms,
-            indistinguishable_from: names,
+            indistinguishable_from: attribution.map(Attribution::names).unwrap_or_default(),
+            rivals: attribution.map(Attribution::labels).unwrap_or_default(),
             separate_by: advice.separate_by[i].clone(),
             stability: summaries.stability.get(i).copied().unwrap_or_default(),
         }

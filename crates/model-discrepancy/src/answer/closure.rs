@@ -143,6 +143,8 @@ pub struct Step {
     pub train_rms: f64,
     /// Other effects that explain the data as well.
     pub indistinguishable_from: Vec<String>,
+    /// All of these with their subjects, as `id [subject]`.
+    pub rivals: Vec<String>,
     /// The measurement that would tell them apart.
     pub separate_by: Option<String>,
     /// How often this effect, or one of its rivals, is found again.

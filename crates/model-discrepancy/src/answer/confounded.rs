@@ -9,7 +9,7 @@ use crate::algebra::f_tail::f_tail;
 use crate::algebra::linearised::Linearised;
 use crate::algebra::system::{System, rows_of};
 use crate::choice::candidate::{
-    Candidate, Source, catalogue, estimability, estimability_of_least, inside, label, same_span,
+    Candidate, Source, catalogue, estimability, estimability_of_least, inside, same_span,
 };
 use crate::choice::context::Context;
 use crate::choice::one_observation::{full_candidate, promising};
@@ -38,21 +38,27 @@ pub(crate) struct Attribution<'a> {
 }
 
 impl Attribution<'_> {
-    /// Names of the rivals, each once.
+    /// Ids of the rivals, each once; with the subject beside an accepted effect of the same id.
     pub(crate) fn names(&self) -> Vec<String> {
-        let mut names = Vec::new();
-        for rival in &self.confounded {
-            let name = if rival.id == self.accepted.id {
-                label(&rival.id, rival.subject.as_deref())
-            } else {
-                rival.id.clone()
-            };
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        names
+        let is_same = |rival: &Candidate| rival.id == self.accepted.id;
+        let name = |r: &Candidate| if is_same(r) { r.label() } else { r.id.clone() };
+        each_once(self.confounded.iter().map(name))
     }
+
+    /// Rivals with their subjects, each once.
+    pub(crate) fn labels(&self) -> Vec<String> {
+        each_once(self.confounded.iter().map(Candidate::label))
+    }
+}
+
+fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut once = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
 }
 
 /// Looks for rivals of `what` in the final selection.

@@ -115,16 +115,11 @@ impl Foreseen<'_> {
     }
 }
 
-/// Whether an effect is named, and not its rival for it. Rivals of a step have a
-/// subject only where its own name has the same id.
+/// Whether an effect is named, and not its rival for it.
 fn names(closure: &Closure, truth: &str, rival: &str) -> bool {
     closure.steps.iter().any(|step| {
         let accepted = label(&step.effect, step.subject.as_deref());
-        let is_named = |name: &str| {
-            let id = name.split_once(" [").map_or(name, |(id, _)| id);
-            let is_rival = |rival: &String| rival == name || rival == id;
-            name == accepted || step.indistinguishable_from.iter().any(is_rival)
-        };
+        let is_named = |name: &str| name == accepted || step.rivals.iter().any(|r| r == name);
         is_named(truth) && !is_named(rival)
     })
 }

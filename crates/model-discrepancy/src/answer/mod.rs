@@ -16,4 +16,5 @@ pub(crate) mod separation;
 pub(crate) mod structure;
 pub(crate) mod summary;
 pub(crate) mod unseen;
+pub(crate) mod unsupported;
 pub(crate) mod verdict;

@@ -35,8 +35,11 @@ pub(super) struct Step {
     #[serde(default)]
     pub(super) subject: Option<String>,
     pub(super) parameters: Vec<Amplitude>,
+    /// Ids, with a subject only beside one of the same id.
     #[serde(default)]
-    pub(super) indistinguishable_from: Vec<String>,
+    indistinguishable_from: Vec<String>,
+    #[serde(default)]
+    rivals: Vec<String>,
     #[serde(default)]
     pub(super) separate_by: Option<String>,
 }
@@ -68,6 +71,11 @@ impl Step {
             Some(subject) => format!("{} [{subject}]", self.effect),
             None => self.effect.clone(),
         }
+    }
+
+    /// Rivals by label; of an answer that has none, by what it has.
+    pub(super) fn rivals(&self) -> &[String] {
+        if self.rivals.is_empty() { &self.indistinguishable_from } else { &self.rivals }
     }
 }
 

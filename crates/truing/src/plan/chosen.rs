@@ -24,8 +24,14 @@ pub(super) struct Setting<'a> {
     pub(super) offer: &'a Offer,
     pub(super) question: &'a Question,
     pub(super) design: &'a Design,
-    /// Of the model with every measurement on offer.
+    /// With every measurement on offer.
+    pub(super) model: &'a dyn Model,
+    /// Of that model.
     pub(super) linear: &'a Linear,
+    /// Rows of the table of the case.
+    pub(super) n_rows: usize,
+    /// Measurements that a plan may have.
+    pub(super) most: usize,
 }
 
 /// The measurements of a plan, and what is known of it.
@@ -37,74 +43,82 @@ pub(super) struct Chosen {
     /// What the design sees with the plan.
     pub(super) after: Vec<Assessment>,
     pub(super) told_apart: ToldApart,
-    /// Whether loops name what is asked for often enough.
-    pub(super) named: bool,
+    /// Whether loops answer each ask often enough.
+    answered: Vec<bool>,
     /// Asks that loops never answer although the tests are met.
     pub(super) never: Vec<usize>,
-    /// What was asked of the tests in the end.
+    /// What was asked of the tests.
     pub(super) asked: Vec<(usize, Goal)>,
 }
 
 impl Chosen {
-    /// At most so many. What the tests of the linearised model promise is held against loops on simulated
-    /// data of the same design; where they name an effect too seldom, more is asked of the tests, and what
-    /// they never tell from its rivals is not asked any more, as long as anything else is.
-    pub(super) fn of(
-        setting: &Setting<'_>,
-        model: &dyn Model,
-        (n_rows, most): (usize, usize),
-        mut asked: Vec<(usize, Goal)>,
-    ) -> Result<Self, Error> {
-        let Setting { case, offer, question, design, linear } = *setting;
-        let folder = &case.files.folder;
+    /// What the tests of the linearised model promise is held against loops on simulated data of the same
+    /// design; where they name an effect too seldom, more is asked of the tests, and what they never tell
+    /// from its rivals is not asked any more, as long as anything else is.
+    pub(super) fn of(setting: &Setting<'_>, mut asked: Vec<(usize, Goal)>) -> Result<Self, Error> {
         let mut never: Vec<usize> = Vec::new();
         let mut round = 0;
         loop {
             round += 1;
-            let (served, hopeful) = hopeful(design, question, &asked);
-            let mut sorted = design.chosen(&hopeful, most);
-            add_controls(&mut sorted, &offer.controls, most);
-            // The order of the offer, in which place and time do not run together.
-            sorted.sort_unstable();
-            let rows = Rows::of(folder, offer, &sorted)?;
-            let with_plan = case.with(&rows.edits())?;
-            let after = assessed(question, case, &with_plan)?;
-            let of_plan = with_plan.measured.rows();
-            let new_session = offer.is_new_session;
-            let origins = Origins { rows: of_plan, n_rows, sizes: &rows.sizes, new_session };
-            let told_apart =
-                ToldApart::of((question, &served), case, &with_plan, &origins)?.never(&never);
-            let is_answered = |ask| {
-                told_apart.is_enough(ask)
-                    && named_by_loops(&question.asks[ask], &after, (model, linear))
-            };
-            let answered: Vec<bool> = (0..question.asks.len()).map(is_answered).collect();
-            let mut asks = answered.iter().enumerate();
-            let is_done = asks.all(|(ask, answered)| *answered || never.contains(&ask));
-            let with_chosen = design.with(&sorted);
-            let is_vain = |(ask, goal): &&(usize, Goal)| {
-                told_apart.is_never(*ask) && design.is_met(goal, &with_chosen)
-            };
-            let vain: Vec<usize> = asked.iter().filter(is_vain).map(|(ask, _)| *ask).collect();
-            let is_all = vain.is_empty() && sorted.len() >= most.min(offer.offered.len());
-            let is_over = is_done || is_all || round == MOST_ROUNDS;
-            never.extend(&vain);
-            let named = is_done && never.is_empty();
-            if is_over || vain.len() == asked.len() {
-                return Ok(Self {
-                    sorted,
-                    rows,
-                    with_plan,
-                    after,
-                    told_apart,
-                    named,
-                    never,
-                    asked,
-                });
+            let mut tried = Self::tried(setting, asked, never)?;
+            let vain = tried.vain(setting.design);
+            let is_all = vain.is_empty()
+                && tried.sorted.len() >= setting.most.min(setting.offer.offered.len());
+            let is_over = tried.is_done() || is_all || round == MOST_ROUNDS;
+            tried.never.extend(&vain);
+            if is_over || vain.len() == tried.asked.len() {
+                return Ok(tried);
             }
+            (asked, never) = (tried.asked, tried.never);
             asked.retain(|(ask, _)| !vain.contains(ask));
-            harder(question, &answered, &mut asked);
+            harder(setting.question, &tried.answered, &mut asked);
         }
+    }
+
+    /// Measurements that meet the tests, and what loops on simulated data make of them.
+    fn tried(
+        setting: &Setting<'_>,
+        asked: Vec<(usize, Goal)>,
+        never: Vec<usize>,
+    ) -> Result<Self, Error> {
+        let Setting { case, offer, question, design, model, linear, n_rows, most } = *setting;
+        let (served, hopeful) = hopeful(design, question, &asked);
+        let mut sorted = design.chosen(&hopeful, most);
+        add_controls(&mut sorted, &offer.controls, most);
+        // The order of the offer, in which place and time do not run together.
+        sorted.sort_unstable();
+        let rows = Rows::of(&case.files.folder, offer, &sorted)?;
+        let with_plan = case.with(&rows.edits())?;
+        let after = assessed(question, case, &with_plan)?;
+        let of_plan = with_plan.measured.rows();
+        let new_session = offer.is_new_session;
+        let origins = Origins { rows: of_plan, n_rows, sizes: &rows.sizes, new_session };
+        let told_apart =
+            ToldApart::of((question, &served), case, &with_plan, &origins)?.never(&never);
+        let is_answered = |(index, ask): (usize, &Ask)| {
+            told_apart.is_enough(index) && named_by_loops(ask, &after, (model, linear))
+        };
+        let answered = question.asks.iter().enumerate().map(is_answered).collect();
+        Ok(Self { sorted, rows, with_plan, after, told_apart, answered, never, asked })
+    }
+
+    /// Asks whose tests are met and that no loop answers.
+    fn vain(&self, design: &Design) -> Vec<usize> {
+        let with_chosen = design.with(&self.sorted);
+        let is_vain = |(ask, goal): &&(usize, Goal)| {
+            self.told_apart.is_never(*ask) && design.is_met(goal, &with_chosen)
+        };
+        self.asked.iter().filter(is_vain).map(|(ask, _)| *ask).collect()
+    }
+
+    fn is_done(&self) -> bool {
+        let mut asks = self.answered.iter().enumerate();
+        asks.all(|(ask, answered)| *answered || self.never.contains(&ask))
+    }
+
+    /// Whether loops answer all that is asked for often enough.
+    pub(super) fn is_answered(&self) -> bool {
+        self.never.is_empty() && self.is_done()
     }
 }
 
@@ -149,11 +163,9 @@ fn hopeful(
     question: &Question,
     goals: &[(usize, Goal)],
 ) -> (Vec<usize>, Vec<Goal>) {
-    let every: Vec<usize> = (0..design.n_offered()).collect();
-    let all = design.with(&every);
     let is_hopeful = |(ask, goal): &&(usize, Goal)| {
         !matches!(question.asks[*ask], Ask::Apart { .. } | Ask::Visible { .. })
-            || design.value(goal, &all) > HOPELESS
+            || design.value(goal, design.with_all()) > HOPELESS
     };
     goals.iter().filter(is_hopeful).cloned().unzip()
 }

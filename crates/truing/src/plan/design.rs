@@ -46,6 +46,8 @@ pub(super) enum Goal {
 pub(super) struct Design {
     measured: DMatrix<f64>,
     offered: Vec<DMatrix<f64>>,
+    /// Of all of these together.
+    all: DMatrix<f64>,
     /// Length of every column over all rows, by which they are scaled.
     lengths: Vec<f64>,
     /// Columns of the base, the first ones: always estimated beside what is to be seen.
@@ -73,8 +75,10 @@ impl Design {
             }
             scaled.tr_mul(&scaled)
         };
-        let offered = offered.iter().map(information).collect();
-        Self { measured: information(measured), offered, lengths, n_base }
+        let offered: Vec<DMatrix<f64>> = offered.iter().map(information).collect();
+        let measured = information(measured);
+        let all = offered.iter().fold(measured.clone(), |sum, one| sum + one);
+        Self { measured, offered, all, lengths, n_base }
     }
 
     pub(super) fn n_offered(&self) -> usize {
@@ -84,6 +88,11 @@ impl Design {
     /// Information of what is measured and of the chosen.
     pub(super) fn with(&self, chosen: &[usize]) -> DMatrix<f64> {
         chosen.iter().fold(self.measured.clone(), |sum, &one| sum + &self.offered[one])
+    }
+
+    /// Information of what is measured and of everything on offer.
+    pub(super) fn with_all(&self) -> &DMatrix<f64> {
+        &self.all
     }
 
     /// Non-centrality of a goal, the variance in units of the columns, or the determinant's

@@ -27,8 +27,7 @@ pub(super) struct Outlook<'a> {
 impl<'a> Outlook<'a> {
     pub(super) fn of(question: &'a Question, model: &'a dyn Model, linear: &Linear) -> Self {
         let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
-        let all: Vec<usize> = (0..design.n_offered()).collect();
-        let stages = [design.with(&[]), design.with(&all)];
+        let stages = [design.with(&[]), design.with_all().clone()];
         let planned: usize = linear.planned.iter().map(DMatrix::nrows).sum();
         let measured = linear.measured.nrows();
         Self { question, model, design, stages, rows: [measured, measured + planned] }

@@ -26,18 +26,17 @@ pub(super) struct Inseparable {
 /// the goal is taken out, and effect and rival are one answer. What no measurement shows of an effect
 /// is not asked to be told from anything.
 pub(super) fn taken_out(design: &Design, goals: &mut Vec<(usize, Goal)>) -> Vec<Inseparable> {
-    let every: Vec<usize> = (0..design.n_offered()).collect();
-    let all = design.with(&every);
+    let all = design.with_all();
     let mut pairs: Vec<Inseparable> = Vec::new();
     // What all measurements show of an amplitude beside the base and nothing else.
     let alone: Vec<(usize, Vec<usize>, f64)> = (goals.iter())
         .filter_map(|(ask, goal)| match goal {
-            Goal::Seen { of, from: None, .. } => Some((*ask, of.clone(), design.value(goal, &all))),
+            Goal::Seen { of, from: None, .. } => Some((*ask, of.clone(), design.value(goal, all))),
             _ => None,
         })
         .collect();
     goals.retain_mut(|(ask, goal)| {
-        let most = design.value(goal, &all);
+        let most = design.value(goal, all);
         let Goal::Seen { of, from: Some(rival), needed, .. } = goal else { return true };
         if most >= *needed {
             return true;

@@ -34,7 +34,7 @@ use design::{Design, Goal};
 use figures::Outlook;
 use hand_out::{hand_out, handed_rows, measurements};
 use linear::{Linear, Origins};
-use question::{Ask, Question, told_now};
+use question::{Ask, Question};
 use rows::Rows;
 
 pub use planned::{
@@ -105,17 +105,24 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes, new_session };
     let linear = Linear::of(model, &effects, &origins, noise);
     let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
-    let goals = question.goals(model, &linear, &loop_options);
-    let question = question.meant(|ask| told_now(ask, &goals, &design, &linear));
     let mut goals = question.goals(model, &linear, &loop_options);
     spend(budget, &mut goals);
     let pairs = inseparable::taken_out(&design, &mut goals);
     let most = budget.unwrap_or(made.max(LEAST));
     let before = assessed(&question, case, case)?;
-    let setting =
-        Setting { case, offer: &offer, question: &question, design: &design, linear: &linear };
-    let chosen = Chosen::of(&setting, model, (n_rows, most), goals.clone())?;
-    let Chosen { sorted, rows, with_plan, after, told_apart, named, never, asked } = chosen;
+    let setting = Setting {
+        case,
+        offer: &offer,
+        question: &question,
+        design: &design,
+        model,
+        linear: &linear,
+        n_rows,
+        most,
+    };
+    let chosen = Chosen::of(&setting, goals.clone())?;
+    let named = chosen.is_answered();
+    let Chosen { sorted, rows, with_plan, after, told_apart, never, asked, .. } = chosen;
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);

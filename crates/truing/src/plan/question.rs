@@ -4,9 +4,9 @@ use model_discrepancy::{Model, Options};
 use nalgebra::{DMatrix, DVector};
 
 use super::answer::{Amplitude, LoopAnswer};
-use super::design::{Design, Goal};
+use super::design::Goal;
 use super::linear::{Linear, label};
-use super::power::{needed, power};
+use super::power::needed;
 use super::problem::PlanProblem;
 use crate::carry::is_of_one_observation;
 
@@ -20,8 +20,6 @@ const WANTED_APART: f64 = 0.999;
 pub(super) const DECIDED: f64 = 0.01;
 /// Share of the loop's budget for single effects; its `CATALOGUE_SHARE`.
 const CATALOGUE_SHARE: f64 = 0.5;
-/// Probability from which on the data at hand tell two names apart, and the loop would have.
-const TOLD: f64 = 0.5;
 /// Root mean square of an effect's trace over what can be measured, in standard uncertainties of a
 /// reading, from which on it matters: below it, readings scatter as much without it.
 const MATTERS: f64 = 2.0;
@@ -115,32 +113,6 @@ impl Question {
         let others =
             self.accepted.iter().map(String::as_str).filter(|a| *a != accepted && *a != truth);
         others.chain([truth]).collect()
-    }
-
-    /// Without rivals that the answer cannot mean, where it has an id and the model several subjects of it:
-    /// those that the data tell from the accepted name, by what `told` says of an ask.
-    pub(super) fn meant(mut self, told: impl Fn(usize) -> f64) -> Self {
-        let of_accepted = |(index, ask): (usize, &Ask)| match ask {
-            Ask::Apart { truth, rival, accepted, .. } if truth == accepted => {
-                Some((accepted.clone(), rival.clone(), told(index)))
-            }
-            _ => None,
-        };
-        let rivals: Vec<(String, String, f64)> =
-            self.asks.iter().enumerate().filter_map(of_accepted).collect();
-        let is_meant = |accepted: &str, name: &str| {
-            let own = rivals.iter().find(|(a, n, _)| a == accepted && n == name);
-            let of_id = rivals.iter().filter(|(a, n, _)| a == accepted && id(n) == id(name));
-            let least = of_id.map(|(.., told)| *told).fold(f64::INFINITY, f64::min);
-            own.is_none_or(|(.., told)| *told <= f64::max(least, TOLD))
-        };
-        self.asks.retain(|ask| match ask {
-            Ask::Apart { truth, rival, accepted, .. } => {
-                is_meant(accepted, truth) && is_meant(accepted, rival)
-            }
-            _ => true,
-        });
-        self
     }
 
     /// Effects whose columns are needed, by their place in the model.
@@ -270,12 +242,14 @@ fn rivals<'a>(
     labels: &[String],
 ) -> (Vec<Ask>, Option<&'a String>) {
     let (mut asks, mut proposed) = (Vec::new(), None);
+    let can_be_asked = |name: &String| {
+        let index = labels.iter().position(|label| label == name);
+        index.is_some_and(|index| !is_of_one_observation(model, index))
+    };
     for step in &answer.steps {
         let accepted = step.label();
         let mut known = vec![accepted.clone()];
-        for id in &step.indistinguishable_from {
-            known.extend(called(id, answer, model, labels).filter(|name| *name != accepted));
-        }
+        known.extend(step.rivals().iter().filter(|name| can_be_asked(name)).cloned());
         if known.len() < 2 || !labels.contains(&accepted) {
             continue;
         }
@@ -299,42 +273,6 @@ fn rivals<'a>(
         }
     }
     (asks, proposed)
-}
-
-/// The id of an effect, of its name with the subject.
-fn id(name: &str) -> &str {
-    name.split_once(" [").map_or(name, |(id, _)| id)
-}
-
-/// Probability with which the data at hand tell an ask's truth from its rival.
-pub(super) fn told_now(
-    ask: usize,
-    goals: &[(usize, Goal)],
-    design: &Design,
-    linear: &Linear,
-) -> f64 {
-    let own = goals.iter().find(|(of, _)| *of == ask).map(|(_, goal)| goal);
-    let Some(goal @ Goal::Seen { of, beside, .. }) = own else { return 0.0 };
-    let dof = degrees_of_freedom(linear, of.len() + beside.len());
-    power(design.value(goal, &design.with(&[])), of.len(), dof, DECIDED)
-}
-
-/// Effects that a rival of an answer may be, which has a subject there only beside another of the same
-/// id: those of many observations that the answer does not call not observable.
-fn called(
-    id: &str,
-    answer: &LoopAnswer,
-    model: &dyn Model,
-    labels: &[String],
-) -> impl Iterator<Item = String> {
-    let effects = model.declared().effects.iter().zip(labels).enumerate();
-    let is_seen = |name: &str| !answer.not_observable.iter().any(|unseen| unseen.effect == name);
-    effects
-        .filter(move |(index, (effect, name))| {
-            let is_called = effect.id == id || *name == id;
-            is_called && !is_of_one_observation(model, *index) && is_seen(name)
-        })
-        .map(|(_, (_, name))| name.clone())
 }
 
 /// Effects of that id, or the parameter of that name.

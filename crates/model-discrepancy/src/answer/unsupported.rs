@@ -1,0 +1,111 @@
+//! What was added and does not stand once the choice is repeated or held against groups set aside.
+
+use crate::answer::external_validation::badly_predicted;
+use crate::answer::summary::Summaries;
+use crate::choice::candidate::label;
+use crate::choice::context::Context;
+use crate::choice::score::home_of_bad;
+use crate::choice::selected::{Added, Selected, What};
+use crate::levels::{FOUND_AGAIN, REFUTED};
+use crate::noise::linear::Linear;
+use crate::{HoldOut, Remaining, Stability};
+
+/// Why something is left over that does not lower the error on data that the fit did not see.
+const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
+
+/// Why one bad reading is left over where groups set aside lie as far off.
+const NO_ACCIDENT: &str = "no accident, as groups set aside lie off as well: taken back";
+
+/// The addition to be taken back next, and what is left over in its place.
+///
+/// One that too few repetitions find again; or the last of many readings, where unseen groups are not
+/// predicted any better; or the last bad reading, where groups set aside lie as far off, or where they
+/// did, as `taken_back` has it: the fit is worse without that, and less surprised by them.
+pub(crate) fn unsupported(
+    context: &Context<'_>,
+    (chosen, lin): (&Selected<'_>, &Linear<'_>),
+    summaries: &Summaries,
+    taken_back: &[Remaining],
+) -> Option<(usize, Remaining)> {
+    let left = |i: usize, why: &str| (i, left_over(context, &chosen.added[i], why.to_owned()));
+    if let Some((i, why)) = least_stable(&summaries.stability) {
+        return Some(left(i, &why));
+    }
+    let is_checked = summaries.after.hold_out == HoldOut::CheckGroups;
+    let lie_off = badly_predicted(context, chosen, lin).is_some();
+    let last = |bad: bool| {
+        chosen.added.iter().rposition(|added| is_bad_reading(context, chosen, lin, added) == bad)
+    };
+    // Check groups choose nothing; what they refute does not stand.
+    let is_gainless = if is_checked {
+        summaries.unseen_ratio >= REFUTED && lie_off
+    } else {
+        summaries.unseen_ratio >= 1.0
+    };
+    if let Some(i) = last(false).filter(|_| is_gainless) {
+        return Some(left(i, NO_GAIN));
+    }
+    let are_accidents = !lie_off && taken_back.iter().all(|before| before.shape != NO_ACCIDENT);
+    last(true).filter(|_| !are_accidents).map(|i| left(i, NO_ACCIDENT))
+}
+
+/// What was added, where check groups are not predicted any better: it stands, and explains nothing.
+pub(crate) fn no_gain(
+    context: &Context<'_>,
+    (chosen, lin): (&Selected<'_>, &Linear<'_>),
+    summaries: &Summaries,
+) -> Option<Remaining> {
+    let is_of_many = |added: &Added| !is_bad_reading(context, chosen, lin, added);
+    let is_gainless = summaries.unseen_ratio >= 1.0 && chosen.added.iter().any(is_of_many);
+    is_gainless.then(|| Remaining {
+        covariate: "unseen groups".to_owned(),
+        shape: "what was added does not predict them any better".to_owned(),
+        p_value: chosen.added.iter().map(|a| a.p_value).fold(0.0, f64::max),
+    })
+}
+
+/// Whether an addition is one bad reading, which is no part of the model: without it, others are
+/// predicted better or worse by chance.
+fn is_bad_reading(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+    added: &Added,
+) -> bool {
+    match added.what {
+        What::Effect(effect) => home_of_bad(context, &chosen.estimate, lin, effect).is_some(),
+        What::Empirical(..) => false,
+    }
+}
+
+/// The addition that the fewest repetitions find again, where that is fewer than half of them, and
+/// why that is too few.
+fn least_stable(stability: &[Stability]) -> Option<(usize, String)> {
+    let one = |(i, s): (usize, &Stability)| {
+        [
+            (s.resampled, "without some groups"),
+            (s.perturbed, "with readings moved within their resolution"),
+        ]
+        .map(|(share, repetitions)| Some((i, share?, repetitions)))
+    };
+    let known = stability.iter().enumerate().flat_map(one).flatten();
+    let (i, share, repetitions) =
+        known.filter(|(_, share, _)| *share < FOUND_AGAIN).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let share = 100.0 * share;
+    Some((
+        i,
+        format!("found again in {share:.0} % of the repetitions {repetitions}: too few to add it"),
+    ))
+}
+
+/// An addition that is not made, as something left.
+fn left_over(context: &Context<'_>, added: &Added, shape: String) -> Remaining {
+    let covariate = match &added.what {
+        What::Effect(e) => {
+            let effect = &context.model.declared().effects[*e];
+            label(&effect.id, effect.subject.as_deref())
+        }
+        What::Empirical(covariate, _) => covariate.clone(),
+    };
+    Remaining { covariate, shape, p_value: added.p_value }
+}
