@@ -7,8 +7,12 @@ use super::measured::MeasuredTouch;
 use super::term::{Term, WaysFrom};
 
 /// Mean square of a normal's component from which the reversal of that axis can be told: the touches
-/// see a tenth of it.
-const SEEN_REVERSAL: f64 = 0.01;
+/// see a thirtieth of it. A screw's play of 30 µm shows as 1 µm, and what shows and has no name is
+/// named after something else: along a slope, as a scale of that axis.
+const SEEN_REVERSAL: f64 = 0.001;
+/// Touches from either side of an axis from which its reversal can be told: of fewer, which side each came
+/// from is a pattern that the part may have as well.
+const EACH_WAY: usize = 5;
 /// An axis that moves by less between two touches stands still: the noise of readings does no more.
 const STILL_MM: f64 = 0.02;
 
@@ -23,9 +27,13 @@ pub(super) fn reversals(setting: &Setting<'_>) -> Vec<Entry> {
     let along: Vec<_> =
         setting.normals.iter().map(|n| n.map(|v| sign(-setting.side * v))).collect();
     let by = |ways: Vec<Vector3<f64>>, ways_from: WaysFrom| {
-        let met = |axis: usize, sign: f64| ways.iter().any(|way| way[axis] * sign > 0.0);
+        let is_met = |axis: usize, sign: f64| {
+            ways.iter().filter(|way| way[axis] * sign > 0.0).count() >= EACH_WAY
+        };
         let is_seen = |axis: &usize| {
-            setting.normal_squares[*axis] > SEEN_REVERSAL && met(*axis, 1.0) && met(*axis, -1.0)
+            setting.normal_squares[*axis] > SEEN_REVERSAL
+                && is_met(*axis, 1.0)
+                && is_met(*axis, -1.0)
         };
         let seen: Vec<usize> = (0..3).filter(is_seen).collect();
         let alone = (0..3).map(|axis| if is_seen(&axis) { vec![axis] } else { Vec::new() });

@@ -7,6 +7,7 @@ use nalgebra::{DVector, Vector3};
 use pose_icp::{
     EdgeTouches, MeasuredTouch, PoseModel, PoseOptions, PoseParameter, PoseStart, Touch,
 };
+use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -110,6 +111,34 @@ fn astigmatism_is_found_with_its_size_and_nothing_is_where_nothing_is() {
         assert!((cos.value - 8.0).abs() < 4.0 * cos.std, "{cos:?}");
     }
     assert_eq!(closure.verdict, Verdict::Explained);
+}
+
+/// Play of 60 µm in x shows as 3 µm on slopes of a twentieth, and stretches what is touched from outside
+/// inwards: it is no scale of that axis.
+#[test]
+fn play_on_a_weakly_curved_mirror_is_no_scale() {
+    const PLAY_MM: f64 = 0.06;
+    const SIGMA_MM: f64 = 5e-4;
+    let mut rng = ChaCha8Rng::seed_from_u64(464);
+    let pose = PoseStart::level(random_pose(&mut rng).position_mm, 0.0);
+    // In no order: touches far out come from the inside more often than not.
+    let mut at = spread(60, 48.0);
+    at.shuffle(&mut rng);
+    let side = edge(&pose, SIGMA_MM, &mut rng).locate(tip(), 0.0).unwrap();
+    let options = PoseOptions { tip: tip(), lateral: Some(side.prior), ..PoseOptions::default() };
+    let mut points = touches(&pose, &at, SIGMA_MM, &mut rng);
+    let mut before: Option<f64> = None;
+    for touch in &mut points {
+        let x_mm = touch.center_mm.x;
+        let way = before.replace(x_mm).map_or(1.0, |before| (x_mm - before).signum());
+        touch.center_mm.x += 0.5 * PLAY_MM * way;
+    }
+    let model = PoseModel::new(paraboloid(), measured(points), &[], &side.start, &options).unwrap();
+    let closure = close_loop(&model, &model.all_covariates(), &Options::default()).unwrap();
+    let names: Vec<_> = closure.steps.iter().map(|s| (&*s.effect, s.subject.as_deref())).collect();
+    assert_eq!(names, [("reversal", Some("x, by touch"))]);
+    let play = &closure.steps[0].parameters[0];
+    assert!((play.value - 500.0 * PLAY_MM).abs() < 4.0 * play.std, "{play:?}");
 }
 
 /// What is known beforehand lies nowhere on the part: columns have their mean there, on which no trend turns.
