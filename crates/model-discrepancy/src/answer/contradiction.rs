@@ -42,7 +42,8 @@ pub(crate) fn chosen_instead<'a>(
 /// a low patch into an ellipsoid, lobes and a travel; a head that slips into a platform that is
 /// higher. What gives them away is that they do not keep their own proportions, and that a visible
 /// part of the misfit follows these departures; or that they do not reach the declared noise, and
-/// leave most of the misfit to neighbours that agree, or nearly all of it to anything.
+/// leave most of the misfit to neighbours that agree, or nearly all of it to anything. The misfit is what
+/// they found: that of the declared model with whatever was corrected without a cause.
 pub(crate) fn contradiction(
     context: &Context<'_>,
     keep: &[bool],
@@ -53,8 +54,13 @@ pub(crate) fn contradiction(
         return None;
     }
     let lin = Linear::of(&chosen.system, &chosen.estimate, keep, context.silent);
-    let (worst, left) = departed(context, keep, base, chosen, &lin)
-        .or_else(|| left_above(context, keep, base, chosen, &lin))?;
+    let plain = (!chosen.system.empirical.is_empty())
+        .then(|| without_names(context, keep, chosen))
+        .flatten();
+    let declared = System::declared(context.model);
+    let before = plain.as_ref().map_or((&declared, base), |p| (&p.system, &p.estimate));
+    let (worst, left) = departed(context, keep, before, chosen, &lin)
+        .or_else(|| left_above(context, keep, before, chosen, &lin))?;
     let effects = &context.model.declared().effects;
     let name = |effect: usize| label(&effects[effect].id, effects[effect].subject.as_deref());
     let names: Vec<String> = chosen.system.active.iter().map(|a| name(a.effect)).collect();
@@ -67,15 +73,15 @@ pub(crate) fn contradiction(
     Some(Remaining { shape, ..worst })
 }
 
-/// The departure of a name that takes most of the misfit, and its share of that.
+/// The departure of a name that takes most of the misfit `before` all names, and its share of that.
 fn departed(
     context: &Context<'_>,
     keep: &[bool],
-    base: &Estimate,
+    (system, at): (&System<'_>, &Estimate),
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
 ) -> Option<(Remaining, f64)> {
-    let before = misfit(keep, &System::declared(context.model), base);
+    let before = misfit(keep, system, at);
     let after = misfit(keep, &chosen.system, &chosen.estimate);
     // What the departure takes, in the same units.
     let clean = lin.clean_residual().norm_squared();
@@ -94,11 +100,11 @@ fn departed(
 fn left_above(
     context: &Context<'_>,
     keep: &[bool],
-    base: &Estimate,
+    (system, at): (&System<'_>, &Estimate),
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
 ) -> Option<(Remaining, f64)> {
-    let before = scatter(context, keep, &System::declared(context.model), base)?;
+    let before = scatter(context, keep, system, at)?;
     let after = global_test(&chosen.system, &chosen.estimate, lin)?;
     let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
     if !after.is_above() || left < EXCESS_LEFT {

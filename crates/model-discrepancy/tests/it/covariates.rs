@@ -92,6 +92,30 @@ fn what_goes_with_the_direction_goes_with_that_of_the_first_reading() {
     }
 }
 
+/// A force that reads more while it rises: as a delay, but for its proportions. Beside a correction by the
+/// direction little is left for one, and most of that goes against the name.
+#[test]
+fn a_name_is_held_against_what_it_takes_beside_a_correction() {
+    const LONG: usize = 240;
+    const PERIOD: f64 = 24.0;
+    const HALF: f64 = 15.0;
+    for seed in 21..25 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut at =
+            |n: usize| (n as f64 + 0.3 * normal(&mut rng)) * std::f64::consts::TAU / PERIOD;
+        let phases: Vec<f64> = (0..LONG).map(&mut at).collect();
+        let force: Vec<f64> = phases.iter().map(|phase| 40.0 * phase.sin()).collect();
+        let rises: Vec<f64> = phases.iter().map(|phase| 10.0 * phase.cos()).collect();
+        let way = |i: usize| if i == 0 { 1.0 } else { (force[i] - force[i - 1]).signum() };
+        let data: Vec<f64> = (0..LONG).map(|i| HALF * way(i) + normal(&mut rng)).collect();
+        let model = scalars(&data, &[("delay", rises)]);
+        let closure =
+            close_loop(&model, &[recorded("force_n", force)], &Options::default()).unwrap();
+        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+        assert_eq!(names, ["covariate:force_n"], "{:?}", closure.verdict);
+    }
+}
+
 #[test]
 fn temperature_counts_from_twenty_degrees() {
     let (column, _) = driven(3, |c| c);
