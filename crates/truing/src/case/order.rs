@@ -6,8 +6,8 @@ use std::sync::Arc;
 pub(crate) enum Order {
     /// One after the other.
     Listed(Vec<usize>),
-    /// The next of the same block, or the one before; at its end the one at the other end.
-    Rolled { blocks: Arc<[Range<usize>]>, to_next: bool },
+    /// The one so many rows further down in the same block, which begins anew at its end.
+    Rolled { blocks: Arc<[Range<usize>]>, by: isize },
     /// The last of so many rows first.
     Reversed(usize),
     /// Two stretches of as many rows change places.
@@ -19,10 +19,11 @@ impl Order {
     pub(crate) fn of(&self, row: usize) -> usize {
         match self {
             Self::Listed(order) => order[row],
-            Self::Rolled { blocks, to_next } => {
+            Self::Rolled { blocks, by } => {
                 let Range { start, end } = blocks[blocks.partition_point(|b| b.end <= row)].clone();
                 let (n, at) = (end - start, row - start);
-                let next = if *to_next { at + 1 } else { at + n - 1 };
+                let further = by.unsigned_abs() % n;
+                let next = if *by < 0 { at + n - further } else { at + further };
                 start + next % n
             }
             Self::Reversed(rows) => rows - 1 - row,
@@ -44,9 +45,11 @@ mod tests {
     #[test]
     fn every_order_gives_each_row_once() {
         let blocks: std::sync::Arc<[_]> = [0..3, 3..4, 4..6].into();
-        let rolled = |to_next| Order::Rolled { blocks: blocks.clone(), to_next };
-        assert_eq!(of(&rolled(true), 6), [1, 2, 0, 3, 5, 4]);
-        assert_eq!(of(&rolled(false), 6), [2, 0, 1, 3, 5, 4]);
+        let rolled = |by| Order::Rolled { blocks: blocks.clone(), by };
+        assert_eq!(of(&rolled(1), 6), [1, 2, 0, 3, 5, 4]);
+        assert_eq!(of(&rolled(-1), 6), [2, 0, 1, 3, 5, 4]);
+        assert_eq!(of(&rolled(2), 6), [2, 0, 1, 3, 4, 5]);
+        assert_eq!(of(&rolled(-5), 6), [1, 2, 0, 3, 5, 4]);
         assert_eq!(of(&Order::Reversed(3), 3), [2, 1, 0]);
         assert_eq!(of(&Order::Exchanged([0..2, 3..5]), 6), [3, 4, 2, 0, 1, 5]);
         assert_eq!(of(&Order::Listed(vec![2, 0, 1]), 3), [2, 0, 1]);

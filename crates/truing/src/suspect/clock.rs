@@ -101,6 +101,18 @@ pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
 }
 
 impl Record<'_> {
+    /// Rows by which the record comes late, to the nearest one; negative where it is early. `None` of one
+    /// stretch, where a column further down is a clock that is late.
+    pub(crate) fn rows_late(&self) -> Option<isize> {
+        let interval_s =
+            median_step(self).filter(|_| self.stretch.last() > self.stretch.first())?;
+        let steady = |offset_s: f64| Offset { first_s: offset_s, last_s: offset_s };
+        let rows = (self.farthest(interval_s, steady) / interval_s).round();
+        #[expect(clippy::cast_possible_truncation, reason = "at most as many as are looked at")]
+        let rows = rows as isize;
+        (rows != 0).then_some(rows)
+    }
+
     fn span_s(&self) -> f64 {
         self.time_s.last().zip(self.time_s.first()).map_or(0.0, |(last, first)| last - first)
     }

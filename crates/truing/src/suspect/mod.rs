@@ -28,7 +28,7 @@ pub(crate) use hypothesis::Hypothesis;
 pub use named::Suspect;
 pub(crate) use order::{
     cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges, farthest, rows_shifted,
-    swapped_names,
+    rows_shifted_by, swapped_names,
 };
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;

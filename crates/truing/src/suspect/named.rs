@@ -37,8 +37,18 @@ impl Suspect {
         let Found { named, after, rivals, .. } = found;
         let mut description = named.description.clone();
         // Changes of several files may read alike: they are told once.
-        let others: Vec<&Hypothesis> =
-            rivals.iter().filter(|rival| rival.description != description).collect();
+        let (mut others, mut names) = (Vec::<&Hypothesis>::new(), Vec::new());
+        for rival in rivals {
+            let is_told = |other: &&Hypothesis| other.description == rival.description;
+            let is_new = rival.description != description;
+            if is_new && !others.iter().any(is_told) {
+                others.push(rival);
+            }
+            let label = rival.label();
+            if (is_new || label != named.label()) && !names.contains(&label) {
+                names.push(label);
+            }
+        }
         if !others.is_empty() {
             let told = told(named, &others);
             description = format!("{description}; or as likely: {}", told.join("; or: "));
@@ -59,7 +69,7 @@ impl Suspect {
             rms_after: after.map(|m| m.rms),
             unit: before.or(after.as_ref()).map_or("", |m| m.unit),
             p_value,
-            indistinguishable_from: rivals.iter().map(Hypothesis::label).collect(),
+            indistinguishable_from: names,
         }
     }
 

@@ -83,42 +83,17 @@ pub(crate) fn cycles(
     [1, 2].map(one).to_vec()
 }
 
-/// Some columns of a table one row further down or up than the others; the row that has lost its
-/// partner goes, or takes the one that fell off at the other end.
+/// Some columns of a table one row further down or up than the others, or in reverse order.
 pub(crate) fn rows_shifted(
     file: &'static str,
     table: Option<&Table>,
     columns: &[&str],
     within: Option<&str>,
 ) -> Vec<Hypothesis> {
+    let mut all = rows_shifted_by(file, table, columns, within, 1);
+    all.extend(rows_shifted_by(file, table, columns, within, -1));
     let there = present(table, columns);
-    let Some(table) = table.filter(|t| !there.is_empty() && t.n_rows() > 2) else {
-        return Vec::new();
-    };
-    let blocks: Arc<[Range<usize>]> = blocks(table, within).into();
-    let mut all = Vec::new();
-    for down in [true, false] {
-        for cyclic in [true, false] {
-            let order = Order::Rolled { blocks: Arc::clone(&blocks), to_next: down };
-            let description = format!(
-                "the rows of {} of {file} are shifted one row {}{} against the other columns: \
-                 shift them back",
-                listed(&there),
-                if down { "down" } else { "up" },
-                if within.is_some() { " within each block" } else { "" }
-            );
-            let change = Change::Rows { columns: owned(&there), order };
-            let mut edits = vec![Edit { file, change }];
-            if !cyclic {
-                let rest = |Range { start, end }: Range<usize>| {
-                    if down { start..end - 1 } else { start + 1..end }
-                };
-                let rows = blocks.iter().cloned().flat_map(rest).collect();
-                edits.push(Edit { file, change: Change::Keep { rows } });
-            }
-            all.push(Hypothesis::of("input:row-shift", (file, &there), description, edits));
-        }
-    }
+    let Some(table) = table.filter(|t| !there.is_empty() && t.n_rows() > 2) else { return all };
     let order = Order::Reversed(table.n_rows());
     let change = Change::Rows { columns: owned(&there), order };
     let description = format!(
@@ -128,6 +103,40 @@ pub(crate) fn rows_shifted(
     let edits = vec![Edit { file, change }];
     all.push(Hypothesis::of("input:row-shift", (file, &there), description, edits));
     all
+}
+
+/// Some columns of a table so many rows further down than the others, or up where that is negative; rows
+/// that have lost their partner go, or take those that fell off at the other end.
+pub(crate) fn rows_shifted_by(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    within: Option<&str>,
+    by: isize,
+) -> Vec<Hypothesis> {
+    let there = present(table, columns);
+    let far = by.unsigned_abs();
+    let Some(table) = table.filter(|t| !there.is_empty() && t.n_rows() > far + 1) else {
+        return Vec::new();
+    };
+    let blocks: Arc<[Range<usize>]> = blocks(table, within).into();
+    let description = format!(
+        "the rows of {} of {file} are shifted {} {}{} against the other columns: shift them back",
+        listed(&there),
+        if far == 1 { "one row".to_owned() } else { format!("{far} rows") },
+        if by > 0 { "down" } else { "up" },
+        if within.is_some() { " within each block" } else { "" }
+    );
+    let rest = |Range { start, end }: Range<usize>| {
+        if by > 0 { start..end.saturating_sub(far).max(start) } else { (start + far).min(end)..end }
+    };
+    let rows = blocks.iter().cloned().flat_map(rest).collect();
+    let order = Order::Rolled { blocks, by };
+    let rolled = Edit { file, change: Change::Rows { columns: owned(&there), order } };
+    let kept = Edit { file, change: Change::Keep { rows } };
+    [vec![rolled.clone()], vec![rolled, kept]]
+        .map(|edits| Hypothesis::of("input:row-shift", (file, &there), description.clone(), edits))
+        .to_vec()
 }
 
 /// Some columns exchanged between two blocks of as many rows, every pair of the first `most`.

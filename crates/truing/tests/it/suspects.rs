@@ -528,3 +528,19 @@ fn what_some_samples_of_a_long_record_show_is_said_of_all() {
     // It is written with five digits.
     assert!((after_mm / rms_mm - 1.0).abs() < 1e-4, "{after_mm} and {rms_mm}: {warning}");
 }
+
+/// Where the log went on between strips, a clock that is late does the same.
+#[test]
+fn a_column_some_rows_further_down_is_no_delay() {
+    const DOWN: usize = 7;
+    for columns in [&["reference_n"][..], &["f1_n", "f2_n", "f3_n", "f4_n"]] {
+        let case = log("nothing-coloured");
+        change(&case, "log.csv", columns, |n, old| old[(n + old.len() - DOWN) % old.len()].clone());
+        let (step, answer) = first(&case);
+        let said = format!("{} {}", step["description"], step["indistinguishable_from"]);
+        let name = format!("input:row-shift [log.csv: {}]", columns.join(", "));
+        let is_named = step["effect"] == "input:row-shift" || said.contains(&name);
+        assert!(is_named && said.contains("shifted 7 rows down"), "{step}");
+        assert_eq!(answer["steps"].as_array().unwrap().len(), 1);
+    }
+}

@@ -8,8 +8,8 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanged_blocks,
-    exchanges, lengths, rows_left_out, rows_shifted, scaled_setting, signs, spread_of,
-    standing_still, stretches, units,
+    exchanges, lengths, rows_left_out, rows_shifted, rows_shifted_by, scaled_setting, signs,
+    spread_of, standing_still, stretches, units,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -77,7 +77,7 @@ fn of_head(files: &Files) -> Vec<Hypothesis> {
     all
 }
 
-/// The reference on another clock, where its residual is known.
+/// The reference on another clock or in other rows, where its residual is known.
 fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
     let Some((table, (time_s, read))) =
         table.and_then(|t| Some((t, t.numbers("time_s").zip(t.numbers(REFERENCE))?)))
@@ -87,7 +87,7 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
     let residuals = fitted.observations.iter().map(|o| o.residual[0]);
     let expected: Vec<f64> = residuals.zip(&read).map(|(r, read)| r + read).collect();
     let stretch = stretches(table, "segment");
-    clocks(&Record {
+    let record = Record {
         file: LOG,
         column: REFERENCE,
         time_s: &time_s,
@@ -95,7 +95,14 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
         expected: &expected,
         stretch: &stretch,
         latency_s: LATENCY_S,
-    })
+    };
+    let mut found = clocks(&record);
+    // Where the log pauses, a column further down takes its first readings from before the pause.
+    if let Some(rows) = record.rows_late() {
+        found.extend(rows_shifted_by(LOG, Some(table), &[REFERENCE], None, rows));
+        found.extend(rows_shifted_by(LOG, Some(table), &CELLS, None, -rows));
+    }
+    found
 }
 
 fn path(files: &Files) -> Vec<Hypothesis> {
