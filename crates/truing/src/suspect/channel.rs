@@ -36,7 +36,8 @@ pub(crate) fn channels(
     let moving = read.iter().filter(|(_, values)| longest_run(values).1 < ALIVE).count();
     for (name, values) in &read {
         if let Some(run) = still(values, moving > 0) {
-            stuck.push(stuck_at((file, table), (*name, values), &run, &without).shown());
+            let channel = (&[*name][..], std::slice::from_ref(values));
+            stuck.push(stuck_at((file, table), channel, &run, &without).shown());
             if is_once(values, &run) {
                 continue;
             }
@@ -68,29 +69,56 @@ pub(crate) fn standing_still(
     let of_column = |name: &&str| {
         let values = table.numbers(name)?;
         let run = still_of_few(&values)?;
-        Some(stuck_at((file, table), (*name, &values), &run, &without))
+        Some(stuck_at((file, table), (&[*name], &[values]), &run, &without))
     };
     columns.iter().filter_map(of_column).collect()
 }
 
+/// A place all of whose coordinates stand still over the same rows, as no place does that is measured
+/// anew: the data show it.
+pub(crate) fn place_standing_still(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Option<Hypothesis> {
+    let table = table?;
+    let read: Vec<Vec<f64>> = columns.iter().map(|c| table.numbers(c)).collect::<Option<_>>()?;
+    let mut place = 0.0;
+    let of_row = |row: usize| {
+        let is_new = row > 0 && read.iter().any(|c| c[row].total_cmp(&c[row - 1]).is_ne());
+        place += f64::from(u8::from(is_new));
+        place
+    };
+    let places: Vec<f64> = (0..table.n_rows()).map(of_row).collect();
+    let run = still_of_few(&places)?;
+    Some(stuck_at((file, table), (columns, &read), &run, &without).shown())
+}
+
 fn stuck_at(
     (file, table): (&'static str, &Table),
-    (name, values): (&str, &[f64]),
+    (names, values): (&[&str], &[Vec<f64>]),
     run: &std::ops::Range<usize>,
     without: &impl Fn(&Table, &[bool]) -> Vec<Edit>,
 ) -> Hypothesis {
-    let is_constant = run.len() == values.len();
-    let rows: Vec<bool> = (0..values.len()).map(|row| run.contains(&row)).collect();
-    let edits = if is_constant { Vec::new() } else { without(table, &rows) };
+    let n = table.n_rows();
+    let rows: Vec<bool> = (0..n).map(|row| run.contains(&row)).collect();
+    let edits = if run.len() == n { Vec::new() } else { without(table, &rows) };
+    let at: Vec<String> = values.iter().map(|column| column[run.start].to_string()).collect();
+    let (channel, is_stuck) = if names.len() > 1 {
+        ("channels", "are stuck: they read")
+    } else {
+        ("channel", "is stuck: it reads")
+    };
     let description = format!(
-        "the channel {} of {file} is stuck: it reads {} in {} rows one after the other, from line \
-         {}, while others go on; repair the channel, or leave these rows out",
-        listed(&[name]),
-        values[run.start],
+        "the {channel} {} of {file} {is_stuck} {} in {} rows one after the other, from line {}, while \
+         others go on; repair the {channel}, or leave these rows out",
+        listed(names),
+        at.join(", "),
         run.len(),
         table.line(run.start)
     );
-    Hypothesis::of("input:stuck", (file, &[name]), description, edits)
+    Hypothesis::of("input:stuck", (file, names), description, edits)
 }
 
 /// The rows over which a channel stands still while others move.

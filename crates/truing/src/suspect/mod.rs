@@ -21,7 +21,7 @@ mod thinned;
 mod unit;
 mod yardstick;
 
-pub(crate) use channel::{channels, rows_left_out, standing_still};
+pub(crate) use channel::{channels, place_standing_still, rows_left_out, standing_still};
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::Hypothesis;

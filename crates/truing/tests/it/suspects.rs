@@ -544,3 +544,16 @@ fn a_column_some_rows_further_down_is_no_delay() {
         assert_eq!(answer["steps"].as_array().unwrap().len(), 1);
     }
 }
+
+/// A tracker that has lost its reflector goes on sending the last place.
+#[test]
+fn places_that_stand_still_are_named_though_nothing_can_be_fitted() {
+    let files = ["case.toml", "stations.csv", "mounts.csv", "targets.csv"];
+    let case = fixture("tracker-lm/targets-nothing", &files);
+    change(&case, "targets.csv", &["x_mm", "y_mm", "z_mm"], |n, old| {
+        old[n.min(old.len() * 4 / 5)].clone()
+    });
+    let said = case.run("loop");
+    let text = said.stdout + &said.stderr;
+    assert!(text.contains("`x_mm`, `y_mm`, `z_mm` of targets.csv are stuck"), "{text}");
+}

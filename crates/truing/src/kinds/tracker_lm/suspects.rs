@@ -11,8 +11,8 @@ use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, rows_left_out,
-    rows_shifted, signs, spread_of, standing_still, swapped_names, units,
+    Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, place_standing_still,
+    rows_left_out, rows_shifted, signs, spread_of, standing_still, swapped_names, units,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -40,8 +40,12 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let (read, stations, mounts) = (read.as_ref(), stations.as_ref(), mounts.as_ref());
     let mut all = directions(files);
     let without = |read: &Table, rows: &[bool]| left_out((file, read), [stations, mounts], rows);
-    let moving: &[&str] = if file == TARGETS { &PLACE } else { &["displacement_mm"] };
-    all.extend(standing_still(file, read, moving, without));
+    if file == TARGETS {
+        all.extend(place_standing_still(file, read, &PLACE, without));
+        all.extend(standing_still(file, read, &PLACE, without));
+    } else {
+        all.extend(standing_still(file, read, &["displacement_mm"], without));
+    }
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
     all.extend(signs(file, read, &["angle_deg"]));
     if file == TARGETS {
