@@ -95,6 +95,10 @@ pub(crate) const HEAVY_TAILS: f64 = 0.01;
 /// Share of the repetitions without some groups that must find a name again for it to be added.
 pub(crate) const FOUND_AGAIN: f64 = 0.5;
 
+/// The same share from which on what is predicted where something else was found says nothing of a name:
+/// in one repetition of ten chance may choose otherwise, and far from the rest it predicts anything.
+pub(crate) const STEADY: f64 = 0.9;
+
 /// Significance from which on one group differs from the others, all groups together.
 pub(crate) const ODD_GROUP: f64 = 1e-3;
 

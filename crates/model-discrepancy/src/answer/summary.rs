@@ -3,7 +3,7 @@
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::confounded::Attribution;
 use crate::answer::found_again::where_readings_move;
-use crate::answer::unseen::{reported_errors, unseen_before, unseen_errors};
+use crate::answer::unseen::{Unseen, reported_errors, unseen_before, unseen_errors};
 use crate::choice::context::Context;
 use crate::choice::score::excluded;
 use crate::choice::selected::{Selected, What};
@@ -20,6 +20,8 @@ pub(crate) struct Summaries {
     /// Squared errors on unseen groups, after over before, of all rows in units of their noise: what
     /// shows in rows that are not reported counts, too.
     pub(crate) unseen_ratio: f64,
+    /// The same without the few groups for which repetitions chose something else.
+    pub(crate) gain_ratio: f64,
     /// Of every addition.
     pub(crate) stability: Vec<Stability>,
     pub(crate) warnings: Vec<String>,
@@ -51,14 +53,14 @@ pub(crate) fn summarise(
             )
         })
         .collect();
-    let (hold_out, mut errors, resampled) =
+    let Unseen { hold_out, mut errors, found_again, strays } =
         unseen_errors(context, keep, declared, (chosen, lin), attributions, &skip_groups);
     let perturbed = if context.options.nested {
         where_readings_move(context, keep, declared, (chosen, lin), attributions)
     } else {
         vec![None; chosen.added.len()]
     };
-    let stability = resampled.into_iter().zip(perturbed);
+    let stability = found_again.into_iter().zip(perturbed);
     if chosen.added.is_empty() {
         // Repetitions may still add what was taken back.
         let [before, after] = &mut errors;
@@ -72,7 +74,8 @@ pub(crate) fn summarise(
     Summaries {
         before: error_summary((&plain, base), declared.1, keep, before),
         after: error_summary((&chosen.system, &chosen.estimate), lin, keep, after),
-        unseen_ratio: ratio(&errors),
+        unseen_ratio: ratio(&errors, &[]),
+        gain_ratio: ratio(&errors, &strays),
         stability: stability
             .map(|(resampled, perturbed)| Stability { resampled, perturbed })
             .collect(),
@@ -120,8 +123,9 @@ fn error_summary(
     }
 }
 
-fn ratio([before, after]: &[Vec<Option<GroupError>>; 2]) -> f64 {
-    let both = before.iter().zip(after).filter_map(|(b, a)| Some((b.as_ref()?, a.as_ref()?)));
+fn ratio([before, after]: &[Vec<Option<GroupError>>; 2], without: &[usize]) -> f64 {
+    let judged = before.iter().zip(after).enumerate().filter(|(i, _)| !without.contains(i));
+    let both = judged.filter_map(|(_, (b, a))| Some((b.as_ref()?, a.as_ref()?)));
     let (before, after) =
         both.fold((0.0, 0.0), |(b, a), (before, after)| (b + before.whitened, a + after.whitened));
     after / f64::max(before, f64::MIN_POSITIVE)

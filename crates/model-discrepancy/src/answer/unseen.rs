@@ -9,7 +9,7 @@ use crate::choice::blocks::{Blocks, WithoutBlock};
 use crate::choice::context::Context;
 use crate::choice::select::select;
 use crate::choice::selected::{Selected, What};
-use crate::levels::{CHOICE_FOLDS, MIN_NESTED_GROUPS};
+use crate::levels::{CHOICE_FOLDS, MIN_NESTED_GROUPS, STEADY};
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::{GroupError, folds, leave_out};
 use crate::{HoldOut, Role};
@@ -17,7 +17,17 @@ use crate::{HoldOut, Role};
 /// Repetitions of the choice at most; each leaves out every so-manieth group.
 const MAX_NESTED_FOLDS: usize = 24;
 
-type Unseen = (HoldOut, [Vec<Option<GroupError>>; 2], Vec<Option<f64>>);
+/// What groups that were left out say of both models.
+pub(crate) struct Unseen {
+    pub(crate) hold_out: HoldOut,
+    /// Of the declared model and of the final one, by group.
+    pub(crate) errors: [Vec<Option<GroupError>>; 2],
+    /// How often each addition is found again.
+    pub(crate) found_again: Vec<Option<f64>>,
+    /// Groups by their place in `errors` without which something else was chosen, where nearly all
+    /// repetitions agree: what these predict speaks of another model.
+    pub(crate) strays: Vec<usize>,
+}
 
 /// Errors of both models on groups that were left out, and how often each addition is found again.
 pub(crate) fn unseen_errors(
@@ -39,14 +49,16 @@ pub(crate) fn unseen_errors(
     if !checks.is_empty() {
         let before = reported_errors(&System::declared(context.model), declared.0, &checks);
         let after = reported_errors(&chosen.system, &chosen.estimate, &checks);
-        let stability = repeated.map_or(vec![None; chosen.added.len()], |(_, stability)| stability);
-        return (HoldOut::CheckGroups, [before, after], stability);
+        let found_again = repeated.map_or(vec![None; chosen.added.len()], |r| r.found_again);
+        let (hold_out, errors) = (HoldOut::CheckGroups, [before, after]);
+        return Unseen { hold_out, errors, found_again, strays: Vec::new() };
     }
-    if let Some((errors, stability)) = repeated {
-        return (HoldOut::Nested, errors, stability);
-    }
-    let errors = [declared.1, lin].map(|lin| one_by_one(lin, skip_groups));
-    (HoldOut::LeaveOneOut, errors, vec![None; chosen.added.len()])
+    repeated.unwrap_or_else(|| Unseen {
+        hold_out: HoldOut::LeaveOneOut,
+        errors: [declared.1, lin].map(|lin| one_by_one(lin, skip_groups)),
+        found_again: vec![None; chosen.added.len()],
+        strays: Vec::new(),
+    })
 }
 
 /// Errors of the declared model alone on groups that were left out, as [`unseen_errors`] has them.
@@ -119,7 +131,7 @@ fn nested_errors(
     (chosen, lin): (&Selected<'_>, &Linear<'_>),
     attributions: &[Option<Attribution<'_>>],
     (fitted, folds): (&[usize], &NestedFolds),
-) -> ([Vec<Option<GroupError>>; 2], Vec<Option<f64>>) {
+) -> Unseen {
     let progress = &context.options.progress;
     progress.expect(folds.members.len());
     let blocks = seen_in_blocks(context, declared, (chosen, lin), &folds.left_out);
@@ -143,8 +155,17 @@ fn nested_errors(
             errors[1][i] = repetition.after[k];
         }
     }
-    let choices: Vec<_> = repetitions.into_iter().map(|(_, r)| r.added).collect();
-    (errors, shares(chosen, attributions, &choices))
+    let (members, choices): (Vec<_>, Vec<_>) =
+        repetitions.into_iter().map(|(members, r)| (members, r.added)).unzip();
+    let found_again = shares(chosen, attributions, &choices);
+    let is_steady = found_again.iter().flatten().all(|share| *share >= STEADY);
+    let is_other = |choice: &Vec<What>| {
+        shares(chosen, attributions, std::slice::from_ref(choice)).contains(&Some(0.0))
+    };
+    let others =
+        members.into_iter().zip(&choices).filter(|(_, choice)| is_steady && is_other(choice));
+    let strays = others.flat_map(|(members, _)| members.iter().copied()).collect();
+    Unseen { hold_out: HoldOut::Nested, errors, found_again, strays }
 }
 
 /// The declared model, and the chosen one, by sums over the blocks that are left out.

@@ -40,7 +40,7 @@ pub(crate) fn unsupported(
     let is_gainless = if is_checked {
         summaries.unseen_ratio >= REFUTED && lie_off
     } else {
-        summaries.unseen_ratio >= 1.0
+        summaries.gain_ratio >= 1.0
     };
     if let Some(i) = last(false).filter(|_| is_gainless) {
         return Some(left(i, NO_GAIN));

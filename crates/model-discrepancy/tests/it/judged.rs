@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{body, coordinates, noise, points};
+use crate::linear_model::{body, coordinates, noise, normal, points, scalars};
 
 fn scaled_body(seed: u64, n: usize) -> (LinearModel, Vec<Vector3<f64>>) {
     body_scaled_by(8e-5, seed, n)
@@ -192,4 +192,32 @@ fn differences_close_the_loop_as_well() {
         [&model as &dyn Model, &by_difference].map(|m| close_loop(m, &[], &options).unwrap());
     assert_eq!(a.steps[0].effect, b.steps[0].effect);
     assert!((a.steps[0].p_value / b.steps[0].p_value - 1.0).abs() < 1e-4);
+}
+
+/// Five readings far out tell two names apart, the last of them alone: without that one the other name is
+/// chosen, and misses it by more than none would. All other repetitions agree.
+#[test]
+fn one_repetition_that_chooses_otherwise_takes_no_name_back() {
+    const NEAR: usize = 48;
+    let mut rng = ChaCha8Rng::seed_from_u64(71);
+    let far = [8.0, -8.0, 8.0, -8.0];
+    let near: Vec<[f64; 2]> = (0..NEAR).map(|_| [0, 1].map(|_| 0.3 * normal(&mut rng))).collect();
+    let column = |of: usize, last: f64| -> Vec<f64> {
+        near.iter().map(|pair| pair[of]).chain(far).chain([last]).collect()
+    };
+    let (right, wrong) = (column(0, 8.0), column(1, -24.0));
+    let mut data: Vec<f64> = right.iter().map(|trace| trace + 0.5 * normal(&mut rng)).collect();
+    // What makes the wrong one the likelier without the last.
+    for (value, [a, b]) in data.iter_mut().zip(&near) {
+        *value += 1.5 * b - a;
+    }
+    let model = scalars(&data, &[("right", right), ("wrong", wrong)]);
+    let closure = close_loop(&model, &[], &Options::default()).unwrap();
+    let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+    assert_eq!(names, ["right"], "{:?}", closure.remaining);
+    let again = closure.steps[0].stability.resampled.unwrap();
+    assert!((0.9..1.0).contains(&again), "{again}");
+    // And nothing is explained while any error on unseen groups does not fall.
+    assert!(closure.after.held_out_rms > closure.before.held_out_rms);
+    assert_eq!(closure.verdict, Verdict::StructureRemains);
 }
