@@ -103,6 +103,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             held_out_rms: error_after.held_out_rms,
             train_rms: error_after.train_rms,
             indistinguishable_from: strings(&["covariate:temperature_c"]),
+            rivals: strings(&["covariate:temperature_c"]),
             separate_by: Some("repeat the first press at the end, once the sensor is cold".into()),
             stability: Stability { resampled: Some(0.93), perturbed: Some(1.0) },
         }],

@@ -149,6 +149,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             held_out_rms: 0.0361,
             train_rms: 0.0342,
             indistinguishable_from: vec![],
+            rivals: vec![],
             separate_by: None,
             stability: Stability { resampled: Some(1.0), perturbed: Some(1.0) },
         }],
