@@ -1,8 +1,6 @@
 //! Four displacements as they were printed.
 
-use model_discrepancy::{
-    Closure, Group, HoldOut, Layout, Outcome, Pass, Role, Row, Stability, Step, Verdict,
-};
+use model_discrepancy::{Closure, HoldOut, Layout, Outcome, Pass, Role, Stability, Step, Verdict};
 use nalgebra::DMatrix;
 
 use super::{
@@ -14,18 +12,7 @@ use crate::Published;
 pub(crate) fn four_displacements() -> Sample {
     let commanded = [1.0, 2.0, 5.0, 10.0];
     let solved = [0.819, 1.961, 5.168, 10.5];
-    let layout = Layout {
-        rows: (0..4)
-            .map(|i| Row { observation: i, component: 0, sigma: 1.0, reported: true })
-            .collect(),
-        observations: (0..4).collect(),
-        groups: commanded
-            .iter()
-            .map(|c| Group { name: format!("{c} mm"), role: Role::Fit })
-            .collect(),
-        unit: "mm".into(),
-        sigma_declared: false,
-    };
+    let layout = Layout::scalars(commanded.iter().map(|c| format!("{c} mm")), "mm", None);
     let before: Vec<f64> = solved.iter().zip(commanded).map(|(s, c)| s - c).collect();
     let line = |(s, c): (&f64, f64)| s - (-0.2151 + 1.0728 * c);
     let after: Vec<f64> = solved.iter().zip(commanded).map(line).collect();
