@@ -43,7 +43,7 @@ pub enum ProbeError {
     /// The ball was nowhere near the surface.
     #[error(
         "touch {}: the ball's surface is {gap_mm:.3} mm from the nominal surface, more than \
-         {limit_mm:.3} mm: check frame, units and side, and that the table is not from another session{}",
+         {limit_mm:.3} mm: check frame, units and side{}",
         index + 1,
         as_of_others(*far, *of)
     )]
