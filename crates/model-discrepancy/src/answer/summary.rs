@@ -22,6 +22,8 @@ pub(crate) struct Summaries {
     pub(crate) unseen_ratio: f64,
     /// The same without the few groups for which repetitions chose something else.
     pub(crate) gain_ratio: f64,
+    /// Their names.
+    pub(crate) strays: Vec<String>,
     /// Of every addition.
     pub(crate) stability: Vec<Stability>,
     pub(crate) warnings: Vec<String>,
@@ -70,12 +72,15 @@ pub(crate) fn summarise(
         warnings.push("the held-out error leaves out one group at a time, but the effects were chosen with all of them: too few groups to repeat the choice".to_owned());
     }
     let [before, after] = errors.each_ref().map(|errors| (hold_out, &errors[..]));
+    let groups = &context.model.declared().layout.groups;
+    let fitted: Vec<usize> = (0..groups.len()).filter(|&g| keep[g]).collect();
     let plain = System::declared(context.model);
     Summaries {
         before: error_summary((&plain, base), declared.1, keep, before),
         after: error_summary((&chosen.system, &chosen.estimate), lin, keep, after),
         unseen_ratio: ratio(&errors, &[]),
         gain_ratio: ratio(&errors, &strays),
+        strays: strays.iter().map(|&i| groups[fitted[i]].name.clone()).collect(),
         stability: stability
             .map(|(resampled, perturbed)| Stability { resampled, perturbed })
             .collect(),

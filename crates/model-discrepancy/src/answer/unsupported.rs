@@ -57,9 +57,18 @@ pub(crate) fn no_gain(
 ) -> Option<Remaining> {
     let is_of_many = |added: &Added| !is_bad_reading(context, chosen, lin, added);
     let is_gainless = summaries.unseen_ratio >= 1.0 && chosen.added.iter().any(is_of_many);
+    let shape = if summaries.gain_ratio < 1.0 {
+        format!(
+            "what was added predicts them but for {}, without which something else is chosen: measure \
+             there again",
+            summaries.strays.join(", ")
+        )
+    } else {
+        "what was added does not predict them any better".to_owned()
+    };
     is_gainless.then(|| Remaining {
         covariate: "unseen groups".to_owned(),
-        shape: "what was added does not predict them any better".to_owned(),
+        shape,
         p_value: chosen.added.iter().map(|a| a.p_value).fold(0.0, f64::max),
     })
 }

@@ -1,8 +1,8 @@
 //! Errors before and after, on data that chose nothing.
 
 use model_discrepancy::{
-    Declared, Differenced, HoldOut, Inside, LinearModel, Model, Options, Proposal, Role, State,
-    Verdict, check_tangents, close_loop,
+    Declared, Differenced, HoldOut, Inside, LinearModel, Model, Options, Proposal, Remaining, Role,
+    State, Verdict, check_tangents, close_loop,
 };
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -220,4 +220,8 @@ fn one_repetition_that_chooses_otherwise_takes_no_name_back() {
     // And nothing is explained while any error on unseen groups does not fall.
     assert!(closure.after.held_out_rms > closure.before.held_out_rms);
     assert_eq!(closure.verdict, Verdict::StructureRemains);
+    let is_told = |left: &Remaining| {
+        left.covariate == "unseen groups" && left.shape.contains("but for 4, 28, 52,")
+    };
+    assert!(closure.remaining.iter().any(is_told), "{:?}", closure.remaining);
 }
