@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::program::{Truing, class_of};
+use crate::program::{Truing, class_of, without_subject};
 use crate::shell;
 use scene::Files;
 use scenes::{Situation, situations};
@@ -183,10 +183,7 @@ fn named(json: &Value, effect: &str, class: &[String]) -> Named {
 /// Names that a plan says no measurement tells from an effect.
 fn class_of_plan(plan: &Value, effect: &str) -> Vec<String> {
     // Subjects are left out, as in the classes of answers.
-    let id = |name: &Value| {
-        let name = name.as_str().unwrap_or_default();
-        name.split(" [").next().unwrap_or(name).to_owned()
-    };
+    let id = |name: &Value| without_subject(name.as_str().unwrap_or_default()).to_owned();
     let classes = plan["classes"].as_array().into_iter().flatten();
     let own = classes.filter(|class| id(&class["effect"]) == effect);
     own.flat_map(|class| class["with"].as_array().into_iter().flatten()).map(id).collect()
