@@ -209,12 +209,15 @@ fn remaining(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> 
     let scoring = Scoring::new(&quick, &chosen.system, &chosen.estimate, lin, level);
     let mut found: Vec<Remaining> = Vec::new();
     let mut judged = score_covariates(context, &scoring);
-    judged.retain(|j| j.adjusted <= level);
     judged.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
-    for j in judged {
+    for mut j in judged {
         let covariate = j.candidate.id.trim_start_matches("covariate:").to_owned();
-        // One line a column: its best shape.
-        if found.iter().all(|r| r.covariate != covariate) {
+        if found.iter().any(|r| r.covariate == covariate) {
+            // One line a column: its best shape.
+            continue;
+        }
+        j.confirm(&scoring);
+        if j.adjusted <= level {
             let shape = match j.candidate.source {
                 Source::Empirical(e) => e.shape,
                 Source::Effect(_) => continue,

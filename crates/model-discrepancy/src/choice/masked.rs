@@ -4,7 +4,7 @@ use crate::algebra::system::{Estimate, System};
 use crate::choice::candidate::Estimability;
 use crate::choice::one_observation::{LocalEstimability, full_candidate, local_effects};
 use crate::choice::pair::judge_pair;
-use crate::choice::score::{Scored, Scoring, judge};
+use crate::choice::score::{Scored, Scoring, screened};
 use crate::count::count;
 use crate::levels::{MASKED, MASKED_AMONG};
 
@@ -28,7 +28,7 @@ pub(crate) fn find_masked(
     let scored: Vec<Scored> = (seen.into_iter())
         .filter_map(|effect| match full_candidate(system, at, lin, effect) {
             Estimability::Estimable(candidate) => {
-                judge(scoring, (&lin.basis, &scoring.clean), *candidate, 0, f64::INFINITY)
+                screened(scoring, (&lin.basis, &scoring.clean), *candidate, 0, f64::INFINITY)
             }
             Estimability::NotEstimable(_) => None,
         })

@@ -34,7 +34,7 @@ pub(crate) fn ranked(
             break;
         }
         judged[i].confirm(scoring);
-        if significant(&judged[i]) && judged[i].generalises() {
+        if is_eligible(&judged[i], scoring.alpha) {
             best = best.or(Some(i));
         }
     }
@@ -66,15 +66,18 @@ fn is_tied(one: &Scored, best: &Scored) -> bool {
 /// What shows in many groups goes before what lives in one: a few extreme points describe a
 /// smooth effect well, the other way round is refused by the scatter between groups.
 pub(crate) fn eligible(judged: &[Scored], alpha: f64) -> Vec<usize> {
-    let mut order: Vec<_> = (0..judged.len())
-        .filter(|&i| judged[i].adjusted <= alpha && judged[i].generalises())
-        .collect();
+    let mut order: Vec<_> = (0..judged.len()).filter(|&i| is_eligible(&judged[i], alpha)).collect();
     order.sort_by(|&a, &b| before(&judged[a], &judged[b]));
     // A tie goes by the order of the catalogue, not by the last digit of the data.
     let Some(&best) = order.first() else { return order };
     let tied = order.iter().take_while(|&&i| is_tied(&judged[i], &judged[best])).count();
     order[..tied].sort_unstable();
     order
+}
+
+/// Whether one with all tests behind it is significant and generalises.
+pub(crate) fn is_eligible(judged: &Scored, alpha: f64) -> bool {
+    judged.adjusted <= alpha && judged.generalises()
 }
 
 /// Whether the best may add nothing beside a candidate with fewer amplitudes. Beside one that explains

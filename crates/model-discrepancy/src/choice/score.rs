@@ -30,6 +30,8 @@ const NO_CHANGE: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
     pub(crate) candidate: Candidate,
+    /// What it stands beside, where that is more than the system.
+    pub(crate) base: Option<Basis>,
     pub(crate) class: usize,
     pub(crate) test: Significance,
     /// What the test had to show.
@@ -345,19 +347,20 @@ fn trials(candidates: &[Candidate], class: &[usize], locals: &Families) -> Trial
     Trials { tests: count(tests), families }
 }
 
-/// Judges beside a base and what this leaves of the data.
-pub(crate) fn judge(
+/// Judges beside a base that begins with the system's columns, by the F test alone.
+pub(crate) fn screened_beside(
     scoring: &Scoring<'_>,
-    base: (&Basis, &DVector<f64>),
+    base: Basis,
     candidate: Candidate,
-    class: usize,
     trials: f64,
 ) -> Option<Scored> {
-    confirmed(scoring, base, screened(scoring, base, candidate, class, trials)?)
+    let residual = base.reject(&scoring.clean);
+    let scored = screened(scoring, (&base, &residual), candidate, 0, trials)?;
+    Some(Scored { base: Some(base), ..scored })
 }
 
-/// Judges by the F test alone.
-fn screened(
+/// Judges beside a base and what this leaves of the data, by the F test alone.
+pub(crate) fn screened(
     scoring: &Scoring<'_>,
     (base, residual): (&Basis, &DVector<f64>),
     candidate: Candidate,
@@ -370,6 +373,7 @@ fn screened(
     let added = Basis::of(&candidate.beside, NEW_DIRECTION.sqrt());
     let test = asked.searched_for(f_test(residual, base.dim(), &added)?);
     Some(Scored {
+        base: None,
         class,
         asked,
         trials,
@@ -385,15 +389,19 @@ fn screened(
 }
 
 impl Scored {
-    /// Confirms a candidate of the catalogue; one that cannot be tested counts for nothing.
+    /// Makes all tests that are left; what cannot be tested counts for nothing.
     pub(crate) fn confirm(&mut self, scoring: &Scoring<'_>) {
-        if !self.is_confirmed {
-            let base = (&scoring.lin.basis, &scoring.clean);
-            if let Some(confirmed) = confirmed(scoring, base, self.clone()) {
-                *self = confirmed;
-            } else {
-                (self.is_confirmed, self.adjusted) = (true, f64::INFINITY);
-            }
+        if self.is_confirmed {
+            return;
+        }
+        let confirmed = match &self.base {
+            Some(base) => confirmed(scoring, (base, &base.reject(&scoring.clean)), self.clone()),
+            None => confirmed(scoring, (&scoring.lin.basis, &scoring.clean), self.clone()),
+        };
+        if let Some(confirmed) = confirmed {
+            *self = confirmed;
+        } else {
+            (self.is_confirmed, self.adjusted) = (true, f64::INFINITY);
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::algebra::system::Empirical;
 use crate::choice::candidate::{Candidate, Source, estimable_columns};
 use crate::choice::context::Context;
 use crate::choice::interruption::{interrupted, strongest as strongest_break};
-use crate::choice::score::{Scored, Scoring, judge};
+use crate::choice::score::{Scored, Scoring, screened_beside};
 use crate::choice::screening::Screening;
 use crate::choice::shape::{Shape, correction};
 use crate::choice::shapes::Shapes;
@@ -18,7 +18,7 @@ use crate::tests::f_test::Significance;
 use crate::tests::significance::Reach;
 use crate::{Covariate, Origin};
 
-/// Scores the shapes along every covariate that may be significant.
+/// The shapes along every covariate that may be significant, screened.
 pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> Vec<Scored> {
     let screening = Screening::new(scoring.lin, &scoring.clean);
     let families: Vec<_> =
@@ -33,10 +33,8 @@ pub(crate) fn score_covariates(context: &Context<'_>, scoring: &Scoring<'_>) -> 
             .filter(|(_, test)| test.is_some_and(|test| test.p_value * trials <= scoring.alpha));
         for (shape, _) in may_be {
             let candidate = empirical_candidate(scoring.lin, &scoring.lin.basis, covariate, shape);
-            judged.extend(candidate.and_then(|(c, base)| {
-                let residual = base.reject(&scoring.clean);
-                judge(scoring, (&base, &residual), c, 0, trials)
-            }));
+            judged
+                .extend(candidate.and_then(|(c, base)| screened_beside(scoring, base, c, trials)));
         }
     }
     judged

@@ -10,7 +10,7 @@ use crate::choice::exchange::exchange;
 use crate::choice::grown::grow;
 use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
-use crate::choice::ranking::{Confirmed, eligible, prefer_simpler, ranked};
+use crate::choice::ranking::{Confirmed, is_eligible, ranked};
 use crate::choice::replace::replace_superseded;
 use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_passing};
 use crate::choice::score_shapes::score_covariates;
@@ -159,8 +159,8 @@ fn better_shape(
     (than, directions): (f64, usize),
     counts: impl Fn(&str) -> bool,
 ) -> Option<Scored> {
-    let judged = score_covariates(context, scoring);
-    let order = eligible(&judged, context.options.alpha * QUARTER);
+    let alpha = context.options.alpha * QUARTER;
+    let mut judged = score_covariates(context, scoring);
     let n = count(scoring.lin.rows.len());
     let before = scoring.lin.clean_residual().norm_squared();
     let criterion = |judged: &Scored| {
@@ -177,9 +177,15 @@ fn better_shape(
         // Unlike effects, a shape brings its constants along: they count here.
         n * left.ln() + count(free + own) * n.ln()
     };
-    let all = order.iter().map(|&i| (criterion(&judged[i]), i));
-    let (best, i) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best < than - WORTH_MENTIONING).then(|| judged[i].clone())
+    let mut better: Vec<_> = (judged.iter().map(criterion).enumerate())
+        .filter(|(_, criterion)| *criterion < than - WORTH_MENTIONING)
+        .collect();
+    better.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let first = better.into_iter().map(|(i, _)| i).find(|&i| {
+        judged[i].confirm(scoring);
+        is_eligible(&judged[i], alpha)
+    });
+    first.map(|i| judged.swap_remove(i))
 }
 
 /// Puts a shape of levels in place of all named effects where it describes the data better: two laws
@@ -281,10 +287,11 @@ fn covariate_pass<'a>(
         return;
     }
     let scoring = Scoring::new(context, &chosen.system, &chosen.estimate, &lin, alpha);
-    let judged = score_covariates(context, &scoring);
-    let mut order = eligible(&judged, alpha);
-    prefer_simpler(&lin, &judged, &mut order);
-    let found = order.into_iter().find(|&i| add(chosen, keep, &[&judged[i]]));
+    let mut judged = score_covariates(context, &scoring);
+    let found = [Confirmed::First, Confirmed::All].into_iter().find_map(|confirmed| {
+        let order = ranked(&scoring, &mut judged, confirmed);
+        order.into_iter().find(|&i| add(chosen, keep, &[&judged[i]]))
+    });
     if let Some(found) = found {
         replace_superseded(context, keep, chosen, &judged[found].candidate);
     }
