@@ -34,12 +34,17 @@ pub(super) struct Setting<'a> {
     pub(super) most: usize,
 }
 
-/// The measurements of a plan, and what is known of it.
-pub(super) struct Chosen {
-    /// By their place in the offer.
+/// Measurements, and the case with them.
+pub(super) struct Extended {
+    /// By their place in the offer, in its order.
     pub(super) sorted: Vec<usize>,
     pub(super) rows: Rows,
-    pub(super) with_plan: Case,
+    pub(super) case: Case,
+}
+
+/// The measurements of a plan, and what is known of it.
+pub(super) struct Chosen {
+    pub(super) extended: Extended,
     /// What the design sees with the plan.
     pub(super) after: Vec<Assessment>,
     pub(super) told_apart: ToldApart,
@@ -49,6 +54,16 @@ pub(super) struct Chosen {
     pub(super) never: Vec<usize>,
     /// What was asked of the tests.
     pub(super) asked: Vec<(usize, Goal)>,
+}
+
+impl Extended {
+    fn of(case: &Case, offer: &Offer, mut chosen: Vec<usize>) -> Result<Self, Error> {
+        // The order of the offer, in which place and time do not run together.
+        chosen.sort_unstable();
+        let rows = Rows::of(&case.files.folder, offer, &chosen)?;
+        let case = case.with(&rows.edits())?;
+        Ok(Self { sorted: chosen, rows, case })
+    }
 }
 
 impl Chosen {
@@ -63,7 +78,7 @@ impl Chosen {
             let mut tried = Self::tried(setting, asked, never)?;
             let vain = tried.vain(setting.design);
             let is_all = vain.is_empty()
-                && tried.sorted.len() >= setting.most.min(setting.offer.offered.len());
+                && tried.extended.sorted.len() >= setting.most.min(setting.offer.offered.len());
             let is_over = tried.is_done() || is_all || round == MOST_ROUNDS;
             tried.never.extend(&vain);
             if is_over || vain.len() == tried.asked.len() {
@@ -83,28 +98,28 @@ impl Chosen {
     ) -> Result<Self, Error> {
         let Setting { case, offer, question, design, model, linear, n_rows, most } = *setting;
         let (served, hopeful) = hopeful(design, question, &asked);
-        let mut sorted = design.chosen(&hopeful, most);
-        add_controls(&mut sorted, &offer.controls, most);
-        // The order of the offer, in which place and time do not run together.
-        sorted.sort_unstable();
-        let rows = Rows::of(&case.files.folder, offer, &sorted)?;
-        let with_plan = case.with(&rows.edits())?;
-        let after = assessed(question, case, &with_plan)?;
-        let of_plan = with_plan.measured.rows();
-        let new_session = offer.is_new_session;
-        let origins = Origins { rows: of_plan, n_rows, sizes: &rows.sizes, new_session };
+        let mut chosen = design.chosen(&hopeful, most);
+        add_controls(&mut chosen, &offer.controls, most);
+        let extended = Extended::of(case, offer, chosen)?;
+        let after = assessed(question, case, &extended.case)?;
+        let origins = Origins {
+            rows: extended.case.measured.rows(),
+            n_rows,
+            sizes: &extended.rows.sizes,
+            new_session: offer.is_new_session,
+        };
         let told_apart =
-            ToldApart::of((question, &served), case, &with_plan, &origins)?.never(&never);
+            ToldApart::of((question, &served), case, &extended.case, &origins)?.never(&never);
         let is_answered = |(index, ask): (usize, &Ask)| {
             told_apart.is_enough(index) && named_by_loops(ask, &after, (model, linear))
         };
         let answered = question.asks.iter().enumerate().map(is_answered).collect();
-        Ok(Self { sorted, rows, with_plan, after, told_apart, answered, never, asked })
+        Ok(Self { extended, after, told_apart, answered, never, asked })
     }
 
     /// Asks whose tests are met and that no loop answers.
     fn vain(&self, design: &Design) -> Vec<usize> {
-        let with_chosen = design.with(&self.sorted);
+        let with_chosen = design.with(&self.extended.sorted);
         let is_vain = |(ask, goal): &&(usize, Goal)| {
             self.told_apart.is_never(*ask) && design.is_met(goal, &with_chosen)
         };

@@ -29,7 +29,7 @@ use crate::file::write_new;
 use crate::{Case, Error, Header};
 
 use answer::LoopAnswer;
-use chosen::{Chosen, Setting, assessed};
+use chosen::{Chosen, Extended, Setting, assessed};
 use design::{Design, Goal};
 use figures::Outlook;
 use hand_out::{hand_out, handed_rows, measurements};
@@ -122,7 +122,8 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     };
     let chosen = Chosen::of(&setting, goals.clone())?;
     let named = chosen.is_answered();
-    let Chosen { sorted, rows, with_plan, after, told_apart, never, asked, .. } = chosen;
+    let Chosen { extended, after, told_apart, never, asked, .. } = chosen;
+    let Extended { sorted, rows, case: with_plan } = extended;
     let final_prepared = with_plan.measured.prepare()?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);

@@ -64,11 +64,24 @@ struct Offset {
     last_s: f64,
 }
 
+impl Offset {
+    fn steady(offset_s: f64) -> Self {
+        Self { first_s: offset_s, last_s: offset_s }
+    }
+}
+
+/// By how much a record is late all along, to half an interval of its sampling.
+pub(crate) struct Late {
+    interval_s: f64,
+    offset_s: f64,
+}
+
 /// The clock of a record late or early, running at another rate, or jittering.
-pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
-    let Some(interval_s) = median_step(record) else { return Vec::new() };
-    let steady = |offset_s: f64| Offset { first_s: offset_s, last_s: offset_s };
-    let constant = record.best(interval_s, steady(record.farthest(interval_s, steady)), true);
+pub(crate) fn clocks(
+    record: &Record<'_>,
+    &Late { interval_s, offset_s }: &Late,
+) -> Vec<Hypothesis> {
+    let constant = record.best(interval_s, Offset::steady(offset_s), true);
     let rate = record.best(interval_s, record.best_line(interval_s), false);
     let offset_s = constant.first_s;
     let name = listed(&[record.column]);
@@ -101,16 +114,28 @@ pub(crate) fn clocks(record: &Record<'_>) -> Vec<Hypothesis> {
 }
 
 impl Record<'_> {
-    /// Rows by which the record comes late, to the nearest one; negative where it is early. `None` of one
+    /// The offset that fits best; `None` where times do not run on.
+    pub(crate) fn late(&self) -> Option<Late> {
+        let interval_s = median_step(self)?;
+        let mut best = (f64::INFINITY, 0.0);
+        for k in offsets() {
+            let offset_s = k * interval_s;
+            let misfit = self.misfit(Offset::steady(offset_s)).unwrap_or(f64::INFINITY);
+            // Of equal ones the nearest.
+            if misfit < best.0 || misfit <= best.0 && offset_s.abs() < f64::abs(best.1) {
+                best = (misfit, offset_s);
+            }
+        }
+        Some(Late { interval_s, offset_s: best.1 })
+    }
+
+    /// Rows by which it comes late, to the nearest one; negative where it is early. `None` of one
     /// stretch, where a column further down is a clock that is late.
-    pub(crate) fn rows_late(&self) -> Option<isize> {
-        let interval_s =
-            median_step(self).filter(|_| self.stretch.last() > self.stretch.first())?;
-        let steady = |offset_s: f64| Offset { first_s: offset_s, last_s: offset_s };
-        let rows = (self.farthest(interval_s, steady) / interval_s).round();
+    pub(crate) fn rows_late(&self, late: &Late) -> Option<isize> {
+        let rows = (late.offset_s / late.interval_s).round();
         #[expect(clippy::cast_possible_truncation, reason = "at most as many as are looked at")]
         let rows = rows as isize;
-        (rows != 0).then_some(rows)
+        (rows != 0 && self.stretch.last() > self.stretch.first()).then_some(rows)
     }
 
     fn span_s(&self) -> f64 {
@@ -194,19 +219,6 @@ impl Record<'_> {
     /// Some of the rows by which offsets are judged.
     fn looked_at(&self, rows: std::ops::Range<usize>) -> std::iter::StepBy<std::ops::Range<usize>> {
         rows.step_by(self.read.len().div_ceil(MOST_READINGS))
-    }
-
-    /// The offset of those looked at first that fits best.
-    fn farthest(&self, interval_s: f64, of: impl Fn(f64) -> Offset) -> f64 {
-        let mut best = (f64::INFINITY, 0.0);
-        for k in offsets() {
-            let misfit = self.misfit(of(k * interval_s)).unwrap_or(f64::INFINITY);
-            // Of equal ones the nearest.
-            if misfit < best.0 || misfit <= best.0 && k.abs() * interval_s < f64::abs(best.1) {
-                best = (misfit, k * interval_s);
-            }
-        }
-        best.1
     }
 
     /// The straight course of the offset that fits best, from the misfit of every stretch of the

@@ -18,9 +18,9 @@ const REFERENCE: &str = "reference_n";
 const GROSS: f64 = 0.4;
 /// The same beyond which legs and reference have nothing to do with each other.
 const UNMATCHED: f64 = 0.6;
-/// The same where the legs say no more of the reference than that it varies: what they miss it by is
-/// as much.
-const TOLD_NOTHING: f64 = 1.0;
+/// Variation of a reference over its size from which on legs that miss it by all of it tell nothing of
+/// it, and are of another session: physics that goes so far is a fifth of the force.
+const VARIES: f64 = 0.2;
 /// Disagreement of the four lengths over their mean that no zero error makes.
 const GROSS_LENGTH: f64 = 0.01;
 /// Longest time by which a reference instrument with its filter reads late.
@@ -96,9 +96,10 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
         stretch: &stretch,
         latency_s: LATENCY_S,
     };
-    let mut found = clocks(&record);
+    let Some(late) = record.late() else { return Vec::new() };
+    let mut found = clocks(&record, &late);
     // Where the log pauses, a column further down takes its first readings from before the pause.
-    if let Some(rows) = record.rows_late() {
+    if let Some(rows) = record.rows_late(&late) {
         found.extend(rows_shifted_by(LOG, Some(table), &[REFERENCE], None, rows));
         found.extend(rows_shifted_by(LOG, Some(table), &CELLS, None, -rows));
     }
@@ -143,10 +144,12 @@ pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
     };
     // A reference that is too large by its unit makes the force look small beside it.
     let cells = rms(samples.iter().map(|s| s.cells_n[3]));
-    let spread = rms(reference.iter().copied()).max(cells);
+    let size = rms(reference.iter().copied());
+    let spread = size.max(cells);
     let points: Vec<[f64; 1]> = reference.iter().map(|read| [*read]).collect();
     let variation = spread_of(points.iter().map(<[f64; 1]>::as_slice));
-    let unmatched = (TOLD_NOTHING * variation / spread).clamp(GROSS, UNMATCHED);
+    let unmatched =
+        if variation < VARIES * size { GROSS } else { (variation / spread).min(UNMATCHED) };
     Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched, ..Yardstick::NONE }
 }
 

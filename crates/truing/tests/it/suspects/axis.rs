@@ -1,0 +1,101 @@
+//! Mistakes in positions of an axis.
+
+use serde_json::Value;
+
+use super::{change, first, scale, survey};
+use crate::command::Case;
+
+/// A sound axis, six rounds of eight targets.
+fn axis() -> Case {
+    let row = |i: i32| {
+        let at = f64::from(i % 8) * 50.0 + 3.0;
+        // Digits of a sine far behind the point: no wave along the order.
+        let noise = 0.001 * (1e5 * (12.9898 * f64::from(i)).sin()).fract();
+        format!("{at},{:.7},{},{}\n", at + noise, if i / 8 % 2 == 0 { "+" } else { "-" }, i / 16)
+    };
+    let table: String = (0..48).map(row).collect();
+    let table = format!("target_mm,actual_mm,direction,cycle\n{table}");
+    Case::new(&[
+        ("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.001\n"),
+        ("positions.csv", &table),
+    ])
+}
+
+#[test]
+fn positions_in_another_unit_are_no_pitch_error() {
+    let case = axis();
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    scale(&case, "positions.csv", &["actual_mm"], 1.0 / 25.4);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "positions.csv: actual_mm");
+}
+
+#[test]
+fn a_table_in_metres_shows_by_its_noise_alone() {
+    let case = axis();
+    scale(&case, "positions.csv", &["target_mm", "actual_mm"], 1e-3);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    let said = format!("{} {}", step["description"], step["indistinguishable_from"]);
+    assert!(said.contains("metres") && said.contains("deviation_mm"), "{said}");
+    assert!(said.contains("µm"), "{said}");
+    let rms = answer["before"]["train_rms"].as_f64().unwrap();
+    assert!(rms < 1e-5, "{rms}");
+}
+
+/// An error of its own at every target would explain it.
+#[test]
+fn targets_of_another_axis_are_no_pitch_error() {
+    let case = axis();
+    change(&case, "positions.csv", &["target_mm"], |n, old| {
+        vec![format!("{}", 0.7 * old[n][0].parse::<f64>().unwrap() + 11.0)]
+    });
+    assert_eq!(first(&case).0["effect"], "input:unmatched");
+}
+
+/// The fit is as good as before: only what is handed back has the other sign.
+#[test]
+fn targets_under_the_name_of_positions_are_told_by_coming_again() {
+    let case = axis();
+    change(&case, "positions.csv", &["target_mm", "actual_mm"], |n, old| {
+        vec![old[n][1].clone(), old[n][0].clone()]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    let rms = |of: &Value| of["train_rms"].as_f64().unwrap();
+    assert!((rms(&answer["before"]) - rms(&answer["after"])).abs() < 1e-9);
+}
+
+#[test]
+fn directions_that_all_contradict_the_way_are_turned() {
+    let row = |i: i32| {
+        let round = i % 16;
+        let (at, way) = if round < 8 { (round, "-1") } else { (15 - round, "+1") };
+        let at = 50.0 * f64::from(at);
+        format!("{at},{:.6},{way}\n", at + 0.001 * (12.9898 * f64::from(i)).sin())
+    };
+    let table = (0..48).map(row).collect::<String>();
+    let table = format!("target_mm,actual_mm,direction\n{table}");
+    let settings = "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.001\n";
+    let case = Case::new(&[("case.toml", settings), ("positions.csv", &table)]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:sign");
+    assert_eq!(step["subject"], "positions.csv: direction");
+    // One that agrees, and the column may mean another thing.
+    case.write("positions.csv", table.replacen("-1\n", "+1\n", 2));
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn readings_of_a_short_table_that_stand_still_are_stuck() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm"], |n, old| old[n.min(30)].clone());
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm"], |n, old| old[n.min(12)].clone());
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    assert_eq!(step["subject"], "pairs.csv: to_x_mm");
+}

@@ -1,0 +1,138 @@
+//! Mistakes in logs and strokes of a polishing head.
+
+use serde_json::Value;
+
+use super::{change, first, fixture};
+use crate::command::Case;
+
+fn log(name: &str) -> Case {
+    fixture(&format!("force-impedance/{name}"), &["case.toml", "log.csv"])
+}
+
+/// The reference as it would have been read at other times, s after those of its rows, on straight
+/// lines within a strip of forty rows.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside a strip")]
+fn read_at(case: &Case, later_s: impl Fn(usize) -> f64) {
+    change(case, "log.csv", &["reference_n"], |n, old| {
+        let read = |row: usize| old[row][0].parse::<f64>().unwrap();
+        let strip = n - n % 40;
+        let at = ((n - strip) as f64 + later_s(n) * 20.0).clamp(0.0, 38.999);
+        let before = strip + at as usize;
+        let share = at - at.floor();
+        vec![format!("{}", read(before) + share * (read(before + 1) - read(before)))]
+    });
+}
+
+#[test]
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn a_clock_that_runs_ahead_or_jitters_is_told_from_a_delay() {
+    let case = log("nothing-coloured");
+    read_at(&case, |_| 0.06);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:clock");
+    assert!(step["description"].as_str().unwrap().contains("ahead of"), "{step}");
+    let case = log("nothing-coloured");
+    // Up to 0.05 s either way, in an order without memory.
+    read_at(&case, |n| 0.05 * (n as f64 * 2.399_963 * n as f64).sin());
+    let (step, _) = first(&case);
+    assert!(step["description"].as_str().unwrap().contains("jitters"), "{step}");
+    let delayed = log("reference-delay").json("loop");
+    assert_eq!(delayed["steps"][0]["effect"], "delay", "{delayed}");
+}
+
+#[test]
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn a_clock_at_another_rate_is_told_with_the_readings_it_leaves_out() {
+    let case = log("nothing-coloured");
+    // From right to half a second late, ten of the forty readings of a strip.
+    read_at(&case, |n| -0.5 * n as f64 / 400.0);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:clock");
+    assert!(step["description"].as_str().unwrap().contains("another rate"), "{step}");
+}
+
+#[test]
+fn references_of_two_segments_are_exchanged_back() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| {
+        let of = match n / 40 {
+            2 => n + 120,
+            5 => n - 120,
+            _ => n,
+        };
+        old[of].clone()
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:labels", "{step}");
+    assert_eq!(step["subject"], "log.csv: reference_n");
+}
+
+#[test]
+fn a_channel_that_stands_still_is_stuck_and_not_at_a_limit() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["f3_n"], |n, old| vec![old[n.min(200)][0].clone()]);
+    assert_eq!(first(&case).0["effect"], "input:stuck");
+}
+
+#[test]
+fn a_mistake_is_named_beside_physics_that_is_named_after_it() {
+    let case = log("head-weight");
+    change(&case, "log.csv", &["f1_n", "f2_n"], |n, old| {
+        vec![old[n][1].clone(), old[n][0].clone()]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    assert_eq!(answer["steps"][1]["effect"], "head-weight", "{}", answer["steps"]);
+}
+
+#[test]
+fn references_of_two_strokes_are_exchanged_back() {
+    let case = fixture("force-impedance/path-nothing", &["case.toml", "path.csv"]);
+    let text = std::fs::read_to_string(case.file("path.csv")).unwrap();
+    let n = text.lines().filter(|line| line.starts_with("stroke 1,")).count();
+    change(&case, "path.csv", &["reference_n"], |row, old| {
+        let from = match row / n {
+            0 => row + n,
+            1 => row - n,
+            _ => row,
+        };
+        old[from].clone()
+    });
+    assert_eq!(first(&case).0["effect"], "input:labels");
+}
+
+#[test]
+fn a_reference_that_stands_still_is_stuck() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| vec![old[n.min(350)][0].clone()]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    assert!(step["subject"].as_str().unwrap().contains("reference_n"), "{step}");
+}
+
+/// Friction of thirty times what there is, and a force that goes against itself, would explain it.
+#[test]
+fn a_reference_of_another_session_is_no_friction() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| old[(n * 389 + 131) % old.len()].clone());
+    let answer = case.json("loop");
+    assert_eq!(answer["verdict"], "structure-remains");
+    assert_eq!(answer["steps"], Value::Array(Vec::new()));
+}
+
+/// Where the log went on between strips, a clock that is late does the same.
+#[test]
+fn a_column_some_rows_further_down_is_no_delay() {
+    const DOWN: usize = 7;
+    for columns in [&["reference_n"][..], &["f1_n", "f2_n", "f3_n", "f4_n"]] {
+        let case = log("nothing-coloured");
+        change(&case, "log.csv", columns, |n, old| old[(n + old.len() - DOWN) % old.len()].clone());
+        let (step, answer) = first(&case);
+        let said = format!("{} {}", step["description"], step["indistinguishable_from"]);
+        let name = format!("input:row-shift [log.csv: {}]", columns.join(", "));
+        let is_named = step["effect"] == "input:row-shift" || said.contains(&name);
+        assert!(is_named && said.contains("shifted 7 rows down"), "{step}");
+        assert_eq!(answer["steps"].as_array().unwrap().len(), 1);
+    }
+}

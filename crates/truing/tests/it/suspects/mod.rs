@@ -1,0 +1,63 @@
+//! Mistakes in the input: made in sound cases, and named before any physics.
+
+mod axis;
+mod log;
+mod points;
+mod wrench;
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::command::Case;
+
+/// A committed case, to make mistakes in.
+fn fixture(name: &str, files: &[&str]) -> Case {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(name);
+    let text = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
+    let texts: Vec<(&str, String)> = files.iter().map(|file| (*file, text(file))).collect();
+    let texts: Vec<(&str, &str)> = texts.iter().map(|(file, text)| (*file, &**text)).collect();
+    Case::new(&texts)
+}
+
+fn survey() -> Case {
+    fixture("frame-fit/nothing-white", &["case.toml", "pairs.csv"])
+}
+
+/// Rewrites the cells of some columns of a table, row by row.
+fn change(
+    case: &Case,
+    file: &str,
+    columns: &[&str],
+    of: impl Fn(usize, &[Vec<String>]) -> Vec<String>,
+) {
+    let text = std::fs::read_to_string(case.file(file)).unwrap();
+    let cells = |line: &str| -> Vec<String> { line.split(',').map(str::to_owned).collect() };
+    let mut lines = text.lines().filter(|line| !line.starts_with('#')).map(cells);
+    let header = lines.next().unwrap();
+    let mut rows: Vec<Vec<String>> = lines.collect();
+    let at: Vec<usize> =
+        columns.iter().map(|c| header.iter().position(|h| h == c).unwrap()).collect();
+    let old: Vec<Vec<String>> =
+        rows.iter().map(|row| at.iter().map(|&i| row[i].clone()).collect()).collect();
+    for (n, row) in rows.iter_mut().enumerate() {
+        for (&i, cell) in at.iter().zip(of(n, &old)) {
+            row[i] = cell;
+        }
+    }
+    let all = std::iter::once(&header).chain(&rows).map(|row| row.join(",") + "\n");
+    case.write(file, all.collect::<String>());
+}
+
+fn scale(case: &Case, file: &str, columns: &[&str], factor: f64) {
+    change(case, file, columns, |n, old| {
+        old[n].iter().map(|cell| format!("{}", cell.parse::<f64>().unwrap() * factor)).collect()
+    });
+}
+
+/// The first step of the loop, which must be about the input.
+fn first(case: &Case) -> (Value, Value) {
+    let answer = case.json("loop");
+    assert_eq!(answer["verdict"], "input-wrong", "{}", answer["steps"]);
+    (answer["steps"][0].clone(), answer)
+}

@@ -1,0 +1,190 @@
+//! Mistakes in tables of points, poses and touches.
+
+use serde_json::Value;
+
+use super::{change, first, fixture, scale, survey};
+use crate::command::Case;
+
+#[test]
+fn a_column_in_inches_is_named_and_the_loop_goes_on_without_it() {
+    let case = survey();
+    let sound = case.json("loop");
+    scale(&case, "pairs.csv", &["to_x_mm"], 1.0 / 25.4);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "pairs.csv: to_x_mm");
+    assert!(step["description"].as_str().unwrap().contains("inches"), "{step}");
+    let rms = |of: &Value| of["train_rms"].as_f64().unwrap();
+    assert!(rms(&answer["before"]) > 1e3 * rms(&answer["after"]));
+    // Nine digits of an inch: a nanometre.
+    assert!((rms(&answer["after"]) - rms(&sound["after"])).abs() < 1e-6);
+    let warnings = answer["warnings"].to_string();
+    assert!(warnings.contains("as corrected"), "{warnings}");
+}
+
+#[test]
+fn check_lists_it_and_solve_warns() {
+    let case = survey();
+    scale(&case, "pairs.csv", &["to_x_mm", "to_y_mm", "to_z_mm"], 1e-3);
+    let suspects = case.json("check")["suspects"].clone();
+    assert_eq!(suspects[0]["effect"], "input:unit");
+    assert!(suspects[0]["description"].as_str().unwrap().contains("metres"), "{suspects}");
+    let warning = case.json("solve")["warnings"][0].clone();
+    assert!(warning.as_str().unwrap().starts_with("the input looks wrong"), "{warning}");
+}
+
+#[test]
+fn exchanged_and_mirrored_axes_that_fit_alike_are_all_listed() {
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm", "to_y_mm"], |n, old| {
+        vec![old[n][1].clone(), old[n][0].clone()]
+    });
+    let (step, _) = first(&case);
+    let said = format!("{} {}", step["description"], step["indistinguishable_from"]);
+    assert!(said.contains("exchanged") && said.contains("opposite sign"), "{said}");
+}
+
+#[test]
+fn shifted_rows_and_exchanged_points_are_told_apart() {
+    let to = ["to_x_mm", "to_y_mm", "to_z_mm"];
+    let case = survey();
+    change(&case, "pairs.csv", &to, |n, old| old[(n + old.len() - 1) % old.len()].clone());
+    assert_eq!(first(&case).0["effect"], "input:row-shift");
+    let case = survey();
+    change(&case, "pairs.csv", &to, |n, old| {
+        old[[5, 1, 2, 3, 4, 0].get(n).copied().unwrap_or(n)].clone()
+    });
+    assert_eq!(first(&case).0["effect"], "input:labels");
+}
+
+#[test]
+fn sound_cases_and_physics_are_not_accused() {
+    for name in ["nothing-white", "nothing-coloured", "bad-point", "shear", "scale", "sag"] {
+        let case = fixture(&format!("frame-fit/{name}"), &["case.toml", "pairs.csv"]);
+        assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()), "{name}");
+        assert_ne!(case.json("loop")["verdict"], "input-wrong", "{name}");
+    }
+}
+
+#[test]
+fn a_quaternion_with_its_scalar_last_is_named() {
+    let table = "place,x_mm,y_mm,z_mm,qw,qx,qy,qz\n".to_owned() + &poses();
+    let case = Case::new(&[
+        ("case.toml", "kind = \"frame-fit\"\n[noise]\npoint_mm = 0.01\n"),
+        ("poses.csv", &table),
+    ]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    case.write("poses.csv", table.replacen("qw,qx,qy,qz", "qx,qy,qz,qw", 1));
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    assert!(step["description"].as_str().unwrap().contains("scalar part"), "{step}");
+}
+
+/// Flange poses whose tip, [10, -20, 150] mm from the flange, touches [400, 100, 50] mm.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn poses() -> String {
+    let pose = |i: usize| {
+        let phase = i as f64;
+        let angle = 0.5 + 0.3 * (1.7 * phase).sin();
+        let axis = [(2.1 * phase).sin(), (1.3 * phase).cos(), 0.4];
+        let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let [x, y, z] = axis.map(|a| a / length * (0.5 * angle).sin());
+        let w = (0.5 * angle).cos();
+        let tip = [10.0, -20.0, 150.0];
+        // t + 2 v × (v × t + w t)
+        let v = [x, y, z];
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let inner = cross(v, tip);
+        let inner = std::array::from_fn(|k| inner[k] + w * tip[k]);
+        let outer = cross(v, inner);
+        let noise = |k: f64| 0.01 * ((phase + 1.0) * (k + 1.0) * 12.9898).sin();
+        let at: [f64; 3] = std::array::from_fn(|k| {
+            [400.0, 100.0, 50.0][k] - tip[k] - 2.0 * outer[k] + noise(k as f64)
+        });
+        format!("cup,{:.5},{:.5},{:.5},{w:.9},{x:.9},{y:.9},{z:.9}\n", at[0], at[1], at[2])
+    };
+    (0..14).map(pose).collect()
+}
+
+/// A survey's noise in µm is the same mistake; one that is only ten times too large is none.
+#[test]
+fn noise_in_another_unit_is_told_from_careful_noise() {
+    let case = survey();
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let declared = |value: &str| {
+        let line = |line: &str| match line.strip_prefix("point_mm = ") {
+            Some(_) => format!("point_mm = {value}\n"),
+            None => format!("{line}\n"),
+        };
+        case.write("case.toml", text.lines().map(line).collect::<String>());
+    };
+    declared("5.0");
+    assert_eq!(first(&case).0["subject"], "case.toml: [noise] point_mm");
+    declared("0.05");
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+}
+
+/// Two bad readings explain it as well, but need a number each.
+#[test]
+fn heights_of_two_points_are_each_others_and_not_two_bad_ones() {
+    let case = fixture("pose-icp/nothing-white", &["case.toml", "points.csv", "edge.csv"]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    change(&case, "points.csv", &["z_mm"], |n, old| {
+        old[[9, 1, 2, 3, 4, 5, 6, 7, 8, 0].get(n).copied().unwrap_or(n)].clone()
+    });
+    assert_eq!(first(&case).0["effect"], "input:labels");
+}
+
+/// A touch that lies far off is refused, and the refusal looks for the one that it was mistaken for.
+#[test]
+fn a_touch_with_the_height_of_another_is_refused_with_both_lines() {
+    let case = fixture("probe-comp/lobing", &["case.toml", "touches.csv"]);
+    let text = std::fs::read_to_string(case.file("touches.csv")).unwrap();
+    let heights: Vec<f64> = text
+        .lines()
+        .filter(|line| line.starts_with('T'))
+        .map(|line| line.split(',').nth(3).unwrap().parse().unwrap())
+        .collect();
+    let at = |best: fn(f64, f64) -> bool| {
+        (0..heights.len()).reduce(|a, b| if best(heights[b], heights[a]) { b } else { a }).unwrap()
+    };
+    let (low, high) = (at(|b, a| b < a), at(|b, a| b > a));
+    change(&case, "touches.csv", &["z_mm"], |n, old| {
+        let from = if n == low {
+            high
+        } else if n == high {
+            low
+        } else {
+            n
+        };
+        old[from].clone()
+    });
+    let message = case.message("loop", 2);
+    let lines = format!("in lines {} and {}", low.min(high) + 2, low.max(high) + 2);
+    assert!(message.contains("are exchanged") && message.contains(&lines), "{message}");
+}
+
+/// Readings of a tracker that goes round all reflectors at every stop, one row further down.
+#[test]
+fn a_whole_table_one_row_down_is_named() {
+    let files = ["case.toml", "stations.csv", "mounts.csv", "targets.csv"];
+    let case = fixture("tracker-lm/targets-nothing", &files);
+    let place = ["x_mm", "y_mm", "z_mm"];
+    change(&case, "targets.csv", &place, |n, old| old[(n + old.len() - 1) % old.len()].clone());
+    assert_eq!(first(&case).0["effect"], "input:row-shift");
+}
+
+/// A tracker that has lost its reflector goes on sending the last place.
+#[test]
+fn places_that_stand_still_are_named_though_nothing_can_be_fitted() {
+    let files = ["case.toml", "stations.csv", "mounts.csv", "targets.csv"];
+    let case = fixture("tracker-lm/targets-nothing", &files);
+    change(&case, "targets.csv", &["x_mm", "y_mm", "z_mm"], |n, old| {
+        old[n.min(old.len() * 4 / 5)].clone()
+    });
+    let said = case.run("loop");
+    let text = said.stdout + &said.stderr;
+    assert!(text.contains("`x_mm`, `y_mm`, `z_mm` of targets.csv are stuck"), "{text}");
+}

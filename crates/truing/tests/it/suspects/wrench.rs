@@ -1,0 +1,96 @@
+//! Mistakes in wrenches of a force/torque sensor.
+
+use serde_json::Value;
+
+use super::{change, first, fixture, scale};
+use crate::command::Case;
+
+/// Both lateral forces in pounds look like a machine that moves a fifth as far and a sensor that reads
+/// moments four times too large; no machine and no sensor does.
+#[test]
+fn two_of_three_columns_in_another_unit_are_named() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    scale(&case, "wrench.csv", &["fx_n", "fy_n"], 1.0 / 4.448_221_615_260_5);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "wrench.csv: fx_n, fy_n");
+}
+
+#[test]
+fn a_case_that_cannot_be_fitted_and_scatters_more_than_declared_says_why() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    // A tenth of the noise that there is.
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let declared: String =
+        text.lines().map(|line| line.to_owned() + "\n").collect::<String>() + NOISE_TOO_SMALL;
+    case.write("case.toml", declared);
+    scale(&case, "wrench.csv", &["fz_n"], 1.0 / 4.448_221_615_260_5);
+    let said = case.run("loop");
+    assert!(said.stdout.contains("lbf") || said.stderr.contains("lbf"), "{}", said.stderr);
+}
+
+const NOISE_TOO_SMALL: &str = "\n[noise]\nforce_n = 0.001\nmoment_nmm = 0.05\n";
+
+#[test]
+fn a_case_that_cannot_be_fitted_says_why() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    scale(&case, "wrench.csv", &["mx_nmm", "my_nmm", "mz_nmm"], 1e-3);
+    let message = case.message("loop", 2);
+    assert!(
+        message.contains("still moves") && message.contains("N·m instead of N·mm"),
+        "{message}"
+    );
+}
+
+#[test]
+fn wrenches_of_another_session_belong_to_no_poses() {
+    let case = fixture("ft-center/measured-wheel", &["case.toml", "gravity.csv"]);
+    let wrench = ["fx_n", "fy_n", "fz_n", "mx_nmm", "my_nmm", "mz_nmm"];
+    change(&case, "gravity.csv", &wrench, |n, old| old[(n * 7 + 3) % old.len()].clone());
+    assert_eq!(first(&case).0["effect"], "input:unmatched");
+}
+
+/// Samples between two of a short record, so that it has more than are tried one by one.
+const BETWEEN: u32 = 16;
+
+/// Presses of a long record, as its columns are headed.
+fn long_record(header: &str) -> Case {
+    let case = fixture(
+        "ft-center/nothing-coloured",
+        &["case.toml", "presses.csv", "wrench.csv", "provenance.toml"],
+    );
+    let short = std::fs::read_to_string(case.file("wrench.csv")).unwrap();
+    let mut long = header.to_owned() + "\n";
+    for (n, line) in (0..).zip(short.lines().skip(1)) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let numbers: Vec<f64> = cells[1..].iter().map(|cell| cell.parse().unwrap()).collect();
+        for k in 0..BETWEEN {
+            // Noise of a last digit, so that no channel stands still.
+            let digit = 1e-4 * f64::from((7 * n + 13 * k) % 17);
+            long += &format!("{},{:.5}", cells[0], numbers[0] + 0.00125 * f64::from(k));
+            long.extend(numbers[1..].iter().map(|value| format!(",{:.4}", value + digit)));
+            long.push('\n');
+        }
+    }
+    case.write("wrench.csv", long);
+    case
+}
+
+#[test]
+fn what_some_samples_of_a_long_record_show_is_said_of_all() {
+    let sound = long_record("press,time_s,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm").json("solve");
+    let case = long_record("press,time_s,fx_n,fy_n,fz_n,my_nmm,mx_nmm,mz_nmm");
+    let warning = case.json("solve")["warnings"][0].as_str().unwrap().to_owned();
+    assert!(warning.contains("`mx_nmm`, `my_nmm` of wrench.csv are exchanged"), "{warning}");
+    let presses = sound["estimates"]["centers"].as_array().unwrap();
+    let offset_mm = |press: &Value| {
+        let side = |name: &str| press[name].as_f64().unwrap();
+        side("offset_x_mm").hypot(side("offset_y_mm"))
+    };
+    let square: f64 = presses.iter().map(|press| offset_mm(press).powi(2)).sum();
+    let rms_mm = (square / f64::from(u32::try_from(presses.len()).unwrap())).sqrt();
+    let after = warning.split("with that change ").nth(1).unwrap().split(" mm").next().unwrap();
+    let after_mm: f64 = after.parse().unwrap();
+    // It is written with five digits.
+    assert!((after_mm / rms_mm - 1.0).abs() < 1e-4, "{after_mm} and {rms_mm}: {warning}");
+}
