@@ -129,13 +129,15 @@ impl Record<'_> {
         Some(Late { interval_s, offset_s: best.1 })
     }
 
-    /// Rows by which it comes late, to the nearest one; negative where it is early. `None` of one
-    /// stretch, where a column further down is a clock that is late.
-    pub(crate) fn rows_late(&self, late: &Late) -> Option<isize> {
-        let rows = (late.offset_s / late.interval_s).round();
+    /// Rows by which it may come late, negative where it is early: what it should have read may be made of
+    /// channels of which some are late, and is known to a row or so. None of one stretch, where a column
+    /// further down is a clock that is late.
+    pub(crate) fn rows_late(&self, late: &Late) -> Vec<isize> {
         #[expect(clippy::cast_possible_truncation, reason = "at most as many as are looked at")]
-        let rows = rows as isize;
-        (rows != 0 && self.stretch.last() > self.stretch.first()).then_some(rows)
+        let rows = (late.offset_s / late.interval_s).round() as isize;
+        let is_parted = self.stretch.last() > self.stretch.first();
+        let about = rows - 1..=rows + 1;
+        about.filter(|next| is_parted && rows != 0 && *next != 0).collect()
     }
 
     fn span_s(&self) -> f64 {

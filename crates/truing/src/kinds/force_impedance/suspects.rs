@@ -99,7 +99,7 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
     let Some(late) = record.late() else { return Vec::new() };
     let mut found = clocks(&record, &late);
     // Where the log pauses, a column further down takes its first readings from before the pause.
-    if let Some(rows) = record.rows_late(&late) {
+    for rows in record.rows_late(&late) {
         found.extend(rows_shifted_by(LOG, Some(table), &[REFERENCE], None, rows));
         found.extend(rows_shifted_by(LOG, Some(table), &CELLS, None, -rows));
     }
