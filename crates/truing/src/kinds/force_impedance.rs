@@ -6,6 +6,7 @@ mod measured;
 mod path_estimates;
 mod plan;
 mod plan_settings;
+mod session;
 mod settings;
 mod suspects;
 

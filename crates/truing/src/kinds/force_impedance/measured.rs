@@ -235,8 +235,8 @@ impl Measured for LogCase {
         Some(LogModel::ranges(&self.samples).into_iter().map(|samples| samples.start).collect())
     }
 
-    fn yardstick(&self, _: &Fitted) -> Yardstick {
-        super::suspects::log_yardstick(&self.samples)
+    fn yardstick(&self, fitted: &Fitted) -> Yardstick {
+        super::suspects::log_yardstick(&self.samples, fitted)
     }
 
     fn words(&self) -> Words {

@@ -2,6 +2,7 @@
 
 use force_impedance::{LogSample, PathSample};
 
+use super::session;
 use super::settings::{CELLS, KNOWN, LENGTHS, LOG, PATH};
 use crate::case::Table;
 use crate::kind::Files;
@@ -129,7 +130,7 @@ fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
     (values.map(|v| v * v).sum::<f64>() / n).sqrt()
 }
 
-pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
+pub(super) fn log_yardstick(samples: &[LogSample], fitted: &Fitted) -> Yardstick {
     let reference: Option<Vec<f64>> = samples.iter().map(|s| s.reference_n).collect();
     let Some(reference) = reference else {
         let lengths = samples.iter().flat_map(|s| s.lengths_mm);
@@ -149,7 +150,13 @@ pub(super) fn log_yardstick(samples: &[LogSample]) -> Yardstick {
     let points: Vec<[f64; 1]> = reference.iter().map(|read| [*read]).collect();
     let variation = spread_of(points.iter().map(<[f64; 1]>::as_slice));
     let unmatched =
-        if variation < VARIES * size { GROSS } else { (variation / spread).min(UNMATCHED) };
+        if session::is_another(samples, fitted.observations.iter().map(|o| o.residual[0])) {
+            0.0
+        } else if variation < VARIES * size {
+            GROSS
+        } else {
+            (variation / spread).min(UNMATCHED)
+        };
     Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched, ..Yardstick::NONE }
 }
 
