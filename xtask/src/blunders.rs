@@ -142,7 +142,7 @@ impl Section {
         (kind, scene): (&str, SoundCase),
         seeds: usize,
     ) -> Result<()> {
-        let root = shell::root().join("target").join("blunders");
+        let root = shell::scratch("blunders");
         for (i, mistake) in mistakes(kind).iter().enumerate() {
             let first = FIRST_SEED + SEEDS_APART * i;
             let trials = over_seeds(first..first + seeds, &root, |seed, folder| {

@@ -38,7 +38,7 @@ const FIRST_SEED: usize = 900_000_000;
 /// Runs the situations, prints the table and rewrites its block in `docs/validation.md`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let truing = Truing::given(arguments.program.as_deref())?;
-    let folder = shell::root().join("target/coverage");
+    let folder = shell::scratch("coverage");
     let mut tallies = Vec::new();
     let wanted = |s: &Situation| {
         let name = format!("{} {}", s.krate, s.name);

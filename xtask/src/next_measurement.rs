@@ -72,7 +72,7 @@ pub(crate) struct Tally {
 /// Runs the situations and writes their lines of the table of `docs/plan.md`, each as it is done.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let truing = Truing::given(arguments.program.as_deref())?;
-    let folder = shell::root().join("target/plan").join(std::process::id().to_string());
+    let folder = shell::scratch("plan");
     let situations = situations();
     let all: Vec<(&str, &str)> = situations.iter().map(|s| (s.krate, s.name)).collect();
     for (index, situation) in (0..).zip(&situations) {

@@ -107,7 +107,7 @@ pub(crate) fn trials(
     first: usize,
     n_seeds: usize,
 ) -> Result<Vec<Trial>> {
-    let folder = shell::root().join("target/power");
+    let folder = shell::scratch("power");
     over_seeds(first..first + n_seeds, &folder, |seed, folder| {
         trial::run(truing, cell, seed, folder)
     })

@@ -12,6 +12,11 @@ pub(crate) fn root() -> PathBuf {
     manifest_dir.parent().expect("xtask lives in the workspace").to_path_buf()
 }
 
+/// Where one run of a bench writes its cases: two at once do not meet.
+pub(crate) fn scratch(bench: &str) -> PathBuf {
+    root().join("target").join(bench).join(std::process::id().to_string())
+}
+
 /// Runs `cargo` with inherited output, saying first what it runs.
 pub(crate) fn cargo(arguments: &[&str]) -> Result<()> {
     cargo_with(arguments, &[])

@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let name = format!("{} {}", s.krate, s.effect);
         arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))
     };
-    let root = shell::root().join("target/smallest-size");
+    let root = shell::scratch("smallest-size");
     let (mut rows, mut of_kinds) = (String::new(), Vec::<(&str, usize, usize)>::new());
     for (index, situation) in situations().into_iter().enumerate() {
         if !wanted(&situation) {

@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     }
-    let scratch = shell::root().join("target/stability");
+    let scratch = shell::scratch("stability");
     let (mut moved, mut changed) = (0, Vec::new());
     for case in &cases {
         let case = shell::root().join(case);

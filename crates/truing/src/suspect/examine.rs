@@ -123,8 +123,9 @@ fn with_another(files: &Files, source: &Error) -> Vec<Hypothesis> {
 fn unmatched(case: &Case, plain: &Plain) -> Found {
     let description = format!(
         "what is left is {:.0} % of what was measured, and no single change to a column explains \
-         it: the tables do not belong together; look for a table from another session, labels or \
-         rows in another order, columns exchanged in more than one place, or units mixed",
+         it: the tables do not belong together; look for a table from another session, a clock \
+         far off, labels or rows in another order, columns exchanged in more than one place, or units \
+         mixed",
         100.0 * plain.misfit.share
     );
     Found::unmended(Hypothesis {

@@ -233,10 +233,8 @@ fn trial(files: &Files, hypothesis: &Hypothesis, thinned: Option<&Thinned>) -> O
     if hypothesis.edits.is_empty() {
         return None;
     }
-    let reading = match thinned {
-        Some(thinned) => files.with(&thinned.edits(&hypothesis.edits)).read().ok()?,
-        None => files.with(&hypothesis.edits).read().ok()?,
-    };
+    let of_some = thinned.map(|thinned| thinned.edits(&hypothesis.edits));
+    let reading = files.with(of_some.as_ref().unwrap_or(&hypothesis.edits)).read().ok()?;
     let fitted = reading.measured.fit().ok()?;
     let (misfit, _) = Misfit::of(&*reading.measured, &fitted);
     misfit.share.is_finite().then_some(misfit)
