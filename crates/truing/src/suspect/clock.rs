@@ -321,12 +321,20 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
         (0..record.read.len()).map(|i| record.at(record.expected, i, -offset_s)).collect();
     let inner = (1..record.read.len().saturating_sub(1))
         .filter(|&i| record.stretch[i - 1] == record.stretch[i + 1]);
-    let seen = inner.filter_map(|i| {
-        let [before, at, after] = [expected[i - 1]?, expected[i]?, expected[i + 1]?];
-        let slope = (after - before) / (record.time_s[i + 1] - record.time_s[i - 1]);
-        Some((at, (slope, record.read[i] - at)))
-    });
-    let (forces, mut pairs): (Vec<f64>, Vec<(f64, f64)>) = seen.unzip();
+    let mut seen: Vec<(usize, f64, (f64, f64))> = inner
+        .filter_map(|i| {
+            let [before, at, after] = [expected[i - 1]?, expected[i]?, expected[i + 1]?];
+            let slope = (after - before) / (record.time_s[i + 1] - record.time_s[i - 1]);
+            Some((record.stretch[i], at, (slope, record.read[i] - at)))
+        })
+        .collect();
+    // What a whole stretch is off by was not read at other times.
+    for stretch in seen.chunk_by_mut(|a, b| a.0 == b.0) {
+        let mean = stretch.iter().map(|(_, _, (_, r))| r).sum::<f64>() / count(stretch.len());
+        stretch.iter_mut().for_each(|(_, _, (_, r))| *r -= mean);
+    }
+    let (forces, mut pairs): (Vec<f64>, Vec<(f64, f64)>) =
+        seen.into_iter().map(|(_, force, pair)| (force, pair)).unzip();
     if follows(forces, &pairs) > FOLLOWS {
         return None;
     }
@@ -432,14 +440,19 @@ mod tests {
     /// Jitter found in a log that mostly stands still, whose readings are off by `error_n` of slope
     /// in N/s, number of the ramp, and way along it.
     fn found(error_n: impl Fn(f64, usize, f64) -> f64) -> Option<String> {
-        let n = MANY * EACH;
         let way = |i: usize| count(i % EACH) / count(EACH);
         let is_ramp = |i: usize| (i / EACH).is_multiple_of(4);
         let clean = |i: usize| if is_ramp(i) { LOAD_N * way(i) } else { LOAD_N };
-        let time_s: Vec<f64> = (0..n).map(|i| STEP_S * count(i)).collect();
-        let expected: Vec<f64> = (0..n).map(|i| clean(i) + NOISE_N * even(i)).collect();
         let slope = LOAD_N / (STEP_S * count(EACH));
         let off = |i: usize| if is_ramp(i) { error_n(slope, i / EACH / 4, way(i)) } else { 0.0 };
+        found_in(clean, off)
+    }
+
+    /// Jitter found in readings of a force that are off.
+    fn found_in(clean: impl Fn(usize) -> f64, off: impl Fn(usize) -> f64) -> Option<String> {
+        let n = MANY * EACH;
+        let time_s: Vec<f64> = (0..n).map(|i| STEP_S * count(i)).collect();
+        let expected: Vec<f64> = (0..n).map(|i| clean(i) + NOISE_N * even(i)).collect();
         let read: Vec<f64> = (0..n).map(|i| clean(i) + off(i) + NOISE_N * even(i + n)).collect();
         let stretch: Vec<usize> = (0..n).map(|i| i / EACH).collect();
         let record = Record {
@@ -459,6 +472,20 @@ mod tests {
         let sign = |ramp: usize| if ramp.is_multiple_of(2) { 2.0 } else { -2.0 };
         let slow = |_, ramp, way: f64| sign(ramp) * (std::f64::consts::PI * way).sin();
         assert_eq!(found(slow), None);
+    }
+
+    #[test]
+    fn stretches_that_are_off_are_no_jitter() {
+        // To and fro in ten readings, about many loads; by more in two stretches, which are off.
+        let is_off = |i: usize| i / EACH % 10 == 3;
+        let clean = |i: usize| {
+            let ripple = (std::f64::consts::TAU * count(i) / 10.0).sin();
+            let load_n = 10.0 * count(i / EACH % 7);
+            if is_off(i) { LOAD_N + 12.0 * ripple } else { load_n + 4.0 * ripple }
+        };
+        assert_eq!(found_in(clean, |i| if is_off(i) { 1.5 } else { 0.0 }), None);
+        let at_random = |i: usize| if is_off(i) { 3.0 * even(i + 7) } else { 0.0 };
+        assert!(found_in(clean, at_random).is_some());
     }
 
     #[test]
