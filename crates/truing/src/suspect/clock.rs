@@ -331,7 +331,9 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     // What a whole stretch is off by was not read at other times.
     for stretch in seen.chunk_by_mut(|a, b| a.0 == b.0) {
         let mean = stretch.iter().map(|(_, _, (_, r))| r).sum::<f64>() / count(stretch.len());
-        stretch.iter_mut().for_each(|(_, _, (_, r))| *r -= mean);
+        for (_, _, (_, r)) in stretch {
+            *r -= mean;
+        }
     }
     let (forces, mut pairs): (Vec<f64>, Vec<(f64, f64)>) =
         seen.into_iter().map(|(_, force, pair)| (force, pair)).unzip();
