@@ -97,7 +97,7 @@ impl Motion {
     }
 
     /// The matrix that takes the arm to the displacement; zero for a translation.
-    fn strain<const D: usize>(self) -> SMatrix<f64, D, D> {
+    pub(crate) fn strain<const D: usize>(self) -> SMatrix<f64, D, D> {
         let mut strain = SMatrix::<f64, D, D>::zeros();
         if !self.is_translation() {
             for k in 0..D {
@@ -159,6 +159,11 @@ impl<const D: usize> Moved<D> {
             strain: self.strain + first.strain + self.strain * first.strain,
             shift_mm: self.displacement(&first.shift_mm) + first.shift_mm,
         }
+    }
+
+    /// The displacement, taken by a matrix.
+    pub(crate) fn turned(&self, by: &SMatrix<f64, D, D>) -> Self {
+        Self { strain: by * self.strain, shift_mm: by * self.shift_mm }
     }
 
     /// The motion as a map, about `pivot_mm`.

@@ -1,10 +1,10 @@
 //! What a finite motion does, by its parameters, and how these are reported.
 
 use geometry::so3;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
+use nalgebra::{DVector, SMatrix, SVector, Vector3};
 
 use crate::Transform;
-use crate::motion::{Motion, finite, jacobian, rotation_vector};
+use crate::motion::{Motion, Moved, finite, rotation_vector};
 
 /// Reported unit and factor; the parameters of machines are small.
 pub(crate) fn reported(motion: Motion) -> (&'static str, f64) {
@@ -15,29 +15,35 @@ pub(crate) fn reported(motion: Motion) -> (&'static str, f64) {
     }
 }
 
-/// `∂y/∂parameters` of [`finite`] at finite `parameters`, `D × parameters`; `arm_mm` is that of
+/// `∂y/∂parameters` of [`finite`] at finite `parameters`: each derivative is a motion of its own, of
 /// the point before the motion.
-pub(crate) fn finite_jacobian<const D: usize>(
+pub(crate) fn derivatives<const D: usize>(
     transform: Transform,
     motions: &[Motion],
     parameters: &DVector<f64>,
-    arm_mm: &SVector<f64, D>,
-) -> DMatrix<f64> {
+) -> Vec<Moved<D>> {
     // An affine motion is linear in its parameters, and so is a translation.
-    if transform == Transform::Affine || !transform.has_rotation() {
-        return jacobian(motions, arm_mm);
-    }
-    let moved_mm = arm_mm + finite(transform, motions, parameters).strain * arm_mm;
-    let turns = rotation_derivative(&rotation_vector(motions, parameters), &moved_mm);
-    let mut jacobian = DMatrix::zeros(D, motions.len());
-    for (column, motion) in motions.iter().enumerate() {
-        let derivative = match motion {
-            Motion::Rotation(axis) => turns.column(*axis).into_owned(),
-            _ => motion.displacement(&moved_mm),
-        };
-        jacobian.fixed_view_mut::<D, 1>(0, column).copy_from(&derivative);
-    }
-    jacobian
+    let is_linear = transform == Transform::Affine || !transform.has_rotation();
+    let strain = if is_linear {
+        SMatrix::zeros()
+    } else {
+        finite::<D>(transform, motions, parameters).strain
+    };
+    let moved = SMatrix::identity() + strain;
+    let turns = so3::left_jacobian(&rotation_vector(motions, parameters));
+    let derivative = |motion: &Motion| match motion {
+        // ∂(exp(r) v)/∂r = −[exp(r) v]× J_l(r), column by column.
+        Motion::Rotation(axis) if !is_linear => {
+            let turn = turns.column(*axis).cross_matrix();
+            let turn = SMatrix::<f64, D, D>::from_fn(|row, column| turn[(row, column)]);
+            Moved { strain: turn * moved, shift_mm: SVector::zeros() }
+        }
+        _ => Moved {
+            strain: motion.strain::<D>() * moved,
+            shift_mm: motion.displacement(&SVector::zeros()),
+        },
+    };
+    motions.iter().map(derivative).collect()
 }
 
 /// `∂(exp(r) v)/∂r`, `D × 3`, from the rotated `v`: `−[exp(r) v]× J_l(r)`.

@@ -8,7 +8,7 @@
 use model_discrepancy::{Column, Role, State};
 use nalgebra::{DMatrix, DVector, Point, SMatrix, SVector};
 
-use crate::missing::finite_motion::finite_jacobian;
+use crate::missing::finite_motion::derivatives;
 use crate::missing::term;
 use crate::motion;
 use crate::{FrameMap, FrameModel, Noise, PointPair, Transform, closed_form, shape_of};
@@ -124,7 +124,7 @@ impl<const D: usize> FrameModel<D> {
             .sum();
         let deformed = source_mm + deformation;
         let arm_mm = self.reference().apply(&Point::from(deformed)).coords - self.pivot_mm;
-        let base = finite_jacobian(self.transform, &self.motions, &at.base, &arm_mm);
+        let base = derivatives::<D>(self.transform, &self.motions, &at.base);
         let mapped = arm_mm + self.pivot_mm + moved.displacement(&arm_mm);
         let into_target = turned * (SMatrix::identity() + moved.strain) * self.reference().linear;
         let amplitude = |effect: usize, parameter: usize| -> SVector<f64, D> {
@@ -144,7 +144,7 @@ impl<const D: usize> FrameModel<D> {
         let mut jacobian = DMatrix::zeros(D, columns.len());
         for (k, column) in columns.iter().enumerate() {
             let derivative = match *column {
-                Column::Base(parameter) => turned * fixed(&base.column(parameter).into_owned()),
+                Column::Base(parameter) => turned * base[parameter].displacement(&arm_mm),
                 Column::Amplitude { effect, parameter } => amplitude(effect, parameter),
                 Column::Empirical { .. } | Column::Place { .. } => SVector::zeros(),
             };

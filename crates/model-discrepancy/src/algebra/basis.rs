@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView, DVectorViewMut};
+use faer::MatRef;
+use nalgebra::{DMatrix, DVector, DVectorView};
 
-use crate::algebra::product::tr_times_of;
+use crate::algebra::product::{add_times, times, view};
 
 /// Orthonormal columns spanning a subspace of ℝⁿ.
 ///
 /// Gram-Schmidt, repeated where most of a column is taken away: orthogonal to round-off («twice is
-/// enough», Daniel, Gragg, Kaufman and Stewart 1976; Giraud, Langou and Rozložník 2005). A few
-/// columns go vector by vector, many at a time as products of matrices. A basis with further columns
-/// shares those that it began with.
+/// enough», Daniel, Gragg, Kaufman and Stewart 1976; Giraud, Langou and Rozložník 2005). A basis with
+/// further columns shares those that it began with.
 #[derive(Clone, Debug)]
 pub(crate) struct Basis {
     rows: usize,
@@ -24,9 +24,6 @@ pub(crate) struct Basis {
 /// Share of a column's norm below which it adds nothing to a basis: ten times the round-off of
 /// a chain of a thousand operations.
 pub(crate) const NEW_DIRECTION: f64 = 1e-10;
-
-/// Columns from which on a product of matrices is faster than vectors.
-const MANY: usize = 6;
 
 /// Columns that are added to a basis at a time.
 const PANEL: usize = 16;
@@ -53,7 +50,7 @@ impl Basis {
             let beside = self.reject_columns(&panel);
             let before = self.dim;
             for (left, whole) in beside.column_iter().zip(panel.column_iter()) {
-                let mut rest = self.reject_from(before, left.into_owned());
+                let mut rest = self.reject_from(before, &left.into_owned());
                 if before > 0 && rest.norm() < CANCELLED * left.norm() {
                     rest = self.reject(&rest);
                 }
@@ -98,52 +95,45 @@ impl Basis {
         DVectorView::from_slice(&of[start..start + self.rows], self.rows)
     }
 
-    /// The columns that are shared, and the others.
-    fn parts(&self) -> [DMatrixView<'_, f64>; 2] {
-        let n = self.n_shared();
-        [(&*self.shared, n), (&self.own, self.dim - n)]
-            .map(|(values, columns)| DMatrixView::from_slice(values, self.rows, columns))
+    /// The columns from `first` on that are shared, and the others.
+    fn parts(&self, first: usize) -> [MatRef<'_, f64>; 2] {
+        let shared = self.n_shared();
+        let own = first.saturating_sub(shared);
+        [(&self.shared[..], first.min(shared)), (&self.own[..], own)].map(|(values, first)| {
+            let values = &values[first * self.rows..];
+            let columns = values.len() / self.rows.max(1);
+            MatRef::from_column_major_slice(values, self.rows, columns)
+        })
     }
 
     /// Component of `x` orthogonal to the basis.
     pub(crate) fn reject(&self, x: &DVector<f64>) -> DVector<f64> {
-        self.reject_from(0, x.clone())
+        self.reject_from(0, x)
     }
 
     /// Component orthogonal to the columns from `first` on.
-    fn reject_from(&self, first: usize, mut rest: DVector<f64>) -> DVector<f64> {
-        let whole = rest.norm();
-        self.sweep(first, rest.as_mut_slice());
-        if rest.norm() < CANCELLED * whole {
-            self.sweep(first, rest.as_mut_slice());
-        }
-        rest
-    }
-
-    /// Takes the columns from `first` on out of columns that lie one after the other in `rest`.
-    fn sweep(&self, first: usize, rest: &mut [f64]) {
-        for index in first..self.dim {
-            let q = self.column(index);
-            for one in rest.chunks_exact_mut(self.rows.max(1)) {
-                let mut one = DVectorViewMut::from_slice(one, self.rows);
-                let along = q.dot(&one);
-                one.axpy(-along, &q, 1.0);
-            }
-        }
+    fn reject_from(&self, first: usize, x: &DVector<f64>) -> DVector<f64> {
+        let columns = DMatrix::from_column_slice(x.len(), 1, x.as_slice());
+        let rest = self.rejected_from(first, &columns);
+        DVector::from(Vec::from(rest.data))
     }
 
     /// [`Basis::reject`] of every column.
     pub(crate) fn reject_columns(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        self.rejected_from(0, x)
+    }
+
+    fn rejected_from(&self, first: usize, x: &DMatrix<f64>) -> DMatrix<f64> {
         let mut rest = x.clone();
-        if self.dim == 0 {
+        if first == self.dim {
             return rest;
         }
-        self.take_out(&mut rest);
+        self.take_out(first, &mut rest);
         let lost = |&c: &usize| rest.column(c).norm() < CANCELLED * x.column(c).norm();
         let cancelled: Vec<usize> = (0..x.ncols()).filter(lost).collect();
         if !cancelled.is_empty() {
             let mut again = rest.select_columns(&cancelled);
-            self.take_out(&mut again);
+            self.take_out(first, &mut again);
             for (&c, left) in cancelled.iter().zip(again.column_iter()) {
                 rest.set_column(c, &left);
             }
@@ -151,16 +141,12 @@ impl Basis {
         rest
     }
 
-    /// Takes the basis out of every column, once.
-    fn take_out(&self, columns: &mut DMatrix<f64>) {
-        if columns.ncols() < MANY {
-            self.sweep(0, columns.as_mut_slice());
-        } else {
-            let parts = self.parts();
-            let along = parts.map(|part| tr_times_of(part, columns.as_view()));
-            for (part, along) in parts.iter().zip(&along) {
-                columns.gemm(-1.0, part, along, 1.0);
-            }
+    /// Takes the basis from `first` on out of every column, once.
+    fn take_out(&self, first: usize, columns: &mut DMatrix<f64>) {
+        let parts = self.parts(first);
+        let along = parts.map(|part| times(part.transpose(), view(columns)));
+        for (part, along) in parts.into_iter().zip(&along) {
+            add_times(columns, -1.0, part, view(along));
         }
     }
 
@@ -168,8 +154,8 @@ impl Basis {
     pub(crate) fn along(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         let mut along = DMatrix::zeros(self.dim, columns.ncols());
         let mut first = 0;
-        for part in self.parts() {
-            let own = tr_times_of(part, columns.as_view());
+        for part in self.parts(0) {
+            let own = times(part.transpose(), view(columns));
             along.rows_mut(first, own.nrows()).copy_from(&own);
             first += own.nrows();
         }

@@ -1,11 +1,11 @@
 //! What a system takes of the rows of one group, and what is made of columns beside it.
 
-use faer::{MatRef, Side};
+use faer::Side;
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::inverse_root::{SMALLEST, terms};
-use crate::algebra::product::{gram, tr_times};
+use crate::algebra::product::{gram, times, tr_times, view};
 
 /// The rows of a group, as an orthonormal basis of a system sees them: `I − QQᵀ` of these rows is
 /// `U·diag(left)·Uᵀ`, and one beside `U`.
@@ -42,7 +42,7 @@ impl Leverage {
             let across = tr_times(&q, &vectors);
             (vectors, across)
         } else {
-            let mut directions = &q * &vectors;
+            let mut directions = times(view(&q), view(&vectors));
             let mut across = vectors;
             for (i, &seen) in seen.iter().enumerate() {
                 let root = leverages[seen].sqrt();
@@ -73,7 +73,7 @@ impl Leverage {
         let residual = residual.select_rows(&self.rows);
         let along = tr_times(&self.directions, &columns);
         // Of what the system takes nothing from, products are enough.
-        let rest = columns.tr_mul(&columns) - along.tr_mul(&along);
+        let rest = gram(&columns) - gram(&along);
         let residual_along = self.directions.tr_mul(&residual);
         let residual_rest = columns.tr_mul(&residual) - along.tr_mul(&residual_along);
         // Both parts over what the system leaves, and a shift of it.
@@ -159,7 +159,7 @@ fn inverse_root_times(q: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<DMatrix<f64>
 
 /// The smaller of `Q·Qᵀ` and `Qᵀ·Q`.
 fn smaller_gram(q: &DMatrix<f64>) -> DMatrix<f64> {
-    if q.nrows() < q.ncols() { q * q.transpose() } else { gram(q) }
+    if q.nrows() < q.ncols() { times(view(q), view(q).transpose()) } else { gram(q) }
 }
 
 fn eigen(gram: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
@@ -167,9 +167,7 @@ fn eigen(gram: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
     if n == 0 {
         return Some((DVector::zeros(0), DMatrix::zeros(0, 0)));
     }
-    let eigen = MatRef::from_column_major_slice(gram.as_slice(), n, n)
-        .self_adjoint_eigen(Side::Lower)
-        .ok()?;
+    let eigen = view(gram).self_adjoint_eigen(Side::Lower).ok()?;
     let vectors = DMatrix::from_fn(n, n, |i, j| eigen.U()[(i, j)]);
     Some((DVector::from_fn(n, |i, _| eigen.S().column_vector()[i]), vectors))
 }

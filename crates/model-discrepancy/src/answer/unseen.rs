@@ -189,8 +189,11 @@ fn seen_in_blocks<'a>(
 /// parameter that they alone show, as to the first step of an axis, from which errors count. A fit to
 /// the rest leaves it anywhere. None where that is true of all.
 fn undetermined(lin: &Linear<'_>, fitted: &[usize], folds: &NestedFolds) -> Vec<usize> {
-    let place = |group: &usize| fitted.iter().position(|f| f == group);
-    let places: Vec<usize> = lin.cluster_groups.iter().filter_map(place).collect();
+    let mut place = vec![None; lin.layout.groups.len()];
+    for (i, &group) in fitted.iter().enumerate() {
+        place[group] = Some(i);
+    }
+    let places: Vec<usize> = lin.cluster_groups.iter().filter_map(|&group| place[group]).collect();
     if places.len() < lin.clusters.len() {
         return Vec::new();
     }

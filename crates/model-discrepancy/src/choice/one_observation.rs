@@ -86,13 +86,12 @@ impl<'a> ObservationRows<'a> {
         let (rows, tangent) = self.whitened(observation, values)?;
         let q = lin.basis.rows(rows);
         let residual = self.residual.select_rows(rows);
-        let beside =
-            BesideLocal { rows: lin.rows.len(), directions: lin.basis.dim(), square: self.square };
         let (directions, absorbed) = directions(&tangent, &q);
         let Some(seen) = SeenLocal::of(&tangent, &q) else {
             return Some(LocalEstimability::NotEstimable(absorbed));
         };
-        let test = seen.test(&tangent, &residual, &beside)?;
+        let (explained, system) = (seen.explained(&tangent, &residual), lin.basis.dim());
+        let test = f_test_of(explained, seen.directions(), self.square, lin.rows.len(), system)?;
         let reported = self.reported(rows, &directions);
         let SeenLocal { parameters, kept, .. } = seen;
         Some(LocalEstimability::Estimable(LocalTest { parameters, kept, absorbed, test, reported }))
@@ -149,15 +148,6 @@ pub(crate) fn full_candidate(
     estimability(system.model, e, at, lin, &lin.basis)
 }
 
-/// What an effect on one observation is tested beside.
-pub(crate) struct BesideLocal {
-    pub(crate) rows: usize,
-    /// Of the system.
-    pub(crate) directions: usize,
-    /// Square of what the system leaves of the data.
-    pub(crate) square: f64,
-}
-
 /// Columns of an effect on one observation that keep enough of their norm beside the system and those
 /// before them.
 pub(crate) struct SeenLocal {
@@ -180,15 +170,13 @@ impl SeenLocal {
         (!parameters.is_empty()).then_some(Self { parameters, kept, independent })
     }
 
-    /// Its F test, with what the system leaves of the data in these rows.
-    pub(crate) fn test(
-        &self,
-        tangent: &DMatrix<f64>,
-        residual: &DVector<f64>,
-        beside: &BesideLocal,
-    ) -> Option<Significance> {
-        let explained = self.independent.along_one(&tangent.tr_mul(residual)).norm_squared();
-        f_test_of(explained, self.parameters.len(), beside.square, beside.rows, beside.directions)
+    pub(crate) fn directions(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// How much of what the system leaves of the data in these rows it explains.
+    pub(crate) fn explained(&self, tangent: &DMatrix<f64>, residual: &DVector<f64>) -> f64 {
+        self.independent.along_one(&tangent.tr_mul(residual)).norm_squared()
     }
 }
 

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, DVectorView, Matrix3};
 
 use crate::Covariate;
 use crate::algebra::independent::Independent;
+use crate::algebra::product::{times, view};
 use crate::choice::beside::{Beside, Sums};
 use crate::choice::shape::{Periods, Shape, is_constant};
 use crate::count::count;
@@ -219,15 +220,18 @@ impl Followed {
         let shapes = values.ncols() / functions.max(1);
         let empty = || Products::zeros(along, functions * k, self.directions + k);
         let mut products: Vec<Products> = (0..shapes).map(|_| empty()).collect();
+        let mut selected: Option<(&[usize], DMatrix<f64>)> = None;
         for (c, component) in self.components.iter().enumerate() {
-            let selected;
+            let observations = &component.observations[..];
+            let is_known = selected.as_ref().is_some_and(|(known, _)| *known == observations);
             let here = if component.is_every(values.nrows()) {
                 values
+            } else if is_known {
+                &selected.as_ref().expect("known").1
             } else {
-                selected = values.select_rows(&component.observations);
-                &selected
+                &selected.insert((observations, values.select_rows(observations))).1
             };
-            let held = &component.held * here;
+            let held = times(view(&component.held), view(here));
             let mut weighted = DVector::zeros(here.nrows());
             for (shape, products) in products.iter_mut().enumerate() {
                 let first = shape * functions;

@@ -1,7 +1,8 @@
 //! Noise whose successive values depend on each other, and what turns it white.
 
-use nalgebra::{DMatrix, DMatrixView, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
+use crate::algebra::product::lower_triangular_times;
 use crate::count::count;
 
 /// Turns noise of one model into white noise.
@@ -96,13 +97,7 @@ impl Whitening {
         for one in series {
             match self {
                 Self::Predicted { rows, .. } => {
-                    let rows: DMatrixView<'_, f64> = rows.view((0, 0), (one.len(), one.len()));
-                    let columns = columns.select_rows(one);
-                    let white = if columns.ncols() < MANY {
-                        lower_triangular_times(rows, &columns)
-                    } else {
-                        lower_triangular_by_blocks(rows, &columns)
-                    };
+                    let white = lower_triangular_times(rows, &columns.select_rows(one));
                     for (mut to, white) in out.column_iter_mut().zip(white.column_iter()) {
                         one.iter().zip(white.iter()).for_each(|(&row, white)| to[row] = *white);
                     }
@@ -121,32 +116,6 @@ impl Whitening {
         }
         out
     }
-}
-
-/// Columns from which on a product of whole matrices is faster than half of it column by column.
-const MANY: usize = 6;
-
-/// Rows of a triangle that are multiplied together.
-const BLOCK: usize = 32;
-
-fn lower_triangular_by_blocks(rows: DMatrixView<'_, f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());
-    for start in (0..rows.nrows()).step_by(BLOCK) {
-        let some = BLOCK.min(rows.nrows() - start);
-        let left = rows.view((start, 0), (some, start + some));
-        product.rows_mut(start, some).gemm(1.0, &left, &columns.rows(0, start + some), 0.0);
-    }
-    product
-}
-
-fn lower_triangular_times(rows: DMatrixView<'_, f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());
-    for (mut product, column) in product.column_iter_mut().zip(columns.column_iter()) {
-        for (j, value) in column.iter().enumerate() {
-            product.rows_range_mut(j..).axpy(*value, &rows.column(j).rows_range(j..), 1.0);
-        }
-    }
-    product
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Wald test that asks no more than independent groups.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 
 use crate::algebra::basis::Basis;
 use crate::algebra::f_tail::f_tail;
 use crate::algebra::leverage::{Adjusted, adjusted_by_rows};
+use crate::algebra::product::{times, view};
 use crate::count::count;
 use crate::noise::linear::Linear;
 
@@ -50,14 +51,15 @@ fn satterthwaite(adjusted: &[Adjusted], m: usize) -> f64 {
     };
     let own = adjusted.iter().map(|a| {
         let product = a.across.tr_mul(&a.across);
-        squares(&(&a.square - &product)) - squares(&product)
+        squares((&a.square - &product).as_view()) - squares(product.as_view())
     });
     count(m * (m + 1)) / (shared + own.sum::<f64>())
 }
 
 /// `(tr P)² + tr P²`.
-fn squares(product: &DMatrix<f64>) -> f64 {
-    product.trace().powi(2) + product.dot(&product.transpose())
+fn squares(product: DMatrixView<'_, f64>) -> f64 {
+    let of_square = (0..product.nrows()).map(|i| product.row(i).tr_dot(&product.column(i)));
+    product.trace().powi(2) + of_square.sum::<f64>()
 }
 
 /// Clusters whose products with the others are found together.
@@ -70,12 +72,12 @@ fn of_pairs(adjusted: &[Adjusted], m: usize) -> f64 {
     let mut total = 0.0;
     for start in (0..adjusted.len()).step_by(TOGETHER) {
         let end = (start + TOGETHER).min(adjusted.len());
-        let some = all.columns(m * start, m * (end - start)).transpose();
-        let products = some * all.columns_range(m * start..);
+        let some = view(&all).subcols(m * start, m * (end - start)).transpose();
+        let products = times(some, view(&all).subcols(m * start, m * (adjusted.len() - start)));
         for g in start..end {
             for h in g..adjusted.len() {
                 let product = products.view((m * (g - start), m * (h - start)), (m, m));
-                let term = squares(&product.into_owned());
+                let term = squares(product);
                 // A pair and the same the other way round.
                 total += if g == h { term } else { 2.0 * term };
             }
@@ -89,7 +91,7 @@ fn of_pairs(adjusted: &[Adjusted], m: usize) -> f64 {
 fn of_pairs_by_moments(adjusted: &[Adjusted], columns: usize, m: usize) -> f64 {
     let entries = adjusted.iter().flat_map(|a| a.across.iter().copied());
     let all = DMatrix::from_iterator(columns * m, adjusted.len(), entries);
-    let moments = &all * all.transpose();
+    let moments = times(view(&all), view(&all).transpose());
     let mut crossed = 0.0;
     for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
         let block = |i, j| moments.view((columns * i, columns * j), (columns, columns));
@@ -118,7 +120,9 @@ mod tests {
         };
         let adjusted: Vec<Adjusted> = (0..9).map(cluster).collect();
         let by_hand: f64 = (adjusted.iter())
-            .flat_map(|g| adjusted.iter().map(move |h| squares(&g.across.tr_mul(&h.across))))
+            .flat_map(|g| {
+                adjusted.iter().map(move |h| squares(g.across.tr_mul(&h.across).as_view()))
+            })
             .sum();
         assert!((of_pairs(&adjusted, 2) / by_hand - 1.0).abs() < ROUND_OFF);
         assert!((of_pairs_by_moments(&adjusted, 4, 2) / by_hand - 1.0).abs() < ROUND_OFF);

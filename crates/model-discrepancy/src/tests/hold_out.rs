@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::Basis;
+use crate::algebra::product::{gram, times, view};
 use crate::count::count;
 use crate::noise::linear::Linear;
 
@@ -87,7 +88,7 @@ pub(crate) fn predict(
         return Some(e_f);
     }
     // The smaller of the two equivalent systems: over the rows left out, or over the parameters.
-    let gram = if n <= k { &q_f * q_f.transpose() } else { q_f.transpose() * &q_f };
+    let gram = if n <= k { times(view(&q_f), view(&q_f).transpose()) } else { gram(&q_f) };
     let left = DMatrix::identity(gram.nrows(), gram.nrows()) - gram;
     let factor = left.cholesky()?;
     if factor.l_dirty().diagonal().iter().any(|d| d * d < MIN_LEFT) {
@@ -96,7 +97,7 @@ pub(crate) fn predict(
     Some(if n <= k {
         factor.solve(&e_f)
     } else {
-        let along = factor.solve(&(q_f.transpose() * &e_f));
+        let along = factor.solve(&q_f.tr_mul(&e_f));
         e_f + q_f * along
     })
 }

@@ -3,6 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::algebra::basis::Basis;
+use crate::algebra::product::{gram, tr_times};
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::{HeldOut, MIN_LEFT, errors_of, predict};
 
@@ -31,7 +32,7 @@ impl LeftOut {
             let rows: Vec<usize> =
                 clusters.iter().flat_map(|&c| lin.clusters[c].iter().copied()).collect();
             let system = lin.basis.rows(&rows);
-            let rest = DMatrix::identity(directions, directions) - system.transpose() * &system;
+            let rest = DMatrix::identity(directions, directions) - gram(&system);
             Fold { clusters, rows, system, rest: determined(rest) }
         };
         let n = folds.iter().max().map_or(0, |&f| f + 1);
@@ -67,10 +68,10 @@ impl Fold {
         let own = residual.select_rows(&self.rows);
         let more = full.rows_from(directions, &self.rows);
         // Of (I − HᵀH)·z = Hᵀe, with the columns of the system first.
-        let across = self.system.tr_mul(&more);
+        let across = tr_times(&self.system, &more);
         let of_across = rest.solve(&across);
         let m = more.ncols();
-        let left = DMatrix::identity(m, m) - more.tr_mul(&more) - across.tr_mul(&of_across);
+        let left = DMatrix::identity(m, m) - gram(&more) - across.tr_mul(&of_across);
         let left = determined(left)?;
         let of_system = rest.solve(&self.system.tr_mul(&own));
         let along_more = left.solve(&(more.tr_mul(&own) + across.tr_mul(&of_system)));

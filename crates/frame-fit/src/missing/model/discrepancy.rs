@@ -2,11 +2,11 @@
 
 use super::{FrameModel, displacement};
 use crate::decompose::dynamic;
-use crate::missing::finite_motion::finite_jacobian;
+use crate::missing::finite_motion::derivatives;
 use crate::missing::proposals;
 use crate::missing::term::{self, Place, Term};
 use model_discrepancy::{Declared, Inside, Model, Proposal, State};
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 impl<const D: usize> Model for FrameModel<D> {
     fn declared(&self) -> &Declared {
@@ -34,13 +34,20 @@ impl<const D: usize> Model for FrameModel<D> {
 
     fn base_jacobian(&self, at: &State) -> DMatrix<f64> {
         let (rotation, _) = self.target_rotation(at);
-        let turned = dynamic(&-(SMatrix::identity() + rotation));
-        let deformations = self.deformations(at);
-        self.stacked(self.motions.len(), |i| {
-            let arm_mm = self.images_mm[i] + deformations[i] - self.pivot_mm;
-            let moved = finite_jacobian(self.transform, &self.motions, &at.base, &arm_mm);
-            Some(&turned * moved)
-        })
+        let turned = SMatrix::<f64, D, D>::identity() + rotation;
+        let deformed = self.images_mm.iter().zip(self.deformations(at));
+        let arms_mm: Vec<SVector<f64, D>> = deformed
+            .map(|(image_mm, deformation)| image_mm + deformation - self.pivot_mm)
+            .collect();
+        let mut jacobian = DMatrix::zeros(D * arms_mm.len(), self.motions.len());
+        let derivatives = derivatives::<D>(self.transform, &self.motions, &at.base);
+        for (mut column, derivative) in jacobian.column_iter_mut().zip(derivatives) {
+            let derivative = derivative.turned(&-turned);
+            for (i, arm_mm) in arms_mm.iter().enumerate() {
+                column.fixed_rows_mut::<D>(D * i).copy_from(&derivative.displacement(arm_mm));
+            }
+        }
+        jacobian
     }
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {

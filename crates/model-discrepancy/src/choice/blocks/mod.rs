@@ -32,8 +32,8 @@ pub(crate) struct Blocks<'a> {
     system: System<'a>,
     /// Sums over all rows, and over those of each block.
     sums: (Sums, Vec<Sums>),
-    /// Groups of each block.
-    groups: Vec<Vec<usize>>,
+    /// Of each block, whether it leaves out each group.
+    left_out: Vec<Vec<bool>>,
     wide: Wide,
     single: Single,
     along: Along<'a>,
@@ -52,7 +52,8 @@ impl<'a> Blocks<'a> {
         if system.model.declared().between_variance || !system.places().is_empty() {
             return None;
         }
-        let rows: Vec<Rows> = groups.iter().map(|groups| Rows::of(lin, groups)).collect();
+        let left_out: Vec<Vec<bool>> = groups.iter().map(|some| among(lin, some)).collect();
+        let rows: Vec<Rows> = left_out.iter().map(|left_out| Rows::of(lin, left_out)).collect();
         let (directions, constants) = (lin.basis.matrix(), constants(lin));
         let clean = lin.clean_residual();
         let of_block = |rows: &Rows| {
@@ -64,12 +65,21 @@ impl<'a> Blocks<'a> {
         Some(Self {
             system: system.clone(),
             sums,
-            groups: groups.to_vec(),
+            left_out,
             wide: Wide::of(banned, (system, at), lin, (&directions, &clean), &rows),
             single: Single::of(banned, (system, at), lin, &clean),
             along: Along::of((covariates, shapes), lin, (&constants, &clean), &rows),
         })
     }
+}
+
+/// Of every group whether it is among `some`.
+fn among(lin: &Linear<'_>, some: &[usize]) -> Vec<bool> {
+    let mut among = vec![false; lin.layout.groups.len()];
+    for &group in some {
+        among[group] = true;
+    }
+    among
 }
 
 /// The choice without one block of groups.
@@ -84,7 +94,7 @@ impl WithoutBlock<'_, '_> {
     /// What of the catalogue may be significant at `alpha` beside a system.
     pub(crate) fn passing(&self, system: &System<'_>, alpha: f64) -> Passing {
         let Some((blocks, beside)) = self.beside(system) else { return Passing::Any };
-        let left_out = &blocks.groups[self.block];
+        let left_out = &blocks.left_out[self.block];
         let wide = blocks.wide.passing(&beside, &blocks.single.ids(left_out), (self.block, alpha));
         // Single readings go after what shows in many groups.
         let single_may = || blocks.single.may_pass(&beside, left_out, alpha);
@@ -263,8 +273,7 @@ mod tests {
                     LocalEstimability::NotEstimable(_) => None,
                 });
                 let seen: Vec<f64> = seen.collect();
-                let single = blocks[0].single.p_values(&beside, left_out);
-                let [single] = &single[..] else { panic!("one family") };
+                let single = blocks[0].single.p_values(&beside, &blocks[0].left_out[block]);
                 let are_same = single.iter().zip(&seen).all(|(a, b)| is_same(*a, *b));
                 assert!(single.len() == seen.len() && are_same, "{single:?} {seen:?}");
 

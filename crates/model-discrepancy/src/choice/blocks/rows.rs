@@ -13,9 +13,10 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    pub(super) fn of(lin: &Linear<'_>, groups: &[usize]) -> Self {
+    /// Of the groups for which `left_out` is true.
+    pub(super) fn of(lin: &Linear<'_>, left_out: &[bool]) -> Self {
         let mut is_one = vec![false; lin.rows.len()];
-        let is_of = |cluster: &usize| groups.contains(&lin.cluster_groups[*cluster]);
+        let is_of = |cluster: &usize| left_out[lin.cluster_groups[*cluster]];
         let clusters: Vec<usize> = (0..lin.clusters.len()).filter(is_of).collect();
         for &row in clusters.iter().flat_map(|&cluster| &lin.clusters[cluster]) {
             is_one[row] = true;
