@@ -142,10 +142,10 @@ impl Section {
         (kind, scene): (&str, SoundCase),
         seeds: usize,
     ) -> Result<()> {
-        let root = shell::scratch("blunders");
+        let root = shell::scratch("blunders")?;
         for (i, mistake) in mistakes(kind).iter().enumerate() {
             let first = FIRST_SEED + SEEDS_APART * i;
-            let trials = over_seeds(first..first + seeds, &root, |seed, folder| {
+            let trials = over_seeds(first..first + seeds, root.path(), |seed, folder| {
                 let files: Files = scene(seed).into_iter().collect();
                 let other: Files = scene(seed + ANOTHER_DAY).into_iter().collect();
                 let draw = Draw { seed, other: &other };

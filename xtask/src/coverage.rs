@@ -38,7 +38,7 @@ const FIRST_SEED: usize = 900_000_000;
 /// Runs the situations, prints the table and rewrites its block in `docs/validation.md`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let truing = Truing::given(arguments.program.as_deref())?;
-    let folder = shell::scratch("coverage");
+    let folder = shell::scratch("coverage")?;
     let mut tallies = Vec::new();
     let wanted = |s: &Situation| {
         let name = format!("{} {}", s.krate, s.name);
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             continue;
         }
         let first = FIRST_SEED + index * SEEDS_APART;
-        let tally = tally(&truing, situation, first..first + arguments.loops, &folder)?;
+        let tally = tally(&truing, situation, first..first + arguments.loops, folder.path())?;
         table::print_lines(&tally);
         tallies.push(tally);
     }

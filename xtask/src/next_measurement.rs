@@ -72,7 +72,7 @@ pub(crate) struct Tally {
 /// Runs the situations and writes their lines of the table of `docs/plan.md`, each as it is done.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let truing = Truing::given(arguments.program.as_deref())?;
-    let folder = shell::scratch("plan");
+    let folder = shell::scratch("plan")?.keep();
     let situations = situations();
     let all: Vec<(&str, &str)> = situations.iter().map(|s| (s.krate, s.name)).collect();
     for (index, situation) in (0..).zip(&situations) {
@@ -97,6 +97,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             table::write(&tally, &all)?;
         }
     }
+    // Stays where anything in it does.
+    let _ = fs::remove_dir(&folder);
     Ok(())
 }
 

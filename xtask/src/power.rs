@@ -107,8 +107,8 @@ pub(crate) fn trials(
     first: usize,
     n_seeds: usize,
 ) -> Result<Vec<Trial>> {
-    let folder = shell::scratch("power");
-    over_seeds(first..first + n_seeds, &folder, |seed, folder| {
+    let folder = shell::scratch("power")?;
+    over_seeds(first..first + n_seeds, folder.path(), |seed, folder| {
         trial::run(truing, cell, seed, folder)
     })
 }

@@ -107,7 +107,7 @@ struct Tally {
 /// Runs the situations and writes the page.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let truing = Truing::given(arguments.program.as_deref())?;
-    let folder = shell::scratch("machine");
+    let folder = shell::scratch("machine")?;
     let mut table = String::from(
         ". A mirror, a sphere under a touch probe and points of a laser tracker, each measured on one \
          machine; in every\nsituation the tables are of the physics, and each case is too weak to show \
@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let mut tally = Tally::default();
         let first = FIRST_SEED + index * SEEDS_APART;
         for seed in first..first + arguments.machines {
-            one(&truing, situation, seed, &folder, &mut tally)?;
+            one(&truing, situation, seed, folder.path(), &mut tally)?;
         }
         let line = line(situation, &tally);
         println!("{line}");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use tempfile::TempDir;
 
 /// Root of the workspace.
 pub(crate) fn root() -> PathBuf {
@@ -12,9 +13,12 @@ pub(crate) fn root() -> PathBuf {
     manifest_dir.parent().expect("xtask lives in the workspace").to_path_buf()
 }
 
-/// Where one run of a bench writes its cases: two at once do not meet.
-pub(crate) fn scratch(bench: &str) -> PathBuf {
-    root().join("target").join(bench).join(std::process::id().to_string())
+/// Where one run of a bench writes its cases: two at once do not meet, and nothing is left of it.
+pub(crate) fn scratch(bench: &str) -> Result<TempDir> {
+    let target = root().join("target");
+    std::fs::create_dir_all(&target)?;
+    let folder = tempfile::Builder::new().prefix(&format!("{bench}-")).tempdir_in(&target);
+    folder.with_context(|| format!("no folder can be made in {}", target.display()))
 }
 
 /// Runs `cargo` with inherited output, saying first what it runs.

@@ -55,16 +55,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let name = format!("{} {}", s.krate, s.effect);
         arguments.only.as_ref().is_none_or(|part| name.contains(part.as_str()))
     };
-    let root = shell::scratch("smallest-size");
+    let root = shell::scratch("smallest-size")?;
     let (mut rows, mut of_kinds) = (String::new(), Vec::<(&str, usize, usize)>::new());
     for (index, situation) in situations().into_iter().enumerate() {
         if !wanted(&situation) {
             continue;
         }
         let first = FIRST_SEED + index * SEEDS_APART;
-        let mut trials = over_seeds(first..first + arguments.seeds, &root, |seed, folder| {
-            trial(&truing, &situation, seed, (folder, arguments.times))
-        })?;
+        let mut trials =
+            over_seeds(first..first + arguments.seeds, root.path(), |seed, folder| {
+                trial(&truing, &situation, seed, (folder, arguments.times))
+            })?;
         trials.sort_by(|a, b| a.size.total_cmp(&b.size));
         let (named, all) = (trials.iter().filter(|t| t.is_named).count(), trials.len());
         match of_kinds.last_mut().filter(|(krate, ..)| *krate == situation.krate) {

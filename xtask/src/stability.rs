@@ -60,14 +60,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     }
-    let scratch = shell::scratch("stability");
+    let scratch = shell::scratch("stability")?;
     let (mut moved, mut changed) = (0, Vec::new());
     for case in &cases {
         let case = shell::root().join(case);
         let before = answer(&truing, &case)?;
         for draw in 0..arguments.draws {
-            copy_moved(&case, &scratch, arguments.share, draw)?;
-            let after = answer(&truing, &scratch)?;
+            copy_moved(&case, scratch.path(), arguments.share, draw)?;
+            let after = answer(&truing, scratch.path())?;
             moved += 1;
             if after != before {
                 let line = format!("{}: {before:?} became {after:?}", case.display());

@@ -21,7 +21,7 @@ const GROSS: f64 = 0.4;
 const UNMATCHED: f64 = 0.6;
 /// Variation of a reference over its size from which on legs that miss it by all of it tell nothing of
 /// it, and are of another session: physics that goes so far is a fifth of the force.
-const VARIES: f64 = 0.2;
+const MISSED_WHOLE: f64 = 0.2;
 /// Disagreement of the four lengths over their mean that no zero error makes.
 const GROSS_LENGTH: f64 = 0.01;
 /// Longest time by which a reference instrument with its filter reads late.
@@ -152,7 +152,7 @@ pub(super) fn log_yardstick(samples: &[LogSample], fitted: &Fitted) -> Yardstick
     let unmatched =
         if session::is_another(samples, fitted.observations.iter().map(|o| o.residual[0])) {
             0.0
-        } else if variation < VARIES * size {
+        } else if variation < MISSED_WHOLE * size {
             GROSS
         } else {
             (variation / spread).min(UNMATCHED)

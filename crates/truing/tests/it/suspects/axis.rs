@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{change, first, scale, survey};
+use super::{change, first, scale, survey, swap};
 use crate::command::Case;
 
 /// A sound axis, six rounds of eight targets.
@@ -58,9 +58,7 @@ fn targets_of_another_axis_are_no_pitch_error() {
 #[test]
 fn targets_under_the_name_of_positions_are_told_by_coming_again() {
     let case = axis();
-    change(&case, "positions.csv", &["target_mm", "actual_mm"], |n, old| {
-        vec![old[n][1].clone(), old[n][0].clone()]
-    });
+    swap(&case, "positions.csv", ["target_mm", "actual_mm"]);
     let (step, answer) = first(&case);
     assert_eq!(step["effect"], "input:exchanged");
     let rms = |of: &Value| of["train_rms"].as_f64().unwrap();

@@ -1,6 +1,6 @@
 //! Mistakes in logs and strokes of a polishing head.
 
-use super::{change, first, fixture};
+use super::{change, first, fixture, swap};
 use crate::command::Case;
 
 fn log(name: &str) -> Case {
@@ -76,9 +76,7 @@ fn a_channel_that_stands_still_is_stuck_and_not_at_a_limit() {
 #[test]
 fn a_mistake_is_named_beside_physics_that_is_named_after_it() {
     let case = log("head-weight");
-    change(&case, "log.csv", &["f1_n", "f2_n"], |n, old| {
-        vec![old[n][1].clone(), old[n][0].clone()]
-    });
+    swap(&case, "log.csv", ["f1_n", "f2_n"]);
     let (step, answer) = first(&case);
     assert_eq!(step["effect"], "input:exchanged");
     assert_eq!(answer["steps"][1]["effect"], "head-weight", "{}", answer["steps"]);

@@ -55,6 +55,11 @@ fn scale(case: &Case, file: &str, columns: &[&str], factor: f64) {
     });
 }
 
+/// Exchanges the values of two columns, whose headings stay.
+fn swap(case: &Case, file: &str, columns: [&str; 2]) {
+    change(case, file, &columns, |n, old| vec![old[n][1].clone(), old[n][0].clone()]);
+}
+
 /// The first step of the loop, which must be about the input.
 fn first(case: &Case) -> (Value, Value) {
     let answer = case.json("loop");

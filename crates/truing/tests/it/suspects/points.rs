@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{change, first, fixture, scale, survey};
+use super::{change, first, fixture, scale, survey, swap};
 use crate::command::Case;
 
 #[test]
@@ -36,9 +36,7 @@ fn check_lists_it_and_solve_warns() {
 #[test]
 fn exchanged_and_mirrored_axes_that_fit_alike_are_all_listed() {
     let case = survey();
-    change(&case, "pairs.csv", &["to_x_mm", "to_y_mm"], |n, old| {
-        vec![old[n][1].clone(), old[n][0].clone()]
-    });
+    swap(&case, "pairs.csv", ["to_x_mm", "to_y_mm"]);
     let (step, _) = first(&case);
     let said = format!("{} {}", step["description"], step["indistinguishable_from"]);
     assert!(said.contains("exchanged") && said.contains("opposite sign"), "{said}");
