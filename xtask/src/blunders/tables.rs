@@ -60,6 +60,50 @@ pub(crate) fn scaled(files: &mut Files, at: (&str, &[&str]), factor: f64) -> boo
     })
 }
 
+/// The readings of one name times a factor.
+pub(crate) fn scaled_of_one(
+    files: &mut Files,
+    (file, columns): (&str, [&str; 2]),
+    (factor, seed): (f64, u64),
+) -> bool {
+    change(files, (file, &columns), |cells, columns| {
+        let (of, column) = (columns[0], columns[1]);
+        let mut names: Vec<String> = cells.rows.iter().map(|row| row[of].clone()).collect();
+        names.sort();
+        names.dedup();
+        let (one, _) = two(names.len(), seed);
+        for row in cells.rows.iter_mut().filter(|row| row[of] == names[one]) {
+            if let Ok(value) = row[column].parse::<f64>() {
+                row[column] = format!("{}", value * factor);
+            }
+        }
+    })
+}
+
+/// A number ten times too large.
+pub(crate) fn point_lost(files: &mut Files, at: (&str, &[&str]), seed: u64) -> bool {
+    change(files, at, |cells, columns| {
+        let (row, _) = two(cells.rows.len(), seed);
+        for &column in columns {
+            let cell = &mut cells.rows[row][column];
+            if let Ok(value) = cell.parse::<f64>() {
+                *cell = format!("{}", 10.0 * value);
+            }
+        }
+    })
+}
+
+/// The cells of the first column in the others, too.
+pub(crate) fn copied(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        for row in &mut cells.rows {
+            for &column in &columns[1..] {
+                row[column] = row[columns[0]].clone();
+            }
+        }
+    })
+}
+
 /// Each column under the name of the next, the last under that of the first.
 pub(crate) fn exchanged(files: &mut Files, at: (&str, &[&str])) -> bool {
     change(files, at, |cells, columns| {
@@ -82,15 +126,35 @@ pub(crate) fn shifted_up(files: &mut Files, at: (&str, &[&str])) -> bool {
     rolled(files, at, |rows| rows.rotate_left(1))
 }
 
+/// Columns from the last row to the first.
+pub(crate) fn reversed(files: &mut Files, at: (&str, &[&str])) -> bool {
+    rolled(files, at, <[_]>::reverse)
+}
+
+/// Columns sorted by the numbers of the first of them.
+pub(crate) fn sorted(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        let number = |row: &Vec<String>| row[columns[0]].parse::<f64>().unwrap_or(f64::NAN);
+        let mut sorted = cells.rows.clone();
+        sorted.sort_by(|a, b| number(a).total_cmp(&number(b)));
+        take(&mut cells.rows, &sorted, columns);
+    })
+}
+
+/// Some columns as other rows have them.
+fn take(rows: &mut [Vec<String>], others: &[Vec<String>], columns: &[usize]) {
+    for (row, source) in rows.iter_mut().zip(others) {
+        for &column in columns {
+            row[column].clone_from(&source[column]);
+        }
+    }
+}
+
 fn rolled(files: &mut Files, at: (&str, &[&str]), roll: fn(&mut [Vec<String>])) -> bool {
     change(files, at, |cells, columns| {
         let mut rolled = cells.rows.clone();
         roll(&mut rolled);
-        for (row, source) in cells.rows.iter_mut().zip(&rolled) {
-            for &column in columns {
-                row[column].clone_from(&source[column]);
-            }
-        }
+        take(&mut cells.rows, &rolled, columns);
     })
 }
 

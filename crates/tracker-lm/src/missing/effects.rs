@@ -135,6 +135,11 @@ impl Scene<'_> {
         self.survey.ranges[range].displacement_mm
     }
 
+    /// What of the way to the target was not counted.
+    fn dead_path_mm(&self, range: usize) -> f64 {
+        self.sights[range].along_mm.norm() - self.displacement_mm(range)
+    }
+
     /// Time of every range since the first one of its lock.
     fn since_lock_on(&self) -> Vec<f64> {
         let mut locked = HashMap::new();
@@ -340,20 +345,25 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     })
 }
 
-/// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected.
+/// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected: along the displacement,
+/// and along the dead path, which an instrument may know less well than what it has counted.
 fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
     let columns = scene.covariates.iter().filter(|c| c.quantity == Quantity::Temperature);
     columns
         .map(|column| {
             let text = format!(
-                "displacements read too long in proportion to {} from {REFERENCE_C} °C",
+                "displacements read too long in proportion to {} from {REFERENCE_C} °C, and by their \
+                 dead paths as these do",
                 column.name
             );
-            let scale = parameter("scale", "ppm/K", 1e6);
+            let parameters =
+                ["scale", "of dead path"].map(|name| parameter(name, "ppm/K", 1e6));
             let subject = Some(column.name.clone());
-            let mut entry = scene.entry_of_readings("temperature", subject, text, &[scale], |r| {
-                [scene.displacement_mm(r) * (column.values[r] - REFERENCE_C)]
-            });
+            let mut entry =
+                scene.entry_of_readings("temperature", subject, text, &parameters, |r| {
+                    let excess_k = column.values[r] - REFERENCE_C;
+                    [scene.displacement_mm(r), scene.dead_path_mm(r)].map(|mm| mm * excess_k)
+                });
             entry.effect.driver = Some(column.name.clone());
             entry
         })

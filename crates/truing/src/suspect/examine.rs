@@ -87,7 +87,7 @@ fn decide(
     if let Some((found, after)) = physics.beside(case, helping, plain) {
         return (Some(found), Some(after));
     }
-    let is_unmatched = is_unmatched && !physics.takes_most();
+    let is_unmatched = is_unmatched && !physics.takes_most(&plain.yardstick);
     (is_unmatched.then(|| unmatched(case, plain)), None)
 }
 

@@ -22,6 +22,8 @@ pub(crate) enum Proof {
     Fit,
     /// The data themselves, where the fit is bad.
     Data,
+    /// The data themselves, where the fit is worse than any physics makes it.
+    Gross,
     /// The data themselves, however good the fit is.
     Certain,
     /// The fit; and physics that does the same would have to go against its own nature.
@@ -45,6 +47,11 @@ impl Hypothesis {
         Self { proof: Proof::Data, ..self }
     }
 
+    /// The same, as shown by the data where the fit is worse than any physics makes it.
+    pub(crate) fn shown_if_gross(self) -> Self {
+        Self { proof: Proof::Gross, ..self }
+    }
+
     /// The same, as shown by the data whether the fit suffers or not.
     pub(crate) fn certain(self) -> Self {
         Self { proof: Proof::Certain, ..self }
@@ -53,6 +60,11 @@ impl Hypothesis {
     /// The same, where physics cannot be meant.
     pub(crate) fn unphysical(self) -> Self {
         Self { proof: Proof::Unphysical, ..self }
+    }
+
+    /// Whether the data themselves show it in a case that is off by as much.
+    pub(super) fn is_shown(&self, is_gross: bool) -> bool {
+        self.proof == Proof::Data || is_gross && self.proof == Proof::Gross
     }
 
     /// Whether it leaves out one stretch of rows, which the data name and no fit has chosen.

@@ -46,6 +46,13 @@ impl Misfit {
         self.share / after.share
     }
 
+    /// Whether no more is left than of noise, or than before: a column a thousand times as large makes
+    /// any misfit a small share of what was measured.
+    pub(super) fn is_no_farther_from_noise(&self, before: &Self) -> bool {
+        let both = self.chi2_per_dof.zip(before.chi2_per_dof);
+        self.is_noise() || both.is_none_or(|(after, before)| after <= before)
+    }
+
     /// What the change takes off the misfit, in standard uncertainties of one amplitude.
     pub(super) fn significance(&self, after: &Self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

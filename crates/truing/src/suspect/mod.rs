@@ -10,6 +10,7 @@ mod channel;
 mod clock;
 mod examine;
 mod hypothesis;
+mod label;
 mod misfit;
 mod named;
 mod order;
@@ -17,6 +18,7 @@ mod physics;
 mod search;
 mod setting;
 mod sign;
+mod slip;
 mod thinned;
 mod unit;
 mod yardstick;
@@ -25,12 +27,14 @@ pub(crate) use channel::{channels, place_standing_still, rows_left_out, standing
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::Hypothesis;
+pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
 pub use named::Suspect;
 pub(crate) use order::{
-    cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges, farthest, rows_shifted,
-    rows_shifted_by, swapped_names,
+    copied_channels, copied_coordinates, cycles, exchanged_blocks, exchanged_rows,
+    exchanged_targets, exchanges, farthest, rows_shifted, rows_shifted_by, swapped_names,
 };
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;
+pub(crate) use slip::slips;
 pub(crate) use unit::{Dimension, all_in_metres, units};
 pub(crate) use yardstick::{Yardstick, spread_of};

@@ -8,6 +8,9 @@ use crate::measured::Fitted;
 /// Rows in which targets must come again before they are known by it.
 const FEWEST_TARGETS: usize = 8;
 
+/// Different values of two columns that read the same, from which on it is no accident.
+const FEWEST_COPIED: usize = 5;
+
 /// Two columns of a table exchanged, every pair of those given.
 pub(crate) fn exchanges(
     file: &'static str,
@@ -29,6 +32,50 @@ pub(crate) fn exchanges(
         }
     }
     all
+}
+
+/// Two columns that read the same in every row, as a design may ask for and no two readings do.
+fn copied(file: &'static str, table: &Table, pair: [&str; 2]) -> Option<Hypothesis> {
+    let (mut one, other) = (table.numbers(pair[0])?, table.numbers(pair[1])?);
+    let is_same = one.iter().zip(&other).all(|(a, b)| a.total_cmp(b).is_eq());
+    one.sort_by(f64::total_cmp);
+    one.dedup();
+    if !is_same || one.len() < FEWEST_COPIED {
+        return None;
+    }
+    let description = format!(
+        "the columns {} of {file} read the same in all {} rows: one was copied over the other; put \
+         back its own values",
+        listed(&pair),
+        other.len()
+    );
+    Some(Hypothesis::of("input:copied", (file, &pair), description, Vec::new()))
+}
+
+/// Channels of which two read the same in every row: no two do that are measured.
+pub(crate) fn copied_channels(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    copies(file, table, columns).into_iter().map(Hypothesis::shown).collect()
+}
+
+/// Coordinates of which two read the same in every row: of places on a diagonal they do.
+pub(crate) fn copied_coordinates(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    copies(file, table, columns).into_iter().map(Hypothesis::shown_if_gross).collect()
+}
+
+fn copies(file: &'static str, table: Option<&Table>, columns: &[&str]) -> Vec<Hypothesis> {
+    let there = present(table, columns);
+    let Some(table) = table else { return Vec::new() };
+    let later = |i: usize| there[i + 1..].iter().map(move |other| (i, *other));
+    let pairs = (0..there.len()).flat_map(later);
+    pairs.filter_map(|(i, other)| copied(file, table, [there[i], other])).collect()
 }
 
 /// Targets and what was reached under each other's names: targets come again to the last digit, and

@@ -5,6 +5,7 @@ use model_discrepancy::{Closure, Verdict};
 use super::hypothesis::Proof;
 use super::misfit::Misfit;
 use super::search::{Found, Plain, Trials, is_evident};
+use super::yardstick::Yardstick;
 use crate::Case;
 use crate::count::count;
 use crate::settled::{Settled, settled};
@@ -85,9 +86,20 @@ impl Physics {
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }
 
-    /// Whether it takes most of the misfit: of tables that do not belong together it takes little.
-    pub(super) fn takes_most(&self) -> bool {
-        self.closure().is_some_and(|c| c.after.train_rms <= EXPLAINED * c.before.train_rms)
+    /// Whether named effects explain the case: a correction without a cause explains anything beside any
+    /// change.
+    fn is_explained_by_name(&self) -> bool {
+        let is_named = |closure: &Closure| closure.empirical.is_empty();
+        self.is_explained() && self.closure().is_some_and(is_named)
+    }
+
+    /// Whether it takes most of the misfit, and what it leaves is not gross still: of tables that do not
+    /// belong together it takes little, or what goes with the order of their rows.
+    pub(super) fn takes_most(&self, yardstick: &Yardstick) -> bool {
+        let gross = yardstick.unmatched.max(yardstick.gross) * yardstick.spread;
+        self.closure().is_some_and(|Closure { before, after, .. }| {
+            after.train_rms <= EXPLAINED * before.train_rms && after.train_rms < gross
+        })
     }
 
     /// Whether it leaves clearly more than a mistake that explains everything alone.
@@ -131,7 +143,9 @@ impl Physics {
         for found in helping {
             let Ok(mended) = case.with(&found.named.edits) else { continue };
             let closed = Self::of(&mended);
-            let Some(leaves) = closed.left().filter(|_| closed.is_explained()) else { continue };
+            let Some(leaves) = closed.left().filter(|_| closed.is_explained_by_name()) else {
+                continue;
+            };
             let dof = found.after.map_or(0, |after| after.dof);
             let is_better = left >= PHYSICS_LEAVES * leaves && is_evident(dof, left / leaves);
             let imitates = self.imitates(&closed, dof);

@@ -142,7 +142,7 @@ impl Trials {
             }
         };
         let is_possible =
-            |(h, m): &&Tried| !is_free && h.proof == Proof::Data || m.as_ref().is_some_and(sound);
+            |(h, m): &&Tried| !is_free && h.is_shown(true) || m.as_ref().is_some_and(sound);
         best(self.all.iter().filter(is_possible).cloned().collect(), false)
     }
 
@@ -154,13 +154,15 @@ impl Trials {
         let dof = self.dof.unwrap_or(plain.misfit.dof);
         let is_left = |h: &Hypothesis, m: &Misfit| {
             let least = if h.is_of_a_stretch() { LEAST_OF_A_STRETCH } else { LEAST_LEFT };
-            h.proof == Proof::Data || m.dof >= dof.div_ceil(least)
+            h.is_shown(is_gross) || m.dof >= dof.div_ceil(least)
         };
-        let gross = |h: &Hypothesis, m: &Misfit| is_left(h, m) && gain(m) >= GROSS_GAIN;
+        let gross = |h: &Hypothesis, m: &Misfit| {
+            is_left(h, m) && gain(m) >= GROSS_GAIN && m.is_no_farther_from_noise(&plain.misfit)
+        };
         if is_gross && let Some(found) = best(self.pick(gross), false) {
             return Some(found);
         }
-        let shown = self.pick(|h, m| h.proof == Proof::Data && gain(m) >= SUBTLE_GAIN);
+        let shown = self.pick(|h, m| h.is_shown(is_gross) && gain(m) >= SUBTLE_GAIN);
         if let Some(found) = best(shown, false) {
             return Some(found);
         }
@@ -170,7 +172,7 @@ impl Trials {
             is_left(h, m) && to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
         };
         let subtle = best(self.pick(subtle), true);
-        let shown = self.all.iter().find(|(h, _)| h.proof == Proof::Data);
+        let shown = self.all.iter().find(|(h, _)| h.is_shown(is_gross));
         // What brings the fit to the noise goes before what the data show and nothing mends.
         match shown.filter(|_| subtle.as_ref().is_none_or(|s| !s.is_to_noise())) {
             Some((shown, _)) => Some(Found::unmended(shown.clone())),

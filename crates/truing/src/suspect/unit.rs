@@ -28,7 +28,7 @@ impl Dimension {
     }
 
     /// Units that people write instead, and what they are in the file's own.
-    fn others(self) -> &'static [(&'static str, f64)] {
+    pub(super) fn others(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Length => &[
                 ("inches", MM_PER_INCH),
@@ -130,8 +130,8 @@ pub(crate) fn all_in_metres(tables: &[(&'static str, Option<&Table>, &[&str])]) 
 }
 
 /// A factor with as many digits as it takes.
-fn shown(factor: f64) -> String {
+pub(super) fn shown(factor: f64) -> String {
     let short = format!("{factor:.6}");
     let short = short.trim_end_matches('0').trim_end_matches('.');
-    if factor < 0.01 { format!("{factor:.6e}") } else { short.to_owned() }
+    if factor.abs() < 0.01 { format!("{factor:.6e}") } else { short.to_owned() }
 }

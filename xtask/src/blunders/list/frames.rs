@@ -1,11 +1,12 @@
 //! Mistakes between two frames, and in poses of a flange.
 
 use super::{
-    EXCHANGED, FROM, INCH, LABELS, Mistake, QUATERNION, ROWS, SESSION, SIGN, STUCK, TO, UNIT, XYZ,
-    of,
+    COPIED, EXCHANGED, FROM, INCH, LABELS, Mistake, POINT, QUATERNION, ROWS, SESSION, SIGN, STUCK,
+    TO, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    exchanged, of_another_session, rows_exchanged, scaled, setting_scaled, shifted, stuck,
+    copied, exchanged, of_another_session, point_lost, rows_exchanged, scaled, setting_scaled,
+    shifted, sorted, stuck,
 };
 
 pub(super) fn pairs() -> Vec<Mistake> {
@@ -31,6 +32,11 @@ pub(super) fn pairs() -> Vec<Mistake> {
         of("a table of another session", SESSION, |f, draw| {
             of_another_session(f, ("pairs.csv", TO), draw.other)
         }),
+        of("a column copied over another", COPIED, |f, _| copied(f, ("pairs.csv", &TO[1..]))),
+        of("a decimal point lost", POINT, |f, draw| {
+            point_lost(f, ("pairs.csv", &["from_x_mm"]), draw.seed)
+        }),
+        of("a table sorted by its x", SESSION, |f, _| sorted(f, ("pairs.csv", TO))),
     ]
 }
 

@@ -1,11 +1,11 @@
 //! Mistakes in logs and strokes of a head.
 
 use super::{
-    CELLS, CLIPS, CLOCK, DIAMETER, EXCHANGED, INCH, LABELS, LENGTHS, Mistake, POUND, ROWS, SESSION,
-    SIGN, STUCK, UNIT, of,
+    CELLS, CLIPS, CLOCK, COPIED, DIAMETER, EXCHANGED, INCH, LABELS, LENGTHS, Mistake, POUND, ROWS,
+    SESSION, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    blocks_exchanged, clipped, exchanged, of_another_session, on_another_clock, scaled,
+    blocks_exchanged, clipped, copied, exchanged, of_another_session, on_another_clock, scaled,
     setting_scaled, shifted, shifted_up, stuck,
 };
 
@@ -59,6 +59,7 @@ pub(super) fn log() -> Vec<Mistake> {
         of("cells of another session", SESSION, |f, draw| {
             of_another_session(f, (LOG, CELLS), draw.other)
         }),
+        of("f1 copied over f3", COPIED, |f, _| copied(f, (LOG, &["f1_n", "f3_n"]))),
     ]
 }
 

@@ -1,11 +1,12 @@
 //! Mistakes in touches of a part, its drawing and its probe.
 
 use super::{
-    DIAMETER, DIAMETER_OR_HALF, EXCHANGED, INCH, LABELS, Mistake, NORMAL, ROWS, SESSION, SIDE,
-    SIGN, STUCK, UNIT, XYZ, of,
+    COPIED, DIAMETER, DIAMETER_OR_HALF, EXCHANGED, INCH, LABELS, Mistake, NORMAL, POINT, ROWS,
+    SESSION, SIDE, SIGN, STUCK, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    exchanged, of_another_session, rows_exchanged, scaled, setting_scaled, shifted, stuck,
+    copied, exchanged, of_another_session, point_lost, reversed, rows_exchanged, scaled,
+    setting_scaled, shifted, stuck,
 };
 
 /// Points of a part.
@@ -29,6 +30,10 @@ pub(super) fn touched_points() -> Vec<Mistake> {
             of_another_session(f, ("edge.csv", XYZ), draw.other)
         }),
         of("side touches in inches", UNIT, |f, _| scaled(f, ("edge.csv", XYZ), INCH)),
+        of("x copied over y", COPIED, |f, _| copied(f, (POINTS, &XYZ[..2]))),
+        of("a decimal point lost in z", POINT, |f, draw| {
+            point_lost(f, (POINTS, &["z_mm"]), draw.seed)
+        }),
     ]
 }
 
@@ -53,6 +58,11 @@ pub(super) fn touches() -> Vec<Mistake> {
         of("normals inward", NORMAL, |f, _| scaled(f, (TOUCHES, APPROACH), -1.0)),
         of("nx and nz exchanged", EXCHANGED, |f, _| exchanged(f, (TOUCHES, &["nx", "nz"]))),
         of("nz of the other sign", SIGN, |f, _| scaled(f, (TOUCHES, &["nz"]), -1.0)),
+        of("x copied over y", COPIED, |f, _| copied(f, (TOUCHES, &XYZ[..2]))),
+        of("a decimal point lost in z", POINT, |f, draw| {
+            point_lost(f, (TOUCHES, &["z_mm"]), draw.seed)
+        }),
+        of("approaches in reverse order", ROWS, |f, _| reversed(f, (TOUCHES, APPROACH))),
     ]
 }
 

@@ -1,11 +1,12 @@
 //! Mistakes in presses, hanging tools and runs of an axis.
 
 use super::{
-    CLIPS, EXCHANGED, FORCES, INCH, LABELS, MACHINE, MOMENTS, Mistake, POUND, QUATERNION, RADIAN,
-    ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, of,
+    CLIPS, COPIED, EXCHANGED, FORCES, INCH, LABELS, MACHINE, MOMENTS, Mistake, POUND, QUATERNION,
+    RADIAN, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    clipped, exchanged, of_another_session, rows_exchanged, scaled, setting_scaled, shifted, stuck,
+    clipped, copied, exchanged, of_another_session, rows_exchanged, scaled, setting_scaled,
+    shifted, stuck,
 };
 
 pub(super) fn presses() -> Vec<Mistake> {
@@ -35,6 +36,7 @@ pub(super) fn presses() -> Vec<Mistake> {
         of("wrenches of another session", SESSION, |f, draw| {
             of_another_session(f, (WRENCH, &[FORCES, MOMENTS].concat()), draw.other)
         }),
+        of("mx copied over my", COPIED, |f, _| copied(f, (WRENCH, &MOMENTS[..2]))),
     ]
 }
 

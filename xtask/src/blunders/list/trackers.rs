@@ -4,8 +4,8 @@ use super::{
     AXIS, EXCHANGED, INCH, LABELS, Mistake, RADIAN, ROWS, SESSION, SIGN, STUCK, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    exchanged, names_exchanged, of_another_session, scaled, setting_scaled, setting_to, shifted,
-    stuck,
+    exchanged, names_exchanged, of_another_session, scaled, scaled_of_one, setting_scaled,
+    setting_to, shifted, stuck,
 };
 
 pub(super) fn ranges() -> Vec<Mistake> {
@@ -44,6 +44,9 @@ pub(super) fn ranges() -> Vec<Mistake> {
         }),
         of("mounts of another session", SESSION, |f, draw| {
             of_another_session(f, ("mounts.csv", XYZ), draw.other)
+        }),
+        of("displacements of one station in metres", UNIT, |f, draw| {
+            scaled_of_one(f, (RANGES, ["station", "displacement_mm"]), (1e-3, draw.seed))
         }),
     ]
 }

@@ -271,7 +271,9 @@ impl<'a> Survey<'a> {
             * (size("range-scale", None, "scale") + size("bad-station", Some(station), "scale"));
         for column in self.table.ending("_c") {
             let excess_k = self.table.numbers(&column)[row] - 20.0;
-            longer += 1e-6 * read * excess_k * size("temperature", Some(&column), "scale");
+            let size = |name: &str| size("temperature", Some(&column), name);
+            let dead = sight.length - read;
+            longer += 1e-6 * excess_k * (read * size("scale") + dead * size("of dead path"));
         }
         let hours = self.since_lock_on(row) / if self.timed { 3600.0 } else { 1.0 };
         longer += hours * size("range-drift", None, "rate at lock-on")

@@ -70,7 +70,7 @@ pub(crate) fn cells() -> Vec<Cell> {
         }),
         cell("wavelength follows the air", Named("temperature"), |seed| {
             let run = Run { record_air: true, ..base(seed) };
-            with(&run, 1, |a, d| Defect::Temperature(a * sign(d)))
+            with(&run, 1, |a, d| Defect::Wavelength(a * sign(d)))
         }),
         cell("wrong wavelength, stations known to 0.5 µm", Named("range-scale"), |seed| {
             with(&known(seed), 1, |a, d| Defect::RangeScale(a * sign(d)))

@@ -136,6 +136,7 @@ fn read_mm(
             l + jump
         }
         Defect::Temperature(per_k) => l * (1.0 + per_k * (at.air_c - 20.0)),
+        Defect::Wavelength(per_k) => l + norm(&beam) * per_k * (at.air_c - 20.0),
         _ => l,
     }
 }

@@ -33,8 +33,10 @@ pub(crate) enum Defect {
     DeadPathJump(usize, usize, usize, f64),
     /// A reflector slips in its magnetic nest: which, from which step on, mm.
     MountSlip(usize, usize, [f64; 3]),
-    /// The wavelength follows the recorded temperature of the air: relative per kelvin.
+    /// What was counted follows the recorded temperature of the air: relative per kelvin.
     Temperature(f64),
+    /// The wavelength does, of all the light on its way, dead path included: relative per kelvin.
+    Wavelength(f64),
     /// The axis is not where the drawing has it: displacement of its origin, mm, and tilt, rad.
     AxisMoved([f64; 3], [f64; 3]),
     /// One of the six errors of the axis: which, how often per turn, mm or rad, phase.

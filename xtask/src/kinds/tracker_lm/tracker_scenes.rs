@@ -55,7 +55,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("bad-station", files(&known(run(706, Defect::BadStation(1, 120e-6))))),
         (
             "temperature",
-            files(&Run { record_air: true, ..known(run(707, Defect::Temperature(-8e-6))) }),
+            files(&Run { record_air: true, ..known(run(707, Defect::Wavelength(-8e-6))) }),
         ),
         ("dead-path-jump", files(&run(708, Defect::DeadPathJump(1, 2, 6, 0.006)))),
         ("mount-slip", files(&run(709, Defect::MountSlip(1, 6, [0.02, 0.015, -0.02])))),

@@ -8,9 +8,9 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Record, Yardstick, channels, clocks, cycles, exchanged_blocks,
-    exchanges, lengths, rows_left_out, rows_shifted, rows_shifted_by, scaled_setting, signs,
-    spread_of, standing_still, stretches, units,
+    Dimension, Hypothesis, Record, Yardstick, channels, clocks, copied_channels, cycles,
+    exchanged_blocks, exchanges, lengths, rows_left_out, rows_shifted, rows_shifted_by,
+    scaled_setting, signs, spread_of, standing_still, stretches, units,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -41,6 +41,9 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(LOG, rows)];
     all.extend(channels(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), without));
+    for family in [&[&CELLS[..], &[REFERENCE]].concat()[..], &LENGTHS] {
+        all.extend(copied_channels(LOG, table, family));
+    }
     // A slide may stand still: there the fit decides.
     all.extend(standing_still(LOG, table, &LENGTHS, without));
     all.extend(units(LOG, table, &CELLS, Dimension::Force));

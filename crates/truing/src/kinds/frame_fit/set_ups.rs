@@ -1,6 +1,6 @@
 //! Labels of poses and places of set-ups that are not what the tables say.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use frame_fit::{Mislabelled, TipPose, mislabelled};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -11,10 +11,8 @@ use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::QUATERNION;
 use crate::measured::Fitted;
-use crate::suspect::Hypothesis;
+use crate::suspect::{Hypothesis, Label, labelled};
 
-/// Different labels in a column, at most: each costs a fit.
-const MOST_LABELS: usize = 60;
 /// Logarithm of the likelihood ratio that a moved group of points must reach, as for any mistake:
 /// odds of 1 to 10¹³, which two or three components of a shift do not spend.
 const MISPLACED_EVIDENCE: f64 = 30.0;
@@ -96,7 +94,7 @@ pub(super) fn misplaced(files: &Files, table: &Table, fitted: &Fitted) -> Vec<Hy
     }
     let before: f64 = fitted.observations.iter().map(|o| square(&o.residual)).sum();
     let mut all = Vec::new();
-    for (label, name, rows) in labelled(table) {
+    for Label { column: label, name, rows } in labelled(table, &[KNOWN, &[SESSION]].concat()) {
         let rest: Vec<usize> = (0..n).filter(|row| !rows.contains(row)).collect();
         let edits = [Edit { file: PAIRS, change: Change::Keep { rows: rest } }];
         let without = files.with(&edits).read().ok().and_then(|r| r.measured.fit().ok());
@@ -146,29 +144,6 @@ pub(super) fn misplaced(files: &Files, table: &Table, fitted: &Fitted) -> Vec<Hy
         let mut found = Hypothesis::of("input:misplaced", (PAIRS, &FROM[..d]), description, edits);
         found.subject = format!("{PAIRS}: {label} {name}");
         all.push(found);
-    }
-    all
-}
-
-/// Labels of the table with their rows: each on two rows or more, and on a third of all at most.
-fn labelled(table: &Table) -> Vec<(String, String, Vec<usize>)> {
-    let mut all: Vec<(String, String, Vec<usize>)> = Vec::new();
-    for (column, label) in table.names().iter().enumerate() {
-        let is_text = |row: usize| table.cell(row, column).parse::<f64>().is_err();
-        let own = KNOWN.contains(&label.as_str()) || label == SESSION;
-        if own || !(0..table.n_rows()).all(is_text) {
-            continue;
-        }
-        let mut of_column: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for row in 0..table.n_rows() {
-            of_column.entry(table.cell(row, column)).or_default().push(row);
-        }
-        if of_column.len() > MOST_LABELS {
-            continue;
-        }
-        let usable = |rows: &Vec<usize>| rows.len() > 1 && 3 * rows.len() <= table.n_rows();
-        let found = of_column.into_iter().filter(|(_, rows)| usable(rows));
-        all.extend(found.map(|(name, rows)| (label.clone(), name.to_owned(), rows)));
     }
     all
 }

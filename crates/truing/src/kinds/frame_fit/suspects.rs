@@ -10,9 +10,9 @@ use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, all_in_metres, cycles, exchanged_rows, exchanges, farthest,
-    other_setting, rows_left_out, rows_shifted, signs, spread_of, standing_still, swapped_names,
-    units,
+    Dimension, Hypothesis, Yardstick, all_in_metres, copied_coordinates, cycles, exchanged_rows,
+    exchanges, farthest, other_setting, rows_left_out, rows_shifted, signs, slips, spread_of,
+    standing_still, swapped_names, units,
 };
 
 /// The two sides of the table.
@@ -54,11 +54,15 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
     for side in TO_AND_FROM {
+        all.extend(copied_coordinates(PAIRS, Some(table), &side));
         all.extend(exchanges(PAIRS, Some(table), &side));
         all.extend(cycles(PAIRS, Some(table), side));
     }
     all.push(handedness(files));
     all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
+    let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
+    let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
+    all.extend(slips(PAIRS, Some(table), &[FROM, TO].concat(), far));
     if let Some(fitted) = fitted {
         all.extend(exchanged_rows(PAIRS, Some(table), &TO, &farthest(fitted, FARTHEST)));
         for column in TO.iter().chain(&FROM) {
@@ -85,6 +89,7 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         [(POSES, table, &POSITION), (DISTANCES, known.as_ref(), &["distance_mm"])];
     all.extend(all_in_metres(&lengths));
     all.extend(signs(POSES, table, &POSITION));
+    all.extend(copied_coordinates(POSES, table, &POSITION));
     all.extend(exchanges(POSES, table, &POSITION));
     all.extend(cycles(POSES, table, POSITION));
     all.extend(scalar_last(POSES));

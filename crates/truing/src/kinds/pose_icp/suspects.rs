@@ -1,6 +1,7 @@
 //! What may be wrong with touches of a part, its drawing or its probe.
 
 use super::settings::{EDGE, POINTS};
+use super::tables::KNOWN;
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
@@ -18,7 +19,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         let edge = files.folder.table(EDGE, &columns).ok();
         all.extend(mistakes_of_points(EDGE, edge.as_ref()));
     }
-    all.extend(mistakes_of_rows(POINTS, table, fitted));
+    all.extend(mistakes_of_rows(POINTS, table, KNOWN, fitted));
     all
 }
 

@@ -8,7 +8,7 @@ use crate::case::{
 };
 
 pub(super) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-const KNOWN: &[&str] = &["point", XYZ[0], XYZ[1], XYZ[2], "use"];
+pub(super) const KNOWN: &[&str] = &["point", XYZ[0], XYZ[1], XYZ[2], "use"];
 /// Four side touches and the centre.
 const EDGE_ROWS: usize = 5;
 

@@ -1,11 +1,12 @@
 //! What may be wrong with the touches of a probe, its ball or the drawing of the part.
 
 use super::settings::{MICRO, TOUCHES};
+use super::tables::KNOWN;
 use crate::case::Table;
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, exchanges, lengths, other_setting, signs};
+use crate::suspect::{Hypothesis, exchanges, lengths, other_setting, rows_shifted, signs};
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
 
@@ -24,7 +25,8 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     all.extend(outward(table));
     all.extend(exchanges(TOUCHES, table, &APPROACH));
     all.extend(signs(TOUCHES, table, &APPROACH));
-    all.extend(mistakes_of_rows(TOUCHES, table, fitted));
+    all.extend(rows_shifted(TOUCHES, table, &APPROACH, None));
+    all.extend(mistakes_of_rows(TOUCHES, table, KNOWN, fitted));
     all
 }
 

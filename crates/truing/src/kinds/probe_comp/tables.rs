@@ -15,7 +15,7 @@ pub(super) const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
 pub(super) const GUIDE: [&str; 2] = ["guide_x_mm", "guide_y_mm"];
 pub(super) const SPINDLE: &str = "spindle_deg";
 const NEEDED: &[&str] = &["touch", XYZ[0], XYZ[1], XYZ[2]];
-const KNOWN: &[&str] = &[
+pub(super) const KNOWN: &[&str] = &[
     "touch",
     XYZ[0],
     XYZ[1],

@@ -11,8 +11,9 @@ use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, cycles, exchanges, other_setting, place_standing_still,
-    rows_left_out, rows_shifted, signs, spread_of, standing_still, swapped_names, units,
+    Dimension, Hypothesis, Yardstick, copied_coordinates, cycles, exchanges, other_setting,
+    place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, spread_of,
+    standing_still, swapped_names, units,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -57,6 +58,8 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         let column = ["displacement_mm"];
         all.extend(units(file, read, &column, Dimension::Length));
         all.extend(signs(file, read, &column));
+        let of_station = ["station", column[0]];
+        all.extend(readings_of_one(file, read, of_station, Dimension::Length));
         all.extend(shifted(file, read, &column));
     }
     all.extend(of_places(STATIONS, stations));
@@ -134,6 +137,7 @@ fn shifted(file: &'static str, read: Option<&Table>, columns: &[&str]) -> Vec<Hy
 
 fn of_places(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = units(file, table, &PLACE, Dimension::Length);
+    all.extend(copied_coordinates(file, table, &PLACE));
     all.extend(exchanges(file, table, &PLACE));
     all.extend(cycles(file, table, PLACE));
     all.extend(signs(file, table, &PLACE));

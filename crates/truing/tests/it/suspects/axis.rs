@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{change, first, scale, survey, swap};
+use super::{change, first, fixture, scale, survey, swap};
 use crate::command::Case;
 
 /// A sound axis, six rounds of eight targets.
@@ -96,4 +96,17 @@ fn readings_of_a_short_table_that_stand_still_are_stuck() {
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:stuck", "{step}");
     assert_eq!(step["subject"], "pairs.csv: to_x_mm");
+}
+
+#[test]
+fn one_station_in_another_unit_is_named() {
+    let files = ["case.toml", "stations.csv", "mounts.csv", "ranges.csv"];
+    let case = fixture("tracker-lm/nothing", &files);
+    change(&case, "ranges.csv", &["station", "displacement_mm"], |n, old| {
+        let mm = old[n][1].parse::<f64>().unwrap();
+        vec![old[n][0].clone(), format!("{}", if old[n][0] == "S2" { mm / 1e3 } else { mm })]
+    });
+    let said = case.run("loop");
+    let said = format!("{}{}", said.stdout, said.stderr);
+    assert!(said.contains("metres, where `station` is `S2`: multiply these by 1000"), "{said}");
 }

@@ -147,3 +147,14 @@ fn a_column_some_rows_further_down_is_no_delay() {
         assert_eq!(answer["steps"].as_array().unwrap().len(), 1);
     }
 }
+
+#[test]
+fn a_cell_that_reads_what_another_reads_is_a_copy() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["f1_n", "f3_n"], |n, old| {
+        vec![old[n][0].clone(), old[n][0].clone()]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:copied");
+    assert_eq!(step["subject"], "log.csv: f1_n, f3_n");
+}

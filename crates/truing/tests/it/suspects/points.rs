@@ -186,3 +186,74 @@ fn places_that_stand_still_are_named_though_nothing_can_be_fitted() {
     let text = said.stdout + &said.stderr;
     assert!(text.contains("`x_mm`, `y_mm`, `z_mm` of targets.csv are stuck"), "{text}");
 }
+
+/// One column pasted over another is a map that loses a direction, which shear and scale would explain.
+#[test]
+fn a_column_that_is_a_copy_of_another_is_named() {
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm", "to_y_mm"], |n, old| {
+        vec![old[n][0].clone(), old[n][0].clone()]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:copied");
+    assert_eq!(step["subject"], "pairs.csv: to_x_mm, to_y_mm");
+    // Where touches cannot be fitted, too.
+    let case = fixture("pose-icp/nothing-white", &["case.toml", "points.csv", "edge.csv"]);
+    change(&case, "points.csv", &["x_mm", "y_mm"], |n, old| {
+        vec![old[n][0].clone(), old[n][0].clone()]
+    });
+    let said = case.run("loop");
+    let said = format!("{}{}", said.stdout, said.stderr);
+    assert!(said.contains("`x_mm`, `y_mm` of points.csv read the same"), "{said}");
+}
+
+#[test]
+fn a_number_without_its_decimal_point_is_named_with_what_it_should_be() {
+    let at = |n: usize, row: usize| if n == row { 10.0 } else { 1.0 };
+    for (name, files, file, column) in [
+        ("frame-fit/nothing-white", &["case.toml", "pairs.csv"][..], "pairs.csv", "from_x_mm"),
+        ("pose-icp/nothing-white", &["case.toml", "points.csv", "edge.csv"], "points.csv", "z_mm"),
+        ("probe-comp/nothing-white", &["case.toml", "touches.csv"], "touches.csv", "z_mm"),
+    ] {
+        let case = fixture(name, files);
+        change(&case, file, &[column], |n, old| {
+            vec![format!("{}", old[n][0].parse::<f64>().unwrap() * at(n, 4))]
+        });
+        let said = case.run("loop");
+        let said = format!("{}{}", said.stdout, said.stderr);
+        assert!(said.contains("has its decimal point in another place"), "{name}: {said}");
+        assert!(said.contains(&format!("`{column}` in line 6 of {file}")), "{name}: {said}");
+    }
+}
+
+/// Of rows that were sorted, a drift along their order takes most and leaves a third of all.
+#[test]
+fn a_table_that_was_sorted_does_not_belong_to_the_other() {
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm", "to_y_mm", "to_z_mm"], |n, old| {
+        let mut sorted = old.to_vec();
+        let x = |row: &Vec<String>| row[0].parse::<f64>().unwrap();
+        sorted.sort_by(|a, b| x(a).total_cmp(&x(b)));
+        sorted.swap_remove(n)
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unmatched");
+}
+
+#[test]
+fn touches_of_another_part_are_named_by_their_label() {
+    let case = fixture("probe-comp/nothing-white", &["case.toml", "touches.csv"]);
+    let part = |row: usize| ["A", "B", "C"][row / 3 % 3];
+    let text = std::fs::read_to_string(case.file("touches.csv")).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header = format!("{},part\n", lines.next().unwrap());
+    let rows = lines.enumerate().map(|(row, line)| format!("{line},{}\n", part(row)));
+    case.write("touches.csv", header + &rows.collect::<String>());
+    change(&case, "touches.csv", &["z_mm"], |n, old| {
+        let z_mm = old[n][0].parse::<f64>().unwrap();
+        vec![format!("{}", if part(n) == "B" { 1.2 * z_mm - 0.5 } else { z_mm })]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:misplaced");
+    assert_eq!(step["subject"], "touches.csv: part B");
+}

@@ -1,0 +1,118 @@
+//! What is wrong with the rows of one label alone.
+
+use std::collections::BTreeMap;
+
+use super::hypothesis::{Hypothesis, listed};
+use super::unit::{Dimension, shown};
+use crate::case::{Change, Edit, Table};
+
+/// Different labels in a column, at most: each costs a fit.
+const MOST_LABELS: usize = 60;
+
+/// Rows of a table with the same text in a column.
+pub(crate) struct Label {
+    pub(crate) column: String,
+    pub(crate) name: String,
+    pub(crate) rows: Vec<usize>,
+}
+
+/// Labels in the columns of text that are not among those `known`: each on two rows or more, and on less
+/// than half of all where there are but two, of which either may be the odd one.
+pub(crate) fn labelled(table: &Table, known: &[&str]) -> Vec<Label> {
+    let mut all = Vec::new();
+    for (index, column) in table.names().iter().enumerate() {
+        let is_text = |row: usize| table.cell(row, index).parse::<f64>().is_err();
+        if known.contains(&column.as_str()) || !(0..table.n_rows()).all(is_text) {
+            continue;
+        }
+        let labels = labels_of(table, index);
+        if labels.len() > MOST_LABELS {
+            continue;
+        }
+        let are_many = labels.len() > 2;
+        let is_usable = |rows: &[usize]| {
+            rows.len() > 1
+                && rows.len() < table.n_rows()
+                && (are_many || 2 * rows.len() < table.n_rows())
+        };
+        let usable = labels.into_iter().filter(|(_, rows)| is_usable(rows));
+        all.extend(usable.map(|(name, rows)| Label {
+            column: column.clone(),
+            name: name.to_owned(),
+            rows,
+        }));
+    }
+    all
+}
+
+fn labels_of(table: &Table, column: usize) -> BTreeMap<&str, Vec<usize>> {
+    let mut labels: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for row in 0..table.n_rows() {
+        labels.entry(table.cell(row, column)).or_default().push(row);
+    }
+    labels
+}
+
+/// The rows of each label left out, as those of another part.
+pub(crate) fn of_another_part(
+    file: &'static str,
+    table: Option<&Table>,
+    known: &[&str],
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let without = |Label { column, name, rows }: Label| {
+        let description = format!(
+            "the {} rows of {file} with `{column}` = `{name}` do not fit the others: they are of another \
+             part, or stood elsewhere; leave them out, or measure them again",
+            rows.len()
+        );
+        let kept = (0..table.n_rows()).filter(|row| !rows.contains(row)).collect();
+        let edits = vec![Edit { file, change: Change::Keep { rows: kept } }];
+        let found = Hypothesis::of("input:misplaced", (file, &[&column]), description, edits);
+        Hypothesis { subject: format!("{file}: {column} {name}"), ..found }
+    };
+    labelled(table, known).into_iter().map(without).collect()
+}
+
+/// The readings in `column` of one instrument, by its name in `label`, in another unit or of the other
+/// sign.
+pub(crate) fn readings_of_one(
+    file: &'static str,
+    table: Option<&Table>,
+    [label, column]: [&str; 2],
+    dimension: Dimension,
+) -> Vec<Hypothesis> {
+    let of_label = || {
+        let (index, values) = (table?.column(label)?, table?.numbers(column)?);
+        Some((labels_of(table?, index), values))
+    };
+    let Some((labels, read)) = of_label() else { return Vec::new() };
+    if labels.len() < 2 {
+        return Vec::new();
+    }
+    let of_one = |(name, rows): (&str, Vec<usize>)| {
+        let wrong = |effect: &'static str, what: String, factor: f64| {
+            let mut values = read.clone();
+            for &row in &rows {
+                values[row] *= factor;
+            }
+            let description = format!(
+                "{} of {file} {what} where `{label}` is `{name}`: multiply these by {}",
+                listed(&[column]),
+                shown(factor)
+            );
+            let change = Change::Replace { column: column.to_owned(), values };
+            let edits = vec![Edit { file, change }];
+            let found = Hypothesis::of(effect, (file, &[column]), description, edits);
+            Hypothesis { subject: format!("{file}: {column} of {name}"), ..found }
+        };
+        let of_unit = |(unit, factor): &(&str, f64)| {
+            let what = format!("is in another unit than its name says, {unit},");
+            wrong("input:unit", what, *factor)
+        };
+        let mut all: Vec<Hypothesis> = dimension.others().iter().map(of_unit).collect();
+        all.push(wrong("input:sign", "has the opposite sign".to_owned(), -1.0));
+        all
+    };
+    labels.into_iter().flat_map(of_one).collect()
+}
