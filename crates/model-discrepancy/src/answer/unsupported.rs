@@ -49,15 +49,18 @@ pub(crate) fn unsupported(
     last(true).filter(|_| !are_accidents).map(|i| left(i, NO_ACCIDENT))
 }
 
-/// What was added, where check groups are not predicted any better: it stands, and explains nothing.
+/// What was added, where unseen groups are not predicted any better, weighed by their uncertainties or
+/// as the error is reported: it stands, and explains nothing.
 pub(crate) fn no_gain(
     context: &Context<'_>,
     (chosen, lin): (&Selected<'_>, &Linear<'_>),
     summaries: &Summaries,
 ) -> Option<Remaining> {
     let is_of_many = |added: &Added| !is_bad_reading(context, chosen, lin, added);
-    let is_gainless = summaries.unseen_ratio >= 1.0 && chosen.added.iter().any(is_of_many);
-    let shape = if summaries.gain_ratio < 1.0 {
+    let rises = summaries.after.held_out_rms > summaries.before.held_out_rms;
+    let is_gainless =
+        (summaries.unseen_ratio >= 1.0 || rises) && chosen.added.iter().any(is_of_many);
+    let shape = if summaries.gain_ratio < 1.0 && !summaries.strays.is_empty() {
         format!(
             "what was added predicts them but for {}, without which something else is chosen: measure \
              there again",

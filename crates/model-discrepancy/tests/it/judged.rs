@@ -71,6 +71,35 @@ fn what_the_last_decimal_hides_is_not_added() {
     assert_ne!(coarse.verdict, Verdict::NothingMissing);
 }
 
+/// A check point known a hundred times less well says nothing once it is weighed; but the error that is reported is
+/// its error, and that rises.
+#[test]
+fn what_raises_the_reported_error_on_check_groups_explains_nothing() {
+    const COARSE: usize = 25;
+    let explained = |coarse_by: f64| {
+        let points = points(30, 6);
+        let mut errors = noise(30, 0.01, 0.0, &mut ChaCha8Rng::seed_from_u64(1006));
+        for (i, (e, p)) in errors.iter_mut().zip(&points).enumerate() {
+            *e += p * (if i == COARSE { coarse_by } else { 8e-5 });
+        }
+        let mut model = body(&points, &errors);
+        for group in &mut model.declared.layout.groups[20..] {
+            group.role = Role::Check;
+        }
+        for row in model.declared.layout.rows.iter_mut().filter(|r| r.observation == COARSE) {
+            row.sigma *= 100.0;
+        }
+        close_loop(&model, &coordinates(&points), &Options::default()).unwrap()
+    };
+    let sound = explained(8e-5);
+    assert_eq!(sound.verdict, Verdict::Explained, "{:?}", sound.remaining);
+    let against = explained(-8e-4);
+    assert_eq!(against.steps[0].effect, "scale");
+    assert!(against.after.held_out_rms > against.before.held_out_rms);
+    assert_eq!(against.verdict, Verdict::StructureRemains);
+    assert!(against.remaining.iter().any(|r| r.covariate == "unseen groups"));
+}
+
 #[test]
 fn check_groups_are_judged_and_never_fitted() {
     let (mut model, points) = scaled_body(6, 30);
