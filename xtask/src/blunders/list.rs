@@ -28,6 +28,7 @@ const UNIT: &[&str] = &["input:unit", "in another unit"];
 const EXCHANGED: &[&str] = &["exchanged"];
 const SIGN: &[&str] = &["opposite sign", "reversed"];
 const ROWS: &[&str] = &["input:row-shift", "are shifted one row"];
+const REVERSED: &[&str] = &["input:row-shift", "in reverse order"];
 const LABELS: &[&str] = &["labels"];
 const CLIPS: &[&str] = &["input:saturation", "saturates"];
 const STUCK: &[&str] = &["input:stuck", "is stuck", "are stuck"];

@@ -28,7 +28,8 @@ pub(crate) fn slips(
         let mut all: Vec<(usize, f64)> =
             largest(&values).flat_map(|row| LOST.map(|factor| (row, factor))).collect();
         if let Some((fitted, rows)) = far {
-            all.extend(rows.iter().flat_map(|&row| like(fitted, row, values[row])));
+            let known = rows.iter().copied().filter(|&row| row < values.len());
+            all.extend(known.flat_map(|row| like(fitted, row, values[row])));
         }
         all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         all.dedup();

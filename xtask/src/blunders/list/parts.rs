@@ -1,8 +1,8 @@
 //! Mistakes in touches of a part, its drawing and its probe.
 
 use super::{
-    COPIED, DIAMETER, DIAMETER_OR_HALF, EXCHANGED, INCH, LABELS, Mistake, NORMAL, POINT, ROWS,
-    SESSION, SIDE, SIGN, STUCK, UNIT, XYZ, of,
+    COPIED, DIAMETER, DIAMETER_OR_HALF, EXCHANGED, INCH, LABELS, Mistake, NORMAL, POINT, REVERSED,
+    ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
     copied, exchanged, of_another_session, point_lost, reversed, rows_exchanged, scaled,
@@ -62,7 +62,7 @@ pub(super) fn touches() -> Vec<Mistake> {
         of("a decimal point lost in z", POINT, |f, draw| {
             point_lost(f, (TOUCHES, &["z_mm"]), draw.seed)
         }),
-        of("approaches in reverse order", ROWS, |f, _| reversed(f, (TOUCHES, APPROACH))),
+        of("approaches in reverse order", REVERSED, |f, _| reversed(f, (TOUCHES, APPROACH))),
     ]
 }
 
