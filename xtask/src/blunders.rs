@@ -219,8 +219,18 @@ impl Tally {
         let text = |step: &Value| format!("{} {}", step["effect"], step["description"]);
         let is_input =
             |step: &&Value| step["effect"].as_str().is_some_and(|e| e.starts_with("input:"));
+        // An effect that says itself that it cannot be told from a mistake names that, too.
+        let is_tied = |step: &&Value| {
+            let rivals = step["indistinguishable_from"].as_array();
+            rivals.into_iter().flatten().filter_map(Value::as_str).any(|r| r.starts_with("input:"))
+        };
+        let rivals = steps.iter().filter(is_tied);
         let said = match answer.code {
-            Some(0) => steps.iter().filter(is_input).map(text).collect::<Vec<_>>().join(" "),
+            Some(0) => {
+                let rivals = rivals.filter_map(|step| step["separate_by"].as_str());
+                let named = steps.iter().filter(is_input).map(text);
+                named.chain(rivals.map(str::to_owned)).collect::<Vec<_>>().join(" ")
+            }
             _ => answer.message.clone(),
         };
         let verdict = answer.json["verdict"].as_str().unwrap_or("refused").to_owned();
@@ -228,7 +238,7 @@ impl Tally {
         if !named && is_unseen(sound, &answer.json) {
             return Self { unseen: 1, ..Self::default() };
         }
-        let is_confident = ["explained", "nothing-missing"].contains(&&*verdict);
+        let is_confident = !named && ["explained", "nothing-missing"].contains(&&*verdict);
         let answers = if named { Vec::new() } else { vec![format!("{verdict}: {said}")] };
         let (named, confident) = (usize::from(named), usize::from(is_confident));
         Self { cases: 1, named, confident, unseen: 0, answers }

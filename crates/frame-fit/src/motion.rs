@@ -161,11 +161,6 @@ impl<const D: usize> Moved<D> {
         }
     }
 
-    /// The displacement, taken by a matrix.
-    pub(crate) fn turned(&self, by: &SMatrix<f64, D, D>) -> Self {
-        Self { strain: by * self.strain, shift_mm: by * self.shift_mm }
-    }
-
     /// The motion as a map, about `pivot_mm`.
     pub(crate) fn map(&self, pivot_mm: &SVector<f64, D>) -> FrameMap<D> {
         FrameMap {

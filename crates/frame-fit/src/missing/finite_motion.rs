@@ -1,7 +1,7 @@
 //! What a finite motion does, by its parameters, and how these are reported.
 
 use geometry::so3;
-use nalgebra::{DVector, SMatrix, SVector, Vector3};
+use nalgebra::{DVector, Matrix3, SMatrix, SVector};
 
 use crate::Transform;
 use crate::motion::{Motion, Moved, finite, rotation_vector};
@@ -32,11 +32,8 @@ pub(crate) fn derivatives<const D: usize>(
     let moved = SMatrix::identity() + strain;
     let turns = so3::left_jacobian(&rotation_vector(motions, parameters));
     let derivative = |motion: &Motion| match motion {
-        // ∂(exp(r) v)/∂r = −[exp(r) v]× J_l(r), column by column.
         Motion::Rotation(axis) if !is_linear => {
-            let turn = turns.column(*axis).cross_matrix();
-            let turn = SMatrix::<f64, D, D>::from_fn(|row, column| turn[(row, column)]);
-            Moved { strain: turn * moved, shift_mm: SVector::zeros() }
+            Moved { strain: turn::<D>(&turns, *axis) * moved, shift_mm: SVector::zeros() }
         }
         _ => Moved {
             strain: motion.strain::<D>() * moved,
@@ -46,12 +43,19 @@ pub(crate) fn derivatives<const D: usize>(
     motions.iter().map(derivative).collect()
 }
 
-/// `∂(exp(r) v)/∂r`, `D × 3`, from the rotated `v`: `−[exp(r) v]× J_l(r)`.
-pub(crate) fn rotation_derivative<const D: usize>(
-    rotation_rad: &Vector3<f64>,
-    rotated_mm: &SVector<f64, D>,
-) -> SMatrix<f64, D, 3> {
-    let rotated = Vector3::from_fn(|k, _| if k < D { rotated_mm[k] } else { 0.0 });
-    let derivative = -rotated.cross_matrix() * so3::left_jacobian(rotation_rad);
-    SMatrix::from_fn(|row, column| derivative[(row, column)])
+/// The matrix of `∂(exp(r) v)/∂r = [J_l(r) e]× exp(r) v` along one axis `e`, which takes the rotated
+/// `exp(r) v`; `left_jacobian` is `J_l(r)`.
+pub(crate) fn turn<const D: usize>(
+    left_jacobian: &Matrix3<f64>,
+    axis: usize,
+) -> SMatrix<f64, D, D> {
+    let turn = left_jacobian.column(axis).cross_matrix();
+    SMatrix::from_fn(|row, column| turn[(row, column)])
+}
+
+impl<const D: usize> Moved<D> {
+    /// The displacement, taken by a matrix.
+    pub(crate) fn turned(&self, by: &SMatrix<f64, D, D>) -> Self {
+        Self { strain: by * self.strain, shift_mm: by * self.shift_mm }
+    }
 }

@@ -2,9 +2,10 @@
 
 use std::ops::RangeInclusive;
 
+use geometry::so3;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
-use crate::missing::finite_motion::rotation_derivative;
+use crate::missing::finite_motion::turn;
 use crate::motion::{self, axis_pairs};
 
 /// What one effect does.
@@ -309,7 +310,11 @@ pub(crate) fn rotation_columns<const D: usize>(
     amplitude: &DVector<f64>,
     rotated_mm: &SVector<f64, D>,
 ) -> DMatrix<f64> {
-    let all = rotation_derivative(&rotation_vector::<D>(amplitude), rotated_mm);
+    let left_jacobian = so3::left_jacobian(&rotation_vector::<D>(amplitude));
     let first = if D == 2 { 2 } else { 0 };
-    DMatrix::from_fn(D, 3 - first, |row, k| all[(row, first + k)])
+    let mut columns = DMatrix::zeros(D, 3 - first);
+    for (axis, mut column) in (first..3).zip(columns.column_iter_mut()) {
+        column.copy_from(&(turn::<D>(&left_jacobian, axis) * rotated_mm));
+    }
+    columns
 }

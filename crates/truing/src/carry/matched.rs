@@ -13,7 +13,7 @@ use crate::case::quote;
 use crate::estimated::LoopParameter;
 
 /// Prefix of what the loop corrects along a column without knowing why.
-const EMPIRICAL: &str = "covariate:";
+pub(crate) const EMPIRICAL: &str = "covariate:";
 
 /// Ending of the ids of effects that go with the course of one session.
 const DRIFT: &str = "drift";

@@ -9,6 +9,6 @@ mod problem;
 pub use learnt::{Learnt, read_learnt};
 pub(crate) use learnt::{LearntParameter, LearntStep};
 pub use matched::CarriedEffect;
-pub(crate) use matched::{Matched, is_of_one_observation, matched};
+pub(crate) use matched::{EMPIRICAL, Matched, is_of_one_observation, matched};
 pub(crate) use model::carrying;
 pub use problem::CarryProblem;

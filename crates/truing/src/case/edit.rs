@@ -14,8 +14,8 @@ pub(crate) struct Edit {
 /// What is changed.
 #[derive(Clone, Debug)]
 pub(crate) enum Change {
-    /// Numbers of some columns, times a factor.
-    Scale { columns: Vec<String>, factor: f64 },
+    /// Numbers of some columns, times a factor: in all rows, or in these, in ascending order.
+    Scale { columns: Vec<String>, rows: Option<Vec<usize>>, factor: f64 },
     /// `columns[i]` gets the cells of `sources[i]`.
     Permute { columns: Vec<String>, sources: Vec<String> },
     /// Every row of some columns gets the cells of another.
@@ -30,6 +30,8 @@ pub(crate) enum Change {
     Add { column: String, values: Vec<f64> },
     /// Columns that the table does not have, with a cell for each of its rows, and rows at the end.
     Append { columns: Vec<(String, Vec<String>)>, rows: Vec<Vec<String>> },
+    /// The file is not there; only for one that a case need not have.
+    Omit,
     /// A setting of `case.toml`, by the path of its keys.
     Setting { path: Vec<&'static str>, value: toml::Value },
 }
@@ -59,19 +61,22 @@ impl Change {
     }
 
     fn keeps_all_rows(&self) -> bool {
-        !matches!(self, Self::Keep { .. } | Self::Append { .. } | Self::Setting { .. })
+        !matches!(self, Self::Keep { .. } | Self::Append { .. } | Self::Omit | Self::Setting { .. })
     }
 
     /// These rows of the table with the change.
     fn of_rows(&self, table: &Table, kept: &[usize]) -> Table {
         let index = |name: &String| table.column(name);
         match self {
-            Self::Scale { columns, factor } => {
+            Self::Scale { columns, rows, factor } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
+                let is_of = |row| rows.as_ref().is_none_or(|rows| rows.binary_search(&row).is_ok());
                 table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     match cell.parse::<f64>() {
-                        Ok(value) if columns.contains(&column) => written(value * factor),
+                        Ok(value) if columns.contains(&column) && is_of(row) => {
+                            written(value * factor)
+                        }
                         _ => cell.into(),
                     }
                 })
@@ -133,7 +138,7 @@ impl Change {
                 })
             }
             Self::Append { columns, rows } => table.appended(columns, rows),
-            Self::Setting { .. } => table.clone(),
+            Self::Omit | Self::Setting { .. } => table.clone(),
         }
     }
 
@@ -187,8 +192,12 @@ mod tests {
 
     #[test]
     fn a_scale_touches_numbers_of_its_columns_alone() {
-        let scaled = Change::Scale { columns: names(&["id", "x"]), factor: 0.5 }.of_table(&table());
+        let columns = names(&["id", "x"]);
+        let scaled = Change::Scale { columns, rows: None, factor: 0.5 }.of_table(&table());
         assert_eq!(cells(&scaled), [["a", "0.5", "10"], ["b", "1.0", "20"], ["c", "1.5", "30"]]);
+        let (columns, rows) = (names(&["x"]), Some(vec![2]));
+        let one = Change::Scale { columns, rows, factor: -1.0 }.of_table(&table());
+        assert_eq!(cells(&one), [["a", "1", "10"], ["b", "2", "20"], ["c", "-3.0", "30"]]);
     }
 
     #[test]

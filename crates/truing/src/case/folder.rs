@@ -103,7 +103,8 @@ impl Folder {
 
     /// Whether there is anything by the name `file`.
     pub(crate) fn has(&self, file: &str) -> bool {
-        self.path.join(file).symlink_metadata().is_ok()
+        let is_omitted = |edit: &Edit| edit.file == file && matches!(edit.change, Change::Omit);
+        !self.edits.iter().any(is_omitted) && self.path.join(file).symlink_metadata().is_ok()
     }
 
     /// The text of `file` without its byte order mark.

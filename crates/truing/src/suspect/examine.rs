@@ -2,7 +2,7 @@ use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::Misfit;
 use super::named::Suspect;
 use super::order::exchanged_with;
-use super::physics::Physics;
+use super::physics::{Contest, Physics};
 use super::search::{Found, Plain, Trials};
 use crate::case::Edit;
 use crate::kind::Files;
@@ -81,8 +81,12 @@ fn decide(
         return (Some(unmatched(case, plain)), None);
     }
     let physics = physics.get_or_insert_with(|| Physics::of(case));
-    if let Some(found) = found.filter(|found| physics.loses_to(case, found, &plain.misfit)) {
-        return (Some(found), None);
+    if let Some(found) = found {
+        match physics.beside_alone(case, &found, &plain.misfit) {
+            Contest::Lost => return (Some(found), None),
+            Contest::Tied(after_it) => physics.tie(&found, &after_it),
+            Contest::Won => {}
+        }
     }
     if let Some((found, after)) = physics.beside(case, helping, plain) {
         return (Some(found), Some(after));

@@ -1,4 +1,4 @@
-use crate::case::{CASE_FILE, Edit};
+use crate::case::{CASE_FILE, Change, Edit};
 
 /// One thing that may be wrong with the input, and the change that mends it.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub(crate) enum Proof {
     Gross,
     /// The data themselves, however good the fit is.
     Certain,
+    /// The fit, where it is worse than any physics makes it.
+    FitIfGross,
     /// The fit; and physics that does the same would have to go against its own nature.
     Unphysical,
 }
@@ -47,11 +49,6 @@ impl Hypothesis {
         Self { proof: Proof::Data, ..self }
     }
 
-    /// The same, as shown by the data where the fit is worse than any physics makes it.
-    pub(crate) fn shown_if_gross(self) -> Self {
-        Self { proof: Proof::Gross, ..self }
-    }
-
     /// The same, as shown by the data whether the fit suffers or not.
     pub(crate) fn certain(self) -> Self {
         Self { proof: Proof::Certain, ..self }
@@ -70,6 +67,11 @@ impl Hypothesis {
     /// Whether it leaves out one stretch of rows, which the data name and no fit has chosen.
     pub(crate) fn is_of_a_stretch(&self) -> bool {
         self.effect == "input:stuck"
+    }
+
+    /// Whether it leaves out a whole file.
+    pub(crate) fn omits_a_file(&self) -> bool {
+        self.edits.iter().any(|edit| matches!(edit.change, Change::Omit))
     }
 
     /// Whether only numbers of `case.toml` change.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::hypothesis::{Hypothesis, listed};
+use super::hypothesis::{Hypothesis, Proof, listed, owned};
 use super::unit::{Dimension, shown};
 use crate::case::{Change, Edit, Table};
 
@@ -53,7 +53,8 @@ fn labels_of(table: &Table, column: usize) -> BTreeMap<&str, Vec<usize>> {
     labels
 }
 
-/// The rows of each label left out, as those of another part.
+/// The rows of each label left out, as those of another part, where the misfit is gross: where it is not,
+/// a part that was moved is an effect of the catalogue.
 pub(crate) fn of_another_part(
     file: &'static str,
     table: Option<&Table>,
@@ -69,7 +70,11 @@ pub(crate) fn of_another_part(
         let kept = (0..table.n_rows()).filter(|row| !rows.contains(row)).collect();
         let edits = vec![Edit { file, change: Change::Keep { rows: kept } }];
         let found = Hypothesis::of("input:misplaced", (file, &[&column]), description, edits);
-        Hypothesis { subject: format!("{file}: {column} {name}"), ..found }
+        Hypothesis {
+            subject: format!("{file}: {column} {name}"),
+            proof: Proof::FitIfGross,
+            ..found
+        }
     };
     labelled(table, known).into_iter().map(without).collect()
 }
@@ -83,25 +88,19 @@ pub(crate) fn readings_of_one(
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
     let of_label = || {
-        let (index, values) = (table?.column(label)?, table?.numbers(column)?);
-        Some((labels_of(table?, index), values))
+        let table = table.filter(|table| table.column(column).is_some())?;
+        Some(labels_of(table, table.column(label)?))
     };
-    let Some((labels, read)) = of_label() else { return Vec::new() };
-    if labels.len() < 2 {
-        return Vec::new();
-    }
+    let Some(labels) = of_label().filter(|labels| labels.len() > 1) else { return Vec::new() };
     let of_one = |(name, rows): (&str, Vec<usize>)| {
         let wrong = |effect: &'static str, what: String, factor: f64| {
-            let mut values = read.clone();
-            for &row in &rows {
-                values[row] *= factor;
-            }
             let description = format!(
                 "{} of {file} {what} where `{label}` is `{name}`: multiply these by {}",
                 listed(&[column]),
                 shown(factor)
             );
-            let change = Change::Replace { column: column.to_owned(), values };
+            let (columns, rows) = (owned(&[column]), Some(rows.clone()));
+            let change = Change::Scale { columns, rows, factor };
             let edits = vec![Edit { file, change }];
             let found = Hypothesis::of(effect, (file, &[column]), description, edits);
             Hypothesis { subject: format!("{file}: {column} of {name}"), ..found }

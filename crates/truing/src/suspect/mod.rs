@@ -26,12 +26,12 @@ mod yardstick;
 pub(crate) use channel::{channels, place_standing_still, rows_left_out, standing_still};
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
-pub(crate) use hypothesis::Hypothesis;
+pub(crate) use hypothesis::{Hypothesis, Proof};
 pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
 pub use named::Suspect;
 pub(crate) use order::{
-    copied_channels, copied_coordinates, cycles, exchanged_blocks, exchanged_rows,
-    exchanged_targets, exchanges, farthest, rows_shifted, rows_shifted_by, swapped_names,
+    copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges, farthest,
+    rows_shifted, rows_shifted_by, swapped_names,
 };
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;

@@ -1,4 +1,4 @@
-use super::hypothesis::{Hypothesis, listed, owned};
+use super::hypothesis::{Hypothesis, Proof, listed, owned};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -17,21 +17,22 @@ pub(crate) fn exchanges(
     table: Option<&Table>,
     columns: &[&str],
 ) -> Vec<Hypothesis> {
-    let there = present(table, columns);
-    let mut all = Vec::new();
-    for (i, one) in there.iter().enumerate() {
-        for other in &there[i + 1..] {
-            let pair = [*one, *other];
-            let description = format!(
-                "the columns {} of {file} are exchanged (swapped): exchange their headings",
-                listed(&pair)
-            );
-            let change = Change::Permute { columns: owned(&pair), sources: owned(&[*other, *one]) };
-            let edits = vec![Edit { file, change }];
-            all.push(Hypothesis::of("input:exchanged", (file, &pair), description, edits));
-        }
-    }
-    all
+    let of_pair = |pair: [&str; 2]| {
+        let description = format!(
+            "the columns {} of {file} are exchanged (swapped): exchange their headings",
+            listed(&pair)
+        );
+        let sources = owned(&[pair[1], pair[0]]);
+        let change = Change::Permute { columns: owned(&pair), sources };
+        Hypothesis::of("input:exchanged", (file, &pair), description, vec![Edit { file, change }])
+    };
+    pairs(&present(table, columns)).map(of_pair).collect()
+}
+
+/// Every two of the names, in their order.
+fn pairs<'c>(names: &[&'c str]) -> impl Iterator<Item = [&'c str; 2]> {
+    let later = move |i: usize| names[i + 1..].iter().map(move |other| [names[i], *other]);
+    (0..names.len()).flat_map(later)
 }
 
 /// Two columns that read the same in every row, as a design may ask for and no two readings do.
@@ -52,30 +53,18 @@ fn copied(file: &'static str, table: &Table, pair: [&str; 2]) -> Option<Hypothes
     Some(Hypothesis::of("input:copied", (file, &pair), description, Vec::new()))
 }
 
-/// Channels of which two read the same in every row: no two do that are measured.
-pub(crate) fn copied_channels(
+/// Columns of which two read the same in every row, with what that proves: of channels that are measured
+/// no two do, of places on a diagonal they may.
+pub(crate) fn copies(
     file: &'static str,
     table: Option<&Table>,
     columns: &[&str],
+    proof: Proof,
 ) -> Vec<Hypothesis> {
-    copies(file, table, columns).into_iter().map(Hypothesis::shown).collect()
-}
-
-/// Coordinates of which two read the same in every row: of places on a diagonal they do.
-pub(crate) fn copied_coordinates(
-    file: &'static str,
-    table: Option<&Table>,
-    columns: &[&str],
-) -> Vec<Hypothesis> {
-    copies(file, table, columns).into_iter().map(Hypothesis::shown_if_gross).collect()
-}
-
-fn copies(file: &'static str, table: Option<&Table>, columns: &[&str]) -> Vec<Hypothesis> {
-    let there = present(table, columns);
     let Some(table) = table else { return Vec::new() };
-    let later = |i: usize| there[i + 1..].iter().map(move |other| (i, *other));
-    let pairs = (0..there.len()).flat_map(later);
-    pairs.filter_map(|(i, other)| copied(file, table, [there[i], other])).collect()
+    let there = present(Some(table), columns);
+    let found = pairs(&there).filter_map(|pair| copied(file, table, pair));
+    found.map(|found| Hypothesis { proof, ..found }).collect()
 }
 
 /// Targets and what was reached under each other's names: targets come again to the last digit, and

@@ -1,12 +1,13 @@
 //! What the loop's physics makes of a case, worked out once.
 
-use model_discrepancy::{Closure, Verdict};
+use model_discrepancy::{Closure, Step, Verdict};
 
-use super::hypothesis::Proof;
+use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::Misfit;
 use super::search::{Found, Plain, Trials, is_evident};
 use super::yardstick::Yardstick;
 use crate::Case;
+use crate::carry::EMPIRICAL;
 use crate::count::count;
 use crate::settled::{Settled, settled};
 
@@ -39,6 +40,16 @@ const HELPS: f64 = 1.3;
 /// The same where physics alone explains the case: then the mistake must be the larger part.
 const HELPS_MOST: f64 = 3.0;
 
+/// How physics stands beside a mistake.
+pub(super) enum Contest {
+    /// It explains the case better.
+    Won,
+    /// It explains no more; this is what it makes of the case without the mistake.
+    Tied(Physics),
+    /// It leaves clearly more, or is the less likely.
+    Lost,
+}
+
 /// The loop closed on a case with nothing carried to it.
 pub(super) struct Physics(Option<Settled>);
 
@@ -70,6 +81,20 @@ impl Physics {
         self.closure().map_or(0, |closure| closure.steps.len())
     }
 
+    /// Steps before the first correction without a cause, and what these leave: such a correction
+    /// explains anything beside any change.
+    fn by_name(&self) -> Option<(usize, f64)> {
+        let closure = self.closure()?;
+        let is_named = |step: &&Step| !step.effect.starts_with(EMPIRICAL);
+        let named = closure.steps.iter().take_while(is_named).count();
+        let left = match named {
+            n if n == closure.steps.len() => closure.after.train_rms,
+            0 => closure.before.train_rms,
+            n => closure.steps[n - 1].train_rms,
+        };
+        Some((named, left))
+    }
+
     fn amplitudes(&self) -> usize {
         self.closure().map_or(0, |c| c.steps.iter().map(|step| step.parameters.len()).sum())
     }
@@ -86,11 +111,8 @@ impl Physics {
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }
 
-    /// Whether named effects explain the case: a correction without a cause explains anything beside any
-    /// change.
-    fn is_explained_by_name(&self) -> bool {
-        let is_named = |closure: &Closure| closure.empirical.is_empty();
-        self.is_explained() && self.closure().is_some_and(is_named)
+    fn has_names_alone(&self) -> bool {
+        self.closure().is_some_and(|closure| closure.empirical.is_empty())
     }
 
     /// Whether it takes most of the misfit, and what it leaves is not gross still: of tables that do not
@@ -102,29 +124,58 @@ impl Physics {
         })
     }
 
-    /// Whether it leaves clearly more than a mistake that explains everything alone.
-    pub(super) fn loses_to(&self, case: &Case, found: &Found, before: &Misfit) -> bool {
+    /// How it stands beside a mistake that explains everything alone.
+    pub(super) fn beside_alone(&self, case: &Case, found: &Found, before: &Misfit) -> Contest {
         // Straight lines between readings average their noise: a clock gains √2 by that alone.
         let gain = found.after.map_or(0.0, |after| before.gain(&after));
         if found.named.proof == Proof::Unphysical && gain >= PHYSICS_LEAVES {
-            return true;
+            return Contest::Lost;
         }
         let after_it = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));
-        let Some(after_it) = after_it else { return false };
-        let Some(mended) = after_it.left() else { return false };
-        let Some(left) = self.left() else { return true };
+        let Some(after_it) = after_it else { return Contest::Won };
+        let Some((named, mended)) = after_it.by_name() else { return Contest::Won };
+        let Some(left) = self.left() else { return Contest::Lost };
         let is_mild = MILD.contains(&found.named.effect);
-        let is_simpler = found.named.is_of_settings() && after_it.steps() < self.steps();
+        let is_simpler = found.named.is_of_settings() && named < self.steps();
         let least = if is_simpler { IMITATION_OF_SETTING } else { IMITATION };
         let is_exact = found.after.is_some_and(|after| before.significance(&after) >= least);
-        // Two readings that are each other's: physics needs a bad reading for either.
-        let is_fewer = found.named.effect == LABELS && after_it.steps() + 2 <= self.steps();
+        // Two readings that are each other's: physics needs a bad reading for either. What is left
+        // out frees as much as an effect does.
+        let is_of_two = found.named.effect == LABELS || found.named.omits_a_file();
+        let is_fewer = is_of_two && named + 2 <= self.steps();
         let is_of_both =
             found.after.is_some_and(|after| before.significance(&after) >= IMITATION_OF_SETTING);
         let dof = found.after.map_or(0, |after| after.dof);
-        left >= PHYSICS_LEAVES * mended
-            || left >= self.imitates(&after_it, dof) * mended
-                && (!is_mild && is_exact || is_fewer && is_of_both)
+        let is_equal = left >= self.imitates(&after_it, dof) * mended;
+        if left >= PHYSICS_LEAVES * mended
+            || is_equal && (!is_mild && is_exact || is_fewer && is_of_both)
+        {
+            Contest::Lost
+        } else if is_equal && after_it.is_explained() && named < self.steps() {
+            Contest::Tied(after_it)
+        } else {
+            Contest::Won
+        }
+    }
+
+    /// Its steps that are not needed once a mistake is mended, as rivals of that.
+    pub(super) fn tie(&mut self, found: &Found, after_it: &Self) {
+        let needed: Vec<_> = after_it.closure().into_iter().flat_map(|c| &c.steps).collect();
+        let Some(settled) = &mut self.0 else { return };
+        let is_needed = |step: &Step| {
+            needed.iter().any(|other| other.effect == step.effect && other.subject == step.subject)
+        };
+        for step in settled.closure.steps.iter_mut().filter(|step| !is_needed(step)) {
+            let mistakes = std::iter::once(&found.named).chain(&found.rivals);
+            let labels: Vec<String> = mistakes.map(Hypothesis::label).collect();
+            step.indistinguishable_from.extend(labels.iter().cloned());
+            step.rivals.extend(labels);
+            let input = format!("look at the input first: {}", found.named.description);
+            step.separate_by = Some(match step.separate_by.take() {
+                Some(known) => format!("{known}; or {input}"),
+                None => input,
+            });
+        }
     }
 
     /// The mistake beside which physics explains what it does not explain alone, or explains with
@@ -143,7 +194,9 @@ impl Physics {
         for found in helping {
             let Ok(mended) = case.with(&found.named.edits) else { continue };
             let closed = Self::of(&mended);
-            let Some(leaves) = closed.left().filter(|_| closed.is_explained_by_name()) else {
+            let Some(leaves) =
+                closed.left().filter(|_| closed.is_explained() && closed.has_names_alone())
+            else {
                 continue;
             };
             let dof = found.after.map_or(0, |after| after.dof);

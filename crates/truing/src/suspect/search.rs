@@ -75,6 +75,11 @@ impl Found {
 }
 
 impl Plain {
+    /// Whether the misfit is more than any physics of usual size makes.
+    fn is_gross(&self) -> bool {
+        self.misfit.share >= self.yardstick.gross
+    }
+
     /// Whether there is any misfit to explain.
     pub(super) fn is_suspicious(&self) -> bool {
         let Misfit { share, chi2_per_dof, dof, .. } = self.misfit;
@@ -101,7 +106,9 @@ pub(super) struct Trials {
 
 impl Trials {
     /// Of a long record on some of its samples: what is named is to be tried on all of them.
-    pub(super) fn of(files: &Files, list: Vec<Hypothesis>, plain: Option<&Plain>) -> Self {
+    pub(super) fn of(files: &Files, mut list: Vec<Hypothesis>, plain: Option<&Plain>) -> Self {
+        let is_gross = plain.is_some_and(Plain::is_gross);
+        list.retain(|hypothesis| is_gross || hypothesis.proof != Proof::FitIfGross);
         let thinned = Thinned::of(files, plain.map(|plain| &plain.misfit));
         Self::of_those(files, list, thinned.as_ref())
     }
@@ -148,7 +155,7 @@ impl Trials {
 
     /// The mistake that explains the whole misfit, if one does.
     pub(super) fn explaining(&self, plain: &Plain) -> Option<Found> {
-        let is_gross = plain.misfit.share >= plain.yardstick.gross;
+        let is_gross = plain.is_gross();
         let gain = |m: &Misfit| plain.misfit.gain(m);
         // Few rows fit anything.
         let dof = self.dof.unwrap_or(plain.misfit.dof);

@@ -22,7 +22,7 @@ pub(crate) fn signs(
             listed(set),
             if set.len() == 1 { "has" } else { "have" }
         );
-        let change = Change::Scale { columns: owned(set), factor: -1.0 };
+        let change = Change::Scale { columns: owned(set), rows: None, factor: -1.0 };
         Hypothesis::of("input:sign", (file, set), description, vec![Edit { file, change }])
     };
     sets.iter().map(of_set).collect()

@@ -1,6 +1,6 @@
 //! One number written down wrong.
 
-use super::hypothesis::{Hypothesis, listed};
+use super::hypothesis::{Hypothesis, listed, owned};
 use crate::case::{Change, Edit, Table};
 use crate::measured::Fitted;
 
@@ -63,8 +63,6 @@ fn slip(
     factor: f64,
 ) -> Hypothesis {
     let (line, read, meant) = (table.line(row), values[row], values[row] / factor);
-    let mut values = values.to_vec();
-    values[row] = meant;
     let (effect, what) = if factor < 0.0 {
         ("input:sign", "has the opposite sign")
     } else {
@@ -76,7 +74,8 @@ fn slip(
         table.cell(row, 0),
         shortest(meant)
     );
-    let change = Change::Replace { column: name.to_owned(), values };
+    let columns = owned(&[name]);
+    let change = Change::Scale { columns, rows: Some(vec![row]), factor: 1.0 / factor };
     let found = Hypothesis::of(effect, (file, &[name]), description, vec![Edit { file, change }]);
     Hypothesis { subject: format!("{file}: {name} in line {line}"), ..found }
 }

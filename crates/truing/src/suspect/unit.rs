@@ -94,7 +94,7 @@ pub(crate) fn units(
                 listed(set),
                 shown(factor)
             );
-            let change = Change::Scale { columns: owned(set), factor };
+            let change = Change::Scale { columns: owned(set), rows: None, factor };
             Hypothesis::of("input:unit", (file, set), description, vec![Edit { file, change }])
         };
         dimension.others().iter().map(one).collect()
@@ -122,7 +122,7 @@ pub(crate) fn all_in_metres(tables: &[(&'static str, Option<&Table>, &[&str])]) 
         shown(MM_PER_M)
     );
     let edit = |(file, columns): &(&'static str, Vec<&str>)| {
-        let change = Change::Scale { columns: owned(columns), factor: MM_PER_M };
+        let change = Change::Scale { columns: owned(columns), rows: None, factor: MM_PER_M };
         Edit { file, change }
     };
     let edits = there.iter().map(edit).collect();

@@ -8,7 +8,7 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Record, Yardstick, channels, clocks, copied_channels, cycles,
+    Dimension, Hypothesis, Proof, Record, Yardstick, channels, clocks, copies, cycles,
     exchanged_blocks, exchanges, lengths, rows_left_out, rows_shifted, rows_shifted_by,
     scaled_setting, signs, spread_of, standing_still, stretches, units,
 };
@@ -42,7 +42,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(LOG, rows)];
     all.extend(channels(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), without));
     for family in [&[&CELLS[..], &[REFERENCE]].concat()[..], &LENGTHS] {
-        all.extend(copied_channels(LOG, table, family));
+        all.extend(copies(LOG, table, family, Proof::Data));
     }
     // A slide may stand still: there the fit decides.
     all.extend(standing_still(LOG, table, &LENGTHS, without));

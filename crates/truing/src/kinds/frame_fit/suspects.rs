@@ -10,7 +10,7 @@ use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, all_in_metres, copied_coordinates, cycles, exchanged_rows,
+    Dimension, Hypothesis, Proof, Yardstick, all_in_metres, copies, cycles, exchanged_rows,
     exchanges, farthest, other_setting, rows_left_out, rows_shifted, signs, slips, spread_of,
     standing_still, swapped_names, units,
 };
@@ -54,7 +54,7 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
     for side in TO_AND_FROM {
-        all.extend(copied_coordinates(PAIRS, Some(table), &side));
+        all.extend(copies(PAIRS, Some(table), &side, Proof::Gross));
         all.extend(exchanges(PAIRS, Some(table), &side));
         all.extend(cycles(PAIRS, Some(table), side));
     }
@@ -89,7 +89,7 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         [(POSES, table, &POSITION), (DISTANCES, known.as_ref(), &["distance_mm"])];
     all.extend(all_in_metres(&lengths));
     all.extend(signs(POSES, table, &POSITION));
-    all.extend(copied_coordinates(POSES, table, &POSITION));
+    all.extend(copies(POSES, table, &POSITION, Proof::Gross));
     all.extend(exchanges(POSES, table, &POSITION));
     all.extend(cycles(POSES, table, POSITION));
     all.extend(scalar_last(POSES));

@@ -9,9 +9,9 @@ use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, channels, copied_channels, copied_coordinates, cycles,
-    exchanged_rows, exchanged_targets, exchanges, farthest, lengths, other_setting, rows_left_out,
-    rows_shifted, scaled_setting, signs, spread_of, standing_still, units,
+    Dimension, Hypothesis, Proof, Yardstick, channels, copies, cycles, exchanged_rows,
+    exchanged_targets, exchanges, farthest, lengths, other_setting, rows_left_out, rows_shifted,
+    scaled_setting, signs, spread_of, standing_still, units,
 };
 
 const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
@@ -51,8 +51,8 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let without = |wrench: &Table, rows: &[bool]| presses_left_out(wrench, &known, rows);
     let mut all = channels(WRENCH, Some(&wrench), &[&FORCES[..], &MOMENTS].concat(), without);
     let (wrench, known) = (Some(&wrench), Some(&known));
-    all.extend(copied_channels(WRENCH, wrench, &FORCES));
-    all.extend(copied_channels(WRENCH, wrench, &MOMENTS));
+    all.extend(copies(WRENCH, wrench, &FORCES, Proof::Data));
+    all.extend(copies(WRENCH, wrench, &MOMENTS, Proof::Data));
     all.extend(units(WRENCH, wrench, &FORCES, Dimension::Force));
     all.extend(units(WRENCH, wrench, &MOMENTS, Dimension::Moment));
     all.extend(units(PRESSES, known, &MACHINE, Dimension::Length));
@@ -61,7 +61,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let other_side = "of the opposite sign, on the wrong side of the sensor's reference point";
     let z0 = ["contact", "z0_mm"];
     all.extend(scaled_setting(&files.document, &z0, "input:side", other_side, -1.0));
-    all.extend(copied_coordinates(PRESSES, known, &MACHINE));
+    all.extend(copies(PRESSES, known, &MACHINE, Proof::Gross));
     all.extend(exchanges(PRESSES, known, &MACHINE));
     all.extend(signs(PRESSES, known, &MACHINE));
     all.extend(rows_shifted(PRESSES, known, &MACHINE, None));
@@ -132,8 +132,8 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(GRAVITY, table, &MOMENTS, Dimension::Moment));
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(GRAVITY, rows)];
     all.extend(standing_still(GRAVITY, table, &wrench, without));
-    all.extend(copied_channels(GRAVITY, table, &FORCES));
-    all.extend(copied_channels(GRAVITY, table, &MOMENTS));
+    all.extend(copies(GRAVITY, table, &FORCES, Proof::Data));
+    all.extend(copies(GRAVITY, table, &MOMENTS, Proof::Data));
     all.extend(of_wrench(GRAVITY, table));
     all.extend(scalar_last(GRAVITY));
     all.extend(signs(GRAVITY, table, &QUATERNION[1..]));

@@ -2,6 +2,7 @@
 
 use super::settings::{EDGE, POINTS};
 use super::tables::KNOWN;
+use crate::case::{Change, Edit};
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
@@ -18,9 +19,20 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     if files.folder.has(EDGE) {
         let edge = files.folder.table(EDGE, &columns).ok();
         all.extend(mistakes_of_points(EDGE, edge.as_ref()));
+        all.push(of_another_place());
     }
     all.extend(mistakes_of_rows(POINTS, table, KNOWN, fitted));
     all
+}
+
+/// Side touches that put the part elsewhere than its surface does.
+fn of_another_place() -> Hypothesis {
+    let description = format!(
+        "the side touches of {EDGE} do not fit the surface: one of them is wrong, or they are of another \
+         session or part; touch the side again, or leave the file out"
+    );
+    let edits = vec![Edit { file: EDGE, change: Change::Omit }];
+    Hypothesis::of("input:misplaced", (EDGE, &XYZ), description, edits)
 }
 
 /// The probe on the other side of the part.

@@ -3,11 +3,10 @@
 use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
-use crate::residual::Residual;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, copied_coordinates, cycles, exchanged_rows, exchanges,
-    farthest, lengths, of_another_part, rows_left_out, rows_shifted, scaled_setting, signs, slips,
-    spread_of, standing_still, units,
+    Dimension, Hypothesis, Proof, Yardstick, copies, cycles, exchanged_rows, exchanges, farthest,
+    lengths, of_another_part, rows_left_out, rows_shifted, scaled_setting, signs, slips, spread_of,
+    standing_still, units,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -35,7 +34,7 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
 pub(crate) fn mistakes_of_points(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = units(file, table, &XYZ, Dimension::Length);
     all.extend(signs(file, table, &XYZ));
-    all.extend(copied_coordinates(file, table, &XYZ));
+    all.extend(copies(file, table, &XYZ, Proof::Gross));
     all.extend(exchanges(file, table, &XYZ));
     all.extend(cycles(file, table, XYZ));
     all
@@ -56,25 +55,11 @@ pub(crate) fn mistakes_of_rows(
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     all.extend(slips(file, table, &XYZ, far));
-    if let Some((fitted, far)) = far {
+    if let Some((_, far)) = far {
         all.extend(exchanged_rows(file, table, &XYZ[2..], far));
-        if table.is_some_and(|table| is_gross(table, fitted)) {
-            all.extend(of_another_part(file, table, known));
-        }
+        all.extend(of_another_part(file, table, known));
     }
     all
-}
-
-/// Whether touches are farther off than any part makes: where they are not, a part that was moved is an
-/// effect of the catalogue.
-fn is_gross(table: &Table, fitted: &Fitted) -> bool {
-    let [Some(x), Some(y), Some(z)] = XYZ.map(|column| table.numbers(column)) else {
-        return false;
-    };
-    let touches: Vec<[f64; 3]> = (0..table.n_rows()).map(|row| [x[row], y[row], z[row]]).collect();
-    let spread = spread_of(touches.iter().map(<[f64; 3]>::as_slice));
-    let residual = Residual::of(fitted.observations.iter(), 1, fitted.unit);
-    residual.rms.is_some_and(|rms| rms > GROSS * spread)
 }
 
 /// What a deviation of touches at these places is measured by.

@@ -11,7 +11,7 @@ use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Yardstick, copied_coordinates, cycles, exchanges, other_setting,
+    Dimension, Hypothesis, Proof, Yardstick, copies, cycles, exchanges, other_setting,
     place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, spread_of,
     standing_still, swapped_names, units,
 };
@@ -137,7 +137,7 @@ fn shifted(file: &'static str, read: Option<&Table>, columns: &[&str]) -> Vec<Hy
 
 fn of_places(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = units(file, table, &PLACE, Dimension::Length);
-    all.extend(copied_coordinates(file, table, &PLACE));
+    all.extend(copies(file, table, &PLACE, Proof::Gross));
     all.extend(exchanges(file, table, &PLACE));
     all.extend(cycles(file, table, PLACE));
     all.extend(signs(file, table, &PLACE));
