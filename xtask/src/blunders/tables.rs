@@ -31,6 +31,15 @@ impl Cells {
     fn columns(&self, names: &[&str]) -> Option<Vec<usize>> {
         names.iter().map(|name| self.header.iter().position(|h| h == name)).collect()
     }
+
+    /// Two different names of a column of names.
+    fn two_names(&self, column: usize, seed: u64) -> [String; 2] {
+        let mut names: Vec<&String> = self.rows.iter().map(|row| &row[column]).collect();
+        names.sort();
+        names.dedup();
+        let (one, other) = two(names.len(), seed);
+        [one, other].map(|index| names[index].clone())
+    }
 }
 
 /// Changes one table; says whether it could.
@@ -68,11 +77,8 @@ pub(crate) fn scaled_of_one(
 ) -> bool {
     change(files, (file, &columns), |cells, columns| {
         let (of, column) = (columns[0], columns[1]);
-        let mut names: Vec<String> = cells.rows.iter().map(|row| row[of].clone()).collect();
-        names.sort();
-        names.dedup();
-        let (one, _) = two(names.len(), seed);
-        for row in cells.rows.iter_mut().filter(|row| row[of] == names[one]) {
+        let [one, _] = cells.two_names(of, seed);
+        for row in cells.rows.iter_mut().filter(|row| row[of] == one) {
             if let Ok(value) = row[column].parse::<f64>() {
                 row[column] = format!("{}", value * factor);
             }
@@ -215,16 +221,13 @@ pub(crate) fn rows_exchanged(files: &mut Files, at: (&str, &[&str]), seed: u64) 
 /// Two names of a column exchanged.
 pub(crate) fn names_exchanged(files: &mut Files, (file, column): (&str, &str), seed: u64) -> bool {
     change(files, (file, &[column]), |cells, columns| {
-        let mut names: Vec<String> = cells.rows.iter().map(|r| r[columns[0]].clone()).collect();
-        names.sort();
-        names.dedup();
-        let (one, other) = two(names.len(), seed);
+        let [one, other] = cells.two_names(columns[0], seed);
         for row in &mut cells.rows {
             let cell = &mut row[columns[0]];
-            if *cell == names[one] {
-                cell.clone_from(&names[other]);
-            } else if *cell == names[other] {
-                cell.clone_from(&names[one]);
+            if *cell == one {
+                cell.clone_from(&other);
+            } else if *cell == other {
+                cell.clone_from(&one);
             }
         }
     })

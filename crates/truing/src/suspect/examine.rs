@@ -4,12 +4,14 @@ use super::named::Suspect;
 use super::order::exchanged_with;
 use super::physics::{Contest, Physics};
 use super::search::{Found, Plain, Trials};
-use crate::case::Edit;
+use crate::case::{Change, Edit};
 use crate::kind::Files;
-use crate::measured::Fitted;
+use crate::measured::{Fitted, Reading};
 use crate::settled::Settled;
 use crate::{Case, Error};
 
+/// Touches left out at most to see whether the others fit: of more, the refusal says enough.
+const MOST_FAR_OFF: usize = 20;
 /// Mistakes named in one case at most: what needs more was not one case.
 const MOST_MISTAKES: usize = 3;
 
@@ -78,7 +80,7 @@ fn decide(
         return (None, None);
     }
     if found.is_none() && plain.misfit.share >= plain.yardstick.beyond_physics {
-        return (Some(unmatched(case, plain)), None);
+        return (Some(unmatched(&case.files, &plain.misfit)), None);
     }
     let physics = physics.get_or_insert_with(|| Physics::of(case));
     if let Some(found) = found {
@@ -92,7 +94,7 @@ fn decide(
         return (Some(found), Some(after));
     }
     let is_unmatched = is_unmatched && !physics.takes_most(&plain.yardstick);
-    (is_unmatched.then(|| unmatched(case, plain)), None)
+    (is_unmatched.then(|| unmatched(&case.files, &plain.misfit)), None)
 }
 
 /// The error of a case that cannot be fitted, with the mistake that would explain it.
@@ -105,14 +107,41 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let is_free = source.is_undetermined() && !source.is_unsettled();
     let mut list = (files.kind.mistakes)(files, None);
     list.extend(with_another(files, &source));
-    let found = Trials::of(files, list, None).mending(is_free);
-    match found.map(|found| found.of_all(files)) {
+    let found = Trials::of(files, list, None).mending(is_free).map(|found| found.of_all(files));
+    match found.or_else(|| unmatched_but_for_some(files, &source)) {
         Some(found) => {
             let suspect = Suspect::of(&found, None);
             Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
         }
         None => source,
     }
+}
+
+/// Tables that do not belong together, where some touches are so far off that nothing can be fitted: the
+/// others do not fit either.
+fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
+    let file = files.kind.touches?;
+    let mut touch = source.touch()?;
+    let mut rows: Vec<usize> = (0..files.folder.table(file, &[]).ok()?.n_rows()).collect();
+    for _ in 0..MOST_FAR_OFF {
+        if touch >= rows.len() {
+            return None;
+        }
+        rows.remove(touch);
+        let edit = Edit { file, change: Change::Keep { rows: rows.clone() } };
+        let fit = |reading: Reading| {
+            let fitted = reading.measured.fit()?;
+            Ok(Misfit::of(&*reading.measured, &fitted))
+        };
+        match files.with(&[edit]).read().and_then(fit) {
+            Ok((misfit, yardstick)) if misfit.share >= yardstick.unmatched => {
+                return Some(unmatched(files, &misfit));
+            }
+            Ok(_) => return None,
+            Err(source) => touch = source.touch()?,
+        }
+    }
+    None
 }
 
 /// What one touch has of any other, where a refusal says which one is to blame.
@@ -124,17 +153,17 @@ fn with_another(files: &Files, source: &Error) -> Vec<Hypothesis> {
 }
 
 /// Tables whose numbers have nothing to do with each other, whatever the reason.
-fn unmatched(case: &Case, plain: &Plain) -> Found {
+fn unmatched(files: &Files, misfit: &Misfit) -> Found {
     let description = format!(
         "what is left is {:.0} % of what was measured, and no single change to a column explains \
          it: the tables do not belong together; look for a table from another session, a clock \
          far off, labels or rows in another order, columns exchanged in more than one place, or units \
          mixed",
-        100.0 * plain.misfit.share
+        100.0 * misfit.share
     );
     Found::unmended(Hypothesis {
         effect: "input:unmatched",
-        subject: case.files.kind.name.to_owned(),
+        subject: files.kind.name.to_owned(),
         description,
         edits: Vec::new(),
         proof: Proof::Data,

@@ -257,3 +257,27 @@ fn touches_of_another_part_are_named_by_their_label() {
     assert_eq!(step["effect"], "input:misplaced");
     assert_eq!(step["subject"], "touches.csv: part B");
 }
+
+/// The axis by the side touches 1.4 mm from that of the surface: coma beside nothing else explains as much,
+/// and cannot be told from it; 7 mm from it, touches lie beside the part.
+#[test]
+fn side_touches_of_another_session_are_named_or_stand_beside_coma() {
+    let moved = |by_mm: [f64; 2]| {
+        let case = fixture("pose-icp/nothing-white", &["case.toml", "points.csv", "edge.csv"]);
+        change(&case, "edge.csv", &["x_mm", "y_mm"], |n, old| {
+            let read = |k: usize| old[n][k].parse::<f64>().unwrap() + by_mm[k];
+            [0, 1].map(|k| read(k).to_string()).to_vec()
+        });
+        case
+    };
+    let step = &moved([1.3, -0.6]).json("loop")["steps"][0];
+    assert_eq!(step["effect"], "coma", "{step}");
+    let rivals = step["indistinguishable_from"].as_array().unwrap();
+    assert!(
+        rivals.iter().any(|rival| rival == "input:misplaced [edge.csv: x_mm, y_mm, z_mm]"),
+        "{step}"
+    );
+    assert!(step["separate_by"].as_str().unwrap().contains("touch the side again"), "{step}");
+    let message = moved([6.3, -3.2]).message("loop", 2);
+    assert!(message.contains("side touches of edge.csv do not fit the surface"), "{message}");
+}
