@@ -195,12 +195,16 @@ fn take_readings(run: &Run, measured: &mut Measured, rng: &mut ChaCha8Rng) {
     let dead_paths: Vec<f64> = (0..n_locks).map(|_| rng.random_range(60.0..140.0)).collect();
     let air_phase = rng.random_range(0.0..std::f64::consts::TAU);
     let mut locked: Vec<Option<f64>> = vec![None; n_locks];
+    // A stand settles under the tracer from when that is put there.
+    let mut put_s: Vec<Option<f64>> = vec![None; run.n_stations];
+    let stand_s = if run.one_tracer { total_s / as_f64(run.n_stations) } else { total_s };
     let last_run_s = if run.one_tracer { total_s / as_f64(n_locks) } else { total_s };
     for (station, mount, step, time_s) in order {
         let lock = station * run.n_mounts + mount;
         let noise = run.noise_mm * noises[lock].next(rng);
         let air = AIR_C + AIR_SWING_C * (air_phase + 4.0 * time_s / total_s).sin();
         let air_c = ((air + 0.01 * gaussian(rng)) * 1e3).round() / 1e3;
+        let since_put = time_s - *put_s[station].get_or_insert(time_s);
         let since_lock = time_s - *locked[lock].get_or_insert(time_s);
         if rng.random_range(0.0..1.0) < run.missing {
             continue;
@@ -210,6 +214,7 @@ fn take_readings(run: &Run, measured: &mut Measured, rng: &mut ChaCha8Rng) {
             mount,
             step,
             share: time_s / total_s,
+            stood: since_put / stand_s,
             locked: since_lock / last_run_s,
             air_c,
         };

@@ -10,6 +10,8 @@ pub(crate) struct Instant {
     pub(crate) step: usize,
     /// Share of the whole measurement that is over.
     pub(crate) share: f64,
+    /// Time since the tracer stands there, over that which it spends there.
+    pub(crate) stood: f64,
     /// Share of a run since the tracer locked on.
     pub(crate) locked: f64,
     pub(crate) air_c: f64,
@@ -61,7 +63,7 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
                 station = add(station, by);
             }
             Defect::StationDrift(warm, total) if warm == at.station => {
-                station = add(station, scale(settling(at.share), total));
+                station = add(station, scale(settling(at.stood), total));
             }
             _ => {}
         }

@@ -11,14 +11,16 @@ const VARIES: f64 = 0.03;
 /// Correlation of a reading with the next from which on most of what varies is no noise: of what legs show
 /// of a force, noise in the reference takes away its share of the square.
 const SMOOTH: f64 = 0.7;
-/// Slope of what the legs show on what the reference reads that is none: of one session it is one, but for
-/// a gain, noise in the reference, and a delay.
-const NONE: f64 = 0.3;
+/// Slope of what the legs show on what the reference reads below which they do not follow it: of one
+/// session it is one, but for a gain, noise in the reference, and a delay.
+const FOLLOWS: f64 = 0.5;
+/// Correlation of both below which they do not: of legs that lose a share of the force it is one.
+const GOES_WITH: f64 = 0.5;
 /// Standard uncertainties by which it must miss one.
 const FAR: f64 = 2.0;
 
-/// Whether the legs show nothing of how the reference varies within segments, from residuals in the sense
-/// normal force − reference.
+/// Whether the legs show less than half of how the reference varies within segments, and much that it does
+/// not, from residuals in the sense normal force − reference.
 ///
 /// Loads that are asked for come again in another session, in the same order; how they are then held does
 /// not. What the declared model lacks adds to what the legs show and seldom goes against the force itself.
@@ -47,11 +49,13 @@ pub(super) fn is_another(samples: &[LogSample], residuals: impl Iterator<Item = 
         return false;
     }
     let slope = across / square;
-    let left = dot(&shown, &shown) / square - slope * slope;
+    let legs = dot(&shown, &shown) / square;
+    let left = legs - slope * slope;
     // Of two series that know nothing of each other (Bartlett 1946).
     let independent = n * independent_share((own * of_legs.max(0.0)).sqrt(), n);
     let uncertainty = (left.max(0.0) / independent).sqrt();
-    slope < NONE && slope + FAR * uncertainty < 1.0
+    let is_followed = slope >= FOLLOWS || slope >= GOES_WITH * legs.sqrt();
+    !is_followed && slope + FAR * uncertainty < 1.0
 }
 
 #[cfg(test)]
@@ -88,6 +92,13 @@ mod tests {
     #[test]
     fn the_same_loads_on_another_day_are_another_session() {
         assert!(said(|i| force_n(i, 1.0), |i| force_n(i, 1.7) - force_n(i, 1.0)));
+    }
+
+    /// How a load is held may be in part that of the day before.
+    #[test]
+    fn a_course_that_is_alike_by_a_third_is_another_session() {
+        let other = |i: usize| 0.35 * force_n(i, 1.0) + 0.65 * force_n(i, 1.7);
+        assert!(said(|i| force_n(i, 1.0), |i| other(i) - force_n(i, 1.0)));
     }
 
     #[test]
