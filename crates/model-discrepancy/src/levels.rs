@@ -30,7 +30,8 @@ pub(crate) const LATER: f64 = 0.4;
 pub(crate) const STAY: f64 = 0.05;
 
 /// Significance below which the accepted effect is needed beside a rival, whatever the error on
-/// unseen groups says: the true name is refused once in a hundred times.
+/// unseen groups says: the true name is refused once in a hundred times. Likewise what is left of its own
+/// once check groups that it predicts worse are heard.
 pub(crate) const DECIDED: f64 = 0.01;
 
 /// Significance from which on a named effect is not what its name says.

@@ -20,6 +20,8 @@ pub(crate) struct Linearised<'a> {
     pub(crate) sigma: Vec<f64>,
     /// Whether these uncertainties are the declared ones, without any scatter that the data showed.
     pub(crate) is_as_declared: bool,
+    /// Their square over that of the declared ones, where it is the same for all.
+    pub(crate) over_declared: Option<f64>,
     /// Components of an observation of which any is reported.
     components: usize,
     /// Whitened residual of the fitted system, with its places corrected.
@@ -40,6 +42,15 @@ pub(crate) struct Linearised<'a> {
     pub(crate) records: Option<&'a [usize]>,
     /// Along what each of `rows` reads a displacement, where the model says so.
     pub(crate) directions: Option<Vec<Vector3<f64>>>,
+}
+
+/// Share by which values may differ that are one: round-off of a square and a root.
+const SAME: f64 = 1e-12;
+
+/// The value that all of these are.
+fn one_of_all(mut values: impl Iterator<Item = f64>) -> Option<f64> {
+    let first = values.next()?;
+    values.all(|value| (value - first).abs() <= SAME * first).then_some(first)
 }
 
 impl<'a> Linearised<'a> {
@@ -72,6 +83,8 @@ impl<'a> Linearised<'a> {
             .collect();
         let all = system.residuals(at);
         let sigma: Vec<_> = rows.iter().map(|&row| at.sigma(&layout.rows[row])).collect();
+        let over = rows.iter().zip(&sigma).map(|(&row, s)| (s / layout.rows[row].sigma).powi(2));
+        let over_declared = layout.sigma_declared.then(|| one_of_all(over)).flatten();
         let mut residual = DVector::from_fn(rows.len(), |i, _| all[rows[i]] / sigma[i]);
         let jacobian = whitened(layout, at, &rows, jacobian);
         let basis = Basis::of(&jacobian, NEW_DIRECTION);
@@ -97,6 +110,7 @@ impl<'a> Linearised<'a> {
             rows,
             sigma,
             is_as_declared: layout.sigma_declared && at.between_variance <= 0.0,
+            over_declared,
             components: reported_components(layout),
             residual,
             basis,
@@ -123,6 +137,7 @@ impl<'a> Linearised<'a> {
             rows: (0..n).collect(),
             sigma: vec![1.0; n],
             is_as_declared: layout.sigma_declared,
+            over_declared: layout.sigma_declared.then_some(1.0),
             components: reported_components(layout),
             residual,
             basis,

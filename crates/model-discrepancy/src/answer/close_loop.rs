@@ -10,7 +10,7 @@ use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
 use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
-use crate::answer::unsupported::{no_gain, unsupported};
+use crate::answer::unsupported::{TakenBack, no_gain, unsupported};
 use crate::answer::verdict::verdict;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Source, label};
@@ -69,16 +69,20 @@ fn closed<'a>(
     let of_declared = Linear::of(&declared, base, keep, silent);
     let rows = rows_of(&model.declared().layout, keep);
     let mut taken_back: Vec<Remaining> = contradicted.into_iter().collect();
+    let mut by_chance = Vec::new();
     let (lin, attributions, summaries) = loop {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, silent);
         let attributions: Vec<_> =
             chosen.added.iter().map(|a| attribute(context, keep, &chosen, &a.what)).collect();
         let summaries =
             summarise(context, keep, (base, &of_declared), (&chosen, &lin), &attributions);
-        let back = unsupported(context, (&chosen, &lin), &summaries, &taken_back)
+        let back = unsupported((context, keep), (&chosen, &lin), &summaries, &taken_back)
             .and_then(|(i, why)| Some((why, without(context, keep, &chosen, i)?)));
         let Some((why, rest)) = back else { break (lin, attributions, summaries) };
-        taken_back.push(why);
+        match why {
+            TakenBack::Left(remaining) => taken_back.push(remaining),
+            TakenBack::Chance(said) => by_chance.push(said),
+        }
         chosen = rest;
         if let Some(contradicted) = contradiction(context, keep, base, &chosen) {
             chosen = without_names(context, keep, &chosen).unwrap_or(chosen);
@@ -102,6 +106,7 @@ fn closed<'a>(
         .extend(looked_for(context, &chosen).filter(|_| {
             matches!(summaries.after.hold_out, HoldOut::Nested | HoldOut::LeaveOneOut)
         }));
+    warnings.extend(by_chance);
     warnings.extend(summaries.warnings);
     warnings.extend(heavy_tails(&lin).map(|freedom| {
         format!(

@@ -1,14 +1,18 @@
 //! What was added and does not stand once the choice is repeated or held against groups set aside.
 
-use crate::answer::external_validation::badly_predicted;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::answer::external_validation::{badly_predicted, check_distance};
 use crate::answer::summary::Summaries;
 use crate::choice::candidate::label;
 use crate::choice::context::Context;
 use crate::choice::score::home_of_bad;
+use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
-use crate::levels::{FOUND_AGAIN, REFUTED};
+use crate::count::count;
+use crate::levels::{DECIDED, FOUND_AGAIN, REFUTED};
 use crate::noise::linear::Linear;
-use crate::{HoldOut, Remaining, Stability};
+use crate::{HoldOut, Remaining, Row, Stability};
 
 /// Why something is left over that does not lower the error on data that the fit did not see.
 const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
@@ -16,18 +20,28 @@ const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
 /// Why one bad reading is left over where groups set aside lie as far off.
 const NO_ACCIDENT: &str = "no accident, as groups set aside lie off as well: taken back";
 
+/// Why an addition does not stand.
+pub(crate) enum TakenBack {
+    /// Something is there, and is left over in its place.
+    Left(Remaining),
+    /// Nothing is: with the groups set aside it is not significant. What to say of it.
+    Chance(String),
+}
+
 /// The addition to be taken back next, and what is left over in its place.
 ///
 /// One that too few repetitions find again; or the last of many readings, where unseen groups are not
 /// predicted any better; or the last bad reading, where groups set aside lie as far off, or where they
 /// did, as `taken_back` has it: the fit is worse without that, and less surprised by them.
 pub(crate) fn unsupported(
-    context: &Context<'_>,
+    (context, keep): (&Context<'_>, &[bool]),
     (chosen, lin): (&Selected<'_>, &Linear<'_>),
     summaries: &Summaries,
     taken_back: &[Remaining],
-) -> Option<(usize, Remaining)> {
-    let left = |i: usize, why: &str| (i, left_over(context, &chosen.added[i], why.to_owned()));
+) -> Option<(usize, TakenBack)> {
+    let left = |i: usize, why: &str| {
+        (i, TakenBack::Left(left_over(context, &chosen.added[i], why.to_owned())))
+    };
     if let Some((i, why)) = least_stable(&summaries.stability) {
         return Some(left(i, &why));
     }
@@ -37,16 +51,53 @@ pub(crate) fn unsupported(
         chosen.added.iter().rposition(|added| is_bad_reading(context, chosen, lin, added) == bad)
     };
     // Check groups choose nothing; what they refute does not stand.
-    let is_gainless = if is_checked {
-        summaries.unseen_ratio >= REFUTED && lie_off
-    } else {
-        summaries.gain_ratio >= 1.0
-    };
-    if let Some(i) = last(false).filter(|_| is_gainless) {
-        return Some(left(i, NO_GAIN));
+    let are_against = is_checked && summaries.unseen_ratio >= REFUTED;
+    let is_gainless = if is_checked { are_against && lie_off } else { summaries.gain_ratio >= 1.0 };
+    if let Some(i) = last(false) {
+        if is_gainless {
+            return Some(left(i, NO_GAIN));
+        }
+        if are_against && !holds_with_checks(context, keep, (chosen, lin), i) {
+            return Some((i, TakenBack::Chance(by_chance(context, &chosen.added[i]))));
+        }
     }
     let are_accidents = !lie_off && taken_back.iter().all(|before| before.shape != NO_ACCIDENT);
     last(true).filter(|_| !are_accidents).map(|i| left(i, NO_ACCIDENT))
+}
+
+/// Whether an addition is significant still, once the likelihood of the check groups with it, over that
+/// without it, is added to that of the groups that were fitted.
+///
+/// What is significant by chance, once in a thousand times, check groups speak against as often as for.
+fn holds_with_checks(
+    context: &Context<'_>,
+    keep: &[bool],
+    (chosen, lin): (&Selected<'_>, &Linear<'_>),
+    index: usize,
+) -> bool {
+    let rise = || {
+        let others = without(context, keep, chosen, index)?;
+        let before = context.linear(&others.system, &others.estimate, keep);
+        // Of one fit and of the other the same noise.
+        let sigma = |row: &Row| chosen.estimate.sigma(row);
+        let of =
+            |chosen: &Selected<'_>, lin| Some(check_distance(context, chosen, lin, &sigma)?.square);
+        let directions = lin.basis.dim().saturating_sub(before.basis.dim());
+        Some((of(chosen, lin)? - of(&others, &before)?, directions))
+    };
+    let Some((rise, directions)) = rise() else { return true };
+    let Ok(law) = ChiSquared::new(count(directions)) else { return true };
+    let of_fitted = law.inverse_cdf(1.0 - chosen.added[index].p_value);
+    of_fitted - rise >= law.inverse_cdf(1.0 - DECIDED)
+}
+
+fn by_chance(context: &Context<'_>, added: &Added) -> String {
+    format!(
+        "{} shows in the fitted groups (p = {:.1e}) and groups set aside speak against it: together they show \
+         no more than chance does, and it was not added",
+        name_of(context, added),
+        added.p_value
+    )
 }
 
 /// What was added, where unseen groups are not predicted any better, weighed by their uncertainties or
@@ -112,12 +163,15 @@ fn least_stable(stability: &[Stability]) -> Option<(usize, String)> {
 
 /// An addition that is not made, as something left.
 fn left_over(context: &Context<'_>, added: &Added, shape: String) -> Remaining {
-    let covariate = match &added.what {
+    Remaining { covariate: name_of(context, added), shape, p_value: added.p_value }
+}
+
+fn name_of(context: &Context<'_>, added: &Added) -> String {
+    match &added.what {
         What::Effect(e) => {
             let effect = &context.model.declared().effects[*e];
             label(&effect.id, effect.subject.as_deref())
         }
         What::Empirical(covariate, _) => covariate.clone(),
-    };
-    Remaining { covariate, shape, p_value: added.p_value }
+    }
 }

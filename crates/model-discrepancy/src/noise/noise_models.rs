@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector, Vector3};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::algebra::f_tail::f_tail;
 use crate::algebra::leverage::Leverage;
@@ -201,10 +202,47 @@ struct UnderModel {
 
 /// A candidate under one model of the noise.
 pub(crate) struct UnderNoise {
+    /// Square of what is left, whitened, and its degrees of freedom.
+    pub(crate) square: f64,
+    pub(crate) dof: f64,
+    /// Logarithm of the determinants of the noise and of the information of all columns.
+    log_determinant: f64,
+    /// Square of what is tested explains, and in how many directions.
+    explained: f64,
+    tested: f64,
+}
+
+/// Where the variance of the noise is from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Variance {
+    /// Declared: this is what the rows were whitened by, over that.
+    Declared(f64),
+    /// From what is left.
+    Found,
+}
+
+impl UnderNoise {
     /// Minus twice the restricted log likelihood, up to a constant.
-    pub(crate) deviance: f64,
-    /// Of the F test of what is tested.
-    pub(crate) p_value: f64,
+    pub(crate) fn deviance(&self, variance: Variance) -> f64 {
+        self.log_determinant
+            + match variance {
+                Variance::Declared(over) => over * self.square,
+                Variance::Found => self.dof * self.square.ln(),
+            }
+    }
+
+    /// Of the test of what is tested: χ² where the variance is declared, and else F.
+    pub(crate) fn p_value(&self, variance: Variance) -> f64 {
+        match variance {
+            Variance::Declared(over) => {
+                ChiSquared::new(self.tested).map_or(1.0, |law| law.sf(over * self.explained))
+            }
+            Variance::Found => {
+                let f = self.explained / self.tested / (self.square / self.dof);
+                f_tail(f, self.tested, self.dof)
+            }
+        }
+    }
 }
 
 impl UnderModel {
@@ -259,10 +297,7 @@ impl UnderModel {
         // The row of the data, with what the tested columns explained put back.
         let own = factor.view((n - m, n - m), (m, m)).tr_mul(along);
         let explained = (own + factor.view((n, n - m), (1, m)).transpose()).norm_squared();
-        let p_value = f_tail(explained / count(m) / (square / dof), count(m), dof);
-        Some(UnderNoise {
-            deviance: dof * square.ln() + log_determinant + self.log_determinant,
-            p_value,
-        })
+        let log_determinant = log_determinant + self.log_determinant;
+        Some(UnderNoise { square, dof, log_determinant, explained, tested: count(m) })
     }
 }

@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::basis::Basis;
 use crate::count::count;
 use crate::noise::linear::Linear;
-use crate::noise::noise_models::{Family, STEPS, UnderNoise};
+use crate::noise::noise_models::{Family, STEPS, UnderNoise, Variance};
+use crate::tests::global_test::chi2_interval;
 
 /// What is tested, beside everything it is tested beside.
 pub(crate) struct Tested<'a> {
@@ -60,6 +61,15 @@ impl<'a> Tested<'a> {
         neighbours.chain(memory).flatten()
     }
 
+    /// That which was declared, where what is left beside the candidate has no larger one: a memory that only
+    /// a larger one would hide in it is then no explanation.
+    fn variance(&self, white: &UnderNoise) -> Variance {
+        let [_, most] = chi2_interval(white.dof);
+        let declared =
+            self.lin.over_declared.filter(|over| over * white.square <= most * white.dof);
+        declared.map_or(Variance::Found, Variance::Declared)
+    }
+
     /// The model is not known, and the variance of a slow effect depends on it: the mean over
     /// the models, each as likely as the data make it; before them, that the noise is white is as
     /// likely as that it has any memory. Restricted likelihood (Patterson and
@@ -67,21 +77,27 @@ impl<'a> Tested<'a> {
     /// the fit has taken out.
     fn p_value(&self, columns: &DMatrix<f64>, family: &Family) -> Option<f64> {
         let mut judged: Vec<UnderNoise> = Vec::with_capacity(STEPS);
+        let mut variance = Variance::Found;
         let mut best = f64::INFINITY;
         for model in family.judged(columns, &self.along) {
-            best = best.min(model.deviance);
+            if judged.is_empty() {
+                variance = self.variance(&model);
+            }
+            let deviance = model.deviance(variance);
+            best = best.min(deviance);
             // Stronger ones are less likely still.
-            let is_negligible = model.deviance - best > 2.0 * NEGLIGIBLE.recip().ln();
+            let is_negligible = deviance - best > 2.0 * NEGLIGIBLE.recip().ln();
             judged.push(model);
             if is_negligible {
                 break;
             }
         }
         // White is the first.
-        let (white, others) = judged.split_first().filter(|(white, _)| white.deviance > best)?;
-        let share = |c: &UnderNoise| (0.5 * (best - c.deviance)).exp();
-        let of_white = (count(STEPS - 1) * share(white), white.p_value);
-        let shares = others.iter().map(|c| (share(c), c.p_value)).chain([of_white]);
+        let (white, others) =
+            judged.split_first().filter(|(white, _)| white.deviance(variance) > best)?;
+        let share = |c: &UnderNoise| (0.5 * (best - c.deviance(variance))).exp();
+        let of_white = (count(STEPS - 1) * share(white), white.p_value(variance));
+        let shares = others.iter().map(|c| (share(c), c.p_value(variance))).chain([of_white]);
         let likely: Vec<_> = shares.filter(|(share, _)| *share > NEGLIGIBLE).collect();
         let sum: f64 = likely.iter().map(|(share, _)| share).sum();
         Some(likely.iter().map(|(share, p_value)| share * p_value).sum::<f64>() / sum)
@@ -194,9 +210,10 @@ mod tests {
         let of_rows: Vec<(f64, f64)> =
             (0..STEPS).map(|i| by_rows(correlation(i), &base, &tested, &data)).collect();
         for (readings, rows) in of_readings.iter().zip(&of_rows) {
-            let likelier = readings.deviance - of_readings[0].deviance;
+            let deviance = |under: &UnderNoise| under.deviance(Variance::Found);
+            let likelier = deviance(readings) - deviance(&of_readings[0]);
             assert!((likelier - (rows.0 - of_rows[0].0)).abs() < ROUND_OFF);
-            assert!((readings.p_value - rows.1).abs() < ROUND_OFF);
+            assert!((readings.p_value(Variance::Found) - rows.1).abs() < ROUND_OFF);
         }
     }
 }
