@@ -3,6 +3,7 @@
 
 mod classes;
 mod covariates;
+mod declared_variance;
 mod degenerate;
 mod exchange;
 mod foreseen;

@@ -288,7 +288,9 @@ fn an_axis_sent_from_one_side_is_sent_from_the_other() {
     let falling = planned.iter().filter(|one| one["cells"]["direction"] == -1.0).count();
     assert!(falling >= 2, "{planned:?}");
     let of = |key: &str| answer["predicted"][key].as_f64().unwrap();
-    assert!(of("after") < 0.5 * of("before"), "{}", answer["predicted"]);
+    // From one side half of the reversal shows, as an offset of the declared noise; from both all of it:
+    // with as many readings again the scatter of its size is 1/√2.
+    assert!(of("after") < 0.71 * of("before"), "{}", answer["predicted"]);
     // The rows of the table: where to go, and nothing read.
     let rows = answer["measurements"].as_array().unwrap();
     assert_eq!(rows.len(), planned.len());
