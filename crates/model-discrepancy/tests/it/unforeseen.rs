@@ -134,7 +134,7 @@ fn a_name_is_taken_back_that_groups_set_aside_refute() {
 /// those set aside, is chance with all of them; borne out by these it stands.
 #[test]
 fn a_name_must_hold_with_the_groups_that_speak_against_it() {
-    let wave = |g: usize| if g / 4 % 2 == 0 { 1.0 } else { -1.0 };
+    let wave = |g: usize| if (g / 4).is_multiple_of(2) { 1.0 } else { -1.0 };
     let of = |fitted: f64, set_aside: f64| {
         let mut model = level(7, 1, 0.0);
         model.base = DMatrix::zeros(GROUPS, 0);
@@ -144,12 +144,14 @@ fn a_name_must_hold_with_the_groups_that_speak_against_it() {
             let own: Vec<usize> = (0..GROUPS).filter(|&g| is_check(g) == check).collect();
             let there: f64 = own.iter().map(|&g| wave(g) * model.residual[g]).sum();
             let there = there / own.len() as f64;
-            own.iter().for_each(|&g| model.residual[g] -= there * wave(g));
+            for &g in &own {
+                model.residual[g] -= there * wave(g);
+            }
             let square: f64 = own.iter().map(|&g| model.residual[g].powi(2)).sum();
             let scatter = (square / own.len() as f64).sqrt();
-            own.iter().for_each(|&g| {
+            for &g in &own {
                 model.residual[g] = model.residual[g] / scatter + size * wave(g);
-            });
+            }
         }
         push(&mut model, effect("wave", 1), DMatrix::from_fn(GROUPS, 1, |g, _| wave(g)));
         closed(&model)

@@ -45,7 +45,7 @@ pub(super) enum Contest {
     /// It explains the case better.
     Won,
     /// It explains no more; this is what it makes of the case without the mistake.
-    Tied(Physics),
+    Tied(Box<Physics>),
     /// It leaves clearly more, or is the less likely.
     Lost,
 }
@@ -152,7 +152,7 @@ impl Physics {
         {
             Contest::Lost
         } else if is_equal && after_it.is_explained() && named < self.steps() {
-            Contest::Tied(after_it)
+            Contest::Tied(Box::new(after_it))
         } else {
             Contest::Won
         }
