@@ -10,14 +10,13 @@ use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
 use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
-use crate::answer::unsupported::{TakenBack, no_gain, unsupported};
+use crate::answer::unsupported::{TakenBack, Why, no_gain, unsupported};
 use crate::answer::verdict::verdict;
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
 use crate::choice::score::Scoring;
 use crate::choice::score_shapes::score_covariates;
-use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
 use crate::levels::QUARTER;
@@ -76,12 +75,11 @@ fn closed<'a>(
             chosen.added.iter().map(|a| attribute(context, keep, &chosen, &a.what)).collect();
         let summaries =
             summarise(context, keep, (base, &of_declared), (&chosen, &lin), &attributions);
-        let back = unsupported((context, keep), (&chosen, &lin), &summaries, &taken_back)
-            .and_then(|(i, why)| Some((why, without(context, keep, &chosen, i)?)));
-        let Some((why, rest)) = back else { break (lin, attributions, summaries) };
+        let back = unsupported((context, keep), (&chosen, &lin), &summaries, &taken_back);
+        let Some(TakenBack { rest, why }) = back else { break (lin, attributions, summaries) };
         match why {
-            TakenBack::Left(remaining) => taken_back.push(remaining),
-            TakenBack::Chance(said) => by_chance.push(said),
+            Why::Left(remaining) => taken_back.push(remaining),
+            Why::Chance(said) => by_chance.push(said),
         }
         chosen = rest;
         if let Some(contradicted) = contradiction(context, keep, base, &chosen) {

@@ -20,30 +20,37 @@ const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
 /// Why one bad reading is left over where groups set aside lie as far off.
 const NO_ACCIDENT: &str = "no accident, as groups set aside lie off as well: taken back";
 
+/// The choice without an addition that does not stand.
+pub(crate) struct TakenBack<'a> {
+    pub(crate) rest: Selected<'a>,
+    pub(crate) why: Why,
+}
+
 /// Why an addition does not stand.
-pub(crate) enum TakenBack {
+pub(crate) enum Why {
     /// Something is there, and is left over in its place.
     Left(Remaining),
     /// Nothing is: with the groups set aside it is not significant. What to say of it.
     Chance(String),
 }
 
-/// The addition to be taken back next, and what is left over in its place.
+/// The choice without the addition to be taken back next, and what is left over in its place.
 ///
 /// One that too few repetitions find again; or the last of many readings, where unseen groups are not
 /// predicted any better; or the last bad reading, where groups set aside lie as far off, or where they
 /// did, as `taken_back` has it: the fit is worse without that, and less surprised by them.
-pub(crate) fn unsupported(
-    (context, keep): (&Context<'_>, &[bool]),
-    (chosen, lin): (&Selected<'_>, &Linear<'_>),
+pub(crate) fn unsupported<'a>(
+    (context, keep): (&Context<'a>, &[bool]),
+    (chosen, lin): (&Selected<'a>, &Linear<'_>),
     summaries: &Summaries,
     taken_back: &[Remaining],
-) -> Option<(usize, TakenBack)> {
+) -> Option<TakenBack<'a>> {
     let left = |i: usize, why: &str| {
-        (i, TakenBack::Left(left_over(context, &chosen.added[i], why.to_owned())))
+        let why = Why::Left(left_over(context, &chosen.added[i], why.to_owned()));
+        Some(TakenBack { rest: without(context, keep, chosen, i)?, why })
     };
     if let Some((i, why)) = least_stable(&summaries.stability) {
-        return Some(left(i, &why));
+        return left(i, &why);
     }
     let is_checked = summaries.after.hold_out == HoldOut::CheckGroups;
     let lie_off = badly_predicted(context, chosen, lin).is_some();
@@ -55,40 +62,41 @@ pub(crate) fn unsupported(
     let is_gainless = if is_checked { are_against && lie_off } else { summaries.gain_ratio >= 1.0 };
     if let Some(i) = last(false) {
         if is_gainless {
-            return Some(left(i, NO_GAIN));
+            return left(i, NO_GAIN);
         }
-        if are_against && !holds_with_checks(context, keep, (chosen, lin), i) {
-            return Some((i, TakenBack::Chance(by_chance(context, &chosen.added[i]))));
+        if are_against
+            && let Some(rest) = without(context, keep, chosen, i)
+            && !holds_with_checks((context, keep), (chosen, lin), &rest, chosen.added[i].p_value)
+        {
+            let why = Why::Chance(by_chance(context, &chosen.added[i]));
+            return Some(TakenBack { rest, why });
         }
     }
     let are_accidents = !lie_off && taken_back.iter().all(|before| before.shape != NO_ACCIDENT);
-    last(true).filter(|_| !are_accidents).map(|i| left(i, NO_ACCIDENT))
+    last(true).filter(|_| !are_accidents).and_then(|i| left(i, NO_ACCIDENT))
 }
 
-/// Whether an addition is significant still, once the likelihood of the check groups with it, over that
-/// without it, is added to that of the groups that were fitted.
+/// Whether what `others` lack is significant still, once the likelihood of the check groups with it, over
+/// that without it, is added to that of the groups that were fitted.
 ///
 /// What is significant by chance, once in a thousand times, check groups speak against as often as for.
 fn holds_with_checks(
-    context: &Context<'_>,
-    keep: &[bool],
+    (context, keep): (&Context<'_>, &[bool]),
     (chosen, lin): (&Selected<'_>, &Linear<'_>),
-    index: usize,
+    others: &Selected<'_>,
+    p_value: f64,
 ) -> bool {
-    let rise = || {
-        let others = without(context, keep, chosen, index)?;
-        let before = context.linear(&others.system, &others.estimate, keep);
-        // Of one fit and of the other the same noise.
-        let sigma = |row: &Row| chosen.estimate.sigma(row);
-        let of =
-            |chosen: &Selected<'_>, lin| Some(check_distance(context, chosen, lin, &sigma)?.square);
-        let directions = lin.basis.dim().saturating_sub(before.basis.dim());
-        Some((of(chosen, lin)? - of(&others, &before)?, directions))
+    let before = context.linear(&others.system, &others.estimate, keep);
+    // Of one fit and of the other the same noise.
+    let sigma = |row: &Row| chosen.estimate.sigma(row);
+    let of = |chosen: &Selected<'_>, lin: &Linear<'_>| {
+        Some(check_distance(context, chosen, lin, &sigma)?.square)
     };
-    let Some((rise, directions)) = rise() else { return true };
+    let (Some(with), Some(without)) = (of(chosen, lin), of(others, &before)) else { return true };
+    let directions = lin.basis.dim().saturating_sub(before.basis.dim());
     let Ok(law) = ChiSquared::new(count(directions)) else { return true };
-    let of_fitted = law.inverse_cdf(1.0 - chosen.added[index].p_value);
-    of_fitted - rise >= law.inverse_cdf(1.0 - DECIDED)
+    let needed = law.inverse_cdf(1.0 - DECIDED) + with - without;
+    p_value <= law.sf(needed)
 }
 
 fn by_chance(context: &Context<'_>, added: &Added) -> String {

@@ -51,6 +51,9 @@ pub struct PolishingTool {
     pub std_tip_mm: f64,
     /// Standard uncertainty of the machine's positioning along the part's normal.
     pub std_axis_mm: f64,
+    /// Standard uncertainty of the part's form at one place, along its normal: of the map that was measured
+    /// of it, or of the drawing.
+    pub std_form_mm: f64,
     /// Power of the depth with which the removal goes.
     pub removal_exponent: Option<f64>,
 }

@@ -119,7 +119,8 @@ impl Polished {
                 .map(|gap| tool.film_mm - gap.gap_mm);
             let std_pose_mm = gap.sigma_mm;
             let std_tip_mm = self.by_tip_mm(&corrected_mm, gap.gap_mm);
-            let fixed = tool.std_axis_mm.powi(2) + tool.std_film_mm.powi(2) + std_tip_mm.powi(2);
+            let apart = [tool.std_axis_mm, tool.std_film_mm, tool.std_form_mm, std_tip_mm];
+            let fixed: f64 = apart.iter().map(|std_mm| std_mm * std_mm).sum();
             along.at.push(DepthAt {
                 line: point.line,
                 x_mm: corrected_mm.x,

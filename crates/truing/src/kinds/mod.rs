@@ -38,7 +38,7 @@ pub use tracker_lm::{
     SecondAxisEstimate, StationEstimate, TrackerLmEstimates,
 };
 
-pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach};
+pub(crate) use offer::{Beside, Cells, Offer, Offered, PlannedTouch, Reach, undeclared};
 pub use pose_icp::{
     HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, PoseNumbers, TouchResidual,
 };

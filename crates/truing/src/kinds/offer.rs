@@ -25,10 +25,17 @@ pub(crate) struct Offer {
     /// Those that are planned beside whatever is chosen, as far as a budget allows: repeats of what was
     /// measured, which tell the plan from another session.
     pub(crate) controls: Vec<usize>,
+    /// Keys of `[plan]` that are not declared and would offer more.
+    pub(crate) undeclared: Vec<&'static str>,
     /// What one of them takes, where it is declared.
     pub(crate) minutes: Option<f64>,
     /// How the machine goes there, where it is sent by a program.
     pub(crate) reach: Option<Reach>,
+}
+
+/// Of keys and whether they are declared, those that are not.
+pub(crate) fn undeclared(keys: &[(&'static str, bool)]) -> Vec<&'static str> {
+    keys.iter().filter(|(_, is_declared)| !is_declared).map(|(key, _)| *key).collect()
 }
 
 /// Cells by column.

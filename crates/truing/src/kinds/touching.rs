@@ -4,7 +4,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 
-use super::offer::Reach;
+use super::offer::{Reach, undeclared};
 use crate::case::{Finite, Positive};
 
 /// `[plan]`: what the machine can do; lengths in the coordinates of the part.
@@ -113,6 +113,11 @@ impl PlanSettings {
     pub(crate) fn of_region(ranges: [Option<Range>; 3], spacing_mm: Option<Positive>) -> Self {
         let [x_mm, y_mm, z_mm] = ranges;
         Self { x_mm, y_mm, z_mm, spacing_mm, ..Self::default() }
+    }
+
+    /// Keys of the region that are not declared and would offer more.
+    pub(crate) fn undeclared(&self) -> Vec<&'static str> {
+        undeclared(&[("x_mm", self.x_mm.is_some()), ("y_mm", self.y_mm.is_some())])
     }
 
     pub(crate) fn minutes(&self) -> Option<f64> {

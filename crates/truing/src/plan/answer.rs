@@ -55,7 +55,21 @@ pub(super) struct Amplitude {
 pub(super) struct Unseen {
     pub(super) effect: String,
     #[serde(default)]
+    pub(super) aliased_with: Vec<String>,
+    #[serde(default)]
     pub(super) separate_by: Option<String>,
+}
+
+impl Unseen {
+    /// What would show it, or else what it does not differ from.
+    pub(super) fn advice(&self) -> Option<String> {
+        let same = || {
+            let with = self.aliased_with.join(" and ");
+            (!with.is_empty())
+                .then(|| format!("{} does what {with} do, and is in these", self.effect))
+        };
+        self.separate_by.clone().or_else(same)
+    }
 }
 
 #[derive(Debug, Deserialize)]

@@ -15,6 +15,8 @@ use crate::{Case, Error};
 const HARDER: f64 = 2.0;
 /// The same of tests of rivals, for which loops ask little more than the tests.
 const HARDER_APART: f64 = 1.35;
+/// The same of what no loop answers: as much as all rounds ask together.
+const HARDEST: f64 = 8.0;
 /// Rounds of asking more; the last asks for eight times the first.
 const MOST_ROUNDS: usize = 4;
 
@@ -69,24 +71,32 @@ impl Extended {
 impl Chosen {
     /// What the tests of the linearised model promise is held against loops on simulated data of the same
     /// design; where they name an effect too seldom, more is asked of the tests, and what they never tell
-    /// from its rivals is not asked any more, as long as anything else is.
+    /// from its rivals, though eight times as much shows it, is not asked any more. Where loops answer nothing at
+    /// all, nothing is to be measured.
     pub(super) fn of(setting: &Setting<'_>, mut asked: Vec<(usize, Goal)>) -> Result<Self, Error> {
         let mut never: Vec<usize> = Vec::new();
+        let mut doubted: Vec<usize> = Vec::new();
         let mut round = 0;
         loop {
             round += 1;
             let mut tried = Self::tried(setting, asked, never)?;
-            let vain = tried.vain(setting.design);
+            let (vain, newly): (Vec<usize>, Vec<usize>) =
+                tried.vain(setting.design).into_iter().partition(|ask| doubted.contains(ask));
             let is_all = vain.is_empty()
+                && newly.is_empty()
                 && tried.extended.sorted.len() >= setting.most.min(setting.offer.offered.len());
             let is_over = tried.is_done() || is_all || round == MOST_ROUNDS;
             tried.never.extend(&vain);
             if is_over || vain.len() == tried.asked.len() {
+                if tried.answers_nothing() {
+                    tried.extended = Extended::of(setting.case, setting.offer, Vec::new())?;
+                }
                 return Ok(tried);
             }
             (asked, never) = (tried.asked, tried.never);
             asked.retain(|(ask, _)| !vain.contains(ask));
-            harder(setting.question, &tried.answered, &mut asked);
+            harder(setting.question, &tried.answered, &newly, &mut asked);
+            doubted.extend(newly);
         }
     }
 
@@ -131,6 +141,12 @@ impl Chosen {
         asks.all(|(ask, answered)| *answered || self.never.contains(&ask))
     }
 
+    /// Whether loops told no truth from any rival of it.
+    fn answers_nothing(&self) -> bool {
+        (0..self.answered.len())
+            .all(|ask| self.told_apart.is_never(ask) || self.never.contains(&ask))
+    }
+
     /// Whether loops answer all that is asked for often enough.
     pub(super) fn is_answered(&self) -> bool {
         self.never.is_empty() && self.is_done()
@@ -162,12 +178,15 @@ fn named_by_loops(ask: &Ask, after: &[Assessment], (model, linear): (&dyn Model,
     })
 }
 
-/// Asks more of the tests of what is not answered.
-fn harder(question: &Question, answered: &[bool], asked: &mut [(usize, Goal)]) {
+/// Asks more of the tests of what is not answered, and most of what no loop has answered so far.
+fn harder(question: &Question, answered: &[bool], never: &[usize], asked: &mut [(usize, Goal)]) {
     for (ask, goal) in asked.iter_mut().filter(|(ask, _)| !answered[*ask]) {
         if let Goal::Seen { needed, .. } = goal {
-            let is_apart = matches!(question.asks[*ask], Ask::Apart { .. });
-            *needed *= if is_apart { HARDER_APART } else { HARDER };
+            *needed *= match question.asks[*ask] {
+                _ if never.contains(ask) => HARDEST,
+                Ask::Apart { .. } => HARDER_APART,
+                _ => HARDER,
+            };
         }
     }
 }

@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 use model_discrepancy::Model;
 
 use crate::file::write_new;
+use crate::kinds::Offer;
 use crate::{Case, Error, Header};
 
 use answer::LoopAnswer;
@@ -44,8 +45,6 @@ pub use problem::PlanProblem;
 
 /// Fewest measurements that a plan may have where no budget is given.
 const LEAST: usize = 12;
-/// What helps where no measurement does.
-const WIDEN: &str = "widen what `[plan]` declares, or measure the quantity by other means";
 /// What is said of a plan that meets its tests and not its aim.
 const TOO_SELDOM: &str = "every test of the plan is met, and loops on simulated data still name the effect too seldom, or \
      leave a rival: make the plan twice, or look for larger sizes";
@@ -139,9 +138,11 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let not_told_apart = inseparable::not_told_apart(&question, &pairs, offer.noun);
     let classes = inseparable::classes(&question, &pairs);
     let would = (!reached).then(|| match not_told_apart.first() {
-        Some(weakly) => format!("{weakly}; {WIDEN}"),
-        None if !never.is_empty() => beyond(&question, offer.noun),
-        None if named || sorted.len() >= most => would(&design, &question, &asked, offer.noun),
+        Some(weakly) => format!("{weakly}; {}", wider(&offer)),
+        None if !never.is_empty() => beyond(&question, &offer),
+        None if named || sorted.len() >= most || !are_met(&design, &question, &asked, &sorted) => {
+            would(&design, &question, &asked, &offer)
+        }
         None => TOO_SELDOM.to_owned(),
     });
     let mut warnings = case.warnings.clone();
@@ -238,31 +239,55 @@ fn reached(
         Ask::Known { .. } if spent => true,
         _ => of(final_goals, index).all(|goal| outlook.meets(goal)),
     };
-    let asked = |index: usize| of(goals, index).next().is_some();
-    (0..question.asks.len()).all(|index| asked(index) && met(index))
+    is_all_asked(question, goals) && (0..question.asks.len()).all(met)
+}
+
+/// Whether some measurement on offer shows each thing that is asked for.
+fn is_all_asked(question: &Question, goals: &[(usize, Goal)]) -> bool {
+    (0..question.asks.len()).all(|index| of(goals, index).next().is_some())
 }
 
 fn of(goals: &[(usize, Goal)], index: usize) -> impl Iterator<Item = &Goal> {
     goals.iter().filter(move |(ask, _)| *ask == index).map(|(_, goal)| goal)
 }
 
+/// Whether measurements show all that is asked for, by every test.
+fn are_met(
+    design: &Design,
+    question: &Question,
+    goals: &[(usize, Goal)],
+    chosen: &[usize],
+) -> bool {
+    let all: Vec<Goal> = goals.iter().map(|(_, goal)| goal.clone()).collect();
+    is_all_asked(question, goals) && design.are_safe(&all, chosen)
+}
+
 /// What would reach the aim, where the plan does not.
-fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], noun: &str) -> String {
+fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], offer: &Offer) -> String {
     let all: Vec<Goal> = goals.iter().map(|(_, goal)| goal.clone()).collect();
     let most = design.forward(&all, design.n_offered());
-    let answered = (0..question.asks.len()).all(|ask| of(goals, ask).next().is_some());
-    if answered && design.are_safe(&all, &most) {
-        return format!("{} would reach it", text::counted(most.len(), noun));
+    if are_met(design, question, goals, &most) {
+        return format!("{} would reach it", text::counted(most.len(), offer.noun));
     }
-    beyond(question, noun)
+    beyond(question, offer)
 }
 
 /// What would, where no measurement of the offer does.
-fn beyond(question: &Question, noun: &str) -> String {
+fn beyond(question: &Question, offer: &Offer) -> String {
+    let none = format!("no {} that the machine is said to make reaches it", offer.noun);
     match &question.advice {
-        Some(advice) => format!("no {noun} that the machine is said to make reaches it; {advice}"),
-        None => format!("no {noun} that the machine is said to make reaches it; {WIDEN}"),
+        Some(advice) => format!("{none}; {advice}; or {}", wider(offer)),
+        None => format!("{none}; {}, or measure the quantity by other means", wider(offer)),
     }
+}
+
+/// How to have more measurements on offer.
+fn wider(offer: &Offer) -> String {
+    let keys: Vec<String> = offer.undeclared.iter().map(|key| format!("`{key}`")).collect();
+    if keys.is_empty() {
+        return "widen what `[plan]` declares".to_owned();
+    }
+    format!("declare in `[plan]` what else the machine can do, by {}", keys.join(", "))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

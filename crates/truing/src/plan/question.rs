@@ -1,5 +1,7 @@
 //! What a plan is made for, and what that asks of the linearised model.
 
+use std::collections::BTreeSet;
+
 use model_discrepancy::{Model, Options};
 use nalgebra::{DMatrix, DVector};
 
@@ -78,32 +80,35 @@ impl Question {
     ) -> Result<Self, PlanProblem> {
         let accepted = answer.steps.iter().map(super::answer::Step::label);
         let labels: Vec<String> = model.declared().effects.iter().map(label).collect();
-        let question = |asks, aim: &str, advice: Option<&String>| Self {
+        let question = |asks, aim: &str, advice: Option<String>| Self {
             asks,
             accepted: accepted.clone().filter(|a| labels.contains(a)).collect(),
             aim: aim.to_owned(),
-            advice: advice.cloned(),
+            advice,
         };
         let (rivals, proposed) = rivals(answer, model, &labels);
         let unseen: Vec<&super::answer::Unseen> =
             answer.not_observable.iter().filter(|u| labels.contains(&u.effect)).collect();
         let of_unseen =
             || unseen.iter().map(|u| Ask::Visible { effect: u.effect.clone() }).collect();
-        let of_advice = || unseen.iter().find_map(|u| u.separate_by.as_ref());
+        let advice = |is_asked: &dyn Fn(&str) -> bool| {
+            let asked = unseen.iter().filter(|u| is_asked(&u.effect));
+            let all: BTreeSet<String> = asked.filter_map(|u| u.advice()).collect();
+            (!all.is_empty()).then(|| all.into_iter().collect::<Vec<_>>().join("; "))
+        };
         let default = if rivals.is_empty() { UNOBSERVABLE } else { RIVALS };
         match wanted.unwrap_or(default) {
             RIVALS if rivals.is_empty() => Err(PlanProblem::NoRivals),
-            RIVALS => Ok(question(rivals, RIVALS, proposed)),
+            RIVALS => Ok(question(rivals, RIVALS, proposed.cloned())),
             UNOBSERVABLE if unseen.is_empty() => Err(PlanProblem::NothingToAsk),
-            UNOBSERVABLE => Ok(question(of_unseen(), UNOBSERVABLE, of_advice())),
+            UNOBSERVABLE => Ok(question(of_unseen(), UNOBSERVABLE, advice(&|_| true))),
             "all" => Ok(question(vec![Ask::All], "all", None)),
             list => {
                 let mut asks = Vec::new();
                 for name in list.split(',').map(str::trim) {
                     asks.extend(named(name, model, &labels)?);
                 }
-                let mut advice = unseen.iter().filter(|u| list.contains(&u.effect));
-                Ok(question(asks, list, advice.find_map(|u| u.separate_by.as_ref())))
+                Ok(question(asks, list, advice(&|effect| list.contains(effect))))
             }
         }
     }

@@ -40,6 +40,11 @@ const HELPS: f64 = 1.3;
 /// The same where physics alone explains the case: then the mistake must be the larger part.
 const HELPS_MOST: f64 = 3.0;
 
+/// Whether a step is an effect, and no correction whose cause nobody knows.
+fn has_a_cause(step: &Step) -> bool {
+    !step.effect.starts_with(EMPIRICAL)
+}
+
 /// How physics stands beside a mistake.
 pub(super) enum Contest {
     /// It explains the case better.
@@ -85,8 +90,7 @@ impl Physics {
     /// explains anything beside any change.
     fn by_name(&self) -> Option<(usize, f64)> {
         let closure = self.closure()?;
-        let is_named = |step: &&Step| !step.effect.starts_with(EMPIRICAL);
-        let named = closure.steps.iter().take_while(is_named).count();
+        let named = closure.steps.iter().take_while(|step| has_a_cause(step)).count();
         let left = match named {
             n if n == closure.steps.len() => closure.after.train_rms,
             0 => closure.before.train_rms,
@@ -112,7 +116,7 @@ impl Physics {
     }
 
     fn has_names_alone(&self) -> bool {
-        self.closure().is_some_and(|closure| closure.empirical.is_empty())
+        self.closure().is_some_and(|closure| closure.steps.iter().all(has_a_cause))
     }
 
     /// Whether it takes most of the misfit, and what it leaves is not gross still: of tables that do not
@@ -165,15 +169,15 @@ impl Physics {
         let is_needed = |step: &Step| {
             needed.iter().any(|other| other.effect == step.effect && other.subject == step.subject)
         };
+        let mistakes = std::iter::once(&found.named).chain(&found.rivals);
+        let labels: Vec<String> = mistakes.map(Hypothesis::label).collect();
+        let input = format!("look at the input first: {}", found.named.description);
         for step in settled.closure.steps.iter_mut().filter(|step| !is_needed(step)) {
-            let mistakes = std::iter::once(&found.named).chain(&found.rivals);
-            let labels: Vec<String> = mistakes.map(Hypothesis::label).collect();
             step.indistinguishable_from.extend(labels.iter().cloned());
-            step.rivals.extend(labels);
-            let input = format!("look at the input first: {}", found.named.description);
+            step.rivals.extend(labels.iter().cloned());
             step.separate_by = Some(match step.separate_by.take() {
                 Some(known) => format!("{known}; or {input}"),
-                None => input,
+                None => input.clone(),
             });
         }
     }

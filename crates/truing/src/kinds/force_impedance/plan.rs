@@ -77,6 +77,7 @@ pub(super) fn offer(settings: &HeadPlanSettings, log: &Logged<'_>) -> Offer {
         is_record: true,
         is_new_session: false,
         controls: Vec::new(),
+        undeclared: settings.undeclared(),
         made: Some(segments.len()),
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

@@ -5,6 +5,7 @@ use serde::de::{Deserializer, Error};
 
 use crate::case::{Finite, Positive};
 use crate::kinds::lean::Lean;
+use crate::kinds::undeclared;
 
 /// `[plan]` of a head: what it can be made to do on a plate.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -15,6 +16,17 @@ pub(super) struct HeadPlanSettings {
     pub(super) axial_mm_per_s: Option<Vec<Finite>>,
     pub(super) seconds: Option<Positive>,
     pub(super) minutes_per_measurement: Option<Positive>,
+}
+
+impl HeadPlanSettings {
+    /// Keys that are not declared and would offer more.
+    pub(super) fn undeclared(&self) -> Vec<&'static str> {
+        undeclared(&[
+            ("leans_deg", self.leans_deg.is_some()),
+            ("loads_n", self.loads_n.is_some()),
+            ("axial_mm_per_s", self.axial_mm_per_s.is_some()),
+        ])
+    }
 }
 
 /// A normal force, nought where the head hangs free.

@@ -52,6 +52,7 @@ pub(super) fn offer<const D: usize>(
         is_record: false,
         is_new_session: true,
         controls: Vec::new(),
+        undeclared: settings.undeclared(D),
         made: None,
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::case::{LoopSettings, Positive};
 use crate::kinds::touching::Range;
+use crate::kinds::undeclared;
 
 pub(super) const POSES: &str = "poses.csv";
 pub(super) const DISTANCES: &str = "distances.csv";
@@ -79,4 +80,15 @@ pub(crate) struct FramePlanSettings {
     pub(super) z_mm: Option<Range>,
     pub(super) spacing_mm: Option<Positive>,
     pub(super) minutes_per_measurement: Option<Positive>,
+}
+
+impl FramePlanSettings {
+    /// Keys that are not declared and would offer more, in so many dimensions.
+    pub(super) fn undeclared(&self, dimensions: usize) -> Vec<&'static str> {
+        undeclared(&[
+            ("x_mm", self.x_mm.is_some()),
+            ("y_mm", self.y_mm.is_some()),
+            ("z_mm", self.z_mm.is_some() || dimensions < 3),
+        ])
+    }
 }

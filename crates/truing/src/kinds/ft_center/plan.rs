@@ -13,7 +13,7 @@ use crate::case::{Location, Positive, Problem};
 use crate::count::count;
 use crate::kinds::lean::Lean;
 use crate::kinds::touching::{MOST_PLACES, Place, PlanSettings, shuffled};
-use crate::kinds::{Beside, Cells, Offer, Offered};
+use crate::kinds::{Beside, Cells, Offer, Offered, undeclared};
 
 /// Places along the diagonal of the region where no spacing is declared.
 const ACROSS: f64 = 5.0;
@@ -98,13 +98,15 @@ pub(super) fn presses(
         is_record: false,
         is_new_session: false,
         controls: Vec::new(),
+        undeclared: settings.undeclared_of_presses(),
         made: Some(of.presses.iter().filter(|p| p.role != PressRole::Locate).count()),
         minutes: settings.minutes(),
         reach: None,
     })
 }
 
-/// Loads that are declared, or the range of those that there were.
+/// Loads that are declared, or the range of those that there were and its middle: what goes with the load
+/// is told from what does not by a third.
 fn loads(settings: &SensorPlanSettings, measured: impl Iterator<Item = f64>) -> Vec<f64> {
     if let Some(loads) = &settings.loads_n {
         return loads.iter().map(|Positive(load)| *load).collect();
@@ -114,7 +116,7 @@ fn loads(settings: &SensorPlanSettings, measured: impl Iterator<Item = f64>) -> 
     match (all.first(), all.get(all.len() / 2), all.last()) {
         // One load, as well as it is kept.
         (Some(low), Some(middle), Some(high)) if high - low < 0.1 * middle => vec![*middle],
-        (Some(low), _, Some(high)) => vec![*low, *high],
+        (Some(low), _, Some(high)) => vec![*low, 0.5 * (low + high), *high],
         _ => Vec::new(),
     }
 }
@@ -226,6 +228,7 @@ pub(super) fn poses(
         is_record: false,
         is_new_session: false,
         controls: Vec::new(),
+        undeclared: undeclared(&[("tilts_deg", settings.tilts_deg.is_some())]),
         made: None,
         minutes: settings.minutes(),
         reach: None,

@@ -6,6 +6,7 @@ use crate::case::{Finite, Positive};
 use crate::kinds::lean::Lean;
 use crate::kinds::positioning::{AxisPlanSettings, Ways};
 use crate::kinds::touching::Range;
+use crate::kinds::undeclared;
 
 /// `[plan]` of a sensor: where it can be pressed, how hard and how, and how it can be tilted.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -28,6 +29,16 @@ impl SensorPlanSettings {
     pub(super) fn of_axis(&self) -> AxisPlanSettings {
         let Self { targets, directions, cycles, minutes_per_measurement, .. } = self.clone();
         AxisPlanSettings { targets, directions, cycles, minutes_per_measurement }
+    }
+
+    /// Keys that are not declared and would offer more presses.
+    pub(super) fn undeclared_of_presses(&self) -> Vec<&'static str> {
+        undeclared(&[
+            ("leans_deg", self.leans_deg.is_some()),
+            ("loads_n", self.loads_n.is_some()),
+            ("x_mm", self.x_mm.is_some()),
+            ("y_mm", self.y_mm.is_some()),
+        ])
     }
 
     pub(super) fn minutes(&self) -> Option<f64> {

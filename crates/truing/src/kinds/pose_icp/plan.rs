@@ -85,6 +85,11 @@ pub(super) fn offer(
         is_record: false,
         is_new_session: false,
         controls: Vec::new(),
+        undeclared: match aperture {
+            // All of it is on offer.
+            Some(_) => Vec::new(),
+            None => case.plan.undeclared(),
+        },
         made: None,
         minutes: case.plan.minutes(),
         reach: (tip.side == TipSide::Above).then(|| case.plan.reach(highest)),

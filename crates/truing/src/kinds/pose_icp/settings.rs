@@ -97,6 +97,7 @@ pub(super) struct ToolSettings {
     pub(super) std_film_mm: Option<Positive>,
     pub(super) std_tip_mm: Option<Positive>,
     pub(super) std_axis_mm: Option<Positive>,
+    pub(super) std_form_mm: Option<Positive>,
     pub(super) removal_exponent: Option<Positive>,
 }
 
@@ -111,6 +112,7 @@ impl ToolSettings {
             std_film_mm: or_none(&self.std_film_mm),
             std_tip_mm: or_none(&self.std_tip_mm),
             std_axis_mm: or_none(&self.std_axis_mm),
+            std_form_mm: or_none(&self.std_form_mm),
             removal_exponent: given(&self.removal_exponent),
         }
     }

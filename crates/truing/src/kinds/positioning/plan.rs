@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::case::{Finite, Positive};
 use crate::kinds::touching::shuffled;
-use crate::kinds::{Cells, Offer, Offered};
+use crate::kinds::{Cells, Offer, Offered, undeclared};
 
 /// `[plan]` of an axis, targets in the unit of the table.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -87,6 +87,7 @@ impl AxisPlanSettings {
             is_record: false,
             is_new_session: false,
             controls: Vec::new(),
+            undeclared: undeclared(&[("targets", self.targets.is_some())]),
             made: None,
             minutes: self.minutes_per_measurement.map(|Positive(minutes)| minutes),
             reach: None,

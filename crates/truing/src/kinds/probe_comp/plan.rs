@@ -11,7 +11,7 @@ use super::tables::{APPROACH, GUIDE, SPINDLE, XYZ};
 use crate::Error;
 use crate::case::Problem;
 use crate::kinds::touching::{ACROSS, MOST_PLACES, Place, shuffled};
-use crate::kinds::{Offer, Offered, PlannedTouch};
+use crate::kinds::{Offer, Offered, PlannedTouch, undeclared};
 
 /// Columns that hold the feed of a touch, and what makes mm/min of it.
 const FEEDS: [(&str, f64); 2] = [("feed_mm_per_min", 1.0), ("feed_mm_per_s", 60.0)];
@@ -70,6 +70,7 @@ pub(super) fn offer(case: &ProbeCase) -> Result<Option<Offer>, Error> {
         is_record: false,
         is_new_session: false,
         controls: Vec::new(),
+        undeclared: [settings.undeclared(), undeclared_ways(case, &levels)].concat(),
         made: None,
         minutes: settings.minutes(),
         reach: from_above.then(|| settings.reach(highest)),
@@ -98,6 +99,17 @@ impl Levels {
             oblique_rad: settings.oblique_rad(),
         }
     }
+}
+
+/// Keys of `[plan]` that are not declared and would offer touches in more ways.
+fn undeclared_ways(case: &ProbeCase, levels: &Levels) -> Vec<&'static str> {
+    let settings = &case.plan;
+    let has_recorded = case.touches.covariates.iter().any(|c| FEEDS.iter().any(|f| f.0 == c.name));
+    undeclared(&[
+        ("feeds_mm_per_min", settings.feeds().is_some()),
+        ("measured_feed_mm_per_min", has_recorded || settings.measured_feed().is_some()),
+        ("spindle_deg", levels.spindle_deg.is_some()),
+    ])
 }
 
 /// Values of a column, each once; the outermost and some between where there are many.

@@ -94,6 +94,7 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
         is_record: false,
         is_new_session: false,
         controls,
+        undeclared: settings.undeclared(of.carried.is_some()),
         made: Some(of.steps.len()),
         minutes: settings.minutes_per_measurement.map(|Positive(minutes)| minutes),
         reach: None,

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::case::{Finite, Positive};
 use crate::kinds::touching::Range;
+use crate::kinds::undeclared;
 
 /// `[plan]` of a tracer: where it can stand, what it can look at, how the axis can turn.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -18,4 +19,19 @@ pub(crate) struct TracerPlanSettings {
     pub(super) second_angles_deg: Option<Vec<Finite>>,
     pub(super) mounts_mm: Option<Vec<[Finite; 3]>>,
     pub(super) minutes_per_measurement: Option<Positive>,
+}
+
+impl TracerPlanSettings {
+    /// Keys that are not declared and would offer more; of an axis, or of a head with two.
+    pub(super) fn undeclared(&self, has_second: bool) -> Vec<&'static str> {
+        undeclared(&[
+            ("angles_deg", self.angles_deg.is_some()),
+            ("second_angles_deg", self.second_angles_deg.is_some() || !has_second),
+            // Where it can stand.
+            ("x_mm", self.x_mm.is_some()),
+            ("y_mm", self.y_mm.is_some()),
+            ("z_mm", self.z_mm.is_some()),
+            ("mounts_mm", self.mounts_mm.is_some()),
+        ])
+    }
 }
