@@ -185,8 +185,9 @@ pub(crate) const MIN_GROUPS: usize = 3;
 /// Fewest groups whose agreement has a scatter of its own.
 pub(crate) const MIN_AGREEING: usize = 5;
 
-/// Fewest groups for which the scatter between groups is itself well enough known.
-pub(crate) const MIN_CLUSTERS: usize = 8;
+/// Fewest groups for which the scatter between groups is itself well enough known: one fewer than those with which
+/// the choice is repeated, so that repetitions are judged as all are.
+pub(crate) const MIN_CLUSTERS: usize = MIN_NESTED_GROUPS - 1;
 
 /// Fewest groups with which the choice of effects can be repeated without each of them.
 pub(crate) const MIN_NESTED_GROUPS: usize = 8;

@@ -16,6 +16,8 @@ const REFERENCE_C: f64 = 20.0;
 const MIN_PLACES: usize = 3;
 /// Visits that each target must have on the mean before it has a deviation of its own.
 pub(super) const MIN_VISITS: usize = 2;
+/// Fewest cycles of which each has a zero of its own: of two it is a step between them.
+const MIN_CYCLES: usize = 3;
 /// A rotary axis must cover this much before what repeats with its turn is told from a curve.
 const MIN_ARC_DEG: f64 = 120.0;
 const TURN_DEG: f64 = 360.0;
@@ -66,6 +68,7 @@ impl AxisRun<'_> {
             // A profile spans zero and pitch together: without this it would be named for them.
             terms.push(self.pitch_and_zero());
         }
+        terms.extend(self.cycle_zeros());
         terms.extend(searched.lag.and_then(|travel| self.lag(travel)));
         terms.extend(self.waves(searched.period));
         terms.extend(self.growth());
@@ -135,6 +138,26 @@ impl AxisRun<'_> {
         );
         let column = |t: &f64| self.each(|r| f64::from(u8::from(is_at(r, *t))));
         Some(term(effect, again.iter().map(column).collect()))
+    }
+
+    /// A zero of its own in every cycle.
+    fn cycle_zeros(&self) -> Option<AxisTerm> {
+        let cycles = self.cycles?;
+        let n = cycles.iter().max().map_or(0, |last| last + 1);
+        let of = |cycle: usize| cycles.iter().filter(|c| **c == cycle).count();
+        let is_seen = (MIN_CYCLES..=MAX_PLACES).contains(&n) && (0..n).all(|c| of(c) >= MIN_VISITS);
+        if !is_seen {
+            return None;
+        }
+        let (fine, factor) = self.motion.reported();
+        let parameters =
+            (1..=n).map(|cycle| parameter(&format!("cycle {cycle}"), fine, factor)).collect();
+        let text = "every cycle has a zero of its own: it was set anew, or moved, between them";
+        let effect = Effect::new("cycle-zero", text, parameters);
+        let column = |cycle: usize| {
+            cycles.iter().map(|c| f64::from(u8::from(*c == cycle))).collect::<Vec<f64>>()
+        };
+        Some(term(effect, (0..n).map(column).collect()))
     }
 
     /// A period shorter than the targets resolve: it is any deviation of the targets' own.

@@ -26,8 +26,9 @@ pub fn positioning_model(
 ) -> Result<LinearModel, FtCenterError> {
     check(run, sigma)?;
     let searched = Searched::of(run);
-    let with = |Longer { text, readings, covariates }: Longer| {
-        let longer = AxisRun { readings: &readings, covariates: &covariates, ..*run };
+    let with = |Longer { text, readings, cycles, covariates }: Longer| {
+        let cycles = cycles.as_deref();
+        let longer = AxisRun { readings: &readings, cycles, covariates: &covariates, ..*run };
         let mut causes = longer.causes(&searched);
         causes.extend(longer.courses(shown));
         (text.to_owned(), run_model(&longer, causes, sigma))
@@ -71,6 +72,10 @@ fn check(run: &AxisRun<'_>, sigma: Option<f64>) -> Result<(), FtCenterError> {
         }
     }
     let needed = run.readings.len();
+    if let Some(cycles) = run.cycles.filter(|cycles| cycles.len() != needed) {
+        let name = "cycle".to_owned();
+        return Err(FtCenterError::CovariateLength { name, got: cycles.len(), needed });
+    }
     match run.covariates.iter().find(|c| c.values.len() != needed) {
         Some(c) => {
             let (name, got) = (c.name.clone(), c.values.len());

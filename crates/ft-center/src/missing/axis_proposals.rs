@@ -14,6 +14,8 @@ pub(super) struct Longer {
     pub(super) text: &'static str,
     /// Those of the run, and then the further ones.
     pub(super) readings: Vec<AxisReading>,
+    /// The cycle of each, where they are known.
+    pub(super) cycles: Option<Vec<usize>>,
     /// One value for each.
     pub(super) covariates: Vec<Covariate>,
 }
@@ -80,5 +82,10 @@ fn longer(
         }
         Covariate { values: all, ..covariate.clone() }
     };
-    Longer { text, readings, covariates: run.covariates.iter().map(further).collect() }
+    // The zero stays that of the last cycle.
+    let cycles = run.cycles.map(|cycles| {
+        let last = cycles.iter().max().copied().unwrap_or(0);
+        cycles.iter().copied().chain(again.iter().map(|_| last)).collect()
+    });
+    Longer { text, readings, cycles, covariates: run.covariates.iter().map(further).collect() }
 }

@@ -22,6 +22,8 @@ pub struct AxisRun<'r> {
     pub motion: AxisMotion,
     /// Travel per turn of the screw or worm, in the unit of a target; `None`: searched for.
     pub lead: Option<f64>,
+    /// Which cycle each reading is of, counted from 0; `None` where it was not recorded.
+    pub cycles: Option<&'r [usize]>,
     /// One value per reading; `time_s` drives the drift, columns ending in `_c` thermal growth.
     pub covariates: &'r [Covariate],
 }

@@ -71,6 +71,7 @@ fn a_reversal_by_place_is_along_the_travel() {
             readings: &readings,
             motion: AxisMotion::Linear,
             lead: None,
+            cycles: None,
             covariates: &[],
         };
         let terms = run.terms(&run.shown());
@@ -101,7 +102,8 @@ fn a_turn_shows_on_rotary_axes_that_make_a_third_of_one() {
                 approach: None,
             })
             .collect();
-        let run = AxisRun { readings: &readings, motion, lead: None, covariates: &[] };
+        let run =
+            AxisRun { readings: &readings, motion, lead: None, cycles: None, covariates: &[] };
         let terms = run.terms(&run.shown());
         let turning = |text: &String| text.ends_with("per turn of the axis");
         terms.iter().filter(|t| t.effect.subject.as_ref().is_some_and(turning)).count()
@@ -113,7 +115,8 @@ fn a_turn_shows_on_rotary_axes_that_make_a_third_of_one() {
 
 /// Closes the loop, and anew with the courses that show beside what was found.
 fn settled(readings: &[AxisReading]) -> (Closure, Shown) {
-    let run = AxisRun { readings, motion: AxisMotion::Linear, lead: None, covariates: &[] };
+    let run =
+        AxisRun { readings, motion: AxisMotion::Linear, lead: None, cycles: None, covariates: &[] };
     let close = |shown: &Shown| {
         let model = positioning_model(&run, shown, Some(SIGMA_MM)).unwrap();
         let options = Options { nested: false, ..Options::default() };

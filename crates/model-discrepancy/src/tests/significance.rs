@@ -6,6 +6,7 @@ use crate::levels::CLEAR_BEYOND_DOUBT;
 use crate::levels::MIN_CLUSTERS;
 use crate::tests::f_test::{Significance, f_test};
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::algebra::basis::Basis;
 use crate::algebra::basis::NEW_DIRECTION;
@@ -174,8 +175,17 @@ fn group_p_value(
     let per_group = largest.min(3);
     let dof = (clusters * per_group).saturating_sub(full.dim()).min(test.dof) / per_group;
     let of_few = f_tail(test.f_statistic, count(test.directions), count(dof.max(1)));
+    let of_few = of_few.min(of_few_declared(lin, test, count(per_group) / count(largest)));
     let has_scatter = clusters >= MIN_AGREEING;
     if has_scatter { of_few.max(of_scatter()) } else { of_few }
+}
+
+/// The same where the noise is declared, and few groups need not tell how large it is: a group that counts as so
+/// many of its readings knows an amplitude by so much less.
+fn of_few_declared(lin: &Linear<'_>, test: &Significance, counted: f64) -> f64 {
+    let directions = count(test.directions);
+    let law = ChiSquared::new(directions).ok().filter(|_| lin.is_as_declared);
+    law.map_or(1.0, |law| law.sf(test.f_statistic * directions * counted))
 }
 
 #[cfg(test)]

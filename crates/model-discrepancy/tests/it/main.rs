@@ -6,6 +6,7 @@ mod covariates;
 mod declared_variance;
 mod degenerate;
 mod exchange;
+mod few_groups;
 mod foreseen;
 mod interruption;
 mod joint;

@@ -19,6 +19,9 @@ use crate::{Approach, Range, Step, Survey};
 /// Reference temperature of length, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
 
+/// A wavelength is off by parts in a million; by this much it is another unit, or readings that stand still.
+const NO_WAVELENGTH: f64 = 0.01;
+
 /// An effect as the loop sees it, and what it does to every range.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
@@ -178,9 +181,11 @@ pub(crate) fn coordinates(unit: &str, report_factor: f64) -> Vec<Parameter> {
 fn range_scale(scene: &Scene<'_>) -> Entry {
     let text = "the tracer reads displacements too long in proportion: its wavelength is off";
     let scale = parameter("scale", "ppm", 1e6);
-    scene.entry_of_readings("range-scale", None, text.to_owned(), &[scale], |r| {
+    let mut entry = scene.entry_of_readings("range-scale", None, text.to_owned(), &[scale], |r| {
         [scene.displacement_mm(r)]
-    })
+    });
+    entry.effect.maximum = Some(NO_WAVELENGTH);
+    entry
 }
 
 /// Of all readings, as one tracer goes from station to station: it warms up and settles, so that the

@@ -6,7 +6,8 @@ use std::sync::Arc;
 pub(crate) enum Order {
     /// One after the other.
     Listed(Vec<usize>),
-    /// The one so many rows further down in the same block, which begins anew at its end.
+    /// The one so many rows further down in the same block, which begins anew at its end; of rows in no block,
+    /// the row itself.
     Rolled { blocks: Arc<[Range<usize>]>, by: isize },
     /// The last of so many rows first.
     Reversed(usize),
@@ -20,7 +21,10 @@ impl Order {
         match self {
             Self::Listed(order) => order[row],
             Self::Rolled { blocks, by } => {
-                let Range { start, end } = blocks[blocks.partition_point(|b| b.end <= row)].clone();
+                let block = blocks.get(blocks.partition_point(|b| b.end <= row));
+                let Some(Range { start, end }) = block.filter(|b| b.contains(&row)).cloned() else {
+                    return row;
+                };
                 let (n, at) = (end - start, row - start);
                 let further = by.unsigned_abs() % n;
                 let next = if *by < 0 { at + n - further } else { at + further };
@@ -50,6 +54,8 @@ mod tests {
         assert_eq!(of(&rolled(-1), 6), [2, 0, 1, 3, 5, 4]);
         assert_eq!(of(&rolled(2), 6), [2, 0, 1, 3, 4, 5]);
         assert_eq!(of(&rolled(-5), 6), [1, 2, 0, 3, 5, 4]);
+        let one_block: std::sync::Arc<[_]> = [1..4].into();
+        assert_eq!(of(&Order::Rolled { blocks: one_block, by: 1 }, 6), [0, 2, 3, 1, 4, 5]);
         assert_eq!(of(&Order::Reversed(3), 3), [2, 1, 0]);
         assert_eq!(of(&Order::Exchanged([0..2, 3..5]), 6), [3, 4, 2, 0, 1, 5]);
         assert_eq!(of(&Order::Listed(vec![2, 0, 1]), 3), [2, 0, 1]);

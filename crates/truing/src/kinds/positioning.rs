@@ -67,6 +67,11 @@ const FEWEST_EITHER_WAY: usize = 4;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
 
+/// Fewest equal positions at one end that are no accident, where their targets lie beyond.
+const FEWEST_CLIPPED: usize = 3;
+/// By how much of the travel these lie beyond it: no axis misses by that.
+const CLIPPED_BY: f64 = 0.005;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Settings {
@@ -129,10 +134,9 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         );
         derived(&positions.targets)
     };
-    if columns.has("cycle") {
-        // A label: `[loop] group = "cycle"` leaves whole cycles out.
-        columns.texts("cycle")?;
-    }
+    // Labels: `[loop] group = "cycle"` leaves whole cycles out.
+    let cycles = columns.has("cycle").then(|| columns.texts("cycle")).transpose()?;
+    let cycles = cycles.map(|names| places_of(&names));
     let points = columns.has("point").then(|| columns.texts("point")).transpose()?;
     let lines: Vec<usize> = (0..table.n_rows()).map(|row| table.line(row)).collect();
     let unit = positions.motion.target_unit();
@@ -165,6 +169,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         sigma,
         lead,
         length_ratio,
+        cycles,
         covariates: extras.covariates,
         groups,
         group_noun,
@@ -296,6 +301,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(POSITIONS, rows)];
     all.extend(exchanged_targets(POSITIONS, table, columns));
+    all.extend(table.and_then(|table| clipped(table, columns)));
     all.extend(standing_still(POSITIONS, table, &columns[1..], without));
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     if let Some(fitted) = fitted {
@@ -303,6 +309,46 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));
     }
     all
+}
+
+/// For each name the place at which it first stands among those before it.
+fn places_of<'t>(names: &[&'t str]) -> Vec<usize> {
+    let mut known: Vec<&'t str> = Vec::new();
+    let mut place = |name: &&'t str| {
+        known.iter().position(|other| other == name).unwrap_or_else(|| {
+            known.push(name);
+            known.len() - 1
+        })
+    };
+    names.iter().map(&mut place).collect()
+}
+
+/// Positions that are all the same to the last digit at one end of what was reached, where the axis was sent
+/// beyond it by more than any axis misses.
+fn clipped(table: &Table, [target, reached]: [&str; 2]) -> Option<Hypothesis> {
+    let (targets, values) = (table.numbers(target)?, table.numbers(reached)?);
+    let span = |values: &[f64]| {
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        high - values.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    let beyond = CLIPPED_BY * span(&targets);
+    let at_end = |sign: f64| {
+        let end = values.iter().map(|v| sign * v).fold(f64::NEG_INFINITY, f64::max);
+        let is_there = |row: &usize| (sign * values[*row]).total_cmp(&end).is_eq();
+        let rows: Vec<usize> = (0..values.len()).filter(is_there).collect();
+        let is_beyond = rows.iter().all(|&row| sign * targets[row] - end > beyond);
+        (rows.len() >= FEWEST_CLIPPED && is_beyond).then_some((sign * end, rows))
+    };
+    let (limit, rows) = at_end(1.0).or_else(|| at_end(-1.0))?;
+    let marked: Vec<bool> = (0..values.len()).map(|row| rows.contains(&row)).collect();
+    let description = format!(
+        "`{reached}` of {POSITIONS} saturates: it clips at {limit} in {} rows, from line {}, whose targets lie \
+         beyond; repeat the measurement with a wider range, or leave these rows out",
+        rows.len(),
+        table.line(rows[0])
+    );
+    let edits = vec![rows_left_out(POSITIONS, &marked)];
+    Some(Hypothesis::of("input:saturation", (POSITIONS, &[reached]), description, edits).shown())
 }
 
 /// Directions of which every one contradicts the way from the target before.

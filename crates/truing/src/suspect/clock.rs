@@ -90,10 +90,15 @@ pub(crate) fn clocks(
     if !(0.0..=record.latency_s).contains(&offset_s) {
         let description = format!(
             "the clock of {name} in {} is {:.4} s {} that of the other channels (time offset): \
-             move it by that",
+             move it by that{}",
             record.file,
             offset_s.abs(),
-            if offset_s > 0.0 { "behind" } else { "ahead of" }
+            if offset_s > 0.0 { "behind" } else { "ahead of" },
+            if (-record.latency_s..0.0).contains(&offset_s) {
+                ", unless a filter delays the others by as much"
+            } else {
+                ""
+            }
         );
         found.push(record.corrected(description, constant).unphysical());
     }

@@ -39,6 +39,16 @@ pub(crate) fn slips(
     read.flat_map(of_column).collect()
 }
 
+/// One number whose sign is wrong.
+pub(crate) fn slip_of_sign(
+    file: &'static str,
+    table: &Table,
+    (name, values): (&str, &[f64]),
+    row: usize,
+) -> Hypothesis {
+    slip((file, table), (name, values), row, -1.0)
+}
+
 fn largest(values: &[f64]) -> impl Iterator<Item = usize> {
     let mut rows: Vec<usize> = (0..values.len()).collect();
     rows.sort_by(|&a, &b| values[b].abs().total_cmp(&values[a].abs()));

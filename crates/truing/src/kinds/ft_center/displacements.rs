@@ -115,7 +115,8 @@ impl DisplacementCase {
     /// The table as a run of an axis; `None` where no target repeats and none was approached both ways.
     fn run<'r>(&'r self, covariates: &'r [Covariate]) -> Option<AxisRun<'r>> {
         let motion = AxisMotion::Linear;
-        let run = AxisRun { readings: &self.readings, motion, lead: None, covariates };
+        let run =
+            AxisRun { readings: &self.readings, motion, lead: None, cycles: None, covariates };
         run.is_a_run().then_some(run)
     }
 

@@ -37,6 +37,8 @@ pub(super) struct PositioningCase {
     pub(super) lead: Option<f64>,
     /// Standard uncertainty of the length standard over the length, where declared.
     pub(super) length_ratio: Option<f64>,
+    /// Which cycle each reading is of, where it was recorded.
+    pub(super) cycles: Option<Vec<usize>>,
     pub(super) covariates: Vec<NumberColumn>,
     pub(super) groups: Vec<String>,
     pub(super) group_noun: String,
@@ -79,7 +81,13 @@ impl PositioningCase {
     }
 
     fn run<'r>(&'r self, covariates: &'r [Covariate]) -> AxisRun<'r> {
-        AxisRun { readings: &self.readings, motion: self.motion, lead: self.lead, covariates }
+        AxisRun {
+            readings: &self.readings,
+            motion: self.motion,
+            lead: self.lead,
+            cycles: self.cycles.as_deref(),
+            covariates,
+        }
     }
 
     fn prepared(&self, shown: Shown) -> Result<Prepared<'_>, Error> {

@@ -1,14 +1,22 @@
 //! What may be wrong with the touches of a probe, its ball or the drawing of the part.
 
+use nalgebra::Vector3;
+
+use super::estimates::ProbeCompEstimates;
 use super::settings::{MICRO, TOUCHES};
 use super::tables::KNOWN;
 use crate::case::Table;
+use crate::count::count;
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
 use crate::suspect::{Hypothesis, exchanges, lengths, other_setting, rows_shifted, signs};
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
+/// Root mean square sine of the angle between approach and normal from which on it is asked why: 10°.
+const BESIDE: f64 = 0.17;
+/// Times that it must be smaller with a change of the coordinates.
+const STRAIGHTER: f64 = 4.0;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["touch", XYZ[0], XYZ[1], XYZ[2]];
@@ -26,7 +34,67 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     all.extend(exchanges(TOUCHES, table, &APPROACH));
     all.extend(signs(TOUCHES, table, &APPROACH));
     all.extend(rows_shifted(TOUCHES, table, &APPROACH, None));
+    all.extend(table.zip(fitted).and_then(|(table, fitted)| against_approaches(table, fitted)));
     all.extend(mistakes_of_rows(TOUCHES, table, KNOWN, fitted));
+    all
+}
+
+/// Coordinates exchanged or mirrored so that the part looks the same, as one of revolution does: the touches then
+/// come from beside the normals of where they seem to be, and along those of where they were.
+fn against_approaches(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
+    let found = fitted.estimates.downcast_ref::<ProbeCompEstimates>()?;
+    let [nx, ny, nz] = APPROACH.map(|name| table.numbers(name));
+    let (nx, ny, nz) = (nx?, ny?, nz?);
+    let normals: Vec<Vector3<f64>> =
+        found.touches.iter().map(|t| Vector3::new(t.nx, t.ny, t.nz)).collect();
+    if normals.len() != nx.len() {
+        return None;
+    }
+    let besides = |change: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+        let beside = |(row, normal): (usize, &Vector3<f64>)| {
+            let came = Vector3::new(nx[row], ny[row], nz[row]);
+            came.cross(&change(normal)).norm() / came.norm()
+        };
+        let squares = normals.iter().enumerate().map(beside).map(|sine| sine * sine);
+        (squares.sum::<f64>() / count(normals.len())).sqrt()
+    };
+    let now = besides(&|normal| *normal);
+    let mut best: Option<(f64, Hypothesis)> = None;
+    for (hypothesis, change) in symmetries(table) {
+        let then = besides(&change);
+        if then * STRAIGHTER <= now && best.as_ref().is_none_or(|(least, _)| then < *least) {
+            best = Some((then, hypothesis));
+        }
+    }
+    let (then, found) = best.filter(|_| now >= BESIDE)?;
+    let degrees = |sine: f64| sine.min(1.0).asin().to_degrees();
+    let description = format!(
+        "{}; as they are the touches came from {:.0}° beside the normals, then from {:.0}° (or the same is wrong \
+         with `nx`, `ny`, `nz`)",
+        found.description,
+        degrees(now),
+        degrees(then)
+    );
+    Some(Hypothesis { description, ..found }.certain())
+}
+
+/// What may be wrong with the coordinates, and what it does to a normal.
+fn symmetries(table: &Table) -> Vec<(Hypothesis, impl Fn(&Vector3<f64>) -> Vector3<f64>)> {
+    let mut all = Vec::new();
+    let mut add = |found: Option<Hypothesis>, order: [usize; 3], sign: [f64; 3]| {
+        let change = move |n: &Vector3<f64>| Vector3::from_fn(|i, _| sign[i] * n[order[i]]);
+        all.extend(found.map(|found| (found, change)));
+    };
+    for [a, b] in [[0, 1], [0, 2], [1, 2]] {
+        let mut order = [0, 1, 2];
+        order.swap(a, b);
+        add(exchanges(TOUCHES, Some(table), &[XYZ[a], XYZ[b]]).pop(), order, [1.0; 3]);
+    }
+    for axis in 0..3 {
+        let mut sign = [1.0; 3];
+        sign[axis] = -1.0;
+        add(signs(TOUCHES, Some(table), &[XYZ[axis]]).pop(), [0, 1, 2], sign);
+    }
     all
 }
 

@@ -1,5 +1,8 @@
 //! What may be wrong with a survey of a rotary axis.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{Survey, TargetSurvey};
 
@@ -7,13 +10,13 @@ use super::axis_error::AxisErrorEstimate;
 use super::estimates::TrackerLmEstimates;
 use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
-use crate::case::{Change, Edit, Table};
+use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, copies, cycles, exchanges, other_setting,
-    place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, spread_of,
-    standing_still, swapped_names, units,
+    Dimension, Hypothesis, Proof, Yardstick, copies, cycles, exchanges, farthest, other_setting,
+    place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips,
+    spread_of, standing_still, swapped_names, units,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -29,6 +32,12 @@ const MOST_NAMES: usize = 8;
 /// Angles looked at for exchanged ones: the two where the axis errs most, and as many more as the fit
 /// may have put before them.
 const FARTHEST: usize = 5;
+/// Displacements with another sign than their neighbours that are looked at.
+const MOST_TURNED: usize = 4;
+/// Fewest equal displacements of one lock, while the axis turns, that are no accident; elsewhere one in so
+/// many may be read twice.
+const FEWEST_STILL: usize = 3;
+const STILL_ELSEWHERE: usize = 20;
 /// Angles as close as this are one, as they are written.
 const SAME_ANGLE_DEG: f64 = 1e-6;
 
@@ -42,10 +51,11 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let mut all = directions(files);
     let without = |read: &Table, rows: &[bool]| left_out((file, read), [stations, mounts], rows);
     if file == TARGETS {
-        all.extend(place_standing_still(file, read, &PLACE, without));
-        all.extend(standing_still(file, read, &PLACE, without));
+        all.extend(place_standing_still(file, read, &PLACE, &without));
+        all.extend(standing_still(file, read, &PLACE, &without));
     } else {
-        all.extend(standing_still(file, read, &["displacement_mm"], without));
+        all.extend(standing_still(file, read, &["displacement_mm"], &without));
+        all.extend(lock_standing_still(file, read, &without));
     }
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
     all.extend(signs(file, read, &["angle_deg"]));
@@ -57,6 +67,13 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     } else {
         let column = ["displacement_mm"];
         all.extend(units(file, read, &column, Dimension::Length));
+        all.extend(counts_of_the_path(file, read));
+        all.extend(turned_signs(file, read));
+        let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
+        all.extend(slips(file, read, &column, fitted.zip(far.as_deref())));
+        all.extend(
+            read.zip(far).into_iter().flat_map(|(read, far)| lock_shifted((file, read), &far)),
+        );
         all.extend(signs(file, read, &column));
         let of_station = ["station", column[0]];
         all.extend(readings_of_one(file, read, of_station, Dimension::Length));
@@ -71,6 +88,123 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(exchanged_angles((file, read), fitted));
     }
     all
+}
+
+/// Displacements that count the way of the beam there and back, or half of the way of the reflector.
+fn counts_of_the_path(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
+    const COLUMN: &str = "displacement_mm";
+    let of = |(what, factor): (&str, f64)| {
+        let description = format!(
+            "`{COLUMN}` of {file} is {what}: multiply by {factor} (the factor two of a beam that goes there \
+             and back)"
+        );
+        let change = Change::Scale { columns: vec![COLUMN.to_owned()], rows: None, factor };
+        Hypothesis::of("input:unit", (file, &[COLUMN]), description, vec![Edit { file, change }])
+    };
+    let is_there = read.is_some_and(|read| read.column(COLUMN).is_some());
+    let both = [("half of the displacement", 2.0), ("twice the displacement", 0.5)];
+    both.into_iter().filter(|_| is_there).map(of).collect()
+}
+
+/// The readings of one lock, a station on one reflector, in the order of the table.
+fn locks(read: &Table) -> Vec<Vec<usize>> {
+    let Some((station, mount)) = read.column("station").zip(read.column("mount")) else {
+        return Vec::new();
+    };
+    let mut locks: HashMap<[&str; 2], Vec<usize>> = HashMap::new();
+    for row in 0..read.n_rows() {
+        locks.entry([read.cell(row, station), read.cell(row, mount)]).or_default().push(row);
+    }
+    let mut locks: Vec<Vec<usize>> = locks.into_values().collect();
+    locks.sort();
+    locks
+}
+
+/// A displacement that stands still through some steps of one lock, where hardly any other is read twice.
+fn lock_standing_still(
+    file: &'static str,
+    read: Option<&Table>,
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Option<Hypothesis> {
+    const COLUMN: &str = "displacement_mm";
+    let read = read?;
+    let values = read.numbers(COLUMN)?;
+    let is_same = |a: usize, b: usize| values[a].total_cmp(&values[b]).is_eq();
+    let mut equal = 0;
+    let mut longest: Vec<usize> = Vec::new();
+    for lock in locks(read) {
+        let mut run = 0;
+        for i in 1..lock.len() {
+            run = if is_same(lock[i - 1], lock[i]) { run + 1 } else { 0 };
+            equal += usize::from(run > 0);
+            if run > 0 && run + 1 > longest.len() {
+                longest = lock[i - run..=i].to_vec();
+            }
+        }
+    }
+    let elsewhere = (equal + 1).saturating_sub(longest.len());
+    if longest.len() < FEWEST_STILL || STILL_ELSEWHERE * elsewhere > values.len() {
+        return None;
+    }
+    let marked: Vec<bool> = (0..values.len()).map(|row| longest.contains(&row)).collect();
+    let description = format!(
+        "the channel `{COLUMN}` of {file} is stuck: it reads {} in {} steps of one lock, from line {}, while \
+         the axis turns; repeat this lock, or leave these rows out",
+        values[longest[0]],
+        longest.len(),
+        read.line(longest[0])
+    );
+    Some(Hypothesis::of("input:stuck", (file, &[COLUMN]), description, without(read, &marked)))
+}
+
+/// Displacements between whose neighbours in the lock, of the opposite sign, they would lie with the other one.
+fn turned_signs(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
+    const COLUMN: &str = "displacement_mm";
+    let Some((read, values)) = read.and_then(|read| Some((read, read.numbers(COLUMN)?))) else {
+        return Vec::new();
+    };
+    let is_turned = |three: &&[usize]| {
+        let [before, at, after] = [0, 1, 2].map(|i| values[three[i]]);
+        let beside = (after - before).abs();
+        before * after > 0.0 && at * before < 0.0 && (-at - 0.5 * (before + after)).abs() <= beside
+    };
+    let locks = locks(read);
+    let turned = locks.iter().flat_map(|lock| lock.windows(3)).filter(is_turned);
+    let slip = |three: &[usize]| slip_of_sign(file, read, (COLUMN, &values), three[1]);
+    turned.take(MOST_TURNED).map(slip).collect()
+}
+
+/// The readings of one lock one row further down or up: of the lock that lies farthest off.
+fn lock_shifted((file, read): (&'static str, &Table), far: &[usize]) -> Vec<Hypothesis> {
+    const COLUMN: &str = "displacement_mm";
+    let locks = locks(read);
+    let Some(lock) = far.first().and_then(|row| locks.iter().find(|lock| lock.contains(row)))
+    else {
+        return Vec::new();
+    };
+    let (first, n) = (lock[0], lock.len());
+    // Only where its rows follow each other.
+    if n < 2 || lock[n - 1] - first + 1 != n {
+        return Vec::new();
+    }
+    let block = first..first + n;
+    let of = |by: isize| {
+        let lost = if by > 0 { first + n - 1 } else { first };
+        let rows = (0..read.n_rows()).filter(|&row| row != lost).collect();
+        let blocks = Arc::from(vec![block.clone()]);
+        let columns = vec![COLUMN.to_owned()];
+        let rolled = Change::Rows { columns, order: Order::Rolled { blocks, by } };
+        let edits = [rolled, Change::Keep { rows }].map(|change| Edit { file, change });
+        let description = format!(
+            "the rows of `{COLUMN}` of {file} are shifted one row {} in one lock, lines {} to {}: shift them \
+             back",
+            if by > 0 { "down" } else { "up" },
+            read.line(first),
+            read.line(first + n - 1)
+        );
+        Hypothesis::of("input:row-shift", (file, &[COLUMN]), description, edits.to_vec())
+    };
+    [1, -1].map(of).to_vec()
 }
 
 /// The angles of two steps exchanged, of those at which the axis errs most.

@@ -110,3 +110,17 @@ fn one_station_in_another_unit_is_named() {
     let said = format!("{}{}", said.stdout, said.stderr);
     assert!(said.contains("metres, where `station` is `S2`: multiply these by 1000"), "{said}");
 }
+
+/// A display that ends at 300 mm: deviations of their own at the last two targets would explain it.
+#[test]
+fn a_position_that_clips_is_no_profile() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm"], |n, old| {
+        vec![format!("{}", old[n][0].parse::<f64>().unwrap().min(300.0))]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:saturation");
+    assert_eq!(step["subject"], "positions.csv: actual_mm");
+    assert!(step["description"].as_str().unwrap().contains("clips at 300 in 12 rows"), "{step}");
+    assert_eq!(answer["verdict"], "input-wrong");
+}

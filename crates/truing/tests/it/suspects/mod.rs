@@ -3,6 +3,7 @@
 mod axis;
 mod log;
 mod points;
+mod tracer;
 mod wrench;
 
 use std::path::Path;

@@ -281,3 +281,45 @@ fn side_touches_of_another_session_are_named_or_stand_beside_coma() {
     let message = moved([6.3, -3.2]).message("loop", 2);
     assert!(message.contains("side touches of edge.csv do not fit the surface"), "{message}");
 }
+
+/// Touches of a part of revolution along its normals, said to have come from there.
+fn along_the_normals() -> Case {
+    let case = fixture("probe-comp/nothing-white", &["case.toml", "touches.csv"]);
+    let text = std::fs::read_to_string(case.file("touches.csv")).unwrap();
+    let mut table = String::new();
+    for (n, line) in text.lines().filter(|line| !line.starts_with('#')).enumerate() {
+        let number = |column: usize| line.split(',').nth(column).unwrap().parse::<f64>().unwrap();
+        if n == 0 {
+            table += &format!("{line},nx,ny,nz\n");
+            continue;
+        }
+        // A paraboloid of 120 mm, seen from the centre of a ball of 3 mm.
+        let [x, y] = [1, 2].map(|column| number(column) / 123.0);
+        let length = (x * x + y * y + 1.0).sqrt();
+        table += &format!("{line},{:.6},{:.6},{:.6}\n", x / length, y / length, -1.0 / length);
+    }
+    case.write("touches.csv", table);
+    case
+}
+
+/// The part looks the same, and what is handed back lies elsewhere.
+#[test]
+fn coordinates_that_came_from_beside_the_normals_are_told_though_they_fit() {
+    let sound = along_the_normals();
+    assert_eq!(sound.json("loop")["verdict"], "nothing-missing");
+    let case = along_the_normals();
+    swap(&case, "touches.csv", ["x_mm", "y_mm"]);
+    let (step, _) = first(&case);
+    assert_eq!(
+        (&step["effect"], &step["subject"]),
+        (&"input:exchanged".into(), &"touches.csv: x_mm, y_mm".into())
+    );
+    assert!(step["description"].as_str().unwrap().contains("beside the normals"), "{step}");
+    let case = along_the_normals();
+    scale(&case, "touches.csv", &["y_mm"], -1.0);
+    let (step, _) = first(&case);
+    assert_eq!(
+        (&step["effect"], &step["subject"]),
+        (&"input:sign".into(), &"touches.csv: y_mm".into())
+    );
+}

@@ -1,0 +1,63 @@
+//! Mistakes in the ranges of a laser tracer.
+
+use super::{change, first, fixture, scale};
+use crate::command::Case;
+
+const RANGES: &str = "ranges.csv";
+const DISPLACEMENT: &str = "displacement_mm";
+
+/// A sound survey: six stations on two reflectors, nineteen steps each.
+fn survey() -> Case {
+    fixture("tracker-lm/nothing", &["case.toml", "stations.csv", "mounts.csv", RANGES])
+}
+
+fn replace(case: &Case, of: impl Fn(usize, &dyn Fn(usize) -> f64) -> f64) {
+    change(case, RANGES, &[DISPLACEMENT], |n, old| {
+        vec![format!("{}", of(n, &|row| old[row][0].parse().unwrap()))]
+    });
+}
+
+#[test]
+fn the_way_of_a_beam_there_and_back_is_no_scale() {
+    for factor in [2.0, 0.5] {
+        let case = survey();
+        scale(&case, RANGES, &[DISPLACEMENT], factor);
+        let (step, _) = first(&case);
+        assert_eq!(step["effect"], "input:unit");
+        let said = format!("multiply by {}", 1.0 / factor);
+        assert!(step["description"].as_str().unwrap().contains(&said), "{step}");
+    }
+}
+
+#[test]
+fn a_displacement_that_stands_still_in_one_lock_is_named() {
+    let case = survey();
+    // Four steps of the third lock.
+    replace(&case, |n, read| read(if (44..48).contains(&n) { 44 } else { n }));
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:stuck");
+    assert!(step["description"].as_str().unwrap().contains("in 4 steps of one lock"), "{step}");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}
+
+#[test]
+fn rows_of_one_lock_are_shifted_back() {
+    let case = survey();
+    // The fourth lock; its first reading is what came last before it.
+    replace(&case, |n, read| read(if (58..76).contains(&n) { n - 1 } else { n }));
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:row-shift");
+    assert!(step["description"].as_str().unwrap().contains("in one lock"), "{step}");
+}
+
+/// It lies so far off that nothing can be fitted.
+#[test]
+fn one_displacement_of_the_opposite_sign_is_named_with_its_line() {
+    let case = survey();
+    replace(&case, |n, read| if n == 70 { -read(n) } else { read(n) });
+    let ended = case.run("loop");
+    assert_eq!(ended.code, 3, "{}", ended.stderr);
+    let said = "the input looks wrong: -563.56183 of `displacement_mm` in line 72 of ranges.csv (S1) has the \
+                opposite sign: it should be 563.56183";
+    assert!(ended.stderr.contains(said), "{}", ended.stderr);
+}
