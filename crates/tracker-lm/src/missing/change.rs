@@ -1,14 +1,16 @@
-//! A change for good, at a reading.
+//! A change for good at a reading, or one reading that is off.
 
 use crate::Survey;
 
-/// A change that begins with a range, in the order measured, and stays.
+/// A change that begins with a range, in the order measured, and stays; or is of that range alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
     /// Of a dead path, by the station and mount (or station alone) it belongs to.
     DeadPath { station: usize, mount: Option<usize>, range: usize },
     /// Of the place of a reflector.
     Mount { mount: usize, range: usize },
+    /// Of one range.
+    Reading { range: usize },
 }
 
 impl Change {
@@ -20,6 +22,7 @@ impl Change {
                 r.station == station && mount.is_none_or(|j| r.mount == j) && index >= range
             }
             Self::Mount { mount, range } => r.mount == mount && index >= range,
+            Self::Reading { range } => index == range,
         }
     }
 }

@@ -1,10 +1,11 @@
-//! Readings at which something may have changed for good: where a beam was lost or a reflector slipped.
+//! Readings at which something may have changed for good: where a beam was lost or a reflector slipped; and
+//! readings that are off by themselves.
 //!
 //! A lock has as many possible jumps as readings, and testing all of them in the loop would cost
 //! every other effect its significance. So the catalogue holds, for each dead path, each station and
 //! each reflector, a change in the middle of the run; one after every gap in a lock's readings,
 //! where a beam was broken; and one wherever the residual of the declared model shows a change so
-//! clearly that white noise does it nowhere in a hundred surveys. Such a change says among how many
+//! clearly that white noise does it nowhere in a hundred surveys; single readings only of that sort. Such a change says among how many
 //! it was found: noise of another colour looks like one far more often, and only the loop knows
 //! the colour.
 
@@ -21,8 +22,13 @@ use crate::network::Network;
 const FALSE_ALARM: f64 = 0.01;
 /// Changes found in the residual that are offered at most, the clearest.
 const MOST_FOUND: usize = 6;
+/// Single readings found in the residual that are offered at most, the clearest.
+const MOST_READINGS: usize = 3;
 /// Gaps of one dead path that are offered at most, the first.
 const MOST_GAPS: usize = 4;
+
+/// Share of a reading's column that the declared model must leave before its error is looked at.
+const MIN_SEEN: f64 = 0.02;
 
 /// The declared model at its solution, whitened.
 pub(crate) struct Fitted<'a> {
@@ -74,7 +80,15 @@ pub(crate) fn changes(fitted: &Fitted<'_>) -> (Vec<Offered>, Option<Change>) {
     let by_run = found.into_iter().map(|change| Offered { change, searched: 1 });
     let seen = clear.into_iter().take(MOST_FOUND);
     let seen = seen.map(|(_, change)| Offered { change, searched: trials });
-    let mut offered: Vec<_> = by_run.chain(seen).collect();
+    let n_ranges = fitted.network.survey.ranges.len();
+    let mut off: Vec<(f64, Change)> = (0..n_ranges)
+        .filter_map(|range| alone(fitted, range))
+        .filter(|(p_value, _)| *p_value * count(n_ranges) <= FALSE_ALARM)
+        .collect();
+    off.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let off = off.into_iter().take(MOST_READINGS);
+    let off = off.map(|(_, change)| Offered { change, searched: n_ranges });
+    let mut offered: Vec<_> = by_run.chain(seen).chain(off).collect();
     // What the run alone offers goes first, and is not searched for again.
     offered.sort_by_key(|o| (o.change.key(), o.searched));
     offered.dedup_by_key(|o| o.change);
@@ -121,6 +135,7 @@ impl Change {
         match self {
             Self::DeadPath { station, mount, .. } => Self::DeadPath { station, mount, range: from },
             Self::Mount { mount, .. } => Self::Mount { mount, range: from },
+            Self::Reading { .. } => Self::Reading { range: from },
         }
     }
 
@@ -130,13 +145,14 @@ impl Change {
                 (0, station, mount.map_or(0, |j| j + 1), range)
             }
             Self::Mount { mount, range } => (1, mount, 0, range),
+            Self::Reading { range } => (2, 0, 0, range),
         }
     }
 
     /// What one unit of it does to the residual of a range, mm.
     fn column(self, sight: &Sight) -> Vec<f64> {
         match self {
-            Self::DeadPath { .. } => vec![-1.0],
+            Self::DeadPath { .. } | Self::Reading { .. } => vec![-1.0],
             Self::Mount { .. } => sight.by_mount.iter().copied().collect(),
         }
     }
@@ -200,10 +216,32 @@ fn clearest(fitted: &Fitted<'_>, thing: &Thing) -> Option<(f64, Change)> {
         }
     }
     let (explained, range) = best?;
+    Some((p_value(fitted, explained, width)?, thing.of.at(range)))
+}
+
+/// One range with an error of its own, and its p-value.
+fn alone(fitted: &Fitted<'_>, range: usize) -> Option<(f64, Change)> {
+    let change = Change::Reading { range };
+    let column = change.column(&fitted.sights[range]).iter().map(|v| v / fitted.sigma_mm).collect();
+    let network = fitted.network;
+    let angle = network.angle_of_step[network.survey.ranges[range].step];
+    let (start, added) = fitted.reduction.impulse(angle, &[(range, column)]);
+    let n = added.nrows();
+    let along = fitted.basis.rows(start, n).tr_mul(&added);
+    let left = added.norm_squared() - along.norm_squared();
+    if left <= MIN_SEEN * added.norm_squared() {
+        return None;
+    }
+    let explained = added.dot(&fitted.residual.rows(start, n)).powi(2) / left;
+    Some((p_value(fitted, explained, 1)?, change))
+}
+
+/// Chance that so many amplitudes explain so much of the sum of squares.
+fn p_value(fitted: &Fitted<'_>, explained: f64, width: usize) -> Option<f64> {
+    let rows = fitted.residual.len();
     let dof = rows.checked_sub(fitted.basis.ncols() + width).filter(|&d| d > 0)?;
     let left = (fitted.residual.norm_squared() - explained).max(0.0);
     let f = explained / count(width) / (left / count(dof));
     let law = FisherSnedecor::new(count(width), count(dof)).ok()?;
-    let p_value = if f.is_nan() { 1.0 } else { law.sf(f) };
-    Some((p_value, thing.of.at(range)))
+    Some(if f.is_nan() { 1.0 } else { law.sf(f) })
 }

@@ -378,7 +378,9 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
 fn changed(scene: &Scene<'_>, change: Change) -> Entry {
     let survey = scene.survey;
     let from = match change {
-        Change::DeadPath { range, .. } | Change::Mount { range, .. } => &survey.ranges[range],
+        Change::DeadPath { range, .. }
+        | Change::Mount { range, .. }
+        | Change::Reading { range } => &survey.ranges[range],
     };
     let station_name = &survey.stations[from.station].name;
     let at = &survey.steps[from.step].name;
@@ -392,6 +394,14 @@ fn changed(scene: &Scene<'_>, change: Change) -> Entry {
             let subject = Some(format!("{lock} at {at}"));
             let parameters = vec![parameter("jump", "µm", 1e3)];
             scene.entry("dead-path-jump", subject, text, parameters, |r| {
+                vec![-f64::from(u8::from(change.touches(survey, r)))]
+            })
+        }
+        Change::Reading { .. } => {
+            let lock = format!("{station_name}-{}", survey.mounts[from.mount].name);
+            let text = format!("the range of {lock} at step {at} is off, unlike the others");
+            let parameters = vec![parameter("off by", "µm", 1e3)];
+            scene.entry("bad-point", Some(format!("{lock} at {at}")), text, parameters, |r| {
                 vec![-f64::from(u8::from(change.touches(survey, r)))]
             })
         }

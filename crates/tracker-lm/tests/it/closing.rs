@@ -87,6 +87,32 @@ fn a_lost_beam_is_found_where_it_was_lost() {
     assert!((jump.value.abs() - 4.0).abs() < 3.0 * jump.std, "{jump:?}");
 }
 
+#[test]
+fn one_range_that_is_off_is_named_and_no_beam_was_lost() {
+    // In the middle of a lock, and as much at its last step, after which nothing tells it from a lost beam.
+    for (step, seed) in [(7, 23), (Plan::default().angles - 1, 24)] {
+        let mut survey = simulate(&Plan::default(), seed).survey;
+        let is_it = |r: &Range| r.station == 2 && r.mount == 1 && r.step == step;
+        let off = survey.ranges.iter_mut().find(|r| is_it(r)).unwrap();
+        off.displacement_mm += 0.02;
+        let (_, closure) = closed(survey);
+        let [found] = &closure.steps[..] else { panic!("{:?}", closure.steps) };
+        let subject = format!("S3-R2 at {}", step + 1);
+        let is_last = step + 1 == Plan::default().angles;
+        if is_last {
+            let all = [vec![found.effect.clone()], found.indistinguishable_from.clone()].concat();
+            assert!(all.contains(&"bad-point".to_owned()), "{all:?}");
+            assert!(all.contains(&"dead-path-jump".to_owned()), "{all:?}");
+        } else {
+            assert_eq!((&*found.effect, found.subject.as_ref()), ("bad-point", Some(&subject)));
+            assert!(found.indistinguishable_from.is_empty(), "{found:?}");
+        }
+        let size = &found.parameters[0];
+        assert!((size.value.abs() - 20.0).abs() < 4.0 * size.std, "{size:?}");
+        assert_eq!(closure.verdict, Verdict::Explained);
+    }
+}
+
 /// The survey with a drive that turns, and gives way along a vector, by as much between either side.
 fn with_play(scene: &Scene, play_rad: f64, give_mm: Vector3<f64>) -> Survey {
     let mut survey = scene.survey.clone();
