@@ -229,7 +229,7 @@ fn a_station_that_comes_to_rest_is_found_with_its_time_constant() {
 }
 
 /// Displacements that read too long in proportion, 40 ppm where `is_touched`.
-fn stretched(plan: &Plan, seed: u64, is_touched: impl Fn(&tracker_lm::Range) -> bool) -> Survey {
+fn stretched(plan: &Plan, seed: u64, is_touched: impl Fn(&Range) -> bool) -> Survey {
     let mut survey = simulate(plan, seed).survey;
     for range in &mut survey.ranges {
         if is_touched(range) {

@@ -54,8 +54,8 @@ mod tests {
         assert_eq!(of(&rolled(-1), 6), [2, 0, 1, 3, 5, 4]);
         assert_eq!(of(&rolled(2), 6), [2, 0, 1, 3, 4, 5]);
         assert_eq!(of(&rolled(-5), 6), [1, 2, 0, 3, 5, 4]);
-        let one_block: std::sync::Arc<[_]> = [1..4].into();
-        assert_eq!(of(&Order::Rolled { blocks: one_block, by: 1 }, 6), [0, 2, 3, 1, 4, 5]);
+        let some: std::sync::Arc<[_]> = [1..4, 5..7].into();
+        assert_eq!(of(&Order::Rolled { blocks: some, by: 1 }, 8), [0, 2, 3, 1, 4, 6, 5, 7]);
         assert_eq!(of(&Order::Reversed(3), 3), [2, 1, 0]);
         assert_eq!(of(&Order::Exchanged([0..2, 3..5]), 6), [3, 4, 2, 0, 1, 5]);
         assert_eq!(of(&Order::Listed(vec![2, 0, 1]), 3), [2, 0, 1]);

@@ -50,20 +50,20 @@ fn against_approaches(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
     if normals.len() != nx.len() {
         return None;
     }
-    let besides = |change: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+    let besides = |of: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
         let beside = |(row, normal): (usize, &Vector3<f64>)| {
             let came = Vector3::new(nx[row], ny[row], nz[row]);
-            came.cross(&change(normal)).norm() / came.norm()
+            came.cross(&of(normal)).norm() / came.norm()
         };
         let squares = normals.iter().enumerate().map(beside).map(|sine| sine * sine);
         (squares.sum::<f64>() / count(normals.len())).sqrt()
     };
     let now = besides(&|normal| *normal);
     let mut best: Option<(f64, Hypothesis)> = None;
-    for (hypothesis, change) in symmetries(table) {
-        let then = besides(&change);
+    for symmetry in symmetries(table) {
+        let then = besides(&|normal| symmetry.of(normal));
         if then * STRAIGHTER <= now && best.as_ref().is_none_or(|(least, _)| then < *least) {
-            best = Some((then, hypothesis));
+            best = Some((then, symmetry.hypothesis));
         }
     }
     let (then, found) = best.filter(|_| now >= BESIDE)?;
@@ -79,23 +79,35 @@ fn against_approaches(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
 }
 
 /// What may be wrong with the coordinates, and what it does to a normal.
-fn symmetries(table: &Table) -> Vec<(Hypothesis, impl Fn(&Vector3<f64>) -> Vector3<f64>)> {
-    let mut all = Vec::new();
-    let mut add = |found: Option<Hypothesis>, order: [usize; 3], sign: [f64; 3]| {
-        let change = move |n: &Vector3<f64>| Vector3::from_fn(|i, _| sign[i] * n[order[i]]);
-        all.extend(found.map(|found| (found, change)));
-    };
-    for [a, b] in [[0, 1], [0, 2], [1, 2]] {
+struct Symmetry {
+    hypothesis: Hypothesis,
+    /// Which component comes to each place, and with which sign.
+    order: [usize; 3],
+    sign: [f64; 3],
+}
+
+impl Symmetry {
+    fn of(&self, normal: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|i, _| self.sign[i] * normal[self.order[i]])
+    }
+}
+
+/// Two coordinates exchanged, or one mirrored.
+fn symmetries(table: &Table) -> Vec<Symmetry> {
+    let exchanged = |[a, b]: [usize; 2]| {
         let mut order = [0, 1, 2];
         order.swap(a, b);
-        add(exchanges(TOUCHES, Some(table), &[XYZ[a], XYZ[b]]).pop(), order, [1.0; 3]);
-    }
-    for axis in 0..3 {
+        let hypothesis = exchanges(TOUCHES, Some(table), &[XYZ[a], XYZ[b]]).pop()?;
+        Some(Symmetry { hypothesis, order, sign: [1.0; 3] })
+    };
+    let mirrored = |axis: usize| {
         let mut sign = [1.0; 3];
         sign[axis] = -1.0;
-        add(signs(TOUCHES, Some(table), &[XYZ[axis]]).pop(), [0, 1, 2], sign);
-    }
-    all
+        let hypothesis = signs(TOUCHES, Some(table), &[XYZ[axis]]).pop()?;
+        Some(Symmetry { hypothesis, order: [0, 1, 2], sign })
+    };
+    let pairs = [[0, 1], [0, 2], [1, 2]].into_iter().filter_map(exchanged);
+    pairs.chain((0..3).filter_map(mirrored)).collect()
 }
 
 /// Directions given as normals of the part instead of approaches, or inward for outward.

@@ -51,11 +51,11 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let mut all = directions(files);
     let without = |read: &Table, rows: &[bool]| left_out((file, read), [stations, mounts], rows);
     if file == TARGETS {
-        all.extend(place_standing_still(file, read, &PLACE, &without));
-        all.extend(standing_still(file, read, &PLACE, &without));
+        all.extend(place_standing_still(file, read, &PLACE, without));
+        all.extend(standing_still(file, read, &PLACE, without));
     } else {
-        all.extend(standing_still(file, read, &["displacement_mm"], &without));
-        all.extend(lock_standing_still(file, read, &without));
+        all.extend(standing_still(file, read, &["displacement_mm"], without));
+        all.extend(lock_standing_still(file, read, without));
     }
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
     all.extend(signs(file, read, &["angle_deg"]));
