@@ -88,19 +88,18 @@ pub(crate) fn clocks(
     let mut found = Vec::new();
     // No instrument reads ahead, and none is late for ever; what is late by less is physics.
     if !(0.0..=record.latency_s).contains(&offset_s) {
+        let may_be_a_filter = (-record.latency_s..0.0).contains(&offset_s);
         let description = format!(
             "the clock of {name} in {} is {:.4} s {} that of the other channels (time offset): \
              move it by that{}",
             record.file,
             offset_s.abs(),
             if offset_s > 0.0 { "behind" } else { "ahead of" },
-            if (-record.latency_s..0.0).contains(&offset_s) {
-                ", unless a filter delays the others by as much"
-            } else {
-                ""
-            }
+            if may_be_a_filter { ", unless a filter delays the others by as much" } else { "" }
         );
-        found.push(record.corrected(description, constant).unphysical());
+        let physics = may_be_a_filter.then_some("delay");
+        let found_here = record.corrected(description, constant).unphysical();
+        found.push(Hypothesis { physics, ..found_here });
     }
     let left = |offset: Offset| record.misfit(offset).unwrap_or(f64::INFINITY);
     if left(rate) < RATE_LEAVES * left(constant) {

@@ -167,5 +167,6 @@ fn unmatched(files: &Files, misfit: &Misfit) -> Found {
         description,
         edits: Vec::new(),
         proof: Proof::Data,
+        physics: None,
     })
 }

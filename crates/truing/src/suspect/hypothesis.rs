@@ -13,6 +13,8 @@ pub(crate) struct Hypothesis {
     pub(crate) edits: Vec<Edit>,
     /// What speaks for it.
     pub(crate) proof: Proof,
+    /// Effect of the catalogue that would do the same.
+    pub(crate) physics: Option<&'static str>,
 }
 
 /// What speaks for a mistake.
@@ -41,7 +43,7 @@ impl Hypothesis {
         edits: Vec<Edit>,
     ) -> Self {
         let subject = format!("{file}: {}", columns.join(", "));
-        Self { effect, subject, description, edits, proof: Proof::Fit }
+        Self { effect, subject, description, edits, proof: Proof::Fit, physics: None }
     }
 
     /// The same, as shown by the data.

@@ -28,7 +28,7 @@ pub struct Suspect {
     pub unit: &'static str,
     /// Chance of such a gain with no mistake.
     pub p_value: f64,
-    /// Other mistakes that would explain the data as well.
+    /// Other mistakes that would explain the data as well, and the effect that does the same.
     pub indistinguishable_from: Vec<String>,
 }
 
@@ -49,6 +49,7 @@ impl Suspect {
                 names.push(label);
             }
         }
+        names.extend(named.physics.map(str::to_owned));
         if !others.is_empty() {
             let told = told(named, &others);
             description = format!("{description}; or as likely: {}", told.join("; or: "));

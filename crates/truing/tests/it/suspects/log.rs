@@ -30,6 +30,9 @@ fn a_clock_that_runs_ahead_or_jitters_is_told_from_a_delay() {
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:clock");
     assert!(step["description"].as_str().unwrap().contains("ahead of"), "{step}");
+    // Where the legs are filtered, the reference reads ahead of them.
+    let rivals = step["indistinguishable_from"].as_array().unwrap();
+    assert!(rivals.contains(&"delay".into()), "{step}");
     let case = log("nothing-coloured");
     // Up to 0.05 s either way, in an order without memory.
     read_at(&case, |n| 0.05 * (n as f64 * 2.399_963 * n as f64).sin());
