@@ -32,6 +32,7 @@ const MOST_NAMES: usize = 8;
 /// Angles looked at for exchanged ones: the two where the axis errs most, and as many more as the fit
 /// may have put before them.
 const FARTHEST: usize = 5;
+const DISPLACEMENT: &str = "displacement_mm";
 /// Displacements with another sign than their neighbours that are looked at.
 const MOST_TURNED: usize = 4;
 /// Fewest equal displacements of one lock, while the axis turns, that are no accident; elsewhere one in so
@@ -54,7 +55,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(place_standing_still(file, read, &PLACE, without));
         all.extend(standing_still(file, read, &PLACE, without));
     } else {
-        all.extend(standing_still(file, read, &["displacement_mm"], without));
+        all.extend(standing_still(file, read, &[DISPLACEMENT], without));
         all.extend(lock_standing_still(file, read, without));
     }
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
@@ -65,7 +66,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
             all.extend(shifted(file, read, columns));
         }
     } else {
-        let column = ["displacement_mm"];
+        let column = [DISPLACEMENT];
         all.extend(units(file, read, &column, Dimension::Length));
         all.extend(counts_of_the_path(file, read));
         all.extend(turned_signs(file, read));
@@ -92,16 +93,20 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
 
 /// Displacements that count the way of the beam there and back, or half of the way of the reflector.
 fn counts_of_the_path(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
-    const COLUMN: &str = "displacement_mm";
     let of = |(what, factor): (&str, f64)| {
         let description = format!(
-            "`{COLUMN}` of {file} is {what}: multiply by {factor} (the factor two of a beam that goes there \
+            "`{DISPLACEMENT}` of {file} is {what}: multiply by {factor} (the factor two of a beam that goes there \
              and back)"
         );
-        let change = Change::Scale { columns: vec![COLUMN.to_owned()], rows: None, factor };
-        Hypothesis::of("input:unit", (file, &[COLUMN]), description, vec![Edit { file, change }])
+        let change = Change::Scale { columns: vec![DISPLACEMENT.to_owned()], rows: None, factor };
+        Hypothesis::of(
+            "input:unit",
+            (file, &[DISPLACEMENT]),
+            description,
+            vec![Edit { file, change }],
+        )
     };
-    let is_there = read.is_some_and(|read| read.column(COLUMN).is_some());
+    let is_there = read.is_some_and(|read| read.column(DISPLACEMENT).is_some());
     let both = [("half of the displacement", 2.0), ("twice the displacement", 0.5)];
     both.into_iter().filter(|_| is_there).map(of).collect()
 }
@@ -126,9 +131,8 @@ fn lock_standing_still(
     read: Option<&Table>,
     without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
 ) -> Option<Hypothesis> {
-    const COLUMN: &str = "displacement_mm";
     let read = read?;
-    let values = read.numbers(COLUMN)?;
+    let values = read.numbers(DISPLACEMENT)?;
     let is_same = |a: usize, b: usize| values[a].total_cmp(&values[b]).is_eq();
     let mut equal = 0;
     let mut longest: Vec<usize> = Vec::new();
@@ -148,19 +152,24 @@ fn lock_standing_still(
     }
     let marked: Vec<bool> = (0..values.len()).map(|row| longest.contains(&row)).collect();
     let description = format!(
-        "the channel `{COLUMN}` of {file} is stuck: it reads {} in {} steps of one lock, from line {}, while \
+        "the channel `{DISPLACEMENT}` of {file} is stuck: it reads {} in {} steps of one lock, from line {}, while \
          the axis turns; repeat this lock, or leave these rows out",
         values[longest[0]],
         longest.len(),
         read.line(longest[0])
     );
-    Some(Hypothesis::of("input:stuck", (file, &[COLUMN]), description, without(read, &marked)))
+    Some(Hypothesis::of(
+        "input:stuck",
+        (file, &[DISPLACEMENT]),
+        description,
+        without(read, &marked),
+    ))
 }
 
 /// Displacements between whose neighbours in the lock, of the opposite sign, they would lie with the other one.
 fn turned_signs(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
-    const COLUMN: &str = "displacement_mm";
-    let Some((read, values)) = read.and_then(|read| Some((read, read.numbers(COLUMN)?))) else {
+    let Some((read, values)) = read.and_then(|read| Some((read, read.numbers(DISPLACEMENT)?)))
+    else {
         return Vec::new();
     };
     let is_turned = |three: &&[usize]| {
@@ -170,13 +179,12 @@ fn turned_signs(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
     };
     let locks = locks(read);
     let turned = locks.iter().flat_map(|lock| lock.windows(3)).filter(is_turned);
-    let slip = |three: &[usize]| slip_of_sign(file, read, (COLUMN, &values), three[1]);
+    let slip = |three: &[usize]| slip_of_sign(file, read, (DISPLACEMENT, &values), three[1]);
     turned.take(MOST_TURNED).map(slip).collect()
 }
 
 /// The readings of one lock one row further down or up: of the lock that lies farthest off.
 fn lock_shifted((file, read): (&'static str, &Table), far: &[usize]) -> Vec<Hypothesis> {
-    const COLUMN: &str = "displacement_mm";
     let locks = locks(read);
     let Some(lock) = far.first().and_then(|row| locks.iter().find(|lock| lock.contains(row)))
     else {
@@ -192,17 +200,17 @@ fn lock_shifted((file, read): (&'static str, &Table), far: &[usize]) -> Vec<Hypo
         let lost = if by > 0 { first + n - 1 } else { first };
         let rows = (0..read.n_rows()).filter(|&row| row != lost).collect();
         let blocks = Arc::from(vec![block.clone()]);
-        let columns = vec![COLUMN.to_owned()];
+        let columns = vec![DISPLACEMENT.to_owned()];
         let rolled = Change::Rows { columns, order: Order::Rolled { blocks, by } };
         let edits = [rolled, Change::Keep { rows }].map(|change| Edit { file, change });
         let description = format!(
-            "the rows of `{COLUMN}` of {file} are shifted one row {} in one lock, lines {} to {}: shift them \
+            "the rows of `{DISPLACEMENT}` of {file} are shifted one row {} in one lock, lines {} to {}: shift them \
              back",
             if by > 0 { "down" } else { "up" },
             read.line(first),
             read.line(first + n - 1)
         );
-        Hypothesis::of("input:row-shift", (file, &[COLUMN]), description, edits.to_vec())
+        Hypothesis::of("input:row-shift", (file, &[DISPLACEMENT]), description, edits.to_vec())
     };
     [1, -1].map(of).to_vec()
 }
