@@ -71,6 +71,7 @@ mod answer;
 pub use algebra::columns::{Column, EmpiricalCorrection};
 pub use algebra::course::{Course, clearest_courses};
 pub use algebra::coverage::{coverage_factor, std_over_names};
+pub use algebra::f_tail::chance_to_explain;
 pub use algebra::interruption::{Interruption, clearest_interruption};
 pub use algebra::patch::{Patch, clearest_patches};
 pub use algebra::session::Session;

@@ -19,6 +19,7 @@ mod locate;
 mod monitor;
 mod orbit;
 mod positioning;
+mod positioning_figures;
 mod positioning_rivals;
 mod press_loop;
 mod press_told;

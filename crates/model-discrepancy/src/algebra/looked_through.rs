@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
-use crate::algebra::f_tail::f_tail;
-use crate::count::count;
+use crate::algebra::f_tail::chance_to_explain;
 use crate::{Model, Role, State, whole_tangent};
 
 /// Share of a column's length below which what is left of it is round-off.
@@ -118,8 +117,7 @@ impl LookedThrough {
     /// Chance that white noise gives so many columns more as much, of all that is explained.
     pub(crate) fn p_value_of_more(&self, more: f64, columns: usize, explained: f64) -> f64 {
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
-        let left = (self.residual.norm_squared() - explained).max(0.0);
-        f_tail(more / count(columns) * count(dof) / left, count(columns), count(dof))
+        chance_to_explain(more, columns, self.residual.norm_squared() - explained, dof)
     }
 }
 

@@ -358,8 +358,8 @@ impl<'a> System<'a> {
         let effects = &self.model.declared().effects;
         let of = |a: &Active| {
             let effect = a.effect;
-            let coordinates = effects[effect].by_place.first().map_or(0, DMatrix::ncols);
-            (0..coordinates).map(move |coordinate| Column::Place { effect, coordinate })
+            (0..effects[effect].coordinates())
+                .map(move |coordinate| Column::Place { effect, coordinate })
         };
         self.active.iter().flat_map(of).collect()
     }

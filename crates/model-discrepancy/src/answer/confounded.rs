@@ -18,6 +18,7 @@ use crate::choice::score_shapes::{empirical_candidate, shape_again};
 use crate::choice::selected::Selected;
 use crate::choice::selected::What;
 use crate::choice::selected::within_limits;
+use crate::choice::sets::some_of;
 use crate::choice::shape::BY_LEVEL;
 use crate::count::count;
 use crate::levels::CHOICE_FOLDS;
@@ -95,10 +96,14 @@ pub(crate) fn attribute<'a>(
     let hardly = |e| {
         estimability_of_least(context.model, e, &estimate, (&lin, &lin.basis), MIN_KEPT_CONFOUNDED)
     };
-    others
-        .extend(sights.filter_map(|(effect, sight)| {
-            sight.candidate().or_else(|| hardly(effect).candidate())
-        }));
+    // With the amplitudes that the design hardly shows, too: these may be what the accepted effect does.
+    others.extend(sights.flat_map(|(effect, sight)| {
+        let all = context.model.declared().effects[effect].parameters.len();
+        let seen = sight.candidate();
+        let n_seen = seen.as_ref().map_or(0, |c| c.tangent.ncols());
+        let whole = (n_seen < all).then(|| hardly(effect).candidate()).flatten();
+        [seen, whole.filter(|c| c.tangent.ncols() > n_seen)].into_iter().flatten()
+    }));
     others.extend(recorded_shapes(context, &lin, &accepted));
     others.extend(same_levels(context, &lin, &accepted));
     let place = Place::of(&lin, &accepted, &skip);
@@ -107,6 +112,7 @@ pub(crate) fn attribute<'a>(
             || place.may_be_for(rival)
                 && takes_the_place_of(context, keep, &system, chosen, rival, what)
     });
+    others.dedup_by(|a, b| a.is_effect_of(b));
     Some(Attribution { system, accepted, confounded: others })
 }
 
@@ -295,20 +301,6 @@ fn holds_as_amplitudes(lin: &Linear<'_>, own: &DMatrix<f64>, rival: &Candidate) 
 
 /// Most amplitudes of an effect of which all choices are tried.
 const MOST_AMPLITUDES: usize = 6;
-
-/// Every choice of so many of the first `of` numbers.
-fn some_of(of: usize, many: usize) -> Vec<Vec<usize>> {
-    if many == 0 {
-        return vec![Vec::new()];
-    }
-    let with_last = |last: usize| {
-        some_of(last, many - 1).into_iter().map(move |mut some| {
-            some.push(last);
-            some
-        })
-    };
-    (many - 1..of).flat_map(with_last).collect()
-}
 
 /// Factor of the sum of squares that no rival leaves: twice the error. Noise with memory moves it by
 /// less, whatever its law, and the few groups in which two jumps a reading apart differ need not agree.

@@ -8,7 +8,10 @@ use crate::choice::candidate::label;
 use crate::choice::context::Context;
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
-use crate::levels::{EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, HARDLY_EXPLAINED, MOSTLY_LEFT};
+use crate::levels::{
+    EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE, HARDLY_EXPLAINED,
+    MOSTLY_LEFT,
+};
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
 
@@ -42,7 +45,8 @@ pub(crate) fn chosen_instead<'a>(
 /// a low patch into an ellipsoid, lobes and a travel; a head that slips into a platform that is
 /// higher. What gives them away is that they do not keep their own proportions, and that a visible
 /// part of the misfit follows these departures; or that they do not reach the declared noise, and
-/// leave most of the misfit to neighbours that agree, or nearly all of it to anything. The misfit is what
+/// leave most of the misfit to neighbours that agree, or nearly all of it to anything, or a visible part of
+/// it several times as large as the noise. The misfit is what
 /// they found: that of the declared model with whatever was corrected without a cause.
 pub(crate) fn contradiction(
     context: &Context<'_>,
@@ -111,15 +115,17 @@ fn left_above(
         return None;
     }
     let departures = plainly_not_additive(context, chosen, lin).into_iter().map(|d| d.remaining);
-    let agreeing = (left >= MOSTLY_LEFT).then(|| structure(context, lin));
+    let is_structure_enough = left >= MOSTLY_LEFT || after.per_dof() >= GROSS_STRUCTURE;
+    let agreeing = is_structure_enough.then(|| structure(context, lin));
     let found = departures.chain(agreeing.into_iter().flatten());
     let worst = found.min_by(|a, b| a.p_value.total_cmp(&b.p_value));
     let formless = || Remaining {
         covariate: "noise".to_owned(),
-        shape: "what was named takes little of what exceeds the declared noise".to_owned(),
+        shape: "what was named leaves much of what exceeds the declared noise".to_owned(),
         p_value: after.p_value(),
     };
-    worst.or_else(|| (left >= HARDLY_EXPLAINED).then(formless)).map(|worst| (worst, left))
+    let is_any_enough = left >= HARDLY_EXPLAINED || after.per_dof() >= GROSS_SCATTER;
+    worst.or_else(|| is_any_enough.then(formless)).map(|worst| (worst, left))
 }
 
 /// Sum of squared residuals over the uncertainties of their rows, without any scatter between

@@ -48,6 +48,14 @@ impl Candidate {
         label(&self.id, self.subject.as_deref())
     }
 
+    /// Whether another is of the same effect of the catalogue.
+    pub(crate) fn is_effect_of(&self, other: &Self) -> bool {
+        match (&self.source, &other.source) {
+            (Source::Effect(one), Source::Effect(other)) => one.effect == other.effect,
+            _ => false,
+        }
+    }
+
     /// Share of the tangent that `base` absorbs, 0 to 1.
     pub(crate) fn absorbed(&self, base: &Basis) -> f64 {
         absorbed(&self.tangent, &self.beside, base)

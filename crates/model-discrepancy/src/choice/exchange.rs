@@ -7,7 +7,7 @@ use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::product::gram;
 use crate::algebra::system::rows_of;
 use crate::choice::additivity::not_additive;
-use crate::choice::candidate::{Candidate, catalogue, classes};
+use crate::choice::candidate::{Candidate, Source, catalogue, classes};
 use crate::choice::context::Context;
 use crate::choice::score::{Scoring, home_of_bad};
 use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
@@ -17,7 +17,8 @@ use crate::levels::{CATALOGUE_SHARE, LATER, WORTH_MENTIONING};
 use crate::tests::hold_out::{compare, leave_out};
 use crate::tests::significance::{Reach, significance};
 
-/// Amplitudes from which on two effects have half as many.
+/// Numbers of an effect, amplitudes and what was fitted in looking for it, from which on two effects have
+/// half as many.
 const WIDE: usize = 4;
 /// Sets that are fitted, the best description of the data first.
 const MOST_FITTED: usize = 3;
@@ -27,8 +28,9 @@ const MOST_FITTED: usize = 3;
 ///
 /// Added one by one, the first effect has to stand for all that is missing: of a squareness and an axis
 /// that reads long it is a wider one that resembles both, and the next then makes up for what is wrong
-/// with it. Tried are all single effects and all pairs, and of three and more also each one left out or
-/// replaced; of one, as a deviation of its own at every place, those with half its amplitudes at most.
+/// with it. Tried are all single effects and all pairs, and of three and more also any one or two of them left
+/// out or replaced; of one, as a deviation of its own at every place, or a drift with a time constant of its
+/// own, those with half its numbers at most.
 /// They are compared by the Bayesian information criterion in which all sets of a size are beforehand as likely
 /// together as those of another (Chen and Chen 2008). Effects that live in one group, and shapes along
 /// covariates, stay. Where a name is not what it promises, something outside the catalogue is missing, and
@@ -38,9 +40,12 @@ pub(crate) fn exchange<'a>(
     keep: &[bool],
     chosen: &mut Selected<'a>,
 ) -> bool {
-    let amplitudes = |&e: &usize| context.model.declared().effects[e].parameters.len();
+    let numbers = |&e: &usize| {
+        let effect = &context.model.declared().effects[e];
+        effect.parameters.len() + effect.coordinates()
+    };
     let may_be =
-        |named: &[usize]| named.len() > 1 || named.iter().map(amplitudes).sum::<usize>() >= WIDE;
+        |named: &[usize]| named.len() > 1 || named.iter().map(numbers).sum::<usize>() >= WIDE;
     let all: Vec<usize> = chosen.system.active.iter().map(|a| a.effect).collect();
     if !may_be(&all) || !context.without_block.is_none_or(|known| known.sets_may_be(chosen)) {
         return false;
@@ -130,6 +135,7 @@ fn sets_of(
     let beside = DMatrix::from_columns(&beside);
     let sets = Sets {
         searched: candidates.iter().map(|c| c.searched).collect(),
+        coordinates: candidates.iter().map(|c| coordinates(plain, c)).collect(),
         named: named.len(),
         columns,
         products: gram(&beside),
@@ -138,6 +144,14 @@ fn sets_of(
         rows: lin.rows.len(),
     };
     Some((candidates, sets))
+}
+
+fn coordinates(plain: &Selected<'_>, candidate: &Candidate) -> usize {
+    let effects = &plain.system.model.declared().effects;
+    match &candidate.source {
+        Source::Effect(active) => effects[active.effect].coordinates(),
+        Source::Empirical(_) => 0,
+    }
 }
 
 /// The significance of each beside the others, where each is as significant as what a later pass

@@ -10,6 +10,8 @@ use crate::levels::{LEFT_BY_ANY, MIN_KEPT, WORTH_MENTIONING};
 
 /// Most candidates of which all pairs are tried, the strongest alone first.
 const MOST_CANDIDATES: usize = 40;
+/// Most of the named that are replaced at once, of three and more.
+const MOST_REPLACED: usize = 2;
 /// Share of its norm that each column of a set must keep beside the others: two that nearly cancel would
 /// have to be ten times as large as what they describe.
 const APART: f64 = 0.1;
@@ -41,6 +43,8 @@ pub(crate) fn tried(members: &[Member]) -> Vec<usize> {
 pub(crate) struct Sets {
     /// How many like each were looked at to find it.
     pub(crate) searched: Vec<f64>,
+    /// What was fitted in looking for each.
+    pub(crate) coordinates: Vec<usize>,
     /// How many of the first were named.
     pub(crate) named: usize,
     /// Which columns are each candidate's, and products of what the system leaves of these with each
@@ -56,7 +60,8 @@ pub(crate) struct Sets {
 /// How well a set of candidates describes the data.
 #[derive(Clone, Copy)]
 pub(crate) struct Description {
-    amplitudes: usize,
+    /// Amplitudes, and what was fitted in looking for it.
+    numbers: usize,
     /// Share of the squared residual that it leaves.
     left: f64,
     /// What its size costs.
@@ -67,7 +72,7 @@ pub(crate) struct Description {
 
 impl Sets {
     /// Sets that describe the data clearly better than what was named, the best first; in place of one
-    /// name alone those with half its amplitudes at most.
+    /// name alone those with half its numbers at most.
     pub(crate) fn better(&self) -> Vec<(Vec<usize>, Description)> {
         let own = self.of_named();
         let mut better: Vec<(Vec<usize>, Description)> = (self.all().into_iter())
@@ -76,7 +81,7 @@ impl Sets {
                 (set, description)
             })
             .filter(|(_, one)| one.criterion < own.criterion - WORTH_MENTIONING)
-            .filter(|(_, one)| self.named > 1 || 2 * one.amplitudes <= own.amplitudes)
+            .filter(|(_, one)| self.named > 1 || 2 * one.numbers <= own.numbers)
             .filter(|(set, one)| one.left > LEFT_BY_ANY && self.are_apart(set))
             .collect();
         better.sort_by(|a, b| a.1.criterion.total_cmp(&b.1.criterion));
@@ -93,13 +98,16 @@ impl Sets {
         let n = self.columns.len();
         let mut sets: Vec<Vec<usize>> = (0..n).map(|i| vec![i]).collect();
         sets.extend((0..n).flat_map(|i| (i + 1..n).map(move |j| vec![i, j])));
-        if self.named > 2 {
-            for at in 0..self.named {
-                let mut rest: Vec<usize> = (0..self.named).collect();
-                rest.remove(at);
-                let others = self.named..n;
-                sets.extend(others.map(|i| rest.iter().copied().chain([i]).collect()));
-                sets.push(rest);
+        // Sets of one and two are there.
+        for out in 1..=self.named.saturating_sub(1).min(MOST_REPLACED) {
+            for rest in some_of(self.named, self.named - out) {
+                for new in (0..=out).flat_map(|many| some_of(n - self.named, many)) {
+                    let new = new.into_iter().map(|i| self.named + i);
+                    let set: Vec<usize> = rest.iter().copied().chain(new).collect();
+                    if set.len() > 2 {
+                        sets.push(set);
+                    }
+                }
             }
         }
         sets
@@ -123,9 +131,10 @@ impl Sets {
         let onto = DVector::from_iterator(products.ncols(), columns.map(|c| self.onto[c]));
         let left = (self.square - new.along_one(&onto).norm_squared()).max(0.0) / self.square;
         let (amplitudes, of_size) = (new.kept.len(), ways(self.columns.len(), set.len()));
+        let numbers = amplitudes + set.iter().map(|&i| self.coordinates[i]).sum::<usize>();
         let penalty = count(amplitudes) * count(self.rows).ln() + 2.0 * (searched + of_size.ln());
         let criterion = count(self.rows) * left.max(f64::MIN_POSITIVE).ln() + penalty;
-        Description { amplitudes, left, penalty, criterion }
+        Description { numbers, left, penalty, criterion }
     }
 
     /// Products of the columns of a set.
@@ -134,6 +143,20 @@ impl Sets {
         let n = columns.len();
         DMatrix::from_fn(n, n, |i, j| self.products[(columns[i], columns[j])])
     }
+}
+
+/// Every choice of so many of the first `of` numbers.
+pub(crate) fn some_of(of: usize, many: usize) -> Vec<Vec<usize>> {
+    if many == 0 {
+        return vec![Vec::new()];
+    }
+    let with_last = |last: usize| {
+        some_of(last, many - 1).into_iter().map(move |mut some| {
+            some.push(last);
+            some
+        })
+    };
+    (many - 1..of).flat_map(with_last).collect()
 }
 
 /// Number of sets of a size.

@@ -69,6 +69,11 @@ impl Effect {
         }
     }
 
+    /// Coordinates of the place, or time constants, that were fitted in looking for it.
+    pub(crate) fn coordinates(&self) -> usize {
+        self.by_place.first().map_or(0, DMatrix::ncols)
+    }
+
     /// The same about one thing of several.
     #[must_use]
     pub fn about(mut self, subject: &str) -> Self {

@@ -91,3 +91,28 @@ fn two_effects_whose_difference_is_the_residual_take_no_place() {
     let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
     assert_eq!(names, ["wide"]);
 }
+
+/// Beside «whole», «wide» takes most, as it is u + v + 0.3 x, and «made up», x + 0.3 y, most of what is wrong
+/// with it: to «one» and «other», u and v, both have to go.
+#[test]
+fn two_of_three_are_replaced_at_once() {
+    const Y: usize = 25;
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut terms: Vec<_> = (1..READINGS)
+        .filter(|k| ![U, V, W, X, Y].contains(k))
+        .map(|k| (if rng.random::<bool>() { 1.0 } else { -1.0 }, k))
+        .collect();
+    terms.extend([(SIZE, U), (SIZE, V), (2.0 * SIZE, W)]);
+    let effects = [
+        ("wide", sum(&[(1.0, U), (1.0, V), (0.3, X)])),
+        ("made up", sum(&[(1.0, X), (0.3, Y)])),
+        ("whole", wave(W)),
+        ("one", wave(U)),
+        ("other", wave(V)),
+    ];
+    let closure = close_loop(&scalars(&sum(&terms), &effects), &[], &Options::default()).unwrap();
+    let mut names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["one", "other", "whole"]);
+    assert_eq!(closure.verdict, Verdict::Explained);
+}

@@ -9,8 +9,8 @@
 //! it was found: noise of another colour looks like one far more often, and only the loop knows
 //! the colour.
 
+use model_discrepancy::chance_to_explain;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
@@ -104,6 +104,12 @@ impl Fitted<'_> {
         let mut basis = self.basis.clone().resize_horizontally(known + added.ncols(), 0.0);
         basis.columns_mut(known, added.ncols()).copy_from(&added);
         (basis, residual)
+    }
+
+    /// Chance that so many amplitudes explain so much of the sum of squares.
+    fn p_value(&self, explained: f64, width: usize) -> f64 {
+        let dof = self.residual.len().saturating_sub(self.basis.ncols() + width);
+        chance_to_explain(explained, width, self.residual.norm_squared() - explained, dof)
     }
 
     /// What the shared parameters leave of whitened columns.
@@ -216,7 +222,7 @@ fn clearest(fitted: &Fitted<'_>, thing: &Thing) -> Option<(f64, Change)> {
         }
     }
     let (explained, range) = best?;
-    Some((p_value(fitted, explained, width)?, thing.of.at(range)))
+    Some((fitted.p_value(explained, width), thing.of.at(range)))
 }
 
 /// One range with an error of its own, and its p-value.
@@ -233,15 +239,5 @@ fn alone(fitted: &Fitted<'_>, range: usize) -> Option<(f64, Change)> {
         return None;
     }
     let explained = added.dot(&fitted.residual.rows(start, n)).powi(2) / left;
-    Some((p_value(fitted, explained, 1)?, change))
-}
-
-/// Chance that so many amplitudes explain so much of the sum of squares.
-fn p_value(fitted: &Fitted<'_>, explained: f64, width: usize) -> Option<f64> {
-    let rows = fitted.residual.len();
-    let dof = rows.checked_sub(fitted.basis.ncols() + width).filter(|&d| d > 0)?;
-    let left = (fitted.residual.norm_squared() - explained).max(0.0);
-    let f = explained / count(width) / (left / count(dof));
-    let law = FisherSnedecor::new(count(width), count(dof)).ok()?;
-    Some(if f.is_nan() { 1.0 } else { law.sf(f) })
+    Some((fitted.p_value(explained, 1), change))
 }

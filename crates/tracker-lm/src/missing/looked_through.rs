@@ -1,9 +1,7 @@
 //! The residual of the declared model, in which motions by time are looked for.
 
+use model_discrepancy::chance_to_explain;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-
-use crate::count::count;
 
 /// Share of a column's length that must be left beside the model: rows are linear to no more.
 const NOTHING_LEFT: f64 = 1e-3;
@@ -89,12 +87,9 @@ impl LookedThrough<'_> {
     /// That what is taken rises so by chance with so many parameters, from before to after.
     pub(crate) fn p_value(&self, taken: [f64; 2], parameters: [usize; 2]) -> f64 {
         let more = parameters[1].saturating_sub(parameters[0]);
-        let fitted = self.basis.ncols() + parameters[1];
-        let dof = self.residual.len().checked_sub(fitted).filter(|dof| *dof > 0 && more > 0);
-        let Some(dof) = dof else { return 1.0 };
-        let left = (self.residual.norm_squared() - taken[1]).max(f64::MIN_POSITIVE);
-        let f = (taken[1] - taken[0]).max(0.0) / count(more) / (left / count(dof));
-        FisherSnedecor::new(count(more), count(dof)).map_or(1.0, |law| law.sf(f))
+        let dof = self.residual.len().saturating_sub(self.basis.ncols() + parameters[1]);
+        let left = self.residual.norm_squared() - taken[1];
+        chance_to_explain(taken[1] - taken[0], more, left, dof)
     }
 }
 

@@ -5,10 +5,9 @@
 //! hundred surveys. Looked at one by one instead, every error would seem to have all the harmonics
 //! that another has.
 
+use model_discrepancy::chance_to_explain;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::count::count;
 use crate::curves::{LOCATION, Shape};
 use crate::missing::stops::{Stops, harmonic};
 
@@ -74,7 +73,7 @@ impl Orders {
                 for order in orders.highest[component] + 1..=most {
                     let new = &columns[usize::from(orders.highest[component] - USUAL)
                         ..usize::from(order - USUAL)];
-                    let Some(p_value) = known.p_value(new) else { continue };
+                    let p_value = known.p_value(new);
                     if best.is_none_or(|(least, ..)| p_value < least) {
                         best = Some((p_value, component, order));
                     }
@@ -123,20 +122,16 @@ impl Known {
         }
     }
 
-    /// That columns explain nothing (F test); `None` where nothing of them is left.
-    fn p_value(&self, columns: &[DMatrix<f64>]) -> Option<f64> {
+    /// That columns explain nothing.
+    fn p_value(&self, columns: &[DMatrix<f64>]) -> f64 {
         let mut new: Vec<DVector<f64>> = Vec::new();
         for columns in columns {
             let all: Vec<_> = self.basis.iter().chain(&new).cloned().collect();
             new.extend(left_of(&all, columns));
         }
-        let width = new.len();
-        let dof = self.residual.len().checked_sub(self.basis.len() + width).filter(|&d| d > 0)?;
+        let dof = self.residual.len().saturating_sub(self.basis.len() + new.len());
         let explained: f64 = new.iter().map(|n| n.dot(&self.residual).powi(2)).sum();
-        let left = (self.residual.norm_squared() - explained).max(f64::MIN_POSITIVE);
-        let law = FisherSnedecor::new(count(width), count(dof)).ok()?;
-        let f = explained / count(width) / (left / count(dof));
-        (width > 0 && f.is_finite()).then(|| law.sf(f))
+        chance_to_explain(explained, new.len(), self.residual.norm_squared() - explained, dof)
     }
 }
 

@@ -6,8 +6,8 @@
 //! hundred surveys: another session of the machine or of one station, too. Where reflectors are held
 //! out, nothing is known of one's slip.
 
+use model_discrepancy::chance_to_explain;
 use nalgebra::{DMatrix, DVector, Vector3};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::rows::Rows;
 use super::sight::Sight;
@@ -185,9 +185,6 @@ fn p_value(fitted: &Fitted<'_>, fault: Fault) -> Option<f64> {
     tangent -= fitted.basis * along;
     let score = tangent.tr_mul(fitted.residual);
     let explained = score.dot(&tangent.tr_mul(&tangent).cholesky()?.solve(&score));
-    let dof = tangent.nrows().checked_sub(fitted.basis.ncols() + 3).filter(|&d| d > 0)?;
-    let left = (fitted.residual.norm_squared() - explained).max(f64::MIN_POSITIVE);
-    let law = FisherSnedecor::new(3.0, count(dof)).ok()?;
-    let f = explained / 3.0 / (left / count(dof));
-    f.is_finite().then(|| law.sf(f))
+    let dof = tangent.nrows().saturating_sub(fitted.basis.ncols() + 3);
+    Some(chance_to_explain(explained, 3, fitted.residual.norm_squared() - explained, dof))
 }

@@ -22,8 +22,9 @@ pub(crate) enum Change {
     Rows { columns: Vec<String>, order: Order },
     /// Only these rows stay.
     Keep { rows: Vec<usize> },
-    /// One name stands for another and the other way round.
-    Swap { column: String, names: [String; 2] },
+    /// Other names in a column for some, of each pair the second for the first: in all rows, or in these, in
+    /// ascending order.
+    Rename { column: String, rows: Option<Vec<usize>>, names: Vec<[String; 2]> },
     /// A column of new numbers.
     Replace { column: String, values: Vec<f64> },
     /// Numbers added to those of a column, in the unit of its name; the table may have another.
@@ -58,6 +59,12 @@ impl Change {
             table = Cow::Owned(change.of_rows(&table, &kept));
         }
         table.into_owned()
+    }
+
+    /// One name stands for another and the other way round.
+    pub(crate) fn swap(column: &str, [one, other]: [&str; 2]) -> Self {
+        let names = [[one, other], [other, one]].map(|pair| pair.map(str::to_owned));
+        Self::Rename { column: column.to_owned(), rows: None, names: names.to_vec() }
     }
 
     fn keeps_all_rows(&self) -> bool {
@@ -100,13 +107,16 @@ impl Change {
             Self::Keep { rows } => {
                 table.rewritten(rows, |table, row, column| table.cell(row, column).into())
             }
-            Self::Swap { column, names: [one, other] } => {
+            Self::Rename { column, rows, names } => {
                 let of = table.column(column);
-                table.rewritten(kept, |table, row, column| match table.cell(row, column) {
-                    cell if of != Some(column) => cell.into(),
-                    cell if cell == one => Cow::Owned(other.clone()),
-                    cell if cell == other => Cow::Owned(one.clone()),
-                    cell => cell.into(),
+                let is_of = |row| rows.as_ref().is_none_or(|rows| rows.binary_search(&row).is_ok());
+                table.rewritten(kept, |table, row, column| {
+                    let cell = table.cell(row, column);
+                    let other = names.iter().find(|[one, _]| one == cell);
+                    match other.filter(|_| of == Some(column) && is_of(row)) {
+                        Some([_, other]) => Cow::Owned(other.clone()),
+                        None => cell.into(),
+                    }
                 })
             }
             Self::Replace { column, values } => {
@@ -208,9 +218,11 @@ mod tests {
         let order = Order::Listed(vec![1, 2, 0]);
         let rows = Change::Rows { columns: names(&["x"]), order }.of_table(&table());
         assert_eq!(cells(&rows), [["a", "2", "10"], ["b", "3", "20"], ["c", "1", "30"]]);
-        let [one, other] = ["a", "c"].map(str::to_owned);
-        let swap = Change::Swap { column: "id".to_owned(), names: [one, other] }.of_table(&table());
+        let swap = Change::swap("id", ["a", "c"]).of_table(&table());
         assert_eq!(cells(&swap).concat().join(" "), "c 1 10 b 2 20 a 3 30");
+        let names = vec![["a", "c"].map(str::to_owned), ["c", "a"].map(str::to_owned)];
+        let of_some = Change::Rename { column: "id".to_owned(), rows: Some(vec![1, 2]), names };
+        assert_eq!(cells(&of_some.of_table(&table())).concat().join(" "), "a 1 10 b 2 20 a 3 30");
     }
 
     #[test]

@@ -351,7 +351,7 @@ fn clipped(table: &Table, [target, reached]: [&str; 2]) -> Option<Hypothesis> {
     Some(Hypothesis::of("input:saturation", (POSITIONS, &[reached]), description, edits).shown())
 }
 
-/// Directions of which every one contradicts the way from the target before.
+/// Directions of which every one contradicts the way from the target before, or every one of a run of rows.
 fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
     const DIRECTION: &str = "direction";
     let column = table.column(DIRECTION)?;
@@ -364,20 +364,42 @@ fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
         Ordering::Less => Some(Approach::Falling),
         Ordering::Equal => None,
     };
-    let moves: Vec<(Approach, Approach)> =
-        (1..targets.len()).filter_map(|row| Some((came(row)?, said[row]))).collect();
+    let n = targets.len();
+    let contradicts = |row: &usize| came(*row).is_some_and(|came| came != said[*row]);
+    let (mut turned, others): (Vec<usize>, Vec<usize>) =
+        (1..n).filter(|row| came(*row).is_some()).partition(contradicts);
+    let (first, last) = (*turned.first()?, *turned.last()?);
+    let are_run = others.iter().all(|row| !(first..=last).contains(row));
     let both = [Approach::Rising, Approach::Falling];
-    let is_enough = both
-        .iter()
-        .all(|way| moves.iter().filter(|(came, _)| came == way).count() >= FEWEST_EITHER_WAY);
-    if !is_enough || moves.iter().any(|(came, said)| came == said) {
+    let go_both_ways = |rows: &[usize]| {
+        let going = |way| rows.iter().filter(|row| came(**row) == Some(way)).count();
+        both.iter().all(|way| going(*way) >= FEWEST_EITHER_WAY)
+    };
+    // Of a few that agree the column may mean another thing.
+    if !are_run || !go_both_ways(&turned) || !(others.is_empty() || go_both_ways(&others)) {
         return None;
     }
-    let values = said.iter().map(|way| -way.sign()).collect();
+    let counted = turned.len();
+    // How the first target of a pass was come to is not recorded: it is as the rest of the pass.
+    let begins = |row: &usize| (*row == 0 || came(*row).is_none()) && said[*row] == said[first];
+    let start = (0..first).rev().take_while(begins).last().unwrap_or(first);
+    let is_whole = start == 0 && (last + 1..n).all(|row| came(row).is_none());
+    turned = (start..if is_whole { n } else { last + 1 }).collect();
+    let values = (0..n)
+        .map(|row| said[row].sign() * if turned.contains(&row) { -1.0 } else { 1.0 })
+        .collect();
+    let which = if is_whole {
+        format!("every one of {counted} targets")
+    } else {
+        format!(
+            "of lines {} to {}, and of these alone, every one of {counted} targets",
+            table.line(start),
+            table.line(last)
+        )
+    };
     let description = format!(
-        "`{DIRECTION}` of {POSITIONS} has the opposite sign: every one of {} targets was reached the \
-         other way than it says; exchange +1 and -1",
-        moves.len()
+        "`{DIRECTION}` of {POSITIONS} has the opposite sign: {which} was reached the other way than it says; \
+         exchange +1 and -1 there"
     );
     let change = Change::Replace { column: DIRECTION.to_owned(), values };
     let edits = vec![Edit { file: POSITIONS, change }];

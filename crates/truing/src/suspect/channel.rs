@@ -16,6 +16,12 @@ const WINDOWS: [f64; 4] = [0.005, 0.01, 0.02, 0.04];
 const STILL: usize = 20;
 /// The same of a table of few rows, where the fit without them decides; as many must be left.
 const STILL_OF_FEW: usize = 5;
+/// The same of one series among many, in which everything else moves.
+const STILL_OF_SERIES: usize = 3;
+/// Readings at one end of a table of few rows that may have been clipped.
+const CLIPPED_OF_FEW: usize = 4;
+/// What a run of rows is called.
+const IN_A_ROW: &str = "rows one after the other";
 /// Share of equal neighbours elsewhere, below which a channel is alive.
 const ALIVE: f64 = 0.05;
 
@@ -33,11 +39,12 @@ pub(crate) fn channels(
     let mut together = vec![false; table.n_rows()];
     let mut clipped: Vec<&str> = Vec::new();
     let mut is_certain = true;
-    let moving = read.iter().filter(|(_, values)| longest_run(values).1 < ALIVE).count();
+    let moving =
+        read.iter().filter(|(_, values)| longest_run(values, &whole(values)).1 < ALIVE).count();
     for (name, values) in &read {
         if let Some(run) = still(values, moving > 0) {
             let channel = (&[*name][..], std::slice::from_ref(values));
-            stuck.push(stuck_at((file, table), channel, &run, &without).shown());
+            stuck.push(stuck_at((file, table), channel, &run, IN_A_ROW, &without).shown());
             if is_once(values, &run) {
                 continue;
             }
@@ -69,9 +76,51 @@ pub(crate) fn standing_still(
     let of_column = |name: &&str| {
         let values = table.numbers(name)?;
         let run = still_of_few(&values)?;
-        Some(stuck_at((file, table), (&[*name], &[values]), &run, &without))
+        Some(stuck_at((file, table), (&[*name], &[values]), &run, IN_A_ROW, &without))
     };
     columns.iter().filter_map(of_column).collect()
+}
+
+/// A channel that stands still over successive rows of one of several series, which a description says, as it
+/// may: to be decided by the fit without these rows.
+pub(crate) fn standing_still_within(
+    file: &'static str,
+    table: Option<&Table>,
+    column: &str,
+    (series, said): (&[Vec<usize>], &str),
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Option<Hypothesis> {
+    let table = table?;
+    let values = table.numbers(column)?;
+    let (run, elsewhere) = longest_run(&values, series);
+    let is_still = run.len() >= STILL_OF_SERIES && elsewhere < ALIVE;
+    is_still.then(|| stuck_at((file, table), (&[column], &[values]), &run, said, &without))
+}
+
+/// Columns of a table of few rows whose readings at one end are all the same, as a design may have them: to
+/// be decided by the fit without these rows.
+pub(crate) fn clipped_of_few(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let of_column = |name: &&str| {
+        let values = table.numbers(name)?;
+        let at_end = |sign: f64| {
+            let end = values.iter().map(|v| sign * v).fold(f64::NEG_INFINITY, f64::max);
+            let rows: Vec<bool> =
+                values.iter().map(|v| (sign * v).total_cmp(&end).is_eq()).collect();
+            let at_it = rows.iter().filter(|row| **row).count();
+            let is_pile = at_it >= CLIPPED_OF_FEW && 2 * at_it < values.len();
+            is_pile.then(|| {
+                saturation(file, &[*name], &(sign * end).to_string(), false, without(table, &rows))
+            })
+        };
+        Some([1.0, -1.0].into_iter().filter_map(at_end).collect::<Vec<_>>())
+    };
+    columns.iter().filter_map(of_column).flatten().collect()
 }
 
 /// A place all of whose coordinates stand still over the same rows, as no place does that is measured
@@ -92,53 +141,54 @@ pub(crate) fn place_standing_still(
     };
     let places: Vec<f64> = (0..table.n_rows()).map(of_row).collect();
     let run = still_of_few(&places)?;
-    Some(stuck_at((file, table), (columns, &read), &run, &without).shown())
+    Some(stuck_at((file, table), (columns, &read), &run, IN_A_ROW, &without).shown())
 }
 
 fn stuck_at(
     (file, table): (&'static str, &Table),
     (names, values): (&[&str], &[Vec<f64>]),
-    run: &std::ops::Range<usize>,
+    run: &[usize],
+    said: &str,
     without: &impl Fn(&Table, &[bool]) -> Vec<Edit>,
 ) -> Hypothesis {
     let n = table.n_rows();
     let rows: Vec<bool> = (0..n).map(|row| run.contains(&row)).collect();
     let edits = if run.len() == n { Vec::new() } else { without(table, &rows) };
-    let at: Vec<String> = values.iter().map(|column| column[run.start].to_string()).collect();
+    let at: Vec<String> = values.iter().map(|column| column[run[0]].to_string()).collect();
     let (channel, is_stuck) = if names.len() > 1 {
         ("channels", "are stuck: they read")
     } else {
         ("channel", "is stuck: it reads")
     };
     let description = format!(
-        "the {channel} {} of {file} {is_stuck} {} in {} rows one after the other, from line {}, while \
+        "the {channel} {} of {file} {is_stuck} {} in {} {said}, from line {}, while \
          others go on; repair the {channel}, or leave these rows out",
         listed(names),
         at.join(", "),
         run.len(),
-        table.line(run.start)
+        table.line(run[0])
     );
     Hypothesis::of("input:stuck", (file, names), description, edits)
 }
 
 /// The rows over which a channel stands still while others move.
-fn still(values: &[f64], others_move: bool) -> Option<std::ops::Range<usize>> {
-    let (run, elsewhere) = longest_run(values);
+fn still(values: &[f64], others_move: bool) -> Option<Vec<usize>> {
+    let (run, elsewhere) = longest_run(values, &whole(values));
     let is_constant = run.len() == values.len() && others_move && values[0] != 0.0;
     let is_long = run.len() >= STILL.max(values.len() / 20) && elsewhere < ALIVE;
     (is_constant || is_long).then_some(run)
 }
 
 /// The rows over which a channel may stand still, for the fit to decide.
-fn still_of_few(values: &[f64]) -> Option<std::ops::Range<usize>> {
-    let (run, elsewhere) = longest_run(values);
+fn still_of_few(values: &[f64]) -> Option<Vec<usize>> {
+    let (run, elsewhere) = longest_run(values, &whole(values));
     let is_long = run.len() >= STILL_OF_FEW.max(values.len() / 20) && elsewhere < ALIVE;
     (is_long && values.len() >= run.len() + STILL_OF_FEW).then_some(run)
 }
 
 /// Whether a channel reads what it stands still at hardly ever else: a limit it meets again.
-fn is_once(values: &[f64], run: &std::ops::Range<usize>) -> bool {
-    let held = values[run.start];
+fn is_once(values: &[f64], run: &[usize]) -> bool {
+    let held = values[run[0]];
     values.iter().filter(|v| v.total_cmp(&held).is_eq()).count() < run.len() + TIES
 }
 
@@ -227,29 +277,38 @@ fn most_frequent<'v>(sorted: impl Iterator<Item = &'v f64>) -> usize {
     most.max(1)
 }
 
-/// The longest run of equal readings, and the share of equal neighbours elsewhere.
-fn longest_run(values: &[f64]) -> (std::ops::Range<usize>, f64) {
-    let (mut longest, mut start, mut equal) = (0..values.len().min(1), 0, 0);
-    for row in 1..values.len() {
-        if values[row].total_cmp(&values[row - 1]).is_eq() {
-            equal += 1;
-        } else {
-            start = row;
-        }
-        if row + 1 - start > longest.len() {
-            longest = start..row + 1;
+/// The longest run of equal readings in any of several series of rows, and the share of equal neighbours
+/// elsewhere.
+fn longest_run(values: &[f64], series: &[Vec<usize>]) -> (Vec<usize>, f64) {
+    let (mut longest, mut equal, mut all) = (&[][..], 0, 0);
+    for rows in series {
+        all += rows.len();
+        let mut start = 0;
+        for at in 0..rows.len() {
+            if at > 0 && values[rows[at]].total_cmp(&values[rows[at - 1]]).is_eq() {
+                equal += 1;
+            } else {
+                start = at;
+            }
+            if at + 1 - start > longest.len() {
+                longest = &rows[start..=at];
+            }
         }
     }
-    let elsewhere = values.len().saturating_sub(longest.len());
     let equal = equal - longest.len().saturating_sub(1);
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let share = equal as f64 / elsewhere.max(1) as f64;
-    (longest, share)
+    let share = equal as f64 / (all - longest.len()).max(1) as f64;
+    (longest.to_vec(), share)
+}
+
+/// All rows as one series.
+fn whole(values: &[f64]) -> [Vec<usize>; 1] {
+    [(0..values.len()).collect()]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{clipping, longest_run, pile};
+    use super::{clipping, longest_run, pile, whole};
 
     /// A sine with a little deterministic noise.
     fn sine(n: usize) -> Vec<f64> {
@@ -295,9 +354,19 @@ mod tests {
     }
 
     #[test]
+    fn a_run_is_looked_for_in_one_series_at_a_time() {
+        let values = [1.0, 5.0, 2.0, 5.0, 3.0, 5.0, 3.0, 6.0];
+        let (run, elsewhere) = longest_run(&values, &[vec![0, 2, 4, 6], vec![1, 3, 5, 7]]);
+        assert_eq!(run, [1, 3, 5]);
+        // Of the five rows elsewhere one reads as the one before it.
+        assert!((elsewhere - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_run_is_found_with_what_is_elsewhere() {
-        let (run, elsewhere) = longest_run(&[1.0, 2.0, 2.0, 2.0, 3.0, 4.0]);
-        assert_eq!(run, 1..4);
+        let values = [1.0, 2.0, 2.0, 2.0, 3.0, 4.0];
+        let (run, elsewhere) = longest_run(&values, &whole(&values));
+        assert_eq!(run, [1, 2, 3]);
         assert!(elsewhere.abs() < 1e-12);
     }
 }

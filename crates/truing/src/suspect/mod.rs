@@ -23,15 +23,18 @@ mod thinned;
 mod unit;
 mod yardstick;
 
-pub(crate) use channel::{channels, place_standing_still, rows_left_out, standing_still};
+pub(crate) use channel::{
+    channels, clipped_of_few, place_standing_still, rows_left_out, standing_still,
+    standing_still_within,
+};
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use hypothesis::{Hypothesis, Proof};
 pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
 pub use named::Suspect;
 pub(crate) use order::{
-    copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges, farthest,
-    rows_shifted, rows_shifted_by, swapped_names,
+    blocks_shifted, copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges,
+    farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, swapped_names,
 };
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;

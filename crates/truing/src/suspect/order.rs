@@ -1,4 +1,6 @@
 use super::hypothesis::{Hypothesis, Proof, listed, owned};
+use super::label::labels_of;
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -150,23 +152,38 @@ pub(crate) fn rows_shifted_by(
     within: Option<&str>,
     by: isize,
 ) -> Vec<Hypothesis> {
-    let there = present(table, columns);
+    let Some(table) = table else { return Vec::new() };
+    let said = if within.is_some() { " within each block" } else { "" };
+    blocks_shifted((file, table), columns, (&blocks(table, within), said), by)
+}
+
+/// The same of these blocks of a table, which a description says.
+pub(crate) fn blocks_shifted(
+    (file, table): (&'static str, &Table),
+    columns: &[&str],
+    (blocks, said): (&[Range<usize>], &str),
+    by: isize,
+) -> Vec<Hypothesis> {
+    let there = present(Some(table), columns);
     let far = by.unsigned_abs();
-    let Some(table) = table.filter(|t| !there.is_empty() && t.n_rows() > far + 1) else {
+    if there.is_empty() || blocks.iter().all(|block| block.len() <= far + 1) {
         return Vec::new();
-    };
-    let blocks: Arc<[Range<usize>]> = blocks(table, within).into();
+    }
     let description = format!(
-        "the rows of {} of {file} are shifted {} {}{} against the other columns: shift them back",
+        "the rows of {} of {file} are shifted {} {}{said} against the other columns: shift them back",
         listed(&there),
         if far == 1 { "one row".to_owned() } else { format!("{far} rows") },
         if by > 0 { "down" } else { "up" },
-        if within.is_some() { " within each block" } else { "" }
     );
-    let rest = |Range { start, end }: Range<usize>| {
-        if by > 0 { start..end.saturating_sub(far).max(start) } else { (start + far).min(end)..end }
+    let is_lost = |row: usize| {
+        let of_block = |Range { start, end }: &Range<usize>| {
+            (*start..*end).contains(&row)
+                && if by > 0 { row + far >= *end } else { row < *start + far }
+        };
+        blocks.iter().any(of_block)
     };
-    let rows = blocks.iter().cloned().flat_map(rest).collect();
+    let rows = (0..table.n_rows()).filter(|&row| !is_lost(row)).collect();
+    let blocks = Arc::from(blocks);
     let order = Order::Rolled { blocks, by };
     let rolled = Edit { file, change: Change::Rows { columns: owned(&there), order } };
     let kept = Edit { file, change: Change::Keep { rows } };
@@ -225,6 +242,51 @@ pub(super) fn blocks(table: &Table, within: Option<&str>) -> Vec<Range<usize>> {
     blocks
 }
 
+/// Names in a column exchanged, two or three of them, in the rows alone that have one label, of every label
+/// whose rows have no more than `most` names.
+pub(crate) fn names_of_one_exchanged(
+    file: &'static str,
+    table: Option<&Table>,
+    [label, column]: [&str; 2],
+    most: usize,
+) -> Vec<Hypothesis> {
+    let columns = |table: &Table| Some((table.column(label)?, table.column(column)?));
+    let Some((table, (of, named))) = table.and_then(|t| Some((t, columns(t)?))) else {
+        return Vec::new();
+    };
+    let exchanged = |name: &str, rows: &[usize], cycle: &[&str]| {
+        let pairs = cycle.iter().zip(cycle.iter().cycle().skip(1));
+        let said: Vec<String> =
+            pairs.clone().map(|(one, other)| format!("`{one}` to `{other}`")).collect();
+        let description = format!(
+            "the labels in `{column}` of {file} are exchanged (swapped) where `{label}` is `{name}`: there \
+             change {}",
+            said.join(", ")
+        );
+        let names = pairs.map(|(one, other)| [one, other].map(|name| (*name).to_owned())).collect();
+        let change = Change::Rename { column: column.to_owned(), rows: Some(rows.to_vec()), names };
+        let edits = vec![Edit { file, change }];
+        Hypothesis::of("input:labels", (file, &[column]), description, edits)
+    };
+    let mut all = Vec::new();
+    for (name, rows) in labels_of(table, of) {
+        let names: BTreeSet<&str> = rows.iter().map(|row| table.cell(*row, named)).collect();
+        let names: Vec<&str> = names.into_iter().collect();
+        if names.len() > most {
+            continue;
+        }
+        for [i, j] in (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j])) {
+            let [one, other] = [names[i], names[j]];
+            all.push(exchanged(name, &rows, &[one, other]));
+            for third in &names[..i] {
+                all.push(exchanged(name, &rows, &[third, one, other]));
+                all.push(exchanged(name, &rows, &[other, one, third]));
+            }
+        }
+    }
+    all
+}
+
 /// Two names in a column exchanged, every pair; none where there are more than `most` names.
 pub(crate) fn swapped_names(
     file: &'static str,
@@ -252,9 +314,7 @@ pub(crate) fn swapped_names(
                 "the labels `{one}` and `{other}` in `{column}` of {file} are exchanged (swapped): \
                  exchange them"
             );
-            let [a, b] = [*one, *other].map(str::to_owned);
-            let change = Change::Swap { column: column.to_owned(), names: [a, b] };
-            let edits = vec![Edit { file, change }];
+            let edits = vec![Edit { file, change: Change::swap(column, [*one, *other]) }];
             all.push(Hypothesis::of("input:labels", (file, &[column]), description, edits));
         }
     }

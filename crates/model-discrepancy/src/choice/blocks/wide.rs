@@ -45,6 +45,7 @@ struct Open {
     id: String,
     has_subject: bool,
     searched: f64,
+    coordinates: usize,
     min_kept: f64,
     columns: Range<usize>,
     /// Clusters that each column moves; `None` of more than a block can leave one of.
@@ -98,6 +99,7 @@ impl Wide {
                 id: effect.id.clone(),
                 has_subject,
                 searched: count(effect.searched.max(1)),
+                coordinates: effect.coordinates(),
                 min_kept: min_kept(effect),
                 columns,
                 moved: moved.collect(),
@@ -180,6 +182,7 @@ impl Wide {
         let n = columns.len();
         Some(Sets {
             searched: tried.iter().map(|&i| seen[i].one.searched).collect(),
+            coordinates: tried.iter().map(|&i| seen[i].one.coordinates).collect(),
             named: named.len(),
             columns: ranges.collect(),
             products: DMatrix::from_fn(n, n, |i, j| left[(columns[i], columns[j])]),

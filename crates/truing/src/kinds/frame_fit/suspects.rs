@@ -4,15 +4,16 @@ use frame_fit::{TipPose, Transform};
 
 use super::estimates::FrameFitEstimates;
 use super::set_ups::{misplaced, relabelled};
-use super::settings::{COORDINATES as POSITION, DISTANCES, FROM, PAIRS, POSES, TO};
+use super::settings::{COORDINATES, DISTANCES, FROM, PAIRS, POSES, TO};
 use crate::case::Table;
 use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
+use crate::residual::Residual;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, all_in_metres, copies, cycles, exchanged_rows,
-    exchanges, farthest, other_setting, rows_left_out, rows_shifted, signs, slips, spread_of,
-    standing_still, swapped_names, units,
+    Dimension, Hypothesis, Proof, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
+    exchanged_rows, exchanges, farthest, other_setting, rows_left_out, rows_shifted, signs, slips,
+    spread_of, standing_still, swapped_names, units,
 };
 
 /// The two sides of the table.
@@ -51,6 +52,7 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(PAIRS, rows)];
     for side in TO_AND_FROM {
         all.extend(standing_still(PAIRS, Some(table), &side, without));
+        all.extend(clipped_of_few(PAIRS, Some(table), &side, without));
     }
     all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
     for side in TO_AND_FROM {
@@ -74,35 +76,35 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
 
 /// Poses of a flange, and the distances known between the places.
 fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
-    let Ok(table) = files.folder.table(POSES, &["place", POSITION[0], QUATERNION[0]]) else {
+    let Ok(table) = files.folder.table(POSES, &["place", COORDINATES[0], QUATERNION[0]]) else {
         return Vec::new();
     };
     let relabelled = relabelled(&table);
     let table = Some(&table);
     let mut all: Vec<Hypothesis> = relabelled.into_iter().collect();
-    all.extend(units(POSES, table, &POSITION, Dimension::Length));
+    all.extend(units(POSES, table, &COORDINATES, Dimension::Length));
     let known = (files.folder.has(DISTANCES))
         .then(|| files.folder.table(DISTANCES, &["from", "to", "distance_mm"]).ok());
     let known = known.flatten();
     all.extend(units(DISTANCES, known.as_ref(), &["distance_mm"], Dimension::Length));
     let lengths: [(_, _, &[&str]); 2] =
-        [(POSES, table, &POSITION), (DISTANCES, known.as_ref(), &["distance_mm"])];
+        [(POSES, table, &COORDINATES), (DISTANCES, known.as_ref(), &["distance_mm"])];
     all.extend(all_in_metres(&lengths));
-    all.extend(signs(POSES, table, &POSITION));
-    all.extend(copies(POSES, table, &POSITION, Proof::Gross));
-    all.extend(exchanges(POSES, table, &POSITION));
-    all.extend(cycles(POSES, table, POSITION));
+    all.extend(signs(POSES, table, &COORDINATES));
+    all.extend(copies(POSES, table, &COORDINATES, Proof::Gross));
+    all.extend(exchanges(POSES, table, &COORDINATES));
+    all.extend(cycles(POSES, table, COORDINATES));
     all.extend(scalar_last(POSES));
     all.extend(signs(POSES, table, &QUATERNION[1..]));
     all.extend(exchanges(POSES, table, &QUATERNION));
-    all.extend(rows_shifted(POSES, table, &POSITION, None));
+    all.extend(rows_shifted(POSES, table, &COORDINATES, None));
     all.extend(rows_shifted(POSES, table, &["place"], None));
     all.extend(swapped_names(POSES, table, "place", MOST_PLACES));
     if let Some(fitted) = fitted {
         let n_rows = table.map_or(0, Table::n_rows);
         let far: Vec<usize> =
             farthest(fitted, FARTHEST).into_iter().filter(|row| *row < n_rows).collect();
-        all.extend(exchanged_rows(POSES, table, &POSITION, &far));
+        all.extend(exchanged_rows(POSES, table, &COORDINATES, &far));
         all.extend(exchanged_rows(POSES, table, &["place"], &far));
     }
     all
@@ -179,20 +181,23 @@ pub(super) fn yardstick(
     let spread = spread(sides_mm[0]).max(spread(sides_mm[1]));
     // Frames that are claimed to be one may be shifted and turned against each other.
     let is_claimed = matches!(transform, Transform::None | Transform::Translation);
+    // Points that a map of another scale takes onto each other belong together.
+    let left = Residual::of(fitted.observations.iter(), COORDINATES.len(), fitted.unit).rms;
+    let stretched = stretched(fitted);
+    let is_mapped = stretched > USUAL_SCALE && left.is_some_and(|rms| rms < UNMATCHED * spread);
     Yardstick {
         spread,
-        taken_up: if is_distorted(fitted) { spread } else { 0.0 },
+        taken_up: if stretched > USUAL_SCALE { spread * stretched } else { 0.0 },
         gross: GROSS,
-        unmatched: if is_claimed { f64::INFINITY } else { UNMATCHED },
+        unmatched: if is_claimed || is_mapped { f64::INFINITY } else { UNMATCHED },
         ..Yardstick::NONE
     }
 }
 
-/// Whether a fitted map stretches by more than any machine does.
-fn is_distorted(fitted: &Fitted) -> bool {
-    let Some(found) = fitted.estimates.downcast_ref::<FrameFitEstimates>() else { return false };
+/// By how much a fitted map stretches the most, as a share.
+fn stretched(fitted: &Fitted) -> f64 {
+    let Some(found) = fitted.estimates.downcast_ref::<FrameFitEstimates>() else { return 0.0 };
     let d = found.matrix.len() - 1;
     let linear = nalgebra::DMatrix::from_fn(d, d, |i, j| found.matrix[i][j]);
-    let stretches = linear.singular_values();
-    stretches.iter().any(|s| (s - 1.0).abs() > USUAL_SCALE)
+    linear.singular_values().iter().map(|s| (s - 1.0).abs()).fold(0.0, f64::max)
 }

@@ -4,9 +4,9 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, copies, cycles, exchanged_rows, exchanges, farthest,
-    lengths, of_another_part, rows_left_out, rows_shifted, scaled_setting, signs, slips, spread_of,
-    standing_still, units,
+    Dimension, Hypothesis, Proof, Yardstick, clipped_of_few, copies, cycles, exchanged_rows,
+    exchanges, farthest, lengths, of_another_part, rows_left_out, rows_shifted, scaled_setting,
+    signs, slips, spread_of, standing_still, units,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -52,6 +52,7 @@ pub(crate) fn mistakes_of_rows(
     let mut all: Vec<Hypothesis> = XYZ.iter().flat_map(of_column).collect();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
     all.extend(standing_still(file, table, &XYZ, without));
+    all.extend(clipped_of_few(file, table, &XYZ, without));
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     all.extend(slips(file, table, &XYZ, far));

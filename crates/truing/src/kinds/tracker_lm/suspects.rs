@@ -1,7 +1,6 @@
 //! What may be wrong with a survey of a rotary axis.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{Survey, TargetSurvey};
@@ -10,13 +9,14 @@ use super::axis_error::AxisErrorEstimate;
 use super::estimates::TrackerLmEstimates;
 use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
-use crate::case::{Change, Edit, Order, Table};
+use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, copies, cycles, exchanges, farthest, other_setting,
-    place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips,
-    spread_of, standing_still, swapped_names, units,
+    Dimension, Hypothesis, Proof, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
+    exchanges, farthest, names_of_one_exchanged, other_setting, place_standing_still,
+    readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips, spread_of,
+    standing_still, standing_still_within, swapped_names, units,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -29,16 +29,14 @@ const USUAL_ERROR: f64 = 0.02;
 const USUAL_PLACE: f64 = 0.05;
 /// Names of which every pair is tried.
 const MOST_NAMES: usize = 8;
+/// Reflectors of one station of which every two and three are exchanged.
+const MOST_NAMES_OF_ONE: usize = 5;
 /// Angles looked at for exchanged ones: the two where the axis errs most, and as many more as the fit
 /// may have put before them.
 const FARTHEST: usize = 5;
 const DISPLACEMENT: &str = "displacement_mm";
 /// Displacements with another sign than their neighbours that are looked at.
 const MOST_TURNED: usize = 4;
-/// Fewest equal displacements of one lock, while the axis turns, that are no accident; elsewhere one in so
-/// many may be read twice.
-const FEWEST_STILL: usize = 3;
-const STILL_ELSEWHERE: usize = 20;
 /// Angles as close as this are one, as they are written.
 const SAME_ANGLE_DEG: f64 = 1e-6;
 
@@ -50,13 +48,20 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let mounts = folder.table(MOUNTS, &["mount", PLACE[0], PLACE[1], PLACE[2]]).ok();
     let (read, stations, mounts) = (read.as_ref(), stations.as_ref(), mounts.as_ref());
     let mut all = directions(files);
+    let locks = read.map_or_else(Vec::new, locks);
     let without = |read: &Table, rows: &[bool]| left_out((file, read), [stations, mounts], rows);
     if file == TARGETS {
         all.extend(place_standing_still(file, read, &PLACE, without));
         all.extend(standing_still(file, read, &PLACE, without));
     } else {
         all.extend(standing_still(file, read, &[DISPLACEMENT], without));
-        all.extend(lock_standing_still(file, read, without));
+        all.extend(standing_still_within(
+            file,
+            read,
+            DISPLACEMENT,
+            (&locks, "steps of one lock"),
+            without,
+        ));
     }
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
     all.extend(signs(file, read, &["angle_deg"]));
@@ -69,15 +74,18 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         let column = [DISPLACEMENT];
         all.extend(units(file, read, &column, Dimension::Length));
         all.extend(counts_of_the_path(file, read));
-        all.extend(turned_signs(file, read));
+        all.extend(turned_signs(file, read, &locks));
         let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
         all.extend(slips(file, read, &column, fitted.zip(far.as_deref())));
         all.extend(
-            read.zip(far).into_iter().flat_map(|(read, far)| lock_shifted((file, read), &far)),
+            (read.zip(far).into_iter())
+                .flat_map(|(read, far)| lock_shifted((file, read), &locks, &far)),
         );
         all.extend(signs(file, read, &column));
-        let of_station = ["station", column[0]];
-        all.extend(readings_of_one(file, read, of_station, Dimension::Length));
+        for of in ["station", "mount"] {
+            all.extend(readings_of_one(file, read, [of, column[0]], Dimension::Length));
+        }
+        all.extend(clipped_of_few(file, read, &column, without));
         all.extend(shifted(file, read, &column));
     }
     all.extend(of_places(STATIONS, stations));
@@ -85,6 +93,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     for column in ["station", "mount"] {
         all.extend(swapped_names(file, read, column, MOST_NAMES));
     }
+    all.extend(names_of_one_exchanged(file, read, ["station", "mount"], MOST_NAMES_OF_ONE));
     if let Some((read, fitted)) = read.zip(fitted) {
         all.extend(exchanged_angles((file, read), fitted));
     }
@@ -125,49 +134,8 @@ fn locks(read: &Table) -> Vec<Vec<usize>> {
     locks
 }
 
-/// A displacement that stands still through some steps of one lock, where hardly any other is read twice.
-fn lock_standing_still(
-    file: &'static str,
-    read: Option<&Table>,
-    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
-) -> Option<Hypothesis> {
-    let read = read?;
-    let values = read.numbers(DISPLACEMENT)?;
-    let is_same = |a: usize, b: usize| values[a].total_cmp(&values[b]).is_eq();
-    let mut equal = 0;
-    let mut longest: Vec<usize> = Vec::new();
-    for lock in locks(read) {
-        let mut run = 0;
-        for i in 1..lock.len() {
-            run = if is_same(lock[i - 1], lock[i]) { run + 1 } else { 0 };
-            equal += usize::from(run > 0);
-            if run > 0 && run + 1 > longest.len() {
-                longest = lock[i - run..=i].to_vec();
-            }
-        }
-    }
-    let elsewhere = (equal + 1).saturating_sub(longest.len());
-    if longest.len() < FEWEST_STILL || STILL_ELSEWHERE * elsewhere > values.len() {
-        return None;
-    }
-    let marked: Vec<bool> = (0..values.len()).map(|row| longest.contains(&row)).collect();
-    let description = format!(
-        "the channel `{DISPLACEMENT}` of {file} is stuck: it reads {} in {} steps of one lock, from line {}, while \
-         the axis turns; repeat this lock, or leave these rows out",
-        values[longest[0]],
-        longest.len(),
-        read.line(longest[0])
-    );
-    Some(Hypothesis::of(
-        "input:stuck",
-        (file, &[DISPLACEMENT]),
-        description,
-        without(read, &marked),
-    ))
-}
-
 /// Displacements between whose neighbours in the lock, of the opposite sign, they would lie with the other one.
-fn turned_signs(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
+fn turned_signs(file: &'static str, read: Option<&Table>, locks: &[Vec<usize>]) -> Vec<Hypothesis> {
     let Some((read, values)) = read.and_then(|read| Some((read, read.numbers(DISPLACEMENT)?)))
     else {
         return Vec::new();
@@ -177,42 +145,30 @@ fn turned_signs(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
         let beside = (after - before).abs();
         before * after > 0.0 && at * before < 0.0 && (-at - 0.5 * (before + after)).abs() <= beside
     };
-    let locks = locks(read);
     let turned = locks.iter().flat_map(|lock| lock.windows(3)).filter(is_turned);
     let slip = |three: &[usize]| slip_of_sign(file, read, (DISPLACEMENT, &values), three[1]);
     turned.take(MOST_TURNED).map(slip).collect()
 }
 
-/// The readings of one lock one row further down or up: of the lock that lies farthest off.
-fn lock_shifted((file, read): (&'static str, &Table), far: &[usize]) -> Vec<Hypothesis> {
-    let locks = locks(read);
+/// The readings of one lock one row further down or up: of the lock that lies farthest off, where its rows
+/// follow each other.
+fn lock_shifted(
+    (file, read): (&'static str, &Table),
+    locks: &[Vec<usize>],
+    far: &[usize],
+) -> Vec<Hypothesis> {
     let Some(lock) = far.first().and_then(|row| locks.iter().find(|lock| lock.contains(row)))
     else {
         return Vec::new();
     };
     let (first, n) = (lock[0], lock.len());
-    // Only where its rows follow each other.
-    if n < 2 || lock[n - 1] - first + 1 != n {
+    if lock[n - 1] - first + 1 != n {
         return Vec::new();
     }
-    let block = first..first + n;
-    let of = |by: isize| {
-        let lost = if by > 0 { first + n - 1 } else { first };
-        let rows = (0..read.n_rows()).filter(|&row| row != lost).collect();
-        let blocks = Arc::from(vec![block.clone()]);
-        let columns = vec![DISPLACEMENT.to_owned()];
-        let rolled = Change::Rows { columns, order: Order::Rolled { blocks, by } };
-        let edits = [rolled, Change::Keep { rows }].map(|change| Edit { file, change });
-        let description = format!(
-            "the rows of `{DISPLACEMENT}` of {file} are shifted one row {} in one lock, lines {} to {}: shift them \
-             back",
-            if by > 0 { "down" } else { "up" },
-            read.line(first),
-            read.line(first + n - 1)
-        );
-        Hypothesis::of("input:row-shift", (file, &[DISPLACEMENT]), description, edits.to_vec())
-    };
-    [1, -1].map(of).to_vec()
+    let said = format!(" in one lock, lines {} to {},", read.line(first), read.line(first + n - 1));
+    let block = [first..first + n];
+    let by = |by| blocks_shifted((file, read), &[DISPLACEMENT], (&block, &said), by);
+    [1, -1].into_iter().flat_map(by).collect()
 }
 
 /// The angles of two steps exchanged, of those at which the axis errs most.
@@ -238,9 +194,7 @@ fn exchanged_angles((file, read): (&'static str, &Table), fitted: &Fitted) -> Ve
                 "the labels `{one}` and `{other}` in `{ANGLE}` of {file} are exchanged (swapped): \
                  exchange them"
             );
-            let names = [*one, *other].map(str::to_owned);
-            let edits =
-                vec![Edit { file, change: Change::Swap { column: ANGLE.to_owned(), names } }];
+            let edits = vec![Edit { file, change: Change::swap(ANGLE, [*one, *other]) }];
             all.push(Hypothesis::of("input:labels", (file, &[ANGLE]), description, edits));
         }
     }

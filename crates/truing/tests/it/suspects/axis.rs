@@ -86,6 +86,28 @@ fn directions_that_all_contradict_the_way_are_turned() {
 }
 
 #[test]
+fn directions_of_one_cycle_that_contradict_the_way_are_turned_there() {
+    let row = |i: i32| {
+        let round = i % 16;
+        let (at, way) = if round < 8 { (round, 1) } else { (15 - round, -1) };
+        let at = 50.0 * f64::from(at);
+        let noise = 0.001 * (1e5 * (12.9898 * f64::from(i)).sin()).fract();
+        let read = at + 0.01 * f64::from(way) + noise;
+        let said = if i / 16 == 1 { -way } else { way };
+        format!("{at},{read:.6},{said:+},{}\n", i / 16)
+    };
+    let table = (0..64).map(row).collect::<String>();
+    let table = format!("target_mm,actual_mm,direction,cycle\n{table}");
+    let settings = "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.001\n";
+    let case = Case::new(&[("case.toml", settings), ("positions.csv", &table)]);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:sign");
+    // The second cycle has rows 16 to 31, below a line of headings.
+    assert!(step["description"].as_str().unwrap().contains("of lines 18 to 33,"), "{step}");
+    assert_eq!(answer["steps"][1]["effect"], "reversal", "{}", answer["steps"]);
+}
+
+#[test]
 fn readings_of_a_short_table_that_stand_still_are_stuck() {
     let case = axis();
     change(&case, "positions.csv", &["actual_mm"], |n, old| old[n.min(30)].clone());
@@ -109,6 +131,21 @@ fn one_station_in_another_unit_is_named() {
     let said = case.run("loop");
     let said = format!("{}{}", said.stdout, said.stderr);
     assert!(said.contains("metres, where `station` is `S2`: multiply these by 1000"), "{said}");
+}
+
+/// Five readings, too few to be known by their number: the fit without them tells.
+#[test]
+fn a_few_readings_that_clip_are_no_bad_points() {
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm"], |n, old| {
+        let read = |row: &Vec<String>| row[0].parse::<f64>().unwrap();
+        let mut sorted: Vec<f64> = old.iter().map(read).collect();
+        sorted.sort_by(f64::total_cmp);
+        vec![format!("{}", read(&old[n]).min(sorted[sorted.len() - 5]))]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:saturation", "{step}");
+    assert_eq!(step["subject"], "pairs.csv: to_x_mm");
 }
 
 /// A display that ends at 300 mm: deviations of their own at the last two targets would explain it.

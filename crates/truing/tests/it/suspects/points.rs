@@ -5,6 +5,9 @@ use serde_json::Value;
 use super::{change, first, fixture, scale, survey, swap};
 use crate::command::Case;
 
+const SURVEY: &str =
+    "kind = \"frame-fit\"\n[model]\ntransform = \"rigid\"\n[noise]\npoint_mm = 0.005\n";
+
 #[test]
 fn a_column_in_inches_is_named_and_the_loop_goes_on_without_it() {
     let case = survey();
@@ -62,6 +65,26 @@ fn sound_cases_and_physics_are_not_accused() {
         assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()), "{name}");
         assert_ne!(case.json("loop")["verdict"], "input-wrong", "{name}");
     }
+}
+
+/// The user asks for a general map, and what it leaves is the noise: not only one of tables that have nothing
+/// to do with each other.
+#[test]
+fn points_that_a_map_of_another_scale_takes_onto_each_other_belong_together() {
+    let case = survey();
+    case.write("case.toml", SURVEY.replace("rigid", "affine"));
+    scale(&case, "pairs.csv", &["to_x_mm", "to_y_mm", "to_z_mm"], 1.005);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    assert_eq!(case.json("loop")["verdict"], "nothing-missing");
+    scale(&case, "pairs.csv", &["to_x_mm", "to_y_mm", "to_z_mm"], 1.0 / 25.4);
+    assert_eq!(first(&case).0["effect"], "input:unit");
+    // In another order, every other row, they do not.
+    let case = survey();
+    case.write("case.toml", SURVEY.replace("rigid", "affine"));
+    change(&case, "pairs.csv", &["to_x_mm", "to_y_mm", "to_z_mm"], |n, old| {
+        old[(7 * n + 3) % old.len()].clone()
+    });
+    assert_eq!(first(&case).0["effect"], "input:unmatched");
 }
 
 #[test]

@@ -61,3 +61,25 @@ fn one_displacement_of_the_opposite_sign_is_named_with_its_line() {
                 opposite sign: it should be 563.56183";
     assert!(ended.stderr.contains(said), "{}", ended.stderr);
 }
+
+/// The reflectors of one station under each other's names, in a circle: nothing can be fitted.
+#[test]
+fn reflectors_of_one_station_are_given_their_names_back() {
+    let files = ["case.toml", "stations.csv", "mounts.csv", RANGES];
+    let case = fixture("tracker-lm/backlash", &files);
+    change(&case, RANGES, &["station", "mount"], |n, old| {
+        let [station, mount] = [&old[n][0], &old[n][1]];
+        let other = match &**mount {
+            "R1" => "R2",
+            "R2" => "R3",
+            "R3" => "R1",
+            rest => rest,
+        };
+        vec![station.clone(), if station == "S3" { other.to_owned() } else { mount.clone() }]
+    });
+    let ended = case.run("loop");
+    assert_eq!(ended.code, 3, "{}", ended.stdout);
+    for said in ["where `station` is `S3`", "`R2` to `R1`", "`R3` to `R2`", "`R1` to `R3`"] {
+        assert!(ended.stderr.contains(said), "{}", ended.stderr);
+    }
+}
