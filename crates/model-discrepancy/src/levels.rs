@@ -52,9 +52,9 @@ pub(crate) const EXCESS_LEFT_UNDECLARED: f64 = 0.1;
 
 /// χ² per degree of freedom from which on that share is enough, whatever is left: with structure, which is
 /// not the noise, twice the declared standard deviation; without, where the noise may be larger than
-/// declared, three times.
+/// declared, ten times.
 pub(crate) const GROSS_STRUCTURE: f64 = 4.0;
-pub(crate) const GROSS_SCATTER: f64 = 9.0;
+pub(crate) const GROSS_SCATTER: f64 = 100.0;
 
 /// Share of that excess that names must leave, beside structure, to be taken back for it alone: what
 /// has no name is then larger than what has.

@@ -136,6 +136,8 @@ impl AxisRun<'_> {
             "every target has a deviation of its own that repeats",
             parameters,
         );
+        let span = again.last()? - again.first()?;
+        let effect = effect.at_most(most_of_profile(self.motion) * span);
         let column = |t: &f64| self.each(|r| f64::from(u8::from(is_at(r, *t))));
         Some(term(effect, again.iter().map(column).collect()))
     }
@@ -283,6 +285,15 @@ impl AxisRun<'_> {
 /// Designs that show nothing of it exist.
 fn term(effect: Effect, columns: Vec<Vec<f64>>) -> AxisTerm {
     AxisTerm { effect: effect.within(Scope::SomeDesigns), columns }
+}
+
+/// Deviation over the travel that no axis has at a target: a millimetre in a metre, a third of a degree in a
+/// turn. A target that is written wrong has more.
+fn most_of_profile(motion: AxisMotion) -> f64 {
+    match motion {
+        AxisMotion::Linear => 1e-3,
+        AxisMotion::Rotary => 3.6,
+    }
 }
 
 /// Unit of a deviation over a target as reported, and the factor.

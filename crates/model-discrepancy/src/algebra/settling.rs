@@ -239,6 +239,9 @@ impl Drifts<'_> {
             of_slower(s, &|two| Slower { share: part_near(moved(two), two.share), ..two })
         };
         let (explained, two) = self.refined(best, &[&faster, &later, &more]);
+        // Two that go against each other come near a straight line.
+        let evenly = self.residual.explained(&self.left_along(|t| t)).unwrap_or(0.0);
+        let most = most.max(evenly);
         // A second time constant and a share.
         let p_value = self.residual.p_value_of_more(explained - most, 2, explained);
         (p_value * count(searched) <= FALSE_ALARM).then_some(two)

@@ -96,6 +96,7 @@ impl LookedThrough<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::count::count;
 
     /// Of products of some hundred numbers near one, over the square of what is left of a column.
     const ROUND_OFF: f64 = 1e-9;

@@ -21,7 +21,7 @@ use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
     Dimension, Hypothesis, all_in_metres, exchanged_rows, exchanged_targets, farthest,
-    rows_left_out, rows_shifted, signs, standing_still, units,
+    readings_of_one, rows_left_out, rows_shifted, signs, standing_still, units, units_from_a_row,
 };
 
 use approach::approach_of;
@@ -62,6 +62,8 @@ const KNOWN: &[&str] = &[
 /// Seconds of arc of a degree.
 const ARCSEC_PER_DEG: f64 = 3600.0;
 const TURN_DEG: f64 = 360.0;
+/// Whether a target was come to from below or from above.
+const DIRECTION: &str = "direction";
 /// Moves either way from which directions are known to be turned.
 const FEWEST_EITHER_WAY: usize = 4;
 /// Rows looked at for exchanged labels.
@@ -293,8 +295,13 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
     let mut all = signs(POSITIONS, table, &columns[..1]);
     all.extend(table.and_then(|table| turned_directions(table, columns[0])));
+    all.extend(table.and_then(|table| from_the_other_end(table, columns[0])));
     for column in &columns {
         all.extend(units(POSITIONS, table, &[*column], dimension));
+        all.extend(units_from_a_row(POSITIONS, table, &[*column], dimension));
+    }
+    for of in [DIRECTION, "cycle"] {
+        all.extend(readings_of_one(POSITIONS, table, [of, columns[1]], dimension));
     }
     if dimension == Dimension::Length {
         all.extend(all_in_metres(&[(POSITIONS, table, &columns)]));
@@ -351,9 +358,31 @@ fn clipped(table: &Table, [target, reached]: [&str; 2]) -> Option<Hypothesis> {
     Some(Hypothesis::of("input:saturation", (POSITIONS, &[reached]), description, edits).shown())
 }
 
+/// Targets that are counted from the other end of the travel.
+fn from_the_other_end(table: &Table, target: &'static str) -> Option<Hypothesis> {
+    let targets = table.numbers(target)?;
+    let low = targets.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = targets.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let values: Vec<f64> = targets.iter().map(|t| low + high - t).collect();
+    let change = Change::Replace { column: target.to_owned(), values };
+    let mut edits = vec![Edit { file: POSITIONS, change }];
+    if let Some(column) = table.column(DIRECTION) {
+        let said: Option<Vec<Approach>> =
+            (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect();
+        let values = said?.iter().map(|way| -way.sign()).collect();
+        let change = Change::Replace { column: DIRECTION.to_owned(), values };
+        edits.push(Edit { file: POSITIONS, change });
+    }
+    let description = format!(
+        "`{target}` of {POSITIONS} is counted from the other end of the travel (reversed): take {} less each \
+         target, and with it the other sign of every direction",
+        low + high
+    );
+    Some(Hypothesis::of("input:direction", (POSITIONS, &[target]), description, edits))
+}
+
 /// Directions of which every one contradicts the way from the target before, or every one of a run of rows.
 fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
-    const DIRECTION: &str = "direction";
     let column = table.column(DIRECTION)?;
     let targets = table.numbers(target)?;
     let said: Option<Vec<Approach>> =

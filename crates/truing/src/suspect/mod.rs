@@ -39,5 +39,5 @@ pub(crate) use order::{
 pub(crate) use setting::{lengths, other_setting, scaled_setting};
 pub(crate) use sign::signs;
 pub(crate) use slip::{slip_of_sign, slips};
-pub(crate) use unit::{Dimension, all_in_metres, units};
+pub(crate) use unit::{Dimension, all_in_metres, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of};

@@ -102,6 +102,77 @@ pub(crate) fn units(
     sets.iter().flat_map(of_set).collect()
 }
 
+/// Fewest rows on either side of one from which on the unit is another.
+const FEWEST_OF_A_UNIT: usize = 4;
+/// Size of the readings before and after over that, times or a part of a factor between units, as far as it
+/// may be off: what is measured need not be as large everywhere.
+const NEAR_FACTOR: f64 = 2.0;
+
+/// Columns in another unit from a row on, or up to there: where the size of the readings changes most clearly,
+/// and a row to either side.
+pub(crate) fn units_from_a_row(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    dimension: Dimension,
+) -> Vec<Hypothesis> {
+    let there = table.map(|table| {
+        let read = columns.iter().map(|column| table.numbers(column));
+        (table, read.collect::<Option<Vec<Vec<f64>>>>())
+    });
+    let Some((table, Some(read))) = there else { return Vec::new() };
+    let n = table.n_rows();
+    let Some((row, change)) = change_of_size(&read, n) else { return Vec::new() };
+    let of_unit = |&(unit, factor): &(&str, f64)| {
+        let is_near = |ratio: f64| (ratio / factor).ln().abs() < NEAR_FACTOR.ln();
+        // Numbers in a larger unit are smaller.
+        let is_after = is_near(1.0 / change);
+        if !is_after && !is_near(change) {
+            return Vec::new();
+        }
+        let at = |row: usize| {
+            let rows: Vec<usize> = if is_after { (row..n).collect() } else { (0..row).collect() };
+            let description = format!(
+                "{} of {file} {} in another unit than in the other rows, {unit} instead of {}, from line {} to \
+                 line {}: multiply these by {}",
+                listed(columns),
+                if columns.len() == 1 { "is" } else { "are" },
+                dimension.own(),
+                table.line(rows[0]),
+                table.line(rows[rows.len() - 1]),
+                shown(factor)
+            );
+            let change = Change::Scale { columns: owned(columns), rows: Some(rows), factor };
+            Hypothesis::of("input:unit", (file, columns), description, vec![Edit { file, change }])
+        };
+        (row.saturating_sub(1).max(1)..=(row + 1).min(n - 1)).map(at).collect()
+    };
+    dimension.others().iter().flat_map(of_unit).collect()
+}
+
+/// The row from which on the readings have most clearly another size, and how many times that of those before.
+fn change_of_size(read: &[Vec<f64>], n: usize) -> Option<(usize, f64)> {
+    let square = |row: usize| read.iter().map(|column| column[row].powi(2)).sum::<f64>();
+    let whole: f64 = (0..n).map(square).sum();
+    let mut before = 0.0;
+    let mut best: Option<(f64, usize, f64)> = None;
+    for row in 1..n {
+        before += square(row - 1);
+        if row < FEWEST_OF_A_UNIT || n - row < FEWEST_OF_A_UNIT {
+            continue;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let [first, last] = [row as f64, (n - row) as f64];
+        let [size, after] = [before / first, (whole - before).max(0.0) / last];
+        // Of normal deviates with two variances.
+        let likelihood = -first * size.ln() - last * after.ln();
+        if size > 0.0 && after > 0.0 && best.is_none_or(|(most, ..)| likelihood > most) {
+            best = Some((likelihood, row, (after / size).sqrt()));
+        }
+    }
+    best.map(|(_, row, change)| (row, change))
+}
+
 /// All lengths of some tables in metres: nothing but the declared noise then says so.
 pub(crate) fn all_in_metres(tables: &[(&'static str, Option<&Table>, &[&str])]) -> Vec<Hypothesis> {
     const MM_PER_M: f64 = 1e3;
@@ -134,4 +205,19 @@ pub(super) fn shown(factor: f64) -> String {
     let short = format!("{factor:.6}");
     let short = short.trim_end_matches('0').trim_end_matches('.');
     if factor.abs() < 0.01 { format!("{factor:.6e}") } else { short.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::change_of_size;
+
+    #[test]
+    fn the_row_from_which_on_readings_are_smaller_is_found() {
+        let read: Vec<f64> = (0..30)
+            .map(|i| (f64::from(i) * 0.7).cos() * if i < 13 { 100.0 } else { 100.0 / 25.4 })
+            .collect();
+        let (row, change) = change_of_size(&[read], 30).expect("thirty rows");
+        assert_eq!(row, 13);
+        assert!((change * 25.4 - 1.0).abs() < 0.3, "{change}");
+    }
 }

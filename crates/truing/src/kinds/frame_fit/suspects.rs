@@ -13,7 +13,7 @@ use crate::residual::Residual;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
     exchanged_rows, exchanges, farthest, other_setting, rows_left_out, rows_shifted, signs, slips,
-    spread_of, standing_still, swapped_names, units,
+    spread_of, standing_still, swapped_names, units, units_from_a_row,
 };
 
 /// The two sides of the table.
@@ -47,6 +47,9 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     for side in TO_AND_FROM {
         all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
+        for columns in [&side[..], &side[..1], &side[1..2], &side[2..]] {
+            all.extend(units_from_a_row(PAIRS, Some(table), columns, Dimension::Length));
+        }
     }
     all.extend(all_in_metres(&[(PAIRS, Some(table), &[FROM, TO].concat())]));
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(PAIRS, rows)];

@@ -11,7 +11,7 @@ use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Yardstick, channels, copies, cycles, exchanged_rows,
     exchanged_targets, exchanges, farthest, lengths, other_setting, rows_left_out, rows_shifted,
-    scaled_setting, signs, spread_of, standing_still, units,
+    scaled_setting, signs, spread_of, standing_still, units, units_from_a_row,
 };
 
 const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
@@ -56,6 +56,9 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(WRENCH, wrench, &FORCES, Dimension::Force));
     all.extend(units(WRENCH, wrench, &MOMENTS, Dimension::Moment));
     all.extend(units(PRESSES, known, &MACHINE, Dimension::Length));
+    for columns in [&MACHINE[..], &MACHINE[..1], &MACHINE[1..]] {
+        all.extend(units_from_a_row(PRESSES, known, columns, Dimension::Length));
+    }
     all.extend(of_wrench(WRENCH, wrench));
     all.extend(lengths(&files.document, &["contact", "z0_mm"]));
     let other_side = "of the opposite sign, on the wrong side of the sensor's reference point";

@@ -2,11 +2,11 @@
 
 use super::settings::{EDGE, POINTS};
 use super::tables::KNOWN;
-use crate::case::{Change, Edit};
+use crate::case::{Change, Document, Edit};
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, lengths, other_setting};
+use crate::suspect::{Hypothesis, lengths, other_setting, scaled_setting};
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["point", XYZ[0], XYZ[1], XYZ[2]];
@@ -14,6 +14,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let table = table.as_ref();
     let mut all = sides(files);
     all.extend(lengths(&files.document, &["probe", "tip_radius_mm"]));
+    all.extend(turned(&files.document));
     all.extend(mistakes_of_drawing(files));
     all.extend(mistakes_of_points(POINTS, table));
     if files.folder.has(EDGE) {
@@ -33,6 +34,21 @@ fn of_another_place() -> Hypothesis {
     );
     let edits = vec![Edit { file: EDGE, change: Change::Omit }];
     Hypothesis::of("input:misplaced", (EDGE, &XYZ), description, edits)
+}
+
+/// The declared turn of a part that is not of revolution the other way round, or in radians.
+fn turned(document: &Document) -> Vec<Hypothesis> {
+    let gamma = ["pose", "gamma_deg"];
+    let deg_per_rad = 180.0 / std::f64::consts::PI;
+    let is_turned = document
+        .value(&gamma)
+        .is_some_and(|v| v.as_float() != Some(0.0) && v.as_integer() != Some(0));
+    let other = |effect, what, factor| scaled_setting(document, &gamma, effect, what, factor);
+    let both = [
+        other("input:sign", "of the opposite sign", -1.0),
+        other("input:unit", "in another unit, radians", deg_per_rad),
+    ];
+    both.into_iter().flatten().filter(|_| is_turned).collect()
 }
 
 /// The probe on the other side of the part.

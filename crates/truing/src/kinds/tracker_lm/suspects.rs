@@ -16,7 +16,7 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
     exchanges, farthest, names_of_one_exchanged, other_setting, place_standing_still,
     readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips, spread_of,
-    standing_still, standing_still_within, swapped_names, units,
+    standing_still, standing_still_within, swapped_names, units, units_from_a_row,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -73,6 +73,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     } else {
         let column = [DISPLACEMENT];
         all.extend(units(file, read, &column, Dimension::Length));
+        all.extend(units_from_a_row(file, read, &column, Dimension::Length));
         all.extend(counts_of_the_path(file, read));
         all.extend(turned_signs(file, read, &locks));
         let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
@@ -166,8 +167,9 @@ fn lock_shifted(
         return Vec::new();
     }
     let said = format!(" in one lock, lines {} to {},", read.line(first), read.line(first + n - 1));
-    let block = [first..first + n];
-    let by = |by| blocks_shifted((file, read), &[DISPLACEMENT], (&block, &said), by);
+    let block = first..first + n;
+    let of_it = (std::slice::from_ref(&block), &*said);
+    let by = |by| blocks_shifted((file, read), &[DISPLACEMENT], of_it, by);
     [1, -1].into_iter().flat_map(by).collect()
 }
 

@@ -161,3 +161,16 @@ fn a_position_that_clips_is_no_profile() {
     assert!(step["description"].as_str().unwrap().contains("clips at 300 in 12 rows"), "{step}");
     assert_eq!(answer["verdict"], "input-wrong");
 }
+
+/// Targets by the scale of the other end: mirrored, with every direction.
+#[test]
+fn targets_from_the_other_end_are_no_pitch_error() {
+    let case = axis();
+    change(&case, "positions.csv", &["target_mm", "direction"], |n, old| {
+        let target = 356.0 - old[n][0].parse::<f64>().unwrap();
+        vec![format!("{target}"), if old[n][1] == "+" { "-" } else { "+" }.to_owned()]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:direction", "{}", answer["steps"]);
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}

@@ -346,3 +346,27 @@ fn coordinates_that_came_from_beside_the_normals_are_told_though_they_fit() {
         (&"input:sign".into(), &"touches.csv: y_mm".into())
     );
 }
+
+/// The operator changed the display after thirteen points.
+#[test]
+fn a_unit_that_changes_in_the_middle_is_named_with_its_lines() {
+    let case = survey();
+    change(&case, "pairs.csv", &["to_x_mm", "to_y_mm", "to_z_mm"], |n, old| {
+        let inches = |cell: &String| format!("{}", cell.parse::<f64>().unwrap() / 25.4);
+        if n < 13 { old[n].clone() } else { old[n].iter().map(inches).collect() }
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("inches instead of mm, from line 15 "), "{said}");
+}
+
+#[test]
+fn an_eccentricity_for_a_conic_constant_is_named() {
+    let case = fixture("pose-icp/near-sphere", &["case.toml", "points.csv", "edge.csv"]);
+    let settings = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", settings.replace("conic = -0.02", "conic = 0.141421356"));
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:eccentricity");
+    assert!(step["description"].as_str().unwrap().contains("-0.0199999"), "{step}");
+}
