@@ -15,12 +15,12 @@ pub(crate) fn f_tail(f: f64, dof1: f64, dof2: f64) -> f64 {
 /// Chance that so many directions explain as much of white noise (F test): 1 where there is none of them,
 /// or nothing to judge by.
 ///
-/// `explained` and `left` are sums of squares in one unit, `dof` the degrees of freedom of what is left.
+/// `ratio` is what they explain over what is left, both as sums of squares, and `dof` the degrees of freedom
+/// of what is left.
 #[must_use]
-pub fn chance_to_explain(explained: f64, directions: usize, left: f64, dof: usize) -> f64 {
+pub fn chance_to_explain(ratio: f64, directions: usize, dof: usize) -> f64 {
     if directions == 0 {
         return 1.0;
     }
-    let f = explained / count(directions) / (left.max(0.0) / count(dof));
-    f_tail(f, count(directions), count(dof))
+    f_tail(ratio * count(dof) / count(directions), count(directions), count(dof))
 }

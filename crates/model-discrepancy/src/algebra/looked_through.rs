@@ -117,7 +117,8 @@ impl LookedThrough {
     /// Chance that white noise gives so many columns more as much, of all that is explained.
     pub(crate) fn p_value_of_more(&self, more: f64, columns: usize, explained: f64) -> f64 {
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
-        chance_to_explain(more, columns, self.residual.norm_squared() - explained, dof)
+        let left = (self.residual.norm_squared() - explained).max(0.0);
+        chance_to_explain(more / left, columns, dof)
     }
 }
 

@@ -109,7 +109,8 @@ impl Fitted<'_> {
     /// Chance that so many amplitudes explain so much of the sum of squares.
     fn p_value(&self, explained: f64, width: usize) -> f64 {
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + width);
-        chance_to_explain(explained, width, self.residual.norm_squared() - explained, dof)
+        let left = (self.residual.norm_squared() - explained).max(0.0);
+        chance_to_explain(explained / left, width, dof)
     }
 
     /// What the shared parameters leave of whitened columns.

@@ -88,8 +88,8 @@ impl LookedThrough<'_> {
     pub(crate) fn p_value(&self, taken: [f64; 2], parameters: [usize; 2]) -> f64 {
         let more = parameters[1].saturating_sub(parameters[0]);
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + parameters[1]);
-        let left = self.residual.norm_squared() - taken[1];
-        chance_to_explain(taken[1] - taken[0], more, left, dof)
+        let left = (self.residual.norm_squared() - taken[1]).max(0.0);
+        chance_to_explain((taken[1] - taken[0]) / left, more, dof)
     }
 }
 

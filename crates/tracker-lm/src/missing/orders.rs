@@ -131,7 +131,8 @@ impl Known {
         }
         let dof = self.residual.len().saturating_sub(self.basis.len() + new.len());
         let explained: f64 = new.iter().map(|n| n.dot(&self.residual).powi(2)).sum();
-        chance_to_explain(explained, new.len(), self.residual.norm_squared() - explained, dof)
+        let left = (self.residual.norm_squared() - explained).max(0.0);
+        chance_to_explain(explained / left, new.len(), dof)
     }
 }
 

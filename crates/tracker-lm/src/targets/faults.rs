@@ -186,5 +186,6 @@ fn p_value(fitted: &Fitted<'_>, fault: Fault) -> Option<f64> {
     let score = tangent.tr_mul(fitted.residual);
     let explained = score.dot(&tangent.tr_mul(&tangent).cholesky()?.solve(&score));
     let dof = tangent.nrows().saturating_sub(fitted.basis.ncols() + 3);
-    Some(chance_to_explain(explained, 3, fitted.residual.norm_squared() - explained, dof))
+    let left = (fitted.residual.norm_squared() - explained).max(0.0);
+    Some(chance_to_explain(explained / left, 3, dof))
 }
