@@ -136,8 +136,7 @@ impl AxisRun<'_> {
             "every target has a deviation of its own that repeats",
             parameters,
         );
-        let span = again.last()? - again.first()?;
-        let effect = effect.at_most(most_of_profile(self.motion) * span);
+        let effect = effect.at_most(most_of_profile(self.motion));
         let column = |t: &f64| self.each(|r| f64::from(u8::from(is_at(r, *t))));
         Some(term(effect, again.iter().map(column).collect()))
     }
@@ -287,12 +286,12 @@ fn term(effect: Effect, columns: Vec<Vec<f64>>) -> AxisTerm {
     AxisTerm { effect: effect.within(Scope::SomeDesigns), columns }
 }
 
-/// Deviation over the travel that no axis has at a target: a millimetre in a metre, a third of a degree in a
-/// turn. A target that is written wrong has more.
+/// Deviation that no axis has at a target, a millimetre or a quarter of a degree. A target that is written
+/// wrong has more.
 fn most_of_profile(motion: AxisMotion) -> f64 {
     match motion {
-        AxisMotion::Linear => 1e-3,
-        AxisMotion::Rotary => 3.6,
+        AxisMotion::Linear => 1.0,
+        AxisMotion::Rotary => 900.0,
     }
 }
 

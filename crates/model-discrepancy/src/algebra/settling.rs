@@ -17,10 +17,8 @@ const SLOWER: [f64; 3] = [0.4, 0.6, 1.0];
 /// Times by which a slower course is slower, at least: closer ones are one.
 const APART: f64 = 2.5;
 
-/// Share of the whole that either of two courses has, at least and at most: one that goes back has less
-/// than none of it.
+/// Share of the whole that either of two courses has, at least.
 const LEAST: f64 = 0.1;
-const MOST: f64 = 10.0;
 
 /// Share of what the time constant does to the readings that their course must leave, squared: where
 /// the readings lie at two levels alone, every course is the same, and rounding leaves 1e-30.
@@ -30,7 +28,7 @@ const SHOWN: f64 = 1e-9;
 const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
 
 /// A first-order course, `1 − exp(−t/τ)`: a spindle or a stand that warms up, a pad that sets; or two
-/// of them, a small part that is warm soon and a frame that follows, the same way or back.
+/// of them, a small part that is warm soon and a frame that follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settling {
     /// In the unit in which time is counted.
@@ -44,7 +42,7 @@ pub struct Settling {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Slower {
     time_constant: f64,
-    /// Of the whole; beyond 0 and 1 where one goes back what the other went.
+    /// Of the whole, 0 to 1.
     share: f64,
 }
 
@@ -235,13 +233,10 @@ impl Drifts<'_> {
             })
         };
         let more = |s: &Settling, factor: f64| {
-            let moved = |two: Slower| three_digits(two.share * factor);
-            of_slower(s, &|two| Slower { share: part_near(moved(two), two.share), ..two })
+            let within = |share: f64| share.clamp(LEAST, 1.0 - LEAST);
+            of_slower(s, &|two| Slower { share: within(three_digits(two.share * factor)), ..two })
         };
         let (explained, two) = self.refined(best, &[&faster, &later, &more]);
-        // Two that go against each other come near a straight line.
-        let evenly = self.residual.explained(&self.left_along(|t| t)).unwrap_or(0.0);
-        let most = most.max(evenly);
         // A second time constant and a share.
         let p_value = self.residual.p_value_of_more(explained - most, 2, explained);
         (p_value * count(searched) <= FALSE_ALARM).then_some(two)
@@ -275,20 +270,8 @@ impl Drifts<'_> {
             (part + m * b * (a + b), whole + m * (a + b) * (a + b))
         });
         let share = three_digits(part / whole);
-        (part_near(share, share).total_cmp(&share).is_eq()).then_some(share)
+        (LEAST..=1.0 - LEAST).contains(&share).then_some(share)
     }
-}
-
-/// A share that two courses may have, on the side of 0 and 1 of another.
-fn part_near(share: f64, other: f64) -> f64 {
-    let [least, most] = if other < 0.0 {
-        [-MOST, -LEAST]
-    } else if other > 1.0 {
-        [1.0 + LEAST, MOST]
-    } else {
-        [LEAST, 1.0 - LEAST]
-    };
-    share.clamp(least, most)
 }
 
 /// Rounded to three significant digits, as it is printed.

@@ -85,23 +85,6 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
     assert!(left <= MOST_LEFT);
 }
 
-/// A table that is warm soon and a column that follows the other way.
-#[test]
-fn a_drift_that_overshoots_is_one_drift_of_two_time_constants() {
-    for seed in 0..20 {
-        let mut model = series(500 + seed, |t| 30.0 * (course(t, 3.0) - 0.7 * course(t, 24.0)));
-        let settling = found(&model).expect("thirty times the noise");
-        assert!(says_two(&model, &settling), "{settling:?}");
-        let come = settling.come(&elapsed()).into_iter().map(|c| -c).collect();
-        model.tangents.push(DMatrix::from_vec(N, 1, come));
-        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
-        model.declared.effects.push(effect);
-        let closure = close_loop(&model, &[], &Options::default()).unwrap();
-        let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
-        assert_eq!(names, ["drift"], "{:?}", closure.verdict);
-    }
-}
-
 #[test]
 fn the_interval_of_the_size_counts_the_time_constant_as_found() {
     let covered = (0..LOOPS).filter(|&seed| {
