@@ -77,7 +77,7 @@ impl Change {
         match self {
             Self::Scale { columns, rows, factor } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
-                let is_of = |row| rows.as_ref().is_none_or(|rows| rows.binary_search(&row).is_ok());
+                let is_of = |row| is_among(rows.as_deref(), row);
                 table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     match cell.parse::<f64>() {
@@ -109,7 +109,7 @@ impl Change {
             }
             Self::Rename { column, rows, names } => {
                 let of = table.column(column);
-                let is_of = |row| rows.as_ref().is_none_or(|rows| rows.binary_search(&row).is_ok());
+                let is_of = |row| is_among(rows.as_deref(), row);
                 table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     let other = names.iter().find(|[one, _]| one == cell);
@@ -170,6 +170,11 @@ impl Change {
 /// The shortest text that reads as the same number.
 fn written(value: f64) -> Cow<'static, str> {
     Cow::Owned(format!("{value:?}"))
+}
+
+/// Whether a row is one of some in ascending order, or all are.
+fn is_among(rows: Option<&[usize]>, row: usize) -> bool {
+    rows.is_none_or(|rows| rows.binary_search(&row).is_ok())
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
-    Dimension, Hypothesis, all_in_metres, exchanged_rows, exchanged_targets, farthest,
+    Dimension, Hypothesis, all_in_metres, at_end, exchanged_rows, exchanged_targets, farthest,
     readings_of_one, rows_left_out, rows_shifted, signs, standing_still, units, units_from_a_row,
 };
 
@@ -56,7 +56,7 @@ const KNOWN: &[&str] = &[
     "actual_deg",
     "deviation_deg",
     "deviation_arcsec",
-    "direction",
+    DIRECTION,
     "cycle",
 ];
 /// Seconds of arc of a degree.
@@ -116,18 +116,18 @@ struct Positions {
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let settings: Settings = document.settings()?;
-    let table = folder.table(POSITIONS, &["target_mm", "actual_mm", "direction", "cycle"])?;
+    let table = folder.table(POSITIONS, &["target_mm", "actual_mm", DIRECTION, "cycle"])?;
     let mut columns = Columns::new(&table, KNOWN);
     let positions = positions(&mut columns)?;
     let of_table = AxisTable {
         file: POSITIONS,
         target: if columns.has("target_deg") { "target_deg" } else { "target_mm" },
         reading: reading(&columns),
-        has_direction: columns.has("direction"),
+        has_direction: columns.has(DIRECTION),
         has_cycle: columns.has("cycle"),
     };
     let mut warnings = Vec::new();
-    let approaches = if columns.has("direction") {
+    let approaches = if columns.has(DIRECTION) {
         approaches(&mut columns)?
     } else {
         warnings.push(
@@ -339,15 +339,13 @@ fn clipped(table: &Table, [target, reached]: [&str; 2]) -> Option<Hypothesis> {
         high - values.iter().copied().fold(f64::INFINITY, f64::min)
     };
     let beyond = CLIPPED_BY * span(&targets);
-    let at_end = |sign: f64| {
-        let end = values.iter().map(|v| sign * v).fold(f64::NEG_INFINITY, f64::max);
-        let is_there = |row: &usize| (sign * values[*row]).total_cmp(&end).is_eq();
-        let rows: Vec<usize> = (0..values.len()).filter(is_there).collect();
-        let is_beyond = rows.iter().all(|&row| sign * targets[row] - end > beyond);
-        (rows.len() >= FEWEST_CLIPPED && is_beyond).then_some((sign * end, rows))
+    let of_end = |sign: f64| {
+        let (end, marked) = at_end(&values, sign);
+        let rows: Vec<usize> = (0..values.len()).filter(|row| marked[*row]).collect();
+        let is_beyond = rows.iter().all(|&row| sign * (targets[row] - end) > beyond);
+        (rows.len() >= FEWEST_CLIPPED && is_beyond).then_some((end, rows, marked))
     };
-    let (limit, rows) = at_end(1.0).or_else(|| at_end(-1.0))?;
-    let marked: Vec<bool> = (0..values.len()).map(|row| rows.contains(&row)).collect();
+    let (limit, rows, marked) = of_end(1.0).or_else(|| of_end(-1.0))?;
     let description = format!(
         "`{reached}` of {POSITIONS} saturates: it clips at {limit} in {} rows, from line {}, whose targets lie \
          beyond; repeat the measurement with a wider range, or leave these rows out",
@@ -367,11 +365,8 @@ fn from_the_other_end(table: &Table, target: &'static str) -> Option<Hypothesis>
     let change = Change::Replace { column: target.to_owned(), values };
     let mut edits = vec![Edit { file: POSITIONS, change }];
     if let Some(column) = table.column(DIRECTION) {
-        let said: Option<Vec<Approach>> =
-            (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect();
-        let values = said?.iter().map(|way| -way.sign()).collect();
-        let change = Change::Replace { column: DIRECTION.to_owned(), values };
-        edits.push(Edit { file: POSITIONS, change });
+        let ways = said_ways(table, column)?;
+        edits.push(said_otherwise(&ways, |_| true));
     }
     let description = format!(
         "`{target}` of {POSITIONS} is counted from the other end of the travel (reversed): take {} less each \
@@ -381,13 +376,23 @@ fn from_the_other_end(table: &Table, target: &'static str) -> Option<Hypothesis>
     Some(Hypothesis::of("input:direction", (POSITIONS, &[target]), description, edits))
 }
 
+/// The direction of every row; `None` where one is none.
+fn said_ways(table: &Table, column: usize) -> Option<Vec<Approach>> {
+    (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect()
+}
+
+/// The other direction in some rows.
+fn said_otherwise(said: &[Approach], is_other: impl Fn(usize) -> bool) -> Edit {
+    let sign = |(row, way): (usize, &Approach)| way.sign() * if is_other(row) { -1.0 } else { 1.0 };
+    let values = said.iter().enumerate().map(sign).collect();
+    Edit { file: POSITIONS, change: Change::Replace { column: DIRECTION.to_owned(), values } }
+}
+
 /// Directions of which every one contradicts the way from the target before, or every one of a run of rows.
 fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
     let column = table.column(DIRECTION)?;
     let targets = table.numbers(target)?;
-    let said: Option<Vec<Approach>> =
-        (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect();
-    let said = said?;
+    let said = said_ways(table, column)?;
     let came = |row: usize| match targets[row].total_cmp(&targets[row - 1]) {
         Ordering::Greater => Some(Approach::Rising),
         Ordering::Less => Some(Approach::Falling),
@@ -395,7 +400,7 @@ fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
     };
     let n = targets.len();
     let contradicts = |row: &usize| came(*row).is_some_and(|came| came != said[*row]);
-    let (mut turned, others): (Vec<usize>, Vec<usize>) =
+    let (turned, others): (Vec<usize>, Vec<usize>) =
         (1..n).filter(|row| came(*row).is_some()).partition(contradicts);
     let (first, last) = (*turned.first()?, *turned.last()?);
     let are_run = others.iter().all(|row| !(first..=last).contains(row));
@@ -408,15 +413,12 @@ fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
     if !are_run || !go_both_ways(&turned) || !(others.is_empty() || go_both_ways(&others)) {
         return None;
     }
-    let counted = turned.len();
     // How the first target of a pass was come to is not recorded: it is as the rest of the pass.
     let begins = |row: &usize| (*row == 0 || came(*row).is_none()) && said[*row] == said[first];
     let start = (0..first).rev().take_while(begins).last().unwrap_or(first);
     let is_whole = start == 0 && (last + 1..n).all(|row| came(row).is_none());
-    turned = (start..if is_whole { n } else { last + 1 }).collect();
-    let values = (0..n)
-        .map(|row| said[row].sign() * if turned.contains(&row) { -1.0 } else { 1.0 })
-        .collect();
+    let run = start..if is_whole { n } else { last + 1 };
+    let counted = turned.len();
     let which = if is_whole {
         format!("every one of {counted} targets")
     } else {
@@ -430,7 +432,6 @@ fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
         "`{DIRECTION}` of {POSITIONS} has the opposite sign: {which} was reached the other way than it says; \
          exchange +1 and -1 there"
     );
-    let change = Change::Replace { column: DIRECTION.to_owned(), values };
-    let edits = vec![Edit { file: POSITIONS, change }];
+    let edits = vec![said_otherwise(&said, |row| run.contains(&row))];
     Some(Hypothesis::of("input:sign", (POSITIONS, &[DIRECTION]), description, edits).certain())
 }

@@ -108,17 +108,14 @@ pub(crate) fn clipped_of_few(
     let Some(table) = table else { return Vec::new() };
     let of_column = |name: &&str| {
         let values = table.numbers(name)?;
-        let at_end = |sign: f64| {
-            let end = values.iter().map(|v| sign * v).fold(f64::NEG_INFINITY, f64::max);
-            let rows: Vec<bool> =
-                values.iter().map(|v| (sign * v).total_cmp(&end).is_eq()).collect();
+        let of_end = |sign: f64| {
+            let (end, rows) = at_end(&values, sign);
             let at_it = rows.iter().filter(|row| **row).count();
             let is_pile = at_it >= CLIPPED_OF_FEW && 2 * at_it < values.len();
-            is_pile.then(|| {
-                saturation(file, &[*name], &(sign * end).to_string(), false, without(table, &rows))
-            })
+            is_pile
+                .then(|| saturation(file, &[*name], &end.to_string(), false, without(table, &rows)))
         };
-        Some([1.0, -1.0].into_iter().filter_map(at_end).collect::<Vec<_>>())
+        Some([1.0, -1.0].into_iter().filter_map(of_end).collect::<Vec<_>>())
     };
     columns.iter().filter_map(of_column).flatten().collect()
 }
@@ -212,6 +209,12 @@ fn saturation(
 pub(crate) fn rows_left_out(file: &'static str, marked: &[bool]) -> Edit {
     let rows = (0..marked.len()).filter(|&row| !marked[row]).collect();
     Edit { file, change: Change::Keep { rows } }
+}
+
+/// The largest value, or with a negative sign the smallest, and the rows that read the same.
+pub(crate) fn at_end(values: &[f64], sign: f64) -> (f64, Vec<bool>) {
+    let end = values.iter().map(|v| sign * v).fold(f64::NEG_INFINITY, f64::max);
+    (sign * end, values.iter().map(|v| (sign * v).total_cmp(&end).is_eq()).collect())
 }
 
 struct Clipping {

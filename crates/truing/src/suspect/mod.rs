@@ -24,7 +24,7 @@ mod unit;
 mod yardstick;
 
 pub(crate) use channel::{
-    channels, clipped_of_few, place_standing_still, rows_left_out, standing_still,
+    at_end, channels, clipped_of_few, place_standing_still, rows_left_out, standing_still,
     standing_still_within,
 };
 pub(crate) use clock::{Record, clocks, stretches};
@@ -36,7 +36,7 @@ pub(crate) use order::{
     blocks_shifted, copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges,
     farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, swapped_names,
 };
-pub(crate) use setting::{lengths, other_setting, scaled_setting};
+pub(crate) use setting::{lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::signs;
 pub(crate) use slip::{slip_of_sign, slips};
 pub(crate) use unit::{Dimension, all_in_metres, units, units_from_a_row};

@@ -365,7 +365,7 @@ fn exchanged_pairs(
     pairs.map(of_pair).collect()
 }
 
-fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
+pub(super) fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
     let has = |column: &&str| table.is_some_and(|t| t.column(column).is_some());
     columns.iter().copied().filter(has).collect()
 }

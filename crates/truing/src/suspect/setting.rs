@@ -1,6 +1,13 @@
 use super::hypothesis::Hypothesis;
 use crate::case::{CASE_FILE, Change, Document, Edit};
 
+/// A number of `case.toml`.
+pub(crate) fn number(document: &Document, path: &[&'static str]) -> Option<f64> {
+    let value = document.value(path)?;
+    #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+}
+
 /// A number of `case.toml` times a factor; `what` says what is wrong with it as it stands.
 pub(crate) fn scaled_setting(
     document: &Document,
@@ -9,9 +16,7 @@ pub(crate) fn scaled_setting(
     what: &str,
     factor: f64,
 ) -> Option<Hypothesis> {
-    let value = document.value(path)?;
-    #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
-    let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64))?;
+    let number = number(document, path)?;
     let value = toml::Value::Float(number * factor);
     let to = number * factor;
     Some(other_setting(path, effect, &format!("{what}: {to} instead of {number}"), value))

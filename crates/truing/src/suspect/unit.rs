@@ -1,4 +1,5 @@
 use super::hypothesis::{Hypothesis, listed, owned};
+use super::order::present;
 use crate::case::{Change, Edit, Table};
 
 /// What a column measures.
@@ -75,13 +76,8 @@ pub(crate) fn units(
     columns: &[&str],
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
-    let Some(table) = table else { return Vec::new() };
-    let there: Vec<&str> = columns.iter().copied().filter(|c| table.column(c).is_some()).collect();
-    let mut sets: Vec<Vec<&str>> = Vec::new();
-    if there.len() > 1 {
-        sets.push(there.clone());
-    }
-    sets.extend(there.iter().map(|column| vec![*column]));
+    let there = present(table, columns);
+    let mut sets = all_and_each(&there);
     if let [x, y, z] = there[..] {
         sets.extend([vec![x, y], vec![x, z], vec![y, z]]);
     }
@@ -102,25 +98,39 @@ pub(crate) fn units(
     sets.iter().flat_map(of_set).collect()
 }
 
+/// All columns, where there are several, and each alone.
+fn all_and_each<'c>(columns: &[&'c str]) -> Vec<Vec<&'c str>> {
+    let all = (columns.len() > 1).then(|| columns.to_vec());
+    all.into_iter().chain(columns.iter().map(|column| vec![*column])).collect()
+}
+
 /// Fewest rows on either side of one from which on the unit is another.
 const FEWEST_OF_A_UNIT: usize = 4;
 /// Size of the readings before and after over that, times or a part of a factor between units, as far as it
 /// may be off: what is measured need not be as large everywhere.
 const NEAR_FACTOR: f64 = 2.0;
 
-/// Columns in another unit from a row on, or up to there: where the size of the readings changes most clearly,
-/// and a row to either side.
+/// Columns in another unit from a row on, or up to there, all and each alone: where the size of the readings
+/// changes most clearly, and a row to either side.
 pub(crate) fn units_from_a_row(
     file: &'static str,
     table: Option<&Table>,
     columns: &[&str],
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
-    let there = table.map(|table| {
-        let read = columns.iter().map(|column| table.numbers(column));
-        (table, read.collect::<Option<Vec<Vec<f64>>>>())
-    });
-    let Some((table, Some(read))) = there else { return Vec::new() };
+    let Some(table) = table else { return Vec::new() };
+    let sets = all_and_each(&present(Some(table), columns));
+    sets.iter().flat_map(|set| of_set_from_a_row(file, table, set, dimension)).collect()
+}
+
+fn of_set_from_a_row(
+    file: &'static str,
+    table: &Table,
+    columns: &[&str],
+    dimension: Dimension,
+) -> Vec<Hypothesis> {
+    let read: Option<Vec<Vec<f64>>> = columns.iter().map(|column| table.numbers(column)).collect();
+    let Some(read) = read else { return Vec::new() };
     let n = table.n_rows();
     let Some((row, change)) = change_of_size(&read, n) else { return Vec::new() };
     let of_unit = |&(unit, factor): &(&str, f64)| {

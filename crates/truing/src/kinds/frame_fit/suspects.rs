@@ -47,9 +47,7 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     for side in TO_AND_FROM {
         all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
-        for columns in [&side[..], &side[..1], &side[1..2], &side[2..]] {
-            all.extend(units_from_a_row(PAIRS, Some(table), columns, Dimension::Length));
-        }
+        all.extend(units_from_a_row(PAIRS, Some(table), &side, Dimension::Length));
     }
     all.extend(all_in_metres(&[(PAIRS, Some(table), &[FROM, TO].concat())]));
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(PAIRS, rows)];
@@ -185,9 +183,9 @@ pub(super) fn yardstick(
     // Frames that are claimed to be one may be shifted and turned against each other.
     let is_claimed = matches!(transform, Transform::None | Transform::Translation);
     // Points that a map of another scale takes onto each other belong together.
-    let left = Residual::of(fitted.observations.iter(), COORDINATES.len(), fitted.unit).rms;
     let stretched = stretched(fitted);
-    let is_mapped = stretched > USUAL_SCALE && left.is_some_and(|rms| rms < UNMATCHED * spread);
+    let left = || Residual::of(fitted.observations.iter(), COORDINATES.len(), fitted.unit).rms;
+    let is_mapped = stretched > USUAL_SCALE && left().is_some_and(|rms| rms < UNMATCHED * spread);
     Yardstick {
         spread,
         taken_up: if stretched > USUAL_SCALE { spread * stretched } else { 0.0 },

@@ -56,9 +56,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(WRENCH, wrench, &FORCES, Dimension::Force));
     all.extend(units(WRENCH, wrench, &MOMENTS, Dimension::Moment));
     all.extend(units(PRESSES, known, &MACHINE, Dimension::Length));
-    for columns in [&MACHINE[..], &MACHINE[..1], &MACHINE[1..]] {
-        all.extend(units_from_a_row(PRESSES, known, columns, Dimension::Length));
-    }
+    all.extend(units_from_a_row(PRESSES, known, &MACHINE, Dimension::Length));
     all.extend(of_wrench(WRENCH, wrench));
     all.extend(lengths(&files.document, &["contact", "z0_mm"]));
     let other_side = "of the opposite sign, on the wrong side of the sensor's reference point";

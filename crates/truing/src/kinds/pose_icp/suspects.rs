@@ -6,7 +6,7 @@ use crate::case::{Change, Document, Edit};
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, lengths, other_setting, scaled_setting};
+use crate::suspect::{Hypothesis, lengths, number, other_setting, scaled_setting};
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["point", XYZ[0], XYZ[1], XYZ[2]];
@@ -40,9 +40,7 @@ fn of_another_place() -> Hypothesis {
 fn turned(document: &Document) -> Vec<Hypothesis> {
     let gamma = ["pose", "gamma_deg"];
     let deg_per_rad = 180.0 / std::f64::consts::PI;
-    let is_turned = document
-        .value(&gamma)
-        .is_some_and(|v| v.as_float() != Some(0.0) && v.as_integer() != Some(0));
+    let is_turned = number(document, &gamma).is_some_and(|gamma_deg| gamma_deg != 0.0);
     let other = |effect, what, factor| scaled_setting(document, &gamma, effect, what, factor);
     let both = [
         other("input:sign", "of the opposite sign", -1.0),

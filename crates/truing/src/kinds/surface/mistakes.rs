@@ -5,7 +5,7 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Yardstick, clipped_of_few, copies, cycles, exchanged_rows,
-    exchanges, farthest, lengths, of_another_part, other_setting, rows_left_out, rows_shifted,
+    exchanges, farthest, lengths, number, of_another_part, rows_left_out, rows_shifted,
     scaled_setting, signs, slips, spread_of, standing_still, units, units_from_a_row,
 };
 
@@ -26,11 +26,10 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
     all.extend(scaled_setting(document, &radius, "input:sign", bowl, -1.0));
     let conic = ["surface", "conic"];
     all.extend(scaled_setting(document, &conic, "input:sign", "of the opposite sign", -1.0));
-    let eccentricity = document.value(&conic).and_then(|e| e.as_float()).filter(|e| *e > 0.0);
-    all.extend(eccentricity.map(|e| {
-        let value = toml::Value::Float(-e * e);
-        let what = format!("the eccentricity, not the conic constant: {} instead of {e}", -e * e);
-        other_setting(&conic, "input:eccentricity", &what, value)
+    let eccentricity = number(document, &conic).filter(|e| *e > 0.0);
+    all.extend(eccentricity.and_then(|e| {
+        let what = "the eccentricity, not the conic constant";
+        scaled_setting(document, &conic, "input:eccentricity", what, -e)
     }));
     all.extend(lengths(document, &["surface", "unit_mm"]));
     all
@@ -39,9 +38,7 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
 /// Units, signs and order of the coordinates of a table of points.
 pub(crate) fn mistakes_of_points(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = units(file, table, &XYZ, Dimension::Length);
-    for columns in [&XYZ[..], &XYZ[..1], &XYZ[1..2], &XYZ[2..]] {
-        all.extend(units_from_a_row(file, table, columns, Dimension::Length));
-    }
+    all.extend(units_from_a_row(file, table, &XYZ, Dimension::Length));
     all.extend(signs(file, table, &XYZ));
     all.extend(copies(file, table, &XYZ, Proof::Gross));
     all.extend(exchanges(file, table, &XYZ));
