@@ -1,4 +1,4 @@
-use crate::case::{CASE_FILE, Change, Edit};
+use crate::case::{CASE_FILE, Change, Edit, Table};
 
 /// One thing that may be wrong with the input, and the change that mends it.
 #[derive(Clone, Debug)]
@@ -85,6 +85,12 @@ impl Hypothesis {
     pub(crate) fn label(&self) -> String {
         format!("{} [{}]", self.effect, self.subject)
     }
+}
+
+/// Those of the columns that the table has.
+pub(super) fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
+    let has = |column: &&str| table.is_some_and(|t| t.column(column).is_some());
+    columns.iter().copied().filter(has).collect()
 }
 
 /// Owned names.

@@ -1,4 +1,4 @@
-use super::hypothesis::{Hypothesis, Proof, listed, owned};
+use super::hypothesis::{Hypothesis, Proof, listed, owned, present};
 use super::label::labels_of;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -363,11 +363,6 @@ fn exchanged_pairs(
         Hypothesis::of("input:labels", (file, &there), description, edits)
     };
     pairs.map(of_pair).collect()
-}
-
-pub(super) fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
-    let has = |column: &&str| table.is_some_and(|t| t.column(column).is_some());
-    columns.iter().copied().filter(has).collect()
 }
 
 /// Observations with the largest residuals, the largest first.

@@ -1,5 +1,4 @@
-use super::hypothesis::{Hypothesis, listed, owned};
-use super::order::present;
+use super::hypothesis::{Hypothesis, listed, owned, present};
 use crate::case::{Change, Edit, Table};
 
 /// What a column measures.
