@@ -118,6 +118,18 @@ pub enum FtCenterError {
         /// Root mean square distance from the centroid.
         spread_mm: f64,
     },
+    /// What the points' own covariances leave of the rotation is no angle any more.
+    #[error(
+        "the angle of the frame is free: its standard uncertainty is {std_angle_rad:.1e} rad, with presses within \
+         {spread_mm:.3e} mm of each other and centres of pressure as uncertain as their covariances say; press at \
+         positions farther apart, harder or longer"
+    )]
+    AngleFree {
+        /// Standard uncertainty of the angle.
+        std_angle_rad: f64,
+        /// Root mean square distance from the centroid.
+        spread_mm: f64,
+    },
     /// The points are on one line, so that the scale across it is free.
     #[error(
         "frame presses lie on one line (spread along and across {:.3e} and {:.3e} mm): the \

@@ -18,6 +18,10 @@ const WANDERS_RAD: f64 = 1e-11;
 
 const MAX_ITERATIONS: usize = 100;
 
+/// Curvature of the cost along the angle, as a share of what it is where every point is hit, from which on a
+/// step of Newton is taken: below it there is no bowl, or hardly one.
+const LEAST_CURVATURE: f64 = 0.1;
+
 /// Standard uncertainty of the angle beyond which the frame is not determined: past it the
 /// covariance, which is first order, says nothing.
 pub(crate) const MAX_ANGLE_STD_RAD: f64 = 0.3;
@@ -116,7 +120,7 @@ impl SensorFrame {
 /// # Errors
 ///
 /// [`FtCenterError::TooFewFramePoints`], [`FtCenterError::CoincidentPoints`],
-/// [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`],
+/// [`FtCenterError::AngleFree`], [`FtCenterError::NotFinite`], [`FtCenterError::InvalidCovariance`],
 /// [`FtCenterError::OutOfRange`].
 pub fn fit_sensor_frame(
     points: &[FramePoint],
@@ -136,8 +140,9 @@ pub fn fit_sensor_frame(
     let covariance = covariance(&problem, &point, &Options::default()).map_err(Box::new)?.matrix;
     let [angle_rad, x_mm, y_mm] = [point[0], point[1], point[2]];
     let covariance = covariance.fixed_view::<3, 3>(0, 0).into_owned();
-    if covariance[(0, 0)].sqrt() > MAX_ANGLE_STD_RAD {
-        return Err(FtCenterError::CoincidentPoints { spread_mm });
+    let std_angle_rad = covariance[(0, 0)].sqrt();
+    if std_angle_rad > MAX_ANGLE_STD_RAD {
+        return Err(FtCenterError::AngleFree { std_angle_rad, spread_mm });
     }
     let rotated =
         PlanarMap::rigid(angle_rad, start.handedness == Handedness::Opposed, Vector2::zeros());
@@ -243,8 +248,8 @@ impl<'a> FrameProblem<'a> {
         Ok(Self { points, whitening: whitening(points)?, start })
     }
 
-    /// Gauss-Newton from the closed form, which is the answer already where each point's
-    /// covariance is round; the angle is the only thing that is not linear.
+    /// Newton from the closed form, which is the answer already where each point's covariance is
+    /// round; the angle is the only thing that is not linear.
     fn minimise(&self, start: DVector<f64>) -> Result<(DVector<f64>, DVector<f64>), FtCenterError> {
         let rows = self.residual_count();
         let (mut residuals, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, 3));
@@ -255,8 +260,9 @@ impl<'a> FrameProblem<'a> {
             self.jacobian(&point, &mut jacobian);
             let qr = jacobian.clone().qr();
             let downhill = qr.q().transpose() * &residuals;
-            let step =
+            let mut step =
                 qr.r().solve_upper_triangular(&-downhill).ok_or(FtCenterError::OutOfRange)?;
+            self.curve(&point, &residuals, &qr.r(), &mut step);
             let before_rad = std::mem::replace(&mut step_rad, step[0].abs());
             if !step.iter().all(|s| s.is_finite()) {
                 return Err(FtCenterError::OutOfRange);
@@ -269,6 +275,32 @@ impl<'a> FrameProblem<'a> {
             }
         }
         Err(FtCenterError::FrameNotConverged { step_rad, iterations: MAX_ITERATIONS })
+    }
+
+    /// Turns a step of Gauss and Newton, whose normal matrix has the factor `r`, into one of Newton: where
+    /// points miss by a good part of their distances, the first goes on for ever.
+    fn curve(
+        &self,
+        at: &DVector<f64>,
+        residuals: &DVector<f64>,
+        r: &DMatrix<f64>,
+        step: &mut DVector<f64>,
+    ) {
+        let turn = Rotation2::new(at[0]);
+        let bent = |i: usize| {
+            let miss = residuals.fixed_rows::<2>(2 * i);
+            miss.dot(&(self.whitening[i] * (turn * self.arm(i))))
+        };
+        let curvature: f64 = (0..self.points.len()).map(bent).sum();
+        let of_angle = DVector::from_vec(vec![1.0, 0.0, 0.0]);
+        let column = (r.tr_solve_upper_triangular(&of_angle))
+            .and_then(|half| r.solve_upper_triangular(&half));
+        let Some(column) = column else { return };
+        let ratio = 1.0 + curvature * column[0];
+        // Where the cost is no bowl along the angle, the other step is downhill still.
+        if ratio >= LEAST_CURVATURE {
+            *step -= column * (curvature * step[0] / ratio);
+        }
     }
 
     fn arm(&self, i: usize) -> Vector2<f64> {

@@ -56,6 +56,10 @@ pub(crate) const EXCESS_LEFT_UNDECLARED: f64 = 0.1;
 pub(crate) const GROSS_STRUCTURE: f64 = 4.0;
 pub(crate) const GROSS_SCATTER: f64 = 100.0;
 
+/// The share that is enough beside structure of that size, or of several names beside any: two that are the
+/// whole leave none.
+pub(crate) const STRUCTURE_LEFT: f64 = 0.02;
+
 /// Share of that excess that names must leave, beside structure, to be taken back for it alone: what
 /// has no name is then larger than what has.
 pub(crate) const MOSTLY_LEFT: f64 = 0.5;

@@ -52,7 +52,9 @@ fn frame(error: &FrameFitError) -> Option<String> {
 fn pressure(error: &FtCenterError) -> Option<String> {
     match error {
         FtCenterError::TooFewFramePoints { got: 0, .. } => Some("the whole frame".to_owned()),
-        FtCenterError::TooFewFramePoints { .. } | FtCenterError::CoincidentPoints { .. } => {
+        FtCenterError::TooFewFramePoints { .. }
+        | FtCenterError::CoincidentPoints { .. }
+        | FtCenterError::AngleFree { .. } => {
             Some("the angle of the frame".to_owned())
         }
         FtCenterError::CollinearPoints { .. } => Some("the affine map across the line".to_owned()),

@@ -384,6 +384,7 @@ impl Error {
                 **source,
                 FtCenterError::TooFewFramePoints { .. }
                     | FtCenterError::CoincidentPoints { .. }
+                    | FtCenterError::AngleFree { .. }
                     | FtCenterError::CollinearPoints { .. }
                     | FtCenterError::PosesNotEnough { .. }
             ),
@@ -464,9 +465,11 @@ impl Error {
         }
     }
 
-    /// Whether a search for the answer came to no end.
+    /// Whether a search for the answer came to no end, or readings in another unit are so uncertain that there
+    /// is none.
     pub(crate) fn is_unsettled(&self) -> bool {
         match self {
+            Self::FtCenter { source, .. } => matches!(**source, FtCenterError::AngleFree { .. }),
             Self::PoseIcp { source, .. } => matches!(**source, PoseError::NotConverged { .. }),
             Self::TrackerLm { source, .. } => matches!(**source, TrackerError::NotConverged { .. }),
             _ => false,

@@ -5,29 +5,24 @@ use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
 use crate::answer::contradiction::{contradiction, without_names};
 use crate::answer::estimate::{Uncertain, parameter_estimates};
-use crate::answer::external_validation::badly_predicted;
+use crate::answer::left_over::remaining;
 use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
-use crate::answer::structure::structure;
 use crate::answer::summary::{Summaries, step_errors, summarise};
 use crate::answer::unsupported::{TakenBack, Why, no_gain, unsupported};
 use crate::answer::verdict::verdict;
-use crate::choice::additivity::not_additive;
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
-use crate::choice::score::Scoring;
-use crate::choice::score_shapes::score_covariates;
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
-use crate::levels::QUARTER;
 use crate::noise::linear::Linear;
 use crate::tests::groups_apart::groups_apart;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
 use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
-    Closure, Covariate, HoldOut, Model, NotObservable, Options, Origin, Outcome, Pass, Remaining,
-    Role, Solution, Step,
+    Closure, Covariate, HoldOut, Model, NotObservable, Options, Outcome, Pass, Remaining, Role,
+    Solution, Step,
 };
 
 /// Fits the declared model, finds what it lacks, and reports the error before and after.
@@ -203,49 +198,6 @@ fn describe(context: &Context<'_>, what: &What) -> (String, Option<String>, Stri
             ),
         ),
     }
-}
-
-/// What is still there along a covariate, or between neighbours.
-fn remaining(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
-    let level = context.options.alpha * QUARTER;
-    let quick = Context { thorough: false, ..*context };
-    let scoring = Scoring::new(&quick, &chosen.system, &chosen.estimate, lin, level);
-    let mut found: Vec<Remaining> = Vec::new();
-    let mut judged = score_covariates(context, &scoring);
-    judged.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
-    for mut j in judged {
-        let covariate = j.candidate.id.trim_start_matches("covariate:").to_owned();
-        if found.iter().any(|r| r.covariate == covariate) {
-            // One line a column: its best shape.
-            continue;
-        }
-        j.confirm(&scoring);
-        if j.adjusted <= level {
-            let shape = match j.candidate.source {
-                Source::Empirical(e) => e.shape,
-                Source::Effect(_) => continue,
-            };
-            found.push(Remaining { covariate, shape, p_value: j.test.p_value });
-        }
-    }
-    // A correction along a position or the measured order has no named cause.
-    for added in &chosen.added {
-        if let What::Empirical(covariate, shape) = &added.what {
-            let coordinate = context
-                .covariates
-                .iter()
-                .any(|c| c.name == *covariate && c.origin == Origin::Coordinate);
-            if coordinate && found.iter().all(|r| r.covariate != *covariate) {
-                let (covariate, shape) = (covariate.clone(), format!("{shape} (corrected)"));
-                found.push(Remaining { covariate, shape, p_value: added.p_value });
-            }
-        }
-    }
-    found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
-    found.extend(structure(context, lin));
-    found.extend(badly_predicted(context, chosen, lin));
-    found.extend(context.model.declared().findings.clone());
-    found
 }
 
 fn not_observable(

@@ -1,19 +1,21 @@
 //! Names that the data contradict: parts of something that has none in the catalogue.
 
-use crate::Remaining;
 use crate::algebra::system::{Estimate, System, rows_of};
-use crate::answer::structure::structure;
+use crate::answer::left_over::structured;
+use crate::answer::verdict::many_bad_readings;
 use crate::choice::additivity::{not_additive, plainly_not_additive};
 use crate::choice::candidate::label;
 use crate::choice::context::Context;
+use crate::choice::score::home_of_bad;
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
 use crate::levels::{
     EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE, HARDLY_EXPLAINED,
-    MOSTLY_LEFT,
+    MOSTLY_LEFT, STRUCTURE_LEFT,
 };
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
+use crate::{Quantity, Remaining};
 
 /// The selection in place of one that the data contradict, and what is said of it where nothing else
 /// explains the data either: `context` bans what was named.
@@ -46,8 +48,8 @@ pub(crate) fn chosen_instead<'a>(
 /// higher. What gives them away is that they do not keep their own proportions, and that a visible
 /// part of the misfit follows these departures; or that they do not reach the declared noise, and
 /// leave most of the misfit to neighbours that agree, or nearly all of it to anything, or a visible part of
-/// it several times as large as the noise. The misfit is what
-/// they found: that of the declared model with whatever was corrected without a cause.
+/// it several times as large as the noise; or that several need a correction without a cause beside them. The
+/// misfit is what they found: that of the declared model with whatever was corrected without a cause.
 pub(crate) fn contradiction(
     context: &Context<'_>,
     keep: &[bool],
@@ -63,15 +65,21 @@ pub(crate) fn contradiction(
         .flatten();
     let declared = System::declared(context.model);
     let before = plain.as_ref().map_or((&declared, base), |p| (&p.system, &p.estimate));
-    let (worst, left) = departed(context, keep, before, chosen, &lin)
-        .or_else(|| left_above(context, keep, before, chosen, &lin))?;
+    let left = departed(context, keep, before, chosen, &lin)
+        .or_else(|| left_above(context, keep, before, chosen, &lin))
+        .map(|(worst, left)| (worst, left, "is left"));
+    let corrected = || {
+        let (worst, taken) = parts_beside_correction(context, keep, base, chosen, &lin)?;
+        Some((worst, taken, "goes with it"))
+    };
+    let (worst, share, how) = left.or_else(corrected)?;
     let effects = &context.model.declared().effects;
     let name = |effect: usize| label(&effects[effect].id, effects[effect].subject.as_deref());
     let names: Vec<String> = chosen.system.active.iter().map(|a| name(a.effect)).collect();
     let shape = format!(
-        "{}, and {:.0} % of the misfit is left: taken back, with all that was named ({})",
+        "{}, and {:.0} % of the misfit {how}: taken back, with all that was named ({})",
         worst.shape,
-        100.0 * left,
+        100.0 * share,
         names.join(", ")
     );
     Some(Remaining { shape, ..worst })
@@ -96,8 +104,60 @@ fn departed(
     let found = not_additive(context, chosen, lin).into_iter();
     let (worst, left) =
         found.map(|d| (d.remaining, share(d.explained))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let most = if lin.layout.sigma_declared { EXCESS_LEFT } else { EXCESS_LEFT_UNDECLARED };
+    // One name that is not quite even is that effect still; of several, one that is not is a part.
+    let most = match lin.layout.sigma_declared {
+        true if names(context, chosen, lin) > 1 => 0.0,
+        true => EXCESS_LEFT,
+        false => EXCESS_LEFT_UNDECLARED,
+    };
     (left >= most).then_some((worst, left))
+}
+
+/// A correction along a place, the time or the measured order that takes a visible share of the misfit beside several
+/// names, or before any name: something that has no name, and names that may be parts of it.
+fn parts_beside_correction(
+    context: &Context<'_>,
+    keep: &[bool],
+    base: &Estimate,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Option<(Remaining, f64)> {
+    let (found, is_before_names) = first_without_cause(context, chosen)?;
+    let names = names(context, chosen, lin);
+    if names == 0 || names == 1 && !is_before_names {
+        return None;
+    }
+    let mut alone = chosen.clone();
+    while let Some(index) = alone.added.iter().position(|added| has_no_cause(context, &added.what))
+    {
+        alone = without(context, keep, &alone, index)?;
+    }
+    let before = misfit(keep, &System::declared(context.model), base);
+    let after = misfit(keep, &chosen.system, &chosen.estimate);
+    let taken = (misfit(keep, &alone.system, &alone.estimate) - after) / (before - after);
+    (taken >= EXCESS_LEFT).then_some((found, taken))
+}
+
+/// The first correction of no known cause, and whether it came before any name.
+fn first_without_cause(context: &Context<'_>, chosen: &Selected<'_>) -> Option<(Remaining, bool)> {
+    let index = chosen.added.iter().position(|added| has_no_cause(context, &added.what))?;
+    let What::Empirical(covariate, shape) = &chosen.added[index].what else { return None };
+    let shape = format!("{shape}, of no known cause, beside what was named");
+    let p_value = chosen.added[index].p_value;
+    Some((Remaining { covariate: covariate.clone(), shape, p_value }, index == 0))
+}
+
+/// Whether it is a correction along something that causes nothing: a temperature does.
+fn has_no_cause(context: &Context<'_>, what: &What) -> bool {
+    let What::Empirical(covariate, _) = what else { return false };
+    let along = context.covariates.iter().find(|c| c.name == *covariate);
+    along.is_some_and(|c| c.quantity != Quantity::Temperature)
+}
+
+/// How many effects of many readings have a name.
+fn names(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> usize {
+    let is_of_many = |effect: usize| home_of_bad(context, &chosen.estimate, lin, effect).is_none();
+    chosen.system.active.iter().filter(|active| is_of_many(active.effect)).count()
 }
 
 /// What is left above the declared noise, structure where it has any, and its share of what was before.
@@ -111,20 +171,27 @@ fn left_above(
     let before = scatter(context, keep, system, at)?;
     let after = global_test(&chosen.system, &chosen.estimate, lin)?;
     let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
-    if !after.is_above() || left < EXCESS_LEFT {
+    let is_gross = after.per_dof() >= GROSS_STRUCTURE;
+    let is_plain = is_gross || names(context, chosen, lin) > 1;
+    let least = if is_plain { STRUCTURE_LEFT } else { EXCESS_LEFT };
+    if !after.is_above() || left < least {
         return None;
     }
     let departures = plainly_not_additive(context, chosen, lin).into_iter().map(|d| d.remaining);
-    let is_structure_enough = left >= MOSTLY_LEFT || after.per_dof() >= GROSS_STRUCTURE;
-    let agreeing = is_structure_enough.then(|| structure(context, lin));
-    let found = departures.chain(agreeing.into_iter().flatten());
-    let worst = found.min_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let other = (left >= MOSTLY_LEFT || is_plain).then(|| structured(context, chosen, lin));
+    let found = departures.chain(other.into_iter().flatten());
+    let worst = found.min_by(|a, b| a.p_value.total_cmp(&b.p_value)).or_else(|| {
+        let corrected = || first_without_cause(context, chosen).map(|(remaining, _)| remaining);
+        is_gross.then(corrected).flatten()
+    });
     let formless = || Remaining {
         covariate: "noise".to_owned(),
         shape: "what was named leaves much of what exceeds the declared noise".to_owned(),
         p_value: after.p_value(),
     };
-    let is_any_enough = left >= HARDLY_EXPLAINED || after.per_dof() >= GROSS_SCATTER;
+    let is_any_enough = left >= HARDLY_EXPLAINED
+        || left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER
+        || is_gross && many_bad_readings(context, chosen);
     worst.or_else(|| is_any_enough.then(formless)).map(|worst| (worst, left))
 }
 

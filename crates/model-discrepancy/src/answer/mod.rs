@@ -10,6 +10,7 @@ pub(crate) mod estimate;
 pub(crate) mod external_validation;
 pub(crate) mod foreseen;
 mod found_again;
+pub(crate) mod left_over;
 mod named_size;
 pub(crate) mod opened;
 pub(crate) mod separation;

@@ -33,7 +33,7 @@ fn noisier_than_declared(context: &Context<'_>, lin: &Linear<'_>, chosen: &Selec
 }
 
 /// More single bad readings than two, and than one group in twenty, are no accidents.
-fn many_bad_readings(context: &Context<'_>, chosen: &Selected<'_>) -> bool {
+pub(crate) fn many_bad_readings(context: &Context<'_>, chosen: &Selected<'_>) -> bool {
     let effects = &context.model.declared().effects;
     let bad = chosen.system.active.iter().filter(|a| effects[a.effect].subject.is_some()).count();
     let groups =

@@ -2,6 +2,7 @@
 #![expect(clippy::cast_precision_loss, reason = "counts are small")]
 
 mod classes;
+mod contradicted;
 mod covariates;
 mod declared_variance;
 mod degenerate;

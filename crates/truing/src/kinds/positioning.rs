@@ -20,8 +20,9 @@ use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
-    Dimension, Hypothesis, all_in_metres, at_end, exchanged_rows, exchanged_targets, farthest,
-    readings_of_one, rows_left_out, rows_shifted, signs, standing_still, units, units_from_a_row,
+    Dimension, Hypothesis, Twice, all_in_metres, at_end, doubled, exchanged_rows,
+    exchanged_targets, farthest, held, points_lost, readings_of_one, rows_left_out, rows_shifted,
+    signs, standing_still, stretch_shifted, units, units_from_a_row,
 };
 
 use approach::approach_of;
@@ -309,8 +310,12 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(POSITIONS, rows)];
     all.extend(exchanged_targets(POSITIONS, table, columns));
     all.extend(table.and_then(|table| clipped(table, columns)));
+    all.extend(points_lost(POSITIONS, table, &columns));
     all.extend(standing_still(POSITIONS, table, &columns[1..], without));
+    all.extend(held(POSITIONS, table, &columns[1..], without));
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
+    all.extend(stretch_shifted(POSITIONS, table, &[&columns[1..]], fitted));
+    all.extend(doubled(POSITIONS, table, &columns[1..], Twice::Gain));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);
         all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));

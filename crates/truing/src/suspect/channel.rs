@@ -1,6 +1,6 @@
 //! Channels that clip at the end of their range, or stand still.
 
-use super::hypothesis::{Hypothesis, listed};
+use super::hypothesis::{Hypothesis, Proof, listed};
 use crate::case::{Change, Edit, Table};
 
 /// Fewest readings at one end that are no accident.
@@ -79,6 +79,36 @@ pub(crate) fn standing_still(
         Some(stuck_at((file, table), (&[*name], &[values]), &run, IN_A_ROW, &without))
     };
     columns.iter().filter_map(of_column).collect()
+}
+
+/// Columns that read the same in every row while others do not, as a plane part may have one: where the fit is
+/// worse than any physics makes it, they were not recorded.
+pub(crate) fn silent(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let read: Vec<(&str, Vec<f64>)> =
+        columns.iter().filter_map(|name| Some((*name, table.numbers(name)?))).collect();
+    let run_of = |values: &[f64]| longest_run(values, &whole(values)).0;
+    let is_whole =
+        |values: &[f64]| values.len() > STILL_OF_FEW && run_of(values).len() == values.len();
+    if read.iter().all(|(_, values)| is_whole(values)) {
+        return Vec::new();
+    }
+    let of_column = |(name, values): &(&str, Vec<f64>)| {
+        let channel = (&[*name][..], std::slice::from_ref(values));
+        let stuck = stuck_at(
+            (file, table),
+            channel,
+            &run_of(values),
+            IN_A_ROW,
+            &|_: &Table, _: &[bool]| Vec::new(),
+        );
+        Hypothesis { proof: Proof::Gross, ..stuck }
+    };
+    read.iter().filter(|(_, values)| is_whole(values)).map(of_column).collect()
 }
 
 /// A channel that stands still over successive rows of one of several series, which a description says, as it

@@ -71,6 +71,11 @@ impl Hypothesis {
         self.effect == "input:stuck"
     }
 
+    /// Whether a whole column stands still: nothing mends that.
+    pub(super) fn is_silent(&self) -> bool {
+        self.is_of_a_stretch() && self.edits.is_empty()
+    }
+
     /// Whether it leaves out a whole file.
     pub(crate) fn omits_a_file(&self) -> bool {
         self.edits.iter().any(|edit| matches!(edit.change, Change::Omit))

@@ -9,26 +9,30 @@
 mod channel;
 mod clock;
 mod examine;
+mod held;
 mod hypothesis;
 mod label;
 mod misfit;
 mod named;
 mod order;
 mod physics;
+mod polar;
 mod search;
 mod setting;
 mod sign;
 mod slip;
+mod stretch;
 mod thinned;
 mod unit;
 mod yardstick;
 
 pub(crate) use channel::{
-    at_end, channels, clipped_of_few, place_standing_still, rows_left_out, standing_still,
+    at_end, channels, clipped_of_few, place_standing_still, rows_left_out, silent, standing_still,
     standing_still_within,
 };
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
+pub(crate) use held::held;
 pub(crate) use hypothesis::{Hypothesis, Proof};
 pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
 pub use named::Suspect;
@@ -36,8 +40,10 @@ pub(crate) use order::{
     blocks_shifted, copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges,
     farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, swapped_names,
 };
+pub(crate) use polar::polar;
 pub(crate) use setting::{lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::signs;
-pub(crate) use slip::{slip_of_sign, slips};
-pub(crate) use unit::{Dimension, all_in_metres, units, units_from_a_row};
+pub(crate) use slip::{points_lost, slip_of_sign, slips};
+pub(crate) use stretch::stretch_shifted;
+pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of};

@@ -166,7 +166,13 @@ impl Trials {
         let gross = |h: &Hypothesis, m: &Misfit| {
             is_left(h, m) && gain(m) >= GROSS_GAIN && m.is_no_farther_from_noise(&plain.misfit)
         };
-        if is_gross && let Some(found) = best(self.pick(gross), false) {
+        // A channel without a signal fits nothing, and numbers made small fit it best.
+        let silent = self.all.iter().find(|(h, _)| h.is_silent() && h.is_shown(is_gross));
+        let is_sound = |found: &Found| {
+            silent.is_none()
+                || found.after.is_some_and(|m| m.chi2_per_dof.is_none() || m.is_noise())
+        };
+        if is_gross && let Some(found) = best(self.pick(gross), false).filter(is_sound) {
             return Some(found);
         }
         let shown = self.pick(|h, m| h.is_shown(is_gross) && gain(m) >= SUBTLE_GAIN);
@@ -206,12 +212,13 @@ impl Trials {
         best(self.pick(|_, m| m.is_noise()), false)
     }
 
-    /// The mistakes that take at least this factor off the misfit and leave something to physics,
-    /// the best first.
+    /// The mistakes that take at least this factor off the misfit and leave something to physics, but no
+    /// more than it makes, the best first.
     pub(super) fn helping(&self, plain: &Plain, least: f64, most: usize) -> Vec<Found> {
         let gain = |m: &Misfit| plain.misfit.gain(m);
+        let is_of_physics = |m: &Misfit| !m.is_noise() && m.share < m.gross;
         let mut all =
-            self.pick(|_, m| !m.is_noise() && gain(m) >= least && is_evident(m.dof, gain(m)));
+            self.pick(|_, m| is_of_physics(m) && gain(m) >= least && is_evident(m.dof, gain(m)));
         let share = |tried: &Tried| tried.1.map_or(f64::INFINITY, |m| m.share);
         all.sort_by(|a, b| share(a).total_cmp(&share(b)));
         all.truncate(most);

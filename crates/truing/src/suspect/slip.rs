@@ -1,6 +1,6 @@
-//! One number written down wrong.
+//! Numbers written down wrong.
 
-use super::hypothesis::{Hypothesis, listed, owned};
+use super::hypothesis::{Hypothesis, listed, owned, present};
 use crate::case::{Change, Edit, Table};
 use crate::measured::Fitted;
 
@@ -13,6 +13,14 @@ const LARGEST: usize = 2;
 /// A slip changes a number by at least the residual over this, and at most by as many times it: the
 /// others turn a little towards a point that is far off, and a residual is but a part of what moves it.
 const LIKE: f64 = 4.0;
+/// Numbers of a column without their point lie apart from the others by a factor of this.
+const APART: f64 = 4.0;
+/// A number with its point put back is at most so many times as large as the largest of the others.
+const ROOM: f64 = 2.0;
+/// Most places by which a point is looked for.
+const MOST_PLACES: i32 = 6;
+/// Lines listed of those in which numbers are wrong.
+const MOST_LINES: usize = 8;
 
 /// One number of these columns with its decimal point or its sign wrong: of the rows given where that
 /// changes it by about as much as the row is off, and the largest of each column, whatever the fit says.
@@ -36,7 +44,96 @@ pub(crate) fn slips(
         let of_one = |(row, factor)| slip((file, table), (name, &values), row, factor);
         all.into_iter().map(of_one).collect::<Vec<_>>()
     };
-    read.flat_map(of_column).collect()
+    let mut all: Vec<Hypothesis> = read.flat_map(of_column).collect();
+    all.extend(points_lost(file, Some(table), columns));
+    all
+}
+
+/// Several numbers of a column, or of all columns, without their decimal point: they lie apart from the
+/// others by powers of ten.
+pub(crate) fn points_lost(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let there = present(Some(table), columns);
+    let of_column = |name: &&str| {
+        let (rows, places) = apart(&table.numbers(name)?)?;
+        Some(Lost { column: (*name).to_owned(), rows, places })
+    };
+    let found: Vec<Lost> = there.iter().filter_map(of_column).collect();
+    let mut all = Vec::new();
+    if found.len() > 1 {
+        let most = found.iter().map(|lost| lost.places).max().unwrap_or(1);
+        let as_many: Vec<Lost> =
+            found.iter().map(|lost| Lost { places: most, ..lost.clone() }).collect();
+        all.push(of_lost(file, table, &found));
+        all.push(of_lost(file, table, &as_many));
+    }
+    for lost in &found {
+        let one_more = Lost { places: lost.places + 1, ..lost.clone() };
+        all.push(of_lost(file, table, std::slice::from_ref(lost)));
+        all.push(of_lost(file, table, &[one_more]));
+    }
+    all
+}
+
+/// Numbers of a column that have lost their point.
+#[derive(Clone)]
+struct Lost {
+    column: String,
+    rows: Vec<usize>,
+    /// Places by which it is too far to the right.
+    places: i32,
+}
+
+/// The rows, two at least and the fewer, whose numbers lie apart from all others by a factor, and by how many
+/// places their points are too far to the right at least.
+fn apart(values: &[f64]) -> Option<(Vec<usize>, i32)> {
+    let n = values.len();
+    let mut sorted: Vec<f64> = values.iter().map(|v| v.abs()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let gap = |first: &usize| sorted[*first] / sorted[first - 1];
+    let widest = |a: &usize, b: &usize| gap(a).total_cmp(&gap(b));
+    let first = (n / 2 + 1..n.saturating_sub(1)).max_by(widest)?;
+    let below = sorted[first - 1];
+    let places = (sorted[n - 1] / (ROOM * below)).log10().ceil().max(1.0);
+    if below <= 0.0 || gap(&first) < APART || places > f64::from(MOST_PLACES) {
+        return None;
+    }
+    let rows = (0..n).filter(|&row| values[row].abs() > below).collect();
+    #[expect(clippy::cast_possible_truncation, reason = "between one and six")]
+    Some((rows, places as i32))
+}
+
+fn of_lost(file: &'static str, table: &Table, found: &[Lost]) -> Hypothesis {
+    let names: Vec<&str> = found.iter().map(|lost| lost.column.as_str()).collect();
+    let of_column = |lost: &Lost| {
+        let lines: Vec<String> =
+            lost.rows.iter().take(MOST_LINES).map(|row| table.line(*row).to_string()).collect();
+        let more = if lost.rows.len() > MOST_LINES { " and more" } else { "" };
+        format!(
+            "{} numbers of `{}` by {} places in the lines {}{more}",
+            lost.rows.len(),
+            lost.column,
+            lost.places,
+            lines.join(", ")
+        )
+    };
+    let said: Vec<String> = found.iter().map(of_column).collect();
+    let description = format!(
+        "numbers of {file} have lost their decimal point (a comma?), which stands too far to the right: {}; \
+         divide them by so many powers of ten",
+        said.join(", ")
+    );
+    let edit = |lost: &Lost| {
+        let columns = vec![lost.column.clone()];
+        let factor = 10_f64.powi(-lost.places);
+        Edit { file, change: Change::Scale { columns, rows: Some(lost.rows.clone()), factor } }
+    };
+    let edits = found.iter().map(edit).collect();
+    Hypothesis::of("input:decimal-point", (file, &names), description, edits)
 }
 
 /// One number whose sign is wrong.
@@ -104,5 +201,15 @@ mod tests {
     fn a_number_that_was_divided_reads_as_it_was_meant() {
         assert_eq!(shortest(-1089.539 / 10.0).to_string(), "-108.9539");
         assert_eq!(shortest(0.3 / 0.001).to_string(), "300");
+    }
+
+    #[test]
+    fn numbers_without_their_point_lie_apart() {
+        let mut values: Vec<f64> = (0..40).map(|i| 200.0 * (f64::from(i) * 0.37).sin()).collect();
+        assert!(apart(&values).is_none());
+        for row in [4, 17, 30] {
+            values[row] *= 1000.0;
+        }
+        assert_eq!(apart(&values), Some((vec![4, 17, 30], 3)));
     }
 }

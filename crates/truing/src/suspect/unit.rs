@@ -97,6 +97,39 @@ pub(crate) fn units(
     sets.iter().flat_map(of_set).collect()
 }
 
+/// What a column is that is twice or half of what it says.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Twice {
+    /// A coordinate given as a diameter.
+    Diameter,
+    /// A channel set to another range.
+    Gain,
+}
+
+/// Columns that are twice or half of what they say, each alone.
+pub(crate) fn doubled(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    twice: Twice,
+) -> Vec<Hypothesis> {
+    let (effect, why) = match twice {
+        Twice::Diameter => ("input:diameter", "as a diameter is of a radius"),
+        Twice::Gain => ("input:gain", "as of a channel set to another range (a factor of two)"),
+    };
+    let of_column = |column: &str| {
+        [("twice", 0.5), ("half of", 2.0)].map(|(how, factor)| {
+            let description = format!(
+                "`{column}` of {file} is {how} what it says, {why}: multiply by {}",
+                shown(factor)
+            );
+            let change = Change::Scale { columns: owned(&[column]), rows: None, factor };
+            Hypothesis::of(effect, (file, &[column]), description, vec![Edit { file, change }])
+        })
+    };
+    present(table, columns).into_iter().flat_map(of_column).collect()
+}
+
 /// All columns, where there are several, and each alone.
 fn all_and_each<'c>(columns: &[&'c str]) -> Vec<Vec<&'c str>> {
     let all = (columns.len() > 1).then(|| columns.to_vec());

@@ -8,9 +8,10 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Record, Yardstick, channels, clocks, copies, cycles,
-    exchanged_blocks, exchanges, lengths, rows_left_out, rows_shifted, rows_shifted_by,
-    scaled_setting, signs, spread_of, standing_still, stretches, units,
+    Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, copies, cycles,
+    doubled, exchanged_blocks, exchanges, held, lengths, points_lost, rows_left_out, rows_shifted,
+    rows_shifted_by, scaled_setting, signs, spread_of, standing_still, stretches, units,
+    units_from_a_row,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -40,15 +41,25 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let table = Some(&table);
     let mut all = Vec::new();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(LOG, rows)];
+    for (family, dimension) in [
+        (&CELLS[..], Dimension::Force),
+        (&[REFERENCE], Dimension::Force),
+        (&LENGTHS, Dimension::Length),
+    ] {
+        all.extend(points_lost(LOG, table, family));
+        all.extend(units_from_a_row(LOG, table, family, dimension));
+    }
     all.extend(channels(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), without));
     for family in [&[&CELLS[..], &[REFERENCE]].concat()[..], &LENGTHS] {
         all.extend(copies(LOG, table, family, Proof::Data));
     }
     // A slide may stand still: there the fit decides.
     all.extend(standing_still(LOG, table, &LENGTHS, without));
+    all.extend(held(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), without));
     all.extend(units(LOG, table, &CELLS, Dimension::Force));
     all.extend(units(LOG, table, &[REFERENCE], Dimension::Force));
     all.extend(units(LOG, table, &LENGTHS, Dimension::Length));
+    all.extend(doubled(LOG, table, &[REFERENCE], Twice::Gain));
     for family in [&CELLS[..], &LENGTHS, &NORMAL] {
         all.extend(exchanges(LOG, table, family));
     }

@@ -11,9 +11,10 @@ use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::residual::Residual;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
-    exchanged_rows, exchanges, farthest, other_setting, rows_left_out, rows_shifted, signs, slips,
-    spread_of, standing_still, swapped_names, units, units_from_a_row,
+    Dimension, Hypothesis, Proof, Twice, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
+    doubled, exchanged_rows, exchanges, farthest, held, other_setting, points_lost, polar,
+    rows_left_out, rows_shifted, signs, silent, slips, spread_of, standing_still, stretch_shifted,
+    swapped_names, units, units_from_a_row,
 };
 
 /// The two sides of the table.
@@ -48,11 +49,15 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for side in TO_AND_FROM {
         all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
         all.extend(units_from_a_row(PAIRS, Some(table), &side, Dimension::Length));
+        all.extend(doubled(PAIRS, Some(table), &side, Twice::Diameter));
+        all.extend(polar(PAIRS, Some(table), &side));
     }
     all.extend(all_in_metres(&[(PAIRS, Some(table), &[FROM, TO].concat())]));
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(PAIRS, rows)];
     for side in TO_AND_FROM {
+        all.extend(silent(PAIRS, Some(table), &side));
         all.extend(standing_still(PAIRS, Some(table), &side, without));
+        all.extend(held(PAIRS, Some(table), &side, without));
         all.extend(clipped_of_few(PAIRS, Some(table), &side, without));
     }
     all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
@@ -63,6 +68,7 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.push(handedness(files));
     all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
+    all.extend(stretch_shifted(PAIRS, Some(table), &[&TO], fitted));
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     all.extend(slips(PAIRS, Some(table), &[FROM, TO].concat(), far));
@@ -87,6 +93,7 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let known = (files.folder.has(DISTANCES))
         .then(|| files.folder.table(DISTANCES, &["from", "to", "distance_mm"]).ok());
     let known = known.flatten();
+    all.extend(points_lost(POSES, table, &COORDINATES));
     all.extend(units(DISTANCES, known.as_ref(), &["distance_mm"], Dimension::Length));
     let lengths: [(_, _, &[&str]); 2] =
         [(POSES, table, &COORDINATES), (DISTANCES, known.as_ref(), &["distance_mm"])];

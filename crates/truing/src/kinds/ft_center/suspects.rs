@@ -9,9 +9,10 @@ use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, channels, copies, cycles, exchanged_rows,
-    exchanged_targets, exchanges, farthest, lengths, other_setting, rows_left_out, rows_shifted,
-    scaled_setting, signs, spread_of, standing_still, units, units_from_a_row,
+    Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
+    exchanged_rows, exchanged_targets, exchanges, farthest, lengths, other_setting, points_lost,
+    polar, rows_left_out, rows_shifted, scaled_setting, signs, spread_of, standing_still, units,
+    units_from_a_row,
 };
 
 const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
@@ -57,6 +58,12 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(WRENCH, wrench, &MOMENTS, Dimension::Moment));
     all.extend(units(PRESSES, known, &MACHINE, Dimension::Length));
     all.extend(units_from_a_row(PRESSES, known, &MACHINE, Dimension::Length));
+    all.extend(points_lost(PRESSES, known, &MACHINE));
+    for family in [FORCES, MOMENTS] {
+        all.extend(points_lost(WRENCH, wrench, &family));
+    }
+    all.extend(doubled(PRESSES, known, &MACHINE, Twice::Diameter));
+    all.extend(polar(PRESSES, known, &MACHINE));
     all.extend(of_wrench(WRENCH, wrench));
     all.extend(lengths(&files.document, &["contact", "z0_mm"]));
     let other_side = "of the opposite sign, on the wrong side of the sensor's reference point";
@@ -131,6 +138,9 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     all.extend(units(GRAVITY, table, &FORCES, Dimension::Force));
     all.extend(units(GRAVITY, table, &MOMENTS, Dimension::Moment));
+    for family in [FORCES, MOMENTS] {
+        all.extend(points_lost(GRAVITY, table, &family));
+    }
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(GRAVITY, rows)];
     all.extend(standing_still(GRAVITY, table, &wrench, without));
     all.extend(copies(GRAVITY, table, &FORCES, Proof::Data));

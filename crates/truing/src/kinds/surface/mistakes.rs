@@ -4,9 +4,10 @@ use crate::case::Table;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, clipped_of_few, copies, cycles, exchanged_rows,
-    exchanges, farthest, lengths, number, of_another_part, rows_left_out, rows_shifted,
-    scaled_setting, signs, slips, spread_of, standing_still, units, units_from_a_row,
+    Dimension, Hypothesis, Proof, Twice, Yardstick, clipped_of_few, copies, cycles, doubled,
+    exchanged_rows, exchanges, farthest, held, lengths, number, of_another_part, polar,
+    rows_left_out, rows_shifted, scaled_setting, signs, silent, slips, spread_of, standing_still,
+    stretch_shifted, units, units_from_a_row,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -32,6 +33,14 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
         scaled_setting(document, &conic, "input:eccentricity", what, -e)
     }));
     all.extend(lengths(document, &["surface", "unit_mm"]));
+    let what = "taken off already, the coordinates are those of the contact and not of the centre of the ball";
+    all.extend(scaled_setting(
+        document,
+        &["probe", "tip_radius_mm"],
+        "input:compensated",
+        what,
+        0.0,
+    ));
     all
 }
 
@@ -39,6 +48,8 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
 pub(crate) fn mistakes_of_points(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = units(file, table, &XYZ, Dimension::Length);
     all.extend(units_from_a_row(file, table, &XYZ, Dimension::Length));
+    all.extend(doubled(file, table, &XYZ, Twice::Diameter));
+    all.extend(polar(file, table, &XYZ));
     all.extend(signs(file, table, &XYZ));
     all.extend(copies(file, table, &XYZ, Proof::Gross));
     all.extend(exchanges(file, table, &XYZ));
@@ -57,7 +68,10 @@ pub(crate) fn mistakes_of_rows(
     let of_column = |column: &&str| rows_shifted(file, table, &[*column], None);
     let mut all: Vec<Hypothesis> = XYZ.iter().flat_map(of_column).collect();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
+    all.extend(stretch_shifted(file, table, &[&XYZ[..1], &XYZ[1..2], &XYZ[2..]], fitted));
+    all.extend(silent(file, table, &XYZ));
     all.extend(standing_still(file, table, &XYZ, without));
+    all.extend(held(file, table, &XYZ, without));
     all.extend(clipped_of_few(file, table, &XYZ, without));
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));

@@ -14,7 +14,7 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
-    exchanges, farthest, names_of_one_exchanged, other_setting, place_standing_still,
+    exchanges, farthest, held, names_of_one_exchanged, other_setting, place_standing_still,
     readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips, spread_of,
     standing_still, standing_still_within, swapped_names, units, units_from_a_row,
 };
@@ -55,6 +55,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(standing_still(file, read, &PLACE, without));
     } else {
         all.extend(standing_still(file, read, &[DISPLACEMENT], without));
+        all.extend(held(file, read, &[DISPLACEMENT], without));
         all.extend(standing_still_within(
             file,
             read,

@@ -2,6 +2,7 @@
 
 mod axis;
 mod log;
+mod numbers;
 mod points;
 mod tracer;
 mod wrench;

@@ -1,0 +1,70 @@
+//! What is left of the residual, with what there is to say of it.
+
+use crate::answer::external_validation::badly_predicted;
+use crate::answer::structure::structure;
+use crate::choice::additivity::not_additive;
+use crate::choice::candidate::Source;
+use crate::choice::context::Context;
+use crate::choice::score::Scoring;
+use crate::choice::score_shapes::score_covariates;
+use crate::choice::selected::{Selected, What};
+use crate::levels::QUARTER;
+use crate::noise::linear::Linear;
+use crate::{Origin, Remaining};
+
+/// What is left, with what groups set aside and the domain itself say.
+pub(crate) fn remaining(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Vec<Remaining> {
+    let mut found = structured(context, chosen, lin);
+    found.extend(badly_predicted(context, chosen, lin));
+    found.extend(context.model.declared().findings.clone());
+    found
+}
+
+/// What is still there along a covariate, of a name or between neighbours, in the fitted groups.
+pub(crate) fn structured(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Vec<Remaining> {
+    let level = context.options.alpha * QUARTER;
+    let quick = Context { thorough: false, ..*context };
+    let scoring = Scoring::new(&quick, &chosen.system, &chosen.estimate, lin, level);
+    let mut found: Vec<Remaining> = Vec::new();
+    let mut judged = score_covariates(context, &scoring);
+    judged.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+    for mut j in judged {
+        let covariate = j.candidate.id.trim_start_matches("covariate:").to_owned();
+        if found.iter().any(|r| r.covariate == covariate) {
+            // One line a column: its best shape.
+            continue;
+        }
+        j.confirm(&scoring);
+        if j.adjusted <= level {
+            let shape = match j.candidate.source {
+                Source::Empirical(e) => e.shape,
+                Source::Effect(_) => continue,
+            };
+            found.push(Remaining { covariate, shape, p_value: j.test.p_value });
+        }
+    }
+    // A correction along a position or the measured order has no named cause.
+    for added in &chosen.added {
+        if let What::Empirical(covariate, shape) = &added.what {
+            let coordinate = context
+                .covariates
+                .iter()
+                .any(|c| c.name == *covariate && c.origin == Origin::Coordinate);
+            if coordinate && found.iter().all(|r| r.covariate != *covariate) {
+                let (covariate, shape) = (covariate.clone(), format!("{shape} (corrected)"));
+                found.push(Remaining { covariate, shape, p_value: added.p_value });
+            }
+        }
+    }
+    found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
+    found.extend(structure(context, lin));
+    found
+}

@@ -1,0 +1,65 @@
+//! Names that may be parts of something that has none.
+
+use model_discrepancy::{Closure, Covariate, Options, Quantity, Verdict, close_loop};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::linear_model::{normal, scalars};
+
+const READINGS: usize = 80;
+
+/// Place and time of each reading, from -1 to 1 and not in each other's order.
+fn at(i: usize) -> [f64; 2] {
+    let share = |step: usize| (i * step % READINGS) as f64 / READINGS as f64;
+    [2.0 * share(33) - 1.0, 2.0 * share(1) - 1.0]
+}
+
+/// What the loop makes of readings with a noise of one, as declared, along a place and a time.
+fn closed(of: impl Fn([f64; 2]) -> f64) -> Closure {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let data: Vec<f64> = (0..READINGS).map(|i| of(at(i)) + normal(&mut rng)).collect();
+    let along = |k: usize| (0..READINGS).map(|i| at(i)[k]).collect::<Vec<f64>>();
+    let mut model = scalars(&data, &[("slope", along(0)), ("drift", along(1))]);
+    model.declared.layout.sigma_declared = true;
+    let place = Covariate::coordinate("x_mm", Quantity::Position, along(0));
+    let time = Covariate::recorded("time_s", Quantity::Time, along(1));
+    close_loop(&model, &[place, time], &Options::default()).expect("eighty readings")
+}
+
+fn names(closure: &Closure) -> Vec<&str> {
+    let steps = closure.steps.iter().map(|step| step.effect.as_str());
+    steps.filter(|effect| !effect.starts_with("covariate:")).collect()
+}
+
+fn is_taken_back(closure: &Closure, shape: &str) -> bool {
+    let of = |shape_left: &str| shape_left.contains(shape) && shape_left.contains("taken back");
+    closure.remaining.iter().any(|left| of(&left.shape))
+}
+
+fn wave(x: f64) -> f64 {
+    (8.0 * x).sin()
+}
+
+#[test]
+fn one_name_stands_beside_a_correction_and_several_do_not() {
+    let one = closed(|[x, t]| 40.0 * t + 5.0 * wave(x));
+    assert_eq!(names(&one), ["drift"], "{:?}", one.remaining);
+    assert_eq!(one.verdict, Verdict::StructureRemains);
+    let two = closed(|[x, t]| 20.0 * x + 20.0 * t + 8.0 * wave(x));
+    assert!(names(&two).is_empty(), "{:?}", two.steps);
+    assert!(is_taken_back(&two, "of no known cause"), "{:?}", two.remaining);
+    let named = closed(|[x, t]| 20.0 * x + 20.0 * t);
+    assert_eq!(names(&named).len(), 2, "{:?}", named.remaining);
+    assert_eq!(named.verdict, Verdict::Explained);
+}
+
+/// A hundredth of the misfit goes with what the second name grows by.
+#[test]
+fn one_name_may_be_a_little_uneven_and_of_several_none() {
+    let one = closed(|[x, t]| 16.0 * x + 3.0 * x * t);
+    assert_eq!(names(&one), ["slope"], "{:?}", one.remaining);
+    assert_eq!(one.verdict, Verdict::StructureRemains);
+    let two = closed(|[x, t]| 16.0 * x + 16.0 * t + 3.0 * x * t);
+    assert!(names(&two).is_empty(), "{:?}", two.steps);
+    assert!(is_taken_back(&two, "of another size along"), "{:?}", two.remaining);
+}
