@@ -16,9 +16,7 @@ use crate::choice::context::Context;
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
 use crate::noise::linear::Linear;
-use crate::tests::groups_apart::groups_apart;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
-use crate::tests::odd_group::odd_groups;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Closure, Covariate, HoldOut, Model, NotObservable, Options, Outcome, Pass, Remaining, Role,
@@ -89,7 +87,6 @@ fn closed<'a>(
     let lack_of_fit = Places::of(model, context.covariates).and_then(|places| places.test(&lin));
     let mut remaining = remaining(context, &chosen, &lin);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
-    remaining.extend(odd_groups(&lin).or_else(|| groups_apart(&lin)));
     remaining.extend(taken_back);
     remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
     let (confusability, confusable_ids) = confusability(context, base, &of_declared);

@@ -173,8 +173,11 @@ fn left_above(
     let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
     let is_gross = after.per_dof() >= GROSS_STRUCTURE;
     let is_plain = is_gross || names(context, chosen, lin) > 1;
+    // Accidents by the dozen beside ten times the noise are none, however large they are.
+    let are_accidents = is_gross && many_bad_readings(context, chosen);
+    let is_lost = are_accidents && after.per_dof() >= GROSS_SCATTER;
     let least = if is_plain { STRUCTURE_LEFT } else { EXCESS_LEFT };
-    if !after.is_above() || left < least {
+    if !after.is_above() || left < least && !is_lost {
         return None;
     }
     let departures = plainly_not_additive(context, chosen, lin).into_iter().map(|d| d.remaining);
@@ -191,7 +194,7 @@ fn left_above(
     };
     let is_any_enough = left >= HARDLY_EXPLAINED
         || left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER
-        || is_gross && many_bad_readings(context, chosen);
+        || are_accidents;
     worst.or_else(|| is_any_enough.then(formless)).map(|worst| (worst, left))
 }
 

@@ -1,5 +1,6 @@
 //! What is left of the residual, with what there is to say of it.
 
+use crate::answer::constancy::inconstant;
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::structure::structure;
 use crate::choice::additivity::not_additive;
@@ -10,6 +11,8 @@ use crate::choice::score_shapes::score_covariates;
 use crate::choice::selected::{Selected, What};
 use crate::levels::QUARTER;
 use crate::noise::linear::Linear;
+use crate::tests::groups_apart::groups_apart;
+use crate::tests::odd_group::odd_groups;
 use crate::{Origin, Remaining};
 
 /// What is left, with what groups set aside and the domain itself say.
@@ -66,5 +69,7 @@ pub(crate) fn structured(
     }
     found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
     found.extend(structure(context, lin));
+    found.extend(odd_groups(lin).or_else(|| groups_apart(lin)));
+    found.extend(inconstant(context, lin));
     found
 }

@@ -5,6 +5,7 @@ pub(crate) mod close_loop;
 pub(crate) mod closure;
 pub(crate) mod confounded;
 pub(crate) mod confusable;
+mod constancy;
 pub(crate) mod contradiction;
 pub(crate) mod estimate;
 pub(crate) mod external_validation;

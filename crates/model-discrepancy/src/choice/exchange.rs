@@ -13,7 +13,8 @@ use crate::choice::score::{Scoring, home_of_bad};
 use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::sets::{Member, Sets, tried};
 use crate::count::count;
-use crate::levels::{CATALOGUE_SHARE, LATER, WORTH_MENTIONING};
+use crate::levels::{CATALOGUE_SHARE, GROSS_SCATTER, LATER, WORTH_MENTIONING};
+use crate::tests::global_test::global_test;
 use crate::tests::hold_out::{compare, leave_out};
 use crate::tests::significance::{Reach, significance};
 
@@ -51,6 +52,15 @@ pub(crate) fn exchange<'a>(
         return false;
     }
     let lin = context.linear(&chosen.system, &chosen.estimate, keep);
+    // In a repetition what leaves ten times the noise is not found again for what it is, and fits of it take
+    // long.
+    let is_gross = || {
+        let test = global_test(&chosen.system, &chosen.estimate, &lin);
+        test.is_some_and(|test| test.per_dof() >= GROSS_SCATTER)
+    };
+    if !context.thorough && is_gross() {
+        return false;
+    }
     let named: Vec<usize> = (chosen.system.active.iter().map(|a| a.effect))
         .filter(|&e| home_of_bad(context, &chosen.estimate, &lin, e).is_none())
         .collect();

@@ -2,7 +2,7 @@ use std::borrow::Cow;
 
 use super::order::Order;
 use super::table::Table;
-use super::unit::conversion;
+use super::unit::Conversion;
 
 /// A change to one file of a case, tried before anyone makes it.
 #[derive(Clone, Debug)]
@@ -73,7 +73,7 @@ impl Change {
 
     /// These rows of the table with the change.
     fn of_rows(&self, table: &Table, kept: &[usize]) -> Table {
-        let index = |name: &String| table.column(name);
+        let index = |name: &String| table.read_as(name).map(|(column, _)| column);
         match self {
             Self::Scale { columns, rows, factor } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
@@ -120,23 +120,14 @@ impl Change {
                 })
             }
             Self::Replace { column, values } => {
-                let of = table.column(column);
-                table.rewritten(kept, |table, row, column| {
-                    if of == Some(column) {
-                        written(values[row])
-                    } else {
-                        table.cell(row, column).into()
-                    }
+                let of = table.read_as(column);
+                table.rewritten(kept, |table, row, column| match of {
+                    Some((of, unit)) if of == column => written(values[row] / unit_of(unit)),
+                    _ => table.cell(row, column).into(),
                 })
             }
             Self::Add { column, values } => {
-                let in_another = |(at, name): (usize, &String)| {
-                    conversion(name, column).map(|conversion| (at, conversion.of(1.0)))
-                };
-                let names = table.names().iter().enumerate();
-                let found = index(column)
-                    .map(|at| (at, 1.0))
-                    .or_else(|| names.clone().find_map(in_another));
+                let found = table.read_as(column).map(|(at, unit)| (at, unit_of(unit)));
                 table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     match (found, cell.parse::<f64>()) {
@@ -165,6 +156,11 @@ impl Change {
         section.insert((*last).to_owned(), value.clone());
         toml::to_string(&document).ok()
     }
+}
+
+/// What one in the file is in the unit that is asked for.
+fn unit_of(conversion: Option<Conversion>) -> f64 {
+    conversion.map_or(1.0, |conversion| conversion.of(1.0))
 }
 
 /// The shortest text that reads as the same number.

@@ -3,6 +3,7 @@ use std::collections::HashMap;
 
 use super::dialect::{MixedSeparators, Separator, Writing, separator, with_point, writing};
 use super::ledger::Ledger;
+use super::unit::{Conversion, conversion};
 use super::{Location, Problem};
 use crate::Error;
 
@@ -100,10 +101,26 @@ impl Table {
         &self.text[start..self.ends[index]]
     }
 
-    /// The numbers of a column; `None` where there is no such column, or a cell is not a number.
+    /// The column of that name, or of the same quantity in another unit, with how it is read.
+    pub(crate) fn read_as(&self, name: &str) -> Option<(usize, Option<Conversion>)> {
+        let exact = self.column(name).map(|column| (column, None));
+        let in_another = || {
+            let mut found = self.names.iter().enumerate();
+            found.find_map(|(column, found)| Some((column, Some(conversion(found, name)?))))
+        };
+        exact.or_else(in_another)
+    }
+
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.read_as(name).is_some()
+    }
+
+    /// The numbers of a column, in the unit of the name; `None` where there is no such column, or a cell is not
+    /// a number.
     pub(crate) fn numbers(&self, name: &str) -> Option<Vec<f64>> {
-        let column = self.column(name)?;
-        (0..self.n_rows()).map(|row| self.cell(row, column).parse().ok()).collect()
+        let (column, conversion) = self.read_as(name)?;
+        let of = |value: f64| conversion.map_or(value, |conversion| conversion.of(value));
+        (0..self.n_rows()).map(|row| self.cell(row, column).parse().ok().map(of)).collect()
     }
 
     /// The rows listed, in that order, with the cells that `cell` gives.

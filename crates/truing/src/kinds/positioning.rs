@@ -286,7 +286,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let pair = |table: &Table| -> Option<[&'static str; 2]> {
         [["target_mm", "actual_mm"], ["target_deg", "actual_deg"]]
             .into_iter()
-            .find(|[_, actual]| table.column(actual).is_some())
+            .find(|[_, actual]| table.has(actual))
     };
     let Some(columns) = pair(&table) else {
         let targets = ["target_mm", "target_deg"];

@@ -94,7 +94,7 @@ impl Hypothesis {
 
 /// Those of the columns that the table has.
 pub(super) fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
-    let has = |column: &&str| table.is_some_and(|t| t.column(column).is_some());
+    let has = |column: &&str| table.is_some_and(|t| t.has(column));
     columns.iter().copied().filter(has).collect()
 }
 

@@ -88,7 +88,7 @@ pub(crate) fn readings_of_one(
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
     let of_label = || {
-        let table = table.filter(|table| table.column(column).is_some())?;
+        let table = table.filter(|table| table.has(column))?;
         Some(labels_of(table, table.column(label)?))
     };
     let Some(labels) = of_label().filter(|labels| labels.len() > 1) else { return Vec::new() };

@@ -46,6 +46,7 @@ pub(crate) fn lengths(document: &Document, path: &[&'static str]) -> Vec<Hypothe
         ("in another unit, inches", 25.4),
         ("in another unit, metres", 1e3),
         ("in another unit, µm", 1e-3),
+        ("in another unit, cm", 10.0),
     ];
     let units = units
         .iter()

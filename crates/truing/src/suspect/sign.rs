@@ -8,7 +8,7 @@ pub(crate) fn signs(
     columns: &[&str],
 ) -> Vec<Hypothesis> {
     let Some(table) = table else { return Vec::new() };
-    let there: Vec<&str> = columns.iter().copied().filter(|c| table.column(c).is_some()).collect();
+    let there: Vec<&str> = columns.iter().copied().filter(|c| table.has(c)).collect();
     let mut sets: Vec<Vec<&str>> = there.iter().map(|column| vec![*column]).collect();
     for (i, one) in there.iter().enumerate() {
         sets.extend(there[i + 1..].iter().map(|other| vec![*one, *other]));

@@ -59,19 +59,21 @@ pub(crate) fn points_lost(
     let Some(table) = table else { return Vec::new() };
     let there = present(Some(table), columns);
     let of_column = |name: &&str| {
-        let (rows, places) = apart(&table.numbers(name)?)?;
-        Some(Lost { column: (*name).to_owned(), rows, places })
+        let lost = |(rows, places)| Lost { column: (*name).to_owned(), rows, places };
+        let found: Vec<Lost> = apart(&table.numbers(name)?).into_iter().map(lost).collect();
+        (!found.is_empty()).then_some(found)
     };
-    let found: Vec<Lost> = there.iter().filter_map(of_column).collect();
+    let found: Vec<Vec<Lost>> = there.iter().filter_map(of_column).collect();
     let mut all = Vec::new();
     if found.len() > 1 {
-        let most = found.iter().map(|lost| lost.places).max().unwrap_or(1);
+        let of_all: Vec<Lost> = found.iter().map(|gaps| gaps[0].clone()).collect();
+        let most = of_all.iter().map(|lost| lost.places).max().unwrap_or(1);
         let as_many: Vec<Lost> =
-            found.iter().map(|lost| Lost { places: most, ..lost.clone() }).collect();
-        all.push(of_lost(file, table, &found));
+            of_all.iter().map(|lost| Lost { places: most, ..lost.clone() }).collect();
+        all.push(of_lost(file, table, &of_all));
         all.push(of_lost(file, table, &as_many));
     }
-    for lost in &found {
+    for lost in found.iter().flatten() {
         let one_more = Lost { places: lost.places + 1, ..lost.clone() };
         all.push(of_lost(file, table, std::slice::from_ref(lost)));
         all.push(of_lost(file, table, &[one_more]));
@@ -89,22 +91,25 @@ struct Lost {
 }
 
 /// The rows, two at least and the fewer, whose numbers lie apart from all others by a factor, and by how many
-/// places their points are too far to the right at least.
-fn apart(values: &[f64]) -> Option<(Vec<usize>, i32)> {
+/// places their points are too far to the right at least: above the first such gap, and above the widest.
+fn apart(values: &[f64]) -> Vec<(Vec<usize>, i32)> {
     let n = values.len();
     let mut sorted: Vec<f64> = values.iter().map(|v| v.abs()).collect();
     sorted.sort_by(f64::total_cmp);
-    let gap = |first: &usize| sorted[*first] / sorted[first - 1];
-    let widest = |a: &usize, b: &usize| gap(a).total_cmp(&gap(b));
-    let first = (n / 2 + 1..n.saturating_sub(1)).max_by(widest)?;
-    let below = sorted[first - 1];
-    let places = (sorted[n - 1] / (ROOM * below)).log10().ceil().max(1.0);
-    if below <= 0.0 || gap(&first) < APART || places > f64::from(MOST_PLACES) {
-        return None;
-    }
-    let rows = (0..n).filter(|&row| values[row].abs() > below).collect();
-    #[expect(clippy::cast_possible_truncation, reason = "between one and six")]
-    Some((rows, places as i32))
+    let gap = |first: usize| sorted[first] / sorted[first - 1];
+    let is_gap = |first: &usize| sorted[first - 1] > 0.0 && gap(*first) >= APART;
+    let gaps: Vec<usize> = (n / 2 + 1..n.saturating_sub(1)).filter(is_gap).collect();
+    let widest = gaps.iter().copied().max_by(|&a, &b| gap(a).total_cmp(&gap(b)));
+    let mut firsts: Vec<usize> = gaps.first().copied().into_iter().chain(widest).collect();
+    firsts.dedup();
+    let of_gap = |first: usize| {
+        let below = sorted[first - 1];
+        let places = (sorted[n - 1] / (ROOM * below)).log10().ceil().max(1.0);
+        let rows = (0..n).filter(|&row| values[row].abs() > below).collect();
+        #[expect(clippy::cast_possible_truncation, reason = "between one and six")]
+        (places <= f64::from(MOST_PLACES)).then_some((rows, places as i32))
+    };
+    firsts.into_iter().filter_map(of_gap).collect()
 }
 
 fn of_lost(file: &'static str, table: &Table, found: &[Lost]) -> Hypothesis {
@@ -206,10 +211,10 @@ mod tests {
     #[test]
     fn numbers_without_their_point_lie_apart() {
         let mut values: Vec<f64> = (0..40).map(|i| 200.0 * (f64::from(i) * 0.37).sin()).collect();
-        assert!(apart(&values).is_none());
+        assert!(apart(&values).is_empty());
         for row in [4, 17, 30] {
             values[row] *= 1000.0;
         }
-        assert_eq!(apart(&values), Some((vec![4, 17, 30], 3)));
+        assert_eq!(apart(&values)[0], (vec![4, 17, 30], 3));
     }
 }

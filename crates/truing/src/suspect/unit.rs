@@ -221,7 +221,7 @@ pub(crate) fn all_in_metres(tables: &[(&'static str, Option<&Table>, &[&str])]) 
     let there: Vec<(&'static str, Vec<&str>)> = (tables.iter())
         .filter_map(|(file, table, columns)| Some((*file, (*table)?, columns)))
         .map(|(file, table, columns)| {
-            let there = columns.iter().copied().filter(|c| table.column(c).is_some());
+            let there = columns.iter().copied().filter(|c| table.has(c));
             (file, there.collect::<Vec<&str>>())
         })
         .filter(|(_, columns)| !columns.is_empty())

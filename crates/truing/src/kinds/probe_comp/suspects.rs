@@ -122,11 +122,7 @@ fn outward(table: Option<&Table>) -> Vec<Hypothesis> {
         ),
         ..found
     };
-    turned
-        .filter(|_| table.is_some_and(|t| t.column(APPROACH[0]).is_some()))
-        .map(named)
-        .into_iter()
-        .collect()
+    turned.filter(|_| table.is_some_and(|t| t.has(APPROACH[0]))).map(named).into_iter().collect()
 }
 
 /// The ball on the other side of the surface.

@@ -117,7 +117,7 @@ fn counts_of_the_path(file: &'static str, read: Option<&Table>) -> Vec<Hypothesi
             vec![Edit { file, change }],
         )
     };
-    let is_there = read.is_some_and(|read| read.column(DISPLACEMENT).is_some());
+    let is_there = read.is_some_and(|read| read.has(DISPLACEMENT));
     let both = [("half of the displacement", 2.0), ("twice the displacement", 0.5)];
     both.into_iter().filter(|_| is_there).map(of).collect()
 }

@@ -60,6 +60,9 @@ fn a_coordinate_given_as_a_diameter_is_named() {
 #[test]
 fn a_coordinate_that_was_not_recorded_is_stuck() {
     let case = survey();
+    let settings =
+        "kind = \"frame-fit\"\n[model]\ntransform = \"rigid\"\n[noise]\npoint_mm = 0.005\n";
+    case.write("case.toml", settings);
     scale(&case, "pairs.csv", &TO[2..], 0.0);
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:stuck");
@@ -69,7 +72,7 @@ fn a_coordinate_that_was_not_recorded_is_stuck() {
 #[test]
 fn every_second_reading_that_is_the_one_before_is_stuck() {
     let case = axis();
-    assert_eq!(case.json("loop")["verdict"], "nothing-missing");
+    assert_ne!(case.json("loop")["verdict"], "input-wrong");
     change(&case, "positions.csv", &["actual_mm"], |n, old| old[n - n % 2].clone());
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:stuck");
@@ -113,4 +116,18 @@ fn a_reference_that_is_twice_what_it_says_or_partly_in_another_unit_is_named() {
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:unit");
     assert!(step["description"].as_str().unwrap().contains("kgf"), "{step}");
+}
+
+/// The name of a column may say another unit: what may be wrong with it is the same.
+#[test]
+fn columns_in_other_units_are_looked_at_alike() {
+    let case = axis();
+    let text = std::fs::read_to_string(case.file("positions.csv")).unwrap();
+    case.write("positions.csv", text.replacen("actual_mm", "actual_in", 1));
+    scale(&case, "positions.csv", &["actual_in"], -1.0 / 25.4);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:sign");
+    assert!(answer["after"]["train_rms"].as_f64().unwrap() < 2e-3, "{}", answer["after"]);
+    scale(&case, "positions.csv", &["actual_in"], -1.0);
+    assert_ne!(case.json("loop")["verdict"], "input-wrong");
 }
