@@ -77,9 +77,9 @@ pub(crate) fn contradiction(
     let name = |effect: usize| label(&effects[effect].id, effects[effect].subject.as_deref());
     let names: Vec<String> = chosen.system.active.iter().map(|a| name(a.effect)).collect();
     let shape = format!(
-        "{}, and {:.0} % of the misfit {how}: taken back, with all that was named ({})",
+        "{}, and {} of the misfit {how}: taken back, with all that was named ({})",
         worst.shape,
-        100.0 * share,
+        if share < 0.01 { "less than 1 %".to_owned() } else { format!("{:.0} %", 100.0 * share) },
         names.join(", ")
     );
     Some(Remaining { shape, ..worst })

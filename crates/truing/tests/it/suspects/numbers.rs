@@ -63,7 +63,7 @@ fn a_coordinate_that_was_not_recorded_is_stuck() {
     let settings =
         "kind = \"frame-fit\"\n[model]\ntransform = \"rigid\"\n[noise]\npoint_mm = 0.005\n";
     case.write("case.toml", settings);
-    scale(&case, "pairs.csv", &TO[2..], 0.0);
+    change(&case, "pairs.csv", &TO[2..], |_, _| vec!["0.0".to_owned()]);
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:stuck");
     assert_eq!(step["subject"], "pairs.csv: to_z_mm");
