@@ -195,7 +195,12 @@ pub(super) fn yardstick(
     let is_mapped = stretched > USUAL_SCALE && left().is_some_and(|rms| rms < UNMATCHED * spread);
     Yardstick {
         spread,
-        taken_up: if stretched > USUAL_SCALE { spread * stretched } else { 0.0 },
+        taken_up: match stretched {
+            // Another unit leaves no stretch that is gross still: the image of a camera is no table in cm.
+            s if s > GROSS => spread,
+            s if s > USUAL_SCALE => spread * s,
+            _ => 0.0,
+        },
         gross: GROSS,
         unmatched: if is_claimed || is_mapped { f64::INFINITY } else { UNMATCHED },
         ..Yardstick::NONE
