@@ -260,9 +260,9 @@ impl<'a> FrameProblem<'a> {
             self.jacobian(&point, &mut jacobian);
             let qr = jacobian.clone().qr();
             let downhill = qr.q().transpose() * &residuals;
-            let mut step =
-                qr.r().solve_upper_triangular(&-downhill).ok_or(FtCenterError::OutOfRange)?;
-            self.curve(&point, &residuals, &qr.r(), &mut step);
+            let r = qr.r();
+            let mut step = r.solve_upper_triangular(&-downhill).ok_or(FtCenterError::OutOfRange)?;
+            self.curve(&point, &residuals, &r, &mut step);
             let before_rad = std::mem::replace(&mut step_rad, step[0].abs());
             if !step.iter().all(|s| s.is_finite()) {
                 return Err(FtCenterError::OutOfRange);

@@ -111,6 +111,13 @@ pub(crate) struct Observation {
     pub(crate) fitted: bool,
 }
 
+impl Observation {
+    /// Squared length of the residual.
+    pub(crate) fn square(&self) -> f64 {
+        self.residual.iter().map(|r| r * r).sum()
+    }
+}
+
 /// Sentences that say where the empirical corrections of a closure are.
 pub(crate) fn empirical_conditions(closure: &Closure) -> Vec<String> {
     let sentence = |e: &EmpiricalCorrection| {

@@ -2,13 +2,13 @@
 
 use nalgebra::DMatrix;
 
-use crate::Remaining;
+use crate::choice::additivity::centred;
 use crate::choice::context::Context;
 use crate::count::count;
 use crate::levels::CONSTANT;
-use crate::model::Quantity;
 use crate::noise::linear::Linear;
 use crate::tests::significance::{Reach, significance};
+use crate::{Covariate, Quantity, Remaining};
 
 /// Most parameters that are asked together: of more, one that changes is lost among the others.
 const MOST: usize = 12;
@@ -24,16 +24,13 @@ pub(crate) fn inconstant(context: &Context<'_>, lin: &Linear<'_>) -> Option<Rema
     if dim == 0 || dim > MOST || lin.rows.len() < LEAST_READINGS * dim {
         return None;
     }
-    let courses = (context.covariates.iter())
-        .filter(|c| matches!(c.quantity, Quantity::Order | Quantity::Time));
-    let courses: Vec<_> = courses.collect();
+    let is_course = |c: &&Covariate| matches!(c.quantity, Quantity::Order | Quantity::Time);
+    let courses: Vec<_> = context.covariates.iter().filter(is_course).collect();
     let level = CONSTANT / count(courses.len()).max(1.0);
     let columns = lin.basis.matrix();
-    let of_course = |c: &&crate::Covariate| {
-        let at = |i: usize| c.values[lin.layout.rows[lin.rows[i]].observation];
-        let mean = (0..lin.rows.len()).map(at).sum::<f64>() / count(lin.rows.len());
-        let growing =
-            DMatrix::from_fn(columns.nrows(), dim, |i, j| columns[(i, j)] * (at(i) - mean));
+    let of_course = |c: &&Covariate| {
+        let course = centred(lin, c);
+        let growing = DMatrix::from_fn(columns.nrows(), dim, |i, j| columns[(i, j)] * course[i]);
         let test = significance(lin, &lin.basis, &growing, Reach::Many, level)?;
         (test.p_value <= level).then(|| Remaining {
             covariate: c.name.clone(),

@@ -127,11 +127,7 @@ fn parts_beside_correction(
     if names == 0 || names == 1 && !is_before_names {
         return None;
     }
-    let mut alone = chosen.clone();
-    while let Some(index) = alone.added.iter().position(|added| has_no_cause(context, &added.what))
-    {
-        alone = without(context, keep, &alone, index)?;
-    }
+    let alone = without_those(context, keep, chosen, |what| has_no_cause(context, what))?;
     let before = misfit(keep, &System::declared(context.model), base);
     let after = misfit(keep, &chosen.system, &chosen.estimate);
     let taken = (misfit(keep, &alone.system, &alone.estimate) - after) / (before - after);
@@ -221,9 +217,19 @@ pub(crate) fn without_names<'a>(
     keep: &[bool],
     chosen: &Selected<'a>,
 ) -> Option<Selected<'a>> {
-    let mut plain = chosen.clone();
-    while let Some(index) = plain.added.iter().position(|a| matches!(a.what, What::Effect(_))) {
-        plain = without(context, keep, &plain, index)?;
+    without_those(context, keep, chosen, |what| matches!(what, What::Effect(_)))
+}
+
+/// The selection without these additions; `None` where that cannot be fitted.
+fn without_those<'a>(
+    context: &Context<'a>,
+    keep: &[bool],
+    chosen: &Selected<'a>,
+    is_out: impl Fn(&What) -> bool,
+) -> Option<Selected<'a>> {
+    let mut rest = chosen.clone();
+    while let Some(index) = rest.added.iter().position(|added| is_out(&added.what)) {
+        rest = without(context, keep, &rest, index)?;
     }
-    Some(plain)
+    Some(rest)
 }

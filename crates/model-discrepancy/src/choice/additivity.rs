@@ -99,7 +99,7 @@ fn trace<'a>(
 }
 
 /// Values of a covariate on the rows of `lin`, from their mean, the largest distance being one.
-fn centred(lin: &Linear<'_>, covariate: &Covariate) -> DVector<f64> {
+pub(crate) fn centred(lin: &Linear<'_>, covariate: &Covariate) -> DVector<f64> {
     let value = |row: &usize| covariate.values[lin.layout.rows[*row].observation];
     let values = DVector::from_iterator(lin.rows.len(), lin.rows.iter().map(value));
     let from_mean = values.add_scalar(-values.mean());

@@ -34,7 +34,7 @@ impl<'t> Columns<'t> {
 
     /// The column called `name`, or else one of the same quantity in a unit that is converted.
     fn find(&self, name: &str) -> Option<usize> {
-        self.table.column(name).or_else(|| self.in_other_units(name).next())
+        self.table.read_as(name).map(|(column, _)| column)
     }
 
     fn in_other_units(&self, name: &str) -> impl Iterator<Item = usize> {

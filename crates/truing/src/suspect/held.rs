@@ -1,5 +1,6 @@
 use super::hypothesis::{Hypothesis, listed};
 use crate::case::{Edit, Table};
+use crate::count::count;
 
 /// Readings that are the one before to the last digit, from which on it is no accident.
 const FEWEST: usize = 10;
@@ -46,8 +47,7 @@ fn held_rows(values: &[f64]) -> Option<Vec<bool>> {
     kept.dedup();
     // Levels of a design come again, readings do not.
     let are_readings = 10 * kept.len() >= 9 * left;
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let is_left = left as f64 >= LEAST_NEW * values.len() as f64;
+    let is_left = count(left) >= LEAST_NEW * count(values.len());
     (n >= FEWEST && ONE_IN * n >= values.len() && are_readings && is_left).then_some(rows)
 }
 

@@ -367,7 +367,7 @@ fn exchanged_pairs(
 
 /// Observations with the largest residuals, the largest first.
 pub(crate) fn farthest(fitted: &Fitted, most: usize) -> Vec<usize> {
-    let square = |row: usize| fitted.observations[row].residual.iter().map(|r| r * r).sum::<f64>();
+    let square = |row: usize| fitted.observations[row].square();
     let mut rows: Vec<usize> = (0..fitted.observations.len()).collect();
     rows.sort_by(|&a, &b| square(b).total_cmp(&square(a)));
     rows.truncate(most);

@@ -1,4 +1,4 @@
-use super::hypothesis::{Hypothesis, listed, owned};
+use super::hypothesis::{Hypothesis, listed, owned, present};
 use crate::case::{Change, Edit, Table};
 
 /// Columns of a table with the other sign: each alone, and all of them.
@@ -7,8 +7,7 @@ pub(crate) fn signs(
     table: Option<&Table>,
     columns: &[&str],
 ) -> Vec<Hypothesis> {
-    let Some(table) = table else { return Vec::new() };
-    let there: Vec<&str> = columns.iter().copied().filter(|c| table.has(c)).collect();
+    let there = present(table, columns);
     let mut sets: Vec<Vec<&str>> = there.iter().map(|column| vec![*column]).collect();
     for (i, one) in there.iter().enumerate() {
         sets.extend(there[i + 1..].iter().map(|other| vec![*one, *other]));

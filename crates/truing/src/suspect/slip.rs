@@ -71,7 +71,9 @@ pub(crate) fn points_lost(
         let as_many: Vec<Lost> =
             of_all.iter().map(|lost| Lost { places: most, ..lost.clone() }).collect();
         all.push(of_lost(file, table, &of_all));
-        all.push(of_lost(file, table, &as_many));
+        if of_all.iter().any(|lost| lost.places < most) {
+            all.push(of_lost(file, table, &as_many));
+        }
     }
     for lost in found.iter().flatten() {
         let one_more = Lost { places: lost.places + 1, ..lost.clone() };
@@ -159,8 +161,7 @@ fn largest(values: &[f64]) -> impl Iterator<Item = usize> {
 
 /// Factors that change a number of a row by about as much as it is off.
 fn like(fitted: &Fitted, row: usize, read: f64) -> impl Iterator<Item = (usize, f64)> {
-    let square = fitted.observations[row].residual.iter().map(|r| r * r).sum::<f64>();
-    let off = square.sqrt();
+    let off = fitted.observations[row].square().sqrt();
     let is_like = move |factor: &f64| {
         let change = (read - read / factor).abs();
         change >= off / LIKE && change <= off * LIKE

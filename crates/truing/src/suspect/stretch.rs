@@ -1,6 +1,7 @@
 use super::hypothesis::Hypothesis;
 use super::order::blocks_shifted;
 use crate::case::Table;
+use crate::count::count;
 use crate::measured::Fitted;
 
 /// Times the median residual from which on a row is far off.
@@ -33,9 +34,7 @@ pub(crate) fn stretch_shifted(
 
 /// First and last row of those far off, where most between them are and others are not.
 fn far_off(fitted: &Fitted) -> Option<(usize, usize)> {
-    let norms: Vec<f64> = (fitted.observations.iter())
-        .map(|o| o.residual.iter().map(|r| r * r).sum::<f64>().sqrt())
-        .collect();
+    let norms: Vec<f64> = fitted.observations.iter().map(|o| o.square().sqrt()).collect();
     let mut sorted = norms.clone();
     sorted.sort_by(f64::total_cmp);
     let far = FAR * sorted.get(sorted.len() / 2)?;
@@ -43,7 +42,6 @@ fn far_off(fitted: &Fitted) -> Option<(usize, usize)> {
     let last = norms.iter().rposition(|norm| *norm > far)?;
     let n = last - first + 1;
     let among = norms[first..=last].iter().filter(|norm| **norm > far).count();
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let are_most = among as f64 >= MOSTLY * n as f64;
+    let are_most = count(among) >= MOSTLY * count(n);
     (n >= FEWEST && are_most).then_some((first, last))
 }

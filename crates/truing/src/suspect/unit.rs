@@ -1,5 +1,6 @@
 use super::hypothesis::{Hypothesis, listed, owned, present};
 use crate::case::{Change, Edit, Table};
+use crate::count::count;
 
 /// What a column measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,6 +105,8 @@ pub(crate) enum Twice {
     Diameter,
     /// A channel set to another range.
     Gain,
+    /// A displacement that counts the way of the beam there and back, or half of that of the reflector.
+    Path,
 }
 
 /// Columns that are twice or half of what they say, each alone.
@@ -113,14 +116,19 @@ pub(crate) fn doubled(
     columns: &[&str],
     twice: Twice,
 ) -> Vec<Hypothesis> {
-    let (effect, why) = match twice {
-        Twice::Diameter => ("input:diameter", "as a diameter is of a radius"),
-        Twice::Gain => ("input:gain", "as of a channel set to another range (a factor of two)"),
+    let (effect, what, why) = match twice {
+        Twice::Diameter => ("input:diameter", "coordinate", "as a diameter is of a radius"),
+        Twice::Gain => {
+            ("input:gain", "reading", "a factor of two, as of a channel set to another range")
+        }
+        Twice::Path => {
+            ("input:unit", "displacement", "the factor two of a beam that goes there and back")
+        }
     };
     let of_column = |column: &str| {
         [("twice", 0.5), ("half of", 2.0)].map(|(how, factor)| {
             let description = format!(
-                "`{column}` of {file} is {how} what it says, {why}: multiply by {}",
+                "`{column}` of {file} is {how} the {what}: multiply by {} ({why})",
                 shown(factor)
             );
             let change = Change::Scale { columns: owned(&[column]), rows: None, factor };
@@ -203,8 +211,7 @@ fn change_of_size(read: &[Vec<f64>], n: usize) -> Option<(usize, f64)> {
         if row < FEWEST_OF_A_UNIT || n - row < FEWEST_OF_A_UNIT {
             continue;
         }
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let [first, last] = [row as f64, (n - row) as f64];
+        let [first, last] = [count(row), count(n - row)];
         let [size, after] = [before / first, (whole - before).max(0.0) / last];
         // Of normal deviates with two variances.
         let likelihood = -first * size.ln() - last * after.ln();
@@ -220,10 +227,7 @@ pub(crate) fn all_in_metres(tables: &[(&'static str, Option<&Table>, &[&str])]) 
     const MM_PER_M: f64 = 1e3;
     let there: Vec<(&'static str, Vec<&str>)> = (tables.iter())
         .filter_map(|(file, table, columns)| Some((*file, (*table)?, columns)))
-        .map(|(file, table, columns)| {
-            let there = columns.iter().copied().filter(|c| table.has(c));
-            (file, there.collect::<Vec<&str>>())
-        })
+        .map(|(file, table, columns)| (file, present(Some(table), columns)))
         .filter(|(_, columns)| !columns.is_empty())
         .collect();
     let Some((first, columns)) = there.first() else { return Vec::new() };

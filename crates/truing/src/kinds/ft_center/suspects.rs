@@ -59,9 +59,6 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(PRESSES, known, &MACHINE, Dimension::Length));
     all.extend(units_from_a_row(PRESSES, known, &MACHINE, Dimension::Length));
     all.extend(points_lost(PRESSES, known, &MACHINE));
-    for family in [FORCES, MOMENTS] {
-        all.extend(points_lost(WRENCH, wrench, &family));
-    }
     all.extend(doubled(PRESSES, known, &MACHINE, Twice::Diameter));
     all.extend(polar(PRESSES, known, &MACHINE));
     all.extend(of_wrench(WRENCH, wrench));
@@ -92,6 +89,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
 fn of_wrench(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for family in [MOMENTS, FORCES] {
+        all.extend(points_lost(file, table, &family));
         all.extend(exchanges(file, table, &family));
         all.extend(cycles(file, table, family));
         all.extend(signs(file, table, &family));
@@ -138,9 +136,6 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     all.extend(units(GRAVITY, table, &FORCES, Dimension::Force));
     all.extend(units(GRAVITY, table, &MOMENTS, Dimension::Moment));
-    for family in [FORCES, MOMENTS] {
-        all.extend(points_lost(GRAVITY, table, &family));
-    }
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(GRAVITY, rows)];
     all.extend(standing_still(GRAVITY, table, &wrench, without));
     all.extend(copies(GRAVITY, table, &FORCES, Proof::Data));

@@ -13,10 +13,10 @@ use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
-    exchanges, farthest, held, names_of_one_exchanged, other_setting, place_standing_still,
-    readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips, spread_of,
-    standing_still, standing_still_within, swapped_names, units, units_from_a_row,
+    Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
+    doubled, exchanges, farthest, held, names_of_one_exchanged, other_setting,
+    place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips,
+    spread_of, standing_still, standing_still_within, swapped_names, units, units_from_a_row,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -75,7 +75,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         let column = [DISPLACEMENT];
         all.extend(units(file, read, &column, Dimension::Length));
         all.extend(units_from_a_row(file, read, &column, Dimension::Length));
-        all.extend(counts_of_the_path(file, read));
+        all.extend(doubled(file, read, &column, Twice::Path));
         all.extend(turned_signs(file, read, &locks));
         let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
         all.extend(slips(file, read, &column, fitted.zip(far.as_deref())));
@@ -100,26 +100,6 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(exchanged_angles((file, read), fitted));
     }
     all
-}
-
-/// Displacements that count the way of the beam there and back, or half of the way of the reflector.
-fn counts_of_the_path(file: &'static str, read: Option<&Table>) -> Vec<Hypothesis> {
-    let of = |(what, factor): (&str, f64)| {
-        let description = format!(
-            "`{DISPLACEMENT}` of {file} is {what}: multiply by {factor} (the factor two of a beam that goes there \
-             and back)"
-        );
-        let change = Change::Scale { columns: vec![DISPLACEMENT.to_owned()], rows: None, factor };
-        Hypothesis::of(
-            "input:unit",
-            (file, &[DISPLACEMENT]),
-            description,
-            vec![Edit { file, change }],
-        )
-    };
-    let is_there = read.is_some_and(|read| read.has(DISPLACEMENT));
-    let both = [("half of the displacement", 2.0), ("twice the displacement", 0.5)];
-    both.into_iter().filter(|_| is_there).map(of).collect()
 }
 
 /// The readings of one lock, a station on one reflector, in the order of the table.

@@ -22,6 +22,10 @@ fn fixture(name: &str, files: &[&str]) -> Case {
     Case::new(&texts)
 }
 
+/// Settings of a survey whose noise is declared.
+const SURVEY: &str =
+    "kind = \"frame-fit\"\n[model]\ntransform = \"rigid\"\n[noise]\npoint_mm = 0.005\n";
+
 fn survey() -> Case {
     fixture("frame-fit/nothing-white", &["case.toml", "pairs.csv"])
 }

@@ -1,6 +1,6 @@
 //! Numbers written, kept or recorded otherwise than their column says.
 
-use super::{change, first, fixture, scale, survey};
+use super::{SURVEY, change, first, fixture, scale, survey};
 use crate::command::Case;
 
 const TO: [&str; 3] = ["to_x_mm", "to_y_mm", "to_z_mm"];
@@ -60,9 +60,7 @@ fn a_coordinate_given_as_a_diameter_is_named() {
 #[test]
 fn a_coordinate_that_was_not_recorded_is_stuck() {
     let case = survey();
-    let settings =
-        "kind = \"frame-fit\"\n[model]\ntransform = \"rigid\"\n[noise]\npoint_mm = 0.005\n";
-    case.write("case.toml", settings);
+    case.write("case.toml", SURVEY);
     change(&case, "pairs.csv", &TO[2..], |_, _| vec!["0.0".to_owned()]);
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:stuck");

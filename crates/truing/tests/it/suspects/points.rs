@@ -2,11 +2,8 @@
 
 use serde_json::Value;
 
-use super::{change, first, fixture, scale, survey, swap};
+use super::{SURVEY, change, first, fixture, scale, survey, swap};
 use crate::command::Case;
-
-const SURVEY: &str =
-    "kind = \"frame-fit\"\n[model]\ntransform = \"rigid\"\n[noise]\npoint_mm = 0.005\n";
 
 #[test]
 fn a_column_in_inches_is_named_and_the_loop_goes_on_without_it() {
