@@ -54,9 +54,7 @@ fn pressure(error: &FtCenterError) -> Option<String> {
         FtCenterError::TooFewFramePoints { got: 0, .. } => Some("the whole frame".to_owned()),
         FtCenterError::TooFewFramePoints { .. }
         | FtCenterError::CoincidentPoints { .. }
-        | FtCenterError::AngleFree { .. } => {
-            Some("the angle of the frame".to_owned())
-        }
+        | FtCenterError::AngleFree { .. } => Some("the angle of the frame".to_owned()),
         FtCenterError::CollinearPoints { .. } => Some("the affine map across the line".to_owned()),
         FtCenterError::PosesNotEnough { parameter, .. } => Some((*parameter).to_owned()),
         _ => None,
