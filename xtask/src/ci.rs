@@ -17,6 +17,8 @@ pub(crate) struct Arguments {
 /// one, benches, fixtures.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     shell::cargo(&["fmt", "--all", "--", "--check"])?;
+    // A workspace of its own, whose other checks need Python (`.ci/python`); its form does not.
+    shell::cargo(&["fmt", "--manifest-path", "crates/truing-python/Cargo.toml", "--", "--check"])?;
     let lints = ["--release", "--all-targets", "--", "-D", "warnings"];
     let with = |start: &[&'static str]| [start, &lints].concat();
     shell::cargo(&with(&["clippy", "--workspace", "--all-features"]))?;
