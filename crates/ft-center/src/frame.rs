@@ -12,8 +12,9 @@ const DECIDED_RATIO: f64 = 10.0;
 
 /// Steps of the angle under this are round-off.
 const SETTLED_RAD: f64 = 1e-14;
-/// So are steps under this that do not get smaller: with covariances of very different size the
-/// digits that are lost are more.
+/// So are steps under this that do not get smaller, or not soon: with covariances of very different size the
+/// digits that are lost are more, and where points miss by as much as they lie apart every step is a good part
+/// of the one before.
 const WANDERS_RAD: f64 = 1e-11;
 
 const MAX_ITERATIONS: usize = 100;
@@ -274,7 +275,11 @@ impl<'a> FrameProblem<'a> {
                 return Ok((point, residuals));
             }
         }
-        Err(FtCenterError::FrameNotConverged { step_rad, iterations: MAX_ITERATIONS })
+        if step_rad > WANDERS_RAD {
+            return Err(FtCenterError::FrameNotConverged { step_rad, iterations: MAX_ITERATIONS });
+        }
+        self.residuals(&point, &mut residuals);
+        Ok((point, residuals))
     }
 
     /// Turns a step of Gauss and Newton, whose normal matrix has the factor `r`, into one of Newton: where

@@ -57,6 +57,10 @@ pub(crate) const EXCESS_LEFT_UNDECLARED: f64 = 0.1;
 pub(crate) const GROSS_STRUCTURE: f64 = 4.0;
 pub(crate) const GROSS_SCATTER: f64 = 100.0;
 
+/// Different effects that an answer may name at most: of four and more that a greedy choice took together in blind
+/// cases none were the truth, as a smooth shape is a sum of a few smooth others.
+pub(crate) const MOST_NAMES: usize = 3;
+
 /// The share that is enough beside structure of that size, or of several names beside any: two that are the
 /// whole leave none.
 pub(crate) const STRUCTURE_LEFT: f64 = 0.02;

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::case::{Document, Edit, Folder};
 use crate::measured::{Fitted, Reading};
-use crate::suspect::Hypothesis;
+use crate::suspect::{Hypothesis, Readings};
 use crate::uncertain::Uncertain;
 
 /// One kind of case.
@@ -23,6 +23,8 @@ pub(crate) struct Kind {
     pub(crate) record: Option<(&'static str, &'static str)>,
     /// The table of touches of a part, of which a refusal may name one.
     pub(crate) touches: Option<&'static str>,
+    /// Its tables of readings of which a stretch of rows may be wrong.
+    pub(crate) readings: &'static [Readings],
     /// Numbers of its tables whose uncertainty may be declared.
     pub(crate) uncertain: &'static [Uncertain],
     /// Files of a small case that solves as it is: name and content.

@@ -1,5 +1,7 @@
 //! Names that the data contradict: parts of something that has none in the catalogue.
 
+use std::collections::BTreeSet;
+
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::left_over::structured;
 use crate::answer::verdict::many_bad_readings;
@@ -11,7 +13,7 @@ use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
 use crate::levels::{
     EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE, HARDLY_EXPLAINED,
-    MOSTLY_LEFT, STRUCTURE_LEFT,
+    MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
 };
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
@@ -65,7 +67,8 @@ pub(crate) fn contradiction(
         .flatten();
     let declared = System::declared(context.model);
     let before = plain.as_ref().map_or((&declared, base), |p| (&p.system, &p.estimate));
-    let left = departed(context, keep, before, chosen, &lin)
+    let left = too_many(context, chosen, &lin)
+        .or_else(|| departed(context, keep, before, chosen, &lin))
         .or_else(|| left_above(context, keep, before, chosen, &lin))
         .map(|(worst, left)| (worst, left, "is left"));
     let corrected = || {
@@ -83,6 +86,22 @@ pub(crate) fn contradiction(
         names.join(", ")
     );
     Some(Remaining { shape, ..worst })
+}
+
+/// More different names than an answer may have: parts that something without a name is made of.
+fn too_many(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Option<(Remaining, f64)> {
+    let effects = &context.model.declared().effects;
+    let is_of_many =
+        |effect: &usize| home_of_bad(context, &chosen.estimate, lin, *effect).is_none();
+    let active = chosen.system.active.iter().map(|active| active.effect).filter(is_of_many);
+    let ids: BTreeSet<&str> = active.map(|effect| &*effects[effect].id).collect();
+    let last = chosen.added.last().filter(|_| ids.len() > MOST_NAMES)?;
+    let shape = format!("{} different effects would be needed", ids.len());
+    Some((Remaining { covariate: "names".to_owned(), shape, p_value: last.p_value }, 0.0))
 }
 
 /// The departure of a name that takes most of the misfit `before` all names, and its share of that.
@@ -188,9 +207,13 @@ fn left_above(
         shape: "what was named leaves much of what exceeds the declared noise".to_owned(),
         p_value: after.p_value(),
     };
-    let is_any_enough = left >= HARDLY_EXPLAINED
-        || left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER
-        || are_accidents;
+    // Beside noise several times as large as declared several names are parts of it, and a bad reading is one of many.
+    let are_parts = match names(context, chosen, lin) {
+        0 => left >= MOSTLY_LEFT,
+        1 => left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER,
+        _ => true,
+    };
+    let is_any_enough = left >= HARDLY_EXPLAINED || is_gross && are_parts || are_accidents;
     worst.or_else(|| is_any_enough.then(formless)).map(|worst| (worst, left))
 }
 

@@ -2,7 +2,6 @@ use std::borrow::Cow;
 
 use super::order::Order;
 use super::table::Table;
-use super::unit::Conversion;
 
 /// A change to one file of a case, tried before anyone makes it.
 #[derive(Clone, Debug)]
@@ -16,8 +15,8 @@ pub(crate) struct Edit {
 pub(crate) enum Change {
     /// Numbers of some columns, times a factor: in all rows, or in these, in ascending order.
     Scale { columns: Vec<String>, rows: Option<Vec<usize>>, factor: f64 },
-    /// `columns[i]` gets the cells of `sources[i]`.
-    Permute { columns: Vec<String>, sources: Vec<String> },
+    /// `columns[i]` gets the cells of `sources[i]`: in all rows, or in these, in ascending order.
+    Permute { columns: Vec<String>, sources: Vec<String>, rows: Option<Vec<usize>> },
     /// Every row of some columns gets the cells of another.
     Rows { columns: Vec<String>, order: Order },
     /// Only these rows stay.
@@ -88,12 +87,13 @@ impl Change {
                     }
                 })
             }
-            Self::Permute { columns, sources } => {
+            Self::Permute { columns, sources, rows } => {
                 let both = columns.iter().zip(sources);
                 let moves: Vec<_> =
                     both.filter_map(|(c, s)| Some((index(c)?, index(s)?))).collect();
+                let is_of = |row| is_among(rows.as_deref(), row);
                 table.rewritten(kept, |table, row, column| {
-                    let moved = moves.iter().find(|(to, _)| *to == column);
+                    let moved = moves.iter().find(|(to, _)| *to == column && is_of(row));
                     table.cell(row, moved.map_or(column, |(_, from)| *from)).into()
                 })
             }
@@ -120,14 +120,14 @@ impl Change {
                 })
             }
             Self::Replace { column, values } => {
-                let of = table.read_as(column);
-                table.rewritten(kept, |table, row, column| match of {
-                    Some((of, unit)) if of == column => written(values[row] / unit_of(unit)),
+                let found = index(column).zip(table.unit_of(&[column]));
+                table.rewritten(kept, |table, row, column| match found {
+                    Some((at, unit)) if at == column => written(values[row] / unit),
                     _ => table.cell(row, column).into(),
                 })
             }
             Self::Add { column, values } => {
-                let found = table.read_as(column).map(|(at, unit)| (at, unit_of(unit)));
+                let found = index(column).zip(table.unit_of(&[column]));
                 table.rewritten(kept, |table, row, column| {
                     let cell = table.cell(row, column);
                     match (found, cell.parse::<f64>()) {
@@ -156,11 +156,6 @@ impl Change {
         section.insert((*last).to_owned(), value.clone());
         toml::to_string(&document).ok()
     }
-}
-
-/// What one in the file is in the unit that is asked for.
-fn unit_of(conversion: Option<Conversion>) -> f64 {
-    conversion.map_or(1.0, |conversion| conversion.of(1.0))
 }
 
 /// The shortest text that reads as the same number.
@@ -214,8 +209,12 @@ mod tests {
     #[test]
     fn columns_rows_and_names_change_places() {
         let [columns, sources] = [names(&["x", "y"]), names(&["y", "x"])];
-        let permuted = Change::Permute { columns, sources }.of_table(&table());
-        assert_eq!(cells(&permuted)[0], ["a", "10", "1"]);
+        let permuted = |rows| {
+            let (columns, sources) = (columns.clone(), sources.clone());
+            Change::Permute { columns, sources, rows }.of_table(&table())
+        };
+        assert_eq!(cells(&permuted(None))[0], ["a", "10", "1"]);
+        assert_eq!(cells(&permuted(Some(vec![1]))).concat().join(" "), "a 1 10 b 20 2 c 3 30");
         let order = Order::Listed(vec![1, 2, 0]);
         let rows = Change::Rows { columns: names(&["x"]), order }.of_table(&table());
         assert_eq!(cells(&rows), [["a", "2", "10"], ["b", "3", "20"], ["c", "1", "30"]]);

@@ -85,14 +85,19 @@ impl Folder {
         Ok(Change::all_of_table(edits.map(|edit| &edit.change), Cow::Borrowed(&table)))
     }
 
+    /// A table that was read before, as it stands in its file.
+    pub(crate) fn known(&self, file: &str) -> Option<Arc<Table>> {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).get(file).map(Arc::clone)
+    }
+
     fn unedited(&self, file: &'static str, columns: &[&str]) -> Result<Arc<Table>, Error> {
-        let lock = || self.read.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(table) = lock().get(file) {
-            return Ok(Arc::clone(table));
+        if let Some(table) = self.known(file) {
+            return Ok(table);
         }
         let table = Table::read(self.location(file), &self.text(file)?, columns, &self.ledger)?;
         let table = Arc::new(table);
-        lock().insert(file, Arc::clone(&table));
+        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.insert(file, Arc::clone(&table));
         Ok(table)
     }
 

@@ -111,6 +111,17 @@ impl Table {
         exact.or_else(in_another)
     }
 
+    /// What one of the unit in which the table has some columns is in that of their names; `None` where it has
+    /// them in different ones, or not all of them.
+    pub(crate) fn unit_of(&self, names: &[&str]) -> Option<f64> {
+        let one = |name: &&str| {
+            let (_, conversion) = self.read_as(name)?;
+            Some(conversion.map_or(1.0, |conversion| conversion.of(1.0)))
+        };
+        let first = one(names.first()?)?;
+        names.iter().all(|name| one(name) == Some(first)).then_some(first)
+    }
+
     pub(crate) fn has(&self, name: &str) -> bool {
         self.read_as(name).is_some()
     }

@@ -19,6 +19,7 @@ use crate::Error;
 use crate::case::{Columns, Document, Finite, Folder, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::suspect::{Dimension, Readings};
 use measured::LogCase;
 
 pub use estimates::{ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate};
@@ -27,6 +28,7 @@ pub use path_estimates::{PathCell, PathError, PathForceEstimates};
 use settings::{
     CELLS, HeadSettings, ImpedanceSettings, KNOWN, LENGTH_TOL, LENGTHS, LOG, PATH, PAUSE, Settings,
 };
+use suspects::REFERENCE;
 
 pub(crate) const KIND: Kind = Kind {
     name: "force-impedance",
@@ -35,6 +37,16 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: Some((LOG, "segment")),
     touches: None,
+    readings: &[Readings {
+        file: LOG,
+        sets: &[
+            (&CELLS, Dimension::Force),
+            (&[REFERENCE], Dimension::Force),
+            (&LENGTHS, Dimension::Length),
+        ],
+        fewest: 3,
+        samples: None,
+    }],
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),

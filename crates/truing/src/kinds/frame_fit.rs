@@ -4,6 +4,7 @@ mod estimates;
 mod measured;
 mod plan;
 mod poses;
+mod rematched;
 mod set_ups;
 mod settings;
 mod suspects;
@@ -18,6 +19,7 @@ use crate::Error;
 use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::{Measured, Reading};
+use crate::suspect::{Dimension, Readings};
 use crate::uncertain::{Std, Uncertain};
 
 pub use estimates::{FrameFitEstimates, PointResidual, ScaleEstimate, TransformStd};
@@ -37,6 +39,12 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: None,
+    readings: &[Readings {
+        file: PAIRS,
+        sets: &[(&TO, Dimension::Length), (&FROM, Dimension::Length)],
+        fewest: 3,
+        samples: None,
+    }],
     uncertain: &[
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&["sigma_mm"]) },

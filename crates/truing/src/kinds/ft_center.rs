@@ -17,6 +17,7 @@ use crate::Error;
 use crate::case::{Document, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::suspect::{Dimension, Readings, Samples};
 use crate::uncertain::{Std, Uncertain};
 
 pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
@@ -27,6 +28,7 @@ pub use presses::{
 };
 
 use settings::{DISPLACEMENTS, GRAVITY, NoiseSettings, PRESSES, Settings, WRENCH};
+use suspects::{FORCES, MACHINE, MOMENTS};
 
 pub(crate) const KIND: Kind = Kind {
     name: "ft-center",
@@ -35,6 +37,16 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: Some((WRENCH, "press")),
     touches: None,
+    readings: &[Readings {
+        file: PRESSES,
+        sets: &[(&MACHINE, Dimension::Length)],
+        fewest: 3,
+        samples: Some(Samples {
+            file: WRENCH,
+            label: "press",
+            sets: &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)],
+        }),
+    }],
     uncertain: &[
         Uncertain {
             table: WRENCH,

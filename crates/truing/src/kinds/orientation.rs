@@ -38,7 +38,7 @@ pub(crate) fn scalar_last(file: &'static str) -> Vec<Hypothesis> {
             "the columns of the quaternion in {file} are exchanged (permuted): the scalar part \
              stands {what}"
         );
-        let edits = vec![Edit { file, change: Change::Permute { columns, sources } }];
+        let edits = vec![Edit { file, change: Change::Permute { columns, sources, rows: None } }];
         Hypothesis::of("input:exchanged", (file, &QUATERNION), description, edits)
     };
     [(3, "last"), (1, "first in the wrong place")].map(one).to_vec()

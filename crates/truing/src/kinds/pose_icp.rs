@@ -23,6 +23,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, Location, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::{Measured, Reading};
+use crate::suspect::{Dimension, Readings};
 use crate::uncertain::{Std, Uncertain};
 
 use case::PoseCase;
@@ -44,6 +45,12 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: Some(POINTS),
+    readings: &[Readings {
+        file: POINTS,
+        sets: &[(&XYZ, Dimension::Length)],
+        fewest: 3,
+        samples: None,
+    }],
     uncertain: &[
         Uncertain { table: POINTS, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: EDGE, columns: &XYZ, std: Std::Declared("point_mm") },

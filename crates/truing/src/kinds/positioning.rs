@@ -1,6 +1,7 @@
 //! `positioning`: a linear or rotary axis sent to targets, by ISO 230-2.
 
 mod approach;
+mod at_targets;
 mod axis_run;
 mod estimates;
 mod form;
@@ -20,13 +21,14 @@ use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
-    Dimension, Hypothesis, Twice, all_in_metres, at_end, doubled, exchanged_rows,
-    exchanged_targets, farthest, held, points_lost, readings_of_one, rows_left_out, rows_shifted,
-    signs, standing_still, stretch_shifted, units, units_from_a_row,
+    Dimension, Hypothesis, Readings, Twice, all_in_metres, at_end, doubled, exchanged_rows,
+    exchanged_targets, farthest, held, increments, points_lost, readings_of_one, rows_left_out,
+    rows_shifted, signs, standing_still, units,
 };
 
 use approach::approach_of;
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
+use at_targets::{at_other_targets, signs_lost};
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
@@ -40,6 +42,17 @@ pub(crate) const KIND: Kind = Kind {
     mistakes,
     record: None,
     touches: None,
+    readings: &[Readings {
+        file: POSITIONS,
+        sets: &[
+            (&["actual_mm"], Dimension::Length),
+            (&["target_mm"], Dimension::Length),
+            (&["actual_deg"], Dimension::Angle),
+            (&["target_deg"], Dimension::Angle),
+        ],
+        fewest: 3,
+        samples: None,
+    }],
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/positioning/case.toml")),
@@ -299,7 +312,6 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(table.and_then(|table| from_the_other_end(table, columns[0])));
     for column in &columns {
         all.extend(units(POSITIONS, table, &[*column], dimension));
-        all.extend(units_from_a_row(POSITIONS, table, &[*column], dimension));
     }
     for of in [DIRECTION, "cycle"] {
         all.extend(readings_of_one(POSITIONS, table, [of, columns[1]], dimension));
@@ -314,12 +326,14 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(standing_still(POSITIONS, table, &columns[1..], without));
     all.extend(held(POSITIONS, table, &columns[1..], without));
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
-    all.extend(stretch_shifted(POSITIONS, table, &[&columns[1..]], fitted));
     all.extend(doubled(POSITIONS, table, &columns[1..], Twice::Gain));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);
         all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));
     }
+    all.extend(table.and_then(|table| signs_lost(table, columns)));
+    all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
+    all.extend(table.and_then(|table| at_other_targets(table, columns)));
     all
 }
 

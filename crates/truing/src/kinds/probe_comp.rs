@@ -19,6 +19,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::suspect::{Dimension, Readings};
 use crate::uncertain::{Std, Uncertain};
 
 use case::ProbeCase;
@@ -40,6 +41,12 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: Some(TOUCHES),
+    readings: &[Readings {
+        file: TOUCHES,
+        sets: &[(&XYZ, Dimension::Length)],
+        fewest: 3,
+        samples: None,
+    }],
     uncertain: &[
         Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: MICRO, columns: &XYZ, std: Std::Declared("point_mm") },

@@ -25,6 +25,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, LoopSettings, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
+use crate::suspect::{Dimension, Readings, Samples};
 use crate::uncertain::{Std, Uncertain};
 
 pub use axis_error::{AxisErrorEstimate, AxisLocationEstimate};
@@ -34,9 +35,11 @@ pub use estimates::{
 };
 
 use settings::{
-    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, OrderName, RANGES, STATIONS,
-    Settings, TARGETS, error,
+    AxisName, DeadPathName, FormulationName, GaugeName, LetterName, MOUNTS, OrderName, RANGES,
+    STATIONS, Settings, TARGETS, error,
 };
+use suspects::DISPLACEMENT;
+use tables::PLACE;
 
 pub(crate) const KIND: Kind = Kind {
     name: "tracker-lm",
@@ -45,6 +48,18 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: None,
+    readings: &[
+        of_places(STATIONS, RANGES, "station"),
+        of_places(STATIONS, TARGETS, "station"),
+        of_places(MOUNTS, RANGES, "mount"),
+        Readings {
+            file: RANGES,
+            sets: &[(&[DISPLACEMENT], Dimension::Length)],
+            fewest: 3,
+            samples: None,
+        },
+        Readings { file: TARGETS, sets: &[(&PLACE, Dimension::Length)], fewest: 3, samples: None },
+    ],
     uncertain: &[
         Uncertain {
             table: RANGES,
@@ -285,4 +300,10 @@ impl Settings {
         }
         warnings
     }
+}
+
+/// Places of which each may be wrong, with what was read there.
+const fn of_places(file: &'static str, read: &'static str, label: &'static str) -> Readings {
+    let samples = Some(Samples { file: read, label, sets: &[] });
+    Readings { file, sets: &[(&PLACE, Dimension::Length)], fewest: 1, samples }
 }

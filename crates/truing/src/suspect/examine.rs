@@ -4,6 +4,7 @@ use super::named::Suspect;
 use super::order::exchanged_with;
 use super::physics::{Contest, Physics};
 use super::search::{Found, Plain, Trials};
+use super::stretch::Stretch;
 use crate::case::{Change, Edit};
 use crate::kind::Files;
 use crate::measured::{Fitted, Reading};
@@ -12,6 +13,8 @@ use crate::{Case, Error};
 
 /// Touches left out at most to see whether the others fit: of more, the refusal says enough.
 const MOST_FAR_OFF: usize = 20;
+/// Degrees of freedom that rows must leave without which a case can be fitted that cannot with them.
+const FEWEST_LEFT: usize = 8;
 /// Mistakes named in one case at most: what needs more was not one case.
 const MOST_MISTAKES: usize = 3;
 
@@ -30,12 +33,16 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
     let mut examined = Examined::default();
     let mut edits: Vec<Edit> = Vec::new();
     let mut physics: Option<Physics> = None;
+    let mut plainly: Option<Misfit> = None;
+    // What the last change leaves, which nothing but the fit speaks for.
+    let mut mended: Option<Misfit> = None;
     while examined.suspects.len() < MOST_MISTAKES {
         let current = examined.corrected.as_ref().unwrap_or(case);
         let refitted = examined.corrected.as_ref().map(|c| c.measured.fit()).transpose()?;
         let fitted = refitted.as_ref().unwrap_or(fitted);
         let (misfit, yardstick) = Misfit::of(&*current.measured, fitted);
         let plain = Plain { misfit, yardstick };
+        plainly.get_or_insert(misfit);
         let files = &current.files;
         let list = (files.kind.mistakes)(files, Some(fitted));
         let certain = Trials::proved(files, &list, Proof::Certain).first();
@@ -51,11 +58,20 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
         examined.suspects.push(Suspect::of(&found, Some(&misfit)));
         if found.named.edits.is_empty() {
+            mended = None;
             break;
         }
+        mended = found.after.filter(|_| found.named.proof == Proof::Fit);
         edits.extend(found.named.edits);
         examined.corrected = Some(case.with(&edits)?);
         physics = after;
+    }
+    // Changes that leave the case as it never is, or numbers too small to miss anything, mend nothing.
+    let is_none = |left: &Misfit| left.share >= left.gross || left.is_too_good();
+    if let Some(before) = plainly.filter(|_| mended.as_ref().is_some_and(is_none)) {
+        let found = unmatched(&case.files, &before);
+        let suspects = vec![Suspect::of(&found, Some(&before))];
+        return Ok(Examined { suspects, ..Examined::default() });
     }
     examined.closed = physics.and_then(Physics::closed);
     Ok(examined)
@@ -69,18 +85,29 @@ fn decide(
     list: Vec<Hypothesis>,
     physics: &mut Option<Physics>,
 ) -> (Option<Found>, Option<Physics>) {
+    let last = of_last_resort(&list);
     let trials = Trials::of(&case.files, list, Some(plain));
-    let found = trials.explaining(plain);
+    let mut found = trials.explaining(plain);
+    let mut misplaced = None;
+    if found.is_none() && (plain.is_gross() || plain.is_far_from_noise()) {
+        let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
+        (found, misplaced) = of_rows(&case.files, last, &is_sound, plain.is_gross());
+        if !plain.is_gross() {
+            found.iter_mut().for_each(|found| found.is_subtle = true);
+        }
+    }
     if found.as_ref().is_some_and(|found| !found.is_subtle) {
         return (found, None);
     }
     let helping = Physics::helping(&trials, plain);
     let is_unmatched = plain.misfit.share >= plain.yardstick.unmatched;
-    if found.is_none() && helping.is_empty() && !is_unmatched {
+    let is_misplaced = misplaced.is_some();
+    if found.is_none() && helping.is_empty() && !is_unmatched && !is_misplaced {
         return (None, None);
     }
+    let unmatched = || misplaced.unwrap_or_else(|| unmatched(&case.files, &plain.misfit));
     if found.is_none() && plain.misfit.share >= plain.yardstick.beyond_physics {
-        return (Some(unmatched(&case.files, &plain.misfit)), None);
+        return (Some(unmatched()), None);
     }
     let physics = physics.get_or_insert_with(|| Physics::of(case));
     if let Some(found) = found {
@@ -93,8 +120,42 @@ fn decide(
     if let Some((found, after)) = physics.beside(case, helping, plain) {
         return (Some(found), Some(after));
     }
-    let is_unmatched = is_unmatched && !physics.takes_most(&plain.yardstick);
-    (is_unmatched.then(|| unmatched(&case.files, &plain.misfit)), None)
+    let is_unmatched = if is_misplaced {
+        !physics.is_explained()
+    } else {
+        is_unmatched && !physics.takes_most(&plain.yardstick)
+    };
+    (is_unmatched.then(unmatched), None)
+}
+
+/// Those of the list that are looked at where no other explains the case.
+fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
+    list.iter().filter(|hypothesis| hypothesis.proof == Proof::FitIfNoOther).cloned().collect()
+}
+
+/// What is wrong with some rows of a case that no change to all of them explains; else, that they are not of it,
+/// where the others fit without them: of readings that physics may have made only where the misfit `is_gross`.
+fn of_rows(
+    files: &Files,
+    last: Vec<Hypothesis>,
+    is_sound: &(impl Fn(&Misfit) -> bool + Sync),
+    is_gross: bool,
+) -> (Option<Found>, Option<Found>) {
+    let stretches = Stretch::all_of(files, is_sound);
+    let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
+    let of_each = |list: &dyn Fn(&Stretch) -> Vec<Hypothesis>| {
+        first_of(stretches.iter().flat_map(list).collect())
+    };
+    let sharpened = |found| stretches.iter().fold(found, |found, s| s.sharpened(files, found));
+    let changed = of_each(&|stretch| stretch.changes(files)).map(sharpened);
+    match changed.or_else(|| first_of(last)) {
+        None => {
+            let may_be = stretches.iter().filter(|stretch| is_gross || stretch.is_of_places());
+            let misplaced = may_be.filter_map(|stretch| stretch.misplaced(files)).collect();
+            (None, Trials::of_those(files, misplaced, None).leaving_most(is_sound))
+        }
+        found => (found, None),
+    }
 }
 
 /// The error of a case that cannot be fitted, with the mistake that would explain it.
@@ -107,7 +168,14 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let is_free = source.is_undetermined() && !source.is_unsettled();
     let mut list = (files.kind.mistakes)(files, None);
     list.extend(with_another(files, &source));
-    let found = Trials::of(files, list, None).mending(is_free).map(|found| found.of_all(files));
+    let last = of_last_resort(&list);
+    let found = Trials::of(files, list, None).mending(is_free);
+    let is_sound = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
+    let elsewhere = || {
+        let (found, misplaced) = of_rows(files, last, &is_sound, true);
+        found.or(misplaced).filter(|_| !is_free)
+    };
+    let found = found.or_else(elsewhere).map(|found| found.of_all(files));
     match found.or_else(|| unmatched_but_for_some(files, &source)) {
         Some(found) => {
             let suspect = Suspect::of(&found, None);

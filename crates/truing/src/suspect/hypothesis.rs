@@ -1,4 +1,5 @@
 use crate::case::{CASE_FILE, Change, Edit, Table};
+use crate::kind::Files;
 
 /// One thing that may be wrong with the input, and the change that mends it.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub(crate) enum Proof {
     Certain,
     /// The fit, where it is worse than any physics makes it.
     FitIfGross,
+    /// The fit, where it is worse than any physics makes it and no other mistake explains it.
+    FitIfNoOther,
     /// The fit; and physics that does the same would have to go against its own nature.
     Unphysical,
 }
@@ -86,16 +89,51 @@ impl Hypothesis {
         self.edits.iter().all(|edit| edit.file == CASE_FILE)
     }
 
+    /// The same with columns called what the file calls them, which may be in another unit.
+    pub(super) fn in_words_of(mut self, files: &Files) -> Self {
+        let file = self.subject.split_once(": ").map(|(file, _)| file);
+        if let Some(table) = file.and_then(|file| files.folder.known(file)) {
+            self.subject = in_words_of(&table, &self.subject);
+            self.description = in_words_of(&table, &self.description);
+        }
+        self
+    }
+
     /// Id with subject.
     pub(crate) fn label(&self) -> String {
         format!("{} [{}]", self.effect, self.subject)
     }
 }
 
+/// A text with the table's own names of columns that it has in another unit.
+fn in_words_of(table: &Table, text: &str) -> String {
+    let is_of_a_name = |c: char| c.is_alphanumeric() || c == '_';
+    let mut told = String::with_capacity(text.len());
+    let mut rest = text;
+    while !rest.is_empty() {
+        let end = rest.find(|c| !is_of_a_name(c)).unwrap_or(rest.len());
+        let (word, after) = rest.split_at(end);
+        match table.read_as(word) {
+            Some((column, Some(_))) => told.push_str(&table.names()[column]),
+            _ => told.push_str(word),
+        }
+        let between = after.find(is_of_a_name).unwrap_or(after.len());
+        told.push_str(&after[..between]);
+        rest = &after[between..];
+    }
+    told
+}
+
 /// Those of the columns that the table has.
 pub(super) fn present<'c>(table: Option<&Table>, columns: &[&'c str]) -> Vec<&'c str> {
     let has = |column: &&str| table.is_some_and(|t| t.has(column));
     columns.iter().copied().filter(has).collect()
+}
+
+/// Every two of the names, in their order.
+pub(super) fn pairs<'c>(names: &[&'c str]) -> impl Iterator<Item = [&'c str; 2]> {
+    let later = move |i: usize| names[i + 1..].iter().map(move |other| [names[i], *other]);
+    (0..names.len()).flat_map(later)
 }
 
 /// Owned names.
@@ -107,4 +145,20 @@ pub(super) fn owned(names: &[&str]) -> Vec<String> {
 pub(super) fn listed(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     quoted.join(", ")
+}
+
+/// Numbers in ascending order, neighbours as a range: `3, 7–9`.
+pub(crate) fn stretches_of(lines: &[usize]) -> String {
+    let mut stretches: Vec<[usize; 2]> = Vec::new();
+    for &line in lines {
+        match stretches.last_mut() {
+            Some([_, last]) if *last + 1 == line => *last = line,
+            _ => stretches.push([line, line]),
+        }
+    }
+    let text = |[first, last]: [usize; 2]| match last - first {
+        0 => first.to_string(),
+        _ => format!("{first}–{last}"),
+    };
+    stretches.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }

@@ -88,10 +88,12 @@ pub(crate) fn readings_of_one(
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
     let of_label = || {
-        let table = table.filter(|table| table.has(column))?;
-        Some(labels_of(table, table.column(label)?))
+        let table = table?;
+        Some((labels_of(table, table.column(label)?), table.unit_of(&[column])?))
     };
-    let Some(labels) = of_label().filter(|labels| labels.len() > 1) else { return Vec::new() };
+    let Some((labels, declared)) = of_label().filter(|(labels, _)| labels.len() > 1) else {
+        return Vec::new();
+    };
     let of_one = |(name, rows): (&str, Vec<usize>)| {
         let wrong = |effect: &'static str, what: String, factor: f64| {
             let description = format!(
@@ -105,11 +107,11 @@ pub(crate) fn readings_of_one(
             let found = Hypothesis::of(effect, (file, &[column]), description, edits);
             Hypothesis { subject: format!("{file}: {column} of {name}"), ..found }
         };
-        let of_unit = |(unit, factor): &(&str, f64)| {
+        let of_unit = |(unit, factor): (&str, f64)| {
             let what = format!("is in another unit than its name says, {unit},");
-            wrong("input:unit", what, *factor)
+            wrong("input:unit", what, factor)
         };
-        let mut all: Vec<Hypothesis> = dimension.others().iter().map(of_unit).collect();
+        let mut all: Vec<Hypothesis> = dimension.instead_of(declared).map(of_unit).collect();
         all.push(wrong("input:sign", "has the opposite sign".to_owned(), -1.0));
         all
     };

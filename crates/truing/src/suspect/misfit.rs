@@ -6,6 +6,10 @@ use crate::residual::Residual;
 const NOISE: f64 = 2.5;
 /// Below this a fit is better than the declared noise allows: the data were shrunk.
 const TOO_GOOD: f64 = 0.2;
+/// Degrees of freedom from which on that is no chance.
+const ENOUGH: usize = 15;
+/// Share of a gross misfit below which a case is taken for sound, whatever noise was declared.
+const SOUND: f64 = 0.1;
 /// Components of a residual in one unit: what follows them, as moments do forces, is in another.
 const COMPONENTS: usize = 3;
 /// Misfits as close as this are the same.
@@ -73,6 +77,21 @@ impl Misfit {
         let out = dof - kept;
         let square = (all * dof - noise * kept) / noise;
         (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
+    }
+
+    /// Whether it is the noise, or next to nothing.
+    pub(super) fn is_sound(&self) -> bool {
+        self.is_noise() || self.share < SOUND * self.gross
+    }
+
+    /// Whether it is the declared noise, or next to nothing where none was declared.
+    pub(super) fn is_only_noise(&self) -> bool {
+        self.is_noise() || self.chi2_per_dof.is_none() && self.is_sound()
+    }
+
+    /// Whether less is left than the declared noise leaves: numbers were made small.
+    pub(super) fn is_too_good(&self) -> bool {
+        self.dof >= ENOUGH && self.chi2_per_dof.is_some_and(|chi2| chi2 < TOO_GOOD)
     }
 
     pub(super) fn is_noise(&self) -> bool {

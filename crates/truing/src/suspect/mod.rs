@@ -11,6 +11,7 @@ mod clock;
 mod examine;
 mod held;
 mod hypothesis;
+mod increments;
 mod label;
 mod misfit;
 mod named;
@@ -33,7 +34,8 @@ pub(crate) use channel::{
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use held::held;
-pub(crate) use hypothesis::{Hypothesis, Proof};
+pub(crate) use hypothesis::{Hypothesis, Proof, stretches_of};
+pub(crate) use increments::increments;
 pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
 pub use named::Suspect;
 pub(crate) use order::{
@@ -44,6 +46,6 @@ pub(crate) use polar::polar;
 pub(crate) use setting::{lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::signs;
 pub(crate) use slip::{points_lost, slip_of_sign, slips};
-pub(crate) use stretch::stretch_shifted;
+pub(crate) use stretch::{Readings, Samples};
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of};

@@ -1,4 +1,4 @@
-use super::hypothesis::{Hypothesis, Proof, listed, owned, present};
+use super::hypothesis::{Hypothesis, Proof, listed, owned, pairs, present};
 use super::label::labels_of;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -25,16 +25,10 @@ pub(crate) fn exchanges(
             listed(&pair)
         );
         let sources = owned(&[pair[1], pair[0]]);
-        let change = Change::Permute { columns: owned(&pair), sources };
+        let change = Change::Permute { columns: owned(&pair), sources, rows: None };
         Hypothesis::of("input:exchanged", (file, &pair), description, vec![Edit { file, change }])
     };
     pairs(&present(table, columns)).map(of_pair).collect()
-}
-
-/// Every two of the names, in their order.
-fn pairs<'c>(names: &[&'c str]) -> impl Iterator<Item = [&'c str; 2]> {
-    let later = move |i: usize| names[i + 1..].iter().map(move |other| [names[i], *other]);
-    (0..names.len()).flat_map(later)
 }
 
 /// Two columns that read the same in every row, as a design may ask for and no two readings do.
@@ -110,7 +104,8 @@ pub(crate) fn cycles(
             listed(&columns),
             listed(&(0..3).map(|i| columns[(i + 3 - by) % 3]).collect::<Vec<_>>())
         );
-        let change = Change::Permute { columns: owned(&columns), sources: owned(&sources) };
+        let sources = owned(&sources);
+        let change = Change::Permute { columns: owned(&columns), sources, rows: None };
         Hypothesis::of(
             "input:exchanged",
             (file, &columns),

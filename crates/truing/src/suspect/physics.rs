@@ -110,7 +110,7 @@ impl Physics {
         (1.0 - by_chance).max(0.0).sqrt().clamp(LEAST_IMITATED, PHYSICS_IMITATES)
     }
 
-    fn is_explained(&self) -> bool {
+    pub(super) fn is_explained(&self) -> bool {
         let sound = [Verdict::NothingMissing, Verdict::Explained];
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }

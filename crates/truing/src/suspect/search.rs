@@ -7,6 +7,7 @@ use super::misfit::{Misfit, TIE};
 use super::setting::scaled_setting;
 use super::thinned::Thinned;
 use super::yardstick::Yardstick;
+use crate::case::Edit;
 use crate::kind::Files;
 
 /// Refits at most: the longest list of a kind is half as long.
@@ -21,6 +22,8 @@ const BLIND_GAIN: f64 = 3.0;
 /// Logarithm of the likelihood ratio that a subtle mistake must reach: odds of 1 to 10¹³, for
 /// lists of hundreds of hypotheses over thousands of cases.
 const EVIDENCE: f64 = 30.0;
+/// χ² per degree of freedom from which on a mistake in some rows is looked for: ten times the noise.
+const FAR_FROM_NOISE: f64 = 100.0;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
 /// Standard deviations by which readings that are all equal at the end of a range fit worse than the
@@ -62,9 +65,11 @@ impl Found {
         self.after.is_some_and(|after| after.is_noise())
     }
 
-    /// The same with what it leaves of all samples.
+    /// The same with what it leaves of all samples, in the words of the files.
     pub(super) fn of_all(self, files: &Files) -> Self {
-        Self { after: trial(files, &self.named, None), ..self }
+        let after = trial(files, &self.named, None);
+        let rivals = self.rivals.into_iter().map(|rival| rival.in_words_of(files)).collect();
+        Self { named: self.named.in_words_of(files), after, rivals, ..self }
     }
 
     /// One without a change that mends it.
@@ -76,8 +81,19 @@ impl Found {
 
 impl Plain {
     /// Whether the misfit is more than any physics of usual size makes.
-    fn is_gross(&self) -> bool {
+    pub(super) fn is_gross(&self) -> bool {
         self.misfit.share >= self.yardstick.gross
+    }
+
+    /// Whether the misfit is as many times the noise as hardly any physics makes.
+    pub(super) fn is_far_from_noise(&self) -> bool {
+        self.misfit.chi2_per_dof.is_some_and(|chi2| chi2 >= FAR_FROM_NOISE)
+    }
+
+    /// Whether a change to some rows leaves what a sound case would.
+    pub(super) fn is_sound(&self, after: &Misfit) -> bool {
+        let is_left = LEAST_OF_A_STRETCH * after.dof >= self.misfit.dof;
+        is_left && self.misfit.gain(after) >= GROSS_GAIN && after.is_only_noise()
     }
 
     /// Whether there is any misfit to explain.
@@ -108,7 +124,11 @@ impl Trials {
     /// Of a long record on some of its samples: what is named is to be tried on all of them.
     pub(super) fn of(files: &Files, mut list: Vec<Hypothesis>, plain: Option<&Plain>) -> Self {
         let is_gross = plain.is_some_and(Plain::is_gross);
-        list.retain(|hypothesis| is_gross || hypothesis.proof != Proof::FitIfGross);
+        list.retain(|hypothesis| match hypothesis.proof {
+            Proof::FitIfGross => is_gross,
+            Proof::FitIfNoOther => false,
+            _ => true,
+        });
         let thinned = Thinned::of(files, plain.map(|plain| &plain.misfit));
         Self::of_those(files, list, thinned.as_ref())
     }
@@ -129,7 +149,11 @@ impl Trials {
         Self::of_those(files, of_noise.chain(list).collect(), None)
     }
 
-    fn of_those(files: &Files, mut list: Vec<Hypothesis>, thinned: Option<&Thinned>) -> Self {
+    pub(super) fn of_those(
+        files: &Files,
+        mut list: Vec<Hypothesis>,
+        thinned: Option<&Thinned>,
+    ) -> Self {
         list.truncate(MOST_TRIALS);
         let tried: Vec<Option<Misfit>> =
             list.par_iter().map(|hypothesis| trial(files, hypothesis, thinned)).collect();
@@ -142,15 +166,25 @@ impl Trials {
     /// Where something is left free, it must be with the declared noise, on many readings.
     pub(super) fn mending(&self, is_free: bool) -> Option<Found> {
         let sound = |m: &Misfit| {
-            if is_free {
-                m.is_noise() && m.dof >= MANY
-            } else {
-                m.is_noise() || m.share < SOUND * m.gross
-            }
+            if is_free { m.is_noise() && m.dof >= MANY } else { m.is_sound() }
         };
         let is_possible =
             |(h, m): &&Tried| !is_free && h.is_shown(true) || m.as_ref().is_some_and(sound);
         best(self.all.iter().filter(is_possible).cloned().collect(), false)
+    }
+
+    /// The mistake with which the case is as it should be, if there is one.
+    pub(super) fn restoring(&self, is_sound: impl Fn(&Misfit) -> bool) -> Option<Found> {
+        best(self.pick(|_, m| is_sound(m)), false)
+    }
+
+    /// The same that leaves the most readings, if one restores the case.
+    pub(super) fn leaving_most(&self, is_sound: impl Fn(&Misfit) -> bool) -> Option<Found> {
+        let all = self.pick(|_, m| is_sound(m)).into_iter();
+        let dof = |tried: &Tried| tried.1.map_or(0, |m| m.dof);
+        // The first of those that leave as many.
+        let (named, after) = all.rev().max_by_key(dof)?;
+        Some(Found { named, after, rivals: Vec::new(), is_subtle: false })
     }
 
     /// The mistake that explains the whole misfit, if one does.
@@ -164,7 +198,10 @@ impl Trials {
             h.is_shown(is_gross) || m.dof >= dof.div_ceil(least)
         };
         let gross = |h: &Hypothesis, m: &Misfit| {
-            is_left(h, m) && gain(m) >= GROSS_GAIN && m.is_no_farther_from_noise(&plain.misfit)
+            is_left(h, m)
+                && gain(m) >= GROSS_GAIN
+                && m.is_no_farther_from_noise(&plain.misfit)
+                && !m.is_too_good()
         };
         // A channel without a signal fits nothing, and numbers made small fit it best.
         let silent = self.all.iter().find(|(h, _)| h.is_silent() && h.is_shown(is_gross));
@@ -239,9 +276,7 @@ pub(super) fn is_evident(dof: usize, gain: f64) -> bool {
     log_likelihood >= EVIDENCE
 }
 
-/// Share of a gross misfit below which a case is taken for sound, whatever noise was declared.
-const SOUND: f64 = 0.1;
-/// The same below which it is not looked at.
+/// Share of a gross misfit below which it is not looked at.
 const QUIET: f64 = 0.01;
 
 /// The fit of the case with the change; `None` where it cannot be had.
@@ -250,7 +285,12 @@ fn trial(files: &Files, hypothesis: &Hypothesis, thinned: Option<&Thinned>) -> O
         return None;
     }
     let of_some = thinned.map(|thinned| thinned.edits(&hypothesis.edits));
-    let reading = files.with(of_some.as_ref().unwrap_or(&hypothesis.edits)).read().ok()?;
+    misfit_with(files, of_some.as_ref().unwrap_or(&hypothesis.edits))
+}
+
+/// The misfit of the case with some changes; `None` where it cannot be fitted.
+pub(super) fn misfit_with(files: &Files, edits: &[Edit]) -> Option<Misfit> {
+    let reading = files.with(edits).read().ok()?;
     let fitted = reading.measured.fit().ok()?;
     let (misfit, _) = Misfit::of(&*reading.measured, &fitted);
     misfit.share.is_finite().then_some(misfit)

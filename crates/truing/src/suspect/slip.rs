@@ -21,6 +21,8 @@ const ROOM: f64 = 2.0;
 const MOST_PLACES: i32 = 6;
 /// Lines listed of those in which numbers are wrong.
 const MOST_LINES: usize = 8;
+/// Places by which a number in µm is too large for mm.
+const THOUSANDS: i32 = 3;
 
 /// One number of these columns with its decimal point or its sign wrong: of the rows given where that
 /// changes it by about as much as the row is off, and the largest of each column, whatever the fit says.
@@ -129,8 +131,12 @@ fn of_lost(file: &'static str, table: &Table, found: &[Lost]) -> Hypothesis {
         )
     };
     let said: Vec<String> = found.iter().map(of_column).collect();
+    // What is a thousand times as large may be in another unit as well.
+    let is_thousands = found.iter().all(|lost| lost.places == THOUSANDS);
+    let unit =
+        if is_thousands { ", or are in a unit a thousand times smaller (µm for mm)" } else { "" };
     let description = format!(
-        "numbers of {file} have lost their decimal point (a comma?), which stands too far to the right: {}; \
+        "numbers of {file} have lost their decimal point (a comma?), which stands too far to the right{unit}: {}; \
          divide them by so many powers of ten",
         said.join(", ")
     );

@@ -16,6 +16,8 @@ const MM_PER_INCH: f64 = 25.4;
 const N_PER_LBF: f64 = 4.448_221_615_260_5;
 const N_PER_KGF: f64 = 9.806_65;
 const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
+/// Share by which two units differ that are one: round-off.
+const SAME_UNIT: f64 = 1e-12;
 
 impl Dimension {
     /// The unit that files speak.
@@ -28,8 +30,21 @@ impl Dimension {
         }
     }
 
+    /// Units in which numbers may be instead of one that is so many of the file's own, and by what they are
+    /// then to be multiplied.
+    pub(super) fn instead_of(self, declared: f64) -> impl Iterator<Item = (&'static str, f64)> {
+        let all = std::iter::once((self.own(), 1.0)).chain(self.others().iter().copied());
+        all.map(move |(unit, size)| (unit, size / declared)).filter(|(_, factor)| !is_one(*factor))
+    }
+
+    /// The unit that is so many of the file's own.
+    pub(super) fn name_of(self, size: f64) -> &'static str {
+        let known = self.others().iter().find(|(_, other)| is_one(other / size));
+        known.map_or(self.own(), |(unit, _)| unit)
+    }
+
     /// Units that people write instead, and what they are in the file's own.
-    pub(super) fn others(self) -> &'static [(&'static str, f64)] {
+    fn others(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Length => &[
                 ("inches", MM_PER_INCH),
@@ -82,8 +97,9 @@ pub(crate) fn units(
         sets.extend([vec![x, y], vec![x, z], vec![y, z]]);
     }
     let of_set = |set: &Vec<&str>| -> Vec<Hypothesis> {
-        let one = |&(unit, factor): &(&str, f64)| {
-            let (is, own) = (if set.len() == 1 { "is" } else { "are" }, dimension.own());
+        let Some(declared) = table.and_then(|table| table.unit_of(set)) else { return Vec::new() };
+        let (is, own) = (if set.len() == 1 { "is" } else { "are" }, dimension.name_of(declared));
+        let one = |(unit, factor): (&str, f64)| {
             let description = format!(
                 "{} of {file} {is} in another unit than its name says, {unit} instead of {own}: \
                  multiply by {}",
@@ -93,9 +109,14 @@ pub(crate) fn units(
             let change = Change::Scale { columns: owned(set), rows: None, factor };
             Hypothesis::of("input:unit", (file, set), description, vec![Edit { file, change }])
         };
-        dimension.others().iter().map(one).collect()
+        dimension.instead_of(declared).map(one).collect()
     };
     sets.iter().flat_map(of_set).collect()
+}
+
+/// Whether two units are one.
+fn is_one(ratio: f64) -> bool {
+    (ratio - 1.0).abs() < SAME_UNIT
 }
 
 /// What a column is that is twice or half of what it says.
@@ -139,7 +160,7 @@ pub(crate) fn doubled(
 }
 
 /// All columns, where there are several, and each alone.
-fn all_and_each<'c>(columns: &[&'c str]) -> Vec<Vec<&'c str>> {
+pub(super) fn all_and_each<'c>(columns: &[&'c str]) -> Vec<Vec<&'c str>> {
     let all = (columns.len() > 1).then(|| columns.to_vec());
     all.into_iter().chain(columns.iter().map(|column| vec![*column])).collect()
 }
@@ -173,7 +194,8 @@ fn of_set_from_a_row(
     let Some(read) = read else { return Vec::new() };
     let n = table.n_rows();
     let Some((row, change)) = change_of_size(&read, n) else { return Vec::new() };
-    let of_unit = |&(unit, factor): &(&str, f64)| {
+    let Some(declared) = table.unit_of(columns) else { return Vec::new() };
+    let of_unit = |(unit, factor): (&str, f64)| {
         let is_near = |ratio: f64| (ratio / factor).ln().abs() < NEAR_FACTOR.ln();
         // Numbers in a larger unit are smaller.
         let is_after = is_near(1.0 / change);
@@ -187,7 +209,7 @@ fn of_set_from_a_row(
                  line {}: multiply these by {}",
                 listed(columns),
                 if columns.len() == 1 { "is" } else { "are" },
-                dimension.own(),
+                dimension.name_of(declared),
                 table.line(rows[0]),
                 table.line(rows[rows.len() - 1]),
                 shown(factor)
@@ -197,7 +219,7 @@ fn of_set_from_a_row(
         };
         (row.saturating_sub(1).max(1)..=(row + 1).min(n - 1)).map(at).collect()
     };
-    dimension.others().iter().flat_map(of_unit).collect()
+    dimension.instead_of(declared).flat_map(of_unit).collect()
 }
 
 /// The row from which on the readings have most clearly another size, and how many times that of those before.

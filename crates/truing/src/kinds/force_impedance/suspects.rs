@@ -15,7 +15,7 @@ use crate::suspect::{
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
-const REFERENCE: &str = "reference_n";
+pub(super) const REFERENCE: &str = "reference_n";
 /// Error of the force over the force itself that no physics of a sound head makes.
 const GROSS: f64 = 0.4;
 /// The same beyond which legs and reference have nothing to do with each other.
@@ -59,7 +59,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(units(LOG, table, &CELLS, Dimension::Force));
     all.extend(units(LOG, table, &[REFERENCE], Dimension::Force));
     all.extend(units(LOG, table, &LENGTHS, Dimension::Length));
-    all.extend(doubled(LOG, table, &[REFERENCE], Twice::Gain));
+    all.extend(doubled(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), Twice::Gain));
     for family in [&CELLS[..], &LENGTHS, &NORMAL] {
         all.extend(exchanges(LOG, table, family));
     }

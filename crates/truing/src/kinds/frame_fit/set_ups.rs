@@ -11,7 +11,7 @@ use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::QUATERNION;
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, Label, labelled};
+use crate::suspect::{Hypothesis, Label, labelled, stretches_of};
 
 /// Logarithm of the likelihood ratio that a moved group of points must reach, as for any mistake:
 /// odds of 1 to 10¹³, which two or three components of a shift do not spend.
@@ -64,22 +64,6 @@ pub(super) fn relabelled(table: &Table) -> Option<Hypothesis> {
     let change = Change::Rows { columns: vec!["place".to_owned()], order };
     let edits = vec![Edit { file: POSES, change }];
     Some(Hypothesis::of("input:labels", (POSES, &["place"]), description, edits))
-}
-
-/// Numbers in ascending order, neighbours as a range: `3, 7–9`.
-fn stretches_of(lines: &[usize]) -> String {
-    let mut stretches: Vec<[usize; 2]> = Vec::new();
-    for &line in lines {
-        match stretches.last_mut() {
-            Some([_, last]) if *last + 1 == line => *last = line,
-            _ => stretches.push([line, line]),
-        }
-    }
-    let text = |[first, last]: [usize; 2]| match last - first {
-        0 => first.to_string(),
-        _ => format!("{first}–{last}"),
-    };
-    stretches.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// All points of one label at another place than the table says: a set-up or a fixture that stood

@@ -3,6 +3,7 @@
 use frame_fit::{TipPose, Transform};
 
 use super::estimates::FrameFitEstimates;
+use super::rematched::rematched;
 use super::set_ups::{misplaced, relabelled};
 use super::settings::{COORDINATES, DISTANCES, FROM, PAIRS, POSES, TO};
 use crate::case::Table;
@@ -12,9 +13,9 @@ use crate::measured::Fitted;
 use crate::residual::Residual;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
-    doubled, exchanged_rows, exchanges, farthest, held, other_setting, points_lost, polar,
-    rows_left_out, rows_shifted, signs, silent, slips, spread_of, standing_still, stretch_shifted,
-    swapped_names, units, units_from_a_row,
+    doubled, exchanged_rows, exchanges, farthest, held, increments, other_setting, points_lost,
+    polar, rows_left_out, rows_shifted, signs, silent, slips, spread_of, standing_still,
+    swapped_names, units,
 };
 
 /// The two sides of the table.
@@ -48,7 +49,6 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     for side in TO_AND_FROM {
         all.extend(units(PAIRS, Some(table), &side, Dimension::Length));
-        all.extend(units_from_a_row(PAIRS, Some(table), &side, Dimension::Length));
         all.extend(doubled(PAIRS, Some(table), &side, Twice::Diameter));
         all.extend(polar(PAIRS, Some(table), &side));
     }
@@ -68,7 +68,8 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.push(handedness(files));
     all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
-    all.extend(stretch_shifted(PAIRS, Some(table), &[&TO], fitted));
+    all.extend(fitted.and_then(|fitted| rematched(table, fitted)));
+    all.extend(TO_AND_FROM.iter().flat_map(|side| increments(PAIRS, Some(table), side, &[])));
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     all.extend(slips(PAIRS, Some(table), &[FROM, TO].concat(), far));

@@ -10,14 +10,14 @@ use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
-    exchanged_rows, exchanged_targets, exchanges, farthest, lengths, other_setting, points_lost,
-    polar, rows_left_out, rows_shifted, scaled_setting, signs, spread_of, standing_still, units,
-    units_from_a_row,
+    exchanged_rows, exchanged_targets, exchanges, farthest, increments, lengths, other_setting,
+    points_lost, polar, rows_left_out, rows_shifted, scaled_setting, signs, spread_of,
+    standing_still, units, units_from_a_row,
 };
 
-const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
-const MOMENTS: [&str; 3] = ["mx_nmm", "my_nmm", "mz_nmm"];
-const MACHINE: [&str; 2] = ["machine_x_mm", "machine_y_mm"];
+pub(super) const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
+pub(super) const MOMENTS: [&str; 3] = ["mx_nmm", "my_nmm", "mz_nmm"];
+pub(super) const MACHINE: [&str; 2] = ["machine_x_mm", "machine_y_mm"];
 const TRAVEL: [&str; 2] = ["solved_mm", "commanded_mm"];
 /// Misfit over the spread of the positions that no head makes: 3 mm of 30 mm.
 const GROSS: f64 = 0.1;
@@ -61,6 +61,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(points_lost(PRESSES, known, &MACHINE));
     all.extend(doubled(PRESSES, known, &MACHINE, Twice::Diameter));
     all.extend(polar(PRESSES, known, &MACHINE));
+    all.extend(increments(PRESSES, known, &MACHINE, &[]));
     all.extend(of_wrench(WRENCH, wrench));
     all.extend(lengths(&files.document, &["contact", "z0_mm"]));
     let other_side = "of the opposite sign, on the wrong side of the sensor's reference point";

@@ -2,11 +2,13 @@
 
 use super::settings::{EDGE, POINTS};
 use super::tables::KNOWN;
-use crate::case::{Change, Document, Edit};
+use crate::case::{Change, Document, Edit, Table};
 use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
-use crate::suspect::{Hypothesis, lengths, number, other_setting, scaled_setting};
+use crate::suspect::{
+    Hypothesis, exchanged_rows, lengths, number, other_setting, rows_shifted, scaled_setting,
+};
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["point", XYZ[0], XYZ[1], XYZ[2]];
@@ -20,6 +22,9 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     if files.folder.has(EDGE) {
         let edge = files.folder.table(EDGE, &columns).ok();
         all.extend(mistakes_of_points(EDGE, edge.as_ref()));
+        all.extend(rows_shifted(EDGE, edge.as_ref(), &XYZ, None));
+        let rows: Vec<usize> = (0..edge.as_ref().map_or(0, Table::n_rows)).collect();
+        all.extend(exchanged_rows(EDGE, edge.as_ref(), &XYZ, &rows));
         all.push(of_another_place());
     }
     all.extend(mistakes_of_rows(POINTS, table, KNOWN, fitted));

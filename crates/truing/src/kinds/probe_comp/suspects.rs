@@ -8,8 +8,11 @@ use super::tables::KNOWN;
 use crate::case::Table;
 use crate::count::count;
 use crate::kind::Files;
-use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
+use crate::kinds::surface::{
+    XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
+};
 use crate::measured::Fitted;
+use crate::residual::Residual;
 use crate::suspect::{Hypothesis, exchanges, lengths, other_setting, rows_shifted, signs};
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
@@ -47,7 +50,11 @@ fn against_approaches(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
     let (nx, ny, nz) = (nx?, ny?, nz?);
     let normals: Vec<Vector3<f64>> =
         found.touches.iter().map(|t| Vector3::new(t.nx, t.ny, t.nz)).collect();
-    if normals.len() != nx.len() {
+    // Of a part that the touches do not fit the normals say nothing.
+    let places: Vec<[f64; 3]> = found.touches.iter().map(|t| [t.x_mm, t.y_mm, t.z_mm]).collect();
+    let rms = Residual::of(fitted.observations.iter(), 1, fitted.unit).rms.unwrap_or(0.0);
+    let yardstick = yardstick_of(places.iter().map(|place| &place[..]));
+    if normals.len() != nx.len() || rms > yardstick.gross * yardstick.spread {
         return None;
     }
     let besides = |of: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {

@@ -14,9 +14,9 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
-    doubled, exchanges, farthest, held, names_of_one_exchanged, other_setting,
+    doubled, exchanges, farthest, held, increments, names_of_one_exchanged, other_setting,
     place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips,
-    spread_of, standing_still, standing_still_within, swapped_names, units, units_from_a_row,
+    spread_of, standing_still, standing_still_within, swapped_names, units,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -34,7 +34,7 @@ const MOST_NAMES_OF_ONE: usize = 5;
 /// Angles looked at for exchanged ones: the two where the axis errs most, and as many more as the fit
 /// may have put before them.
 const FARTHEST: usize = 5;
-const DISPLACEMENT: &str = "displacement_mm";
+pub(super) const DISPLACEMENT: &str = "displacement_mm";
 /// Displacements with another sign than their neighbours that are looked at.
 const MOST_TURNED: usize = 4;
 /// Angles as close as this are one, as they are written.
@@ -74,8 +74,8 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     } else {
         let column = [DISPLACEMENT];
         all.extend(units(file, read, &column, Dimension::Length));
-        all.extend(units_from_a_row(file, read, &column, Dimension::Length));
         all.extend(doubled(file, read, &column, Twice::Path));
+        all.extend(increments(file, read, &column, &locks));
         all.extend(turned_signs(file, read, &locks));
         let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
         all.extend(slips(file, read, &column, fitted.zip(far.as_deref())));

@@ -128,4 +128,14 @@ fn columns_in_other_units_are_looked_at_alike() {
     assert!(answer["after"]["train_rms"].as_f64().unwrap() < 2e-3, "{}", answer["after"]);
     scale(&case, "positions.csv", &["actual_in"], -1.0);
     assert_ne!(case.json("loop")["verdict"], "input-wrong");
+    for (factor, unit, mended) in
+        [(25.4, "mm instead of inches", "0.03937"), (25.4e3, "µm instead of inches", "e-5")]
+    {
+        scale(&case, "positions.csv", &["actual_in"], factor);
+        let (step, _) = first(&case);
+        let text = step["description"].as_str().unwrap();
+        assert!(text.starts_with("`actual_in` of positions.csv is in another unit"), "{text}");
+        assert!(text.contains(unit) && text.contains(mended), "{text}");
+        scale(&case, "positions.csv", &["actual_in"], 1.0 / factor);
+    }
 }

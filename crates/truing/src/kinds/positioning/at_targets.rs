@@ -1,0 +1,84 @@
+//! Readings that lie at other targets than those of their rows, and signs that were left out.
+
+use super::POSITIONS;
+use crate::case::{Change, Edit, Table};
+use crate::count::count;
+use crate::suspect::{Hypothesis, Proof, stretches_of};
+
+/// Share of the smallest step between targets within which a reading is at one.
+const NEAR: f64 = 0.1;
+/// Share of the readings that must be at some target.
+const AT_SOME: f64 = 0.8;
+/// Fewest readings that are not at their own: fewer are slips or bad readings.
+const FEWEST: usize = 3;
+
+/// Every reading put to the target that it is at; those that are at none go.
+pub(super) fn at_other_targets(
+    table: &Table,
+    [target, reached]: [&'static str; 2],
+) -> Option<Hypothesis> {
+    let (targets, readings) = (table.numbers(target)?, table.numbers(reached)?);
+    let n = targets.len();
+    let mut known = targets.clone();
+    known.sort_by(f64::total_cmp);
+    known.dedup();
+    let step = known.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let at = |reading: f64| {
+        let next = known.partition_point(|t| *t < reading);
+        let nearby = known[next.saturating_sub(1)..(next + 1).min(known.len())].iter().copied();
+        let distance = |t: &f64| (t - reading).abs();
+        nearby
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .filter(|t| distance(t) < NEAR * step)
+    };
+    let found: Vec<Option<f64>> = readings.iter().map(|reading| at(*reading)).collect();
+    let is_own = |row: usize| found[row].is_some_and(|t| t.total_cmp(&targets[row]).is_eq());
+    let wrong: Vec<usize> = (0..n).filter(|row| !is_own(*row)).collect();
+    let kept: Vec<usize> = (0..n).filter(|row| found[*row].is_some()).collect();
+    if wrong.len() < FEWEST || count(kept.len()) < AT_SOME * count(n) {
+        return None;
+    }
+    let lines: Vec<usize> = wrong.iter().map(|row| table.line(*row)).collect();
+    let row = wrong[0];
+    let description = format!(
+        "{} readings of {POSITIONS} are not at the targets of their rows, as where rows are shifted, exchanged or \
+         in another order, or a target was skipped, repeated or mistyped (lines {}): in line {} `{reached}` is {} \
+         at `{target}` {}; put each reading to the target that it was taken at",
+        wrong.len(),
+        stretches_of(&lines),
+        lines[0],
+        readings[row],
+        targets[row]
+    );
+    let values = (0..n).map(|row| found[row].unwrap_or(targets[row])).collect();
+    let change = Change::Replace { column: target.to_owned(), values };
+    let mut edits = vec![Edit { file: POSITIONS, change }];
+    if kept.len() < n {
+        edits.push(Edit { file: POSITIONS, change: Change::Keep { rows: kept } });
+    }
+    let found = Hypothesis::of("input:labels", (POSITIONS, &[target, reached]), description, edits);
+    Some(Hypothesis { proof: Proof::FitIfNoOther, ..found })
+}
+
+/// A column without any sign, where the other has both and is as large in every row.
+pub(super) fn signs_lost(table: &Table, columns: [&'static str; 2]) -> Option<Hypothesis> {
+    let both = columns.map(|column| table.numbers(column));
+    let [Some(targets), Some(readings)] = &both else { return None };
+    let of = |column: &'static str, mine: &[f64], other: &[f64]| {
+        let largest = mine.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let is_as_large = |(a, b): (&f64, &f64)| (a - b.abs()).abs() < NEAR * largest;
+        let negative = other.iter().filter(|value| **value < -NEAR * largest).count();
+        let lost = mine.iter().all(|value| *value >= 0.0)
+            && negative >= FEWEST
+            && mine.iter().zip(other).all(is_as_large);
+        let description = format!(
+            "`{column}` of {POSITIONS} has lost its minus signs (absolute values) in {negative} rows where the \
+             other column is negative: put them back"
+        );
+        let values = mine.iter().zip(other).map(|(a, b)| a.copysign(*b)).collect();
+        let change = Change::Replace { column: column.to_owned(), values };
+        let edits = vec![Edit { file: POSITIONS, change }];
+        lost.then(|| Hypothesis::of("input:sign", (POSITIONS, &[column]), description, edits))
+    };
+    of(columns[0], targets, readings).or_else(|| of(columns[1], readings, targets))
+}
