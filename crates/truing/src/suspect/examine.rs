@@ -4,6 +4,7 @@ use super::named::Suspect;
 use super::order::exchanged_with;
 use super::physics::{Contest, Physics};
 use super::search::{Found, Plain, Trials};
+use super::some_rows::changes_of_row;
 use super::stretch::Stretch;
 use crate::case::{Change, Edit};
 use crate::kind::Files;
@@ -14,7 +15,7 @@ use crate::{Case, Error};
 /// Touches left out at most to see whether the others fit: of more, the refusal says enough.
 const MOST_FAR_OFF: usize = 20;
 /// Degrees of freedom that rows must leave without which a case can be fitted that cannot with them.
-const FEWEST_LEFT: usize = 8;
+const FEWEST_LEFT: usize = 4;
 /// Mistakes named in one case at most: what needs more was not one case.
 const MOST_MISTAKES: usize = 3;
 
@@ -67,8 +68,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         physics = after;
     }
     // Changes that leave the case as it never is, or numbers too small to miss anything, mend nothing.
-    let is_none = |left: &Misfit| left.share >= left.gross || left.is_too_good();
-    if let Some(before) = plainly.filter(|_| mended.as_ref().is_some_and(is_none)) {
+    if let Some(before) = plainly.filter(|_| mended.is_some_and(|left| left.is_of_none())) {
         let found = unmatched(&case.files, &before);
         let suspects = vec![Suspect::of(&found, Some(&before))];
         return Ok(Examined { suspects, ..Examined::default() });
@@ -89,12 +89,15 @@ fn decide(
     let trials = Trials::of(&case.files, list, Some(plain));
     let mut found = trials.explaining(plain);
     let mut misplaced = None;
-    if found.is_none() && (plain.is_gross() || plain.is_far_from_noise()) {
+    let is_mended = |found: &Found| found.after.is_some_and(|after| after.is_sound());
+    if !found.as_ref().is_some_and(is_mended) && (plain.is_gross() || plain.is_far_from_noise()) {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
-        (found, misplaced) = of_rows(&case.files, last, &is_sound, plain.is_gross());
-        if !plain.is_gross() {
-            found.iter_mut().for_each(|found| found.is_subtle = true);
+        let (of_some, elsewhere) = of_rows(&case.files, last, &is_sound, plain.is_gross());
+        if of_some.is_some() || elsewhere.is_some() {
+            let is_subtle = !plain.is_gross();
+            found = of_some.map(|of_some| Found { is_subtle, ..of_some });
         }
+        misplaced = elsewhere;
     }
     if found.as_ref().is_some_and(|found| !found.is_subtle) {
         return (found, None);
@@ -121,7 +124,7 @@ fn decide(
         return (Some(found), Some(after));
     }
     let is_unmatched = if is_misplaced {
-        !physics.is_explained()
+        !(physics.is_explained() && physics.has_names_alone())
     } else {
         is_unmatched && !physics.takes_most(&plain.yardstick)
     };
@@ -217,7 +220,10 @@ fn with_another(files: &Files, source: &Error) -> Vec<Hypothesis> {
     const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
     let Some((file, touch)) = files.kind.touches.zip(source.touch()) else { return Vec::new() };
     let table = files.folder.table(file, &XYZ).ok();
-    XYZ.iter().flat_map(|column| exchanged_with(file, table.as_ref(), &[*column], touch)).collect()
+    let exchanged = |column: &&str| exchanged_with(file, table.as_ref(), &[*column], touch);
+    let mut all: Vec<_> = XYZ.iter().flat_map(exchanged).collect();
+    all.extend(changes_of_row((file, table.as_ref()), touch, &XYZ));
+    all
 }
 
 /// Tables whose numbers have nothing to do with each other, whatever the reason.

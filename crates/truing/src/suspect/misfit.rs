@@ -84,9 +84,16 @@ impl Misfit {
         self.is_noise() || self.share < SOUND * self.gross
     }
 
-    /// Whether it is the declared noise, or next to nothing where none was declared.
+    /// Whether it is the declared noise, of rows that only check the fit too, or next to nothing where none was
+    /// declared.
     pub(super) fn is_only_noise(&self) -> bool {
-        self.is_noise() || self.chi2_per_dof.is_none() && self.is_sound()
+        self.is_noise() && self.share < self.gross || self.chi2_per_dof.is_none() && self.is_sound()
+    }
+
+    /// Whether no case has it once its mistake is mended: gross still, or of numbers made too small to miss
+    /// anything.
+    pub(super) fn is_of_none(&self) -> bool {
+        self.chi2_per_dof.is_some() && self.share >= self.gross || self.is_too_good()
     }
 
     /// Whether less is left than the declared noise leaves: numbers were made small.

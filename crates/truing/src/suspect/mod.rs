@@ -13,6 +13,7 @@ mod held;
 mod hypothesis;
 mod increments;
 mod label;
+mod left_out;
 mod misfit;
 mod named;
 mod order;
@@ -22,10 +23,12 @@ mod search;
 mod setting;
 mod sign;
 mod slip;
+mod some_rows;
 mod stretch;
 mod thinned;
 mod unit;
 mod yardstick;
+mod zeros;
 
 pub(crate) use channel::{
     at_end, channels, clipped_of_few, place_standing_still, rows_left_out, silent, standing_still,
@@ -40,7 +43,7 @@ pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
 pub use named::Suspect;
 pub(crate) use order::{
     blocks_shifted, copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges,
-    farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, swapped_names,
+    farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, sorted_as_text, swapped_names,
 };
 pub(crate) use polar::polar;
 pub(crate) use setting::{lengths, number, other_setting, scaled_setting};
@@ -49,3 +52,4 @@ pub(crate) use slip::{points_lost, slip_of_sign, slips};
 pub(crate) use stretch::{Readings, Samples};
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of};
+pub(crate) use zeros::zeros;

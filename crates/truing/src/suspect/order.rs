@@ -138,6 +138,33 @@ pub(crate) fn rows_shifted(
     all
 }
 
+/// Some columns of a table in the order of its labels sorted as text, where the labels are not.
+pub(crate) fn sorted_as_text(
+    file: &'static str,
+    table: Option<&Table>,
+    label: &str,
+    columns: &[&str],
+) -> Option<Hypothesis> {
+    let there = present(table, columns);
+    let (table, at) = table.and_then(|table| Some((table, table.column(label)?)))?;
+    let labels: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, at)).collect();
+    let mut sorted = labels.clone();
+    sorted.sort_unstable();
+    let is_distinct = sorted.windows(2).all(|pair| pair[0] != pair[1]);
+    if there.is_empty() || !is_distinct || sorted == labels {
+        return None;
+    }
+    let order = labels.iter().filter_map(|name| sorted.binary_search(name).ok()).collect();
+    let change = Change::Rows { columns: owned(&there), order: Order::Listed(order) };
+    let description = format!(
+        "{} of {file} stand in another order than `{label}`, sorted as text (a permutation of labels): sort them as \
+         the labels are",
+        listed(&there)
+    );
+    let edits = vec![Edit { file, change }];
+    Some(Hypothesis::of("input:labels", (file, &there), description, edits))
+}
+
 /// Some columns of a table so many rows further down than the others, or up where that is negative; rows
 /// that have lost their partner go, or take those that fell off at the other end.
 pub(crate) fn rows_shifted_by(

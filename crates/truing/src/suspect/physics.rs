@@ -115,7 +115,7 @@ impl Physics {
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }
 
-    fn has_names_alone(&self) -> bool {
+    pub(super) fn has_names_alone(&self) -> bool {
         self.closure().is_some_and(|closure| closure.steps.iter().all(has_a_cause))
     }
 

@@ -24,6 +24,8 @@ const BLIND_GAIN: f64 = 3.0;
 const EVIDENCE: f64 = 30.0;
 /// χ² per degree of freedom from which on a mistake in some rows is looked for: ten times the noise.
 const FAR_FROM_NOISE: f64 = 100.0;
+/// The same from which on any mistake is, however small the misfit is beside what was measured.
+const BEYOND_NOISE: f64 = 1000.0;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
 /// Standard deviations by which readings that are all equal at the end of a range fit worse than the
@@ -104,6 +106,7 @@ impl Plain {
         let noise = 1.1 + 6.0 * (2.0 / dof.max(1) as f64).sqrt();
         share > QUIET * self.yardstick.gross && chi2_per_dof.is_none_or(|chi2| chi2 > noise)
             || share > self.yardstick.gross
+            || chi2_per_dof.is_some_and(|chi2| chi2 > BEYOND_NOISE)
     }
 
     /// Whether hardly anything is left of the noise that was declared.

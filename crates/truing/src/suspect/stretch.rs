@@ -6,22 +6,22 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::hypothesis::{Hypothesis, listed, owned, pairs, present};
+use super::hypothesis::{Hypothesis, listed, owned, present};
+use super::left_out::{only_wrong, shortest};
 use super::misfit::Misfit;
-use super::order::blocks_shifted;
+use super::order::{blocks_shifted, exchanged_rows};
 use super::search::{Found, misfit_with};
-use super::unit::{Dimension, all_and_each, shown};
+use super::some_rows::Rows;
+use super::unit::{Dimension, all_and_each};
 use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
 
-/// Parts of the rows that are left out to find a stretch, in sixteenths: each is tried from every half of it on.
-const PARTS: [usize; 5] = [1, 2, 4, 8, 12];
 /// Rows of a table in which a stretch is looked for, at most: each part costs a fit.
 const MOST_ROWS: usize = 5000;
 /// Rows with one value that are no accident where they do not fit.
 const FEWEST_FILLED: usize = 3;
-/// Stretches looked at, at most: where half of the rows are wrong, the others are as likely.
-const MOST: usize = 2;
+/// Wrong rows of which every two may be exchanged, at most.
+const MOST_EXCHANGED: usize = 8;
 
 /// By how much either end of a stretch is moved to see whether that leaves less, and how often.
 const MOVES: [[isize; 2]; 16] = [
@@ -68,9 +68,9 @@ pub(crate) struct Samples {
 
 impl Readings {
     /// The changes after which some rows are not there, nor their samples.
-    fn without(&self, files: &Files, rows: &Range<usize>) -> Option<Vec<Edit>> {
+    fn without(&self, files: &Files, rows: &[usize]) -> Option<Vec<Edit>> {
         let table = files.folder.table(self.file, &[]).ok()?;
-        let kept = (0..table.n_rows()).filter(|row| !rows.contains(row)).collect();
+        let kept = (0..table.n_rows()).filter(|row| rows.binary_search(row).is_err()).collect();
         let mut edits = vec![Edit { file: self.file, change: Change::Keep { rows: kept } }];
         if let Some(samples) = self.samples {
             let of = files.folder.table(samples.file, &[]).ok()?;
@@ -84,9 +84,9 @@ impl Readings {
 
 impl Samples {
     /// Those of some rows, in ascending order.
-    fn of_rows(&self, [table, of]: [&Table; 2], rows: &Range<usize>) -> Option<Vec<usize>> {
+    fn of_rows(&self, [table, of]: [&Table; 2], rows: &[usize]) -> Option<Vec<usize>> {
         let [name, label] = [table.column(self.label)?, of.column(self.label)?];
-        let names: BTreeSet<&str> = rows.clone().map(|row| table.cell(row, name)).collect();
+        let names: BTreeSet<&str> = rows.iter().map(|row| table.cell(*row, name)).collect();
         Some((0..of.n_rows()).filter(|&row| names.contains(of.cell(row, label))).collect())
     }
 }
@@ -96,6 +96,8 @@ impl Samples {
 pub(super) struct Stretch {
     of: Readings,
     rows: Range<usize>,
+    /// Those of them without which the others fit already.
+    wrong: Vec<usize>,
 }
 
 impl Stretch {
@@ -103,13 +105,18 @@ impl Stretch {
     pub(super) fn all_of(files: &Files, fits: &(impl Fn(&Misfit) -> bool + Sync)) -> Vec<Self> {
         let of_table = |of: &Readings| {
             let n = files.folder.table(of.file, &[]).ok()?.n_rows();
-            let without = |rows: &Range<usize>| {
+            let without = |rows: &[usize]| {
                 let left = of.without(files, rows).and_then(|edits| misfit_with(files, &edits));
                 left.is_some_and(|misfit| fits(&misfit))
             };
+            let without_all = |rows: &Range<usize>| without(&rows.clone().collect::<Vec<usize>>());
             let is_looked_at = (of.fewest + 1..=MOST_ROWS).contains(&n);
-            let all = is_looked_at.then(|| shortest((n, of.fewest), &without))?;
-            Some(all.into_iter().map(|rows| Self { of: *of, rows }).collect::<Vec<_>>())
+            let all = is_looked_at.then(|| shortest((n, of.fewest), &without_all))?;
+            let of_rows = |rows: Range<usize>| {
+                let wrong = only_wrong(rows.clone().collect(), &without);
+                Self { of: *of, rows, wrong }
+            };
+            Some(all.into_iter().map(of_rows).collect::<Vec<_>>())
         };
         let has = |file: &str| files.folder.has(file);
         let is_there = |of: &&Readings| has(of.file) && of.samples.is_none_or(|s| has(s.file));
@@ -119,7 +126,7 @@ impl Stretch {
     /// What may be wrong with these rows.
     pub(super) fn changes(&self, files: &Files) -> Vec<Hypothesis> {
         let Ok(table) = files.folder.table(self.of.file, &[]) else { return Vec::new() };
-        let rows = Rows { file: self.of.file, table: &table, rows: self.rows.clone().collect() };
+        let rows = Rows { file: self.of.file, table: &table, these: self.all() };
         let mut all = Vec::new();
         for (columns, dimension) in self.of.sets {
             let columns = present(Some(&table), columns);
@@ -131,8 +138,8 @@ impl Stretch {
         let read =
             |samples: &Samples| Some((*samples, files.folder.table(samples.file, &[]).ok()?));
         if let Some((samples, of)) = self.of.samples.as_ref().and_then(read) {
-            let rows = samples.of_rows([&table, &of], &self.rows).unwrap_or_default();
-            let rows = Rows { file: samples.file, table: &of, rows };
+            let rows = samples.of_rows([&table, &of], &self.all()).unwrap_or_default();
+            let rows = Rows { file: samples.file, table: &of, these: rows };
             for (columns, dimension) in samples.sets {
                 all.extend(rows.changes(&present(Some(&of), columns), *dimension));
             }
@@ -141,6 +148,16 @@ impl Stretch {
             let columns = present(Some(&table), columns);
             all.extend(self.pasted(files, &rows, &columns));
             all.extend(columns.iter().filter_map(|column| self.filled(files, &rows, column)));
+        }
+        if self.wrong.len() < self.rows.len() {
+            let rows = Rows { file: self.of.file, table: &table, these: self.wrong.clone() };
+            for (columns, dimension) in self.of.sets {
+                let columns = present(Some(&table), columns);
+                if self.wrong.len() <= MOST_EXCHANGED {
+                    all.extend(exchanged_rows(rows.file, Some(&table), &columns, &self.wrong));
+                }
+                all.extend(rows.changes(&columns, *dimension));
+            }
         }
         all
     }
@@ -157,7 +174,9 @@ impl Stretch {
         for _ in 0..MOST_MOVES {
             let moved = |[start, end]: [isize; 2]| {
                 let rows = at.start.checked_add_signed(start)?..at.end.checked_add_signed(end)?;
-                let change = Self { of: self.of, rows: rows.clone() }.change(files, index)?;
+                let wrong = rows.clone().collect();
+                let change =
+                    Self { of: self.of, rows: rows.clone(), wrong }.change(files, index)?;
                 Some((misfit_with(files, &change.edits)?, change, rows))
             };
             let tried = MOVES.into_par_iter().filter_map(moved);
@@ -179,6 +198,10 @@ impl Stretch {
         is_within.then(|| self.changes(files).into_iter().nth(index)).flatten()
     }
 
+    fn all(&self) -> Vec<usize> {
+        self.rows.clone().collect()
+    }
+
     /// Whether its rows are places, which physics does not move one by one.
     pub(super) fn is_of_places(&self) -> bool {
         self.of.fewest == 1
@@ -189,16 +212,16 @@ impl Stretch {
         let Readings { file, sets, .. } = self.of;
         let table = files.folder.table(file, &[]).ok()?;
         let columns = present(Some(&table), sets.first()?.0);
-        let rows = Rows { file, table: &table, rows: self.rows.clone().collect() };
-        let those = if self.rows.len() == 1 { "a row" } else { "the rows" };
+        let rows = Rows { file, table: &table, these: self.wrong.clone() };
+        let those = if self.wrong.len() == 1 { "a row" } else { "the rows" };
         let description = format!(
             "{those} of {file}{} do not fit the others, which fit without them: they are of another session, \
-             set-up or part, were displaced, shifted, mistyped or exchanged, or pasted from elsewhere{}; look at them, and leave \
+             set-up or part, were displaced, shifted, mistyped (typos, digits lost) or exchanged, or pasted from elsewhere{}; look at them, and leave \
              them out if they are",
             rows.said(),
             self.read_there().or_else(|| rows.shared()).unwrap_or_default()
         );
-        let edits = self.of.without(files, &self.rows)?;
+        let edits = self.of.without(files, &self.wrong)?;
         Some(Hypothesis::of("input:misplaced", (file, &columns), description, edits))
     }
 
@@ -246,7 +269,7 @@ impl Stretch {
             rows.file,
             rows.said()
         );
-        let edits = self.of.without(files, &self.rows)?;
+        let edits = self.of.without(files, &self.all())?;
         Some(Hypothesis::of("input:stuck", (rows.file, &[column]), description, edits))
     }
 
@@ -270,147 +293,7 @@ impl Stretch {
             rows.said(),
             table.line(other)
         );
-        let edits = self.of.without(files, &self.rows)?;
+        let edits = self.of.without(files, &self.all())?;
         Some(Hypothesis::of("input:copied", (file, columns), description, edits))
-    }
-}
-
-/// Some rows of a table, in ascending order.
-struct Rows<'t> {
-    file: &'static str,
-    table: &'t Table,
-    rows: Vec<usize>,
-}
-
-impl Rows<'_> {
-    fn said(&self) -> String {
-        let line = |row: Option<&usize>| row.map_or(0, |row| self.table.line(*row));
-        match (line(self.rows.first()), line(self.rows.last())) {
-            (first, last) if first == last => format!(" in line {first}"),
-            (first, last) => format!(" from line {first} to line {last}"),
-        }
-    }
-
-    /// What these rows have in common and few others have: those at the ends may fit by accident.
-    fn shared(&self) -> Option<String> {
-        let of_column = |column: usize| {
-            let name = self.table.cell(*self.rows.first()?, column);
-            let has = |row: usize| self.table.cell(row, column) == name;
-            let all = (0..self.table.n_rows()).filter(|row| has(*row)).count();
-            let is_theirs = self.rows.iter().all(|row| has(*row)) && 4 * all <= 5 * self.rows.len();
-            is_theirs.then(|| {
-                format!(
-                    ", or a number of another table (a typo, a wrong digit) that belongs to `{}` = `{name}` is wrong",
-                    self.table.names()[column]
-                )
-            })
-        };
-        (0..self.table.names().len()).find_map(of_column)
-    }
-
-    fn hypothesis(
-        &self,
-        effect: &'static str,
-        (columns, what, cure): (&[&str], &str, &str),
-        change: Change,
-    ) -> Hypothesis {
-        let file = self.file;
-        let description =
-            format!("{} of {file} {what}{}: {cure} there", listed(columns), self.said());
-        Hypothesis::of(effect, (file, columns), description, vec![Edit { file, change }])
-    }
-
-    /// Signs, units and factors of all columns and of each, and any two of them exchanged.
-    fn changes(&self, columns: &[&str], dimension: Dimension) -> Vec<Hypothesis> {
-        let sets = all_and_each(columns);
-        let mut all: Vec<_> = sets.iter().flat_map(|set| self.factors(set, dimension)).collect();
-        all.extend(pairs(columns).map(|pair| self.exchanged(pair)));
-        all
-    }
-
-    fn factors(&self, set: &[&str], dimension: Dimension) -> Vec<Hypothesis> {
-        let Some(declared) = self.table.unit_of(set) else { return Vec::new() };
-        let one = |effect, what: &str, factor: f64| {
-            let rows = Some(self.rows.clone());
-            let change = Change::Scale { columns: owned(set), rows, factor };
-            let cure = format!("multiply by {}", shown(factor));
-            self.hypothesis(effect, (set, what, &cure), change)
-        };
-        let own = dimension.name_of(declared);
-        let mut all = vec![one("input:sign", "with the opposite sign", -1.0)];
-        all.extend(dimension.instead_of(declared).map(|(unit, factor)| {
-            one("input:unit", &format!("in another unit, {unit} instead of {own},"), factor)
-        }));
-        let twice = "twice or half of what it is elsewhere (another gain, a diameter for a radius)";
-        all.extend([0.5, 2.0].map(|factor| one("input:gain", twice, factor)));
-        all
-    }
-
-    fn exchanged(&self, pair: [&str; 2]) -> Hypothesis {
-        let rows = Some(self.rows.clone());
-        let sources = owned(&[pair[1], pair[0]]);
-        let change = Change::Permute { columns: owned(&pair), sources, rows };
-        let said = (&pair[..], "exchanged (swapped)", "exchange them");
-        self.hypothesis("input:exchanged", said, change)
-    }
-}
-
-/// The shortest stretches of `n` rows that are known to be wrong, as the others are right `without` them.
-fn shortest(
-    (n, fewest): (usize, usize),
-    without: &(impl Fn(&Range<usize>) -> bool + Sync),
-) -> Vec<Range<usize>> {
-    for part in PARTS {
-        let length = (n * part / 16).max(fewest + usize::from(fewest > 1)).min(n - 1);
-        let step = (length / 2).min(n / 8).max(1);
-        let starts = (0..n - length).step_by(step).chain([n - length]);
-        let parts: Vec<_> = starts.map(|start| start..start + length).collect();
-        let mut known: Vec<Range<usize>> = parts.into_par_iter().filter(without).collect();
-        known.truncate(MOST);
-        if !known.is_empty() {
-            let mut all: Vec<_> = known.into_iter().map(|rows| cut_down(rows, without)).collect();
-            all.retain(|rows| rows.len() >= fewest);
-            all.dedup();
-            return all;
-        }
-    }
-    Vec::new()
-}
-
-/// A stretch without the rows at its ends that need not be left out.
-fn cut_down(rows: Range<usize>, without: &impl Fn(&Range<usize>) -> bool) -> Range<usize> {
-    // The last start and the first end with which the others are right.
-    let (mut low, mut high) = (rows.start, rows.end);
-    while low + 1 < high {
-        let middle = low.midpoint(high);
-        if without(&(middle..rows.end)) { low = middle } else { high = middle }
-    }
-    let start = low;
-    let (mut low, mut high) = (start, rows.end);
-    while low + 1 < high {
-        let middle = low.midpoint(high);
-        if without(&(start..middle)) { high = middle } else { low = middle }
-    }
-    start..high
-}
-
-#[cfg(test)]
-mod tests {
-    use super::shortest;
-
-    #[test]
-    fn a_stretch_is_found_to_the_row_wherever_it_lies() {
-        for wrong in [0..4, 3..7, 11..16, 20..40, 36..40, 5..35] {
-            let without = |rows: &std::ops::Range<usize>| {
-                rows.start <= wrong.start && rows.end >= wrong.end && rows.len() < 39
-            };
-            assert_eq!(shortest((40, 3), &without), [wrong.clone()], "{wrong:?}");
-        }
-    }
-
-    #[test]
-    fn one_row_is_no_stretch() {
-        let without = |rows: &std::ops::Range<usize>| rows.contains(&9);
-        assert!(shortest((40, 3), &without).is_empty());
     }
 }

@@ -69,6 +69,8 @@ impl Dimension {
                 ("lbf·ft (foot pounds)", N_PER_LBF * MM_PER_INCH * 12.0),
                 ("N·cm", 10.0),
                 ("kgf·mm", N_PER_KGF),
+                ("kgf·cm", N_PER_KGF * 10.0),
+                ("kgf·m", N_PER_KGF * 1e3),
                 ("mN·mm", 1e-3),
                 ("lbf·mm", N_PER_LBF),
             ],

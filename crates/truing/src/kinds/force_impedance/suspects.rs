@@ -11,7 +11,7 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, copies, cycles,
     doubled, exchanged_blocks, exchanges, held, lengths, points_lost, rows_left_out, rows_shifted,
     rows_shifted_by, scaled_setting, signs, spread_of, standing_still, stretches, units,
-    units_from_a_row,
+    units_from_a_row, zeros,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -56,6 +56,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     // A slide may stand still: there the fit decides.
     all.extend(standing_still(LOG, table, &LENGTHS, without));
     all.extend(held(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), without));
+    all.extend(zeros(LOG, table, &CELLS, without));
     all.extend(units(LOG, table, &CELLS, Dimension::Force));
     all.extend(units(LOG, table, &[REFERENCE], Dimension::Force));
     all.extend(units(LOG, table, &LENGTHS, Dimension::Length));

@@ -28,35 +28,30 @@ pub(super) fn rematched(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
     let side = |names: [&str; 3]| names.map(|name| table.numbers(name));
     match (side(FROM), side(TO)) {
         ([Some(x), Some(y), Some(z)], [Some(u), Some(v), Some(w)]) => {
-            let from = (0..x.len()).map(|i| Point::from([x[i], y[i], z[i]])).collect();
-            of_points::<3>(
-                (table, fitted),
-                from,
-                (0..u.len()).map(|i| Point::from([u[i], v[i], w[i]])).collect(),
-            )
+            of_points((table, fitted), &points(&[x, y, z]), &points(&[u, v, w]))
         }
         ([Some(x), Some(y), None], [Some(u), Some(v), None]) => {
-            let from = (0..x.len()).map(|i| Point::from([x[i], y[i]])).collect();
-            of_points::<2>(
-                (table, fitted),
-                from,
-                (0..u.len()).map(|i| Point::from([u[i], v[i]])).collect(),
-            )
+            of_points((table, fitted), &points(&[x, y]), &points(&[u, v]))
         }
         _ => None,
     }
 }
 
+fn points<const D: usize>(axes: &[Vec<f64>; D]) -> Vec<Point<f64, D>> {
+    let point = |row: usize| Point::from(std::array::from_fn::<f64, D, _>(|axis| axes[axis][row]));
+    (0..axes[0].len()).map(point).collect()
+}
+
 fn of_points<const D: usize>(
     (table, fitted): (&Table, &Fitted),
-    from: Vec<Point<f64, D>>,
-    to: Vec<Point<f64, D>>,
+    from: &[Point<f64, D>],
+    to: &[Point<f64, D>],
 ) -> Option<Hypothesis> {
     let n = from.len();
     if !(FEWEST_POINTS..=MOST_POINTS).contains(&n) {
         return None;
     }
-    let near = NEAR * smallest_distance(&to);
+    let near = NEAR * smallest_distance(to);
     let is_off = |o: &Observation| o.residual.iter().map(|v| v * v).sum::<f64>() > near * near;
     if !fitted.observations.iter().any(is_off) {
         return None;

@@ -14,8 +14,8 @@ use crate::residual::Residual;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
     doubled, exchanged_rows, exchanges, farthest, held, increments, other_setting, points_lost,
-    polar, rows_left_out, rows_shifted, signs, silent, slips, spread_of, standing_still,
-    swapped_names, units,
+    polar, rows_left_out, rows_shifted, signs, silent, slips, sorted_as_text, spread_of,
+    standing_still, swapped_names, units, zeros,
 };
 
 /// The two sides of the table.
@@ -59,6 +59,7 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(standing_still(PAIRS, Some(table), &side, without));
         all.extend(held(PAIRS, Some(table), &side, without));
         all.extend(clipped_of_few(PAIRS, Some(table), &side, without));
+        all.extend(zeros(PAIRS, Some(table), &side, without));
     }
     all.extend(TO_AND_FROM.iter().flat_map(|side| signs(PAIRS, Some(table), side)));
     for side in TO_AND_FROM {
@@ -68,6 +69,7 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.push(handedness(files));
     all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
+    all.extend(sorted_as_text(PAIRS, Some(table), "point", &TO));
     all.extend(fitted.and_then(|fitted| rematched(table, fitted)));
     all.extend(TO_AND_FROM.iter().flat_map(|side| increments(PAIRS, Some(table), side, &[])));
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));

@@ -11,8 +11,8 @@ use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
     exchanged_rows, exchanged_targets, exchanges, farthest, increments, lengths, other_setting,
-    points_lost, polar, rows_left_out, rows_shifted, scaled_setting, signs, spread_of,
-    standing_still, units, units_from_a_row,
+    points_lost, polar, rows_left_out, rows_shifted, scaled_setting, signs, sorted_as_text,
+    spread_of, standing_still, units, units_from_a_row,
 };
 
 pub(super) const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
@@ -71,6 +71,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(exchanges(PRESSES, known, &MACHINE));
     all.extend(signs(PRESSES, known, &MACHINE));
     all.extend(rows_shifted(PRESSES, known, &MACHINE, None));
+    all.extend(sorted_as_text(PRESSES, known, "press", &MACHINE));
     if let (Some(fitted), Some(table)) = (fitted, known) {
         let is_known = |row: &usize| {
             table.column("use").is_some_and(|column| table.cell(*row, column) != "locate")

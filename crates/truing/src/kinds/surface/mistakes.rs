@@ -7,7 +7,7 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, clipped_of_few, copies, cycles, doubled,
     exchanged_rows, exchanges, farthest, held, increments, lengths, number, of_another_part,
     other_setting, polar, rows_left_out, rows_shifted, scaled_setting, signs, silent, slips,
-    spread_of, standing_still, units,
+    spread_of, standing_still, units, zeros,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -137,6 +137,7 @@ pub(crate) fn mistakes_of_rows(
     all.extend(standing_still(file, table, &XYZ, without));
     all.extend(held(file, table, &XYZ, without));
     all.extend(clipped_of_few(file, table, &XYZ, without));
+    all.extend(zeros(file, table, &XYZ, without));
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     all.extend(slips(file, table, &XYZ, far));

@@ -16,7 +16,7 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
     doubled, exchanges, farthest, held, increments, names_of_one_exchanged, other_setting,
     place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips,
-    spread_of, standing_still, standing_still_within, swapped_names, units,
+    spread_of, standing_still, standing_still_within, swapped_names, units, zeros,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -53,6 +53,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     if file == TARGETS {
         all.extend(place_standing_still(file, read, &PLACE, without));
         all.extend(standing_still(file, read, &PLACE, without));
+        all.extend(zeros(file, read, &PLACE, without));
     } else {
         all.extend(standing_still(file, read, &[DISPLACEMENT], without));
         all.extend(held(file, read, &[DISPLACEMENT], without));

@@ -4,6 +4,7 @@ mod axis;
 mod log;
 mod numbers;
 mod points;
+mod rows;
 mod tracer;
 mod wrench;
 

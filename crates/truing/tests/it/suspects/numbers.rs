@@ -10,7 +10,7 @@ fn read(cell: &str) -> f64 {
 }
 
 /// A sound axis: five cycles there and back over ten targets, no two readings alike.
-fn axis() -> Case {
+pub(super) fn axis() -> Case {
     let row = |i: i32| {
         let (cycle, k) = (i / 20, i % 20);
         let (at, way) = if k < 10 { (k, "+") } else { (19 - k, "-") };

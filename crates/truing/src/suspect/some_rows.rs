@@ -1,0 +1,113 @@
+//! What may be wrong with some rows of a table.
+
+use super::hypothesis::{Hypothesis, listed, owned, pairs, present, stretches_of};
+use super::unit::{Dimension, all_and_each, shown};
+use crate::case::{Change, Edit, Table};
+
+/// What may be wrong with the coordinates in one row.
+pub(super) fn changes_of_row(
+    (file, table): (&'static str, Option<&Table>),
+    row: usize,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let rows = Rows { file, table, these: vec![row] };
+    rows.changes(&present(Some(table), columns), Dimension::Length)
+}
+
+/// Some rows of a table, in ascending order.
+pub(super) struct Rows<'t> {
+    pub(super) file: &'static str,
+    pub(super) table: &'t Table,
+    /// In ascending order.
+    pub(super) these: Vec<usize>,
+}
+
+impl Rows<'_> {
+    pub(super) fn said(&self) -> String {
+        let lines: Vec<usize> = self.these.iter().map(|row| self.table.line(*row)).collect();
+        match lines[..] {
+            [] => String::new(),
+            [line] => format!(" in line {line}"),
+            [first, .., last] if last - first + 1 == lines.len() => {
+                format!(" from line {first} to line {last}")
+            }
+            _ => format!(" in lines {}", stretches_of(&lines)),
+        }
+    }
+
+    /// What these rows have in common and few others have: those at the ends may fit by accident.
+    pub(super) fn shared(&self) -> Option<String> {
+        let of_column = |column: usize| {
+            let name = self.table.cell(*self.these.first()?, column);
+            let has = |row: usize| self.table.cell(row, column) == name;
+            let all = (0..self.table.n_rows()).filter(|row| has(*row)).count();
+            let is_theirs =
+                self.these.iter().all(|row| has(*row)) && 4 * all <= 5 * self.these.len();
+            is_theirs.then(|| {
+                format!(
+                    ", or a number of another table (a typo, a wrong digit) that belongs to `{}` = `{name}` is wrong",
+                    self.table.names()[column]
+                )
+            })
+        };
+        (0..self.table.names().len()).find_map(of_column)
+    }
+
+    pub(super) fn hypothesis(
+        &self,
+        effect: &'static str,
+        (columns, what, cure): (&[&str], &str, &str),
+        change: Change,
+    ) -> Hypothesis {
+        let file = self.file;
+        let description =
+            format!("{} of {file} {what}{}: {cure} there", listed(columns), self.said());
+        Hypothesis::of(effect, (file, columns), description, vec![Edit { file, change }])
+    }
+
+    /// Signs, units and factors of all columns and of each, and any two of them exchanged.
+    pub(super) fn changes(&self, columns: &[&str], dimension: Dimension) -> Vec<Hypothesis> {
+        let sets = all_and_each(columns);
+        let mut all: Vec<_> = sets.iter().flat_map(|set| self.factors(set, dimension)).collect();
+        // As of a part that was turned by half a turn.
+        let both =
+            |pair: [&str; 2]| self.scaled("input:sign", (&pair, "with the opposite sign"), -1.0);
+        all.extend(pairs(columns).map(both));
+        all.extend(pairs(columns).map(|pair| self.exchanged(pair)));
+        all
+    }
+
+    fn factors(&self, set: &[&str], dimension: Dimension) -> Vec<Hypothesis> {
+        let Some(declared) = self.table.unit_of(set) else { return Vec::new() };
+        let one = |effect, what: &str, factor| self.scaled(effect, (set, what), factor);
+        let own = dimension.name_of(declared);
+        let mut all = vec![one("input:sign", "with the opposite sign", -1.0)];
+        all.extend(dimension.instead_of(declared).map(|(unit, factor)| {
+            one("input:unit", &format!("in another unit, {unit} instead of {own},"), factor)
+        }));
+        let twice = "twice or half of what it is elsewhere (another gain, a diameter for a radius)";
+        all.extend([0.5, 2.0].map(|factor| one("input:gain", twice, factor)));
+        all
+    }
+
+    fn scaled(
+        &self,
+        effect: &'static str,
+        (set, what): (&[&str], &str),
+        factor: f64,
+    ) -> Hypothesis {
+        let rows = Some(self.these.clone());
+        let change = Change::Scale { columns: owned(set), rows, factor };
+        let cure = format!("multiply by {}", shown(factor));
+        self.hypothesis(effect, (set, what, &cure), change)
+    }
+
+    fn exchanged(&self, pair: [&str; 2]) -> Hypothesis {
+        let rows = Some(self.these.clone());
+        let sources = owned(&[pair[1], pair[0]]);
+        let change = Change::Permute { columns: owned(&pair), sources, rows };
+        let said = (&pair[..], "exchanged (swapped)", "exchange them");
+        self.hypothesis("input:exchanged", said, change)
+    }
+}

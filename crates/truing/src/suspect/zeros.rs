@@ -1,0 +1,34 @@
+use super::hypothesis::{Hypothesis, Proof, listed, present};
+use crate::case::{Edit, Table};
+
+/// Rows that read nothing but zeros in some columns, as an export writes what was not recorded; one may be the
+/// origin.
+const FEWEST: usize = 2;
+
+/// Readings that were not recorded and stand in the table as zeros.
+pub(crate) fn zeros(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Option<Hypothesis> {
+    let there = present(table, columns);
+    let table = table.filter(|_| there.len() > 1)?;
+    let read: Vec<Vec<f64>> = there.iter().filter_map(|name| table.numbers(name)).collect();
+    let is_zero = |row: usize| read.iter().all(|values| values[row] == 0.0);
+    let rows: Vec<bool> = (0..table.n_rows()).map(is_zero).collect();
+    let n = rows.iter().filter(|row| **row).count();
+    if n < FEWEST || 2 * n > rows.len() || read.len() < there.len() {
+        return None;
+    }
+    let first = rows.iter().position(|row| *row)?;
+    let description = format!(
+        "{n} rows of {file} read 0 in all of {}, from line {}: what was missing was written as zeros; leave these \
+         rows out",
+        listed(&there),
+        table.line(first)
+    );
+    let edits = without(table, &rows);
+    let found = Hypothesis::of("input:missing", (file, &there), description, edits);
+    Some(Hypothesis { proof: Proof::Gross, ..found })
+}
