@@ -331,9 +331,9 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         let far = farthest(fitted, FARTHEST);
         all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));
     }
-    all.extend(table.and_then(|table| signs_lost(table, columns)));
+    all.extend(table.and_then(|table| signs_lost((POSITIONS, table), columns)));
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
-    all.extend(table.and_then(|table| at_other_targets(table, columns)));
+    all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all
 }
 

@@ -1,5 +1,4 @@
-use crate::case::{CASE_FILE, Change, Edit, Table};
-use crate::kind::Files;
+use crate::case::{CASE_FILE, Change, Edit, Folder, Table};
 
 /// One thing that may be wrong with the input, and the change that mends it.
 #[derive(Clone, Debug)]
@@ -90,9 +89,9 @@ impl Hypothesis {
     }
 
     /// The same with columns called what the file calls them, which may be in another unit.
-    pub(super) fn in_words_of(mut self, files: &Files) -> Self {
+    pub(super) fn in_words_of(mut self, folder: &Folder) -> Self {
         let file = self.subject.split_once(": ").map(|(file, _)| file);
-        if let Some(table) = file.and_then(|file| files.folder.known(file)) {
+        if let Some(table) = file.and_then(|file| folder.known(file)) {
             self.subject = in_words_of(&table, &self.subject);
             self.description = in_words_of(&table, &self.description);
         }

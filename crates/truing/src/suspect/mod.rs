@@ -19,6 +19,7 @@ mod named;
 mod order;
 mod physics;
 mod polar;
+mod readings;
 mod search;
 mod setting;
 mod sign;
@@ -46,10 +47,10 @@ pub(crate) use order::{
     farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, sorted_as_text, swapped_names,
 };
 pub(crate) use polar::polar;
+pub(crate) use readings::{Readings, Samples};
 pub(crate) use setting::{lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::signs;
 pub(crate) use slip::{points_lost, slip_of_sign, slips};
-pub(crate) use stretch::{Readings, Samples};
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of};
 pub(crate) use zeros::zeros;

@@ -70,8 +70,9 @@ impl Found {
     /// The same with what it leaves of all samples, in the words of the files.
     pub(super) fn of_all(self, files: &Files) -> Self {
         let after = trial(files, &self.named, None);
-        let rivals = self.rivals.into_iter().map(|rival| rival.in_words_of(files)).collect();
-        Self { named: self.named.in_words_of(files), after, rivals, ..self }
+        let rivals =
+            self.rivals.into_iter().map(|rival| rival.in_words_of(&files.folder)).collect();
+        Self { named: self.named.in_words_of(&files.folder), after, rivals, ..self }
     }
 
     /// One without a change that mends it.

@@ -61,8 +61,9 @@ impl Rows<'_> {
         change: Change,
     ) -> Hypothesis {
         let file = self.file;
+        let is = if columns.len() == 1 { "is" } else { "are" };
         let description =
-            format!("{} of {file} {what}{}: {cure} there", listed(columns), self.said());
+            format!("{} of {file} {is} {what}{}: {cure} there", listed(columns), self.said());
         Hypothesis::of(effect, (file, columns), description, vec![Edit { file, change }])
     }
 
@@ -72,7 +73,7 @@ impl Rows<'_> {
         let mut all: Vec<_> = sets.iter().flat_map(|set| self.factors(set, dimension)).collect();
         // As of a part that was turned by half a turn.
         let both =
-            |pair: [&str; 2]| self.scaled("input:sign", (&pair, "with the opposite sign"), -1.0);
+            |pair: [&str; 2]| self.scaled("input:sign", (&pair, "of the opposite sign"), -1.0);
         all.extend(pairs(columns).map(both));
         all.extend(pairs(columns).map(|pair| self.exchanged(pair)));
         all
@@ -82,7 +83,7 @@ impl Rows<'_> {
         let Some(declared) = self.table.unit_of(set) else { return Vec::new() };
         let one = |effect, what: &str, factor| self.scaled(effect, (set, what), factor);
         let own = dimension.name_of(declared);
-        let mut all = vec![one("input:sign", "with the opposite sign", -1.0)];
+        let mut all = vec![one("input:sign", "of the opposite sign", -1.0)];
         all.extend(dimension.instead_of(declared).map(|(unit, factor)| {
             one("input:unit", &format!("in another unit, {unit} instead of {own},"), factor)
         }));

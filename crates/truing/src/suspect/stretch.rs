@@ -10,10 +10,11 @@ use super::hypothesis::{Hypothesis, listed, owned, present};
 use super::left_out::{only_wrong, shortest};
 use super::misfit::Misfit;
 use super::order::{blocks_shifted, exchanged_rows};
+use super::readings::{Readings, Samples};
 use super::search::{Found, misfit_with};
 use super::some_rows::Rows;
-use super::unit::{Dimension, all_and_each};
-use crate::case::{Change, Edit, Order, Table};
+use super::unit::all_and_each;
+use crate::case::{Change, Edit, Order};
 use crate::kind::Files;
 
 /// Rows of a table in which a stretch is looked for, at most: each part costs a fit.
@@ -44,53 +45,6 @@ const MOVES: [[isize; 2]; 16] = [
 ];
 const MOST_MOVES: usize = 24;
 
-/// Columns that are read together.
-type Set = (&'static [&'static str], Dimension);
-
-/// A table of readings of which a stretch may be wrong.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Readings {
-    pub(crate) file: &'static str,
-    pub(crate) sets: &'static [Set],
-    /// Rows of a stretch at least: where fewer are slips, which say so themselves, or bad readings.
-    pub(crate) fewest: usize,
-    /// The samples that were recorded of each row, where there are any.
-    pub(crate) samples: Option<Samples>,
-}
-
-/// A table of samples, each of the row that has the same name in a column of both.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Samples {
-    pub(crate) file: &'static str,
-    pub(crate) label: &'static str,
-    pub(crate) sets: &'static [Set],
-}
-
-impl Readings {
-    /// The changes after which some rows are not there, nor their samples.
-    fn without(&self, files: &Files, rows: &[usize]) -> Option<Vec<Edit>> {
-        let table = files.folder.table(self.file, &[]).ok()?;
-        let kept = (0..table.n_rows()).filter(|row| rows.binary_search(row).is_err()).collect();
-        let mut edits = vec![Edit { file: self.file, change: Change::Keep { rows: kept } }];
-        if let Some(samples) = self.samples {
-            let of = files.folder.table(samples.file, &[]).ok()?;
-            let gone = samples.of_rows([&table, &of], rows)?;
-            let kept = (0..of.n_rows()).filter(|row| gone.binary_search(row).is_err()).collect();
-            edits.push(Edit { file: samples.file, change: Change::Keep { rows: kept } });
-        }
-        Some(edits)
-    }
-}
-
-impl Samples {
-    /// Those of some rows, in ascending order.
-    fn of_rows(&self, [table, of]: [&Table; 2], rows: &[usize]) -> Option<Vec<usize>> {
-        let [name, label] = [table.column(self.label)?, of.column(self.label)?];
-        let names: BTreeSet<&str> = rows.iter().map(|row| table.cell(*row, name)).collect();
-        Some((0..of.n_rows()).filter(|&row| names.contains(of.cell(row, label))).collect())
-    }
-}
-
 /// Rows without which the others fit.
 #[derive(Debug)]
 pub(super) struct Stretch {
@@ -106,7 +60,8 @@ impl Stretch {
         let of_table = |of: &Readings| {
             let n = files.folder.table(of.file, &[]).ok()?.n_rows();
             let without = |rows: &[usize]| {
-                let left = of.without(files, rows).and_then(|edits| misfit_with(files, &edits));
+                let left =
+                    of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
                 left.is_some_and(|misfit| fits(&misfit))
             };
             let without_all = |rows: &Range<usize>| without(&rows.clone().collect::<Vec<usize>>());
@@ -221,7 +176,7 @@ impl Stretch {
             rows.said(),
             self.read_there().or_else(|| rows.shared()).unwrap_or_default()
         );
-        let edits = self.of.without(files, &self.wrong)?;
+        let edits = self.of.without(&files.folder, &self.wrong)?;
         Some(Hypothesis::of("input:misplaced", (file, &columns), description, edits))
     }
 
@@ -269,7 +224,7 @@ impl Stretch {
             rows.file,
             rows.said()
         );
-        let edits = self.of.without(files, &self.all())?;
+        let edits = self.of.without(&files.folder, &self.all())?;
         Some(Hypothesis::of("input:stuck", (rows.file, &[column]), description, edits))
     }
 
@@ -279,8 +234,13 @@ impl Stretch {
         let Range { start, end } = self.rows;
         let of_name = |name: &&str| table.read_as(name).map(|(column, _)| column);
         let read: Vec<usize> = columns.iter().filter_map(of_name).collect();
+        let cell = |row: usize| read.iter().map(move |column| table.cell(row, *column));
+        let distinct = (0..table.n_rows()).map(|row| cell(row).collect::<Vec<_>>());
+        // What a design repeats was not pasted.
+        if 2 * distinct.collect::<BTreeSet<_>>().len() <= table.n_rows() {
+            return None;
+        }
         let is_same = |other: &usize| {
-            let cell = |row: usize| read.iter().map(move |column| table.cell(row, *column));
             !self.rows.contains(other)
                 && (0..end - start).all(|at| cell(start + at).eq(cell(other + at)))
         };
@@ -293,7 +253,7 @@ impl Stretch {
             rows.said(),
             table.line(other)
         );
-        let edits = self.of.without(files, &self.all())?;
+        let edits = self.of.without(&files.folder, &self.all())?;
         Some(Hypothesis::of("input:copied", (file, columns), description, edits))
     }
 }

@@ -1,6 +1,5 @@
 //! Readings that lie at other targets than those of their rows, and signs that were left out.
 
-use super::POSITIONS;
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
 use crate::suspect::{Hypothesis, Proof, stretches_of};
@@ -14,7 +13,7 @@ const FEWEST: usize = 3;
 
 /// Every reading put to the target that it is at; those that are at none go.
 pub(super) fn at_other_targets(
-    table: &Table,
+    (file, table): (&'static str, &Table),
     [target, reached]: [&'static str; 2],
 ) -> Option<Hypothesis> {
     let (targets, readings) = (table.numbers(target)?, table.numbers(reached)?);
@@ -41,7 +40,7 @@ pub(super) fn at_other_targets(
     let lines: Vec<usize> = wrong.iter().map(|row| table.line(*row)).collect();
     let row = wrong[0];
     let description = format!(
-        "{} readings of {POSITIONS} are not at the targets of their rows, as where rows are shifted, exchanged or \
+        "{} readings of {file} are not at the targets of their rows, as where rows are shifted, exchanged or \
          in another order, or a target was skipped, repeated or mistyped (lines {}): in line {} `{reached}` is {} \
          at `{target}` {}; put each reading to the target that it was taken at",
         wrong.len(),
@@ -52,16 +51,19 @@ pub(super) fn at_other_targets(
     );
     let values = (0..n).map(|row| found[row].unwrap_or(targets[row])).collect();
     let change = Change::Replace { column: target.to_owned(), values };
-    let mut edits = vec![Edit { file: POSITIONS, change }];
+    let mut edits = vec![Edit { file, change }];
     if kept.len() < n {
-        edits.push(Edit { file: POSITIONS, change: Change::Keep { rows: kept } });
+        edits.push(Edit { file, change: Change::Keep { rows: kept } });
     }
-    let found = Hypothesis::of("input:labels", (POSITIONS, &[target, reached]), description, edits);
+    let found = Hypothesis::of("input:labels", (file, &[target, reached]), description, edits);
     Some(Hypothesis { proof: Proof::FitIfNoOther, ..found })
 }
 
 /// A column without any sign, where the other has both and is as large in every row.
-pub(super) fn signs_lost(table: &Table, columns: [&'static str; 2]) -> Option<Hypothesis> {
+pub(super) fn signs_lost(
+    (file, table): (&'static str, &Table),
+    columns: [&'static str; 2],
+) -> Option<Hypothesis> {
     let both = columns.map(|column| table.numbers(column));
     let [Some(targets), Some(readings)] = &both else { return None };
     let of = |column: &'static str, mine: &[f64], other: &[f64]| {
@@ -72,13 +74,13 @@ pub(super) fn signs_lost(table: &Table, columns: [&'static str; 2]) -> Option<Hy
             && negative >= FEWEST
             && mine.iter().zip(other).all(is_as_large);
         let description = format!(
-            "`{column}` of {POSITIONS} has lost its minus signs (absolute values) in {negative} rows where the \
+            "`{column}` of {file} has lost its minus signs (absolute values) in {negative} rows where the \
              other column is negative: put them back"
         );
         let values = mine.iter().zip(other).map(|(a, b)| a.copysign(*b)).collect();
         let change = Change::Replace { column: column.to_owned(), values };
-        let edits = vec![Edit { file: POSITIONS, change }];
-        lost.then(|| Hypothesis::of("input:sign", (POSITIONS, &[column]), description, edits))
+        let edits = vec![Edit { file, change }];
+        lost.then(|| Hypothesis::of("input:sign", (file, &[column]), description, edits))
     };
     of(columns[0], targets, readings).or_else(|| of(columns[1], readings, targets))
 }
