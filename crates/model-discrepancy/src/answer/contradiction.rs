@@ -13,7 +13,7 @@ use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
 use crate::levels::{
     EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE, HARDLY_EXPLAINED,
-    MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
+    LARGE_SCATTER, MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
 };
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
@@ -210,7 +210,10 @@ fn left_above(
     // Beside noise several times as large as declared several names are parts of it, and a bad reading is one of many.
     let are_parts = match names(context, chosen, lin) {
         0 => left >= MOSTLY_LEFT,
-        1 => left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER,
+        1 => {
+            left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER
+                || left >= EXCESS_LEFT_UNDECLARED && after.per_dof() >= LARGE_SCATTER
+        }
         _ => true,
     };
     let is_any_enough = left >= HARDLY_EXPLAINED || is_gross && are_parts || are_accidents;

@@ -23,6 +23,8 @@ const GROSS_SCALE: f64 = 1e-3;
 /// No axis reads longer than this, even without any compensation, and no axes are further out of
 /// square: what needs more is no error of the machine. A hundredth.
 const NO_MACHINE: f64 = 1e-2;
+/// No probe that triggers at all gives way by more, or travels farther until it does.
+const NO_PROBE_MM: f64 = 0.5;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -119,15 +121,18 @@ fn probe(setting: &Setting<'_>) -> Vec<Entry> {
     let ball = entry("tip-radius", text, vec![parameter("radius", "mm", 1.0)], Term::Ball);
     let text = "the probe triggers after this travel along its approach";
     let parameters = vec![parameter("travel", "mm", 1.0)];
-    let pretravel = entry("pretravel", text, parameters, Term::Pretravel);
+    let pretravel = entry("pretravel", text, parameters, Term::Pretravel).at_most(NO_PROBE_MM);
     let text = "the travel until the probe triggers goes with the direction, in three lobes about \
                 the stylus";
     let lobing = |power: i32, subject: &str| {
         let parameters = vec![micrometres("cos"), micrometres("sin")];
-        entry("lobing", text, parameters, Term::Lobing { power }).about(subject)
+        entry("lobing", text, parameters, Term::Lobing { power })
+            .about(subject)
+            .at_most(NO_PROBE_MM)
     };
     let text = "the stylus gives way sideways until the probe triggers; at right angles to it";
-    let bending = entry("bending", text, vec![micrometres("sideways")], Term::Bending);
+    let bending =
+        entry("bending", text, vec![micrometres("sideways")], Term::Bending).at_most(NO_PROBE_MM);
     let lobing_tilted = lobing(1, "with the sideways part of the approach");
     let lobing_even = lobing(0, "at every inclination");
     vec![ball, pretravel, lobing_tilted, lobing_even, bending, latency(setting)]

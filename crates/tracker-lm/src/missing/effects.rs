@@ -21,6 +21,8 @@ pub(crate) const REFERENCE_C: f64 = 20.0;
 
 /// A wavelength is off by parts in a million; by this much it is another unit, or readings that stand still.
 const NO_WAVELENGTH: f64 = 0.01;
+/// The same of one station alone.
+const NO_STATION: f64 = 0.1;
 
 /// An effect as the loop sees it, and what it does to every range.
 #[derive(Clone, Debug)]
@@ -344,10 +346,13 @@ fn bad_station(scene: &Scene<'_>, station: usize) -> Entry {
     let name = &scene.survey.stations[station].name;
     let text = format!("readings from station {name} alone are too long in proportion");
     let scale = parameter("scale", "ppm", 1e6);
-    scene.entry_of_readings("bad-station", Some(name.clone()), text, &[scale], |r| {
-        let is_own = scene.survey.ranges[r].station == station;
-        [if is_own { scene.displacement_mm(r) } else { 0.0 }]
-    })
+    let mut entry =
+        scene.entry_of_readings("bad-station", Some(name.clone()), text, &[scale], |r| {
+            let is_own = scene.survey.ranges[r].station == station;
+            [if is_own { scene.displacement_mm(r) } else { 0.0 }]
+        });
+    entry.effect.maximum = Some(NO_STATION);
+    entry
 }
 
 /// The wavelength follows the temperature of the air, about −1 ppm/K uncorrected: along the displacement,

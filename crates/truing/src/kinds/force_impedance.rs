@@ -45,6 +45,7 @@ pub(crate) const KIND: Kind = Kind {
             (&LENGTHS, Dimension::Length),
         ],
         fewest: 3,
+        are_places: false,
         samples: None,
     }],
     uncertain: &[],

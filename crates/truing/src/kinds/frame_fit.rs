@@ -43,6 +43,7 @@ pub(crate) const KIND: Kind = Kind {
         file: PAIRS,
         sets: &[(&TO, Dimension::Length), (&FROM, Dimension::Length)],
         fewest: 3,
+        are_places: false,
         samples: None,
     }],
     uncertain: &[

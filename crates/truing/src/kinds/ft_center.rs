@@ -40,7 +40,8 @@ pub(crate) const KIND: Kind = Kind {
     readings: &[Readings {
         file: PRESSES,
         sets: &[(&MACHINE, Dimension::Length)],
-        fewest: 3,
+        fewest: 1,
+        are_places: false,
         samples: Some(Samples {
             file: WRENCH,
             label: "press",

@@ -49,6 +49,7 @@ pub(crate) const KIND: Kind = Kind {
         file: POINTS,
         sets: &[(&XYZ, Dimension::Length)],
         fewest: 3,
+        are_places: false,
         samples: None,
     }],
     uncertain: &[

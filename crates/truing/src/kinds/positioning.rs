@@ -28,7 +28,7 @@ use crate::suspect::{
 
 use approach::approach_of;
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
-use at_targets::{at_other_targets, signs_lost};
+use at_targets::{at_other_targets, signs_lost, thousands};
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
@@ -51,6 +51,7 @@ pub(crate) const KIND: Kind = Kind {
             (&["target_deg"], Dimension::Angle),
         ],
         fewest: 3,
+        are_places: false,
         samples: None,
     }],
     uncertain: &[],
@@ -332,6 +333,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(exchanged_rows(POSITIONS, table, &columns[..1], &far));
     }
     all.extend(table.and_then(|table| signs_lost((POSITIONS, table), columns)));
+    all.extend(table.and_then(|table| thousands((POSITIONS, table), columns)));
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
     all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all

@@ -56,9 +56,16 @@ pub(crate) const KIND: Kind = Kind {
             file: RANGES,
             sets: &[(&[DISPLACEMENT], Dimension::Length)],
             fewest: 3,
+            are_places: false,
             samples: None,
         },
-        Readings { file: TARGETS, sets: &[(&PLACE, Dimension::Length)], fewest: 3, samples: None },
+        Readings {
+            file: TARGETS,
+            sets: &[(&PLACE, Dimension::Length)],
+            fewest: 3,
+            are_places: false,
+            samples: None,
+        },
     ],
     uncertain: &[
         Uncertain {
@@ -305,5 +312,5 @@ impl Settings {
 /// Places of which each may be wrong, with what was read there.
 const fn of_places(file: &'static str, read: &'static str, label: &'static str) -> Readings {
     let samples = Some(Samples { file: read, label, sets: &[] });
-    Readings { file, sets: &[(&PLACE, Dimension::Length)], fewest: 1, samples }
+    Readings { file, sets: &[(&PLACE, Dimension::Length)], fewest: 1, are_places: true, samples }
 }

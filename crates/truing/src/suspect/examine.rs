@@ -3,7 +3,8 @@ use super::misfit::Misfit;
 use super::named::Suspect;
 use super::order::exchanged_with;
 use super::physics::{Contest, Physics};
-use super::search::{Found, Plain, Trials};
+use super::rounded::rounded;
+use super::search::{Found, Plain, Trials, misfit_with};
 use super::some_rows::changes_of_row;
 use super::stretch::Stretch;
 use crate::case::{Change, Edit};
@@ -29,10 +30,17 @@ pub(crate) struct Examined {
     pub(crate) closed: Option<Settled>,
 }
 
+impl Examined {
+    fn unmatched(files: &Files, before: &Misfit) -> Self {
+        let suspects = vec![Suspect::of(&unmatched(files, before), Some(before))];
+        Self { suspects, ..Self::default() }
+    }
+}
+
 /// Looks for mistakes in the input of a case that can be fitted.
 pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
     let mut examined = Examined::default();
-    let mut edits: Vec<Edit> = Vec::new();
+    let mut named: Vec<Hypothesis> = Vec::new();
     let mut physics: Option<Physics> = None;
     let mut plainly: Option<Misfit> = None;
     // What the last change leaves, which nothing but the fit speaks for.
@@ -56,22 +64,24 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         } else {
             (Trials::proved(files, &list, Proof::Data).missing(&plain), None)
         };
+        let found = found.or_else(|| rounded_beside(current, &plain, &mut physics));
         let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
+        if let Some(again) = named.iter().position(|known| known.is(&found.named)) {
+            return without_what_is_undone(case, named, again, &plainly.unwrap_or(misfit));
+        }
         examined.suspects.push(Suspect::of(&found, Some(&misfit)));
         if found.named.edits.is_empty() {
             mended = None;
             break;
         }
         mended = found.after.filter(|_| found.named.proof == Proof::Fit);
-        edits.extend(found.named.edits);
-        examined.corrected = Some(case.with(&edits)?);
+        named.push(found.named);
+        examined.corrected = Some(case.with(&edits_of(&named))?);
         physics = after;
     }
     // Changes that leave the case as it never is, or numbers too small to miss anything, mend nothing.
     if let Some(before) = plainly.filter(|_| mended.is_some_and(|left| left.is_of_none())) {
-        let found = unmatched(&case.files, &before);
-        let suspects = vec![Suspect::of(&found, Some(&before))];
-        return Ok(Examined { suspects, ..Examined::default() });
+        return Ok(Examined::unmatched(&case.files, &before));
     }
     examined.closed = physics.and_then(Physics::closed);
     Ok(examined)
@@ -129,6 +139,35 @@ fn decide(
         is_unmatched && !physics.takes_most(&plain.yardstick)
     };
     (is_unmatched.then(unmatched), None)
+}
+
+/// What remains of two changes where the first is needed again after the other: what is exchanged twice stands as it
+/// stood, if the other is enough; what makes numbers small is needed again and again, and mends nothing.
+fn without_what_is_undone(
+    case: &Case,
+    mut named: Vec<Hypothesis>,
+    again: usize,
+    before: &Misfit,
+) -> Result<Examined, Error> {
+    named.remove(again);
+    let left = misfit_with(&case.files, &edits_of(&named)).filter(Misfit::is_sound);
+    let Some((named, left)) = named.pop().filter(|_| named.is_empty()).zip(left) else {
+        return Ok(Examined::unmatched(&case.files, before));
+    };
+    let corrected = Some(case.with(&named.edits)?);
+    let found = Found { named, after: Some(left), rivals: Vec::new(), is_subtle: false };
+    Ok(Examined { suspects: vec![Suspect::of(&found, Some(before))], corrected, closed: None })
+}
+
+fn edits_of(named: &[Hypothesis]) -> Vec<Edit> {
+    named.iter().flat_map(|hypothesis| hypothesis.edits.iter().cloned()).collect()
+}
+
+/// Rounding that explains what is left, where no names of physics take most of it.
+fn rounded_beside(case: &Case, plain: &Plain, physics: &mut Option<Physics>) -> Option<Found> {
+    let found = rounded(&case.files, plain)?;
+    let physics = physics.get_or_insert_with(|| Physics::of(case));
+    (!physics.names_most()).then_some(found)
 }
 
 /// Those of the list that are looked at where no other explains the case.

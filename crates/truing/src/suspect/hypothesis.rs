@@ -63,6 +63,11 @@ impl Hypothesis {
         Self { proof: Proof::Unphysical, ..self }
     }
 
+    /// Whether it is the same change, of the same rows.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        self.subject == other.subject && self.description == other.description
+    }
+
     /// Whether the data themselves show it in a case that is off by as much.
     pub(super) fn is_shown(&self, is_gross: bool) -> bool {
         self.proof == Proof::Data || is_gross && self.proof == Proof::Gross
@@ -138,6 +143,11 @@ pub(super) fn pairs<'c>(names: &[&'c str]) -> impl Iterator<Item = [&'c str; 2]>
 /// Owned names.
 pub(super) fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+/// The verb for so many names.
+pub(super) fn is_or_are(names: &[&str]) -> &'static str {
+    if names.len() == 1 { "is" } else { "are" }
 }
 
 /// Names as code, with commas.

@@ -1,4 +1,4 @@
-use super::hypothesis::{Hypothesis, listed, present};
+use super::hypothesis::{Hypothesis, is_or_are, listed, present};
 use super::unit::all_and_each;
 use crate::case::{Change, Edit, Table};
 
@@ -27,7 +27,7 @@ pub(crate) fn increments(
         let description = format!(
             "{} of {file} {} relative, each row a difference (increment) from the row before, as in G91: add them up",
             listed(&set),
-            if set.len() == 1 { "is" } else { "are" }
+            is_or_are(&set)
         );
         Some(Hypothesis::of("input:increments", (file, &set), description, edits?))
     };

@@ -101,6 +101,11 @@ impl Misfit {
         self.dof >= ENOUGH && self.chi2_per_dof.is_some_and(|chi2| chi2 < TOO_GOOD)
     }
 
+    /// χ² per degree of freedom that is left above the declared noise, where that is clearly more.
+    pub(super) fn above_noise(&self) -> Option<f64> {
+        self.chi2_per_dof.filter(|chi2| *chi2 > NOISE).map(|chi2| chi2 - 1.0)
+    }
+
     pub(super) fn is_noise(&self) -> bool {
         self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
     }

@@ -8,6 +8,7 @@
 
 mod channel;
 mod clock;
+mod coarse;
 mod examine;
 mod held;
 mod hypothesis;
@@ -20,6 +21,7 @@ mod order;
 mod physics;
 mod polar;
 mod readings;
+mod rounded;
 mod search;
 mod setting;
 mod sign;

@@ -119,6 +119,12 @@ impl Physics {
         self.closure().is_some_and(|closure| closure.steps.iter().all(has_a_cause))
     }
 
+    /// Whether what it names takes most of the misfit.
+    pub(super) fn names_most(&self) -> bool {
+        let named = self.closure().zip(self.by_name());
+        named.is_some_and(|(closure, (_, left))| left <= EXPLAINED * closure.before.train_rms)
+    }
+
     /// Whether it takes most of the misfit, and what it leaves is not gross still: of tables that do not
     /// belong together it takes little, or what goes with the order of their rows.
     pub(super) fn takes_most(&self, yardstick: &Yardstick) -> bool {

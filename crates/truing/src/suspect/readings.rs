@@ -15,6 +15,8 @@ pub(crate) struct Readings {
     pub(crate) sets: &'static [Set],
     /// Rows of a stretch at least: where fewer are slips, which say so themselves, or bad readings.
     pub(crate) fewest: usize,
+    /// Whether they are places that stay, which physics does not move one by one.
+    pub(crate) are_places: bool,
     /// The samples that were recorded of each row, where there are any.
     pub(crate) samples: Option<Samples>,
 }

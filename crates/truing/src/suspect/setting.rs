@@ -56,5 +56,25 @@ pub(crate) fn lengths(document: &Document, path: &[&'static str]) -> Vec<Hypothe
     let radii = radii.iter().filter(|_| is_radius).filter_map(|(what, factor)| {
         scaled_setting(document, path, "input:diameter", what, *factor)
     });
-    radii.chain(units).collect()
+    radii.chain(units).chain(digits_exchanged(document, path)).collect()
+}
+
+/// A number of `case.toml` with two neighbouring digits exchanged.
+fn digits_exchanged(document: &Document, path: &[&'static str]) -> Vec<Hypothesis> {
+    let Some(number) = number(document, path) else { return Vec::new() };
+    let written = number.to_string();
+    let digits: Vec<usize> =
+        written.match_indices(|c: char| c.is_ascii_digit()).map(|(at, _)| at).collect();
+    let exchanged = digits.windows(2).filter_map(|pair| {
+        let mut other = written.clone().into_bytes();
+        other.swap(pair[0], pair[1]);
+        let to = String::from_utf8(other).ok()?.parse::<f64>().ok()?;
+        (to.total_cmp(&number).is_ne()).then(|| {
+            let what = format!(
+                "written with two digits exchanged (a typing slip): {to} instead of {number}"
+            );
+            other_setting(path, "input:digits", &what, toml::Value::Float(to))
+        })
+    });
+    exchanged.collect()
 }

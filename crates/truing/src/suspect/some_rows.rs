@@ -1,6 +1,6 @@
 //! What may be wrong with some rows of a table.
 
-use super::hypothesis::{Hypothesis, listed, owned, pairs, present, stretches_of};
+use super::hypothesis::{Hypothesis, is_or_are, listed, owned, pairs, present, stretches_of};
 use super::unit::{Dimension, all_and_each, shown};
 use crate::case::{Change, Edit, Table};
 
@@ -61,7 +61,7 @@ impl Rows<'_> {
         change: Change,
     ) -> Hypothesis {
         let file = self.file;
-        let is = if columns.len() == 1 { "is" } else { "are" };
+        let is = is_or_are(columns);
         let description =
             format!("{} of {file} {is} {what}{}: {cure} there", listed(columns), self.said());
         Hypothesis::of(effect, (file, columns), description, vec![Edit { file, change }])

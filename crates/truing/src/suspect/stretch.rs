@@ -21,6 +21,9 @@ use crate::kind::Files;
 const MOST_ROWS: usize = 5000;
 /// Rows with one value that are no accident where they do not fit.
 const FEWEST_FILLED: usize = 3;
+/// Rows by which a stretch may be shifted, and rows of a record, of which it may be by more than one.
+const FARTHEST_SHIFT: isize = 12;
+const LONG: usize = 200;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;
 
@@ -86,7 +89,7 @@ impl Stretch {
         for (columns, dimension) in self.of.sets {
             let columns = present(Some(&table), columns);
             all.extend(rows.changes(&columns, *dimension));
-            if self.of.fewest > 1 {
+            if !self.of.are_places {
                 all.extend(all_and_each(&columns).iter().flat_map(|set| self.orders(&rows, set)));
             }
         }
@@ -159,7 +162,7 @@ impl Stretch {
 
     /// Whether its rows are places, which physics does not move one by one.
     pub(super) fn is_of_places(&self) -> bool {
-        self.of.fewest == 1
+        self.of.are_places
     }
 
     /// That the rows are not of this table, whatever is wrong with them.
@@ -168,11 +171,12 @@ impl Stretch {
         let table = files.folder.table(file, &[]).ok()?;
         let columns = present(Some(&table), sets.first()?.0);
         let rows = Rows { file, table: &table, these: self.wrong.clone() };
-        let those = if self.wrong.len() == 1 { "a row" } else { "the rows" };
+        let (those, do_not) =
+            if self.wrong.len() == 1 { ("a row", "does not") } else { ("the rows", "do not") };
         let description = format!(
-            "{those} of {file}{} do not fit the others, which fit without them: they are of another session, \
-             set-up or part, were displaced, shifted, mistyped (typos, digits lost) or exchanged, or pasted from elsewhere{}; look at them, and leave \
-             them out if they are",
+            "{those} of {file}{} {do_not} fit the others, which fit without: of another session, set-up or part, \
+             displaced, shifted, mistyped (typos, digits lost) or exchanged, or pasted from elsewhere{}; look there, \
+             and leave out what is wrong",
             rows.said(),
             self.read_there().or_else(|| rows.shared()).unwrap_or_default()
         );
@@ -194,8 +198,10 @@ impl Stretch {
         let Range { start, end } = self.rows;
         let said = rows.said();
         let block = (std::slice::from_ref(&self.rows), &*said);
-        let mut all =
-            [1, -1].map(|by| blocks_shifted((rows.file, rows.table), set, block, by)).concat();
+        let farthest = if rows.table.n_rows() < LONG { 1 } else { FARTHEST_SHIFT };
+        let shifts = (1..=farthest).flat_map(|by| [by, -by]);
+        let shifted = |by| blocks_shifted((rows.file, rows.table), set, block, by);
+        let mut all: Vec<Hypothesis> = shifts.flat_map(shifted).collect();
         let listed = |within: &dyn Fn(usize) -> usize| {
             let of = |row| if self.rows.contains(&row) { start + within(row - start) } else { row };
             let order = Order::Listed((0..rows.table.n_rows()).map(of).collect());

@@ -1,4 +1,4 @@
-use super::hypothesis::{Hypothesis, listed, owned, present};
+use super::hypothesis::{Hypothesis, is_or_are, listed, owned, present};
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
 
@@ -100,7 +100,7 @@ pub(crate) fn units(
     }
     let of_set = |set: &Vec<&str>| -> Vec<Hypothesis> {
         let Some(declared) = table.and_then(|table| table.unit_of(set)) else { return Vec::new() };
-        let (is, own) = (if set.len() == 1 { "is" } else { "are" }, dimension.name_of(declared));
+        let (is, own) = (is_or_are(set), dimension.name_of(declared));
         let one = |(unit, factor): (&str, f64)| {
             let description = format!(
                 "{} of {file} {is} in another unit than its name says, {unit} instead of {own}: \
@@ -210,7 +210,7 @@ fn of_set_from_a_row(
                 "{} of {file} {} in another unit than in the other rows, {unit} instead of {}, from line {} to \
                  line {}: multiply these by {}",
                 listed(columns),
-                if columns.len() == 1 { "is" } else { "are" },
+                is_or_are(columns),
                 dimension.name_of(declared),
                 table.line(rows[0]),
                 table.line(rows[rows.len() - 1]),

@@ -5,6 +5,7 @@ use force_impedance::{LogSample, PathSample};
 use super::session;
 use super::settings::{CELLS, KNOWN, LENGTHS, LOG, PATH};
 use crate::case::Table;
+use crate::count::count;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
@@ -29,6 +30,11 @@ const GROSS_LENGTH: f64 = 0.01;
 const LATENCY_S: f64 = 0.1;
 /// Segments whose references may be exchanged, at most: each pair is a fit.
 const MOST_SEGMENTS: usize = 16;
+/// Segments in each of which the reference stands still, from which on it may be its mean; the share of the misfit that
+/// the means of segments then have at most, and that steps from row to row have: white noise has √2 of it.
+const FEWEST_MEANS: usize = 3;
+const MEAN_LEAVES: f64 = 0.1;
+const SMOOTH: f64 = 1.0;
 /// One kilogram weighs that much.
 const N_PER_KG: f64 = 9.806_65;
 
@@ -72,6 +78,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(signs(LOG, table, &[REFERENCE]));
     if let Some(fitted) = fitted {
         all.extend(reference_clock(table, fitted));
+        all.extend(table.and_then(|table| means_of_segments(table, fitted)));
     }
     for column in [REFERENCE].iter().chain(&CELLS).chain(&LENGTHS) {
         all.extend(rows_shifted(LOG, table, &[*column], Some("segment")));
@@ -120,6 +127,39 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
         found.extend(rows_shifted_by(LOG, Some(table), &CELLS, None, -rows));
     }
     found
+}
+
+/// A reference that stands still in every segment, at what the legs have there on average, where they go through a
+/// course of their own: its mean was written down.
+fn means_of_segments(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
+    let read = table.numbers(REFERENCE)?;
+    let segments = stretches(table, "segment");
+    let blocks: Vec<Vec<f64>> =
+        read.chunk_by(|a, b| a.total_cmp(b).is_eq()).map(<[f64]>::to_vec).collect();
+    let n_segments = segments.last()? + 1;
+    if blocks.len() != n_segments
+        || n_segments < FEWEST_MEANS
+        || fitted.observations.len() != read.len()
+    {
+        return None;
+    }
+    let off: Vec<f64> = fitted.observations.iter().map(|o| o.residual[0]).collect();
+    let mut by_segment: Vec<Vec<f64>> = vec![Vec::new(); n_segments];
+    for (residual, segment) in off.iter().zip(&segments) {
+        by_segment[*segment].push(*residual);
+    }
+    let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / count(values.len());
+    let means = rms(by_segment.iter().map(mean));
+    let steps = rms(by_segment.iter().flat_map(|of| of.windows(2).map(|pair| pair[1] - pair[0])));
+    let all = rms(off.iter().copied());
+    let is_mean = means < MEAN_LEAVES * all && steps < SMOOTH * all;
+    let description = format!(
+        "`{REFERENCE}` of {LOG} stands still in every segment (stuck, or its mean was filled down), at what the legs \
+         have there on average while they go through a course of their own: put back what was read"
+    );
+    is_mean.then(|| {
+        Hypothesis::of("input:stuck", (LOG, &[REFERENCE]), description, Vec::new()).shown()
+    })
 }
 
 fn path(files: &Files) -> Vec<Hypothesis> {

@@ -41,7 +41,8 @@ fn of_another_place() -> Hypothesis {
     Hypothesis::of("input:misplaced", (EDGE, &XYZ), description, edits)
 }
 
-/// The declared turn of a part that is not of revolution the other way round, or in radians.
+/// The declared turn of a part that is not of revolution the other way round, in radians, or by a quarter or half turn
+/// off.
 fn turned(document: &Document) -> Vec<Hypothesis> {
     let gamma = ["pose", "gamma_deg"];
     let deg_per_rad = 180.0 / std::f64::consts::PI;
@@ -51,7 +52,16 @@ fn turned(document: &Document) -> Vec<Hypothesis> {
         other("input:sign", "of the opposite sign", -1.0),
         other("input:unit", "in another unit, radians", deg_per_rad),
     ];
-    both.into_iter().flatten().filter(|_| is_turned).collect()
+    let declared = number(document, &gamma).unwrap_or(0.0);
+    let turns = [declared + 90.0, declared - 90.0, declared + 180.0, 90.0 - declared];
+    let by_turn = turns.map(|to| {
+        let what = format!(
+            "wrong, the part was clamped a quarter or half turn round, or the angle was taken from another axis: {to} \
+             instead of {declared}"
+        );
+        other_setting(&gamma, "input:rotation", &what, toml::Value::Float(to))
+    });
+    both.into_iter().flatten().filter(|_| is_turned).chain(by_turn).collect()
 }
 
 /// The probe on the other side of the part.

@@ -10,6 +10,7 @@ const NEAR: f64 = 0.1;
 const AT_SOME: f64 = 0.8;
 /// Fewest readings that are not at their own: fewer are slips or bad readings.
 const FEWEST: usize = 3;
+const THOUSAND: f64 = 1000.0;
 
 /// Every reading put to the target that it is at; those that are at none go.
 pub(super) fn at_other_targets(
@@ -83,4 +84,30 @@ pub(super) fn signs_lost(
         lost.then(|| Hypothesis::of("input:sign", (file, &[column]), description, edits))
     };
     of(columns[0], targets, readings).or_else(|| of(columns[1], readings, targets))
+}
+
+/// Readings beyond a thousand that are a thousandth of their targets: the separator of thousands was read as a
+/// decimal point.
+pub(super) fn thousands(
+    (file, table): (&'static str, &Table),
+    [target, reached]: [&'static str; 2],
+) -> Option<Hypothesis> {
+    let (targets, readings) = (table.numbers(target)?, table.numbers(reached)?);
+    let is_cut = |row: &usize| {
+        let whole = THOUSAND * readings[*row];
+        targets[*row].abs() >= THOUSAND
+            && (whole - targets[*row]).abs() < NEAR * targets[*row].abs()
+    };
+    let rows: Vec<usize> = (0..targets.len()).filter(is_cut).collect();
+    let lines: Vec<usize> = rows.iter().map(|row| table.line(*row)).collect();
+    let first = *lines.first()?;
+    let description = format!(
+        "`{reached}` of {file} is a thousandth of `{target}` in {} rows, all beyond a thousand, from line {first}: a \
+         separator of thousands (a comma) was read as a decimal point; multiply by 1000 there",
+        rows.len()
+    );
+    let columns = vec![reached.to_owned()];
+    let change = Change::Scale { columns, rows: Some(rows), factor: THOUSAND };
+    let edits = vec![Edit { file, change }];
+    Some(Hypothesis::of("input:decimal-point", (file, &[reached]), description, edits))
 }

@@ -161,3 +161,32 @@ fn a_cell_that_reads_what_another_reads_is_a_copy() {
     assert_eq!(step["effect"], "input:copied");
     assert_eq!(step["subject"], "log.csv: f1_n, f3_n");
 }
+
+#[test]
+fn the_mean_of_every_segment_is_no_reference() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["segment", "reference_n"], |n, old| {
+        let same: Vec<f64> = (old.iter().filter(|row| row[0] == old[n][0]))
+            .map(|row| row[1].parse().unwrap())
+            .collect();
+        let mean = same.iter().sum::<f64>() / f64::from(u32::try_from(same.len()).unwrap());
+        vec![old[n][0].clone(), format!("{mean:.6}")]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck");
+    assert!(step["description"].as_str().unwrap().contains("in every segment"), "{step}");
+}
+
+#[test]
+fn half_of_a_log_seven_rows_up_is_named_with_its_lines() {
+    let case = log("nothing-coloured");
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", text + "\n[noise]\nforce_n = 0.2\n");
+    change(&case, "log.csv", &["reference_n"], |n, old| {
+        let from = if 2 * n > old.len() { (n + 7).min(old.len() - 1) } else { n };
+        old[from].clone()
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:row-shift");
+    assert!(step["description"].as_str().unwrap().contains("7 rows up"), "{step}");
+}

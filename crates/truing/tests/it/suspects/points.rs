@@ -358,6 +358,40 @@ fn a_unit_that_changes_in_the_middle_is_named_with_its_lines() {
     assert!(said.contains("inches instead of mm, from line 15 "), "{said}");
 }
 
+/// As exchanged terms of the surface fit as well, but not the normals.
+#[test]
+fn exchanged_columns_are_told_from_exchanged_terms_by_the_normals() {
+    let settings = "kind = \"probe-comp\"\n[surface]\nshape = \"polynomial\"\nunit_mm = 60.0\n\
+        terms = [[0, 1, 4.0], [2, 0, 9.0], [0, 2, 13.0], [2, 1, -4.0]]\n[probe]\ntip_radius_mm = 2.0\n\
+        [noise]\npoint_mm = 0.001\n";
+    let row = |i: u32| {
+        let [x, y] = [f64::from(i % 7) * 15.0 - 44.0, f64::from(i / 7) * 13.0 - 40.0];
+        let [u, v] = [x / 60.0, y / 60.0];
+        let z = 4.0 * v + 9.0 * u * u + 13.0 * v * v - 4.0 * u * u * v;
+        let slope_x = (18.0 * u - 8.0 * u * v) / 60.0;
+        let slope_y = (4.0 + 26.0 * v - 4.0 * u * u) / 60.0;
+        let length = (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt();
+        let n = [-slope_x / length, -slope_y / length, 1.0 / length];
+        let noise = 0.001 * (1e5 * (f64::from(i) + 0.3).sin()).fract();
+        let [a, b, c] =
+            [x, y, z].iter().zip(n).map(|(p, n)| p + (2.0 + noise) * n).collect::<Vec<_>>()[..]
+        else {
+            unreachable!()
+        };
+        format!("T{i},{b:.6},{a:.6},{c:.6},{:.6},{:.6},{:.6}\n", -n[0], -n[1], -n[2])
+    };
+    let table: String = (0..49).map(row).collect();
+    let table = format!("touch,x_mm,y_mm,z_mm,nx,ny,nz\n{table}");
+    let (step, answer) = first(&Case::new(&[("case.toml", settings), ("touches.csv", &table)]));
+    assert_eq!(
+        (&step["effect"], &step["subject"]),
+        (&"input:exchanged".into(), &"touches.csv: x_mm, y_mm".into())
+    );
+    let steps = answer["steps"].as_array().unwrap();
+    let is_input = |step: &&Value| step["effect"].as_str().unwrap().starts_with("input:");
+    assert_eq!(steps.iter().filter(is_input).count(), 1, "{}", answer["steps"]);
+}
+
 #[test]
 fn an_eccentricity_for_a_conic_constant_is_named() {
     let case = fixture("pose-icp/near-sphere", &["case.toml", "points.csv", "edge.csv"]);

@@ -1,0 +1,88 @@
+//! Numbers that are written with few digits.
+
+use std::collections::BTreeSet;
+
+use crate::case::Table;
+use crate::count::count;
+
+/// Rows with so few digits, at least.
+const FEWEST: usize = 8;
+/// Rows beside which so few digits are no chance: of random ones one in ten has a digit less.
+const BEYOND_CHANCE: f64 = 3.0;
+/// Standard deviations by which one digit may come more often than a tenth of the time: of ten, one does by chance once
+/// in a hundred columns.
+const MOST_SIGMAS: f64 = 3.0;
+
+/// Some rows of a column that have no digits beyond a decimal.
+pub(super) struct Coarse<'c> {
+    pub(super) column: &'c str,
+    pub(super) decimals: usize,
+    pub(super) rows: Vec<usize>,
+    /// Whether every digit comes as often as in readings: in places that were planned a few come over and over.
+    pub(super) is_read: bool,
+}
+
+/// The rows of a column without digits beyond so many decimals, where they are more than by chance and some have as many.
+pub(super) fn coarse<'c>(table: &Table, column: &'c str, decimals: usize) -> Option<Coarse<'c>> {
+    let (at, _) = table.read_as(column)?;
+    let digits: Vec<usize> =
+        (0..table.n_rows()).map(|row| decimals_of(table.cell(row, at))).collect();
+    let most = digits.iter().copied().max()?;
+    let rows: Vec<usize> = (0..digits.len()).filter(|row| digits[*row] <= decimals).collect();
+    // Fewer digits still would be another candidate; ten of those have one that has them all.
+    let is_finest = rows.iter().any(|row| digits[*row] == decimals);
+    let finer = i32::try_from(most.saturating_sub(decimals)).ok()?;
+    let by_chance = if finer == 0 { 0.0 } else { count(digits.len()) * 10f64.powi(-finer) };
+    let is_much = rows.len() >= FEWEST && count(rows.len()) >= BEYOND_CHANCE * by_chance;
+    // What is nothing, as before the first move, has no digits; what comes again has them once.
+    let written = rows.iter().map(|row| table.cell(*row, at));
+    let distinct: BTreeSet<&str> = written.filter(|cell| cell.parse() != Ok(0.0)).collect();
+    let is_read = distinct.len() >= FEWEST
+        && are_even(distinct.iter().map(|cell| last_digit(cell, decimals)));
+    (is_finest && is_much).then_some(Coarse { column, decimals, rows, is_read })
+}
+
+/// The digit at a decimal of a number as it is written.
+fn last_digit(cell: &str, decimals: usize) -> usize {
+    let (whole, after) = cell.split_once('.').unwrap_or((cell, ""));
+    let digit = match decimals.checked_sub(1) {
+        None => whole.bytes().last(),
+        Some(at) => after.as_bytes().get(at).copied(),
+    };
+    digit.filter(u8::is_ascii_digit).map_or(0, |digit| usize::from(digit - b'0'))
+}
+
+/// Whether no digit comes more often than by chance.
+fn are_even(digits: impl Iterator<Item = usize>) -> bool {
+    let mut each = [0; 10];
+    digits.for_each(|digit| each[digit] += 1);
+    let n = count(each.iter().sum());
+    let most = n / 10.0 + MOST_SIGMAS * (0.09 * n).sqrt();
+    each.iter().all(|times| count(*times) <= most)
+}
+
+/// Decimals of a number as it is written, without zeros at the end.
+fn decimals_of(cell: &str) -> usize {
+    let decimals = cell.split_once('.').map_or("", |(_, decimals)| decimals);
+    decimals.trim_end_matches('0').len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{are_even, decimals_of, last_digit};
+
+    #[test]
+    fn digits_are_those_that_are_written() {
+        let all = [("-186.6670", 3, 7), ("0.30", 1, 3), ("-12", 0, 2), ("4.000", 0, 4)];
+        for (cell, decimals, last) in all {
+            assert_eq!((decimals_of(cell), last_digit(cell, decimals)), (decimals, last), "{cell}");
+        }
+    }
+
+    #[test]
+    fn readings_have_every_digit_and_planned_places_a_few() {
+        let read = |i: usize| (i * i * 7 + i / 3) % 10;
+        assert!(are_even((0..30).map(read)));
+        assert!(!are_even((0..30).map(|i| i % 2 * 5)));
+    }
+}

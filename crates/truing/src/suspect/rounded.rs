@@ -1,0 +1,119 @@
+//! Readings that were rounded to coarser steps than the declared noise: to round them once more leaves twice what
+//! was left.
+
+use rand::SeedableRng;
+use rand::distr::{Distribution, Uniform};
+use rand_chacha::ChaCha8Rng;
+
+use super::coarse::{Coarse, coarse};
+use super::hypothesis::{Hypothesis, is_or_are, listed, present, stretches_of};
+use super::search::{Found, Plain, misfit_with};
+use super::unit::all_and_each;
+use crate::case::{Change, Edit, Table};
+use crate::kind::Files;
+
+/// Rows that are looked at, at most: each draw costs a fit of all.
+const MOST_ROWS: usize = 20_000;
+/// Decimals looked at.
+const DECIMALS: std::ops::RangeInclusive<usize> = 0..=6;
+/// Times that another rounding is drawn, with either sign: then it goes with what is left by no chance.
+const DRAWS: u32 = 4;
+/// χ² per degree of freedom above the noise, after another rounding over before it: two, where rounding is all
+/// there is. Of n readings the mean square of one rounding is known to 0.9/√n.
+const TWICE: std::ops::Range<f64> = 1.6..2.8;
+
+/// The columns of which rounding explains what is left above the declared noise.
+pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
+    let above = plain.misfit.above_noise()?;
+    let of_readings = files.kind.readings.iter().flat_map(|of| {
+        let samples = of.samples.iter().flat_map(|s| s.sets.iter().map(move |set| (s.file, set)));
+        of.sets.iter().map(|set| (of.file, set)).chain(samples)
+    });
+    let mut found = of_readings.filter_map(|(file, (columns, _))| {
+        let table = files.folder.table(file, &[]).ok().filter(|t| t.n_rows() <= MOST_ROWS)?;
+        let there = present(Some(&table), columns);
+        let sets = all_and_each(&there).into_iter();
+        let mut of_set = sets.flat_map(|set| {
+            let to = |decimals: usize| -> Option<Vec<Coarse<'_>>> {
+                set.iter().map(|column| coarse(&table, column, decimals)).collect()
+            };
+            DECIMALS.filter_map(to).filter(|all| all.iter().any(|c| c.is_read)).collect::<Vec<_>>()
+        });
+        let is_it = |coarse: &Vec<Coarse<'_>>| {
+            let of = (files, (file, &table), &coarse[..]);
+            let in_the_middle = || left_with(of, How::Truncated, None).filter(|left| *left < above);
+            explains(of, How::Rounded, above)
+                || in_the_middle().is_some_and(|left| explains(of, How::Truncated, left))
+        };
+        of_set.find(is_it).map(|coarse| told((file, &table), &coarse))
+    });
+    found.next().map(Found::unmended)
+}
+
+/// How digits went: to the nearest number, or towards zero.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum How {
+    Rounded,
+    Truncated,
+}
+
+/// Files, the table of the columns, and these.
+type Of<'f> = (&'f Files, (&'static str, &'f Table), &'f [Coarse<'f>]);
+
+/// Whether another rounding leaves twice what is left `above` the noise.
+fn explains(of: Of<'_>, how: How, above: f64) -> bool {
+    let ways = (0..DRAWS).flat_map(|draw| [1.0, -1.0].map(|sign| (draw, sign)));
+    let left: Option<f64> = ways.map(|way| left_with(of, how, Some(way))).sum();
+    left.is_some_and(|left| TWICE.contains(&(left / (2.0 * f64::from(DRAWS)) / above)))
+}
+
+/// What is left above the noise once truncated numbers are in the middle of those that they may have been, with
+/// another rounding of either sign.
+fn left_with((files, table, coarse): Of<'_>, how: How, draw: Option<(u32, f64)>) -> Option<f64> {
+    let edits: Option<Vec<Edit>> = coarse.iter().map(|of| again(table, of, how, draw)).collect();
+    misfit_with(files, &edits?)?.above_noise()
+}
+
+fn again(
+    (file, table): (&'static str, &Table),
+    of: &Coarse<'_>,
+    how: How,
+    draw: Option<(u32, f64)>,
+) -> Option<Edit> {
+    let step = table.unit_of(&[of.column])? * 10f64.powi(-i32::try_from(of.decimals).ok()?);
+    let read = table.numbers(of.column)?;
+    let (draw, sign) = draw.unwrap_or_default();
+    let mut random = ChaCha8Rng::seed_from_u64(u64::from(draw));
+    random.set_stream(of.column.bytes().map(u64::from).sum());
+    let even = Uniform::new(-0.5, 0.5).ok()?;
+    let mut values = vec![0.0; read.len()];
+    for &row in &of.rows {
+        let middle = if how == How::Truncated { 0.5 * read[row].signum() } else { 0.0 };
+        values[row] = step * (middle + sign * even.sample(&mut random));
+    }
+    let change = Change::Add { column: of.column.to_owned(), values };
+    Some(Edit { file, change })
+}
+
+fn told((file, table): (&'static str, &Table), coarse: &[Coarse<'_>]) -> Hypothesis {
+    let columns: Vec<&str> = coarse.iter().map(|of| of.column).collect();
+    let [Coarse { decimals, rows, .. }, ..] = coarse else { unreachable!("sets are not empty") };
+    let lines: Vec<usize> = rows.iter().map(|row| table.line(*row)).collect();
+    let those = if rows.len() == table.n_rows() {
+        String::new()
+    } else {
+        format!(" in lines {}", stretches_of(&lines))
+    };
+    let description = format!(
+        "{} of {file} {} rounded{those}, to {} (resolution too coarse, digits truncated or cut off): what is left above \
+         the declared noise is what such a rounding leaves; record all digits, or declare `[noise]` with the rounding in it",
+        listed(&columns),
+        is_or_are(&columns),
+        match decimals {
+            0 => "whole numbers (integers)".to_owned(),
+            1 => "one decimal".to_owned(),
+            _ => format!("{decimals} decimals"),
+        }
+    );
+    Hypothesis::of("input:rounded", (file, &columns), description, Vec::new())
+}
