@@ -86,6 +86,95 @@ pub(crate) fn scaled_of_one(
     })
 }
 
+/// Numbers of some columns times a factor in the middle third of the rows.
+pub(crate) fn scaled_in_a_third(files: &mut Files, at: (&str, &[&str]), factor: f64) -> bool {
+    change(files, at, |cells, columns| {
+        let third = cells.rows.len() / 3;
+        for row in &mut cells.rows[third..2 * third] {
+            for &column in columns {
+                if let Ok(value) = row[column].parse::<f64>() {
+                    row[column] = format!("{}", value * factor);
+                }
+            }
+        }
+    })
+}
+
+/// Every two neighbours of the middle third exchanged.
+pub(crate) fn neighbours_exchanged(files: &mut Files, at: (&str, &[&str])) -> bool {
+    reordered(files, at, |row, n| {
+        let (start, end) = (n / 3, n / 3 + n / 6 * 2);
+        if (start..end).contains(&row) { start + ((row - start) ^ 1) } else { row }
+    })
+}
+
+/// A fifth of the rows that repeats those before it.
+pub(crate) fn pasted(files: &mut Files, at: (&str, &[&str])) -> bool {
+    reordered(
+        files,
+        at,
+        |row, n| {
+            if (n / 2..n / 2 + n / 5).contains(&row) { row - n / 5 } else { row }
+        },
+    )
+}
+
+/// The second half so many rows further up; the last rows repeat the last.
+pub(crate) fn half_up(files: &mut Files, at: (&str, &[&str]), by: usize) -> bool {
+    reordered(files, at, |row, n| if 2 * row >= n { (row + by).min(n - 1) } else { row })
+}
+
+fn reordered(files: &mut Files, at: (&str, &[&str]), from: impl Fn(usize, usize) -> usize) -> bool {
+    change(files, at, |cells, columns| {
+        let n = cells.rows.len();
+        let others: Vec<Vec<String>> = (0..n).map(|row| cells.rows[from(row, n)].clone()).collect();
+        take(&mut cells.rows, &others, columns);
+    })
+}
+
+/// Each row as a difference from the one before.
+pub(crate) fn in_increments(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        let old = cells.rows.clone();
+        for (row, before) in cells.rows[1..].iter_mut().zip(&old) {
+            for &column in columns {
+                if let (Ok(value), Ok(less)) =
+                    (row[column].parse::<f64>(), before[column].parse::<f64>())
+                {
+                    row[column] = format!("{:.7}", value - less);
+                }
+            }
+        }
+    })
+}
+
+/// Numbers with so many decimals.
+pub(crate) fn rounded(files: &mut Files, at: (&str, &[&str]), decimals: usize) -> bool {
+    change(files, at, |cells, columns| {
+        for row in &mut cells.rows {
+            for &column in columns {
+                if let Ok(value) = row[column].parse::<f64>() {
+                    row[column] = format!("{value:.decimals$}");
+                }
+            }
+        }
+    })
+}
+
+/// The mean of every block that has a name of its own, in place of its numbers.
+pub(crate) fn averaged(files: &mut Files, (file, within, column): (&str, &str, &str)) -> bool {
+    change(files, (file, &[within, column]), |cells, columns| {
+        let old = cells.rows.clone();
+        for row in &mut cells.rows {
+            let own = old.iter().filter(|other| other[columns[0]] == row[columns[0]]);
+            let values: Vec<f64> = own.filter_map(|other| other[columns[1]].parse().ok()).collect();
+            #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            row[columns[1]] = format!("{mean:.6}");
+        }
+    })
+}
+
 /// A number ten times too large.
 pub(crate) fn point_lost(files: &mut Files, at: (&str, &[&str]), seed: u64) -> bool {
     change(files, at, |cells, columns| {

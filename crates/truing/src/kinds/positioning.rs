@@ -22,13 +22,13 @@ use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
     Dimension, Hypothesis, Readings, Twice, all_in_metres, at_end, doubled, exchanged_rows,
-    exchanged_targets, farthest, held, increments, points_lost, readings_of_one, rows_left_out,
-    rows_shifted, signs, standing_still, units,
+    exchanged_targets, farthest, held, increments, number, points_lost, readings_of_one,
+    rows_left_out, rows_shifted, signs, standing_still, units,
 };
 
 use approach::approach_of;
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
-use at_targets::{at_other_targets, signs_lost, thousands};
+use at_targets::{at_other_targets, coarser_than_noise, signs_lost, thousands};
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
@@ -334,6 +334,12 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.extend(table.and_then(|table| signs_lost((POSITIONS, table), columns)));
     all.extend(table.and_then(|table| thousands((POSITIONS, table), columns)));
+    let noise = |key, unit| number(&files.document, &["noise", key]).map(|sigma| sigma / unit);
+    let sigma = match dimension {
+        Dimension::Length => noise("deviation_mm", 1.0),
+        _ => noise("deviation_arcsec", ARCSEC_PER_DEG),
+    };
+    all.extend(table.and_then(|table| coarser_than_noise((POSITIONS, table), columns[1], sigma)));
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
     all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all

@@ -42,6 +42,13 @@ pub(super) fn coarse<'c>(table: &Table, column: &'c str, decimals: usize) -> Opt
     (is_finest && is_much).then_some(Coarse { column, decimals, rows, is_read })
 }
 
+/// The step of the last digit that any number of a column has, in the unit of its name.
+pub(crate) fn step_of(table: &Table, column: &str) -> Option<f64> {
+    let (at, _) = table.read_as(column)?;
+    let most = (0..table.n_rows()).map(|row| decimals_of(table.cell(row, at))).max()?;
+    Some(table.unit_of(&[column])? * 10f64.powi(-i32::try_from(most).ok()?))
+}
+
 /// The digit at a decimal of a number as it is written.
 fn last_digit(cell: &str, decimals: usize) -> usize {
     let (whole, after) = cell.split_once('.').unwrap_or((cell, ""));

@@ -38,6 +38,7 @@ pub(crate) use channel::{
     standing_still_within,
 };
 pub(crate) use clock::{Record, clocks, stretches};
+pub(crate) use coarse::step_of;
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use held::held;
 pub(crate) use hypothesis::{Hypothesis, Proof, stretches_of};

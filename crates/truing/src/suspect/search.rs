@@ -242,9 +242,10 @@ impl Trials {
         best(self.pick(is_worse), false)
     }
 
-    /// The first mistake with whose change the case can be fitted.
+    /// The first mistake with whose change the case can be fitted, or that nothing mends.
     pub(super) fn first(self) -> Option<Found> {
-        let (named, after) = self.all.into_iter().find(|(_, misfit)| misfit.is_some())?;
+        let is_it = |(named, misfit): &Tried| misfit.is_some() || named.edits.is_empty();
+        let (named, after) = self.all.into_iter().find(is_it)?;
         Some(Found { named, after, rivals: Vec::new(), is_subtle: false })
     }
 

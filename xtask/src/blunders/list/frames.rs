@@ -1,12 +1,12 @@
 //! Mistakes between two frames, and in poses of a flange.
 
 use super::{
-    COPIED, EXCHANGED, FROM, INCH, LABELS, Mistake, POINT, QUATERNION, ROWS, SESSION, SIGN, STUCK,
-    TO, UNIT, XYZ, of,
+    COPIED, EXCHANGED, FROM, INCH, INCREMENTS, LABELS, Mistake, POINT, QUATERNION, ROUNDED, ROWS,
+    SESSION, SIGN, STUCK, TO, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    copied, exchanged, of_another_session, point_lost, rows_exchanged, scaled, setting_scaled,
-    shifted, sorted, stuck,
+    copied, exchanged, in_increments, neighbours_exchanged, of_another_session, pasted, point_lost,
+    rounded, rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, sorted, stuck,
 };
 
 pub(super) fn pairs() -> Vec<Mistake> {
@@ -36,6 +36,18 @@ pub(super) fn pairs() -> Vec<Mistake> {
         of("a decimal point lost", POINT, |f, draw| {
             point_lost(f, ("pairs.csv", &["from_x_mm"]), draw.seed)
         }),
+        of("a column of the other sign in a third of the rows", SIGN, |f, _| {
+            scaled_in_a_third(f, ("pairs.csv", &TO[..1]), -1.0)
+        }),
+        of("a third of the rows in inches", UNIT, |f, _| {
+            scaled_in_a_third(f, ("pairs.csv", TO), INCH)
+        }),
+        of("neighbours exchanged in a third of the rows", LABELS, |f, _| {
+            neighbours_exchanged(f, ("pairs.csv", TO))
+        }),
+        of("a block pasted twice", COPIED, |f, _| pasted(f, ("pairs.csv", TO))),
+        of("coordinates in increments", INCREMENTS, |f, _| in_increments(f, ("pairs.csv", TO))),
+        of("a column rounded to a tenth", ROUNDED, |f, _| rounded(f, ("pairs.csv", &TO[..1]), 1)),
         of("a table sorted by its x", SESSION, |f, _| sorted(f, ("pairs.csv", TO))),
     ]
 }

@@ -5,8 +5,8 @@ use super::{
     SESSION, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    blocks_exchanged, clipped, copied, exchanged, of_another_session, on_another_clock, scaled,
-    setting_scaled, shifted, shifted_up, stuck,
+    averaged, blocks_exchanged, clipped, copied, exchanged, half_up, of_another_session,
+    on_another_clock, scaled, scaled_in_a_third, setting_scaled, shifted, shifted_up, stuck,
 };
 
 pub(super) fn log() -> Vec<Mistake> {
@@ -58,6 +58,15 @@ pub(super) fn log() -> Vec<Mistake> {
         }),
         of("cells of another session", SESSION, |f, draw| {
             of_another_session(f, (LOG, CELLS), draw.other)
+        }),
+        of("f1 of the other sign in a third of the rows", SIGN, |f, _| {
+            scaled_in_a_third(f, (LOG, &CELLS[..1]), -1.0)
+        }),
+        of("half of the reference five rows early", ROWS, |f, _| {
+            half_up(f, (LOG, &["reference_n"]), 5)
+        }),
+        of("mean of every strip for the reference", STUCK, |f, _| {
+            averaged(f, (LOG, "segment", "reference_n"))
         }),
         of("f1 copied over f3", COPIED, |f, _| copied(f, (LOG, &["f1_n", "f3_n"]))),
     ]

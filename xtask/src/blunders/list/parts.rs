@@ -1,12 +1,12 @@
 //! Mistakes in touches of a part, its drawing and its probe.
 
 use super::{
-    COPIED, DIAMETER, DIAMETER_OR_HALF, EXCHANGED, INCH, LABELS, Mistake, NORMAL, POINT, REVERSED,
-    ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, XYZ, of,
+    COPIED, DIAMETER, DIAMETER_OR_HALF, EXCHANGED, INCH, INCREMENTS, LABELS, Mistake, NORMAL,
+    POINT, REVERSED, ROUNDED, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    copied, exchanged, of_another_session, point_lost, reversed, rows_exchanged, scaled,
-    setting_scaled, shifted, stuck,
+    copied, exchanged, in_increments, of_another_session, point_lost, reversed, rounded,
+    rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
 };
 
 /// Points of a part.
@@ -34,6 +34,9 @@ pub(super) fn touched_points() -> Vec<Mistake> {
         of("a decimal point lost in z", POINT, |f, draw| {
             point_lost(f, (POINTS, &["z_mm"]), draw.seed)
         }),
+        of("a third of the rows in inches", UNIT, |f, _| scaled_in_a_third(f, (POINTS, XYZ), INCH)),
+        of("coordinates in increments", INCREMENTS, |f, _| in_increments(f, (POINTS, XYZ))),
+        of("coordinates rounded to a tenth", ROUNDED, |f, _| rounded(f, (POINTS, XYZ), 1)),
     ]
 }
 
@@ -62,6 +65,11 @@ pub(super) fn touches() -> Vec<Mistake> {
         of("a decimal point lost in z", POINT, |f, draw| {
             point_lost(f, (TOUCHES, &["z_mm"]), draw.seed)
         }),
+        of("a third of the rows in inches", UNIT, |f, _| {
+            scaled_in_a_third(f, (TOUCHES, XYZ), INCH)
+        }),
+        of("coordinates in increments", INCREMENTS, |f, _| in_increments(f, (TOUCHES, XYZ))),
+        of("coordinates rounded to a tenth", ROUNDED, |f, _| rounded(f, (TOUCHES, XYZ), 1)),
         of("approaches in reverse order", REVERSED, |f, _| reversed(f, (TOUCHES, APPROACH))),
     ]
 }

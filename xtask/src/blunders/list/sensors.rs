@@ -1,12 +1,12 @@
 //! Mistakes in presses, hanging tools and runs of an axis.
 
 use super::{
-    CLIPS, COPIED, EXCHANGED, FORCES, INCH, LABELS, MACHINE, MOMENTS, Mistake, POUND, QUATERNION,
-    RADIAN, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, of,
+    CLIPS, COPIED, EXCHANGED, FORCES, INCH, INCREMENTS, LABELS, MACHINE, MOMENTS, Mistake, POUND,
+    QUATERNION, RADIAN, ROUNDED, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    clipped, copied, exchanged, of_another_session, rows_exchanged, scaled, setting_scaled,
-    shifted, stuck,
+    clipped, copied, exchanged, in_increments, of_another_session, pasted, rounded, rows_exchanged,
+    scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
 };
 
 pub(super) fn presses() -> Vec<Mistake> {
@@ -37,6 +37,16 @@ pub(super) fn presses() -> Vec<Mistake> {
             of_another_session(f, (WRENCH, &[FORCES, MOMENTS].concat()), draw.other)
         }),
         of("mx copied over my", COPIED, |f, _| copied(f, (WRENCH, &MOMENTS[..2]))),
+        of("a third of the positions in inches", UNIT, |f, _| {
+            scaled_in_a_third(f, ("presses.csv", MACHINE), INCH)
+        }),
+        of("positions pasted twice", COPIED, |f, _| pasted(f, ("presses.csv", MACHINE))),
+        of("positions in increments", INCREMENTS, |f, _| {
+            in_increments(f, ("presses.csv", MACHINE))
+        }),
+        of("positions rounded to a millimetre", ROUNDED, |f, _| {
+            rounded(f, ("presses.csv", MACHINE), 0)
+        }),
     ]
 }
 
@@ -106,6 +116,11 @@ pub(super) fn positions() -> Vec<Mistake> {
         of("targets of another session", SESSION, |f, draw| {
             of_another_session(f, (TABLE, &BOTH[..1]), draw.other)
         }),
+        of("a third of the positions in inches", UNIT, |f, _| {
+            scaled_in_a_third(f, (TABLE, &BOTH[1..]), INCH)
+        }),
+        of("positions in increments", INCREMENTS, |f, _| in_increments(f, (TABLE, &BOTH[1..]))),
+        of("positions rounded to a tenth", ROUNDED, |f, _| rounded(f, (TABLE, &BOTH[1..]), 1)),
     ]
 }
 

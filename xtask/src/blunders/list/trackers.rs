@@ -1,11 +1,12 @@
 //! Mistakes in surveys of a rotary axis.
 
 use super::{
-    AXIS, EXCHANGED, INCH, LABELS, Mistake, RADIAN, ROWS, SESSION, SIGN, STUCK, UNIT, XYZ, of,
+    AXIS, EXCHANGED, INCH, LABELS, Mistake, RADIAN, ROUNDED, ROWS, SESSION, SIGN, STUCK, UNIT, XYZ,
+    of,
 };
 use crate::blunders::tables::{
-    exchanged, names_exchanged, of_another_session, scaled, scaled_of_one, setting_scaled,
-    setting_to, shifted, stuck,
+    exchanged, names_exchanged, of_another_session, rounded, scaled, scaled_in_a_third,
+    scaled_of_one, setting_scaled, setting_to, shifted, stuck,
 };
 
 pub(super) fn ranges() -> Vec<Mistake> {
@@ -44,6 +45,12 @@ pub(super) fn ranges() -> Vec<Mistake> {
         }),
         of("mounts of another session", SESSION, |f, draw| {
             of_another_session(f, ("mounts.csv", XYZ), draw.other)
+        }),
+        of("displacements of the other sign in a third of the rows", SIGN, |f, _| {
+            scaled_in_a_third(f, (RANGES, &["displacement_mm"]), -1.0)
+        }),
+        of("displacements rounded to a tenth", ROUNDED, |f, _| {
+            rounded(f, (RANGES, &["displacement_mm"]), 1)
         }),
         of("displacements of one station in metres", UNIT, |f, draw| {
             scaled_of_one(f, (RANGES, ["station", "displacement_mm"]), (1e-3, draw.seed))

@@ -2,7 +2,7 @@
 
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
-use crate::suspect::{Hypothesis, Proof, stretches_of};
+use crate::suspect::{Hypothesis, Proof, step_of, stretches_of};
 
 /// Share of the smallest step between targets within which a reading is at one.
 const NEAR: f64 = 0.1;
@@ -11,6 +11,10 @@ const AT_SOME: f64 = 0.8;
 /// Fewest readings that are not at their own: fewer are slips or bad readings.
 const FEWEST: usize = 3;
 const THOUSAND: f64 = 1000.0;
+/// Standard deviations of the declared noise beyond which a step of the last digit hides it: readings of one place then
+/// are all the same, or two.
+const COARSE: f64 = 5.0;
+const FEWEST_COARSE: usize = 10;
 
 /// Every reading put to the target that it is at; those that are at none go.
 pub(super) fn at_other_targets(
@@ -68,7 +72,7 @@ pub(super) fn signs_lost(
     let both = columns.map(|column| table.numbers(column));
     let [Some(targets), Some(readings)] = &both else { return None };
     let of = |column: &'static str, mine: &[f64], other: &[f64]| {
-        let largest = mine.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let largest = largest(mine);
         let is_as_large = |(a, b): (&f64, &f64)| (a - b.abs()).abs() < NEAR * largest;
         let negative = other.iter().filter(|value| **value < -NEAR * largest).count();
         let lost = mine.iter().all(|value| *value >= 0.0)
@@ -110,4 +114,28 @@ pub(super) fn thousands(
     let change = Change::Scale { columns, rows: Some(rows), factor: THOUSAND };
     let edits = vec![Edit { file, change }];
     Some(Hypothesis::of("input:decimal-point", (file, &[reached]), description, edits))
+}
+
+/// Readings whose last digit is many times the declared noise: at each target they are the same in every cycle, as of an
+/// axis with a profile.
+pub(super) fn coarser_than_noise(
+    (file, table): (&'static str, &Table),
+    reached: &'static str,
+    sigma: Option<f64>,
+) -> Option<Hypothesis> {
+    let step = step_of(table, reached)?;
+    let is_coarse = sigma.is_some_and(|sigma| step > COARSE * sigma);
+    if !is_coarse || table.n_rows() < FEWEST_COARSE {
+        return None;
+    }
+    let description = format!(
+        "`{reached}` of {file} is rounded to steps of {step}, more than {COARSE} times the declared noise (a resolution too \
+         coarse, digits cut off): what is left is the rounding; record all digits, or declare `[noise]` with the rounding in it"
+    );
+    let found = Hypothesis::of("input:rounded", (file, &[reached]), description, Vec::new());
+    Some(found.certain())
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
 }
