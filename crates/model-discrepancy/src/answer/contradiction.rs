@@ -143,14 +143,16 @@ fn parts_beside_correction(
 ) -> Option<(Remaining, f64)> {
     let (found, is_before_names) = first_without_cause(context, chosen)?;
     let names = names(context, chosen, lin);
-    if names == 0 || names == 1 && !is_before_names {
+    if names == 0 {
         return None;
     }
     let alone = without_those(context, keep, chosen, |what| has_no_cause(context, what))?;
     let before = misfit(keep, &System::declared(context.model), base);
     let after = misfit(keep, &chosen.system, &chosen.estimate);
     let taken = (misfit(keep, &alone.system, &alone.estimate) - after) / (before - after);
-    (taken >= EXCESS_LEFT).then_some((found, taken))
+    // What is corrected after the only name is a part of it, unless it is the larger one.
+    let least = if names == 1 && !is_before_names { MOSTLY_LEFT } else { EXCESS_LEFT };
+    (taken >= least).then_some((found, taken))
 }
 
 /// The first correction of no known cause, and whether it came before any name.

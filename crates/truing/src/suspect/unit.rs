@@ -57,6 +57,7 @@ impl Dimension {
             Self::Force => &[
                 ("lbf (pounds)", N_PER_LBF),
                 ("kgf", N_PER_KGF),
+                ("gf (grams)", N_PER_KGF / 1e3),
                 ("kN", 1e3),
                 ("mN", 1e-3),
                 ("N taken for pounds (lbf) and converted", 1.0 / N_PER_LBF),
