@@ -57,8 +57,8 @@ pub(crate) const EXCESS_LEFT_UNDECLARED: f64 = 0.1;
 pub(crate) const GROSS_STRUCTURE: f64 = 4.0;
 pub(crate) const GROSS_SCATTER: f64 = 100.0;
 
-/// The same beside one name that leaves a tenth of the misfit: five times.
-pub(crate) const LARGE_SCATTER: f64 = 25.0;
+/// The same beside one name that leaves a tenth of the misfit: six times.
+pub(crate) const LARGE_SCATTER: f64 = 36.0;
 
 /// Different effects that an answer may name at most: of four and more that a greedy choice took together in blind
 /// cases none were the truth, as a smooth shape is a sum of a few smooth others.
