@@ -56,16 +56,25 @@ fn change(
     true
 }
 
+/// Writes every number of some columns of these rows otherwise.
+fn rewrite<'r>(
+    rows: impl IntoIterator<Item = &'r mut Vec<String>>,
+    columns: &[usize],
+    to: impl Fn(f64) -> String,
+) {
+    for row in rows {
+        for &column in columns {
+            if let Ok(value) = row[column].parse::<f64>() {
+                row[column] = to(value);
+            }
+        }
+    }
+}
+
 /// Numbers of some columns times a factor.
 pub(crate) fn scaled(files: &mut Files, at: (&str, &[&str]), factor: f64) -> bool {
     change(files, at, |cells, columns| {
-        for row in &mut cells.rows {
-            for &column in columns {
-                if let Ok(value) = row[column].parse::<f64>() {
-                    row[column] = format!("{}", value * factor);
-                }
-            }
-        }
+        rewrite(&mut cells.rows, columns, |value| format!("{}", value * factor));
     })
 }
 
@@ -78,11 +87,8 @@ pub(crate) fn scaled_of_one(
     change(files, (file, &columns), |cells, columns| {
         let (of, column) = (columns[0], columns[1]);
         let [one, _] = cells.two_names(of, seed);
-        for row in cells.rows.iter_mut().filter(|row| row[of] == one) {
-            if let Ok(value) = row[column].parse::<f64>() {
-                row[column] = format!("{}", value * factor);
-            }
-        }
+        let own = cells.rows.iter_mut().filter(|row| row[of] == one);
+        rewrite(own, &[column], |value| format!("{}", value * factor));
     })
 }
 
@@ -90,13 +96,8 @@ pub(crate) fn scaled_of_one(
 pub(crate) fn scaled_in_a_third(files: &mut Files, at: (&str, &[&str]), factor: f64) -> bool {
     change(files, at, |cells, columns| {
         let third = cells.rows.len() / 3;
-        for row in &mut cells.rows[third..2 * third] {
-            for &column in columns {
-                if let Ok(value) = row[column].parse::<f64>() {
-                    row[column] = format!("{}", value * factor);
-                }
-            }
-        }
+        let middle = &mut cells.rows[third..2 * third];
+        rewrite(middle, columns, |value| format!("{}", value * factor));
     })
 }
 
@@ -110,13 +111,10 @@ pub(crate) fn neighbours_exchanged(files: &mut Files, at: (&str, &[&str])) -> bo
 
 /// A fifth of the rows that repeats those before it.
 pub(crate) fn pasted(files: &mut Files, at: (&str, &[&str])) -> bool {
-    reordered(
-        files,
-        at,
-        |row, n| {
-            if (n / 2..n / 2 + n / 5).contains(&row) { row - n / 5 } else { row }
-        },
-    )
+    let from = |row: usize, n: usize| {
+        if (n / 2..n / 2 + n / 5).contains(&row) { row - n / 5 } else { row }
+    };
+    reordered(files, at, from)
 }
 
 /// The second half so many rows further up; the last rows repeat the last.
@@ -151,13 +149,7 @@ pub(crate) fn in_increments(files: &mut Files, at: (&str, &[&str])) -> bool {
 /// Numbers with so many decimals.
 pub(crate) fn rounded(files: &mut Files, at: (&str, &[&str]), decimals: usize) -> bool {
     change(files, at, |cells, columns| {
-        for row in &mut cells.rows {
-            for &column in columns {
-                if let Ok(value) = row[column].parse::<f64>() {
-                    row[column] = format!("{value:.decimals$}");
-                }
-            }
-        }
+        rewrite(&mut cells.rows, columns, |value| format!("{value:.decimals$}"));
     })
 }
 
@@ -179,12 +171,7 @@ pub(crate) fn averaged(files: &mut Files, (file, within, column): (&str, &str, &
 pub(crate) fn point_lost(files: &mut Files, at: (&str, &[&str]), seed: u64) -> bool {
     change(files, at, |cells, columns| {
         let (row, _) = two(cells.rows.len(), seed);
-        for &column in columns {
-            let cell = &mut cells.rows[row][column];
-            if let Ok(value) = cell.parse::<f64>() {
-                *cell = format!("{}", 10.0 * value);
-            }
-        }
+        rewrite(&mut cells.rows[row..=row], columns, |value| format!("{}", 10.0 * value));
     })
 }
 
@@ -213,17 +200,17 @@ pub(crate) fn exchanged(files: &mut Files, at: (&str, &[&str])) -> bool {
 
 /// Columns one row further down; the last row comes first.
 pub(crate) fn shifted(files: &mut Files, at: (&str, &[&str])) -> bool {
-    rolled(files, at, |rows| rows.rotate_right(1))
+    reordered(files, at, |row, n| (row + n - 1) % n)
 }
 
 /// Columns one row further up; the first row comes last.
 pub(crate) fn shifted_up(files: &mut Files, at: (&str, &[&str])) -> bool {
-    rolled(files, at, |rows| rows.rotate_left(1))
+    reordered(files, at, |row, n| (row + 1) % n)
 }
 
 /// Columns from the last row to the first.
 pub(crate) fn reversed(files: &mut Files, at: (&str, &[&str])) -> bool {
-    rolled(files, at, <[_]>::reverse)
+    reordered(files, at, |row, n| n - 1 - row)
 }
 
 /// Columns sorted by the numbers of the first of them.
@@ -243,14 +230,6 @@ fn take(rows: &mut [Vec<String>], others: &[Vec<String>], columns: &[usize]) {
             row[column].clone_from(&source[column]);
         }
     }
-}
-
-fn rolled(files: &mut Files, at: (&str, &[&str]), roll: fn(&mut [Vec<String>])) -> bool {
-    change(files, at, |cells, columns| {
-        let mut rolled = cells.rows.clone();
-        roll(&mut rolled);
-        take(&mut cells.rows, &rolled, columns);
-    })
 }
 
 /// Columns as they were read on another day, as many rows as both days have.

@@ -134,10 +134,9 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
 fn means_of_segments(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
     let read = table.numbers(REFERENCE)?;
     let segments = stretches(table, "segment");
-    let blocks: Vec<Vec<f64>> =
-        read.chunk_by(|a, b| a.total_cmp(b).is_eq()).map(<[f64]>::to_vec).collect();
+    let n_values = read.chunk_by(|a, b| a.total_cmp(b).is_eq()).count();
     let n_segments = segments.last()? + 1;
-    if blocks.len() != n_segments
+    if n_values != n_segments
         || n_segments < FEWEST_MEANS
         || fitted.observations.len() != read.len()
     {
