@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
     /// Only kinds whose name contains this; documents only crates run in full.
     #[arg(long)]
     only: Option<String>,
+    /// Only mistakes whose description contains this; documents nothing.
+    #[arg(long)]
+    mistake: Option<String>,
     /// A built program; default: it is built.
     #[arg(long)]
     binary: Option<PathBuf>,
@@ -112,9 +115,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             kinds.iter().copied().filter(|(kind, _)| wanted(kind)).collect();
         let mut section = Section::default();
         for kind in &asked {
-            section.run(&truing, *kind, arguments.seeds)?;
+            section.run(&truing, *kind, arguments)?;
         }
-        if !asked.is_empty() && asked.len() == kinds.len() {
+        if arguments.mistake.is_none() && !asked.is_empty() && asked.len() == kinds.len() {
             section.write(crate_of(kinds[0].0))?;
         }
         all.sound += section.sound;
@@ -140,23 +143,26 @@ impl Section {
         &mut self,
         truing: &Truing,
         (kind, scene): (&str, SoundCase),
-        seeds: usize,
+        arguments: &Arguments,
     ) -> Result<()> {
         let root = shell::scratch("blunders")?;
-        for (i, mistake) in mistakes(kind).iter().enumerate() {
+        let asked = |what: &str| arguments.mistake.as_ref().is_none_or(|m| what.contains(m));
+        let mistakes = mistakes(kind);
+        for (i, mistake) in mistakes.iter().enumerate().filter(|(_, m)| asked(m.what)) {
             let first = FIRST_SEED + SEEDS_APART * i;
-            let trials = over_seeds(first..first + seeds, root.path(), |seed, folder| {
-                let files: Files = scene(seed).into_iter().collect();
-                let other: Files = scene(seed + ANOTHER_DAY).into_iter().collect();
-                let draw = Draw { seed, other: &other };
-                let mut wrong = files.clone();
-                if !(mistake.make)(&mut wrong, &draw) {
-                    return Ok(None);
-                }
-                let plain = truing.asked("loop", &files, folder)?.json;
-                let tally = Tally::of(mistake, &truing.asked("loop", &wrong, folder)?, &plain);
-                Ok(Some((accusation(&plain).map(|said| format!("seed {seed}: {said}")), tally)))
-            })?;
+            let trials =
+                over_seeds(first..first + arguments.seeds, root.path(), |seed, folder| {
+                    let files: Files = scene(seed).into_iter().collect();
+                    let other: Files = scene(seed + ANOTHER_DAY).into_iter().collect();
+                    let draw = Draw { seed, other: &other };
+                    let mut wrong = files.clone();
+                    if !(mistake.make)(&mut wrong, &draw) {
+                        return Ok(None);
+                    }
+                    let plain = truing.asked("loop", &files, folder)?.json;
+                    let tally = Tally::of(mistake, &truing.asked("loop", &wrong, folder)?, &plain);
+                    Ok(Some((accusation(&plain).map(|said| format!("seed {seed}: {said}")), tally)))
+                })?;
             let mut tally = Tally::default();
             for (accused, of_seed) in trials.into_iter().flatten() {
                 self.sound += 1;

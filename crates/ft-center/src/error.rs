@@ -160,18 +160,6 @@ pub enum FtCenterError {
         /// Standard uncertainty of the angle; NaN where its variance is negative.
         std_angle_rad: f64,
     },
-    /// The frame did not settle: covariances contradict each other wildly.
-    #[error(
-        "angle of the frame still moves by {step_rad:.1e} rad after {iterations} iterations: \
-         check the covariances of the presses, and that positions and records belong together \
-         (rows in another order, labels exchanged, another session)"
-    )]
-    FrameNotConverged {
-        /// Last step.
-        step_rad: f64,
-        /// Iterations made.
-        iterations: usize,
-    },
     /// A covariance is not positive definite.
     #[error("covariance of point {} is not positive definite", index + 1)]
     InvalidCovariance {

@@ -12,16 +12,12 @@ const DECIDED_RATIO: f64 = 10.0;
 
 /// Steps of the angle under this are round-off.
 const SETTLED_RAD: f64 = 1e-14;
-/// So are steps under this that do not get smaller, or not soon: with covariances of very different size the
-/// digits that are lost are more, and where points miss by as much as they lie apart every step is a good part
-/// of the one before.
-const WANDERS_RAD: f64 = 1e-11;
 
-const MAX_ITERATIONS: usize = 100;
+/// Steps that polish the angle; two are enough, the others are there for covariances of very different size.
+const MAX_POLISHING: usize = 8;
 
-/// Curvature of the cost along the angle, as a share of what it is where every point is hit, from which on a
-/// step of Newton is taken: below it there is no bowl, or hardly one.
-const LEAST_CURVATURE: f64 = 0.1;
+/// Halvings that exhaust the digits of a number.
+const MAX_HALVINGS: usize = 1100;
 
 /// Standard uncertainty of the angle beyond which the frame is not determined: past it the
 /// covariance, which is first order, says nothing.
@@ -137,7 +133,7 @@ pub fn fit_sensor_frame(
         None => decide(same, opposed),
     };
     let problem = FrameProblem::new(points, start)?;
-    let (point, residuals) = problem.minimise(DVector::from_column_slice(&start.point))?;
+    let (point, residuals) = problem.minimise()?;
     let covariance = covariance(&problem, &point, &Options::default()).map_err(Box::new)?.matrix;
     let [angle_rad, x_mm, y_mm] = [point[0], point[1], point[2]];
     let covariance = covariance.fixed_view::<3, 3>(0, 0).into_owned();
@@ -190,6 +186,32 @@ const MIN_MIRROR_RATIO: f64 = 1e-6;
 fn wrapped(angle_rad: f64) -> f64 {
     let (sin, cos) = angle_rad.sin_cos();
     sin.atan2(cos)
+}
+
+/// The unit vector `u` of least `|matrix u − aim|`; `None` where all are alike.
+///
+/// In the axes of the matrix the condition is one equation in the multiplier of `|u| = 1`, monotonous above the
+/// smaller singular value squared, where the least of all minima lies.
+fn closest_direction(matrix: &Matrix2<f64>, aim: &Vector2<f64>) -> Option<Vector2<f64>> {
+    let svd = matrix.svd(true, true);
+    let (left, right) = (svd.u?, svd.v_t?);
+    let [large, small] = [svd.singular_values[0], svd.singular_values[1]];
+    let toward = (left.transpose() * aim).component_mul(&svd.singular_values);
+    let beyond = (large - small) * (large + small);
+    let too_long =
+        |multiplier: f64| (toward.x / (beyond + multiplier)).hypot(toward.y / multiplier) > 1.0;
+    let (mut low, mut high) = (toward.y.abs(), toward.norm());
+    for _ in 0..MAX_HALVINGS {
+        let middle = low + (high - low) / 2.0;
+        if middle <= low || middle >= high {
+            break;
+        }
+        *(if too_long(middle) { &mut low } else { &mut high }) = middle;
+    }
+    let along = (toward.x / (beyond + high)).clamp(-1.0, 1.0);
+    let across = (1.0 - along * along).sqrt().copysign(toward.y);
+    let found = right.transpose() * Vector2::new(along, across);
+    found.iter().all(|v| v.is_finite()).then_some(found)
 }
 
 /// Closed-form frame with one weight per point, where the search starts.
@@ -249,14 +271,18 @@ impl<'a> FrameProblem<'a> {
         Ok(Self { points, whitening: whitening(points)?, start })
     }
 
-    /// Newton from the closed form, which is the answer already where each point's covariance is
-    /// round; the angle is the only thing that is not linear.
-    fn minimise(&self, start: DVector<f64>) -> Result<(DVector<f64>, DVector<f64>), FtCenterError> {
+    /// The best angle of all, and the image of the pivot that belongs to it.
+    ///
+    /// The misses are linear in `(cos θ, sin θ)` and in the image, so that the best angle is the point of a
+    /// circle that is closest to a linear system: found whatever the covariances are, and however far the
+    /// points miss. Steps of Newton from there give back the digits that the circle cost.
+    fn minimise(&self) -> Result<(DVector<f64>, DVector<f64>), FtCenterError> {
         let rows = self.residual_count();
         let (mut residuals, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, 3));
-        let mut point = start;
-        let mut step_rad = f64::NAN;
-        for _ in 0..MAX_ITERATIONS {
+        let mut point = DVector::from_column_slice(&self.start.point);
+        point[0] = self.best_angle_rad();
+        let mut before_rad = f64::INFINITY;
+        for _ in 0..MAX_POLISHING {
             self.residuals(&point, &mut residuals);
             self.jacobian(&point, &mut jacobian);
             let qr = jacobian.clone().qr();
@@ -264,22 +290,36 @@ impl<'a> FrameProblem<'a> {
             let r = qr.r();
             let mut step = r.solve_upper_triangular(&-downhill).ok_or(FtCenterError::OutOfRange)?;
             self.curve(&point, &residuals, &r, &mut step);
-            let before_rad = std::mem::replace(&mut step_rad, step[0].abs());
             if !step.iter().all(|s| s.is_finite()) {
                 return Err(FtCenterError::OutOfRange);
             }
+            let step_rad = step[0].abs();
             point += step;
-            let wanders = step_rad <= WANDERS_RAD && step_rad >= before_rad;
-            if step_rad <= SETTLED_RAD || wanders {
-                self.residuals(&point, &mut residuals);
-                return Ok((point, residuals));
+            if step_rad <= SETTLED_RAD || step_rad >= before_rad {
+                break;
             }
-        }
-        if step_rad > WANDERS_RAD {
-            return Err(FtCenterError::FrameNotConverged { step_rad, iterations: MAX_ITERATIONS });
+            before_rad = step_rad;
         }
         self.residuals(&point, &mut residuals);
         Ok((point, residuals))
+    }
+
+    /// The angle whose `(cos θ, sin θ)` misses least once the image of the pivot is free.
+    fn best_angle_rad(&self) -> f64 {
+        let mut system = DMatrix::zeros(self.residual_count(), 5);
+        for (i, p) in self.points.iter().enumerate() {
+            let (arm, whitening) = (self.arm(i), &self.whitening[i]);
+            let to = p.sensor_mm.coords - Vector2::new(self.start.point[1], self.start.point[2]);
+            let mut row = system.fixed_view_mut::<2, 5>(2 * i, 0);
+            row.fixed_columns_mut::<2>(0).copy_from(whitening);
+            row.set_column(2, &(whitening * arm));
+            row.set_column(3, &(whitening * Vector2::new(-arm.y, arm.x)));
+            row.set_column(4, &(whitening * to));
+        }
+        let r = system.qr().r();
+        let (matrix, aim) = (r.fixed_view::<2, 2>(2, 2), r.fixed_view::<2, 1>(2, 4));
+        let direction = closest_direction(&matrix.into_owned(), &aim.into_owned());
+        direction.map_or(self.start.point[0], |u| u.y.atan2(u.x))
     }
 
     /// Turns a step of Gauss and Newton, whose normal matrix has the factor `r`, into one of Newton: where
@@ -302,9 +342,11 @@ impl<'a> FrameProblem<'a> {
             .and_then(|half| r.solve_upper_triangular(&half));
         let Some(column) = column else { return };
         let ratio = 1.0 + curvature * column[0];
-        // Where the cost is no bowl along the angle, the other step is downhill still.
-        if ratio >= LEAST_CURVATURE {
+        // At the best angle the cost is a bowl; by round-off alone it is none.
+        if ratio > 0.0 {
             *step -= column * (curvature * step[0] / ratio);
+        } else {
+            step.fill(0.0);
         }
     }
 

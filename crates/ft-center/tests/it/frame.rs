@@ -3,7 +3,7 @@
 use ft_center::{
     FramePoint, FtCenterError, Handedness, HandednessSource, fit_affine_frame, fit_sensor_frame,
 };
-use nalgebra::{Matrix2, Matrix3, Point2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Point2, Rotation2, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -122,6 +122,53 @@ fn covariances_weigh_the_points() {
     // The bad coordinate weighs 1e-8 of the others.
     assert!(frame.residuals_mm[0].norm() < 1e-6);
     assert!((frame.residuals_mm[3].x - 1.0).abs() < 1e-6);
+}
+
+/// Angles of the grid that looks for a better one.
+const GRID: u32 = 720;
+
+#[test]
+fn no_other_angle_is_better_whatever_the_points_and_their_covariances() {
+    for seed in 0..200 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut any = |size: f64| normal(&mut rng) * size;
+        let points: Vec<FramePoint> = (0..5)
+            .map(|_| {
+                // Positions that have nothing to do with each other, as from another session.
+                let (machine_mm, sensor_mm) =
+                    (Point2::new(any(30.0), any(30.0)), Point2::new(any(30.0), any(30.0)));
+                let (turn, [a, b]) = (Rotation2::new(any(3.0)), [any(3.0).exp(), any(3.0).exp()]);
+                let covariance_mm2 =
+                    turn * Matrix2::from_diagonal(&Vector2::new(a, b)) * turn.inverse();
+                FramePoint { machine_mm, sensor_mm, covariance_mm2 }
+            })
+            .collect();
+        let cost = |angle_rad: f64| {
+            let turned = |p: &FramePoint| {
+                p.sensor_mm.coords - Rotation2::new(angle_rad) * p.machine_mm.coords
+            };
+            let weight = |p: &FramePoint| p.covariance_mm2.try_inverse().expect("definite");
+            let total: Matrix2<f64> = points.iter().map(weight).sum();
+            let mean = points.iter().map(|p| weight(p) * turned(p)).sum::<Vector2<f64>>();
+            let mean = total.try_inverse().expect("definite") * mean;
+            let miss = |p: &FramePoint| turned(p) - mean;
+            points.iter().map(|p| miss(p).dot(&(weight(p) * miss(p)))).sum::<f64>()
+        };
+        let frame = match fit_sensor_frame(&points, Some(Handedness::Same)) {
+            Ok(frame) => frame,
+            Err(FtCenterError::AngleFree { .. }) => continue,
+            Err(e) => panic!("seed {seed}: {e}"),
+        };
+        let found = cost(frame.angle_rad);
+        for k in 0..GRID {
+            let other = cost(std::f64::consts::TAU * f64::from(k) / f64::from(GRID));
+            // The costs are sums of squares of whitened misses: they agree to round-off where they are one.
+            assert!(
+                found <= other * (1.0 + 1e-9),
+                "seed {seed}: {found} at the answer, {other} at {k}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -81,7 +81,12 @@ impl Misfit {
 
     /// Whether it is the noise, or next to nothing.
     pub(super) fn is_sound(&self) -> bool {
-        self.is_noise() || self.share < SOUND * self.gross
+        self.is_noise() || self.is_next_to_nothing()
+    }
+
+    /// Whether it is a small part of what would be gross.
+    pub(super) fn is_next_to_nothing(&self) -> bool {
+        self.share < SOUND * self.gross
     }
 
     /// Whether it is the declared noise, of rows that only check the fit too, or next to nothing where none was
