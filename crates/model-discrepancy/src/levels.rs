@@ -31,8 +31,7 @@ pub(crate) const LATER: f64 = 0.4;
 pub(crate) const STAY: f64 = 0.05;
 
 /// Significance below which the accepted effect is needed beside a rival, whatever the error on
-/// unseen groups says: the true name is refused once in a hundred times. Likewise what is left of its own
-/// once check groups that it predicts worse are heard.
+/// unseen groups says: the true name is refused once in a hundred times.
 pub(crate) const DECIDED: f64 = 0.01;
 
 /// Significance from which on a named effect is not what its name says.
@@ -123,6 +122,10 @@ pub(crate) const STEADY: f64 = 0.9;
 
 /// Significance from which on one group differs from the others, all groups together.
 pub(crate) const ODD_GROUP: f64 = 1e-3;
+
+/// Significance that must be left of a name once check groups that it predicts no better are heard: that which it
+/// needed without them, as what is there shows in them as well.
+pub(crate) const HEARD: f64 = 1e-3;
 
 /// Squared error on check groups over that without a name, from which on they refute it: what they are
 /// off by from other causes turns it a little either way.

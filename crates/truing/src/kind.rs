@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::case::{Document, Edit, Folder};
 use crate::measured::{Fitted, Reading};
-use crate::suspect::{Hypothesis, Readings};
+use crate::suspect::{Hypothesis, Readings, Typed};
 use crate::uncertain::Uncertain;
 
 /// One kind of case.
@@ -25,6 +25,8 @@ pub(crate) struct Kind {
     pub(crate) touches: Option<&'static str>,
     /// Its tables of readings of which a stretch of rows may be wrong.
     pub(crate) readings: &'static [Readings],
+    /// Numbers of `case.toml` of which one may be typed wrong.
+    pub(crate) typed: &'static [Typed],
     /// Numbers of its tables whose uncertainty may be declared.
     pub(crate) uncertain: &'static [Uncertain],
     /// Files of a small case that solves as it is: name and content.

@@ -172,16 +172,18 @@ impl AxisRun<'_> {
     /// What an axis has not yet made up after it turned round: balls that roll before they slide, a
     /// wound-up drive.
     fn lag(&self, travel: f64) -> Option<AxisTerm> {
-        let column = self.lagging(travel, &self.since_the_turn()?);
+        let columns = self.lagging(travel, &self.since_the_turn()?);
         let (fine, factor) = self.motion.reported();
         let text = format!(
             "the axis lags behind after it turned round; of what it lags at the turn 1/e is left {travel:.4} {} \
              on",
             self.motion.target_unit()
         );
-        let effect =
-            Effect::new("hysteresis", &text, vec![parameter("lag at the turn", fine, factor)]);
-        Some(term(Effect { searched: LAGS.len(), ..effect }, vec![column]))
+        let names = ["lag at the turn", "at the first reading"];
+        let parameters =
+            names.iter().take(columns.len()).map(|name| parameter(name, fine, factor)).collect();
+        let effect = Effect::new("hysteresis", &text, parameters);
+        Some(term(Effect { searched: LAGS.len(), ..effect }, columns))
     }
 
     /// Errors that repeat with a turn of the screw, worm or axis.

@@ -10,6 +10,8 @@ use crate::count;
 
 /// Name of the column that times the readings.
 const TIME: &str = "time_s";
+/// Readings before the axis turns for the first time from which on they have a lag of their own.
+const FEWEST_BEFORE_A_TURN: usize = 5;
 /// Below it the sine or cosine of a phase is the phase's own round-off: 10⁶ turns · 2π · 2⁻⁵².
 const WAVE_ROUND_OFF: f64 = 2e-9;
 
@@ -51,12 +53,24 @@ impl AxisRun<'_> {
         self.readings.iter().map(value).collect()
     }
 
-    /// What is left of a lag that falls to 1/e over a travel, at the travel of each reading since the turn.
-    pub(super) fn lagging(&self, travel: f64, since: &[f64]) -> Vec<f64> {
+    /// What is left of a lag that falls to 1/e over a travel, at the travel of each reading since the turn; apart
+    /// where the axis has not turned yet and there are readings enough, as how far it had come then is not known.
+    pub(super) fn lagging(&self, travel: f64, since: &[f64]) -> Vec<Vec<f64>> {
         let of = |(r, s): (&AxisReading, &f64)| {
             -r.approach.map_or(0.0, crate::Approach::sign) * (-s / travel).exp()
         };
-        self.readings.iter().zip(since).map(of).collect()
+        let all: Vec<f64> = self.readings.iter().zip(since).map(of).collect();
+        let way = |r: &AxisReading| r.approach.map_or(0.0, crate::Approach::sign);
+        let first = self.readings.first().map_or(0.0, way);
+        let turned = self.readings.iter().take_while(|r| way(r) * first > 0.0).count();
+        if turned < FEWEST_BEFORE_A_TURN {
+            return vec![all];
+        }
+        let part = |is_of: &dyn Fn(usize) -> bool| {
+            let of = |(i, value): (usize, &f64)| if is_of(i) { *value } else { 0.0 };
+            all.iter().enumerate().map(of).collect()
+        };
+        vec![part(&|i| i >= turned), part(&|i| i < turned)]
     }
 
     /// Travel of each reading since the axis turned round, or since the first reading; `None` where

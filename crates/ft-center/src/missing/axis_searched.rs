@@ -8,6 +8,8 @@ use crate::missing::axis_run::AxisRun;
 
 /// Travels over which a lag falls to 1/e that are tried, as shares of the whole.
 pub(super) const LAGS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
+/// Steps to either side with which the best of them is refined.
+const LAG_STEPS: i32 = 8;
 /// Most targets with a deviation of their own: of many a curve says the same with less.
 pub(super) const MAX_PLACES: usize = 64;
 /// Roughness of the targets' deviations from which on a period between the targets may have made them.
@@ -62,8 +64,12 @@ impl AxisRun<'_> {
         if targets < MIN_TARGETS_FOR_LAG || range <= 0.0 {
             return None;
         }
-        let explained = |share: &f64| self.explained_by(vec![self.lagging(share * range, &since)]);
-        let share = LAGS.into_iter().max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+        let explained = |share: f64| self.explained_by(self.lagging(share * range, &since));
+        let best = |a: &f64, b: &f64| explained(*a).total_cmp(&explained(*b));
+        let share = LAGS.into_iter().max_by(best)?;
+        // Between its neighbours, a factor of two away.
+        let refined = |step: i32| share * (f64::from(step) / f64::from(LAG_STEPS)).exp2();
+        let share = (-LAG_STEPS..=LAG_STEPS).map(refined).max_by(best)?;
         Some(share * range)
     }
 

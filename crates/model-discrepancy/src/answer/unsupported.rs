@@ -10,7 +10,7 @@ use crate::choice::score::home_of_bad;
 use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::count::count;
-use crate::levels::{DECIDED, FOUND_AGAIN, REFUTED};
+use crate::levels::{FOUND_AGAIN, HEARD, REFUTED};
 use crate::noise::linear::Linear;
 use crate::{HoldOut, Remaining, Row, Stability};
 
@@ -64,7 +64,9 @@ pub(crate) fn unsupported<'a>(
         if is_gainless {
             return left(i, NO_GAIN);
         }
-        if are_against
+        if is_checked
+            && (summaries.unseen_ratio >= 1.0
+                || summaries.after.held_out_rms > summaries.before.held_out_rms)
             && let Some(rest) = without(context, keep, chosen, i)
             && !holds_with_checks((context, keep), (chosen, lin), &rest, chosen.added[i].p_value)
         {
@@ -95,7 +97,7 @@ fn holds_with_checks(
     let (Some(with), Some(without)) = (of(chosen, lin), of(others, &before)) else { return true };
     let directions = lin.basis.dim().saturating_sub(before.basis.dim());
     let Ok(law) = ChiSquared::new(count(directions)) else { return true };
-    let needed = law.inverse_cdf(1.0 - DECIDED) + with - without;
+    let needed = law.inverse_cdf(1.0 - HEARD) + with - without;
     p_value <= law.sf(needed)
 }
 

@@ -19,7 +19,7 @@ use crate::Error;
 use crate::case::{Columns, Document, Finite, Folder, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
 use crate::measured::Reading;
-use crate::suspect::{Dimension, Readings};
+use crate::suspect::{Dimension, Readings, Typed};
 use measured::LogCase;
 
 pub use estimates::{ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, ImpedanceEstimate};
@@ -48,6 +48,16 @@ pub(crate) const KIND: Kind = Kind {
         are_places: false,
         samples: None,
     }],
+    typed: &[
+        Typed::of(&["head", "tip_to_plane_mm"]),
+        Typed::of(&["head", "plane_to_joint_mm"]),
+        Typed::of(&["head", "head_radius_mm"]),
+        Typed::of(&["head", "bracket_radius_mm"]),
+        Typed::of(&["head", "leg_angles_deg"]),
+        Typed::of(&["head", "weight_n"]),
+        Typed::of(&["head", "center_of_gravity_mm"]),
+        Typed::of(&["head", "gravity"]),
+    ],
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/force-impedance/case.toml")),

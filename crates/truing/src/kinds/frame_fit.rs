@@ -46,6 +46,7 @@ pub(crate) const KIND: Kind = Kind {
         are_places: false,
         samples: None,
     }],
+    typed: &[],
     uncertain: &[
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&["sigma_mm"]) },

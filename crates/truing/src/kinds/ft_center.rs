@@ -17,7 +17,7 @@ use crate::Error;
 use crate::case::{Document, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
-use crate::suspect::{Dimension, Readings, Samples};
+use crate::suspect::{Dimension, Readings, Samples, Typed};
 use crate::uncertain::{Std, Uncertain};
 
 pub use displacement_estimates::{DisplacementEstimates, DisplacementResidual};
@@ -48,6 +48,7 @@ pub(crate) const KIND: Kind = Kind {
             sets: &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)],
         }),
     }],
+    typed: &[Typed::of(&["contact", "z0_mm"])],
     uncertain: &[
         Uncertain {
             table: WRENCH,

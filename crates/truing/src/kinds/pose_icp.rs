@@ -26,6 +26,7 @@ use crate::measured::{Measured, Reading};
 use crate::suspect::{Dimension, Readings};
 use crate::uncertain::{Std, Uncertain};
 
+use super::surface::TYPED;
 use case::PoseCase;
 pub(crate) use estimates::stds;
 pub use estimates::{HeightCheck, PoseEstimate, PoseIcpEstimates, PoseIntervals, TouchResidual};
@@ -52,6 +53,7 @@ pub(crate) const KIND: Kind = Kind {
         are_places: false,
         samples: None,
     }],
+    typed: &TYPED,
     uncertain: &[
         Uncertain { table: POINTS, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: EDGE, columns: &XYZ, std: Std::Declared("point_mm") },

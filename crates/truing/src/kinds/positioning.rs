@@ -54,6 +54,7 @@ pub(crate) const KIND: Kind = Kind {
         are_places: false,
         samples: None,
     }],
+    typed: &[],
     uncertain: &[],
     example: &[
         ("case.toml", include_str!("../../templates/positioning/case.toml")),

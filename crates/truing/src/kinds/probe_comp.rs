@@ -22,6 +22,7 @@ use crate::measured::Reading;
 use crate::suspect::{Dimension, Readings};
 use crate::uncertain::{Std, Uncertain};
 
+use super::surface::TYPED;
 use case::ProbeCase;
 pub use estimates::{
     MeasuredNormalEstimate, PlannedContactEstimate, ProbeCompEstimates, TouchEstimate,
@@ -48,6 +49,7 @@ pub(crate) const KIND: Kind = Kind {
         are_places: false,
         samples: None,
     }],
+    typed: &TYPED,
     uncertain: &[
         Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },
         Uncertain { table: MICRO, columns: &XYZ, std: Std::Declared("point_mm") },

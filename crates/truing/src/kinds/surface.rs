@@ -100,7 +100,7 @@ pub(crate) enum DrawnShape {
 pub(crate) use form_map::FormMap;
 use form_map::{FORM, FormMapSettings};
 pub(crate) use mistakes::{
-    XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
+    TYPED, XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
 };
 
 /// z component of a plane's normal below which x and y are no coordinates of its places.

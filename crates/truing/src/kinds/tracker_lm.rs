@@ -67,6 +67,7 @@ pub(crate) const KIND: Kind = Kind {
             samples: None,
         },
     ],
+    typed: &[],
     uncertain: &[
         Uncertain {
             table: RANGES,

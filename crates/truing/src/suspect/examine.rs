@@ -7,6 +7,7 @@ use super::rounded::rounded;
 use super::search::{Found, Plain, Trials, misfit_with};
 use super::some_rows::changes_of_row;
 use super::stretch::Stretch;
+use super::typed::{SETTING, mistyped, set_free};
 use crate::case::{Change, Edit};
 use crate::kind::Files;
 use crate::measured::{Fitted, Reading};
@@ -53,7 +54,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         let plain = Plain { misfit, yardstick };
         plainly.get_or_insert(misfit);
         let files = &current.files;
-        let list = (files.kind.mistakes)(files, Some(fitted));
+        let list = mistakes(files, Some(fitted));
         let certain = Trials::proved(files, &list, Proof::Certain).first();
         let (found, after) = if certain.is_some() {
             (certain, None)
@@ -87,6 +88,13 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
     Ok(examined)
 }
 
+/// What may be wrong with the input of a case.
+fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let mut all = (files.kind.mistakes)(files, fitted);
+    all.extend(mistyped(&files.document, files.kind.typed));
+    all
+}
+
 /// The mistake that a case shows, with what physics makes of the case so mended, where known;
 /// `physics` is what it makes of the case as it is, once that was asked.
 fn decide(
@@ -104,8 +112,11 @@ fn decide(
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
         let (of_some, elsewhere) = of_rows(&case.files, last, &is_sound, plain.is_gross());
         if of_some.is_some() || elsewhere.is_some() {
-            let is_subtle = !plain.is_gross();
-            found = of_some.map(|of_some| Found { is_subtle, ..of_some });
+            found = of_some.map(|of_some| {
+                // A number that is free explains what physics does.
+                let is_subtle = !plain.is_gross() || of_some.named.effect == SETTING;
+                Found { is_subtle, ..of_some }
+            });
         }
         misplaced = elsewhere;
     }
@@ -190,7 +201,7 @@ fn of_rows(
     };
     let sharpened = |found| stretches.iter().fold(found, |found, s| s.sharpened(files, found));
     let changed = of_each(&|stretch| stretch.changes(files)).map(sharpened);
-    match changed.or_else(|| first_of(last)) {
+    match changed.or_else(|| first_of(last)).or_else(|| first_of(set_free(files))) {
         None => {
             let may_be = stretches.iter().filter(|stretch| is_gross || stretch.is_of_places());
             let misplaced = may_be.filter_map(|stretch| stretch.misplaced(files)).collect();
@@ -208,7 +219,7 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     }
     // What is left free by too few data, another unit does not hold unless it brings them to the noise.
     let is_free = source.is_undetermined() && !source.is_unsettled();
-    let mut list = (files.kind.mistakes)(files, None);
+    let mut list = mistakes(files, None);
     list.extend(with_another(files, &source));
     let last = of_last_resort(&list);
     let found = Trials::of(files, list, None).mending(is_free);

@@ -29,6 +29,7 @@ mod slip;
 mod some_rows;
 mod stretch;
 mod thinned;
+mod typed;
 mod unit;
 mod yardstick;
 mod zeros;
@@ -51,7 +52,7 @@ pub(crate) use order::{
 };
 pub(crate) use polar::polar;
 pub(crate) use readings::{Readings, Samples};
-pub(crate) use setting::{lengths, number, other_setting, scaled_setting};
+pub(crate) use setting::{Typed, lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::signs;
 pub(crate) use slip::{points_lost, slip_of_sign, slips};
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};

@@ -5,6 +5,7 @@ use model_discrepancy::{Closure, Step, Verdict};
 use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::Misfit;
 use super::search::{Found, Plain, Trials, is_evident};
+use super::typed::SETTING;
 use super::yardstick::Yardstick;
 use crate::Case;
 use crate::carry::EMPIRICAL;
@@ -28,8 +29,8 @@ const IMITATION: f64 = 300.0;
 /// the number itself, a ball off by its radius or a head by its weight, is hardly ever sound.
 const IMITATION_OF_SETTING: f64 = 60.0;
 /// Mistakes that may be as small as physics.
-const MILD: [&str; 5] =
-    ["input:clock", "input:row-shift", LABELS, "input:saturation", "input:stuck"];
+const MILD: [&str; 6] =
+    ["input:clock", "input:row-shift", LABELS, "input:saturation", "input:stuck", SETTING];
 const LABELS: &str = "input:labels";
 /// Share of a misfit that physics leaves at most where it explains it.
 const EXPLAINED: f64 = 0.5;
@@ -144,7 +145,10 @@ impl Physics {
         let after_it = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));
         let Some(after_it) = after_it else { return Contest::Won };
         let Some((named, mended)) = after_it.by_name() else { return Contest::Won };
-        let Some(left) = self.left() else { return Contest::Lost };
+        // A number that is free takes up as much as an effect, and less than a correction without a cause.
+        let is_free = found.named.effect == SETTING;
+        let left = if is_free { self.by_name().map(|(_, left)| left) } else { self.left() };
+        let Some(left) = left else { return Contest::Lost };
         let is_mild = MILD.contains(&found.named.effect);
         let is_simpler = found.named.is_of_settings() && named < self.steps();
         let least = if is_simpler { IMITATION_OF_SETTING } else { IMITATION };
@@ -161,7 +165,7 @@ impl Physics {
             || is_equal && (!is_mild && is_exact || is_fewer && is_of_both)
         {
             Contest::Lost
-        } else if is_equal && after_it.is_explained() && named < self.steps() {
+        } else if is_equal && !is_free && after_it.is_explained() && named < self.steps() {
             Contest::Tied(Box::new(after_it))
         } else {
             Contest::Won

@@ -1,6 +1,20 @@
 use super::hypothesis::Hypothesis;
 use crate::case::{CASE_FILE, Change, Document, Edit};
 
+/// A setting that was typed: one number, or a list of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Typed {
+    pub(crate) path: &'static [&'static str],
+    /// What it is where it is not written.
+    pub(crate) unwritten: Option<f64>,
+}
+
+impl Typed {
+    pub(crate) const fn of(path: &'static [&'static str]) -> Self {
+        Self { path, unwritten: None }
+    }
+}
+
 /// A number of `case.toml`.
 pub(crate) fn number(document: &Document, path: &[&'static str]) -> Option<f64> {
     let value = document.value(path)?;
@@ -56,25 +70,5 @@ pub(crate) fn lengths(document: &Document, path: &[&'static str]) -> Vec<Hypothe
     let radii = radii.iter().filter(|_| is_radius).filter_map(|(what, factor)| {
         scaled_setting(document, path, "input:diameter", what, *factor)
     });
-    radii.chain(units).chain(digits_exchanged(document, path)).collect()
-}
-
-/// A number of `case.toml` with two neighbouring digits exchanged.
-fn digits_exchanged(document: &Document, path: &[&'static str]) -> Vec<Hypothesis> {
-    let Some(number) = number(document, path) else { return Vec::new() };
-    let written = number.to_string();
-    let digits: Vec<usize> =
-        written.match_indices(|c: char| c.is_ascii_digit()).map(|(at, _)| at).collect();
-    let exchanged = digits.windows(2).filter_map(|pair| {
-        let mut other = written.clone().into_bytes();
-        other.swap(pair[0], pair[1]);
-        let to = String::from_utf8(other).ok()?.parse::<f64>().ok()?;
-        (to.total_cmp(&number).is_ne()).then(|| {
-            let what = format!(
-                "written with two digits exchanged (a typing slip): {to} instead of {number}"
-            );
-            other_setting(path, "input:digits", &what, toml::Value::Float(to))
-        })
-    });
-    exchanged.collect()
+    radii.chain(units).collect()
 }

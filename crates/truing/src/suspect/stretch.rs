@@ -173,9 +173,11 @@ impl Stretch {
         let rows = Rows { file, table: &table, these: self.wrong.clone() };
         let (those, do_not) =
             if self.wrong.len() == 1 { ("a row", "does not") } else { ("the rows", "do not") };
+        let ball =
+            if files.kind.touches.is_some() { ", with another ball (tip radius)" } else { "" };
         let description = format!(
-            "{those} of {file}{} {do_not} fit the others, which fit without: of another session, set-up or part, \
-             displaced, shifted, mistyped (typos, digits lost) or exchanged, or pasted from elsewhere{}; look there, \
+            "{those} of {file}{} {do_not} fit the others, which fit without: of another session, set-up or part{ball}, \
+             displaced, turned, shifted, mistyped (typos, digits lost) or exchanged, or pasted from elsewhere{}; look there, \
              and leave out what is wrong",
             rows.said(),
             self.read_there().or_else(|| rows.shared()).unwrap_or_default()

@@ -44,23 +44,45 @@ pub(super) fn at_other_targets(
     }
     let lines: Vec<usize> = wrong.iter().map(|row| table.line(*row)).collect();
     let row = wrong[0];
+    let is_one = wrong.iter().all(|other| readings[*other].total_cmp(&readings[row]).is_eq());
+    let is_difference = |row: &usize| readings[*row].abs() < NEAR * step;
+    let (effect, as_where, cure) = if is_one {
+        (
+            "input:saturation",
+            "all read the same: the reading clips (saturated, out of its range, stuck)",
+            "leave these rows out, or measure them again",
+        )
+    } else if wrong.iter().all(is_difference) {
+        (
+            "input:increments",
+            "they are deviations, differences of position and target, and the other rows positions (relative)",
+            "add the target there",
+        )
+    } else {
+        (
+            "input:labels",
+            "as where rows are shifted, exchanged or in another order, or a target was skipped, repeated or mistyped",
+            "put each reading to the target that it was taken at",
+        )
+    };
     let description = format!(
-        "{} readings of {file} are not at the targets of their rows, as where rows are shifted, exchanged or \
-         in another order, or a target was skipped, repeated or mistyped (lines {}): in line {} `{reached}` is {} \
-         at `{target}` {}; put each reading to the target that it was taken at",
+        "{} readings of {file} are not at the targets of their rows, {as_where} (lines {}): in line {} `{reached}` is \
+         {} at `{target}` {}; {cure}",
         wrong.len(),
         stretches_of(&lines),
         lines[0],
         readings[row],
         targets[row]
     );
+    let is_of_others = effect != "input:labels";
+    let kept = if is_of_others { (0..n).filter(|row| is_own(*row)).collect() } else { kept };
     let values = (0..n).map(|row| found[row].unwrap_or(targets[row])).collect();
     let change = Change::Replace { column: target.to_owned(), values };
     let mut edits = vec![Edit { file, change }];
     if kept.len() < n {
         edits.push(Edit { file, change: Change::Keep { rows: kept } });
     }
-    let found = Hypothesis::of("input:labels", (file, &[target, reached]), description, edits);
+    let found = Hypothesis::of(effect, (file, &[target, reached]), description, edits);
     Some(Hypothesis { proof: Proof::FitIfNoOther, ..found })
 }
 

@@ -4,13 +4,23 @@ use crate::case::{Document, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Twice, Yardstick, clipped_of_few, copies, cycles, doubled,
+    Dimension, Hypothesis, Proof, Twice, Typed, Yardstick, clipped_of_few, copies, cycles, doubled,
     exchanged_rows, exchanges, farthest, held, increments, lengths, number, of_another_part,
     other_setting, polar, rows_left_out, rows_shifted, scaled_setting, signs, silent, slips,
     spread_of, standing_still, units, zeros,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+/// Numbers of the drawing and of the probe that were typed.
+pub(crate) const TYPED: [Typed; 7] = [
+    Typed { path: &["surface", "conic"], unwritten: Some(0.0) },
+    Typed::of(&["surface", "radius_mm"]),
+    Typed::of(&["surface", "coefficients"]),
+    Typed::of(&["surface", "terms"]),
+    Typed::of(&["surface", "center_mm"]),
+    Typed::of(&["surface", "unit_mm"]),
+    Typed::of(&["probe", "tip_radius_mm"]),
+];
 /// Deviation over the spread of the touches that no part has: 0.3 mm in 100 mm.
 const GROSS: f64 = 0.003;
 /// The same beyond which part and touches have nothing to do with each other.
@@ -33,7 +43,8 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
         scaled_setting(document, &conic, "input:eccentricity", what, -e)
     }));
     all.extend(lengths(document, &["surface", "unit_mm"]));
-    all.extend(numbers_of_form(document));
+    all.extend(terms_turned(document));
+    all.extend(poles(document));
     let what = "taken off already, the coordinates are those of the contact and not of the centre of the ball";
     all.extend(scaled_setting(
         document,
@@ -45,66 +56,38 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
     all
 }
 
-/// A coefficient of the form, or a term of a polynomial, with its decimal point elsewhere or another sign; the two
-/// coordinates of terms exchanged.
-fn numbers_of_form(document: &Document) -> Vec<Hypothesis> {
-    let shifted = [10.0, 0.1, 100.0, 0.01, 1e3, 1e-3];
-    let of_list =
-        |key: &'static str, number: &dyn Fn(&mut toml::Value) -> Option<&mut toml::Value>| {
-            let path = ["surface", key];
-            let list = document.value(&path).and_then(|value| value.as_array().cloned());
-            let list = list.unwrap_or_default();
-            let of_one = |i: usize, factor: f64| {
-                let mut changed = list.clone();
-                let number = number(&mut changed[i])?;
-                let before = number.as_float()?;
-                *number = toml::Value::Float(before * factor);
-                let (effect, what) = if factor < 0.0 {
-                    ("input:sign", "has the opposite sign in")
-                } else {
-                    (
-                        "input:decimal-point",
-                        "has a decimal point in the wrong place (a factor, an exponent) in",
-                    )
-                };
-                let what = format!(
-                    "wrong, it {what} number {}: {} instead of {before}",
-                    i + 1,
-                    before * factor
-                );
-                Some(other_setting(&path, effect, &what, toml::Value::Array(changed)))
-            };
-            let factors = || std::iter::once(-1.0).chain(shifted);
-            let numbers = (0..list.len()).flat_map(|i| factors().map(move |factor| (i, factor)));
-            numbers.filter_map(|(i, factor)| of_one(i, factor)).collect::<Vec<_>>()
-        };
-    let mut all = of_list("coefficients", &|value| Some(value));
-    all.extend(of_list("terms", &|term| term.as_array_mut()?.get_mut(2)));
+/// The two coordinates of the terms of a polynomial exchanged.
+fn terms_turned(document: &Document) -> Option<Hypothesis> {
     let path = ["surface", "terms"];
-    let terms =
-        document.value(&path).and_then(|value| value.as_array().cloned()).unwrap_or_default();
-    for (i, j) in (0..terms.len()).flat_map(|j| (0..j).map(move |i| (i, j))) {
-        let number = |of: usize| terms[of].as_array().and_then(|term| term.get(2)).cloned();
-        let Some((one, other)) = number(i).zip(number(j)) else { continue };
-        let mut changed = terms.clone();
-        for (at, value) in [(i, other), (j, one)] {
-            if let Some(term) = changed[at].as_array_mut() {
-                term[2] = value;
-            }
-        }
-        let what = format!(
-            "wrong, the numbers of its terms {} and {} are exchanged (swapped)",
-            i + 1,
-            j + 1
-        );
-        all.push(other_setting(&path, "input:exchanged", &what, toml::Value::Array(changed)));
+    let mut terms = document.value(&path).and_then(|value| value.as_array().cloned())?;
+    for term in terms.iter_mut().filter_map(toml::Value::as_array_mut).filter(|t| t.len() > 1) {
+        term.swap(0, 1);
     }
-    if let Some(mut terms) = document.value(&path).and_then(|value| value.as_array().cloned()) {
-        for term in terms.iter_mut().filter_map(toml::Value::as_array_mut).filter(|t| t.len() > 1) {
-            term.swap(0, 1);
+    let what = "wrong, the coordinates x and y are exchanged (swapped) in its terms: `[j, i, a]` for `[i, j, a]`";
+    Some(other_setting(&path, "input:exchanged", what, toml::Value::Array(terms)))
+}
+
+/// A pole of a sphere, or the lowest point of the ball that touched it there, given for its centre.
+fn poles(document: &Document) -> Vec<Hypothesis> {
+    let path = ["surface", "center_mm"];
+    let center = document.value(&path).and_then(|value| value.as_array().cloned());
+    let (Some(center), Some(radius)) = (center, number(document, &["surface", "radius_mm"])) else {
+        return Vec::new();
+    };
+    let ball = number(document, &["probe", "tip_radius_mm"]).unwrap_or(0.0);
+    let mut all = Vec::new();
+    for axis in 0..center.len() {
+        for by in [radius, -radius, radius + ball, -radius - ball] {
+            let mut other = center.clone();
+            let Some(value) = other[axis].as_float() else { continue };
+            other[axis] = toml::Value::Float(value + by);
+            let what = format!(
+                "wrong, its number {} is that of a pole (the top) and not of the centre: {} instead of {value}",
+                axis + 1,
+                value + by
+            );
+            all.push(other_setting(&path, "input:pole", &what, toml::Value::Array(other)));
         }
-        let what = "wrong, the coordinates x and y are exchanged (swapped) in its terms: `[j, i, a]` for `[i, j, a]`";
-        all.push(other_setting(&path, "input:exchanged", what, toml::Value::Array(terms)));
     }
     all
 }

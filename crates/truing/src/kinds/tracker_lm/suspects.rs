@@ -1,6 +1,6 @@
 //! What may be wrong with a survey of a rotary axis.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{Survey, TargetSurvey};
@@ -77,6 +77,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(units(file, read, &column, Dimension::Length));
         all.extend(doubled(file, read, &column, Twice::Path));
         all.extend(increments(file, read, &column, &locks));
+        all.extend(increments_of_one(file, read, &locks));
         all.extend(turned_signs(file, read, &locks));
         let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
         all.extend(slips(file, read, &column, fitted.zip(far.as_deref())));
@@ -101,6 +102,31 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(exchanged_angles((file, read), fitted));
     }
     all
+}
+
+/// The readings of one station alone as differences.
+fn increments_of_one(
+    file: &'static str,
+    read: Option<&Table>,
+    locks: &[Vec<usize>],
+) -> Vec<Hypothesis> {
+    let Some((read, station)) = read.and_then(|read| Some((read, read.column("station")?))) else {
+        return Vec::new();
+    };
+    let of = |lock: &Vec<usize>| lock.first().map(|row| read.cell(*row, station));
+    let names: BTreeSet<&str> = locks.iter().filter_map(of).collect();
+    let of_station = |name: &&str| {
+        let its: Vec<_> = locks.iter().filter(|lock| of(lock) == Some(name)).cloned().collect();
+        let only = |all: Hypothesis| Hypothesis {
+            description: format!("{} where `station` is `{name}`", all.description),
+            ..all
+        };
+        increments(file, Some(read), &[DISPLACEMENT], &its)
+            .into_iter()
+            .map(only)
+            .collect::<Vec<_>>()
+    };
+    names.iter().flat_map(of_station).collect()
 }
 
 /// The readings of one lock, a station on one reflector, in the order of the table.
