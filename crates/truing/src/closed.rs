@@ -192,8 +192,8 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     }
     let mended = corrected.as_ref().unwrap_or(case);
     let mut options = mended.loop_settings.options();
-    if corrected.is_none() {
-        // Physics would only be fitted to the mistake.
+    if corrected.is_none() || suspects.iter().any(Suspect::leaves_out_what_misfits) {
+        // Physics would only be fitted to the mistake, or to what is left of it at the ends of the rows left out.
         options.max_steps = 0;
         closed = None;
     }

@@ -2,7 +2,8 @@
 
 use ft_center::{Approach, AxisMotion, AxisReading, AxisRun, axis_coordinates, positioning_model};
 use model_discrepancy::{
-    Closure, Covariate, Model, Options, Quantity, State, Verdict, check_tangents, close_loop,
+    Closure, Covariate, Model, Options, ParameterEstimate, Quantity, State, Verdict,
+    check_tangents, close_loop,
 };
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
@@ -216,6 +217,31 @@ fn what_an_axis_does_is_named_with_its_size() {
     let bad = closed(&readings, &[], None);
     assert_eq!(named(&bad), ["bad-point"]);
     assert_eq!(bad.steps[0].subject.as_deref(), Some(readings[57].name.as_str()));
+}
+
+/// Friction that is taken up over some travel, from wherever the axis stood before the first reading (Dahl 1968).
+#[test]
+fn friction_that_is_taken_up_over_a_travel_is_a_lag_and_no_drift() {
+    let state = std::cell::Cell::new((0.0, f64::NAN));
+    let error = |t: f64, _: f64, _: f64| {
+        let (taken_up, before): (f64, f64) = state.get();
+        let moved = if before.is_nan() { 0.0 } else { t - before };
+        let left = (-moved.abs() / 75.0).exp();
+        let taken_up = taken_up * left + moved.signum() * (1.0 - left);
+        state.set((taken_up, t));
+        0.01 * taken_up
+    };
+    let lag = closed(&run(31, SIGMA_MM, error), &[], None);
+    let mut names = named(&lag);
+    names.sort();
+    assert_eq!(names, ["hysteresis", "reversal"], "{:?}", lag.steps);
+    assert_eq!(lag.verdict, Verdict::Explained);
+    let found = lag.steps.iter().find(|step| step.effect == "hysteresis").unwrap();
+    // It lags by twice as much after a turn as where it starts from rest; to four standard uncertainties.
+    for (index, expected) in [(0, 20.0), (1, 10.0)] {
+        let lag: &ParameterEstimate = &found.parameters[index];
+        assert!((lag.value - expected).abs() < 4.0 * lag.std, "{:?}", found.parameters);
+    }
 }
 
 #[test]

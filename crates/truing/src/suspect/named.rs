@@ -33,6 +33,11 @@ pub struct Suspect {
 }
 
 impl Suspect {
+    /// Whether the rows that it leaves out were chosen by how badly they fit.
+    pub(crate) fn leaves_out_what_misfits(&self) -> bool {
+        self.effect == "input:misplaced"
+    }
+
     pub(super) fn of(found: &Found, before: Option<&Misfit>) -> Self {
         let Found { named, after, rivals, .. } = found;
         let mut description = named.description.clone();

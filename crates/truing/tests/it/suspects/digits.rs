@@ -106,3 +106,42 @@ fn a_part_that_was_clamped_a_quarter_turn_round_is_named() {
     assert_eq!(effect, "input:rotation");
     assert!(said.contains("0 instead of 90"), "{said}");
 }
+
+#[test]
+fn another_conic_constant_than_drawn_is_named_with_the_one_that_fits() {
+    let case = fixture("probe-comp/nothing-white", &["case.toml", "touches.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", text.replacen("conic = -1.0", "conic = 0.0", 1));
+    let [effect, subject, said] = named(&case);
+    assert_eq!((&*effect, &*subject), ("input:setting", "case.toml: [surface] conic"));
+    let to = said.split("uncertainty): ").nth(1).unwrap().split(' ').next().unwrap();
+    // Its uncertainty is told: some thousandths.
+    assert!((number(to) + 1.0).abs() < 0.02, "{said}");
+}
+
+#[test]
+fn two_radii_of_a_head_that_were_exchanged_are_put_back() {
+    let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let text = text.replacen("head_radius_mm", "HEAD", 1).replacen(
+        "bracket_radius_mm",
+        "head_radius_mm",
+        1,
+    );
+    case.write("case.toml", text.replacen("HEAD", "bracket_radius_mm", 1));
+    let [effect, _, said] = named(&case);
+    assert_eq!(effect, "input:exchanged");
+    assert!(said.contains("head_radius_mm") && said.contains("bracket_radius_mm"), "{said}");
+}
+
+#[test]
+fn the_top_of_a_ball_given_for_its_centre_is_named() {
+    let case = fixture("probe-comp/axis-scale", &["case.toml", "touches.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let top = text.replacen("center_mm = [0.0, 0.0, 0.0]", "center_mm = [0.0, 0.0, 25.0]", 1);
+    assert_ne!(top, text);
+    case.write("case.toml", top);
+    let said = case.run("loop");
+    let said = format!("{}{}", said.stdout, said.stderr);
+    assert!(said.contains("a pole (the top)"), "{said}");
+}

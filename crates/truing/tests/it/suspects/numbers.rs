@@ -139,3 +139,25 @@ fn columns_in_other_units_are_looked_at_alike() {
         scale(&case, "positions.csv", &["actual_in"], 1.0 / factor);
     }
 }
+
+#[test]
+fn readings_that_clip_and_readings_that_are_deviations_are_no_exchanged_rows() {
+    let number = |cell: &str| cell.parse::<f64>().unwrap();
+    let clipped = axis();
+    change(&clipped, "positions.csv", &["actual_mm"], |n, old| {
+        vec![format!("{:.7}", number(&old[n][0]).min(397.2))]
+    });
+    let (step, _) = first(&clipped);
+    assert_eq!(step["effect"], "input:saturation", "{step}");
+    let mixed = axis();
+    change(&mixed, "positions.csv", &["actual_mm", "target_mm", "direction"], |n, old| {
+        let [actual, target] = [0, 1].map(|i| number(&old[n][i]));
+        let is_back = old[n][2] == "-" && target > 300.0;
+        let read = if is_back { actual - target } else { actual };
+        vec![format!("{read:.7}"), old[n][1].clone(), old[n][2].clone()]
+    });
+    let (step, _) = first(&mixed);
+    assert_eq!(step["effect"], "input:increments", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("deviations") && said.contains("add the target"), "{said}");
+}

@@ -83,3 +83,14 @@ fn reflectors_of_one_station_are_given_their_names_back() {
         assert!(ended.stderr.contains(said), "{}", ended.stderr);
     }
 }
+
+#[test]
+fn displacements_of_one_station_as_differences_are_added_up() {
+    let case = survey();
+    // The second station's locks; the first reading of each stands.
+    let is_difference = |n: usize| (38..76).contains(&n) && n % 19 != 0;
+    replace(&case, |n, read| if is_difference(n) { read(n) - read(n - 1) } else { read(n) });
+    let ended = case.run("loop");
+    let said = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(said.contains("each row a difference") && said.contains("is `S2`"), "{said}");
+}

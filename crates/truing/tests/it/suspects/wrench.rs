@@ -95,3 +95,21 @@ fn what_some_samples_of_a_long_record_show_is_said_of_all() {
     // It is written with five digits.
     assert!((after_mm / rms_mm - 1.0).abs() < 1e-4, "{after_mm} and {rms_mm}: {warning}");
 }
+
+/// Declared is the noise of the records; the seats scatter beyond it.
+#[test]
+fn some_presses_in_another_unit_are_found_however_the_seats_scatter() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", text + NOISE_TOO_SMALL);
+    change(&case, "presses.csv", &["machine_x_mm", "machine_y_mm"], |n, old| {
+        let inches = |cell: &String| cell.parse::<f64>().unwrap() / 25.4;
+        let is_wrong = (old.len() / 3..2 * old.len() / 3).contains(&n);
+        old[n]
+            .iter()
+            .map(|cell| if is_wrong { inches(cell).to_string() } else { cell.clone() })
+            .collect()
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit", "{step}");
+}
