@@ -21,6 +21,8 @@ const MOST_STEPS: usize = 12;
 /// Times its spacing that a value is moved at once at most, and looked at on both sides then.
 const FARTHEST: f64 = 1000.0;
 const NEXT: f64 = 50.0;
+/// Share of the first misfit, squared, that a value must promise to leave at most: others are not gone after.
+const HARDLY: f64 = 0.5;
 /// Share of its standard uncertainty to which a value is sought.
 const SETTLED: f64 = 0.05;
 
@@ -94,13 +96,10 @@ impl Number {
         format!("{section}{key}")
     }
 
-    /// Which number of it, and what is wrong with that.
+    /// What is wrong with it, and which number of a list it is.
     fn said(&self, what: &str) -> String {
-        let name = self.name();
-        match self.at.first() {
-            None => format!("`{name}` of {CASE_FILE} is {what}"),
-            Some(i) => format!("`{name}` of {CASE_FILE} is wrong, its number {} is {what}", i + 1),
-        }
+        let which = self.at.first().map_or_else(String::new, |i| format!(" in number {}", i + 1));
+        format!("`{}` of {CASE_FILE} {what}{which}", self.name())
     }
 
     fn hypothesis(
@@ -110,19 +109,19 @@ impl Number {
         what: &str,
         to: f64,
     ) -> Hypothesis {
-        let description = self.said(&format!("{what}: {to} instead of {}", self.value));
+        let description = format!("{}: {to} instead of {}", self.said(what), self.value);
         let edits = replaced(document, &[(self, to)]);
         Hypothesis::of(effect, (CASE_FILE, &[&self.name()]), description, edits)
     }
 
     fn mistyped(&self, document: &Document) -> Vec<Hypothesis> {
         let of = |effect, what, to| self.hypothesis(document, effect, what, to);
-        let slip = "written with two digits exchanged (a typing slip)";
+        let slip = "is written with two digits exchanged (a typing slip)";
         let digits = digits_exchanged(self.value);
         let mut all: Vec<_> = digits.into_iter().map(|to| of("input:digits", slip, to)).collect();
         if !self.at.is_empty() && self.value != 0.0 {
-            all.push(of("input:sign", "of the opposite sign", -self.value));
-            let point = "one with a decimal point in the wrong place (a factor, an exponent)";
+            all.push(of("input:sign", "has the opposite sign", -self.value));
+            let point = "has a decimal point in the wrong place (a factor, an exponent)";
             all.extend(POINTS.map(|factor| of("input:decimal-point", point, self.value * factor)));
         }
         all
@@ -153,7 +152,7 @@ impl Number {
             spacing = FIRST_STEP;
         }
         let mut uncertainty = f64::INFINITY;
-        let (mut before, mut least) = (at, f64::INFINITY);
+        let (mut before, mut least, mut at_first) = (at, f64::INFINITY, None);
         for _ in 0..MOST_STEPS {
             let Some((here, dof)) = left(at).filter(|(here, _)| *here <= least) else {
                 // Too far: half of the way.
@@ -173,6 +172,9 @@ impl Number {
                 step = (-slope / (2.0 * curvature)).clamp(-most, most);
                 let lowest = (here - curvature * step * step).max(0.0);
                 uncertainty = (lowest / (curvature * dof)).sqrt();
+                if lowest > HARDLY * *at_first.get_or_insert(here) {
+                    return None;
+                }
             }
             at += step;
             if step.abs() <= SETTLED * uncertainty {
@@ -183,7 +185,7 @@ impl Number {
         let to = rounded(at, uncertainty)?;
         let digits = rounded(uncertainty, uncertainty)?;
         let what = format!(
-            "another (a typing slip, another drawing, another set-up; ± {digits} standard uncertainty)"
+            "is another (a typing slip, another drawing, another set-up; ± {digits} standard uncertainty)"
         );
         Some(self.hypothesis(&files.document, SETTING, &what, to))
     }
