@@ -1,4 +1,5 @@
 use super::hypothesis::{Hypothesis, Proof};
+use super::late::late_channels;
 use super::misfit::Misfit;
 use super::named::Suspect;
 use super::order::exchanged_with;
@@ -201,7 +202,8 @@ fn of_rows(
     };
     let sharpened = |found| stretches.iter().fold(found, |found, s| s.sharpened(files, found));
     let changed = of_each(&|stretch| stretch.changes(files)).map(sharpened);
-    match changed.or_else(|| first_of(last)).or_else(|| first_of(set_free(files))) {
+    let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
+    match changed.or_else(|| first_of(last)).or_else(beyond) {
         None => {
             let may_be = stretches.iter().filter(|stretch| is_gross || stretch.is_of_places());
             let misplaced = may_be.filter_map(|stretch| stretch.misplaced(files)).collect();
@@ -238,12 +240,13 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     }
 }
 
-/// Tables that do not belong together, where some touches are so far off that nothing can be fitted: the
-/// others do not fit either.
+/// Some touches so far off that nothing can be fitted: they are not of the part where the others fit without them; the
+/// tables do not belong together where these do not fit either.
 fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
     let file = files.kind.touches?;
     let mut touch = source.touch()?;
-    let mut rows: Vec<usize> = (0..files.folder.table(file, &[]).ok()?.n_rows()).collect();
+    let n = files.folder.table(file, &[]).ok()?.n_rows();
+    let mut rows: Vec<usize> = (0..n).collect();
     for _ in 0..MOST_FAR_OFF {
         if touch >= rows.len() {
             return None;
@@ -257,6 +260,12 @@ fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
         match files.with(&[edit]).read().and_then(fit) {
             Ok((misfit, yardstick)) if misfit.share >= yardstick.unmatched => {
                 return Some(unmatched(files, &misfit));
+            }
+            Ok((misfit, _)) if misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT => {
+                let wrong = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
+                return Stretch::of_those(files, file, wrong)?
+                    .misplaced(files)
+                    .map(Found::unmended);
             }
             Ok(_) => return None,
             Err(source) => touch = source.touch()?,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 /// Parts of the rows that are left out to find a stretch, in sixteenths: each is tried from every half of it on.
-const PARTS: [usize; 7] = [1, 2, 4, 6, 8, 10, 12];
+const PARTS: [usize; 9] = [1, 2, 4, 6, 8, 9, 10, 11, 12];
 /// Rows of a stretch looked at one by one, at most.
 const MOST_SINGLE: usize = 64;
 /// Stretches looked at, at most: where half of the rows are wrong, the others are as likely.

@@ -14,6 +14,7 @@ mod held;
 mod hypothesis;
 mod increments;
 mod label;
+mod late;
 mod left_out;
 mod misfit;
 mod named;

@@ -36,6 +36,8 @@ const WORSE: f64 = 2.0;
 /// larger than rows that it has.
 const LEAST_LEFT: usize = 2;
 const LEAST_OF_A_STRETCH: usize = 4;
+/// The same where rows are left out for how they misfit: a row too many shifts all that come after it.
+const LEAST_BESIDE_ROWS: usize = 6;
 /// χ² per degree of freedom below which the declared noise is a hundred times what is left: then it is
 /// in another unit, or the readings are.
 const NO_NOISE: f64 = 1e-4;
@@ -95,7 +97,7 @@ impl Plain {
 
     /// Whether a change to some rows leaves what a sound case would.
     pub(super) fn is_sound(&self, after: &Misfit) -> bool {
-        let is_left = LEAST_OF_A_STRETCH * after.dof >= self.misfit.dof;
+        let is_left = LEAST_BESIDE_ROWS * after.dof >= self.misfit.dof;
         let gain = self.misfit.gain(after);
         // The seats of presses scatter beyond the noise of their records, which alone is declared.
         let is_next_to_nothing =

@@ -87,6 +87,9 @@ impl Rows<'_> {
         all.extend(dimension.instead_of(declared).map(|(unit, factor)| {
             one("input:unit", &format!("in another unit, {unit} instead of {own},"), factor)
         }));
+        let ten = "ten or a hundred times what it is elsewhere, or so small a part of it (another range, a decimal point)";
+        let tenfold = dimension.tenfold(declared);
+        all.extend(tenfold.map(|factor| one("input:decimal-point", ten, factor)));
         let twice = "twice or half of what it is elsewhere (another gain, a diameter for a radius)";
         all.extend([0.5, 2.0].map(|factor| one("input:gain", twice, factor)));
         all

@@ -81,6 +81,12 @@ impl Stretch {
         files.kind.readings.iter().filter(is_there).filter_map(of_table).flatten().collect()
     }
 
+    /// Some rows that misfit, of a table of readings.
+    pub(super) fn of_those(files: &Files, file: &str, wrong: Vec<usize>) -> Option<Self> {
+        let of = *files.kind.readings.iter().find(|of| of.file == file)?;
+        Some(Self { of, rows: *wrong.first()?..wrong.last()? + 1, wrong })
+    }
+
     /// What may be wrong with these rows.
     pub(super) fn changes(&self, files: &Files) -> Vec<Hypothesis> {
         let Ok(table) = files.folder.table(self.of.file, &[]) else { return Vec::new() };

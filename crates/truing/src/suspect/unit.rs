@@ -37,6 +37,12 @@ impl Dimension {
         all.map(move |(unit, size)| (unit, size / declared)).filter(|(_, factor)| !is_one(*factor))
     }
 
+    /// Factors of another range, or of a decimal point in the wrong place, that are no unit.
+    pub(super) fn tenfold(self, declared: f64) -> impl Iterator<Item = f64> {
+        let is_unit = move |factor: f64| self.instead_of(declared).any(|(_, f)| is_one(f / factor));
+        [10.0, 0.1, 100.0, 0.01].into_iter().filter(move |factor| !is_unit(*factor))
+    }
+
     /// The unit that is so many of the file's own.
     pub(super) fn name_of(self, size: f64) -> &'static str {
         let known = self.others().iter().find(|(_, other)| is_one(other / size));
@@ -198,7 +204,7 @@ fn of_set_from_a_row(
     let n = table.n_rows();
     let Some((row, change)) = change_of_size(&read, n) else { return Vec::new() };
     let Some(declared) = table.unit_of(columns) else { return Vec::new() };
-    let of_unit = |(unit, factor): (&str, f64)| {
+    let of = |effect: &'static str, what: &str, factor: f64| {
         let is_near = |ratio: f64| (ratio / factor).ln().abs() < NEAR_FACTOR.ln();
         // Numbers in a larger unit are smaller.
         let is_after = is_near(1.0 / change);
@@ -208,21 +214,27 @@ fn of_set_from_a_row(
         let at = |row: usize| {
             let rows: Vec<usize> = if is_after { (row..n).collect() } else { (0..row).collect() };
             let description = format!(
-                "{} of {file} {} in another unit than in the other rows, {unit} instead of {}, from line {} to \
-                 line {}: multiply these by {}",
+                "{} of {file} {} {what} from line {} to line {}: multiply these by {}",
                 listed(columns),
                 is_or_are(columns),
-                dimension.name_of(declared),
                 table.line(rows[0]),
                 table.line(rows[rows.len() - 1]),
                 shown(factor)
             );
             let change = Change::Scale { columns: owned(columns), rows: Some(rows), factor };
-            Hypothesis::of("input:unit", (file, columns), description, vec![Edit { file, change }])
+            Hypothesis::of(effect, (file, columns), description, vec![Edit { file, change }])
         };
         (row.saturating_sub(1).max(1)..=(row + 1).min(n - 1)).map(at).collect()
     };
-    dimension.instead_of(declared).flat_map(of_unit).collect()
+    let own = dimension.name_of(declared);
+    let units = dimension.instead_of(declared).flat_map(|(unit, factor)| {
+        let what = format!("in another unit than in the other rows, {unit} instead of {own},");
+        of("input:unit", &what, factor)
+    });
+    let ten = "ten or a hundred times what it is in the other rows, or so small a part of it (another range, a decimal \
+               point),";
+    let tenfold = dimension.tenfold(declared).flat_map(|f| of("input:decimal-point", ten, f));
+    units.chain(tenfold).collect()
 }
 
 /// The row from which on the readings have most clearly another size, and how many times that of those before.
