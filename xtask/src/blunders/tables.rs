@@ -122,6 +122,25 @@ pub(crate) fn half_up(files: &mut Files, at: (&str, &[&str]), by: usize) -> bool
     reordered(files, at, |row, n| if 2 * row >= n { (row + by).min(n - 1) } else { row })
 }
 
+/// Columns one row further down from two fifths of the rows on; the last row comes first there.
+pub(crate) fn end_shifted(files: &mut Files, at: (&str, &[&str])) -> bool {
+    reordered(files, at, |row, n| {
+        let start = 2 * n / 5;
+        if row > start {
+            row - 1
+        } else if row == start {
+            n - 1
+        } else {
+            row
+        }
+    })
+}
+
+/// Columns so many rows further down; the first rows repeat the first.
+pub(crate) fn late(files: &mut Files, at: (&str, &[&str]), by: usize) -> bool {
+    reordered(files, at, |row, _| row.saturating_sub(by))
+}
+
 fn reordered(files: &mut Files, at: (&str, &[&str]), from: impl Fn(usize, usize) -> usize) -> bool {
     change(files, at, |cells, columns| {
         let n = cells.rows.len();
@@ -388,6 +407,20 @@ pub(crate) fn setting_scaled(files: &mut Files, key: &str, factor: f64) -> bool 
         let numbers: Option<Vec<String>> = list.split(',').map(scaled).collect();
         Some(format!("[{}]", numbers?.join(", ")))
     })
+}
+
+/// Two settings of `case.toml` under each other's names.
+pub(crate) fn settings_exchanged(files: &mut Files, [one, other]: [&str; 2]) -> bool {
+    let Some(text) = files.get_mut("case.toml") else { return false };
+    let renamed = |line: &str| match line.split_once('=').map(|(name, _)| name.trim()) {
+        Some(name) if name == one => line.replacen(one, other, 1),
+        Some(name) if name == other => line.replacen(other, one, 1),
+        _ => line.to_owned(),
+    };
+    let changed: String = text.lines().map(|line| renamed(line) + "\n").collect();
+    let is_other = changed != *text;
+    *text = changed;
+    is_other
 }
 
 /// A setting of `case.toml` given otherwise.

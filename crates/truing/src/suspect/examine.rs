@@ -109,7 +109,11 @@ fn decide(
     let mut found = trials.explaining(plain);
     let mut misplaced = None;
     let is_mended = |found: &Found| found.after.is_some_and(|after| after.is_sound());
-    if !found.as_ref().is_some_and(is_mended) && (plain.is_gross() || plain.is_far_from_noise()) {
+    let is_far = plain.is_gross() || plain.is_far_from_noise();
+    if found.is_none() && !is_far {
+        found = Trials::of_those(&case.files, late_channels(&case.files), None).explaining(plain);
+    }
+    if !found.as_ref().is_some_and(is_mended) && is_far {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
         let (of_some, elsewhere) = of_rows(&case.files, last, &is_sound, plain.is_gross());
         if of_some.is_some() || elsewhere.is_some() {

@@ -1,12 +1,13 @@
 //! Mistakes in logs and strokes of a head.
 
 use super::{
-    CELLS, CLIPS, CLOCK, COPIED, DIAMETER, EXCHANGED, INCH, LABELS, LENGTHS, Mistake, POUND, ROWS,
-    SESSION, SIGN, STUCK, UNIT, of,
+    CELLS, CLIPS, CLOCK, COPIED, DIAMETER, EXCHANGED, INCH, LABELS, LENGTHS, Mistake, POINT, POUND,
+    ROWS, SESSION, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    averaged, blocks_exchanged, clipped, copied, exchanged, half_up, of_another_session,
-    on_another_clock, scaled, scaled_in_a_third, setting_scaled, shifted, shifted_up, stuck,
+    averaged, blocks_exchanged, clipped, copied, exchanged, half_up, late, of_another_session,
+    on_another_clock, scaled, scaled_in_a_third, setting_scaled, settings_exchanged, shifted,
+    shifted_up, stuck,
 };
 
 pub(super) fn log() -> Vec<Mistake> {
@@ -67,6 +68,13 @@ pub(super) fn log() -> Vec<Mistake> {
         }),
         of("mean of every strip for the reference", STUCK, |f, _| {
             averaged(f, (LOG, "segment", "reference_n"))
+        }),
+        of("f2 twelve samples late", ROWS, |f, _| late(f, (LOG, &["f2_n"]), 12)),
+        of("the reference on another range in a third of the rows", POINT, |f, _| {
+            scaled_in_a_third(f, (LOG, &["reference_n"]), 0.1)
+        }),
+        of("radii of head and bracket exchanged", EXCHANGED, |f, _| {
+            settings_exchanged(f, ["head_radius_mm", "bracket_radius_mm"])
         }),
         of("f1 copied over f3", COPIED, |f, _| copied(f, (LOG, &["f1_n", "f3_n"]))),
     ]

@@ -5,8 +5,8 @@ use super::{
     POINT, REVERSED, ROUNDED, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    copied, exchanged, in_increments, of_another_session, point_lost, reversed, rounded,
-    rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
+    copied, end_shifted, exchanged, in_increments, of_another_session, point_lost, reversed,
+    rounded, rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
 };
 
 /// Points of a part.
@@ -18,6 +18,7 @@ pub(super) fn touched_points() -> Vec<Mistake> {
         of("z mirrored", SIDE, |f, _| scaled(f, (POINTS, &["z_mm"]), -1.0)),
         of("x and z exchanged", EXCHANGED, |f, _| exchanged(f, (POINTS, &["x_mm", "z_mm"]))),
         of("z shifted by one", ROWS, |f, _| shifted(f, (POINTS, &["z_mm"]))),
+        of("x shifted from two fifths on", ROWS, |f, _| end_shifted(f, (POINTS, &["x_mm"]))),
         of("points in metres", UNIT, |f, _| scaled(f, (POINTS, XYZ), 1e-3)),
         of("z of two points exchanged", LABELS, |f, draw| {
             rows_exchanged(f, (POINTS, &["z_mm"]), draw.seed)
@@ -50,6 +51,7 @@ pub(super) fn touches() -> Vec<Mistake> {
         of("z mirrored", SIDE, |f, _| scaled(f, (TOUCHES, &["z_mm"]), -1.0)),
         of("x and z exchanged", EXCHANGED, |f, _| exchanged(f, (TOUCHES, &["x_mm", "z_mm"]))),
         of("z shifted by one", ROWS, |f, _| shifted(f, (TOUCHES, &["z_mm"]))),
+        of("x shifted from two fifths on", ROWS, |f, _| end_shifted(f, (TOUCHES, &["x_mm"]))),
         of("touches in metres", UNIT, |f, _| scaled(f, (TOUCHES, XYZ), 1e-3)),
         of("z of two touches exchanged", LABELS, |f, draw| {
             rows_exchanged(f, (TOUCHES, &["z_mm"]), draw.seed)

@@ -5,8 +5,8 @@ use super::{
     QUATERNION, RADIAN, ROUNDED, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    clipped, copied, exchanged, in_increments, of_another_session, pasted, rounded, rows_exchanged,
-    scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
+    clipped, copied, end_shifted, exchanged, in_increments, of_another_session, pasted, rounded,
+    rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
 };
 
 pub(super) fn presses() -> Vec<Mistake> {
@@ -24,6 +24,9 @@ pub(super) fn presses() -> Vec<Mistake> {
             rows_exchanged(f, ("presses.csv", MACHINE), draw.seed)
         }),
         of("rows of presses shifted", ROWS, |f, _| shifted(f, ("presses.csv", MACHINE))),
+        of("positions shifted from two fifths on", ROWS, |f, _| {
+            end_shifted(f, ("presses.csv", MACHINE))
+        }),
         of("mx clips", CLIPS, |f, _| clipped(f, (WRENCH, &["mx_nmm"]), 0.85)),
         of("sign of fz", SIGN, |f, _| scaled(f, (WRENCH, &["fz_n"]), -1.0)),
         of("x of the machine mirrored", SIGN, |f, _| {

@@ -190,3 +190,29 @@ fn half_of_a_log_seven_rows_up_is_named_with_its_lines() {
     assert_eq!(step["effect"], "input:row-shift");
     assert!(step["description"].as_str().unwrap().contains("7 rows up"), "{step}");
 }
+
+/// A signal that goes up and down is no better with half of the delay.
+#[test]
+fn a_cell_that_comes_late_by_many_samples_is_shifted_back() {
+    let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
+    change(&case, "log.csv", &["f2_n"], |n, old| old[n.saturating_sub(LATE)].clone());
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:row-shift", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("`f2_n`") && said.contains(&format!("{LATE} rows down")), "{said}");
+}
+
+/// Samples by which a cell comes late.
+const LATE: usize = 9;
+
+#[test]
+fn an_amplifier_on_another_range_is_no_other_unit() {
+    let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
+    change(&case, "log.csv", &["reference_n"], |n, old| {
+        let read: f64 = old[n][0].parse().unwrap();
+        vec![format!("{:.6}", if 5 * n > 3 * old.len() { 0.1 * read } else { read })]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:decimal-point", "{step}");
+    assert!(step["description"].as_str().unwrap().contains("multiply these by 10"), "{step}");
+}

@@ -401,3 +401,17 @@ fn an_eccentricity_for_a_conic_constant_is_named() {
     assert_eq!(step["effect"], "input:eccentricity");
     assert!(step["description"].as_str().unwrap().contains("-0.0199999"), "{step}");
 }
+
+/// It lies so far off that nothing can be fitted.
+#[test]
+fn one_touch_far_off_is_named_with_its_line() {
+    let case = fixture("probe-comp/nothing-white", &["case.toml", "touches.csv"]);
+    change(&case, "touches.csv", &["z_mm"], |n, old| {
+        let z: f64 = old[n][0].parse().unwrap();
+        vec![format!("{:.6}", if n == 20 { z + 17.3 } else { z })]
+    });
+    let ended = case.run("loop");
+    assert_ne!(ended.code, 0, "{}", ended.stdout);
+    let said = "the input looks wrong: a row of touches.csv in line 22 does not fit the others";
+    assert!(ended.stderr.contains(said), "{}", ended.stderr);
+}

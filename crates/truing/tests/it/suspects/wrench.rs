@@ -113,3 +113,23 @@ fn some_presses_in_another_unit_are_found_however_the_seats_scatter() {
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:unit", "{step}");
 }
+
+/// A cell that was put in moves all below it: two thirds of the presses are wrong.
+#[test]
+fn positions_that_are_shifted_from_some_row_to_the_end_are_shifted_back() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    change(&case, "presses.csv", &["machine_x_mm"], |n, old| {
+        let (start, last) = (old.len() / 3, old.len() - 1);
+        old[if n > start {
+            n - 1
+        } else if n == start {
+            last
+        } else {
+            n
+        }]
+        .clone()
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:row-shift", "{step}");
+    assert!(step["description"].as_str().unwrap().contains("from line 10"), "{step}");
+}

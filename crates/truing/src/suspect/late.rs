@@ -1,0 +1,33 @@
+//! Channels of a record that come late, or too early, by some samples.
+
+use rayon::prelude::*;
+
+use super::hypothesis::{Hypothesis, present};
+use super::misfit::Misfit;
+use super::order::rows_shifted_by;
+use super::search::misfit_with;
+use crate::kind::Files;
+
+/// Samples by which a channel is tried as late, either way: of a signal that goes up and down, only the right number
+/// helps.
+const FARTHEST: isize = 24;
+
+/// Each channel of the record shifted by the samples that leave the least.
+pub(super) fn late_channels(files: &Files) -> Vec<Hypothesis> {
+    let Some((file, within)) = files.kind.record else { return Vec::new() };
+    let Ok(table) = files.folder.table(file, &[]) else { return Vec::new() };
+    let sets = files.kind.readings.iter().filter(|of| of.file == file).flat_map(|of| of.sets);
+    let columns: Vec<&str> = sets.flat_map(|(columns, _)| present(Some(&table), columns)).collect();
+    let of_column = |column: &&str| {
+        let tried = |by: isize| -> Option<(Misfit, Hypothesis)> {
+            let all = rows_shifted_by(file, Some(&table), &[*column], Some(within), by);
+            // The last drops the rows that have lost their partner.
+            let shifted = all.into_iter().next_back()?;
+            Some((misfit_with(files, &shifted.edits)?, shifted))
+        };
+        let by = (2..=FARTHEST).flat_map(|by| [by, -by]);
+        let least = by.filter_map(tried).min_by(|a, b| a.0.share.total_cmp(&b.0.share));
+        least.map(|(_, shifted)| shifted)
+    };
+    columns.par_iter().filter_map(of_column).collect()
+}
