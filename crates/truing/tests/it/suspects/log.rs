@@ -195,6 +195,8 @@ fn half_of_a_log_seven_rows_up_is_named_with_its_lines() {
 #[test]
 fn a_cell_that_comes_late_by_many_samples_is_shifted_back() {
     let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", text + "\n[noise]\nforce_n = 0.2\n");
     change(&case, "log.csv", &["f2_n"], |n, old| old[n.saturating_sub(LATE)].clone());
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:row-shift", "{step}");
