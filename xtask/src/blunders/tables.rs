@@ -1,5 +1,6 @@
 //! Mistakes made in the text of a case, as people make them.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
@@ -124,15 +125,10 @@ pub(crate) fn half_up(files: &mut Files, at: (&str, &[&str]), by: usize) -> bool
 
 /// Columns one row further down from two fifths of the rows on; the last row comes first there.
 pub(crate) fn end_shifted(files: &mut Files, at: (&str, &[&str])) -> bool {
-    reordered(files, at, |row, n| {
-        let start = 2 * n / 5;
-        if row > start {
-            row - 1
-        } else if row == start {
-            n - 1
-        } else {
-            row
-        }
+    reordered(files, at, |row, n| match row.cmp(&(2 * n / 5)) {
+        Ordering::Less => row,
+        Ordering::Equal => n - 1,
+        Ordering::Greater => row - 1,
     })
 }
 

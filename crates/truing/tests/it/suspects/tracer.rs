@@ -88,7 +88,7 @@ fn reflectors_of_one_station_are_given_their_names_back() {
 fn displacements_of_one_station_as_differences_are_added_up() {
     let case = survey();
     // The second station's locks; the first reading of each stands.
-    let is_difference = |n: usize| (76..152).contains(&n) && n % 19 != 0;
+    let is_difference = |n: usize| (76..152).contains(&n) && !n.is_multiple_of(19);
     replace(&case, |n, read| if is_difference(n) { read(n) - read(n - 1) } else { read(n) });
     let ended = case.run("loop");
     let said = format!("{}{}", ended.stdout, ended.stderr);

@@ -1,5 +1,7 @@
 //! Mistakes in wrenches of a force/torque sensor.
 
+use std::cmp::Ordering;
+
 use serde_json::Value;
 
 use super::{change, first, fixture, scale};
@@ -119,15 +121,12 @@ fn some_presses_in_another_unit_are_found_however_the_seats_scatter() {
 fn positions_that_are_shifted_from_some_row_to_the_end_are_shifted_back() {
     let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
     change(&case, "presses.csv", &["machine_x_mm"], |n, old| {
-        let (start, last) = (old.len() / 3, old.len() - 1);
-        old[if n > start {
-            n - 1
-        } else if n == start {
-            last
-        } else {
-            n
-        }]
-        .clone()
+        let from = match n.cmp(&(old.len() / 3)) {
+            Ordering::Less => n,
+            Ordering::Equal => old.len() - 1,
+            Ordering::Greater => n - 1,
+        };
+        old[from].clone()
     });
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:row-shift", "{step}");
