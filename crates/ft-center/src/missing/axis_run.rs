@@ -56,11 +56,9 @@ impl AxisRun<'_> {
     /// What is left of a lag that falls to 1/e over a travel, at the travel of each reading since the turn; apart
     /// where the axis has not turned yet and there are readings enough, as how far it had come then is not known.
     pub(super) fn lagging(&self, travel: f64, since: &[f64]) -> Vec<Vec<f64>> {
-        let of = |(r, s): (&AxisReading, &f64)| {
-            -r.approach.map_or(0.0, crate::Approach::sign) * (-s / travel).exp()
-        };
-        let all: Vec<f64> = self.readings.iter().zip(since).map(of).collect();
         let way = |r: &AxisReading| r.approach.map_or(0.0, crate::Approach::sign);
+        let of = |(r, s): (&AxisReading, &f64)| -way(r) * (-s / travel).exp();
+        let all: Vec<f64> = self.readings.iter().zip(since).map(of).collect();
         let first = self.readings.first().map_or(0.0, way);
         let turned = self.readings.iter().take_while(|r| way(r) * first > 0.0).count();
         if turned < FEWEST_BEFORE_A_TURN {

@@ -17,9 +17,22 @@ impl Typed {
 
 /// A number of `case.toml`.
 pub(crate) fn number(document: &Document, path: &[&'static str]) -> Option<f64> {
-    let value = document.value(path)?;
+    number_of(&document.value(path)?)
+}
+
+/// The number that a value is.
+pub(super) fn number_of(value: &toml::Value) -> Option<f64> {
     #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+}
+
+/// A setting as it is called in a message.
+pub(super) fn name_of(path: &[&str]) -> String {
+    let (key, sections) = path.split_last().unwrap_or((&"", &[]));
+    match sections {
+        [section, ..] => format!("[{section}] {key}"),
+        [] => (*key).to_owned(),
+    }
 }
 
 /// A number of `case.toml` times a factor; `what` says what is wrong with it as it stands.
@@ -43,11 +56,7 @@ pub(crate) fn other_setting(
     what: &str,
     value: toml::Value,
 ) -> Hypothesis {
-    let (key, sections) = path.split_last().unwrap_or((&"", &[]));
-    let name = match sections {
-        [section, ..] => format!("[{section}] {key}"),
-        [] => (*key).to_owned(),
-    };
+    let name = name_of(path);
     let description = format!("`{name}` of {CASE_FILE} is {what}");
     let change = Change::Setting { path: path.to_vec(), value };
     let edits = vec![Edit { file: CASE_FILE, change }];

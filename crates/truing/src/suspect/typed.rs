@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
 use super::search::misfit_with;
-use super::setting::Typed;
+use super::setting::{Typed, name_of, number_of};
 use crate::case::{CASE_FILE, Change, Document, Edit};
 use crate::count::count;
 use crate::kind::Files;
@@ -70,9 +70,7 @@ fn list(
     at: &mut Vec<usize>,
     all: &mut Vec<Number>,
 ) {
-    #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
-    let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
-    all.extend(number.map(|value| Number { path, at: at.clone(), value }));
+    all.extend(number_of(value).map(|value| Number { path, at: at.clone(), value }));
     for (i, value) in value.as_array().into_iter().flatten().enumerate() {
         let is_within = !at.is_empty();
         if !is_within || value_of_term(path) == Some(i) {
@@ -89,17 +87,10 @@ fn value_of_term(path: &[&str]) -> Option<usize> {
 }
 
 impl Number {
-    /// As it is called in a message.
-    fn name(&self) -> String {
-        let (key, sections) = self.path.split_last().unwrap_or((&"", &[]));
-        let section = sections.first().map_or_else(String::new, |section| format!("[{section}] "));
-        format!("{section}{key}")
-    }
-
     /// What is wrong with it, and which number of a list it is.
     fn said(&self, what: &str) -> String {
         let which = self.at.first().map_or_else(String::new, |i| format!(" in number {}", i + 1));
-        format!("`{}` of {CASE_FILE} {what}{which}", self.name())
+        format!("`{}` of {CASE_FILE} {what}{which}", name_of(self.path))
     }
 
     fn hypothesis(
@@ -111,7 +102,7 @@ impl Number {
     ) -> Hypothesis {
         let description = format!("{}: {to} instead of {}", self.said(what), self.value);
         let edits = replaced(document, &[(self, to)]);
-        Hypothesis::of(effect, (CASE_FILE, &[&self.name()]), description, edits)
+        Hypothesis::of(effect, (CASE_FILE, &[&name_of(self.path)]), description, edits)
     }
 
     fn mistyped(&self, document: &Document) -> Vec<Hypothesis> {
@@ -229,7 +220,7 @@ fn replaced(document: &Document, numbers: &[(&Number, f64)]) -> Vec<Edit> {
 }
 
 fn exchanged(document: &Document, one: &Number, other: &Number) -> Hypothesis {
-    let (name, of) = (one.name(), other.name());
+    let (name, of) = (name_of(one.path), name_of(other.path));
     let description = match (one.at.first(), other.at.first()) {
         (Some(i), Some(j)) => format!(
             "`{name}` of {CASE_FILE} is wrong, its numbers {} and {} are exchanged (swapped): exchange them",
