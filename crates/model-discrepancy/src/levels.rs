@@ -63,6 +63,10 @@ pub(crate) const LARGE_SCATTER: f64 = 36.0;
 /// cases none were the truth, as a smooth shape is a sum of a few smooth others.
 pub(crate) const MOST_NAMES: usize = 3;
 
+/// Names, of two effects or more, that must leave no more than the declared noise: what is left is of the same that they
+/// are parts of.
+pub(crate) const MANY_NAMES: usize = 3;
+
 /// The share that is enough beside structure of that size, or of several names beside any: two that are the
 /// whole leave none.
 pub(crate) const STRUCTURE_LEFT: f64 = 0.02;

@@ -33,6 +33,7 @@ const LABELS: &[&str] = &["labels"];
 const CLIPS: &[&str] = &["input:saturation", "saturates"];
 const STUCK: &[&str] = &["input:stuck", "is stuck", "are stuck"];
 const CLOCK: &[&str] = &["input:clock", "the clock of"];
+const GAIN: &[&str] = &["input:gain", "twice the reading"];
 const DIAMETER: &[&str] = &["diameter"];
 const DIAMETER_OR_HALF: &[&str] = &["diameter", "half of the radius"];
 const SIDE: &[&str] = &["side", "opposite sign", "does not make a surface"];

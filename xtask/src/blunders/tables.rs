@@ -93,6 +93,69 @@ pub(crate) fn scaled_of_one(
     })
 }
 
+/// The readings of one name, but for those beyond a share of its largest, which are that.
+pub(crate) fn clipped_of_one(
+    files: &mut Files,
+    (file, columns): (&str, [&str; 2]),
+    (share, seed): (f64, u64),
+) -> bool {
+    change(files, (file, &columns), |cells, columns| {
+        let (of, column) = (columns[0], columns[1]);
+        let [one, _] = cells.two_names(of, seed);
+        let own = || cells.rows.iter().filter(|row| row[of] == one);
+        let sizes = own().filter_map(|row| row[column].parse::<f64>().ok()).map(f64::abs);
+        let limit = share * sizes.fold(0.0, f64::max);
+        let own = cells.rows.iter_mut().filter(|row| row[of] == one);
+        rewrite(own, &[column], |value| format!("{}", value.clamp(-limit, limit)));
+    })
+}
+
+/// Columns exchanged in the last two fifths of the rows.
+pub(crate) fn exchanged_at_end(files: &mut Files, at: (&str, &[&str])) -> bool {
+    change(files, at, |cells, columns| {
+        let from = 3 * cells.rows.len() / 5;
+        for row in &mut cells.rows[from..] {
+            row.swap(columns[0], columns[1]);
+        }
+    })
+}
+
+/// A column in reverse order within the rows of one name.
+pub(crate) fn reversed_of_one(
+    files: &mut Files,
+    (file, columns): (&str, [&str; 2]),
+    seed: u64,
+) -> bool {
+    change(files, (file, &columns), |cells, columns| {
+        let (of, column) = (columns[0], columns[1]);
+        let [one, _] = cells.two_names(of, seed);
+        let rows: Vec<usize> =
+            (0..cells.rows.len()).filter(|&row| cells.rows[row][of] == one).collect();
+        let read: Vec<String> = rows.iter().map(|&row| cells.rows[row][column].clone()).collect();
+        for (&row, cell) in rows.iter().zip(read.into_iter().rev()) {
+            cells.rows[row][column] = cell;
+        }
+    })
+}
+
+/// The last two fifths of a column as on another machine: beside what it is a slope along another column, and a wave.
+pub(crate) fn of_another_machine(
+    files: &mut Files,
+    at: (&str, &[&str]),
+    [slope, wave]: [f64; 2],
+) -> bool {
+    change(files, at, |cells, columns| {
+        let (along, column) = (columns[0], columns[1]);
+        let from = 3 * cells.rows.len() / 5;
+        for row in &mut cells.rows[from..] {
+            let (Ok(at), Ok(read)) = (row[along].parse::<f64>(), row[column].parse::<f64>()) else {
+                continue;
+            };
+            row[column] = format!("{:.6}", read + slope * at + wave * (0.07 * at).sin());
+        }
+    })
+}
+
 /// Numbers of some columns times a factor in the middle third of the rows.
 pub(crate) fn scaled_in_a_third(files: &mut Files, at: (&str, &[&str]), factor: f64) -> bool {
     change(files, at, |cells, columns| {

@@ -13,7 +13,7 @@ use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
 use crate::levels::{
     EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE, HARDLY_EXPLAINED,
-    LARGE_SCATTER, MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
+    LARGE_SCATTER, MANY_NAMES, MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
 };
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
@@ -94,13 +94,9 @@ fn too_many(
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
 ) -> Option<(Remaining, f64)> {
-    let effects = &context.model.declared().effects;
-    let is_of_many =
-        |effect: &usize| home_of_bad(context, &chosen.estimate, lin, *effect).is_none();
-    let active = chosen.system.active.iter().map(|active| active.effect).filter(is_of_many);
-    let ids: BTreeSet<&str> = active.map(|effect| &*effects[effect].id).collect();
-    let last = chosen.added.last().filter(|_| ids.len() > MOST_NAMES)?;
-    let shape = format!("{} different effects would be needed", ids.len());
+    let ids = different_names(context, chosen, lin);
+    let last = chosen.added.last().filter(|_| ids > MOST_NAMES)?;
+    let shape = format!("{ids} different effects would be needed");
     Some((Remaining { covariate: "names".to_owned(), shape, p_value: last.p_value }, 0.0))
 }
 
@@ -171,6 +167,15 @@ fn has_no_cause(context: &Context<'_>, what: &What) -> bool {
     along.is_some_and(|c| c.quantity != Quantity::Temperature)
 }
 
+/// How many different effects of many readings have a name.
+fn different_names(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> usize {
+    let effects = &context.model.declared().effects;
+    let is_of_many =
+        |effect: &usize| home_of_bad(context, &chosen.estimate, lin, *effect).is_none();
+    let active = chosen.system.active.iter().map(|active| active.effect).filter(is_of_many);
+    active.map(|effect| &*effects[effect].id).collect::<BTreeSet<&str>>().len()
+}
+
 /// How many effects of many readings have a name.
 fn names(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> usize {
     let is_of_many = |effect: usize| home_of_bad(context, &chosen.estimate, lin, effect).is_none();
@@ -193,7 +198,14 @@ fn left_above(
     // Accidents by the dozen beside ten times the noise are none, however large they are.
     let are_accidents = is_gross && many_bad_readings(context, chosen);
     let is_lost = are_accidents && after.per_dof() >= GROSS_SCATTER;
-    let least = if is_plain { STRUCTURE_LEFT } else { EXCESS_LEFT };
+    // Of many, none is the last one.
+    let are_many =
+        different_names(context, chosen, lin) > 1 && names(context, chosen, lin) >= MANY_NAMES;
+    let least = match is_plain {
+        _ if are_many => 0.0,
+        true => STRUCTURE_LEFT,
+        false => EXCESS_LEFT,
+    };
     if !after.is_above() || left < least && !is_lost {
         return None;
     }
@@ -218,7 +230,8 @@ fn left_above(
         }
         _ => true,
     };
-    let is_any_enough = left >= HARDLY_EXPLAINED || is_gross && are_parts || are_accidents;
+    let is_any_enough =
+        are_many || left >= HARDLY_EXPLAINED || is_gross && are_parts || are_accidents;
     worst.or_else(|| is_any_enough.then(formless)).map(|worst| (worst, left))
 }
 

@@ -117,8 +117,7 @@ pub(crate) fn of_machine(readings: &[Seen]) -> Vec<f64> {
 /// station is in the middle of its readings is the station's own place, and says nothing of how far
 /// it moves.
 pub(crate) fn of_all(readings: &[Seen], course: &Course) -> Vec<f64> {
-    let first = first(readings.iter());
-    let come: Vec<f64> = readings.iter().map(|seen| course.at(seen.time, first)).collect();
+    let come = of_readings(readings, course);
     let mut sums: HashMap<usize, (f64, f64)> = HashMap::new();
     for (seen, come) in readings.iter().zip(&come) {
         let (sum, n) = sums.entry(seen.station).or_default();
@@ -148,6 +147,17 @@ fn is_of_one(readings: &[Seen], share: &[f64]) -> bool {
     }
     let most = of_station.values().copied().fold(0.0, f64::max);
     most > ALL_OF_IT * share.iter().map(|share| share * share).sum::<f64>()
+}
+
+/// How far what drifts alike at every reading has come since the first one.
+pub(crate) fn of_readings(readings: &[Seen], course: &Course) -> Vec<f64> {
+    let first = first(readings.iter());
+    readings.iter().map(|seen| course.at(seen.time, first)).collect()
+}
+
+/// The course that readings show which drift alike, wherever they are taken.
+pub(crate) fn clearest_of_readings(through: &LookedThrough<'_>) -> Course {
+    clearest(through, |course| of_readings(through.readings, course))
 }
 
 /// The course that the stand of a station shows.

@@ -10,7 +10,7 @@ use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
 use crate::missing::course::{self, Course};
-use crate::missing::courses::{Courses, part, seen};
+use crate::missing::courses::{Courses, part, seen, ways_mm};
 use crate::missing::moves::{Moves, Part};
 use crate::missing::session::Session;
 use crate::missing::sights::Sight;
@@ -58,7 +58,7 @@ pub(crate) struct Scene<'a> {
 /// The catalogue: effects of the whole run, then changes at the given steps.
 pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     let n_stations = scene.survey.stations.len();
-    let mut entries = vec![range_scale(scene), range_drift(scene)];
+    let mut entries = vec![range_scale(scene), scale_drift(scene), range_drift(scene)];
     // Of two axes the one that stands keeps the side that it came from last, which is in the errors of
     // the other one.
     entries.extend(scene.survey.second.is_none().then(|| backlash(scene)));
@@ -140,9 +140,9 @@ impl Scene<'_> {
         self.survey.ranges[range].displacement_mm
     }
 
-    /// What of the way to the target was not counted.
-    fn dead_path_mm(&self, range: usize) -> f64 {
-        self.sights[range].along_mm.norm() - self.displacement_mm(range)
+    /// The way of the light to the target that was counted, and that which was not.
+    fn ways_mm(&self, range: usize) -> [f64; 2] {
+        ways_mm(self.survey, &self.sights[range], range)
     }
 
     /// Time of every range since the first one of its lock.
@@ -166,6 +166,11 @@ impl Scene<'_> {
         if self.timed { ("mm/h", 3600.0) } else { ("mm over the run", 1.0) }
     }
 
+    /// Unit and factor of a proportion per unit of time.
+    fn rate_of_scale(&self) -> (&'static str, f64) {
+        if self.timed { ("ppm/h", 1e6 * 3600.0) } else { ("ppm over the run", 1e6) }
+    }
+
     /// Unit and factor of something per unit of time squared.
     fn change_of_rate(&self) -> (&'static str, f64) {
         if self.timed { ("mm/h²", 3600.0 * 3600.0) } else { ("mm over the run", 1.0) }
@@ -187,6 +192,26 @@ fn range_scale(scene: &Scene<'_>) -> Entry {
         [scene.displacement_mm(r)]
     });
     entry.effect.maximum = Some(NO_WAVELENGTH);
+    entry
+}
+
+/// The wavelength drifts: a laser warms up, or air of which no column has the temperature; along the
+/// displacement and along the dead path, as with a [temperature](temperatures).
+fn scale_drift(scene: &Scene<'_>) -> Entry {
+    let course = &scene.courses.of_scale;
+    let law = scene.law(course);
+    let (unit, factor) = if law.is_some() { ("ppm", 1e6) } else { scene.rate_of_scale() };
+    let text = format!(
+        "displacements read too long in a proportion that drifts{}, and by their dead paths as these \
+         do: the wavelength does, as a laser or the air warms up",
+        law.map_or_else(String::new, |law| format!(" and comes to rest: {law}"))
+    );
+    let parameters = ["scale", "of dead path"].map(|name| parameter(name, unit, factor));
+    let share = course::of_readings(&seen(scene.survey, scene.time), course);
+    let mut entry = scene.entry_of_readings("scale-drift", None, text, &parameters, |r| {
+        scene.ways_mm(r).map(|mm| mm * share[r])
+    });
+    entry.effect.searched = course.searched;
     entry
 }
 
@@ -372,7 +397,7 @@ fn temperatures(scene: &Scene<'_>) -> Vec<Entry> {
             let mut entry =
                 scene.entry_of_readings("temperature", subject, text, &parameters, |r| {
                     let excess_k = column.values[r] - REFERENCE_C;
-                    [scene.displacement_mm(r), scene.dead_path_mm(r)].map(|mm| mm * excess_k)
+                    scene.ways_mm(r).map(|mm| mm * excess_k)
                 });
             entry.effect.driver = Some(column.name.clone());
             entry

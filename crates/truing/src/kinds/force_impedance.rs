@@ -37,17 +37,17 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: Some((LOG, "segment")),
     touches: None,
-    readings: &[Readings {
-        file: LOG,
-        sets: &[
-            (&CELLS, Dimension::Force),
-            (&[REFERENCE], Dimension::Force),
-            (&LENGTHS, Dimension::Length),
-        ],
-        fewest: 3,
-        are_places: false,
-        samples: None,
-    }],
+    readings: &[
+        Readings::of(
+            LOG,
+            &[
+                (&CELLS, Dimension::Force),
+                (&[REFERENCE], Dimension::Force),
+                (&LENGTHS, Dimension::Length),
+            ],
+        ),
+        Readings::of(PATH, &[(&["force_n"], Dimension::Force), (&[REFERENCE], Dimension::Force)]),
+    ],
     typed: &[
         Typed::of(&["head", "tip_to_plane_mm"]),
         Typed::of(&["head", "plane_to_joint_mm"]),

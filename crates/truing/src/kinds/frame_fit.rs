@@ -39,13 +39,7 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: None,
-    readings: &[Readings {
-        file: PAIRS,
-        sets: &[(&TO, Dimension::Length), (&FROM, Dimension::Length)],
-        fewest: 3,
-        are_places: false,
-        samples: None,
-    }],
+    readings: &[Readings::of(PAIRS, &[(&TO, Dimension::Length), (&FROM, Dimension::Length)])],
     typed: &[],
     uncertain: &[
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },

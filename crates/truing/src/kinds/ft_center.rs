@@ -37,17 +37,24 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: Some((WRENCH, "press")),
     touches: None,
-    readings: &[Readings {
-        file: PRESSES,
-        sets: &[(&MACHINE, Dimension::Length)],
-        fewest: 1,
-        are_places: false,
-        samples: Some(Samples {
-            file: WRENCH,
-            label: "press",
-            sets: &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)],
-        }),
-    }],
+    readings: &[
+        Readings::of(
+            DISPLACEMENTS,
+            &[(&["solved_mm"], Dimension::Length), (&["commanded_mm"], Dimension::Length)],
+        ),
+        Readings::of(GRAVITY, &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)]),
+        Readings {
+            file: PRESSES,
+            sets: &[(&MACHINE, Dimension::Length)],
+            fewest: 1,
+            are_places: false,
+            samples: Some(Samples {
+                file: WRENCH,
+                label: "press",
+                sets: &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)],
+            }),
+        },
+    ],
     typed: &[Typed::of(&["contact", "z0_mm"])],
     uncertain: &[
         Uncertain {

@@ -46,13 +46,7 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: Some(POINTS),
-    readings: &[Readings {
-        file: POINTS,
-        sets: &[(&XYZ, Dimension::Length)],
-        fewest: 3,
-        are_places: false,
-        samples: None,
-    }],
+    readings: &[Readings::of(POINTS, &[(&XYZ, Dimension::Length)])],
     typed: &TYPED,
     uncertain: &[
         Uncertain { table: POINTS, columns: &XYZ, std: Std::Declared("point_mm") },

@@ -3,14 +3,13 @@
 mod approach;
 mod at_targets;
 mod axis_run;
+mod directions;
 mod estimates;
 mod form;
 mod measured;
 mod plan;
 
-use std::cmp::Ordering;
-
-use ft_center::{Approach, AxisMotion, AxisReading};
+use ft_center::{AxisMotion, AxisReading};
 use serde::Deserialize;
 
 use crate::Error;
@@ -21,15 +20,16 @@ use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
-    Dimension, Hypothesis, Readings, Twice, all_in_metres, at_end, doubled, exchanged_rows,
-    exchanged_targets, farthest, held, increments, number, points_lost, readings_of_one,
-    rows_left_out, rows_shifted, signs, standing_still, units,
+    Dimension, Hypothesis, Readings, Twice, all_in_metres, at_end, channels, doubled,
+    exchanged_rows, exchanged_targets, farthest, held, increments, number, points_lost,
+    readings_of_one, rows_left_out, rows_shifted, signs, standing_still, units,
 };
 
-use approach::approach_of;
+use approach::{DIRECTION, POSITIONS};
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
 use at_targets::{at_other_targets, coarser_than_noise, signs_lost, thousands};
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
+use directions::{filled_directions, said_otherwise, said_ways, turned_directions, turned_sign};
 pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
 use measured::PositioningCase;
@@ -42,18 +42,18 @@ pub(crate) const KIND: Kind = Kind {
     mistakes,
     record: None,
     touches: None,
-    readings: &[Readings {
-        file: POSITIONS,
-        sets: &[
+    readings: &[Readings::of(
+        POSITIONS,
+        &[
+            (&["deviation_mm"], Dimension::Deviation),
+            (&["deviation_deg"], Dimension::Deviation),
+            (&["deviation_arcsec"], Dimension::Deviation),
             (&["actual_mm"], Dimension::Length),
             (&["target_mm"], Dimension::Length),
             (&["actual_deg"], Dimension::Angle),
             (&["target_deg"], Dimension::Angle),
         ],
-        fewest: 3,
-        are_places: false,
-        samples: None,
-    }],
+    )],
     typed: &[],
     uncertain: &[],
     example: &[
@@ -62,7 +62,6 @@ pub(crate) const KIND: Kind = Kind {
     ],
 };
 
-const POSITIONS: &str = "positions.csv";
 const KNOWN: &[&str] = &[
     "point",
     "target_mm",
@@ -78,10 +77,6 @@ const KNOWN: &[&str] = &[
 /// Seconds of arc of a degree.
 const ARCSEC_PER_DEG: f64 = 3600.0;
 const TURN_DEG: f64 = 360.0;
-/// Whether a target was come to from below or from above.
-const DIRECTION: &str = "direction";
-/// Moves either way from which directions are known to be turned.
-const FEWEST_EITHER_WAY: usize = 4;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
 
@@ -222,11 +217,9 @@ fn positions(columns: &mut Columns<'_>) -> Result<Positions, Error> {
         (AxisMotion::Linear, "target_mm", "actual_mm")
     };
     let targets = columns.numbers(target)?;
-    let found: Option<&'static str> = if is_rotary {
-        ["deviation_arcsec", "deviation_deg"].into_iter().find(|name| columns.has(name))
-    } else {
-        Some("deviation_mm").filter(|name| columns.has(name))
-    };
+    let of_rotary = ["deviation_arcsec", "deviation_deg"];
+    let found = if is_rotary { &of_rotary[..] } else { &["deviation_mm"] };
+    let found = found.iter().copied().find(|name| columns.has(name));
     let Some(deviation) = found else {
         let actual = columns.numbers(actual)?;
         let deviations = targets.iter().zip(actual);
@@ -303,14 +296,12 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
             .into_iter()
             .find(|[_, actual]| table.has(actual))
     };
-    let Some(columns) = pair(&table) else {
-        let targets = ["target_mm", "target_deg"];
-        return targets.iter().filter_map(|column| turned_directions(&table, column)).collect();
-    };
+    let Some(columns) = pair(&table) else { return of_deviations(&table) };
     let table = Some(&table);
     let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
     let mut all = signs(POSITIONS, table, &columns[..1]);
     all.extend(table.and_then(|table| turned_directions(table, columns[0])));
+    all.extend(table.and_then(|table| filled_directions(table, columns)));
     all.extend(table.and_then(|table| from_the_other_end(table, columns[0])));
     for column in &columns {
         all.extend(units(POSITIONS, table, &[*column], dimension));
@@ -344,6 +335,26 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
     all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all
+}
+
+/// What is wrong with deviations that somebody, or an instrument, took from the targets.
+fn of_deviations(table: &Table) -> Vec<Hypothesis> {
+    const READ: [[&str; 2]; 3] = [
+        ["target_mm", "deviation_mm"],
+        ["target_deg", "deviation_arcsec"],
+        ["target_deg", "deviation_deg"],
+    ];
+    let there = READ.into_iter().filter(|columns| columns.iter().all(|name| table.has(name)));
+    let of = |columns: [&'static str; 2]| {
+        let without = |_: &Table, rows: &[bool]| vec![rows_left_out(POSITIONS, rows)];
+        // They are small beside the travel, however wrong they are: the data alone show it.
+        let cut = channels(POSITIONS, Some(table), &columns[1..], without).into_iter();
+        let cut = cut.filter(Hypothesis::is_shown_by_data).map(Hypothesis::certain);
+        let turned = turned_directions(table, columns[0]).into_iter();
+        let ways = [filled_directions(table, columns), turned_sign(table, columns)];
+        turned.chain(ways.into_iter().flatten()).chain(cut).collect::<Vec<_>>()
+    };
+    there.flat_map(of).collect()
 }
 
 /// For each name the place at which it first stands among those before it.
@@ -392,9 +403,8 @@ fn from_the_other_end(table: &Table, target: &'static str) -> Option<Hypothesis>
     let values: Vec<f64> = targets.iter().map(|t| low + high - t).collect();
     let change = Change::Replace { column: target.to_owned(), values };
     let mut edits = vec![Edit { file: POSITIONS, change }];
-    if let Some(column) = table.column(DIRECTION) {
-        let ways = said_ways(table, column)?;
-        edits.push(said_otherwise(&ways, |_| true));
+    if table.has(DIRECTION) {
+        edits.push(said_otherwise(&said_ways(table)?, |_| true));
     }
     let description = format!(
         "`{target}` of {POSITIONS} is counted from the other end of the travel (reversed): take {} less each \
@@ -402,64 +412,4 @@ fn from_the_other_end(table: &Table, target: &'static str) -> Option<Hypothesis>
         low + high
     );
     Some(Hypothesis::of("input:direction", (POSITIONS, &[target]), description, edits))
-}
-
-/// The direction of every row; `None` where one is none.
-fn said_ways(table: &Table, column: usize) -> Option<Vec<Approach>> {
-    (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect()
-}
-
-/// The other direction in some rows.
-fn said_otherwise(said: &[Approach], is_other: impl Fn(usize) -> bool) -> Edit {
-    let sign = |(row, way): (usize, &Approach)| way.sign() * if is_other(row) { -1.0 } else { 1.0 };
-    let values = said.iter().enumerate().map(sign).collect();
-    Edit { file: POSITIONS, change: Change::Replace { column: DIRECTION.to_owned(), values } }
-}
-
-/// Directions of which every one contradicts the way from the target before, or every one of a run of rows.
-fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
-    let column = table.column(DIRECTION)?;
-    let targets = table.numbers(target)?;
-    let said = said_ways(table, column)?;
-    let came = |row: usize| match targets[row].total_cmp(&targets[row - 1]) {
-        Ordering::Greater => Some(Approach::Rising),
-        Ordering::Less => Some(Approach::Falling),
-        Ordering::Equal => None,
-    };
-    let n = targets.len();
-    let contradicts = |row: &usize| came(*row).is_some_and(|came| came != said[*row]);
-    let (turned, others): (Vec<usize>, Vec<usize>) =
-        (1..n).filter(|row| came(*row).is_some()).partition(contradicts);
-    let (first, last) = (*turned.first()?, *turned.last()?);
-    let are_run = others.iter().all(|row| !(first..=last).contains(row));
-    let both = [Approach::Rising, Approach::Falling];
-    let go_both_ways = |rows: &[usize]| {
-        let going = |way| rows.iter().filter(|row| came(**row) == Some(way)).count();
-        both.iter().all(|way| going(*way) >= FEWEST_EITHER_WAY)
-    };
-    // Of a few that agree the column may mean another thing.
-    if !are_run || !go_both_ways(&turned) || !(others.is_empty() || go_both_ways(&others)) {
-        return None;
-    }
-    // How the first target of a pass was come to is not recorded: it is as the rest of the pass.
-    let begins = |row: &usize| (*row == 0 || came(*row).is_none()) && said[*row] == said[first];
-    let start = (0..first).rev().take_while(begins).last().unwrap_or(first);
-    let is_whole = start == 0 && (last + 1..n).all(|row| came(row).is_none());
-    let run = start..if is_whole { n } else { last + 1 };
-    let counted = turned.len();
-    let which = if is_whole {
-        format!("every one of {counted} targets")
-    } else {
-        format!(
-            "of lines {} to {}, and of these alone, every one of {counted} targets",
-            table.line(start),
-            table.line(last)
-        )
-    };
-    let description = format!(
-        "`{DIRECTION}` of {POSITIONS} has the opposite sign: {which} was reached the other way than it says; \
-         exchange +1 and -1 there"
-    );
-    let edits = vec![said_otherwise(&said, |row| run.contains(&row))];
-    Some(Hypothesis::of("input:sign", (POSITIONS, &[DIRECTION]), description, edits).certain())
 }

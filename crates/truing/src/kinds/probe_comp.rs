@@ -42,13 +42,7 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: Some(TOUCHES),
-    readings: &[Readings {
-        file: TOUCHES,
-        sets: &[(&XYZ, Dimension::Length)],
-        fewest: 3,
-        are_places: false,
-        samples: None,
-    }],
+    readings: &[Readings::of(TOUCHES, &[(&XYZ, Dimension::Length)])],
     typed: &TYPED,
     uncertain: &[
         Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },

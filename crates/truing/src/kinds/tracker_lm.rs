@@ -25,7 +25,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, LoopSettings, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
-use crate::suspect::{Dimension, Readings, Samples};
+use crate::suspect::{Dimension, Readings, Samples, Typed};
 use crate::uncertain::{Std, Uncertain};
 
 pub use axis_error::{AxisErrorEstimate, AxisLocationEstimate};
@@ -52,22 +52,10 @@ pub(crate) const KIND: Kind = Kind {
         of_places(STATIONS, RANGES, "station"),
         of_places(STATIONS, TARGETS, "station"),
         of_places(MOUNTS, RANGES, "mount"),
-        Readings {
-            file: RANGES,
-            sets: &[(&[DISPLACEMENT], Dimension::Length)],
-            fewest: 3,
-            are_places: false,
-            samples: None,
-        },
-        Readings {
-            file: TARGETS,
-            sets: &[(&PLACE, Dimension::Length)],
-            fewest: 3,
-            are_places: false,
-            samples: None,
-        },
+        Readings::of(RANGES, &[(&[DISPLACEMENT], Dimension::Length)]),
+        Readings::of(TARGETS, &[(&PLACE, Dimension::Length)]),
     ],
-    typed: &[],
+    typed: &[Typed::of(&["axis", "origin_mm"])],
     uncertain: &[
         Uncertain {
             table: RANGES,

@@ -1,6 +1,7 @@
 //! Channels that clip at the end of their range, or stand still.
 
 use super::hypothesis::{Hypothesis, Proof, listed};
+use super::label::labels_of;
 use crate::case::{Change, Edit, Table};
 
 /// Fewest readings at one end that are no accident.
@@ -148,6 +149,31 @@ pub(crate) fn clipped_of_few(
         Some([1.0, -1.0].into_iter().filter_map(of_end).collect::<Vec<_>>())
     };
     columns.iter().filter_map(of_column).flatten().collect()
+}
+
+/// The readings of one instrument, by its name in `label`, that clip to the last digit where those of others go on.
+pub(crate) fn clipped_of_one(
+    file: &'static str,
+    table: Option<&Table>,
+    [label, column]: [&str; 2],
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Vec<Hypothesis> {
+    let Some(table) = table else { return Vec::new() };
+    let Some((values, named)) = table.numbers(column).zip(table.column(label)) else {
+        return Vec::new();
+    };
+    let of_one = |(name, rows): (&str, Vec<usize>)| {
+        let own: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
+        let clip = clipping(&own).filter(|clip| clip.is_exact)?;
+        let mut marked = vec![false; values.len()];
+        for (row, is_clipped) in rows.iter().zip(&clip.rows) {
+            marked[*row] = *is_clipped;
+        }
+        let limits = format!("{} where `{label}` is `{name}`", clip.words);
+        let found = saturation(file, &[column], &limits, true, without(table, &marked));
+        Some(Hypothesis { subject: format!("{file}: {column} of {name}"), ..found })
+    };
+    labels_of(table, named).into_iter().filter_map(of_one).collect()
 }
 
 /// A place all of whose coordinates stand still over the same rows, as no place does that is measured

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::hypothesis::{Hypothesis, Proof, present};
 use crate::case::Table;
 use crate::count::count;
 
@@ -12,6 +13,9 @@ const BEYOND_CHANCE: f64 = 3.0;
 /// Standard deviations by which one digit may come more often than a tenth of the time: of ten, one does by chance once
 /// in a hundred columns.
 const MOST_SIGMAS: f64 = 3.0;
+
+/// Digits that a coordinate lacks in every row which the others have, where it was cut.
+const FEWER: usize = 3;
 
 /// Some rows of a column that have no digits beyond a decimal.
 pub(super) struct Coarse<'c> {
@@ -40,6 +44,37 @@ pub(super) fn coarse<'c>(table: &Table, column: &'c str, decimals: usize) -> Opt
     let is_read = distinct.len() >= FEWEST
         && are_even(distinct.iter().map(|cell| last_digit(cell, decimals)));
     (is_finest && is_much).then_some(Coarse { column, decimals, rows, is_read })
+}
+
+/// A column without the last digits that all others have: of one instrument they have as many.
+pub(crate) fn coarser_than_others(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+) -> Option<Hypothesis> {
+    let table = table?;
+    let there = present(Some(table), columns);
+    let most = |column: &str| {
+        let (at, _) = table.read_as(column)?;
+        (0..table.n_rows()).map(|row| decimals_of(table.cell(row, at))).max()
+    };
+    let decimals: Vec<usize> = there.iter().map(|column| most(column)).collect::<Option<_>>()?;
+    let is_cut = |at: &usize| {
+        let others = decimals.iter().enumerate().filter(|(other, _)| other != at);
+        let least = others.map(|(_, digits)| *digits).min();
+        least.is_some_and(|least| least >= decimals[*at] + FEWER)
+            && coarse(table, there[*at], decimals[*at]).is_some_and(|coarse| coarse.is_read)
+    };
+    let at = (0..there.len()).find(is_cut)?;
+    let description = format!(
+        "`{}` of {file} is rounded: it has {} decimals where the other coordinates have {} and more (a resolution too \
+         coarse, digits cut off); record all digits",
+        there[at],
+        decimals[at],
+        decimals[at] + FEWER
+    );
+    let found = Hypothesis::of("input:rounded", (file, &[there[at]]), description, Vec::new());
+    Some(Hypothesis { proof: Proof::Gross, ..found })
 }
 
 /// The step of the last digit that any number of a column has, in the unit of its name.

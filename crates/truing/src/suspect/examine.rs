@@ -115,7 +115,8 @@ fn decide(
     }
     if !found.as_ref().is_some_and(is_mended) && is_far {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
-        let (of_some, elsewhere) = of_rows(&case.files, last, &is_sound, plain.is_gross());
+        let whole = [plain.is_gross(), plain.may_be_of_another_session()];
+        let (of_some, elsewhere) = of_rows(&case.files, last, &is_sound, whole);
         if of_some.is_some() || elsewhere.is_some() {
             found = of_some.map(|of_some| {
                 // A number that is free explains what physics does.
@@ -192,12 +193,13 @@ fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
 }
 
 /// What is wrong with some rows of a case that no change to all of them explains; else, that they are not of it,
-/// where the others fit without them: of readings that physics may have made only where the misfit `is_gross`.
+/// where the others fit without them: of readings that physics may have made only where the misfit `is_gross`, or where
+/// another session may have begun or ended there.
 fn of_rows(
     files: &Files,
     last: Vec<Hypothesis>,
     is_sound: &(impl Fn(&Misfit) -> bool + Sync),
-    is_gross: bool,
+    [is_gross, may_be_sessions]: [bool; 2],
 ) -> (Option<Found>, Option<Found>) {
     let stretches = Stretch::all_of(files, is_sound);
     let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
@@ -209,7 +211,9 @@ fn of_rows(
     let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
     match changed.or_else(|| first_of(last)).or_else(beyond) {
         None => {
-            let may_be = stretches.iter().filter(|stretch| is_gross || stretch.is_of_places());
+            let is_session = |s: &Stretch| may_be_sessions && s.is_of_a_session(files);
+            let may_be = |s: &&Stretch| is_gross || s.is_of_places() || is_session(s);
+            let may_be = stretches.iter().filter(may_be);
             let misplaced = may_be.filter_map(|stretch| stretch.misplaced(files)).collect();
             (None, Trials::of_those(files, misplaced, None).leaving_most(is_sound))
         }
@@ -231,7 +235,7 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let found = Trials::of(files, list, None).mending(is_free);
     let is_sound = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
     let elsewhere = || {
-        let (found, misplaced) = of_rows(files, last, &is_sound, true);
+        let (found, misplaced) = of_rows(files, last, &is_sound, [true, true]);
         found.or(misplaced).filter(|_| !is_free)
     };
     let found = found.or_else(elsewhere).map(|found| found.of_all(files));

@@ -53,6 +53,11 @@ impl Hypothesis {
         Self { proof: Proof::Data, ..self }
     }
 
+    /// Whether the data themselves show it, where the fit is bad.
+    pub(crate) fn is_shown_by_data(&self) -> bool {
+        self.proof == Proof::Data
+    }
+
     /// The same, as shown by the data whether the fit suffers or not.
     pub(crate) fn certain(self) -> Self {
         Self { proof: Proof::Certain, ..self }
@@ -70,7 +75,7 @@ impl Hypothesis {
 
     /// Whether the data themselves show it in a case that is off by as much.
     pub(super) fn is_shown(&self, is_gross: bool) -> bool {
-        self.proof == Proof::Data || is_gross && self.proof == Proof::Gross
+        self.is_shown_by_data() || is_gross && self.proof == Proof::Gross
     }
 
     /// Whether it leaves out one stretch of rows, which the data name and no fit has chosen.

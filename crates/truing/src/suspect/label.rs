@@ -113,6 +113,9 @@ pub(crate) fn readings_of_one(
         };
         let mut all: Vec<Hypothesis> = dimension.instead_of(declared).map(of_unit).collect();
         all.push(wrong("input:sign", "has the opposite sign".to_owned(), -1.0));
+        let gain = |what: &str, factor| wrong("input:gain", what.to_owned(), factor);
+        all.push(gain("is twice the reading (another gain, or both ways of a beam),", 0.5));
+        all.push(gain("is half of the reading (another gain, or one way of two),", 2.0));
         all
     };
     labels.into_iter().flat_map(of_one).collect()

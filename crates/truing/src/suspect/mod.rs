@@ -36,11 +36,11 @@ mod yardstick;
 mod zeros;
 
 pub(crate) use channel::{
-    at_end, channels, clipped_of_few, place_standing_still, rows_left_out, silent, standing_still,
-    standing_still_within,
+    at_end, channels, clipped_of_few, clipped_of_one, place_standing_still, rows_left_out, silent,
+    standing_still, standing_still_within,
 };
 pub(crate) use clock::{Record, clocks, stretches};
-pub(crate) use coarse::step_of;
+pub(crate) use coarse::{coarser_than_others, step_of};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use held::held;
 pub(crate) use hypothesis::{Hypothesis, Proof, stretches_of};

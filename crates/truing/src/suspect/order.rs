@@ -265,12 +265,12 @@ pub(super) fn blocks(table: &Table, within: Option<&str>) -> Vec<Range<usize>> {
 }
 
 /// Names in a column exchanged, two or three of them, in the rows alone that have one label, of every label
-/// whose rows have no more than `most` names.
+/// whose rows have no more names than the first of two numbers; three of them up to the second.
 pub(crate) fn names_of_one_exchanged(
     file: &'static str,
     table: Option<&Table>,
     [label, column]: [&str; 2],
-    most: usize,
+    [most, most_in_three]: [usize; 2],
 ) -> Vec<Hypothesis> {
     let columns = |table: &Table| Some((table.column(label)?, table.column(column)?));
     let Some((table, (of, named))) = table.and_then(|t| Some((t, columns(t)?))) else {
@@ -300,7 +300,8 @@ pub(crate) fn names_of_one_exchanged(
         for [i, j] in (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j])) {
             let [one, other] = [names[i], names[j]];
             all.push(exchanged(name, &rows, &[one, other]));
-            for third in &names[..i] {
+            let thirds = if names.len() > most_in_three { &[] } else { &names[..i] };
+            for third in thirds {
                 all.push(exchanged(name, &rows, &[third, one, other]));
                 all.push(exchanged(name, &rows, &[other, one, third]));
             }

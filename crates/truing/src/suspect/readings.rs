@@ -30,6 +30,11 @@ pub(crate) struct Samples {
 }
 
 impl Readings {
+    /// Of a table that stands for itself.
+    pub(crate) const fn of(file: &'static str, sets: &'static [Set]) -> Self {
+        Self { file, sets, fewest: 3, are_places: false, samples: None }
+    }
+
     /// The changes after which some rows are not there, nor their samples.
     pub(super) fn without(&self, folder: &Folder, rows: &[usize]) -> Option<Vec<Edit>> {
         let table = folder.table(self.file, &[]).ok()?;

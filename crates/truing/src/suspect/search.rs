@@ -22,10 +22,14 @@ const BLIND_GAIN: f64 = 3.0;
 /// Logarithm of the likelihood ratio that a subtle mistake must reach: odds of 1 to 10¹³, for
 /// lists of hundreds of hypotheses over thousands of cases.
 const EVIDENCE: f64 = 30.0;
-/// χ² per degree of freedom from which on a mistake in some rows is looked for: ten times the noise.
-const FAR_FROM_NOISE: f64 = 100.0;
-/// The same from which on any mistake is, however small the misfit is beside what was measured.
-const BEYOND_NOISE: f64 = 1000.0;
+/// χ² per degree of freedom from which on a mistake in some rows is looked for, five times the noise; and ten times,
+/// from which on any mistake is, however small the misfit is beside what was measured, and rows from somewhere to the
+/// end, or to there, may be of another session.
+const FAR_FROM_NOISE: f64 = 25.0;
+const OF_ANOTHER_SESSION: f64 = 100.0;
+/// The same beyond which a change to a case that cannot be fitted mends nothing, however small the misfit is beside what
+/// was measured.
+const BEYOND_NOISE: f64 = 100.0;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
 /// Standard deviations by which readings that are all equal at the end of a range fit worse than the
@@ -95,6 +99,11 @@ impl Plain {
         self.misfit.chi2_per_dof.is_some_and(|chi2| chi2 >= FAR_FROM_NOISE)
     }
 
+    /// Whether it is as many times the noise as readings of another session make.
+    pub(super) fn may_be_of_another_session(&self) -> bool {
+        self.misfit.chi2_per_dof.is_some_and(|chi2| chi2 >= OF_ANOTHER_SESSION)
+    }
+
     /// Whether a change to some rows leaves what a sound case would.
     pub(super) fn is_sound(&self, after: &Misfit) -> bool {
         let is_left = LEAST_BESIDE_ROWS * after.dof >= self.misfit.dof;
@@ -113,7 +122,7 @@ impl Plain {
         let noise = 1.1 + 6.0 * (2.0 / dof.max(1) as f64).sqrt();
         share > QUIET * self.yardstick.gross && chi2_per_dof.is_none_or(|chi2| chi2 > noise)
             || share > self.yardstick.gross
-            || chi2_per_dof.is_some_and(|chi2| chi2 > BEYOND_NOISE)
+            || self.may_be_of_another_session()
     }
 
     /// Whether hardly anything is left of the noise that was declared.
@@ -175,8 +184,10 @@ impl Trials {
     ///
     /// Where something is left free, it must be with the declared noise, on many readings.
     pub(super) fn mending(&self, is_free: bool) -> Option<Found> {
+        // A number a thousand times as large makes any misfit small beside it.
+        let is_near = |m: &Misfit| m.chi2_per_dof.is_none_or(|chi2| chi2 < BEYOND_NOISE);
         let sound = |m: &Misfit| {
-            if is_free { m.is_noise() && m.dof >= MANY } else { m.is_sound() }
+            if is_free { m.is_noise() && m.dof >= MANY } else { m.is_sound() && is_near(m) }
         };
         let is_possible =
             |(h, m): &&Tried| !is_free && h.is_shown(true) || m.as_ref().is_some_and(sound);

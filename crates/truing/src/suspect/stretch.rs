@@ -13,7 +13,7 @@ use super::order::{blocks_shifted, exchanged_rows};
 use super::readings::{Readings, Samples};
 use super::search::{Found, misfit_with};
 use super::some_rows::Rows;
-use super::unit::all_and_each;
+use super::unit::{Dimension, all_and_each};
 use crate::case::{Change, Edit, Order};
 use crate::kind::Files;
 
@@ -24,6 +24,8 @@ const FEWEST_FILLED: usize = 3;
 /// Rows by which a stretch may be shifted, and rows of a record, of which it may be by more than one.
 const FARTHEST_SHIFT: isize = 12;
 const LONG: usize = 200;
+/// Rows of another session, at least.
+const FEWEST_OF_SESSION: usize = 8;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;
 
@@ -92,7 +94,9 @@ impl Stretch {
         let Ok(table) = files.folder.table(self.of.file, &[]) else { return Vec::new() };
         let rows = Rows { file: self.of.file, table: &table, these: self.all() };
         let mut all = Vec::new();
-        for (columns, dimension) in self.of.sets {
+        // What makes deviations small mends nothing.
+        let sets = self.of.sets.iter().filter(|(_, of)| *of != Dimension::Deviation);
+        for (columns, dimension) in sets.clone() {
             let columns = present(Some(&table), columns);
             all.extend(rows.changes(&columns, *dimension));
             if !self.of.are_places {
@@ -115,7 +119,7 @@ impl Stretch {
         }
         if self.wrong.len() < self.rows.len() {
             let rows = Rows { file: self.of.file, table: &table, these: self.wrong.clone() };
-            for (columns, dimension) in self.of.sets {
+            for (columns, dimension) in sets {
                 let columns = present(Some(&table), columns);
                 if self.wrong.len() <= MOST_EXCHANGED {
                     all.extend(exchanged_rows(rows.file, Some(&table), &columns, &self.wrong));
@@ -171,14 +175,23 @@ impl Stretch {
         self.of.are_places
     }
 
+    /// Whether it reaches to either end of the table, as a session does that is of another day.
+    pub(super) fn is_of_a_session(&self, files: &Files) -> bool {
+        let n = files.folder.table(self.of.file, &[]).map_or(0, |table| table.n_rows());
+        let is_at_end = self.rows.start == 0 || self.rows.end == n;
+        is_at_end && self.wrong.len() >= FEWEST_OF_SESSION.max(self.rows.len() / 2)
+    }
+
     /// That the rows are not of this table, whatever is wrong with them.
     pub(super) fn misplaced(&self, files: &Files) -> Option<Hypothesis> {
         let Readings { file, sets, .. } = self.of;
         let table = files.folder.table(file, &[]).ok()?;
-        let columns = present(Some(&table), sets.first()?.0);
-        let rows = Rows { file, table: &table, these: self.wrong.clone() };
+        let mut all = sets.iter().map(|(columns, _)| present(Some(&table), columns));
+        let columns = all.find(|columns| !columns.is_empty())?;
+        let these = if self.is_of_a_session(files) { self.all() } else { self.wrong.clone() };
+        let rows = Rows { file, table: &table, these };
         let (those, do_not) =
-            if self.wrong.len() == 1 { ("a row", "does not") } else { ("the rows", "do not") };
+            if rows.these.len() == 1 { ("a row", "does not") } else { ("the rows", "do not") };
         let ball =
             if files.kind.touches.is_some() { ", with another ball (tip radius)" } else { "" };
         let description = format!(
@@ -188,7 +201,7 @@ impl Stretch {
             rows.said(),
             self.read_there().or_else(|| rows.shared()).unwrap_or_default()
         );
-        let edits = self.of.without(&files.folder, &self.wrong)?;
+        let edits = self.of.without(&files.folder, &rows.these)?;
         Some(Hypothesis::of("input:misplaced", (file, &columns), description, edits))
     }
 

@@ -9,6 +9,8 @@ pub(crate) enum Dimension {
     Force,
     Moment,
     Angle,
+    /// A difference from what is expected: in any unit in which it is small it fits.
+    Deviation,
 }
 
 /// Exact: the international inch and pound of 1959, and standard gravity.
@@ -27,6 +29,7 @@ impl Dimension {
             Self::Force => "N",
             Self::Moment => "N·mm",
             Self::Angle => "degrees",
+            Self::Deviation => "the column's own",
         }
     }
 
@@ -89,6 +92,7 @@ impl Dimension {
                 ("turns", 360.0),
                 ("degrees taken for radians and converted", 1.0 / DEG_PER_RAD),
             ],
+            Self::Deviation => &[],
         }
     }
 }

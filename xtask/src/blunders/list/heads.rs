@@ -2,12 +2,12 @@
 
 use super::{
     CELLS, CLIPS, CLOCK, COPIED, DIAMETER, EXCHANGED, INCH, LABELS, LENGTHS, Mistake, POINT, POUND,
-    ROWS, SESSION, SIGN, STUCK, UNIT, of,
+    REVERSED, ROWS, SESSION, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    averaged, blocks_exchanged, clipped, copied, exchanged, half_up, late, of_another_session,
-    on_another_clock, scaled, scaled_in_a_third, setting_scaled, settings_exchanged, shifted,
-    shifted_up, stuck,
+    averaged, blocks_exchanged, clipped, copied, exchanged, exchanged_at_end, half_up, late,
+    of_another_session, on_another_clock, reversed_of_one, scaled, scaled_in_a_third,
+    setting_scaled, settings_exchanged, shifted, shifted_up, stuck,
 };
 
 pub(super) fn log() -> Vec<Mistake> {
@@ -76,6 +76,9 @@ pub(super) fn log() -> Vec<Mistake> {
         of("radii of head and bracket exchanged", EXCHANGED, |f, _| {
             settings_exchanged(f, ["head_radius_mm", "bracket_radius_mm"])
         }),
+        of("f1 and f3 exchanged in the last two fifths", EXCHANGED, |f, _| {
+            exchanged_at_end(f, (LOG, &["f1_n", "f3_n"]))
+        }),
         of("f1 copied over f3", COPIED, |f, _| copied(f, (LOG, &["f1_n", "f3_n"]))),
     ]
 }
@@ -92,6 +95,9 @@ pub(super) fn strokes() -> Vec<Mistake> {
         }),
         of("references of two strokes exchanged", LABELS, |f, draw| {
             blocks_exchanged(f, (PATH, "run", &["reference_n"]), draw.seed)
+        }),
+        of("force of one stroke upside down", REVERSED, |f, draw| {
+            reversed_of_one(f, (PATH, ["run", "force_n"]), draw.seed)
         }),
         of("force clips", CLIPS, |f, _| clipped(f, (PATH, &["force_n"]), 0.75)),
         of("force is stuck", STUCK, |f, _| stuck(f, (PATH, &["force_n"]), 0.5)),

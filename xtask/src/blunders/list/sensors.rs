@@ -5,8 +5,8 @@ use super::{
     QUATERNION, RADIAN, ROUNDED, ROWS, SESSION, SIDE, SIGN, STUCK, UNIT, of,
 };
 use crate::blunders::tables::{
-    clipped, copied, end_shifted, exchanged, in_increments, of_another_session, pasted, rounded,
-    rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
+    clipped, copied, end_shifted, exchanged, in_increments, of_another_machine, of_another_session,
+    pasted, rounded, rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
 };
 
 pub(super) fn presses() -> Vec<Mistake> {
@@ -67,6 +67,9 @@ pub(super) fn displacements() -> Vec<Mistake> {
         of("two rows exchanged", LABELS, |f, draw| {
             rows_exchanged(f, (TABLE, &["solved_mm"]), draw.seed)
         }),
+        of("commanded in increments", INCREMENTS, |f, _| {
+            in_increments(f, (TABLE, &["commanded_mm"]))
+        }),
         of("solved is stuck", STUCK, |f, _| stuck(f, (TABLE, &["solved_mm"]), 0.5)),
     ]
 }
@@ -123,6 +126,9 @@ pub(super) fn positions() -> Vec<Mistake> {
             scaled_in_a_third(f, (TABLE, &BOTH[1..]), INCH)
         }),
         of("positions in increments", INCREMENTS, |f, _| in_increments(f, (TABLE, &BOTH[1..]))),
+        of("positions of another machine at the end", SESSION, |f, _| {
+            of_another_machine(f, (TABLE, BOTH), [-2e-4, 0.02])
+        }),
         of("positions rounded to a tenth", ROUNDED, |f, _| rounded(f, (TABLE, &BOTH[1..]), 1)),
     ]
 }

@@ -1,12 +1,12 @@
 //! Mistakes in surveys of a rotary axis.
 
 use super::{
-    AXIS, EXCHANGED, INCH, LABELS, Mistake, RADIAN, ROUNDED, ROWS, SESSION, SIGN, STUCK, UNIT, XYZ,
-    of,
+    AXIS, CLIPS, EXCHANGED, GAIN, INCH, LABELS, Mistake, RADIAN, ROUNDED, ROWS, SESSION, SIGN,
+    STUCK, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    exchanged, names_exchanged, of_another_session, rounded, scaled, scaled_in_a_third,
-    scaled_of_one, setting_scaled, setting_to, shifted, stuck,
+    clipped_of_one, exchanged, names_exchanged, of_another_session, rounded, scaled,
+    scaled_in_a_third, scaled_of_one, setting_scaled, setting_to, shifted, stuck,
 };
 
 pub(super) fn ranges() -> Vec<Mistake> {
@@ -51,6 +51,12 @@ pub(super) fn ranges() -> Vec<Mistake> {
         }),
         of("displacements rounded to a tenth", ROUNDED, |f, _| {
             rounded(f, (RANGES, &["displacement_mm"]), 1)
+        }),
+        of("displacements of one station doubled", GAIN, |f, draw| {
+            scaled_of_one(f, (RANGES, ["station", "displacement_mm"]), (2.0, draw.seed))
+        }),
+        of("displacements of one station clip", CLIPS, |f, draw| {
+            clipped_of_one(f, (RANGES, ["station", "displacement_mm"]), (0.6, draw.seed))
         }),
         of("displacements of one station in metres", UNIT, |f, draw| {
             scaled_of_one(f, (RANGES, ["station", "displacement_mm"]), (1e-3, draw.seed))

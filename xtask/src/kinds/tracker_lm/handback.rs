@@ -275,6 +275,17 @@ impl<'a> Survey<'a> {
             let dead = sight.length - read;
             longer += 1e-6 * excess_k * (read * size("scale") + dead * size("of dead path"));
         }
+        if let Some(drift) = step(json, "scale-drift", None) {
+            let passed = self.time[row] - self.time.iter().copied().fold(f64::INFINITY, f64::min);
+            let come = if comes_to_rest(drift) {
+                settled(drift, passed, false, 2)
+            } else {
+                passed / if self.timed { 3600.0 } else { 1.0 }
+            };
+            let dead = sight.length - read;
+            let along = read * amplitude(drift, "scale") + dead * amplitude(drift, "of dead path");
+            longer += 1e-6 * come * along;
+        }
         let hours = self.since_lock_on(row) / if self.timed { 3600.0 } else { 1.0 };
         longer += hours * size("range-drift", None, "rate at lock-on")
             + hours * hours * size("range-drift", None, "half the change of rate")

@@ -7,9 +7,9 @@ use crate::kinds::tracker_lm::tracer_run::Defect;
 use crate::power::cell::{Cell, Question, direction, sign};
 use crate::power::scene::{Scene, TIMES};
 
-/// Effects that share the level: half of it is the catalogue's, which holds 4 of the whole, 6 + 6
+/// Effects that share the level: half of it is the catalogue's, which holds 5 of the whole, 6 + 6
 /// of stations, 24 jumps and 4 slips.
-const CANDIDATES: usize = 88;
+const CANDIDATES: usize = 90;
 
 /// All cells of tracer-lm.
 pub(crate) fn cells() -> Vec<Cell> {
@@ -27,6 +27,12 @@ pub(crate) fn cells() -> Vec<Cell> {
         }),
         cell("nothing, one reading in ten missing", FalseAddition, |seed| {
             Scene::Tracer(Run { missing: 0.1, record_air: true, ..base(seed) })
+        }),
+        cell("the laser warms up", Named("scale-drift"), |seed| {
+            with(&base(seed), 2, |a, d| Defect::Warming(a * sign(d), 1.0))
+        }),
+        cell("the laser comes to its temperature", Named("scale-drift"), |seed| {
+            with(&base(seed), 2, |a, d| Defect::Warming(a * sign(d), 0.2))
         }),
         cell("reading creeps after lock-on", Named("range-drift"), |seed| {
             let run = Run { one_tracer: true, ..base(seed) };

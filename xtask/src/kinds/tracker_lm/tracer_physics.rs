@@ -119,6 +119,10 @@ fn read_mm(
     let l = displacement_mm;
     match defect {
         Defect::RangeScale(s) => l * (1.0 + s),
+        // What was counted less at lock-on is of the dead path.
+        Defect::Warming(total, constant) => {
+            l + norm(&beam) * total * (1.0 - (-at.share / constant).exp())
+        }
         Defect::RangeDrift(total) => l + total * settling(at.locked),
         Defect::Creep(station, total) if station == at.station => l + total * at.locked,
         Defect::Incidence(glass) => {

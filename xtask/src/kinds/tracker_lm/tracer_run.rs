@@ -7,6 +7,10 @@ pub(crate) enum Defect {
     None,
     /// The tracer reads displacements too long, relative.
     RangeScale(f64),
+    /// The laser warms up through the whole measurement, so that its wavelength drifts, of all the light on its
+    /// way: total, relative, with the curve of a first-order settling of that time constant in shares of
+    /// the whole.
+    Warming(f64, f64),
     /// The reading creeps after every lock-on: total over a run of one lock, mm, with the
     /// curve of a first-order settling whose time constant is as long as the run.
     RangeDrift(f64),

@@ -7,6 +7,7 @@ use crate::kinds::tracker_lm::tracer_tables::tables;
 /// Beginnings of ids with subjects.
 pub(crate) const EFFECTS: &[&str] = &[
     "range-scale",
+    "scale-drift",
     "range-drift",
     "range-drift [S",
     "backlash",
@@ -28,6 +29,8 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
     let known = |run: Run| Run { stations_off_mm: 5e-4, ..run };
     vec![
         ("range-scale", files(&known(run(701, Defect::RangeScale(150e-6))))),
+        ("scale-drift", files(&run(716, Defect::Warming(40e-6, 1.0)))),
+        ("scale-that-settles", files(&run(717, Defect::Warming(60e-6, 0.2)))),
         ("range-drift", files(&Run { one_tracer: true, ..run(702, Defect::RangeDrift(0.012)) })),
         (
             "backlash",

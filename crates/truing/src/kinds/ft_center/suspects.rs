@@ -123,6 +123,7 @@ fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(exchanged_targets(DISPLACEMENTS, table, [TRAVEL[1], TRAVEL[0]]));
     all.extend(standing_still(DISPLACEMENTS, table, &TRAVEL[..1], without));
     all.extend(signs(DISPLACEMENTS, table, &TRAVEL[..1]));
+    all.extend(TRAVEL.iter().flat_map(|column| increments(DISPLACEMENTS, table, &[*column], &[])));
     all.extend(rows_shifted(DISPLACEMENTS, table, &TRAVEL[..1], None));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);

@@ -7,7 +7,7 @@ use crate::kind::Files;
 use crate::kinds::surface::{XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows};
 use crate::measured::Fitted;
 use crate::suspect::{
-    Hypothesis, exchanged_rows, lengths, number, other_setting, rows_shifted, scaled_setting,
+    Hypothesis, exchanged_rows, lengths, number, other_setting, rows_shifted, scaled_setting, signs,
 };
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
@@ -19,6 +19,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     all.extend(turned(&files.document));
     all.extend(mistakes_of_drawing(files));
     all.extend(mistakes_of_points(POINTS, table));
+    all.extend(turned_with_start(&files.document, table));
     if files.folder.has(EDGE) {
         let edge = files.folder.table(EDGE, &columns).ok();
         all.extend(mistakes_of_points(EDGE, edge.as_ref()));
@@ -39,6 +40,19 @@ fn of_another_place() -> Hypothesis {
     );
     let edits = vec![Edit { file: EDGE, change: Change::Omit }];
     Hypothesis::of("input:misplaced", (EDGE, &XYZ), description, edits)
+}
+
+/// A coordinate of the opposite sign in the touches and in the pose to begin with, which was taken from them.
+fn turned_with_start(document: &Document, table: Option<&Table>) -> Vec<Hypothesis> {
+    let starts =
+        [["pose", "initial", "x_mm"], ["pose", "initial", "y_mm"], ["pose", "initial", "z_mm"]];
+    let of = |(column, start): (&str, [&'static str; 3])| {
+        let begins = scaled_setting(document, &start, "input:sign", "of the opposite sign", -1.0)?;
+        let mut turned = signs(POINTS, table, &[column]).pop()?;
+        turned.edits.extend(begins.edits);
+        Some(turned)
+    };
+    XYZ.into_iter().zip(starts).filter_map(of).collect()
 }
 
 /// The declared turn of a part that is not of revolution the other way round, in radians, or by a quarter or half turn

@@ -7,6 +7,10 @@ use ft_center::Approach;
 use crate::Error;
 use crate::case::{Columns, Table};
 
+pub(super) const POSITIONS: &str = "positions.csv";
+/// Whether a target was come to from below or from above.
+pub(super) const DIRECTION: &str = "direction";
+
 /// Words for the direction of approach.
 const WORDS: [(&str, Option<Approach>); 19] = [
     ("1", Some(Approach::Rising)),
@@ -34,13 +38,13 @@ const WORDS: [(&str, Option<Approach>); 19] = [
 pub(crate) fn has_directions(table: &Table) -> bool {
     let is_word = |cell: &str| WORDS.iter().any(|(word, _)| *word == cell);
     table
-        .column("direction")
+        .column(DIRECTION)
         .is_some_and(|column| (0..table.n_rows()).all(|row| is_word(table.cell(row, column))))
 }
 
 /// The column `direction`.
 pub(crate) fn approaches(columns: &mut Columns<'_>) -> Result<Vec<Option<Approach>>, Error> {
-    columns.words("direction", &WORDS, None)
+    columns.words(DIRECTION, &WORDS, None)
 }
 
 /// What one cell of the column `direction` says.

@@ -27,6 +27,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     let table = table.as_ref();
     let mut all = sides(files);
     all.extend(lengths(&files.document, &["probe", "tip_radius_mm"]));
+    all.extend(lengths(&files.document, &["qualification", "radius_mm"]));
     all.extend(mistakes_of_drawing(files));
     all.extend(mistakes_of_points(TOUCHES, table));
     if files.folder.has(MICRO) {

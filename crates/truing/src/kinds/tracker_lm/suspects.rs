@@ -13,10 +13,11 @@ use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, copies, cycles,
-    doubled, exchanges, farthest, held, increments, names_of_one_exchanged, other_setting,
-    place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs, slip_of_sign, slips,
-    spread_of, standing_still, standing_still_within, swapped_names, units, zeros,
+    Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, clipped_of_one,
+    copies, cycles, doubled, exchanges, farthest, held, increments, names_of_one_exchanged,
+    other_setting, place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs,
+    slip_of_sign, slips, spread_of, standing_still, standing_still_within, swapped_names, units,
+    zeros,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -90,6 +91,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
             all.extend(readings_of_one(file, read, [of, column[0]], Dimension::Length));
         }
         all.extend(clipped_of_few(file, read, &column, without));
+        all.extend(clipped_of_one(file, read, ["station", column[0]], without));
         all.extend(shifted(file, read, &column));
     }
     all.extend(of_places(STATIONS, stations));
@@ -97,7 +99,9 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     for column in ["station", "mount"] {
         all.extend(swapped_names(file, read, column, MOST_NAMES));
     }
-    all.extend(names_of_one_exchanged(file, read, ["station", "mount"], MOST_NAMES_OF_ONE));
+    let most = [MOST_NAMES_OF_ONE; 2];
+    all.extend(names_of_one_exchanged(file, read, ["station", "mount"], most));
+    all.extend(names_of_one_exchanged(file, read, ["mount", "station"], [MOST_NAMES, 0]));
     if let Some((read, fitted)) = read.zip(fitted) {
         all.extend(exchanged_angles((file, read), fitted));
     }

@@ -218,3 +218,16 @@ fn an_amplifier_on_another_range_is_no_other_unit() {
     assert_eq!(step["effect"], "input:decimal-point", "{step}");
     assert!(step["description"].as_str().unwrap().contains("multiply these by 10"), "{step}");
 }
+
+/// The plugs of two cells exchanged while the log went on: a misfit of some sigmas, and no more.
+#[test]
+fn two_cells_exchanged_from_somewhere_to_the_end_are_exchanged_back() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["f1_n", "f3_n"], |n, old| {
+        let [one, three] = [&old[n][0], &old[n][1]];
+        if n < 200 { vec![one.clone(), three.clone()] } else { vec![three.clone(), one.clone()] }
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged", "{step}");
+    assert_eq!(step["subject"], "log.csv: f1_n, f3_n");
+}

@@ -415,3 +415,14 @@ fn one_touch_far_off_is_named_with_its_line() {
     let said = "the input looks wrong: a row of touches.csv in line 22 does not fit the others";
     assert!(ended.stderr.contains(said), "{}", ended.stderr);
 }
+
+/// The pose to begin with was taken from touches that were counted downwards.
+#[test]
+fn heights_of_the_opposite_sign_are_told_where_the_start_has_it_too() {
+    let case = fixture("pose-icp/published-d-table-4", &["case.toml", "points.csv"]);
+    scale(&case, "points.csv", &["z_mm"], -1.0);
+    case.replace("case.toml", "z_mm = -284.87", "z_mm = 284.87");
+    let ended = case.run("loop");
+    let said = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(said.contains("`z_mm` of points.csv has the opposite sign"), "{said}");
+}

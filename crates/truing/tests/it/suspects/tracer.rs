@@ -94,3 +94,35 @@ fn displacements_of_one_station_as_differences_are_added_up() {
     let said = format!("{}{}", ended.stdout, ended.stderr);
     assert!(said.contains("each row a difference") && said.contains("is `S2`"), "{said}");
 }
+
+#[test]
+fn readings_of_one_station_that_clip_or_are_of_both_ways_are_named_with_it() {
+    let of_second = |n: usize| (76..152).contains(&n);
+    let case = survey();
+    let limit = 200.0;
+    replace(&case, |n, read| if of_second(n) { read(n).clamp(-limit, limit) } else { read(n) });
+    let ended = case.run("loop");
+    let said = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(said.contains("where `station` is `S2`") && said.contains("clip"), "{said}");
+    let case = survey();
+    replace(&case, |n, read| if of_second(n) { 2.0 * read(n) } else { read(n) });
+    let ended = case.run("loop");
+    let said = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(said.contains("`station` is `S2`: multiply these by 0.5"), "{said}");
+}
+
+/// The files of two locks on one reflector under each other's names.
+#[test]
+fn stations_of_one_reflector_are_given_their_names_back() {
+    let case = survey();
+    // The third lock of the first and of the second station.
+    let other = |n: usize| match n {
+        38..57 => n + 76,
+        114..133 => n - 76,
+        _ => n,
+    };
+    replace(&case, |n, read| read(other(n)));
+    let ended = case.run("loop");
+    let said = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(said.contains("where `mount` is `R3`") && said.contains("`S2` to `S1`"), "{said}");
+}

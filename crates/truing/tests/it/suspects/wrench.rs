@@ -132,3 +132,23 @@ fn positions_that_are_shifted_from_some_row_to_the_end_are_shifted_back() {
     assert_eq!(step["effect"], "input:row-shift", "{step}");
     assert!(step["description"].as_str().unwrap().contains("from line 10"), "{step}");
 }
+
+#[test]
+fn commanded_displacements_as_differences_are_added_up() {
+    let row = |n: i32| {
+        let at = f64::from(n * n) / 10.0 + f64::from(n);
+        let noise = 0.004 * (1e5 * (12.9898 * f64::from(n)).sin()).fract();
+        let before = f64::from((n - 1).pow(2)) / 10.0 + f64::from(n - 1);
+        let step = if n == 0 { at } else { at - before };
+        format!("p{n},{step:.2},{:.4}\n", at + noise)
+    };
+    let table: String = (0..24).map(row).collect();
+    let case = Case::new(&[
+        ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.003\n"),
+        ("displacements.csv", &format!("point,commanded_mm,solved_mm\n{table}")),
+    ]);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:increments", "{step}");
+    assert_eq!(step["subject"], "displacements.csv: commanded_mm");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}

@@ -1,0 +1,183 @@
+//! Directions of approach that the targets or the readings contradict.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+
+use ft_center::Approach;
+
+use super::approach::{DIRECTION, POSITIONS, approach_of, derived};
+use crate::case::{Change, Edit, Table};
+use crate::count::count;
+use crate::suspect::Hypothesis;
+
+/// Moves either way from which directions are known to be turned.
+const FEWEST_EITHER_WAY: usize = 4;
+/// Targets read from both sides from which on these are compared.
+const FEWEST_TARGETS: usize = 5;
+/// Standard deviations by which readings from either side differ that were not taken from one.
+const APART: f64 = 10.0;
+/// Times its standard uncertainty that the mean of both sides may be at a target, root mean square, and be nothing.
+const NOTHING: f64 = 2.0;
+
+/// The direction of every row; `None` where one is none.
+pub(super) fn said_ways(table: &Table) -> Option<Vec<Approach>> {
+    let column = table.column(DIRECTION)?;
+    (0..table.n_rows()).map(|row| approach_of(table.cell(row, column))).collect()
+}
+
+/// The other direction in some rows.
+pub(super) fn said_otherwise(said: &[Approach], is_other: impl Fn(usize) -> bool) -> Edit {
+    let sign = |(row, way): (usize, &Approach)| way.sign() * if is_other(row) { -1.0 } else { 1.0 };
+    let values = said.iter().enumerate().map(sign).collect();
+    Edit { file: POSITIONS, change: Change::Replace { column: DIRECTION.to_owned(), values } }
+}
+
+/// Directions of which every one contradicts the way from the target before, or every one of a run of rows.
+pub(super) fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
+    let targets = table.numbers(target)?;
+    let said = said_ways(table)?;
+    let came = |row: usize| match targets[row].total_cmp(&targets[row - 1]) {
+        Ordering::Greater => Some(Approach::Rising),
+        Ordering::Less => Some(Approach::Falling),
+        Ordering::Equal => None,
+    };
+    let n = targets.len();
+    let contradicts = |row: &usize| came(*row).is_some_and(|came| came != said[*row]);
+    let (turned, others): (Vec<usize>, Vec<usize>) =
+        (1..n).filter(|row| came(*row).is_some()).partition(contradicts);
+    let (first, last) = (*turned.first()?, *turned.last()?);
+    let are_run = others.iter().all(|row| !(first..=last).contains(row));
+    let both = [Approach::Rising, Approach::Falling];
+    let go_both_ways = |rows: &[usize]| {
+        let going = |way| rows.iter().filter(|row| came(**row) == Some(way)).count();
+        both.iter().all(|way| going(*way) >= FEWEST_EITHER_WAY)
+    };
+    // Of a few that agree the column may mean another thing.
+    if !are_run || !go_both_ways(&turned) || !(others.is_empty() || go_both_ways(&others)) {
+        return None;
+    }
+    // How the first target of a pass was come to is not recorded: it is as the rest of the pass.
+    let begins = |row: &usize| (*row == 0 || came(*row).is_none()) && said[*row] == said[first];
+    let start = (0..first).rev().take_while(begins).last().unwrap_or(first);
+    let is_whole = start == 0 && (last + 1..n).all(|row| came(row).is_none());
+    let run = start..if is_whole { n } else { last + 1 };
+    let counted = turned.len();
+    let which = if is_whole {
+        format!("every one of {counted} targets")
+    } else {
+        format!(
+            "of lines {} to {}, and of these alone, every one of {counted} targets",
+            table.line(start),
+            table.line(last)
+        )
+    };
+    let description = format!(
+        "`{DIRECTION}` of {POSITIONS} has the opposite sign: {which} was reached the other way than it says; \
+         exchange +1 and -1 there"
+    );
+    let edits = vec![said_otherwise(&said, |row| run.contains(&row))];
+    Some(Hypothesis::of("input:sign", (POSITIONS, &[DIRECTION]), description, edits).certain())
+}
+
+/// One direction in every row of an axis that went both ways, and reads otherwise from either side: of one that is
+/// come to from one side alone, wherever it goes next, the readings would agree.
+pub(super) fn filled_directions(
+    table: &Table,
+    [target, read]: [&'static str; 2],
+) -> Option<Hypothesis> {
+    let said = said_ways(table)?;
+    let first = *said.first()?;
+    let targets = table.numbers(target)?;
+    let came: Vec<Approach> = derived(&targets).into_iter().collect::<Option<_>>()?;
+    let other = came.iter().filter(|way| **way != first).count();
+    if said.iter().any(|way| *way != first) || other < FEWEST_EITHER_WAY {
+        return None;
+    }
+    let sides = Sides::of(&targets, &table.numbers(read)?, &came)?;
+    if rms(&sides.differences()) < APART * sides.noise {
+        return None;
+    }
+    let description = format!(
+        "`{DIRECTION}` of {POSITIONS} stands still (filled down, or of another table): it says the same in every row, \
+         while in {other} of them the target was come to from the other side, where the axis stops elsewhere; write down \
+         how each was come to"
+    );
+    let turned = |row: usize| came[row] != first;
+    let edits = vec![said_otherwise(&said, turned)];
+    Some(Hypothesis::of("input:stuck", (POSITIONS, &[DIRECTION]), description, edits).certain())
+}
+
+/// Deviations of one direction that are, at every target, those of the other with the opposite sign, and not the same
+/// at all: target less reading for reading less target.
+pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> Option<Hypothesis> {
+    let said = said_ways(table)?;
+    let values = table.numbers(read)?;
+    let sides = Sides::of(&table.numbers(target)?, &values, &said)?;
+    let differences = sides.differences();
+    let mean = differences.iter().sum::<f64>() / count(differences.len());
+    let uneven: Vec<f64> = differences.iter().map(|d| d - mean).collect();
+    let is_one = rms(&sides.sums()) < NOTHING * sides.noise;
+    if !is_one || rms(&uneven) < APART * sides.noise {
+        return None;
+    }
+    let falling = |row: usize| said[row] == Approach::Falling;
+    let rows: Vec<usize> = (0..said.len()).filter(|row| falling(*row)).collect();
+    let description = format!(
+        "`{read}` of {POSITIONS} has the opposite sign in the {} rows of one direction: at every target it is what it \
+         is from the other side, times −1, as where the reading was taken off the target and not the target off the \
+         reading; multiply it by −1 where the axis was falling (or, as likely, rising)",
+        rows.len()
+    );
+    let change = Change::Scale { columns: vec![read.to_owned()], rows: Some(rows), factor: -1.0 };
+    let edits = vec![Edit { file: POSITIONS, change }];
+    Some(Hypothesis::of("input:sign", (POSITIONS, &[read]), description, edits).certain())
+}
+
+/// Mean readings of the targets that were come to from both sides.
+struct Sides {
+    rising: Vec<f64>,
+    falling: Vec<f64>,
+    /// Standard uncertainty of a sum or difference of two means, from the scatter of the repeats.
+    noise: f64,
+}
+
+impl Sides {
+    /// `None` where too few were, or none was read twice.
+    fn of(targets: &[f64], read: &[f64], ways: &[Approach]) -> Option<Self> {
+        let mut places: BTreeMap<u64, [Vec<f64>; 2]> = BTreeMap::new();
+        for ((target, value), way) in targets.iter().zip(read).zip(ways) {
+            let side = usize::from(*way == Approach::Falling);
+            places.entry(target.to_bits()).or_default()[side].push(*value);
+        }
+        let mut found = Self { rising: Vec::new(), falling: Vec::new(), noise: 0.0 };
+        let (mut square, mut dof, mut of_means) = (0.0, 0, 0.0);
+        let both = places.values().filter(|sides| sides.iter().all(|side| !side.is_empty()));
+        for [rising, falling] in both {
+            for (side, means) in [(rising, &mut found.rising), (falling, &mut found.falling)] {
+                let mean = side.iter().sum::<f64>() / count(side.len());
+                square += side.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+                dof += side.len() - 1;
+                of_means += count(side.len()).recip();
+                means.push(mean);
+            }
+        }
+        let n = found.rising.len();
+        if n < FEWEST_TARGETS || dof < n {
+            return None;
+        }
+        found.noise = (square / count(dof) * of_means / count(n)).sqrt();
+        Some(found)
+    }
+
+    fn differences(&self) -> Vec<f64> {
+        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising - falling).collect()
+    }
+
+    fn sums(&self) -> Vec<f64> {
+        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising + falling).collect()
+    }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / count(values.len())).sqrt()
+}

@@ -1,0 +1,89 @@
+//! Mistakes in deviations of an axis, which are small beside the travel whatever is wrong.
+
+use serde_json::Value;
+
+use super::first;
+use crate::command::Case;
+
+const CYCLES: usize = 5;
+const TARGETS: usize = 9;
+
+/// Rows of five cycles there and back over nine targets: what is read in µm of target (mm), way and row, and what the
+/// column says of the way.
+fn axis(read_um: impl Fn(f64, f64, usize) -> f64, said: impl Fn(f64) -> f64) -> Case {
+    let rows = (0..2 * TARGETS * CYCLES).map(|row| {
+        let round = row % (2 * TARGETS);
+        let (at, way) =
+            if round < TARGETS { (round, 1.0) } else { (2 * TARGETS - 1 - round, -1.0) };
+        #[expect(clippy::cast_precision_loss, reason = "small counts")]
+        let [target, n] = [37.3 * at as f64 + 5.0, row as f64];
+        // Digits of a sine far behind the point: no wave along the order, 0.6 µm.
+        let noise = 2.0 * (1e5 * (12.9898 * n).sin()).fract().abs() - 1.0;
+        let read = 1e-3 * (read_um(target, way, row) + noise);
+        format!("{target},{read:.5},{},{}\n", said(way), row / (2 * TARGETS))
+    });
+    let table: String = rows.collect();
+    Case::new(&[
+        ("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.0006\n"),
+        ("positions.csv", &format!("target_mm,deviation_mm,direction,cycle\n{table}")),
+    ])
+}
+
+fn effects(answer: &Value) -> Vec<&str> {
+    let steps = answer["steps"].as_array().unwrap().iter();
+    steps.map(|step| step["effect"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn deviations_that_clip_are_no_profile() {
+    let scale = |target: f64| 0.12 * target;
+    let sound = axis(|target, _, _| scale(target), |way| way);
+    assert_eq!(effects(&sound.json("loop")), ["pitch-error"]);
+    let table = std::fs::read_to_string(sound.file("positions.csv")).unwrap();
+    let clip = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if cells[1].parse().is_ok_and(|mm: f64| mm > 0.025) {
+            "0.02500".clone_into(&mut cells[1]);
+        }
+        cells.join(",") + "\n"
+    };
+    sound.write("positions.csv", table.lines().map(clip).collect::<String>());
+    let (step, answer) = first(&sound);
+    assert_eq!(step["effect"], "input:saturation", "{step}");
+    assert_eq!(effects(&answer), ["input:saturation", "pitch-error"]);
+}
+
+#[test]
+fn one_direction_in_every_row_is_contradicted_by_a_reversal() {
+    let lost = |_: f64, way: f64, _: usize| 9.0 * way;
+    let (step, answer) = first(&axis(lost, |_| 1.0));
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    assert_eq!(step["subject"], "positions.csv: direction");
+    assert_eq!(effects(&answer), ["input:stuck", "reversal"]);
+    // An axis that comes from one side alone, wherever it goes next, reads the same.
+    let unidirectional = axis(|_, _, _| 0.0, |_| 1.0).json("loop");
+    assert!(effects(&unidirectional).is_empty(), "{}", unidirectional["steps"]);
+}
+
+#[test]
+fn deviations_of_the_other_sign_on_the_way_back_are_no_reversal() {
+    let (step, answer) = first(&axis(|target, way, _| 0.07 * target * way, |way| way));
+    assert_eq!(step["effect"], "input:sign", "{step}");
+    assert_eq!(effects(&answer), ["input:sign", "pitch-error"]);
+    // An axis that stops elsewhere from either side, the same everywhere, does the same without a mistake.
+    let sound = axis(|_, way, _| 9.0 * way, |way| way).json("loop");
+    assert_eq!(effects(&sound), ["reversal"]);
+}
+
+#[test]
+fn the_last_cycles_of_another_axis_are_told_by_their_rows() {
+    let other = |target: f64, way: f64, row: usize| {
+        let is_other = row >= 6 * TARGETS;
+        if is_other { -0.2 * target + 15.0 * way + 12.0 * (target / 11.0).sin() } else { 0.0 }
+    };
+    let (step, _) = first(&axis(other, |way| way));
+    assert_eq!(step["effect"], "input:misplaced", "{step}");
+    // Below a line of headings.
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("to line 91"), "{said}");
+}
