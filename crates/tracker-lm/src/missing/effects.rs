@@ -201,10 +201,10 @@ fn scale_drift(scene: &Scene<'_>) -> Entry {
     let course = &scene.courses.of_scale;
     let law = scene.law(course);
     let (unit, factor) = if law.is_some() { ("ppm", 1e6) } else { scene.rate_of_scale() };
+    let rest = law.map_or_else(String::new, |law| format!(" and comes to rest: {law}"));
     let text = format!(
-        "displacements read too long in a proportion that drifts{}, and by their dead paths as these \
-         do: the wavelength does, as a laser or the air warms up",
-        law.map_or_else(String::new, |law| format!(" and comes to rest: {law}"))
+        "displacements and dead paths read too long in a proportion that drifts, as the wavelength does \
+         when a laser or the air warms up{rest}"
     );
     let parameters = ["scale", "of dead path"].map(|name| parameter(name, unit, factor));
     let share = course::of_readings(&seen(scene.survey, scene.time), course);

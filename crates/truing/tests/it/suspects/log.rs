@@ -227,6 +227,8 @@ fn two_cells_exchanged_from_somewhere_to_the_end_are_exchanged_back() {
         let [one, three] = [&old[n][0], &old[n][1]];
         if n < 200 { vec![one.clone(), three.clone()] } else { vec![three.clone(), one.clone()] }
     });
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", text + "\n[noise]\nforce_n = 0.2\n");
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:exchanged", "{step}");
     assert_eq!(step["subject"], "log.csv: f1_n, f3_n");
