@@ -27,9 +27,6 @@ const EVIDENCE: f64 = 30.0;
 /// end, or to there, may be of another session.
 const FAR_FROM_NOISE: f64 = 25.0;
 const OF_ANOTHER_SESSION: f64 = 100.0;
-/// The same beyond which a change to a case that cannot be fitted mends nothing, however small the misfit is beside what
-/// was measured.
-const BEYOND_NOISE: f64 = 1000.0;
 /// Degrees of freedom from which χ² at the declared noise is no accident of a change to the input.
 const MANY: usize = 15;
 /// Standard deviations by which readings that are all equal at the end of a range fit worse than the
@@ -184,10 +181,8 @@ impl Trials {
     ///
     /// Where something is left free, it must be with the declared noise, on many readings.
     pub(super) fn mending(&self, is_free: bool) -> Option<Found> {
-        // A number a thousand times as large makes any misfit small beside it.
-        let is_near = |m: &Misfit| m.chi2_per_dof.is_none_or(|chi2| chi2 < BEYOND_NOISE);
         let sound = |m: &Misfit| {
-            if is_free { m.is_noise() && m.dof >= MANY } else { m.is_sound() && is_near(m) }
+            if is_free { m.is_noise() && m.dof >= MANY } else { m.is_sound() }
         };
         let is_possible =
             |(h, m): &&Tried| !is_free && h.is_shown(true) || m.as_ref().is_some_and(sound);
