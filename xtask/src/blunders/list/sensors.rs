@@ -127,7 +127,7 @@ pub(super) fn positions() -> Vec<Mistake> {
         }),
         of("positions in increments", INCREMENTS, |f, _| in_increments(f, (TABLE, &BOTH[1..]))),
         of("positions of another machine at the end", SESSION, |f, _| {
-            of_another_machine(f, (TABLE, BOTH), [-2e-4, 0.02])
+            of_another_machine(f, (TABLE, BOTH), [-6e-4, 0.05])
         }),
         of("positions rounded to a tenth", ROUNDED, |f, _| rounded(f, (TABLE, &BOTH[1..]), 1)),
     ]
