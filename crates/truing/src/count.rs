@@ -5,3 +5,9 @@
 pub(crate) fn count(n: usize) -> f64 {
     n as f64
 }
+
+/// Root mean square; zero of nothing.
+pub(crate) fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (n, squares) = values.fold((0, 0.0), |(n, sum), value| (n + 1, sum + value * value));
+    (squares / count(n.max(1))).sqrt()
+}

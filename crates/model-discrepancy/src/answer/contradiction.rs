@@ -121,7 +121,7 @@ fn departed(
         found.map(|d| (d.remaining, share(d.explained))).max_by(|a, b| a.1.total_cmp(&b.1))?;
     // One name that is not quite even is that effect still; of several, one that is not is a part.
     let most = match lin.layout.sigma_declared {
-        true if names(context, chosen, lin) > 1 => 0.0,
+        true if named(context, chosen, lin).count() > 1 => 0.0,
         true => EXCESS_LEFT,
         false => EXCESS_LEFT_UNDECLARED,
     };
@@ -138,7 +138,7 @@ fn parts_beside_correction(
     lin: &Linear<'_>,
 ) -> Option<(Remaining, f64)> {
     let (found, is_before_names) = first_without_cause(context, chosen)?;
-    let names = names(context, chosen, lin);
+    let names = named(context, chosen, lin).count();
     if names == 0 {
         return None;
     }
@@ -167,19 +167,21 @@ fn has_no_cause(context: &Context<'_>, what: &What) -> bool {
     along.is_some_and(|c| c.quantity != Quantity::Temperature)
 }
 
-/// How many different effects of many readings have a name.
-fn different_names(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> usize {
-    let effects = &context.model.declared().effects;
-    let is_of_many =
-        |effect: &usize| home_of_bad(context, &chosen.estimate, lin, *effect).is_none();
-    let active = chosen.system.active.iter().map(|active| active.effect).filter(is_of_many);
-    active.map(|effect| &*effects[effect].id).collect::<BTreeSet<&str>>().len()
+/// Effects of many readings that have a name.
+fn named<'a>(
+    context: &'a Context<'_>,
+    chosen: &'a Selected<'_>,
+    lin: &'a Linear<'_>,
+) -> impl Iterator<Item = usize> + 'a {
+    let active = chosen.system.active.iter().map(|active| active.effect);
+    active.filter(|&effect| home_of_bad(context, &chosen.estimate, lin, effect).is_none())
 }
 
-/// How many effects of many readings have a name.
-fn names(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> usize {
-    let is_of_many = |effect: usize| home_of_bad(context, &chosen.estimate, lin, effect).is_none();
-    chosen.system.active.iter().filter(|active| is_of_many(active.effect)).count()
+/// How many different ones there are among them.
+fn different_names(context: &Context<'_>, chosen: &Selected<'_>, lin: &Linear<'_>) -> usize {
+    let effects = &context.model.declared().effects;
+    let ids = named(context, chosen, lin).map(|effect| &*effects[effect].id);
+    ids.collect::<BTreeSet<&str>>().len()
 }
 
 /// What is left above the declared noise, structure where it has any, and its share of what was before.
@@ -194,13 +196,13 @@ fn left_above(
     let after = global_test(&chosen.system, &chosen.estimate, lin)?;
     let left = (after.per_dof() - 1.0) / (before.per_dof() - 1.0);
     let is_gross = after.per_dof() >= GROSS_STRUCTURE;
-    let is_plain = is_gross || names(context, chosen, lin) > 1;
+    let names = named(context, chosen, lin).count();
+    let is_plain = is_gross || names > 1;
     // Accidents by the dozen beside ten times the noise are none, however large they are.
     let are_accidents = is_gross && many_bad_readings(context, chosen);
     let is_lost = are_accidents && after.per_dof() >= GROSS_SCATTER;
     // Of many, none is the last one.
-    let are_many =
-        different_names(context, chosen, lin) > 1 && names(context, chosen, lin) >= MANY_NAMES;
+    let are_many = names >= MANY_NAMES && different_names(context, chosen, lin) > 1;
     let least = match is_plain {
         _ if are_many => 0.0,
         true => STRUCTURE_LEFT,
@@ -222,7 +224,7 @@ fn left_above(
         p_value: after.p_value(),
     };
     // Beside noise several times as large as declared several names are parts of it, and a bad reading is one of many.
-    let are_parts = match names(context, chosen, lin) {
+    let are_parts = match names {
         0 => left >= MOSTLY_LEFT,
         1 => {
             left >= EXCESS_LEFT && after.per_dof() >= GROSS_SCATTER

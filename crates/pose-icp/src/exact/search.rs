@@ -7,7 +7,7 @@ use super::rows::{Equations, Linearised};
 use crate::Touch;
 
 /// Rounds before giving up; five to ten are needed, the worst of 10 000 starts took some thirty.
-const MAX_ROUNDS: usize = 200;
+const MAX_ROUNDS: usize = 60;
 /// The estimate is within 1e-6 of a standard uncertainty of the minimum.
 const COST_TOLERANCE: f64 = 1e-12;
 /// Roundings that a distance is made of.
@@ -89,7 +89,10 @@ fn round(
 ) -> bool {
     let triangle = found.linearised.triangle;
     let exact = newton
-        .then(|| triangle.newton(&equations.second_order(&found.at, &found.feet), damping))
+        .then(|| {
+            let second = equations.second_order(&found.at, &found.feet);
+            dampings(damping).find_map(|damping| triangle.newton(&second, damping))
+        })
         .flatten();
     for step in exact.into_iter().chain([triangle.step(damping)]) {
         let trial = found.at.stepped(equations.free.as_slice(), &step);
@@ -103,6 +106,12 @@ fn round(
         }
     }
     false
+}
+
+/// The damping asked for, and greater ones up to those under which nothing moves.
+fn dampings(asked: f64) -> impl Iterator<Item = f64> {
+    let harder = |last: &f64| Some(FIRST_DAMPING.max(last * HARDER));
+    std::iter::successors(Some(asked), harder).take_while(|damping| *damping < NOTHING_MOVES)
 }
 
 /// Length, in whitened units, of what rounding does to the residual.

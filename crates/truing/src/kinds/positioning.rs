@@ -8,6 +8,7 @@ mod estimates;
 mod form;
 mod measured;
 mod plan;
+mod repeats;
 
 use ft_center::{AxisMotion, AxisReading};
 use serde::Deserialize;
@@ -34,6 +35,7 @@ pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
 use measured::PositioningCase;
 pub(crate) use plan::{AxisPlanSettings, AxisTable, Ways};
+use repeats::Repeats;
 
 pub(crate) const KIND: Kind = Kind {
     name: "positioning",
@@ -296,7 +298,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
             .into_iter()
             .find(|[_, actual]| table.has(actual))
     };
-    let Some(columns) = pair(&table) else { return of_deviations(&table) };
+    let Some(columns) = pair(&table) else { return of_deviations(files, &table) };
     let table = Some(&table);
     let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
     let mut all = signs(POSITIONS, table, &columns[..1]);
@@ -338,7 +340,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
 }
 
 /// What is wrong with deviations that somebody, or an instrument, took from the targets.
-fn of_deviations(table: &Table) -> Vec<Hypothesis> {
+fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
     const READ: [[&str; 2]; 3] = [
         ["target_mm", "deviation_mm"],
         ["target_deg", "deviation_arcsec"],
@@ -352,7 +354,15 @@ fn of_deviations(table: &Table) -> Vec<Hypothesis> {
         let cut = cut.filter(Hypothesis::is_shown_by_data).map(Hypothesis::certain);
         let turned = turned_directions(table, columns[0]).into_iter();
         let ways = [filled_directions(table, columns), turned_sign(table, columns)];
-        turned.chain(ways.into_iter().flatten()).chain(cut).collect::<Vec<_>>()
+        let repeats = Repeats::of(table, columns);
+        let sigma_mm = number(&files.document, &["noise", "deviation_mm"]);
+        let sigma_mm = sigma_mm.filter(|_| columns[1] == "deviation_mm");
+        let by_repeats = repeats.iter().flat_map(|repeats| {
+            let micrometres = sigma_mm.and_then(|sigma_mm| repeats.micrometres(sigma_mm));
+            [repeats.standing_still(table), repeats.turned_cycles(table), micrometres]
+        });
+        let ways = ways.into_iter().chain(by_repeats).flatten();
+        turned.chain(ways).chain(cut).collect::<Vec<_>>()
     };
     there.flat_map(of).collect()
 }

@@ -211,7 +211,7 @@ fn of_rows(
     let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
     match changed.or_else(|| first_of(last)).or_else(beyond) {
         None => {
-            let is_session = |s: &Stretch| may_be_sessions && s.is_of_a_session(files);
+            let is_session = |s: &Stretch| may_be_sessions && s.is_of_a_session();
             let may_be = |s: &&Stretch| is_gross || s.is_of_places() || is_session(s);
             let may_be = stretches.iter().filter(may_be);
             let misplaced = may_be.filter_map(|stretch| stretch.misplaced(files)).collect();

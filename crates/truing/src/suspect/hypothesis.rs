@@ -1,5 +1,8 @@
 use crate::case::{CASE_FILE, Change, Edit, Folder, Table};
 
+/// Relative distance of one of a factor times its inverse.
+const ROUND_OFF: f64 = 1e-9;
+
 /// One thing that may be wrong with the input, and the change that mends it.
 #[derive(Clone, Debug)]
 pub(crate) struct Hypothesis {
@@ -91,6 +94,29 @@ impl Hypothesis {
     /// Whether it leaves out a whole file.
     pub(crate) fn omits_a_file(&self) -> bool {
         self.edits.iter().any(|edit| matches!(edit.change, Change::Omit))
+    }
+
+    /// The factor by which some rows are multiplied, where that is all.
+    fn factor(&self) -> Option<(f64, &[usize])> {
+        match &self.edits[..] {
+            [Edit { change: Change::Scale { rows: Some(rows), factor, .. }, .. }] => {
+                Some((*factor, rows))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether it multiplies some rows by more than one.
+    pub(super) fn enlarges(&self) -> bool {
+        self.factor().is_some_and(|(factor, _)| factor > 1.0)
+    }
+
+    /// Whether it divides the same rows by as much as the other multiplies them.
+    pub(super) fn is_reverse_of(&self, other: &Self) -> bool {
+        let both = self.factor().zip(other.factor());
+        both.is_some_and(|((mine, rows), (factor, of))| {
+            (mine * factor - 1.0).abs() < ROUND_OFF && rows == of
+        })
     }
 
     /// Whether only numbers of `case.toml` change.

@@ -317,13 +317,20 @@ pub(super) fn misfit_with(files: &Files, edits: &[Edit]) -> Option<Misfit> {
     misfit.share.is_finite().then_some(misfit)
 }
 
-/// The first of those that fit best; what fits the declared noise goes before what does not.
+/// The first of those that fit best; what fits the declared noise goes before what does not, and what makes numbers
+/// larger before what makes those beside them smaller: these fit in any unit in which they are small.
 fn best(mut all: Vec<Tried>, is_subtle: bool) -> Option<Found> {
     let share = |m: &Option<Misfit>| m.map_or(f64::INFINITY, |m| m.share);
     let is_noise = |m: &Option<Misfit>| m.is_some_and(|m| m.is_noise());
     if all.iter().any(|(_, m)| is_noise(m)) {
         all.retain(|(_, m)| is_noise(m));
     }
+    let larger: Vec<Tried> = all.iter().filter(|(h, _)| h.enlarges()).cloned().collect();
+    let is_reverse = |(h, m): &Tried| {
+        let fits_less = |of: &Option<Misfit>| share(of) > TIE * share(m);
+        larger.iter().any(|(other, of)| h.is_reverse_of(other) && fits_less(of))
+    };
+    all.retain(|tried| !is_reverse(tried));
     let least = all.iter().map(|(_, m)| share(m)).fold(f64::INFINITY, f64::min);
     all.retain(|(_, m)| share(m) <= TIE * least);
     let mut all = all.into_iter();

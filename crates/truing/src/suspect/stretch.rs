@@ -24,8 +24,9 @@ const FEWEST_FILLED: usize = 3;
 /// Rows by which a stretch may be shifted, and rows of a record, of which it may be by more than one.
 const FARTHEST_SHIFT: isize = 12;
 const LONG: usize = 200;
-/// Rows of another session, at least.
+/// Rows of another session that are wrong one by one, at least, and one in so many: the others happen to fit.
 const FEWEST_OF_SESSION: usize = 8;
+const MILD: usize = 4;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;
 
@@ -175,11 +176,9 @@ impl Stretch {
         self.of.are_places
     }
 
-    /// Whether it reaches to either end of the table, as a session does that is of another day.
-    pub(super) fn is_of_a_session(&self, files: &Files) -> bool {
-        let n = files.folder.table(self.of.file, &[]).map_or(0, |table| table.n_rows());
-        let is_at_end = self.rows.start == 0 || self.rows.end == n;
-        is_at_end && self.wrong.len() >= FEWEST_OF_SESSION.max(self.rows.len() / 2)
+    /// Whether as many of its rows are wrong as of a session of another day.
+    pub(super) fn is_of_a_session(&self) -> bool {
+        self.wrong.len() >= FEWEST_OF_SESSION.max(self.rows.len() / MILD)
     }
 
     /// That the rows are not of this table, whatever is wrong with them.
@@ -188,7 +187,7 @@ impl Stretch {
         let table = files.folder.table(file, &[]).ok()?;
         let mut all = sets.iter().map(|(columns, _)| present(Some(&table), columns));
         let columns = all.find(|columns| !columns.is_empty())?;
-        let these = if self.is_of_a_session(files) { self.all() } else { self.wrong.clone() };
+        let these = if self.is_of_a_session() { self.all() } else { self.wrong.clone() };
         let rows = Rows { file, table: &table, these };
         let (those, do_not) =
             if rows.these.len() == 1 { ("a row", "does not") } else { ("the rows", "do not") };

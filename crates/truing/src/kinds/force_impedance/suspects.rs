@@ -5,7 +5,7 @@ use force_impedance::{LogSample, PathSample};
 use super::session;
 use super::settings::{CELLS, KNOWN, LENGTHS, LOG, PATH};
 use crate::case::Table;
-use crate::count::count;
+use crate::count::{count, rms};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
@@ -176,12 +176,6 @@ fn path(files: &Files) -> Vec<Hypothesis> {
     all.extend(rows_shifted(PATH, table, &[REFERENCE], Some("run")));
     all.extend(exchanged_blocks(PATH, table, &[REFERENCE], "run", MOST_SEGMENTS));
     all
-}
-
-fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let n = values.clone().count().max(1) as f64;
-    (values.map(|v| v * v).sum::<f64>() / n).sqrt()
 }
 
 pub(super) fn log_yardstick(samples: &[LogSample], fitted: &Fitted) -> Yardstick {

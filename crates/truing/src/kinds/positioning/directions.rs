@@ -2,12 +2,13 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use ft_center::Approach;
 
 use super::approach::{DIRECTION, POSITIONS, approach_of, derived};
 use crate::case::{Change, Edit, Table};
-use crate::count::count;
+use crate::count::{count, rms};
 use crate::suspect::Hypothesis;
 
 /// Moves either way from which directions are known to be turned.
@@ -32,7 +33,7 @@ pub(super) fn said_otherwise(said: &[Approach], is_other: impl Fn(usize) -> bool
     Edit { file: POSITIONS, change: Change::Replace { column: DIRECTION.to_owned(), values } }
 }
 
-/// Directions of which every one contradicts the way from the target before, or every one of a run of rows.
+/// Directions of which every one contradicts the way from the target before, or every one of some runs of rows.
 pub(super) fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
     let targets = table.numbers(target)?;
     let said = said_ways(table)?;
@@ -42,40 +43,50 @@ pub(super) fn turned_directions(table: &Table, target: &str) -> Option<Hypothesi
         Ordering::Equal => None,
     };
     let n = targets.len();
-    let contradicts = |row: &usize| came(*row).is_some_and(|came| came != said[*row]);
-    let (turned, others): (Vec<usize>, Vec<usize>) =
-        (1..n).filter(|row| came(*row).is_some()).partition(contradicts);
-    let (first, last) = (*turned.first()?, *turned.last()?);
-    let are_run = others.iter().all(|row| !(first..=last).contains(row));
+    let contradicts = |row: usize| came(row).is_some_and(|came| came != said[row]);
+    let known: Vec<usize> = (1..n).filter(|row| came(*row).is_some()).collect();
+    let runs: Vec<&[usize]> = known.chunk_by(|a, b| contradicts(*a) == contradicts(*b)).collect();
+    let is_turned = |run: &&&[usize]| contradicts(run[0]);
     let both = [Approach::Rising, Approach::Falling];
     let go_both_ways = |rows: &[usize]| {
         let going = |way| rows.iter().filter(|row| came(**row) == Some(way)).count();
         both.iter().all(|way| going(*way) >= FEWEST_EITHER_WAY)
     };
+    let others: Vec<usize> =
+        runs.iter().filter(|run| !is_turned(run)).flat_map(|run| run.iter().copied()).collect();
     // Of a few that agree the column may mean another thing.
-    if !are_run || !go_both_ways(&turned) || !(others.is_empty() || go_both_ways(&others)) {
+    let between = runs.get(1..runs.len().max(2) - 1).unwrap_or(&[]);
+    let are_clear = runs.iter().filter(is_turned).chain(between).all(|run| go_both_ways(run));
+    if !are_clear || !(others.is_empty() || go_both_ways(&others)) {
         return None;
     }
     // How the first target of a pass was come to is not recorded: it is as the rest of the pass.
-    let begins = |row: &usize| (*row == 0 || came(*row).is_none()) && said[*row] == said[first];
-    let start = (0..first).rev().take_while(begins).last().unwrap_or(first);
-    let is_whole = start == 0 && (last + 1..n).all(|row| came(row).is_none());
-    let run = start..if is_whole { n } else { last + 1 };
-    let counted = turned.len();
-    let which = if is_whole {
-        format!("every one of {counted} targets")
-    } else {
-        format!(
-            "of lines {} to {}, and of these alone, every one of {counted} targets",
-            table.line(start),
-            table.line(last)
-        )
+    let whole = |run: &&[usize]| {
+        let (first, last) = (run[0], run[run.len() - 1]);
+        let begins = |row: &usize| (*row == 0 || came(*row).is_none()) && said[*row] == said[first];
+        let start = (0..first).rev().take_while(begins).last().unwrap_or(first);
+        start..if last == known[known.len() - 1] { n } else { last + 1 }
+    };
+    let turned: Vec<Range<usize>> = runs.iter().filter(is_turned).map(whole).collect();
+    let counted = known.len() - others.len();
+    let which = match &turned[..] {
+        [] => return None,
+        [all] if all.len() == n => format!("every one of {counted} targets"),
+        some => {
+            let lines = |run: &Range<usize>| {
+                format!("{} to {}", table.line(run.start), table.line(run.end - 1))
+            };
+            format!(
+                "of lines {}, and of these alone, every one of {counted} targets",
+                some.iter().map(lines).collect::<Vec<_>>().join(", ")
+            )
+        }
     };
     let description = format!(
         "`{DIRECTION}` of {POSITIONS} has the opposite sign: {which} was reached the other way than it says; \
          exchange +1 and -1 there"
     );
-    let edits = vec![said_otherwise(&said, |row| run.contains(&row))];
+    let edits = vec![said_otherwise(&said, |row| turned.iter().any(|run| run.contains(&row)))];
     Some(Hypothesis::of("input:sign", (POSITIONS, &[DIRECTION]), description, edits).certain())
 }
 
@@ -94,7 +105,7 @@ pub(super) fn filled_directions(
         return None;
     }
     let sides = Sides::of(&targets, &table.numbers(read)?, &came)?;
-    if rms(&sides.differences()) < APART * sides.noise {
+    if rms(sides.differences()) < APART * sides.noise {
         return None;
     }
     let description = format!(
@@ -113,11 +124,10 @@ pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> O
     let said = said_ways(table)?;
     let values = table.numbers(read)?;
     let sides = Sides::of(&table.numbers(target)?, &values, &said)?;
-    let differences = sides.differences();
-    let mean = differences.iter().sum::<f64>() / count(differences.len());
-    let uneven: Vec<f64> = differences.iter().map(|d| d - mean).collect();
-    let is_one = rms(&sides.sums()) < NOTHING * sides.noise;
-    if !is_one || rms(&uneven) < APART * sides.noise {
+    let mean = sides.differences().sum::<f64>() / count(sides.rising.len());
+    let uneven = sides.differences().map(|d| d - mean);
+    let is_one = rms(sides.sums()) < NOTHING * sides.noise;
+    if !is_one || rms(uneven) < APART * sides.noise {
         return None;
     }
     let falling = |row: usize| said[row] == Approach::Falling;
@@ -169,15 +179,11 @@ impl Sides {
         Some(found)
     }
 
-    fn differences(&self) -> Vec<f64> {
-        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising - falling).collect()
+    fn differences(&self) -> impl Iterator<Item = f64> {
+        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising - falling)
     }
 
-    fn sums(&self) -> Vec<f64> {
-        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising + falling).collect()
+    fn sums(&self) -> impl Iterator<Item = f64> {
+        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising + falling)
     }
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / count(values.len())).sqrt()
 }

@@ -1,0 +1,166 @@
+//! Mistakes in deviations that the repeats at one target show: of one alone any would fit that makes it small.
+
+use std::collections::BTreeMap;
+
+use super::approach::{POSITIONS, derived};
+use super::directions::said_ways;
+use crate::case::{Change, Edit, Table};
+use crate::count::{count, rms};
+use crate::suspect::{Hypothesis, rows_left_out};
+
+/// Readings one after the other that are the same to the last digit.
+const FEWEST_STILL: usize = 6;
+/// Repeats beyond the one at each place from which on their scatter is known.
+const FEWEST_REPEATS: usize = 10;
+/// Standard deviations by which the repeats elsewhere are off a reading that stands still.
+const APART: f64 = 10.0;
+/// Times less that the repeats scatter where some cycles are counted the other way.
+const TURNED: f64 = 5.0;
+/// Times the declared noise by which deviations scatter that are in µm, a thousand but for how well it was known.
+const MICROMETRES: [f64; 2] = [250.0, 4000.0];
+const MM_PER_UM: f64 = 1e-3;
+
+/// Deviations with their place, a target come to from one side.
+pub(super) struct Repeats {
+    read: &'static str,
+    values: Vec<f64>,
+    place: Vec<usize>,
+    n_places: usize,
+}
+
+impl Repeats {
+    /// `None` where a number or direction is none.
+    pub(super) fn of(table: &Table, [target, read]: [&'static str; 2]) -> Option<Self> {
+        let targets = table.numbers(target)?;
+        let said = said_ways(table).or_else(|| derived(&targets).into_iter().collect())?;
+        let mut known = BTreeMap::new();
+        let mut of_row = |(target, way): (&f64, &ft_center::Approach)| {
+            let next = known.len();
+            *known.entry((target.to_bits(), way.sign() > 0.0)).or_insert(next)
+        };
+        let place = targets.iter().zip(&said).map(&mut of_row).collect();
+        Some(Self { read, values: table.numbers(read)?, place, n_places: known.len() })
+    }
+
+    /// Scatter of the repeats about the means of their places, of some rows; `None` of too few.
+    fn scatter(&self, values: &[f64], is_in: impl Fn(usize) -> bool) -> Option<f64> {
+        let means = self.means(values, &is_in);
+        let rows = || (0..values.len()).filter(|row| is_in(*row));
+        let of_places = means.iter().flatten().count();
+        let dof = rows().count().checked_sub(of_places).filter(|dof| *dof >= FEWEST_REPEATS)?;
+        let off = |row: usize| means[self.place[row]].map_or(0.0, |mean| values[row] - mean);
+        Some((rows().map(|row| off(row).powi(2)).sum::<f64>() / count(dof)).sqrt())
+    }
+
+    fn means(&self, values: &[f64], is_in: impl Fn(usize) -> bool) -> Vec<Option<f64>> {
+        let mut sums = vec![(0, 0.0); self.n_places];
+        for row in (0..values.len()).filter(|row| is_in(*row)) {
+            let (n, sum) = &mut sums[self.place[row]];
+            *n += 1;
+            *sum += values[row];
+        }
+        sums.into_iter().map(|(n, sum)| (n > 0).then(|| sum / count(n))).collect()
+    }
+
+    /// A reading that stands still while the axis goes on, at places where all others are elsewhere.
+    pub(super) fn standing_still(&self, table: &Table) -> Option<Hypothesis> {
+        let rows: Vec<usize> = (0..self.values.len()).collect();
+        let is_same = |a: &usize, b: &usize| self.values[*a].total_cmp(&self.values[*b]).is_eq();
+        let run = rows.chunk_by(is_same).max_by_key(|run| run.len())?;
+        let is_out = |row: usize| !run.contains(&row);
+        let noise = self.scatter(&self.values, is_out)?;
+        let means = self.means(&self.values, is_out);
+        let mean = |row: &usize| means[self.place[*row]];
+        let known: Vec<f64> = run.iter().filter_map(mean).collect();
+        let held = self.values[run[0]];
+        let is_apart = rms(known.iter().map(|mean| mean - held)) > APART * noise;
+        if known.len() < FEWEST_STILL || !is_apart {
+            return None;
+        }
+        let description = format!(
+            "the channel `{}` of {POSITIONS} is stuck: it reads {held} in {} rows one after the other, from line {}, while \
+             the axis goes on, and otherwise in the other cycles there; repair the channel, or leave these rows out",
+            self.read,
+            run.len(),
+            table.line(run[0])
+        );
+        let marked: Vec<bool> = rows.iter().map(|row| run.contains(row)).collect();
+        let edits = vec![rows_left_out(POSITIONS, &marked)];
+        Some(Hypothesis::of("input:stuck", (POSITIONS, &[self.read]), description, edits).certain())
+    }
+
+    /// Whole cycles that repeat the others with the opposite sign.
+    pub(super) fn turned_cycles(&self, table: &Table) -> Option<Hypothesis> {
+        let column = table.column("cycle")?;
+        let mut rows_of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for row in 0..self.values.len() {
+            rows_of.entry(table.cell(row, column)).or_default().push(row);
+        }
+        let first = rows_of.values().next()?;
+        let means = self.means(&self.values, |row| first.contains(&row));
+        let mut values = self.values.clone();
+        let mut turned: Vec<(&str, &Vec<usize>)> = Vec::new();
+        for (name, rows) in &rows_of {
+            let along =
+                |row: &usize| means[self.place[*row]].map_or(0.0, |mean| mean * values[*row]);
+            if rows.iter().map(along).sum::<f64>() < 0.0 {
+                turned.push((*name, rows));
+                rows.iter().for_each(|row| values[*row] *= -1.0);
+            }
+        }
+        if 2 * turned.len() > rows_of.len() {
+            let is_kept = |name: &&str| turned.iter().all(|(other, _)| other != name);
+            turned =
+                rows_of.iter().map(|(n, rows)| (*n, rows)).filter(|(n, _)| is_kept(n)).collect();
+        }
+        let [before, after] =
+            [&self.values, &values].map(|v| self.scatter(&uneven(v, &rows_of), |_| true));
+        let is_plain = before? > TURNED * after? && 2 * turned.len() < rows_of.len();
+        let [before, after] = [&self.values, &values].map(|v| self.scatter(v, |_| true));
+        if !is_plain || turned.is_empty() || before? <= TURNED * after? {
+            return None;
+        }
+        let names: Vec<&str> = turned.iter().map(|(name, _)| *name).collect();
+        let description = format!(
+            "`{}` of {POSITIONS} has the opposite sign where `cycle` is {}: at every target it is what the other cycles \
+             read, times −1; multiply it by −1 there",
+            self.read,
+            names.join(", ")
+        );
+        let mut rows: Vec<usize> =
+            turned.iter().flat_map(|(_, rows)| rows.iter().copied()).collect();
+        rows.sort_unstable();
+        let change =
+            Change::Scale { columns: vec![self.read.to_owned()], rows: Some(rows), factor: -1.0 };
+        let edits = vec![Edit { file: POSITIONS, change }];
+        Some(Hypothesis::of("input:sign", (POSITIONS, &[self.read]), description, edits).certain())
+    }
+
+    /// Deviations whose repeats scatter a thousand times as much as the noise that is declared in mm.
+    pub(super) fn micrometres(&self, sigma_mm: f64) -> Option<Hypothesis> {
+        let times = self.scatter(&self.values, |_| true)? / sigma_mm;
+        let [low, high] = MICROMETRES;
+        if !(low..=high).contains(&times) {
+            return None;
+        }
+        let description = format!(
+            "`{}` of {POSITIONS} is in another unit than its name says, µm instead of mm, as its repeats scatter {times:.0} \
+             times as much as `[noise] deviation_mm` says: multiply by {MM_PER_UM}",
+            self.read
+        );
+        let change =
+            Change::Scale { columns: vec![self.read.to_owned()], rows: None, factor: MM_PER_UM };
+        let edits = vec![Edit { file: POSITIONS, change }];
+        Some(Hypothesis::of("input:unit", (POSITIONS, &[self.read]), description, edits).certain())
+    }
+}
+
+/// What is left of the values without the mean of their cycles.
+fn uneven(values: &[f64], rows_of: &BTreeMap<&str, Vec<usize>>) -> Vec<f64> {
+    let mut left = values.to_vec();
+    for rows in rows_of.values() {
+        let mean = rows.iter().map(|row| values[*row]).sum::<f64>() / count(rows.len());
+        rows.iter().for_each(|row| left[*row] -= mean);
+    }
+    left
+}
