@@ -309,7 +309,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(units(POSITIONS, table, &[*column], dimension));
     }
     for of in [DIRECTION, "cycle"] {
-        all.extend(readings_of_one(POSITIONS, table, [of, columns[1]], dimension));
+        all.extend(readings_of_one(POSITIONS, table, (of, &columns[1..]), dimension));
     }
     if dimension == Dimension::Length {
         all.extend(all_in_metres(&[(POSITIONS, table, &columns)]));

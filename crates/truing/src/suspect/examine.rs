@@ -135,6 +135,14 @@ fn decide(
     if found.is_none() && helping.is_empty() && !is_unmatched && !is_misplaced {
         return (None, None);
     }
+    // What physics may have made may have been rounded.
+    if found.is_none()
+        && is_misplaced
+        && !plain.is_gross()
+        && let Some(found) = rounded_beside(case, plain, physics)
+    {
+        return (Some(found), None);
+    }
     let unmatched = || misplaced.unwrap_or_else(|| unmatched(&case.files, &plain.misfit));
     if found.is_none() && plain.misfit.share >= plain.yardstick.beyond_physics {
         return (Some(unmatched()), None);

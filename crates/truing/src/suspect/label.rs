@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::hypothesis::{Hypothesis, Proof, listed, owned};
+use super::hypothesis::{Hypothesis, Proof, is_or_are, listed, owned};
 use super::unit::{Dimension, shown};
 use crate::case::{Change, Edit, Table};
 
@@ -79,43 +79,43 @@ pub(crate) fn of_another_part(
     labelled(table, known).into_iter().map(without).collect()
 }
 
-/// The readings in `column` of one instrument, by its name in `label`, in another unit or of the other
-/// sign.
+/// The readings of one instrument, by its name in `label`, in another unit or of the other sign.
 pub(crate) fn readings_of_one(
     file: &'static str,
     table: Option<&Table>,
-    [label, column]: [&str; 2],
+    (label, columns): (&str, &[&str]),
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
     let of_label = || {
         let table = table?;
-        Some((labels_of(table, table.column(label)?), table.unit_of(&[column])?))
+        Some((labels_of(table, table.column(label)?), table.unit_of(columns)?))
     };
     let Some((labels, declared)) = of_label().filter(|(labels, _)| labels.len() > 1) else {
         return Vec::new();
     };
     let of_one = |(name, rows): (&str, Vec<usize>)| {
         let wrong = |effect: &'static str, what: String, factor: f64| {
+            let is = is_or_are(columns);
             let description = format!(
-                "{} of {file} {what} where `{label}` is `{name}`: multiply these by {}",
-                listed(&[column]),
+                "{} of {file} {is} {what} where `{label}` is `{name}`: multiply these by {}",
+                listed(columns),
                 shown(factor)
             );
-            let (columns, rows) = (owned(&[column]), Some(rows.clone()));
-            let change = Change::Scale { columns, rows, factor };
+            let change =
+                Change::Scale { columns: owned(columns), rows: Some(rows.clone()), factor };
             let edits = vec![Edit { file, change }];
-            let found = Hypothesis::of(effect, (file, &[column]), description, edits);
-            Hypothesis { subject: format!("{file}: {column} of {name}"), ..found }
+            let found = Hypothesis::of(effect, (file, columns), description, edits);
+            Hypothesis { subject: format!("{} of {name}", found.subject), ..found }
         };
         let of_unit = |(unit, factor): (&str, f64)| {
-            let what = format!("is in another unit than its name says, {unit},");
+            let what = format!("in another unit than the name says, {unit},");
             wrong("input:unit", what, factor)
         };
         let mut all: Vec<Hypothesis> = dimension.instead_of(declared).map(of_unit).collect();
-        all.push(wrong("input:sign", "has the opposite sign".to_owned(), -1.0));
+        all.push(wrong("input:sign", "of the opposite sign".to_owned(), -1.0));
         let gain = |what: &str, factor| wrong("input:gain", what.to_owned(), factor);
-        all.push(gain("is twice the reading (another gain, or both ways of a beam),", 0.5));
-        all.push(gain("is half of the reading (another gain, or one way of two),", 2.0));
+        all.push(gain("twice the reading (another gain, or both ways of a beam),", 0.5));
+        all.push(gain("half of the reading (another gain, or one way of two),", 2.0));
         all
     };
     labels.into_iter().flat_map(of_one).collect()

@@ -54,7 +54,7 @@ pub(crate) use order::{
 pub(crate) use polar::polar;
 pub(crate) use readings::{Readings, Samples};
 pub(crate) use setting::{Typed, lengths, number, other_setting, scaled_setting};
-pub(crate) use sign::signs;
+pub(crate) use sign::{minus_lost, signs};
 pub(crate) use slip::{points_lost, slip_of_sign, slips};
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of};

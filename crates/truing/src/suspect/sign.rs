@@ -1,5 +1,11 @@
-use super::hypothesis::{Hypothesis, listed, owned, present};
+use super::hypothesis::{Hypothesis, listed, owned, present, stretches_of};
 use crate::case::{Change, Edit, Table};
+use crate::measured::Fitted;
+
+/// Times the median residual of those that lie off as they do with a sign lost.
+const FAR: f64 = 10.0;
+/// Signs lost at least: of fewer each is a slip.
+const FEWEST_LOST: usize = 3;
 
 /// Columns of a table with the other sign: each alone, and all of them.
 pub(crate) fn signs(
@@ -25,4 +31,39 @@ pub(crate) fn signs(
         Hypothesis::of("input:sign", (file, set), description, vec![Edit { file, change }])
     };
     sets.iter().map(of_set).collect()
+}
+
+/// Columns without any sign, negative in the rows that lie far off: of these the minus signs are lost.
+pub(crate) fn minus_lost(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    fitted: Option<&Fitted>,
+) -> Vec<Hypothesis> {
+    let Some((table, fitted)) = table.zip(fitted) else { return Vec::new() };
+    let squares: Vec<f64> = fitted.observations.iter().map(|seen| seen.square()).collect();
+    let mut sorted = squares.clone();
+    sorted.sort_by(f64::total_cmp);
+    let Some(median) = sorted.get(sorted.len() / 2).filter(|_| squares.len() == table.n_rows())
+    else {
+        return Vec::new();
+    };
+    let is_far = |row: &usize| squares[*row] > FAR * FAR * median;
+    let far: Vec<usize> = (0..squares.len()).filter(is_far).collect();
+    let of_column = |column: &str| {
+        let is_unsigned = table.numbers(column)?.iter().all(|value| *value >= 0.0);
+        if !is_unsigned || far.len() < FEWEST_LOST {
+            return None;
+        }
+        let lines: Vec<usize> = far.iter().map(|row| table.line(*row)).collect();
+        let description = format!(
+            "`{column}` of {file} has no sign, and lost its minus (absolute values) in lines {}: multiply by −1 there",
+            stretches_of(&lines)
+        );
+        let rows = Some(far.clone());
+        let change = Change::Scale { columns: owned(&[column]), rows, factor: -1.0 };
+        let edits = vec![Edit { file, change }];
+        Some(Hypothesis::of("input:sign", (file, &[column]), description, edits))
+    };
+    present(Some(table), columns).into_iter().filter_map(of_column).collect()
 }

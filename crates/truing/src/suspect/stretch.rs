@@ -25,7 +25,7 @@ const FEWEST_FILLED: usize = 3;
 const FARTHEST_SHIFT: isize = 12;
 const LONG: usize = 200;
 /// Rows of another session that are wrong one by one, at least, and one in so many: the others happen to fit.
-const FEWEST_OF_SESSION: usize = 8;
+const FEWEST_OF_SESSION: usize = 5;
 const MILD: usize = 4;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;

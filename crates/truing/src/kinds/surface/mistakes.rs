@@ -6,8 +6,8 @@ use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Typed, Yardstick, clipped_of_few, coarser_than_others,
     copies, cycles, doubled, exchanged_rows, exchanges, farthest, held, increments, lengths,
-    number, of_another_part, other_setting, polar, rows_left_out, rows_shifted, scaled_setting,
-    signs, silent, slips, spread_of, standing_still, units, zeros,
+    minus_lost, number, of_another_part, other_setting, polar, rows_left_out, rows_shifted,
+    scaled_setting, signs, silent, slips, spread_of, standing_still, units, zeros,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -117,6 +117,7 @@ pub(crate) fn mistakes_of_rows(
     let mut all: Vec<Hypothesis> = XYZ.iter().flat_map(of_column).collect();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
     all.extend(silent(file, table, &XYZ));
+    all.extend(minus_lost(file, table, &XYZ, fitted));
     all.extend(coarser_than_others(file, table, &XYZ));
     all.extend(standing_still(file, table, &XYZ, without));
     all.extend(held(file, table, &XYZ, without));

@@ -36,6 +36,7 @@ const MOST_NAMES_OF_ONE: usize = 5;
 /// may have put before them.
 const FARTHEST: usize = 5;
 pub(super) const DISPLACEMENT: &str = "displacement_mm";
+const SIGN: &str = "input:sign";
 /// Displacements with another sign than their neighbours that are looked at.
 const MOST_TURNED: usize = 4;
 /// Angles as close as this are one, as they are written.
@@ -72,6 +73,10 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(of_places(TARGETS, read));
         for columns in [&PLACE[..], &PLACE[..1], &PLACE[1..2], &PLACE[2..]] {
             all.extend(shifted(file, read, columns));
+            let of_one = readings_of_one(file, read, ("station", columns), Dimension::Length);
+            // A tracker has one unit, and each axis a sign.
+            let is_usual = |h: &Hypothesis| columns.len() == PLACE.len() || h.effect == SIGN;
+            all.extend(of_one.into_iter().filter(is_usual));
         }
     } else {
         let column = [DISPLACEMENT];
@@ -88,7 +93,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         );
         all.extend(signs(file, read, &column));
         for of in ["station", "mount"] {
-            all.extend(readings_of_one(file, read, [of, column[0]], Dimension::Length));
+            all.extend(readings_of_one(file, read, (of, &column), Dimension::Length));
         }
         all.extend(clipped_of_few(file, read, &column, without));
         all.extend(clipped_of_one(file, read, ["station", column[0]], without));

@@ -31,6 +31,21 @@ fn positions_in_another_unit_are_no_pitch_error() {
     assert_eq!(step["subject"], "positions.csv: actual_mm");
 }
 
+/// Targets divided by the inch fit what was read in inches still better: both are small then.
+#[test]
+fn a_unit_of_some_rows_is_of_what_was_read_in_it() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm"], |n, old| {
+        let read: f64 = old[n][0].parse().unwrap();
+        vec![format!("{:.7}", if n < 24 { read } else { read / 25.4 })]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "positions.csv: actual_mm");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("from line 26 to line 49"), "{said}");
+}
+
 #[test]
 fn a_table_in_metres_shows_by_its_noise_alone() {
     let case = axis();

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::first;
+use super::{change, first, scale};
 use crate::command::Case;
 
 const CYCLES: usize = 5;
@@ -29,6 +29,13 @@ fn axis(read_um: impl Fn(f64, f64, usize) -> f64, said: impl Fn(f64) -> f64) -> 
     ])
 }
 
+/// Rewrites what was read, in mm.
+fn read(case: &Case, to: impl Fn(usize, &dyn Fn(usize) -> f64) -> String) {
+    change(case, "positions.csv", &["deviation_mm"], |n, old| {
+        vec![to(n, &|row| old[row][0].parse().unwrap())]
+    });
+}
+
 fn effects(answer: &Value) -> Vec<&str> {
     let steps = answer["steps"].as_array().unwrap().iter();
     steps.map(|step| step["effect"].as_str().unwrap()).collect()
@@ -39,15 +46,7 @@ fn deviations_that_clip_are_no_profile() {
     let scale = |target: f64| 0.12 * target;
     let sound = axis(|target, _, _| scale(target), |way| way);
     assert_eq!(effects(&sound.json("loop")), ["pitch-error"]);
-    let table = std::fs::read_to_string(sound.file("positions.csv")).unwrap();
-    let clip = |line: &str| {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if cells[1].parse().is_ok_and(|mm: f64| mm > 0.025) {
-            "0.02500".clone_into(&mut cells[1]);
-        }
-        cells.join(",") + "\n"
-    };
-    sound.write("positions.csv", table.lines().map(clip).collect::<String>());
+    read(&sound, |row, of| format!("{:.5}", of(row).min(0.025)));
     let (step, answer) = first(&sound);
     assert_eq!(step["effect"], "input:saturation", "{step}");
     assert_eq!(effects(&answer), ["input:saturation", "pitch-error"]);
@@ -86,4 +85,57 @@ fn the_last_cycles_of_another_axis_are_told_by_their_rows() {
     // Below a line of headings.
     let said = step["description"].as_str().unwrap();
     assert!(said.contains("to line 91"), "{said}");
+}
+
+#[test]
+fn a_deviation_that_stands_still_while_the_axis_goes_on_is_stuck() {
+    let case = axis(|target, _, _| 0.08 * target, |way| way);
+    read(&case, |row, of| format!("{:.5}", of(if (40..52).contains(&row) { 40 } else { row })));
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("in 12 rows one after the other, from line 42,"), "{said}");
+    assert_eq!(effects(&answer), ["input:stuck", "pitch-error"]);
+}
+
+#[test]
+fn deviations_whose_repeats_scatter_a_thousand_times_the_noise_are_in_micrometres() {
+    let case = axis(|target, _, _| 0.05 * target, |way| way);
+    scale(&case, "positions.csv", &["deviation_mm"], 1e3);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:unit", "{step}");
+    assert_eq!(step["subject"], "positions.csv: deviation_mm");
+    assert_eq!(effects(&answer), ["input:unit", "pitch-error"]);
+    // Of a hundred times the noise may have been declared too small.
+    scale(&case, "positions.csv", &["deviation_mm"], 0.1);
+    assert_ne!(case.json("loop")["verdict"], "input-wrong");
+}
+
+#[test]
+fn cycles_that_were_counted_the_other_way_are_named() {
+    let turned = |row: usize| [1, 3].contains(&(row / (2 * TARGETS)));
+    let of = |target: f64, _: f64, row: usize| 0.09 * target * if turned(row) { -1.0 } else { 1.0 };
+    let (step, answer) = first(&axis(of, |way| way));
+    assert_eq!(step["effect"], "input:sign", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("where `cycle` is 1, 3:"), "{said}");
+    assert_eq!(effects(&answer), ["input:sign", "pitch-error"]);
+    // A zero that is elsewhere in these cycles, on the other side, is none.
+    let shifted = |_: f64, _: f64, row: usize| if turned(row) { -20.0 } else { 20.0 };
+    assert_ne!(axis(shifted, |way| way).json("loop")["verdict"], "input-wrong");
+}
+
+#[test]
+fn directions_of_several_cycles_that_contradict_the_way_are_turned_there() {
+    let case = axis(|_, way, _| 9.0 * way, |way| way);
+    let turned = |row: usize| [1, 3].contains(&(row / (2 * TARGETS)));
+    change(&case, "positions.csv", &["direction"], |n, old| {
+        let said: f64 = old[n][0].parse().unwrap();
+        vec![format!("{}", if turned(n) { -said } else { said })]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["subject"], "positions.csv: direction", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("of lines 20 to 37, 56 to 73, and of these alone,"), "{said}");
+    assert_eq!(effects(&answer), ["input:sign", "reversal"]);
 }

@@ -344,6 +344,35 @@ fn coordinates_that_came_from_beside_the_normals_are_told_though_they_fit() {
     );
 }
 
+/// Touches of a sphere of 25 mm, of which a fifth lie below zero.
+#[test]
+fn minus_signs_of_a_column_that_has_none_are_put_back() {
+    let center = [12.0, -8.0, 5.0];
+    let row = |i: i32| {
+        let n = f64::from(i);
+        let (z, turn): (f64, f64) = (1.0 - 1.5 * f64::from(i * 17 % 60) / 60.0, 2.4 * n);
+        let across = (1.0 - z * z).sqrt();
+        let noise = 1e-3 * (1e5 * (12.9898 * n).sin()).fract();
+        let normal = [across * turn.cos(), across * turn.sin(), z];
+        let at = [0, 1, 2].map(|k| center[k] + (26.0 + noise) * normal[k]);
+        let [nx, ny, nz] = normal.map(|component| -component);
+        let [x, y, z] = [at[0], at[1], at[2].abs()];
+        format!("T{i},{x:.5},{y:.5},{z:.5},{nx:.7},{ny:.7},{nz:.7}\n")
+    };
+    let table: String = (0..60).map(row).collect();
+    let settings = "kind = \"probe-comp\"\n[surface]\nshape = \"sphere\"\nradius_mm = 25.0\n\
+                    center_mm = [12.0, -8.0, 5.0]\nside = \"outside\"\n[probe]\ntip_radius_mm = 1.0\n\
+                    [noise]\npoint_mm = 0.0006\n";
+    let table = format!("touch,x_mm,y_mm,z_mm,nx,ny,nz\n{table}");
+    let (step, answer) = first(&Case::new(&[("case.toml", settings), ("touches.csv", &table)]));
+    assert_eq!(
+        (&step["effect"], &step["subject"]),
+        (&"input:sign".into(), &"touches.csv: z_mm".into())
+    );
+    assert!(step["description"].as_str().unwrap().contains("lost its minus"), "{step}");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}
+
 /// The operator changed the display after thirteen points.
 #[test]
 fn a_unit_that_changes_in_the_middle_is_named_with_its_lines() {

@@ -118,6 +118,20 @@ fn touches_of_another_set_up_are_named_with_their_lines() {
     }
 }
 
+/// Too little beside the size of the part to be told from physics by that.
+#[test]
+fn points_of_another_session_in_the_middle_of_a_table_are_named_with_their_lines() {
+    let case = survey();
+    change(&case, "pairs.csv", &TO, |n, old| {
+        let [x, y, z] = [0, 1, 2].map(|i| number(&old[n][i]));
+        let [turn, by] = if (9..18).contains(&n) { [2e-3, 0.6] } else { [0.0; 2] };
+        [x - turn * y + by, y + turn * x - 0.5 * by, z].map(|v| format!("{v:.5}")).to_vec()
+    });
+    let [effect, _, said] = named(&case);
+    assert_eq!(effect, "input:misplaced", "{said}");
+    assert_says(&said, &["from line 11 to line 19", "another session"]);
+}
+
 #[test]
 fn readings_at_other_targets_than_those_of_their_rows_are_put_there() {
     // The way back was listed in the order of the way there.

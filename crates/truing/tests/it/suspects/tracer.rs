@@ -126,3 +126,20 @@ fn stations_of_one_reflector_are_given_their_names_back() {
     let said = format!("{}{}", ended.stdout, ended.stderr);
     assert!(said.contains("where `mount` is `R3`") && said.contains("`S2` to `S1`"), "{said}");
 }
+
+#[test]
+fn one_station_in_a_mirrored_frame_is_named() {
+    let case = fixture(
+        "tracker-lm/targets-nothing",
+        &["case.toml", "stations.csv", "mounts.csv", "targets.csv"],
+    );
+    change(&case, "targets.csv", &["station", "y_mm"], |n, old| {
+        let [station, y] = [&old[n][0], &old[n][1]];
+        let y: f64 = y.parse().unwrap();
+        vec![station.clone(), format!("{}", if station == "S2" { -y } else { y })]
+    });
+    let said = case.message("loop", 3);
+    let named = "the input looks wrong: `x_mm`, `y_mm`, `z_mm` of targets.csv are of the opposite sign where `station` \
+                 is `S2`";
+    assert!(said.contains(named) && said.contains("or: `y_mm` of targets.csv is"), "{said}");
+}
