@@ -58,7 +58,7 @@ const NAMED: f64 = 0.95;
 type SoundCase = fn(u64) -> Vec<(&'static str, String)>;
 
 /// The kinds, and a sound case of each.
-const KINDS: [(&str, SoundCase); 14] = [
+const KINDS: [(&str, SoundCase); 15] = [
     ("frame-fit", |seed| Scene::Survey(Survey::new(seed)).simulate().files),
     ("frame-fit poses", tip_poses::files),
     ("ft-center", |seed| {
@@ -68,6 +68,7 @@ const KINDS: [(&str, SoundCase); 14] = [
     ("ft-center displacements", |seed| Scene::Positions(Positions::new(seed)).simulate().files),
     ("ft-center gravity", gravity_scenes::sound),
     ("positioning", |seed| positions::iso_tables(&Positions::new(seed))),
+    ("positioning deviations", |seed| positions::deviation_tables(&Positions::new(seed))),
     ("positioning rotary", |seed| positions::rotary_tables(&Positions::new(seed))),
     ("force-impedance", |seed| Scene::Run(Run::new(seed)).simulate().files),
     ("force-impedance path", |seed| Scene::Strokes(Strokes::new(seed)).simulate().files),

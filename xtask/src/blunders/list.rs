@@ -74,6 +74,7 @@ pub(crate) fn mistakes(kind: &str) -> Vec<Mistake> {
         "ft-center displacements" => sensors::displacements(),
         "ft-center gravity" => sensors::gravity(),
         "positioning" => sensors::positions(),
+        "positioning deviations" => sensors::deviations(),
         "positioning rotary" => sensors::angles(),
         "force-impedance" => heads::log(),
         "force-impedance path" => heads::strokes(),

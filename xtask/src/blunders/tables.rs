@@ -165,6 +165,19 @@ pub(crate) fn scaled_in_a_third(files: &mut Files, at: (&str, &[&str]), factor: 
     })
 }
 
+/// Numbers of some columns in the middle third of the rows farther on by so much, and by half of it in the next column.
+pub(crate) fn moved_in_a_third(files: &mut Files, at: (&str, &[&str]), by: f64) -> bool {
+    change(files, at, |cells, columns| {
+        let third = cells.rows.len() / 3;
+        let mut by = by;
+        for column in columns {
+            let middle = &mut cells.rows[third..2 * third];
+            rewrite(middle, &[*column], |value| format!("{:.6}", value + by));
+            by *= 0.5;
+        }
+    })
+}
+
 /// Every two neighbours of the middle third exchanged.
 pub(crate) fn neighbours_exchanged(files: &mut Files, at: (&str, &[&str])) -> bool {
     reordered(files, at, |row, n| {

@@ -5,8 +5,9 @@ use super::{
     SESSION, SIGN, STUCK, TO, UNIT, XYZ, of,
 };
 use crate::blunders::tables::{
-    copied, exchanged, in_increments, neighbours_exchanged, of_another_session, pasted, point_lost,
-    rounded, rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, sorted, stuck,
+    copied, exchanged, in_increments, moved_in_a_third, neighbours_exchanged, of_another_session,
+    pasted, point_lost, rounded, rows_exchanged, scaled, scaled_in_a_third, setting_scaled,
+    shifted, sorted, stuck,
 };
 
 pub(super) fn pairs() -> Vec<Mistake> {
@@ -31,6 +32,9 @@ pub(super) fn pairs() -> Vec<Mistake> {
         of("a column is stuck", STUCK, |f, _| stuck(f, ("pairs.csv", &TO[..1]), 0.5)),
         of("a table of another session", SESSION, |f, draw| {
             of_another_session(f, ("pairs.csv", TO), draw.other)
+        }),
+        of("a third of the points of another session", SESSION, |f, _| {
+            moved_in_a_third(f, ("pairs.csv", TO), 0.4)
         }),
         of("a column copied over another", COPIED, |f, _| copied(f, ("pairs.csv", &TO[1..]))),
         of("a decimal point lost", POINT, |f, draw| {

@@ -6,7 +6,8 @@ use super::{
 };
 use crate::blunders::tables::{
     clipped, copied, end_shifted, exchanged, in_increments, of_another_machine, of_another_session,
-    pasted, rounded, rows_exchanged, scaled, scaled_in_a_third, setting_scaled, shifted, stuck,
+    pasted, rounded, rows_exchanged, scaled, scaled_in_a_third, scaled_of_one, setting_scaled,
+    shifted, stuck,
 };
 
 pub(super) fn presses() -> Vec<Mistake> {
@@ -130,6 +131,30 @@ pub(super) fn positions() -> Vec<Mistake> {
             of_another_machine(f, (TABLE, BOTH), [-6e-4, 0.05])
         }),
         of("positions rounded to a tenth", ROUNDED, |f, _| rounded(f, (TABLE, &BOTH[1..]), 1)),
+    ]
+}
+
+/// Deviations of an axis by ISO 230-2.
+pub(super) fn deviations() -> Vec<Mistake> {
+    const TABLE: &str = "positions.csv";
+    const BOTH: &[&str] = &["target_mm", "deviation_mm"];
+    vec![
+        of("deviations in µm", UNIT, |f, _| scaled(f, (TABLE, &BOTH[1..]), 1e3)),
+        of("one cycle of the other sign", SIGN, |f, draw| {
+            scaled_of_one(f, (TABLE, ["cycle", "deviation_mm"]), (-1.0, draw.seed))
+        }),
+        of("one direction of the other sign", SIGN, |f, draw| {
+            scaled_of_one(f, (TABLE, ["direction", "deviation_mm"]), (-1.0, draw.seed))
+        }),
+        of("directions of the other sign", SIGN, |f, _| scaled(f, (TABLE, &["direction"]), -1.0)),
+        of("directions of one cycle of the other sign", SIGN, |f, draw| {
+            scaled_of_one(f, (TABLE, ["cycle", "direction"]), (-1.0, draw.seed))
+        }),
+        of("the reading is stuck", STUCK, |f, _| stuck(f, (TABLE, &BOTH[1..]), 0.7)),
+        of("the reading clips", CLIPS, |f, _| clipped(f, (TABLE, &BOTH[1..]), 0.6)),
+        of("deviations of another machine at the end", SESSION, |f, _| {
+            of_another_machine(f, (TABLE, BOTH), [-6e-4, 0.05])
+        }),
     ]
 }
 

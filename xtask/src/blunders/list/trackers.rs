@@ -71,6 +71,9 @@ pub(super) fn targets() -> Vec<Mistake> {
         of("z in metres", UNIT, |f, _| scaled(f, (TARGETS, &["z_mm"]), 1e-3)),
         of("x and y exchanged", EXCHANGED, |f, _| exchanged(f, (TARGETS, &XYZ[..2]))),
         of("z mirrored", SIGN, |f, _| scaled(f, (TARGETS, &["z_mm"]), -1.0)),
+        of("y of one station mirrored", SIGN, |f, draw| {
+            scaled_of_one(f, (TARGETS, ["station", "y_mm"]), (-1.0, draw.seed))
+        }),
         of("two mounts exchanged", LABELS, |f, draw| {
             names_exchanged(f, (TARGETS, "mount"), draw.seed)
         }),

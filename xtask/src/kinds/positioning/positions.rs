@@ -70,14 +70,26 @@ pub(crate) fn tables(run: &Positions) -> Vec<(&'static str, String)> {
 /// The same axis as a case by ISO 230-2.
 pub(crate) fn iso_tables(run: &Positions) -> Vec<(&'static str, String)> {
     let noise = format!("deviation_mm = {}", run.noise_mm);
-    by_iso(run, ["target_mm", "actual_mm"], (OTHER_PITCHES_MM, run.noise_mm), &noise)
+    by_iso(run, ["target_mm", "actual_mm"], (OTHER_PITCHES_MM, run.noise_mm), &noise, |at, _| at)
+}
+
+/// The same of an axis with errors that compensations are for, its deviations taken off the targets.
+pub(crate) fn deviation_tables(run: &Positions) -> Vec<(&'static str, String)> {
+    const SLOPE: f64 = 3e-4;
+    const WAVE_MM: f64 = 0.004;
+    const REVERSAL_MM: f64 = 0.006;
+    let noise = format!("deviation_mm = {}", run.noise_mm);
+    let names = ["target_mm", "deviation_mm"];
+    by_iso(run, names, (OTHER_PITCHES_MM, run.noise_mm), &noise, |at_mm, way| {
+        SLOPE * at_mm + WAVE_MM * (0.02 * at_mm).sin() + 0.5 * way * REVERSAL_MM
+    })
 }
 
 /// A rotary axis as a case by ISO 230-2.
 pub(crate) fn rotary_tables(run: &Positions) -> Vec<(&'static str, String)> {
     let noise = format!("deviation_arcsec = {NOISE_ARCSEC}");
     let noise_deg = NOISE_ARCSEC / 3600.0;
-    by_iso(run, ["target_deg", "actual_deg"], (OTHER_PITCHES_DEG, noise_deg), &noise)
+    by_iso(run, ["target_deg", "actual_deg"], (OTHER_PITCHES_DEG, noise_deg), &noise, |at, _| at)
 }
 
 /// Seeds of one day.
@@ -90,9 +102,10 @@ const NOISE_ARCSEC: f64 = 1.0;
 
 fn by_iso(
     run: &Positions,
-    [target, actual]: [&str; 2],
+    [target, read]: [&str; 2],
     (pitches, noise): ([f64; 4], f64),
     declared: &str,
+    of: impl Fn(f64, f64) -> f64,
 ) -> Vec<(&'static str, String)> {
     let mut rng = ChaCha8Rng::seed_from_u64(run.seed);
     // Another day has other targets.
@@ -105,15 +118,15 @@ fn by_iso(
             ((pitch * count(n) + 0.15 * pitch * rng.random_range(0.0..1.0)) * 1e3).round() / 1e3
         })
         .collect();
-    let mut text = format!("{target},{actual},direction,cycle\n");
+    let mut text = format!("{target},{read},direction,cycle\n");
     for cycle in 1..=run.n_cycles {
         for (targets, way) in
-            [(targets.clone(), "+1"), (targets.iter().rev().copied().collect(), "-1")]
+            [(targets.clone(), 1.0), (targets.iter().rev().copied().collect(), -1.0)]
         {
             for at in targets {
                 // A string takes every character.
-                let _ =
-                    writeln!(text, "{at:.3},{:.6},{way},{cycle}", at + noise * gaussian(&mut rng));
+                let read = of(at, way) + noise * gaussian(&mut rng);
+                let _ = writeln!(text, "{at:.3},{read:.6},{way:+},{cycle}");
             }
         }
     }

@@ -17,7 +17,8 @@ const FEWEST_EITHER_WAY: usize = 4;
 const FEWEST_TARGETS: usize = 5;
 /// Standard deviations by which readings from either side differ that were not taken from one.
 const APART: f64 = 10.0;
-/// Times its standard uncertainty that the mean of both sides may be at a target, root mean square, and be nothing.
+/// Times its standard uncertainty that the sum of both sides may vary from target to target, root mean square, and be
+/// the same.
 const NOTHING: f64 = 2.0;
 
 /// The direction of every row; `None` where one is none.
@@ -118,16 +119,16 @@ pub(super) fn filled_directions(
     Some(Hypothesis::of("input:stuck", (POSITIONS, &[DIRECTION]), description, edits).certain())
 }
 
-/// Deviations of one direction that are, at every target, those of the other with the opposite sign, and not the same
-/// at all: target less reading for reading less target.
+/// Deviations of one direction that are, at every target, those of the other with the opposite sign, but for a reversal,
+/// and not the same at all: target less reading for reading less target.
 pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> Option<Hypothesis> {
     let said = said_ways(table)?;
     let values = table.numbers(read)?;
     let sides = Sides::of(&table.numbers(target)?, &values, &said)?;
-    let mean = sides.differences().sum::<f64>() / count(sides.rising.len());
-    let uneven = sides.differences().map(|d| d - mean);
-    let is_one = rms(sides.sums()) < NOTHING * sides.noise;
-    if !is_one || rms(uneven) < APART * sides.noise {
+    // What is the same everywhere is a reversal.
+    if uneven(sides.sums()) >= NOTHING * sides.noise
+        || uneven(sides.differences()) < APART * sides.noise
+    {
         return None;
     }
     let falling = |row: usize| said[row] == Approach::Falling;
@@ -141,6 +142,13 @@ pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> O
     let change = Change::Scale { columns: vec![read.to_owned()], rows: Some(rows), factor: -1.0 };
     let edits = vec![Edit { file: POSITIONS, change }];
     Some(Hypothesis::of("input:sign", (POSITIONS, &[read]), description, edits).certain())
+}
+
+/// Root mean square about the mean.
+fn uneven(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let (n, sum) = values.clone().fold((0, 0.0), |(n, sum), value| (n + 1, sum + value));
+    let mean = sum / count(n);
+    rms(values.map(|value| value - mean))
 }
 
 /// Mean readings of the targets that were come to from both sides.
@@ -179,11 +187,11 @@ impl Sides {
         Some(found)
     }
 
-    fn differences(&self) -> impl Iterator<Item = f64> {
+    fn differences(&self) -> impl Iterator<Item = f64> + Clone {
         self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising - falling)
     }
 
-    fn sums(&self) -> impl Iterator<Item = f64> {
+    fn sums(&self) -> impl Iterator<Item = f64> + Clone {
         self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising + falling)
     }
 }

@@ -15,7 +15,7 @@ const FEWEST_REPEATS: usize = 10;
 /// Standard deviations by which the repeats elsewhere are off a reading that stands still.
 const APART: f64 = 10.0;
 /// Times less that the repeats scatter where some cycles are counted the other way.
-const TURNED: f64 = 5.0;
+const TURNED: f64 = 3.0;
 /// Times the declared noise by which deviations scatter that are in µm, a thousand but for how well it was known.
 const MICROMETRES: [f64; 2] = [250.0, 4000.0];
 const MM_PER_UM: f64 = 1e-3;
