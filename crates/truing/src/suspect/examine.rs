@@ -57,8 +57,12 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         let files = &current.files;
         let list = mistakes(files, Some(fitted));
         let certain = Trials::proved(files, &list, Proof::Certain).first();
+        // Where rows were left out, what is left of the mistake at their ends looks like others.
+        let left_out = examined.suspects.last().is_some_and(Suspect::leaves_out_what_misfits);
         let (found, after) = if certain.is_some() {
             (certain, None)
+        } else if left_out && !plain.is_gross() {
+            break;
         } else if plain.is_suspicious() {
             decide(current, &plain, list, &mut physics)
         } else if plain.is_too_good() {

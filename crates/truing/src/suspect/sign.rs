@@ -1,9 +1,10 @@
 use super::hypothesis::{Hypothesis, listed, owned, present, stretches_of};
 use crate::case::{Change, Edit, Table};
-use crate::measured::Fitted;
+use crate::measured::{Fitted, Observation};
 
-/// Times the median residual of those that lie off as they do with a sign lost.
-const FAR: f64 = 10.0;
+/// Times the lower quartile of the residuals, the median of the sound ones where half are not, of those that lie off as
+/// they do with a sign lost.
+const FAR: f64 = 15.0;
 /// Signs lost at least: of fewer each is a slip.
 const FEWEST_LOST: usize = 3;
 
@@ -41,14 +42,14 @@ pub(crate) fn minus_lost(
     fitted: Option<&Fitted>,
 ) -> Vec<Hypothesis> {
     let Some((table, fitted)) = table.zip(fitted) else { return Vec::new() };
-    let squares: Vec<f64> = fitted.observations.iter().map(|seen| seen.square()).collect();
+    let squares: Vec<f64> = fitted.observations.iter().map(Observation::square).collect();
     let mut sorted = squares.clone();
     sorted.sort_by(f64::total_cmp);
-    let Some(median) = sorted.get(sorted.len() / 2).filter(|_| squares.len() == table.n_rows())
+    let Some(quartile) = sorted.get(sorted.len() / 4).filter(|_| squares.len() == table.n_rows())
     else {
         return Vec::new();
     };
-    let is_far = |row: &usize| squares[*row] > FAR * FAR * median;
+    let is_far = |row: &usize| squares[*row] > FAR * FAR * quartile;
     let far: Vec<usize> = (0..squares.len()).filter(is_far).collect();
     let of_column = |column: &str| {
         let is_unsigned = table.numbers(column)?.iter().all(|value| *value >= 0.0);

@@ -18,6 +18,8 @@ const APART: f64 = 10.0;
 const TURNED: f64 = 3.0;
 /// Times the declared noise by which deviations scatter that are in µm, a thousand but for how well it was known.
 const MICROMETRES: [f64; 2] = [250.0, 4000.0];
+/// No axis comes back to a place as badly: where the noise is declared a thousand times too small, it does not look so.
+const NO_AXIS_MM: f64 = 0.02;
 const MM_PER_UM: f64 = 1e-3;
 
 /// Deviations with their place, a target come to from one side.
@@ -105,7 +107,9 @@ impl Repeats {
                 |row: &usize| means[self.place[*row]].map_or(0.0, |mean| mean * values[*row]);
             if rows.iter().map(along).sum::<f64>() < 0.0 {
                 turned.push((*name, rows));
-                rows.iter().for_each(|row| values[*row] *= -1.0);
+                for row in rows {
+                    values[*row] *= -1.0;
+                }
             }
         }
         if 2 * turned.len() > rows_of.len() {
@@ -138,9 +142,9 @@ impl Repeats {
 
     /// Deviations whose repeats scatter a thousand times as much as the noise that is declared in mm.
     pub(super) fn micrometres(&self, sigma_mm: f64) -> Option<Hypothesis> {
-        let times = self.scatter(&self.values, |_| true)? / sigma_mm;
-        let [low, high] = MICROMETRES;
-        if !(low..=high).contains(&times) {
+        let scatter = self.scatter(&self.values, |_| true)?;
+        let (times, [low, high]) = (scatter / sigma_mm, MICROMETRES);
+        if !(low..=high).contains(&times) || scatter < NO_AXIS_MM {
             return None;
         }
         let description = format!(
@@ -160,7 +164,9 @@ fn uneven(values: &[f64], rows_of: &BTreeMap<&str, Vec<usize>>) -> Vec<f64> {
     let mut left = values.to_vec();
     for rows in rows_of.values() {
         let mean = rows.iter().map(|row| values[*row]).sum::<f64>() / count(rows.len());
-        rows.iter().for_each(|row| left[*row] -= mean);
+        for row in rows {
+            left[*row] -= mean;
+        }
     }
     left
 }
