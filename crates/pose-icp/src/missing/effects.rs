@@ -29,7 +29,7 @@ const GROSS_RAD: f64 = 1e-3;
 const NO_MACHINE: f64 = 1e-2;
 /// No part is made with another conic constant by more: a sphere in place of a paraboloid has one.
 const NO_PART: f64 = 1.0;
-/// What a touch can show at all.
+/// What a touch can show at all, unless its noise is less.
 const SEEN_MM: f64 = 1e-3;
 
 /// The catalogue.
@@ -145,10 +145,11 @@ fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
 /// Pairs with z only where the part is steep enough for a gross error to show.
 fn squareness(setting: &Setting<'_>) -> Entry {
     let text = "the machine's axes are not square to each other";
+    let seen_mm = setting.touches.iter().map(|t| t.touch.sigma_mm).fold(SEEN_MM, f64::min);
     let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
         .into_iter()
         .filter(|&(first, second)| {
-            second < 2 || setting.lateral_travel_mm[first] * GROSS_RAD > SEEN_MM
+            second < 2 || setting.lateral_travel_mm[first] * GROSS_RAD > seen_mm
         })
         .collect();
     let parameters = (pairs.iter())

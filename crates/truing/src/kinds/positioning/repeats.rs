@@ -1,5 +1,6 @@
 //! Mistakes in deviations that the repeats at one target show: of one alone any would fit that makes it small.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::approach::{POSITIONS, derived};
@@ -21,6 +22,9 @@ const MICROMETRES: [f64; 2] = [250.0, 4000.0];
 /// No axis comes back to a place as badly: where the noise is declared a thousand times too small, it does not look so.
 const NO_AXIS_MM: f64 = 0.02;
 const MM_PER_UM: f64 = 1e-3;
+
+/// Rows of each cycle.
+type Cycles<'t> = BTreeMap<&'t str, Vec<usize>>;
 
 /// Deviations with their place, a target come to from one side.
 pub(super) struct Repeats {
@@ -94,50 +98,50 @@ impl Repeats {
     /// Whole cycles that repeat the others with the opposite sign.
     pub(super) fn turned_cycles(&self, table: &Table) -> Option<Hypothesis> {
         let column = table.column("cycle")?;
-        let mut rows_of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        let mut cycles: Cycles<'_> = BTreeMap::new();
         for row in 0..self.values.len() {
-            rows_of.entry(table.cell(row, column)).or_default().push(row);
+            cycles.entry(table.cell(row, column)).or_default().push(row);
         }
-        let first = rows_of.values().next()?;
-        let means = self.means(&self.values, |row| first.contains(&row));
+        let names = self.opposed(&cycles).filter(|names| !names.is_empty())?;
+        let mut rows: Vec<usize> = names.iter().flat_map(|name| cycles[name].clone()).collect();
+        rows.sort_unstable();
         let mut values = self.values.clone();
-        let mut turned: Vec<(&str, &Vec<usize>)> = Vec::new();
-        for (name, rows) in &rows_of {
-            let along =
-                |row: &usize| means[self.place[*row]].map_or(0.0, |mean| mean * values[*row]);
-            if rows.iter().map(along).sum::<f64>() < 0.0 {
-                turned.push((*name, rows));
-                for row in rows {
-                    values[*row] *= -1.0;
-                }
-            }
+        for row in &rows {
+            values[*row] *= -1.0;
         }
-        if 2 * turned.len() > rows_of.len() {
-            let is_kept = |name: &&str| turned.iter().all(|(other, _)| other != name);
-            turned =
-                rows_of.iter().map(|(n, rows)| (*n, rows)).filter(|(n, _)| is_kept(n)).collect();
-        }
-        let [before, after] =
-            [&self.values, &values].map(|v| self.scatter(&uneven(v, &rows_of), |_| true));
-        let is_plain = before? > TURNED * after? && 2 * turned.len() < rows_of.len();
-        let [before, after] = [&self.values, &values].map(|v| self.scatter(v, |_| true));
-        if !is_plain || turned.is_empty() || before? <= TURNED * after? {
+        let falls = |of: &dyn Fn(&[f64]) -> Vec<f64>| {
+            let [before, after] = [&self.values, &values].map(|v| self.scatter(&of(v), |_| true));
+            before.zip(after).is_some_and(|(before, after)| before > TURNED * after)
+        };
+        // A zero that is elsewhere in these cycles may be so on the other side.
+        if !falls(&<[f64]>::to_vec) || !falls(&|v| uneven(v, &cycles)) {
             return None;
         }
-        let names: Vec<&str> = turned.iter().map(|(name, _)| *name).collect();
         let description = format!(
             "`{}` of {POSITIONS} has the opposite sign where `cycle` is {}: at every target it is what the other cycles \
              read, times −1; multiply it by −1 there",
             self.read,
             names.join(", ")
         );
-        let mut rows: Vec<usize> =
-            turned.iter().flat_map(|(_, rows)| rows.iter().copied()).collect();
-        rows.sort_unstable();
         let change =
             Change::Scale { columns: vec![self.read.to_owned()], rows: Some(rows), factor: -1.0 };
         let edits = vec![Edit { file: POSITIONS, change }];
         Some(Hypothesis::of("input:sign", (POSITIONS, &[self.read]), description, edits).certain())
+    }
+
+    /// The cycles, fewer than half, that go against the others; `None` where half do.
+    fn opposed<'t>(&self, cycles: &Cycles<'t>) -> Option<Vec<&'t str>> {
+        let first = cycles.values().next()?;
+        let means = self.means(&self.values, |row| first.contains(&row));
+        let along =
+            |row: &usize| means[self.place[*row]].map_or(0.0, |mean| mean * self.values[*row]);
+        let is_against = |name: &&str| cycles[name].iter().map(along).sum::<f64>() < 0.0;
+        let (against, with): (Vec<&str>, Vec<&str>) = cycles.keys().copied().partition(is_against);
+        match against.len().cmp(&with.len()) {
+            Ordering::Less => Some(against),
+            Ordering::Equal => None,
+            Ordering::Greater => Some(with),
+        }
     }
 
     /// Deviations whose repeats scatter a thousand times as much as the noise that is declared in mm.
@@ -160,9 +164,9 @@ impl Repeats {
 }
 
 /// What is left of the values without the mean of their cycles.
-fn uneven(values: &[f64], rows_of: &BTreeMap<&str, Vec<usize>>) -> Vec<f64> {
+fn uneven(values: &[f64], cycles: &Cycles<'_>) -> Vec<f64> {
     let mut left = values.to_vec();
-    for rows in rows_of.values() {
+    for rows in cycles.values() {
         let mean = rows.iter().map(|row| values[*row]).sum::<f64>() / count(rows.len());
         for row in rows {
             left[*row] -= mean;
