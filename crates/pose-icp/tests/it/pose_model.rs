@@ -202,6 +202,24 @@ fn tip_and_squareness_are_what_they_say() {
     }
 }
 
+/// A milliradian between x and z moves a touch of this mirror by a twentieth of a micrometre: what touches of a micrometre
+/// cannot show is not asked of them.
+#[test]
+fn squareness_to_z_is_looked_for_where_touches_are_good_enough() {
+    let pose = PoseStart::level(Vector3::new(40.0, -25.0, 10.0), 0.0);
+    let options = PoseOptions { tip: tip(), ..PoseOptions::default() };
+    let names = |sigma_mm: f64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(466);
+        let points = measured(touches(&pose, &spread(14, 45.0), sigma_mm, &mut rng));
+        let model = PoseModel::new(paraboloid(), points, &[], &pose, &options).unwrap();
+        let effects = &model.declared().effects;
+        let squareness = effects.iter().find(|e| e.id == "squareness").unwrap();
+        squareness.parameters.iter().map(|p| p.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(1e-3), ["xy"]);
+    assert_eq!(names(1e-5), ["xy", "xz", "yz"]);
+}
+
 /// Readings that come to rest show as a settling drift before anything is fitted.
 #[test]
 fn a_drift_that_settles_is_in_the_catalogue() {
