@@ -119,8 +119,10 @@ fn decide(
     }
     if !found.as_ref().is_some_and(is_mended) && is_far {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
-        let whole = [plain.is_gross(), plain.may_be_of_another_session()];
-        let (of_some, elsewhere) = of_rows(&case.files, last, &is_sound, whole);
+        let is_session = |misfit: &Misfit| plain.is_of_another_session(misfit);
+        let sessions = plain.may_be_of_another_session().then_some(&is_session);
+        let (of_some, elsewhere) =
+            of_rows(&case.files, last, &is_sound, (plain.is_gross(), sessions));
         if of_some.is_some() || elsewhere.is_some() {
             found = of_some.map(|of_some| {
                 // A number that is free explains what physics does.
@@ -206,12 +208,12 @@ fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
 
 /// What is wrong with some rows of a case that no change to all of them explains; else, that they are not of it,
 /// where the others fit without them: of readings that physics may have made only where the misfit `is_gross`, or where
-/// another session may have begun or ended there.
-fn of_rows(
+/// they leave what `sessions` asks of the others.
+fn of_rows<S: Fn(&Misfit) -> bool>(
     files: &Files,
     last: Vec<Hypothesis>,
     is_sound: &(impl Fn(&Misfit) -> bool + Sync),
-    [is_gross, may_be_sessions]: [bool; 2],
+    (is_gross, sessions): (bool, Option<&S>),
 ) -> (Option<Found>, Option<Found>) {
     let stretches = Stretch::all_of(files, is_sound);
     let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
@@ -223,11 +225,16 @@ fn of_rows(
     let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
     match changed.or_else(|| first_of(last)).or_else(beyond) {
         None => {
-            let is_session = |s: &Stretch| may_be_sessions && s.is_of_a_session();
-            let may_be = |s: &&Stretch| is_gross || s.is_of_places() || is_session(s);
-            let may_be = stretches.iter().filter(may_be);
-            let misplaced = may_be.filter_map(|stretch| stretch.misplaced(files)).collect();
-            (None, Trials::of_those(files, misplaced, None).leaving_most(is_sound))
+            let misplaced = |may_be: &dyn Fn(&&Stretch) -> bool| {
+                let those = stretches.iter().filter(may_be);
+                Trials::of_those(files, those.filter_map(|s| s.misplaced(files)).collect(), None)
+            };
+            let of_no_physics = misplaced(&|s| is_gross || s.is_of_places());
+            let of_session = |is_session: &S| {
+                misplaced(&|s| s.is_of_a_session()).leaving_most(|misfit| is_session(misfit))
+            };
+            let found = of_no_physics.leaving_most(is_sound);
+            (None, found.or_else(|| sessions.and_then(of_session)))
         }
         found => (found, None),
     }
@@ -247,7 +254,7 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let found = Trials::of(files, list, None).mending(is_free);
     let is_sound = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
     let elsewhere = || {
-        let (found, misplaced) = of_rows(files, last, &is_sound, [true, true]);
+        let (found, misplaced) = of_rows(files, last, &is_sound, (true, Some(&is_sound)));
         found.or(misplaced).filter(|_| !is_free)
     };
     let found = found.or_else(elsewhere).map(|found| found.of_all(files));

@@ -101,6 +101,12 @@ impl Plain {
         self.misfit.chi2_per_dof.is_some_and(|chi2| chi2 >= OF_ANOTHER_SESSION)
     }
 
+    /// Whether the rows that are left fit so much better than all that the others are of another session: what scatters
+    /// beyond the declared noise by itself is measured by itself.
+    pub(super) fn is_of_another_session(&self, left: &Misfit) -> bool {
+        self.is_sound(left) && self.misfit.gain(left).powi(2) >= OF_ANOTHER_SESSION
+    }
+
     /// Whether a change to some rows leaves what a sound case would.
     pub(super) fn is_sound(&self, after: &Misfit) -> bool {
         let is_left = LEAST_BESIDE_ROWS * after.dof >= self.misfit.dof;
