@@ -1,4 +1,4 @@
-//! Counts as real numbers.
+//! Counts as real numbers, and what is divided by them.
 
 /// A count as a real number.
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]

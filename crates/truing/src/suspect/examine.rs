@@ -120,7 +120,9 @@ fn decide(
     if !found.as_ref().is_some_and(is_mended) && is_far {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
         let is_session = |misfit: &Misfit| plain.is_of_another_session(misfit);
-        let sessions = plain.may_be_of_another_session().then_some(&is_session);
+        // Of a gross misfit all stretches are asked for already.
+        let may_be_sessions = !plain.is_gross() && plain.may_be_of_another_session();
+        let sessions = may_be_sessions.then_some(&is_session);
         let (of_some, elsewhere) =
             of_rows(&case.files, last, &is_sound, (plain.is_gross(), sessions));
         if of_some.is_some() || elsewhere.is_some() {
@@ -254,7 +256,8 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let found = Trials::of(files, list, None).mending(is_free);
     let is_sound = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
     let elsewhere = || {
-        let (found, misplaced) = of_rows(files, last, &is_sound, (true, Some(&is_sound)));
+        let sessions = None::<&fn(&Misfit) -> bool>;
+        let (found, misplaced) = of_rows(files, last, &is_sound, (true, sessions));
         found.or(misplaced).filter(|_| !is_free)
     };
     let found = found.or_else(elsewhere).map(|found| found.of_all(files));

@@ -26,7 +26,7 @@ const FARTHEST_SHIFT: isize = 12;
 const LONG: usize = 200;
 /// Rows of another session that are wrong one by one, at least, and one in so many: the others happen to fit.
 const FEWEST_OF_SESSION: usize = 5;
-const MILD: usize = 4;
+const ONE_WRONG_IN: usize = 4;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;
 
@@ -178,7 +178,7 @@ impl Stretch {
 
     /// Whether as many of its rows are wrong as of a session of another day.
     pub(super) fn is_of_a_session(&self) -> bool {
-        self.wrong.len() >= FEWEST_OF_SESSION.max(self.rows.len() / MILD)
+        self.wrong.len() >= FEWEST_OF_SESSION.max(self.rows.len() / ONE_WRONG_IN)
     }
 
     /// That the rows are not of this table, whatever is wrong with them.
