@@ -5,7 +5,7 @@
 
 use model_discrepancy::{Effect, Parameter, Quantity, Scope, Shown};
 
-use crate::axis_reading::{AxisMotion, AxisReading, distinct_targets};
+use crate::axis_reading::{Approach, AxisMotion, AxisReading, distinct_targets};
 use crate::missing::axis_run::{AxisRun, AxisTerm};
 use crate::missing::axis_searched::{LAGS, MAX_PLACES, Searched};
 use crate::missing::parameter::parameter;
@@ -110,8 +110,24 @@ impl AxisRun<'_> {
             ],
         );
         let bent = |r: &AxisReading| half(r) * (1.5 * along(r.target).powi(2) - 0.5);
+        // Where zero was set from one side, the axis is there as it says when it comes from that side.
+        let of_one_side = |side: Approach, text: &str, subject: &str| {
+            let parameters = vec![parameter("rising less falling", fine, factor)];
+            let is_it = |r: &AxisReading| if r.approach == Some(side) { side.sign() } else { 0.0 };
+            term(Effect::new("reversal", text, parameters).about(subject), vec![self.each(is_it)])
+        };
         vec![
             term(everywhere, vec![self.each(half)]),
+            of_one_side(
+                Approach::Falling,
+                "the axis stops elsewhere when it falls, and where it says when it rises",
+                "falling",
+            ),
+            of_one_side(
+                Approach::Rising,
+                "the axis stops elsewhere when it rises, and where it says when it falls",
+                "rising",
+            ),
             term(by_place, vec![self.each(|r| half(r) * along(r.target)), self.each(bent)]),
         ]
     }

@@ -10,13 +10,14 @@ use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
 use crate::answer::summary::{Summaries, step_errors, summarise};
 use crate::answer::unsupported::{TakenBack, Why, no_gain, unsupported};
-use crate::answer::verdict::verdict;
+use crate::answer::verdict::{noisier_than_declared, verdict};
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
 use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
 use crate::noise::linear::Linear;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
+use crate::tests::odd_group::odd_scatter;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Closure, Covariate, HoldOut, Model, NotObservable, Options, Outcome, Pass, Remaining, Role,
@@ -89,6 +90,9 @@ fn closed<'a>(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(taken_back);
     remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
+    if remaining.is_empty() && noisier_than_declared(context, &lin, &chosen) {
+        remaining.extend(odd_scatter(&lin));
+    }
     let (confusability, confusable_ids) = confusability(context, base, &of_declared);
     mark_confounded(&mut chosen.passes, &attributions);
     let mut warnings = warnings(context, &chosen, silent);

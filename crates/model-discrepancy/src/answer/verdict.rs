@@ -23,7 +23,11 @@ pub(crate) fn verdict(
 }
 
 /// Whether fitted groups, or these and the check groups together, scatter more than declared.
-fn noisier_than_declared(context: &Context<'_>, lin: &Linear<'_>, chosen: &Selected<'_>) -> bool {
+pub(crate) fn noisier_than_declared(
+    context: &Context<'_>,
+    lin: &Linear<'_>,
+    chosen: &Selected<'_>,
+) -> bool {
     let Some(fitted) = global_test(&chosen.system, &chosen.estimate, lin) else { return false };
     let with_check = check_distance(context, chosen, lin, &|row| row.sigma).is_some_and(|check| {
         GlobalTest { chi2: fitted.chi2 + check.square, dof: fitted.dof + check.rows, ..fitted }

@@ -103,7 +103,8 @@ impl Periods {
 
 /// Periods along `covariate`; `None` where none can be told.
 ///
-/// Along the order, periods with which one of `all` repeats are left out: they are that covariate's.
+/// Along the order, periods with which one of `all` repeats are left out: they are that covariate's. Nothing
+/// repeats along a temperature.
 pub(crate) fn periods(
     layout: &Layout,
     covariate: &Covariate,
@@ -113,6 +114,9 @@ pub(crate) fn periods(
     let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
         return None;
     };
+    if covariate.quantity == Quantity::Temperature {
+        return None;
+    }
     let range = high - low;
     if covariate.quantity == Quantity::Angle && range >= MIN_ARC_DEG && distinct.len() > 4 {
         return Some(Periods { longest: 360.0, parts: vec![1, 2, 3], tried: 3.0 });

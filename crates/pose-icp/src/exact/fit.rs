@@ -14,6 +14,9 @@ const LARGEST_MM: f64 = 1e6;
 /// Standard uncertainty of a tilt beyond which the linearised covariance means nothing.
 const LARGEST_TILT_RAD: f64 = 0.25;
 
+/// Residual over the distance of the touches from the origin, root mean squares, below which they lie on the part.
+const ON_THE_PART: f64 = 1e-3;
+
 /// Finds the pose from which the touches lie on the surface, best in the sense of
 /// `Σ ((distance − tip radius)/σ)²` over the touches, and the prior on the axis.
 ///
@@ -58,14 +61,19 @@ fn unsettled(equations: &Equations<'_>, found: &Found) -> PoseError {
     let contacts = &found.feet;
     let at_origin = equations.reduce(&found.at.at_origin(), contacts);
     let free = equations.free.as_slice();
-    let directions = Spectrum::of(&at_origin.triangle, free, travel_mm(contacts)).free;
-    if !directions.is_empty() {
-        return PoseError::Undetermined { directions };
+    let arm_mm = travel_mm(contacts);
+    let spectrum = Spectrum::of(&at_origin.triangle, free, arm_mm);
+    if !spectrum.free.is_empty() {
+        return PoseError::Undetermined { directions: spectrum.free };
     }
     let residual = |c: &Foot| c.signed_distance_mm - equations.tip.signed_radius_mm();
     let squares: f64 = contacts.iter().map(|c| residual(c).powi(2)).sum();
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let rms_mm = (squares / contacts.len().max(1) as f64).sqrt();
+    // Where the touches lie on the part wherever the search goes, a motion that they hardly show leads it astray.
+    if rms_mm <= ON_THE_PART * arm_mm && !spectrum.weak.is_empty() {
+        return PoseError::Undetermined { directions: spectrum.weak };
+    }
     PoseError::NotConverged { iterations: found.iterations, rms_mm }
 }
 

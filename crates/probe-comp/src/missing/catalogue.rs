@@ -4,7 +4,7 @@
 //! further along the approach than declared.
 
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 
 use super::columns::{REFERENCE_C, TIME, as_f64, feed};
 use super::form::{Form, FormScale};
@@ -25,6 +25,9 @@ const GROSS_SCALE: f64 = 1e-3;
 const NO_MACHINE: f64 = 1e-2;
 /// No probe that triggers at all gives way by more, or travels farther until it does.
 const NO_PROBE_MM: f64 = 0.5;
+/// Touches from either side of an axis from which its reversal can be told: of fewer, which side each came
+/// from is a pattern that the part may have as well.
+const EACH_WAY: usize = 5;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -42,6 +45,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) touches: &'a [MeasuredTouch],
     /// Of the ball at each, on the nominal part.
     pub(crate) centers_mm: &'a [Vector3<f64>],
+    /// From the ball towards the part.
+    pub(crate) approaches: &'a [Unit<Vector3<f64>>],
     pub(crate) covariates: &'a [Covariate],
     /// Families of errors of form that the part may have, with the columns that the touches see,
     /// and in what unit.
@@ -169,12 +174,21 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
     let named =
         |&(i, j): &(usize, usize)| parameter(&format!("{}{}", AXES[i], AXES[j]), "µrad", 1e6);
     if !pairs.is_empty() {
+        let square = |text: &str, about_mm: Vector3<f64>| {
+            let parameters = pairs.iter().map(named).collect();
+            let term = Term::Squareness { pairs: pairs.clone(), about_mm };
+            entry("squareness", text, parameters, term).at_most(NO_MACHINE)
+        };
         let text = "the machine's axes are not square to each other";
-        let parameters = pairs.iter().map(named).collect();
-        let term = Term::Squareness { pairs };
-        entries.push(entry("squareness", text, parameters, term).at_most(NO_MACHINE));
+        entries.push(square(text, Vector3::zeros()));
+        let about_mm = setting.form_scale.center_mm.coords;
+        if about_mm.norm() * GROSS_RAD > SEEN_MM {
+            let text = "the machine's axes are not square to each other, and the workpiece frame was found with them";
+            entries.push(square(text, about_mm).about("about the part"));
+        }
     }
     entries.push(reversal(setting));
+    entries.extend((0..3).map(|axis| approach_reversal(axis, setting)));
     entries
 }
 
@@ -200,6 +214,21 @@ fn reversal(setting: &Setting<'_>) -> Entry {
     let names = axes.iter().map(|&k| AXES[k]).chain(["first touch"]);
     let parameters = names.map(micrometres).collect();
     entry("reversal", text, parameters, Term::Reversal { ways, axes })
+}
+
+/// The same of one axis, where the ball comes along its approach from the side that it came from.
+fn approach_reversal(axis: usize, setting: &Setting<'_>) -> Entry {
+    let name = AXES[axis];
+    let comes = |sign: f64| {
+        let ways = setting.approaches.iter().map(|approach| sign * approach[axis]);
+        ways.filter(|way| *way > 0.0).count() >= EACH_WAY
+    };
+    let is_seen = setting.normal_squares[axis] > SHOWN && comes(1.0) && comes(-1.0);
+    let term = if is_seen { Term::ApproachReversal { axis } } else { Term::Unseen };
+    let text = format!(
+        "the machine's {name} axis reads otherwise where the ball comes from the other side"
+    );
+    entry("reversal", &text, vec![micrometres(name)], term).about(&format!("{name}, by approach"))
 }
 
 /// Axes along which the touches show more than this mean square of a motion.

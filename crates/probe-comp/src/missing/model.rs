@@ -119,10 +119,10 @@ impl ProbeModel {
             foot.point_mm.coords + foot.normal.into_inner() * setup.tip_radius_mm
         };
         let centers_mm: Vec<_> = feet.iter().map(nominal_center).collect();
-        let approaches = (balls.iter().zip(&feet))
+        let approaches: Vec<_> = (balls.iter().zip(&feet))
             .map(|(ball, foot)| ball.approach.unwrap_or(-foot.normal))
             .collect();
-        let setting = setting(&setup, (&touches, &centers_mm), &covariates, &feet);
+        let setting = setting(&setup, (&touches, &centers_mm, &approaches), &covariates, &feet);
         let (effects, terms) = catalogue::catalogue(&setting)
             .into_iter()
             .map(|Entry { effect, term }| (effect, term))
@@ -353,9 +353,12 @@ impl ProbeModel {
     }
 }
 
+/// Touches, with the ball's place and approach at each.
+type Touched<'a> = (&'a [MeasuredTouch], &'a [Vector3<f64>], &'a [Unit<Vector3<f64>>]);
+
 fn setting<'a>(
     setup: &ProbeSetup,
-    (touches, centers_mm): (&'a [MeasuredTouch], &'a [Vector3<f64>]),
+    (touches, centers_mm, approaches): Touched<'a>,
     covariates: &'a [Covariate],
     feet: &[NominalFoot],
 ) -> Setting<'a> {
@@ -388,6 +391,7 @@ fn setting<'a>(
     Setting {
         touches,
         centers_mm,
+        approaches,
         covariates,
         forms,
         form_scale,

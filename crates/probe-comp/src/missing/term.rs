@@ -20,6 +20,8 @@ pub(crate) enum Term {
     /// An axis stops behind where it is read, on the side that it came from; ways of every touch
     /// along the axes in `axes`. The first touch, whose ways are not known, is along its own.
     Reversal { ways: Vec<Vector3<f64>>, axes: Vec<usize> },
+    /// The same of one axis, on the side that the ball came from along the approach.
+    ApproachReversal { axis: usize },
     /// The machine is read late: it has moved on by this time's travel.
     Latency { speed_mm_per_s: Vec<f64> },
     /// The workpiece frame lies beside where it is declared, along the axes in `axes`.
@@ -28,8 +30,8 @@ pub(crate) enum Term {
     Turn { about_mm: Vector3<f64>, axes: Vec<usize> },
     /// The machine reads one axis long.
     Scale { axis: usize },
-    /// The machine's axes are not square: `first += γ second` for each pair.
-    Squareness { pairs: Vec<(usize, usize)> },
+    /// The machine's axes are not square: `first += γ second` for each pair, `second` from this place on.
+    Squareness { pairs: Vec<(usize, usize)>, about_mm: Vector3<f64> },
     /// Readings along the axes in `axes` go with time or order.
     Drift { elapsed: Vec<f64>, axes: Vec<usize> },
     /// The trigger goes with time or order: all touches come sooner or later.
@@ -109,6 +111,10 @@ impl Term {
                 let along = axes.iter().map(|&axis| Vector3::ith(axis, way[axis]));
                 along.chain([first]).collect()
             }
+            Self::ApproachReversal { axis } => {
+                let way = approach[*axis];
+                vec![Vector3::ith(*axis, if way == 0.0 { 0.0 } else { way.signum() })]
+            }
             Self::Latency { speed_mm_per_s } => vec![approach * value(speed_mm_per_s)],
             Self::Shift { axes } => axes.iter().map(|&axis| Vector3::ith(axis, 1.0)).collect(),
             Self::Turn { about_mm, axes } => {
@@ -116,8 +122,9 @@ impl Term {
                 axes.iter().map(|&axis| Vector3::ith(axis, 1.0).cross(&arm)).collect()
             }
             Self::Scale { axis } => vec![Vector3::ith(*axis, at.center_mm[*axis])],
-            Self::Squareness { pairs } => {
-                let reading = |&(first, second)| Vector3::ith(first, at.center_mm[second]);
+            Self::Squareness { pairs, about_mm } => {
+                let arm = at.center_mm - about_mm;
+                let reading = |&(first, second)| Vector3::ith(first, arm[second]);
                 pairs.iter().map(reading).collect()
             }
             Self::Drift { elapsed, axes } => {

@@ -7,6 +7,7 @@ mod directions;
 mod estimates;
 mod form;
 mod measured;
+mod places;
 mod plan;
 mod repeats;
 

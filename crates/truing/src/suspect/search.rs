@@ -190,8 +190,11 @@ impl Trials {
         let sound = |m: &Misfit| {
             if is_free { m.is_noise() && m.dof >= MANY } else { m.is_sound() }
         };
-        let is_possible =
-            |(h, m): &&Tried| !is_free && h.is_shown(true) || m.as_ref().is_some_and(sound);
+        // Rows in another order leave as much free as they do in theirs.
+        let may_be = |h: &Hypothesis| !(is_free && h.effect == "input:row-shift");
+        let is_possible = |(h, m): &&Tried| {
+            !is_free && h.is_shown(true) || may_be(h) && m.as_ref().is_some_and(sound)
+        };
         let found = best(self.all.iter().filter(is_possible).cloned().collect(), false);
         let is_it = |(h, _): &&Tried| !is_free && h.is_shown(true) && h.edits.is_empty();
         let shown = self.all.iter().find(is_it).map(|(h, _)| Found::unmended(h.clone()));

@@ -25,7 +25,11 @@ impl Yardstick {
     };
 }
 
-/// Root mean square distance of points from their centroid.
+/// Spread over the distance from the origin below which places are one, and no yardstick.
+const ONE_PLACE: f64 = 1e-3;
+
+/// Root mean square distance of points from their centroid; without bound where they are all one place, beside which
+/// any misfit is large.
 pub(crate) fn spread_of<'p>(points: impl Iterator<Item = &'p [f64]> + Clone) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let n = points.clone().count() as f64;
@@ -35,5 +39,7 @@ pub(crate) fn spread_of<'p>(points: impl Iterator<Item = &'p [f64]> + Clone) -> 
         mean.iter_mut().zip(point).for_each(|(m, v)| *m += v / n);
     }
     let square = |point: &[f64]| point.iter().zip(&mean).map(|(v, m)| (v - m).powi(2)).sum::<f64>();
-    (points.map(square).sum::<f64>() / n).sqrt()
+    let spread = (points.map(square).sum::<f64>() / n).sqrt();
+    let away = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
+    if spread > ONE_PLACE * away { spread } else { f64::INFINITY }
 }

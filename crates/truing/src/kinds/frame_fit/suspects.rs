@@ -67,6 +67,9 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(exchanges(PAIRS, Some(table), &side));
         all.extend(cycles(PAIRS, Some(table), side));
     }
+    all.extend(
+        FROM.iter().zip(TO).flat_map(|(from, to)| exchanges(PAIRS, Some(table), &[from, to])),
+    );
     all.push(handedness(files));
     all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
     all.extend(sorted_as_text(PAIRS, Some(table), "point", &TO));

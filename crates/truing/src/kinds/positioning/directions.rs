@@ -1,12 +1,12 @@
 //! Directions of approach that the targets or the readings contradict.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use ft_center::Approach;
 
 use super::approach::{DIRECTION, POSITIONS, approach_of, derived};
+use super::places::{Mean, Places};
 use crate::case::{Change, Edit, Table};
 use crate::count::{count, rms};
 use crate::suspect::Hypothesis;
@@ -126,8 +126,8 @@ pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> O
     let values = table.numbers(read)?;
     let sides = Sides::of(&table.numbers(target)?, &values, &said)?;
     // What is the same everywhere is a reversal.
-    if uneven(sides.sums()) >= NOTHING * sides.noise
-        || uneven(sides.differences()) < APART * sides.noise
+    if variation(sides.sums()) >= NOTHING * sides.noise
+        || variation(sides.differences()) < APART * sides.noise
     {
         return None;
     }
@@ -145,7 +145,7 @@ pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> O
 }
 
 /// Root mean square about the mean.
-fn uneven(values: impl Iterator<Item = f64> + Clone) -> f64 {
+fn variation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let (n, sum) = values.clone().fold((0, 0.0), |(n, sum), value| (n + 1, sum + value));
     let mean = sum / count(n);
     rms(values.map(|value| value - mean))
@@ -153,45 +153,29 @@ fn uneven(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 /// Mean readings of the targets that were come to from both sides.
 struct Sides {
-    rising: Vec<f64>,
-    falling: Vec<f64>,
+    means: Vec<[Mean; 2]>,
     /// Standard uncertainty of a sum or difference of two means, from the scatter of the repeats.
     noise: f64,
 }
 
 impl Sides {
-    /// `None` where too few were, or none was read twice.
+    /// `None` where too few were, or were read again.
     fn of(targets: &[f64], read: &[f64], ways: &[Approach]) -> Option<Self> {
-        let mut places: BTreeMap<u64, [Vec<f64>; 2]> = BTreeMap::new();
-        for ((target, value), way) in targets.iter().zip(read).zip(ways) {
-            let side = usize::from(*way == Approach::Falling);
-            places.entry(target.to_bits()).or_default()[side].push(*value);
-        }
-        let mut found = Self { rising: Vec::new(), falling: Vec::new(), noise: 0.0 };
-        let (mut square, mut dof, mut of_means) = (0.0, 0, 0.0);
-        let both = places.values().filter(|sides| sides.iter().all(|side| !side.is_empty()));
-        for [rising, falling] in both {
-            for (side, means) in [(rising, &mut found.rising), (falling, &mut found.falling)] {
-                let mean = side.iter().sum::<f64>() / count(side.len());
-                square += side.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-                dof += side.len() - 1;
-                of_means += count(side.len()).recip();
-                means.push(mean);
-            }
-        }
-        let n = found.rising.len();
-        if n < FEWEST_TARGETS || dof < n {
+        let places = Places::of(targets, ways);
+        let means = places.both_sides(read);
+        if means.len() < FEWEST_TARGETS {
             return None;
         }
-        found.noise = (square / count(dof) * of_means / count(n)).sqrt();
-        Some(found)
+        let of_means: f64 = means.iter().flatten().map(|mean| count(mean.of).recip()).sum();
+        let noise = places.scatter(read, |_| true)? * (of_means / count(means.len())).sqrt();
+        Some(Self { means, noise })
     }
 
     fn differences(&self) -> impl Iterator<Item = f64> + Clone {
-        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising - falling)
+        self.means.iter().map(|[rising, falling]| rising.value - falling.value)
     }
 
     fn sums(&self) -> impl Iterator<Item = f64> + Clone {
-        self.rising.iter().zip(&self.falling).map(|(rising, falling)| rising + falling)
+        self.means.iter().map(|[rising, falling]| rising.value + falling.value)
     }
 }

@@ -5,14 +5,13 @@ use std::collections::BTreeMap;
 
 use super::approach::{POSITIONS, derived};
 use super::directions::said_ways;
+use super::places::Places;
 use crate::case::{Change, Edit, Table};
 use crate::count::{count, rms};
 use crate::suspect::{Hypothesis, rows_left_out};
 
 /// Readings one after the other that are the same to the last digit.
 const FEWEST_STILL: usize = 6;
-/// Repeats beyond the one at each place from which on their scatter is known.
-const FEWEST_REPEATS: usize = 10;
 /// Standard deviations by which the repeats elsewhere are off a reading that stands still.
 const APART: f64 = 10.0;
 /// Times less that the repeats scatter where some cycles are counted the other way.
@@ -30,8 +29,7 @@ type Cycles<'t> = BTreeMap<&'t str, Vec<usize>>;
 pub(super) struct Repeats {
     read: &'static str,
     values: Vec<f64>,
-    place: Vec<usize>,
-    n_places: usize,
+    places: Places,
 }
 
 impl Repeats {
@@ -39,33 +37,8 @@ impl Repeats {
     pub(super) fn of(table: &Table, [target, read]: [&'static str; 2]) -> Option<Self> {
         let targets = table.numbers(target)?;
         let said = said_ways(table).or_else(|| derived(&targets).into_iter().collect())?;
-        let mut known = BTreeMap::new();
-        let mut of_row = |(target, way): (&f64, &ft_center::Approach)| {
-            let next = known.len();
-            *known.entry((target.to_bits(), way.sign() > 0.0)).or_insert(next)
-        };
-        let place = targets.iter().zip(&said).map(&mut of_row).collect();
-        Some(Self { read, values: table.numbers(read)?, place, n_places: known.len() })
-    }
-
-    /// Scatter of the repeats about the means of their places, of some rows; `None` of too few.
-    fn scatter(&self, values: &[f64], is_in: impl Fn(usize) -> bool) -> Option<f64> {
-        let means = self.means(values, &is_in);
-        let rows = || (0..values.len()).filter(|row| is_in(*row));
-        let of_places = means.iter().flatten().count();
-        let dof = rows().count().checked_sub(of_places).filter(|dof| *dof >= FEWEST_REPEATS)?;
-        let off = |row: usize| means[self.place[row]].map_or(0.0, |mean| values[row] - mean);
-        Some((rows().map(|row| off(row).powi(2)).sum::<f64>() / count(dof)).sqrt())
-    }
-
-    fn means(&self, values: &[f64], is_in: impl Fn(usize) -> bool) -> Vec<Option<f64>> {
-        let mut sums = vec![(0, 0.0); self.n_places];
-        for row in (0..values.len()).filter(|row| is_in(*row)) {
-            let (n, sum) = &mut sums[self.place[row]];
-            *n += 1;
-            *sum += values[row];
-        }
-        sums.into_iter().map(|(n, sum)| (n > 0).then(|| sum / count(n))).collect()
+        let places = Places::of(&targets, &said);
+        Some(Self { read, values: table.numbers(read)?, places })
     }
 
     /// A reading that stands still while the axis goes on, at places where all others are elsewhere.
@@ -74,9 +47,9 @@ impl Repeats {
         let is_same = |a: &usize, b: &usize| self.values[*a].total_cmp(&self.values[*b]).is_eq();
         let run = rows.chunk_by(is_same).max_by_key(|run| run.len())?;
         let is_out = |row: usize| !run.contains(&row);
-        let noise = self.scatter(&self.values, is_out)?;
-        let means = self.means(&self.values, is_out);
-        let mean = |row: &usize| means[self.place[*row]];
+        let noise = self.places.scatter(&self.values, is_out)?;
+        let means = self.places.means(&self.values, is_out);
+        let mean = |row: &usize| means[self.places.of_row(*row)].map(|mean| mean.value);
         let known: Vec<f64> = run.iter().filter_map(mean).collect();
         let held = self.values[run[0]];
         let is_apart = rms(known.iter().map(|mean| mean - held)) > APART * noise;
@@ -110,11 +83,12 @@ impl Repeats {
             values[*row] *= -1.0;
         }
         let falls = |of: &dyn Fn(&[f64]) -> Vec<f64>| {
-            let [before, after] = [&self.values, &values].map(|v| self.scatter(&of(v), |_| true));
+            let [before, after] =
+                [&self.values, &values].map(|v| self.places.scatter(&of(v), |_| true));
             before.zip(after).is_some_and(|(before, after)| before > TURNED * after)
         };
         // A zero that is elsewhere in these cycles may be so on the other side.
-        if !falls(&<[f64]>::to_vec) || !falls(&|v| uneven(v, &cycles)) {
+        if !falls(&<[f64]>::to_vec) || !falls(&|v| without_zeros(v, &cycles)) {
             return None;
         }
         let description = format!(
@@ -132,9 +106,10 @@ impl Repeats {
     /// The cycles, fewer than half, that go against the others; `None` where half do.
     fn opposed<'t>(&self, cycles: &Cycles<'t>) -> Option<Vec<&'t str>> {
         let first = cycles.values().next()?;
-        let means = self.means(&self.values, |row| first.contains(&row));
-        let along =
-            |row: &usize| means[self.place[*row]].map_or(0.0, |mean| mean * self.values[*row]);
+        let means = self.places.means(&self.values, |row| first.contains(&row));
+        let along = |row: &usize| {
+            means[self.places.of_row(*row)].map_or(0.0, |mean| mean.value * self.values[*row])
+        };
         let is_against = |name: &&str| cycles[name].iter().map(along).sum::<f64>() < 0.0;
         let (against, with): (Vec<&str>, Vec<&str>) = cycles.keys().copied().partition(is_against);
         match against.len().cmp(&with.len()) {
@@ -146,7 +121,7 @@ impl Repeats {
 
     /// Deviations whose repeats scatter a thousand times as much as the noise that is declared in mm.
     pub(super) fn micrometres(&self, sigma_mm: f64) -> Option<Hypothesis> {
-        let scatter = self.scatter(&self.values, |_| true)?;
+        let scatter = self.places.scatter(&self.values, |_| true)?;
         let (times, [low, high]) = (scatter / sigma_mm, MICROMETRES);
         if !(low..=high).contains(&times) || scatter < NO_AXIS_MM {
             return None;
@@ -164,7 +139,7 @@ impl Repeats {
 }
 
 /// What is left of the values without the mean of their cycles.
-fn uneven(values: &[f64], cycles: &Cycles<'_>) -> Vec<f64> {
+fn without_zeros(values: &[f64], cycles: &Cycles<'_>) -> Vec<f64> {
     let mut left = values.to_vec();
     for rows in cycles.values() {
         let mean = rows.iter().map(|row| values[*row]).sum::<f64>() / count(rows.len());
