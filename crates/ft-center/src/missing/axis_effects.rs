@@ -7,7 +7,7 @@ use model_discrepancy::{Effect, Parameter, Quantity, Scope, Shown};
 
 use crate::axis_reading::{Approach, AxisMotion, AxisReading, distinct_targets};
 use crate::missing::axis_run::{AxisRun, AxisTerm};
-use crate::missing::axis_searched::{LAGS, MAX_PLACES, Searched};
+use crate::missing::axis_searched::{LAGS, MAX_PLACES, SIDES, Searched};
 use crate::missing::parameter::parameter;
 
 /// Reference temperature of dimensional measurement, ISO 1.
@@ -60,7 +60,7 @@ impl AxisRun<'_> {
     /// What moves more than one reading, but for the courses of a drift; with what was looked for in the
     /// deviations of this run, or of one that it goes on from.
     pub(super) fn causes(&self, searched: &Searched) -> Vec<AxisTerm> {
-        let mut terms = self.reversals();
+        let mut terms = self.reversals(searched.side);
         if let Some(profile) = self.profile() {
             let unresolved = searched.is_unresolved.then(|| Self::unresolved_wave(&profile));
             terms.push(profile);
@@ -89,16 +89,22 @@ impl AxisRun<'_> {
         term(effect.about("and its zero"), columns)
     }
 
-    fn reversals(&self) -> Vec<AxisTerm> {
+    /// What an axis does when it comes from the other side: the same everywhere, and another from place to place; all of
+    /// it on the `side` that is off.
+    fn reversals(&self, side: Option<Approach>) -> Vec<AxisTerm> {
         let (fine, factor) = self.motion.reported();
-        let half = |r: &AxisReading| r.approach.map_or(0.0, |a| 0.5 * a.sign());
-        let targets = distinct_targets(self.readings);
-        let (Some(low), Some(high)) = (targets.first(), targets.last()) else { return Vec::new() };
-        let span = if high > low { high - low } else { 1.0 };
-        let along = |target: f64| 2.0 * (target - low) / span - 1.0;
+        let stops = match side {
+            None => "stops elsewhere when it comes from the other side",
+            Some(Approach::Falling) => {
+                "stops elsewhere when it falls, and where it says when it rises"
+            }
+            Some(Approach::Rising) => {
+                "stops elsewhere when it rises, and where it says when it falls"
+            }
+        };
         let everywhere = Effect::new(
             "reversal",
-            "the axis stops elsewhere when it comes from the other side",
+            &format!("the axis {stops}"),
             vec![parameter("rising less falling", fine, factor)],
         );
         let by_place = Effect::new(
@@ -109,27 +115,32 @@ impl AxisRun<'_> {
                 parameter("more at the ends than in the middle, two thirds", fine, factor),
             ],
         );
-        let bent = |r: &AxisReading| half(r) * (1.5 * along(r.target).powi(2) - 0.5);
-        // Where zero was set from one side, the axis is there as it says when it comes from that side.
-        let of_one_side = |side: Approach, text: &str, subject: &str| {
-            let parameters = vec![parameter("rising less falling", fine, factor)];
-            let is_it = |r: &AxisReading| if r.approach == Some(side) { side.sign() } else { 0.0 };
-            term(Effect::new("reversal", text, parameters).about(subject), vec![self.each(is_it)])
+        let named = |effect: Effect| match side {
+            None => effect,
+            Some(way) => {
+                let subject = if way == Approach::Falling { "falling" } else { "rising" };
+                Effect { searched: SIDES, ..effect }.about(subject)
+            }
         };
-        vec![
-            term(everywhere, vec![self.each(half)]),
-            of_one_side(
-                Approach::Falling,
-                "the axis stops elsewhere when it falls, and where it says when it rises",
-                "falling",
-            ),
-            of_one_side(
-                Approach::Rising,
-                "the axis stops elsewhere when it rises, and where it says when it falls",
-                "rising",
-            ),
-            term(by_place, vec![self.each(|r| half(r) * along(r.target)), self.each(bent)]),
-        ]
+        let [same, rising, bent] = self.reversal_columns(side);
+        vec![term(named(everywhere), vec![same]), term(named(by_place), vec![rising, bent])]
+    }
+
+    /// Legendre polynomials of degree 0, 1 and 2 along the travel, times half the way, or all of it on one side.
+    pub(super) fn reversal_columns(&self, side: Option<Approach>) -> [Vec<f64>; 3] {
+        let share = |r: &AxisReading| match (r.approach, side) {
+            (Some(way), None) => 0.5 * way.sign(),
+            (Some(way), Some(side)) if way == side => side.sign(),
+            _ => 0.0,
+        };
+        let targets = distinct_targets(self.readings);
+        let (low, high) = match (targets.first(), targets.last()) {
+            (Some(low), Some(high)) if high > low => (*low, *high),
+            (low, _) => (low.copied().unwrap_or(0.0), low.copied().unwrap_or(0.0) + 1.0),
+        };
+        let along = |r: &AxisReading| 2.0 * (r.target - low) / (high - low) - 1.0;
+        let bent = |r: &AxisReading| 1.5 * along(r).powi(2) - 0.5;
+        [self.each(share), self.each(|r| share(r) * along(r)), self.each(|r| share(r) * bent(r))]
     }
 
     /// A deviation of its own at every target that is visited again.

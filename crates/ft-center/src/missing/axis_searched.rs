@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use crate::Approach;
 use crate::axis_reading::distinct_targets;
 use crate::count;
 use crate::missing::axis_run::AxisRun;
@@ -28,11 +29,21 @@ const MIN_TARGETS_FOR_PERIOD: usize = 8;
 /// Targets from which on a lag can be told from a reversal that changes along the travel.
 const MIN_TARGETS_FOR_LAG: usize = 5;
 
+/// Ways in which a reversal may be shared between the two sides.
+pub(super) const SIDES: usize = 3;
+/// Readings from either side from which on a reversal can be told from an offset.
+const FEWEST_FROM_A_SIDE: usize = 4;
+/// Standard uncertainties of an offset beside a reversal from which on it is there, and below which it is not.
+const OFFSET_IS: f64 = 5.0;
+const OFFSET_IS_NOT: f64 = 2.5;
+
 /// Numbers that the deviations of a run tell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Searched {
     /// Travel over which a lag falls to 1/e, in the unit of a target; `None` where none can be told.
     pub(super) lag: Option<f64>,
+    /// The side that alone is off, where zero was set from the other.
+    pub(super) side: Option<Approach>,
     /// Period in the unit of a target, and how many were looked through; `None` where none can be told.
     pub(super) period: Option<(f64, usize)>,
     /// Whether the targets' deviations may be those of a period between the targets.
@@ -49,6 +60,7 @@ impl Searched {
         let span = run.elapsed().into_iter().fold(0.0, f64::max);
         Self {
             lag: run.searched_lag(targets.len(), range),
+            side: run.side_off(),
             period: shows_period.then(|| run.strongest_period(targets.len(), range)).flatten(),
             is_unresolved: run.lead.is_none()
                 && targets.len() <= MAX_PLACES
@@ -112,15 +124,42 @@ impl AxisRun<'_> {
         self.explained_by(vec![cosine, sine])
     }
 
+    /// The side whose reversal leaves no offset, where one shared by both sides leaves one.
+    fn side_off(&self) -> Option<Approach> {
+        let offset = |side: Option<Approach>| {
+            let mut beside = vec![self.each(|r| r.target)];
+            beside.extend(self.reversal_columns(side));
+            let all = [beside.clone(), vec![self.each(|_| 1.0)]].concat();
+            let dof = self.readings.len().checked_sub(all.len()).filter(|dof| *dof > 0)?;
+            let whole: f64 = self.readings.iter().map(|r| r.deviation.powi(2)).sum();
+            let left = whole - self.explained_beside(Vec::new(), all);
+            let taken = self.explained_beside(beside, vec![self.each(|_| 1.0)]);
+            Some((taken * count(dof) / left).sqrt())
+        };
+        let from = |side| self.readings.iter().filter(|r| r.approach == Some(side)).count();
+        let is_from_both =
+            from(Approach::Falling).min(from(Approach::Rising)) >= FEWEST_FROM_A_SIDE;
+        if !is_from_both || offset(None)? < OFFSET_IS {
+            return None;
+        }
+        let is_off = |side: &Approach| offset(Some(*side)).is_some_and(|z| z < OFFSET_IS_NOT);
+        [Approach::Falling, Approach::Rising].into_iter().find(is_off)
+    }
+
     /// Sum of squares that columns take away beside offset, scale and reversal.
     fn explained_by(&self, columns: Vec<Vec<f64>>) -> f64 {
         let middle =
             self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
-        let beside = [
+        let beside = vec![
             self.each(|_| 1.0),
             self.each(|r| r.target - middle),
-            self.each(|r| r.approach.map_or(0.0, crate::Approach::sign)),
+            self.each(|r| r.approach.map_or(0.0, Approach::sign)),
         ];
+        self.explained_beside(beside, columns)
+    }
+
+    /// Sum of squares that columns take away beside others.
+    fn explained_beside(&self, beside: Vec<Vec<f64>>, columns: Vec<Vec<f64>>) -> f64 {
         let mut basis: Vec<DVector<f64>> = Vec::new();
         let mut left = |column: Vec<f64>| {
             let column = DVector::from_vec(column);

@@ -135,6 +135,13 @@ fn what_an_axis_does_is_named_with_its_size() {
     assert_eq!(named(&reversal), ["reversal"]);
     assert!((amplitude(&reversal, 0, 0) - 12.0).abs() < 0.8, "{:?}", reversal.steps);
 
+    // Where zero was set from below: no offset beside it.
+    let falling = |_: f64, way: f64, _: f64| if way < 0.0 { -0.012 } else { 0.0 };
+    let one_side = closed(&run(13, SIGMA_MM, falling), &[], None);
+    assert_eq!(named(&one_side), ["reversal"]);
+    assert_eq!(one_side.steps[0].subject.as_deref(), Some("falling"));
+    assert!((amplitude(&one_side, 0, 0) - 12.0).abs() < 0.8, "{:?}", one_side.steps);
+
     let by_place =
         closed(&run(14, SIGMA_MM, |t, way, _| 0.5 * way * (0.004 + 0.02 * t / 450.0)), &[], None);
     assert_eq!(named(&by_place), ["reversal", "backlash-by-place"]);

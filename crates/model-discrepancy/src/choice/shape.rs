@@ -111,12 +111,12 @@ pub(crate) fn periods(
     all: &[Covariate],
 ) -> Option<Periods> {
     let distinct = distinct_fitted(layout, covariate);
-    let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
-        return None;
-    };
     if covariate.quantity == Quantity::Temperature {
         return None;
     }
+    let (Some(&low), Some(&high)) = (distinct.first(), distinct.last()) else {
+        return None;
+    };
     let range = high - low;
     if covariate.quantity == Quantity::Angle && range >= MIN_ARC_DEG && distinct.len() > 4 {
         return Some(Periods { longest: 360.0, parts: vec![1, 2, 3], tried: 3.0 });

@@ -232,6 +232,47 @@ fn a_form_about_the_origin_of_the_part_is_no_turn_of_its_frame() {
     assert!(names(&closure, 0).contains(&"astigmatism"), "{:?}", closure.steps);
 }
 
+/// The ball comes along the normal, so that the way of an axis is that of the normal, whatever touch was before.
+#[test]
+fn a_reversal_by_the_approach_is_no_scale() {
+    let half_mm = 0.004;
+    let mut rng = ChaCha8Rng::seed_from_u64(71);
+    let late = |outward: &Vector3<f64>| -half_mm * outward.y.signum() * outward.y;
+    let touches = directions(60)
+        .iter()
+        .map(|outward| {
+            sphere_touch(outward, Unit::new_normalize(-outward), -late(outward), &mut rng)
+        })
+        .collect();
+    let closure = closed(reference_sphere(), touches, &[]);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    assert_eq!(names(&closure, 0), ["reversal"], "{:?}", closure.steps);
+    let y = &closure.steps[0].parameters[0];
+    assert!((y.value - 1e3 * half_mm).abs() < 4.0 * y.std && y.name == "y", "{y:?}");
+}
+
+/// Square about the part, as the workpiece frame was found with the same axes: one cause, and not a form of five
+/// amplitudes.
+#[test]
+fn squareness_about_a_part_far_from_the_origin_is_named() {
+    let mut rng = ChaCha8Rng::seed_from_u64(72);
+    let square = 300e-6;
+    let touches = directions(60)
+        .iter()
+        .map(|outward| {
+            // x reads γ·y from the part on: farther along the normal.
+            let late_mm = -square * (25.0 + TIP_MM) * outward.y * outward.x;
+            sphere_touch(outward, Unit::new_normalize(-outward), late_mm, &mut rng)
+        })
+        .collect();
+    let closure = closed(reference_sphere(), touches, &[]);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    assert_eq!(names(&closure, 0), ["squareness", "form"], "{:?}", closure.steps);
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("about the part"));
+    let xy = &closure.steps[0].parameters[0];
+    assert!((xy.value - 1e6 * square).abs() < 4.0 * xy.std && xy.name == "xy", "{xy:?}");
+}
+
 /// A shallow part shows a hundredth to a twenty-fifth of the square of a motion along x or y: its reversal must have
 /// its own name, or a scale, a drift or a turn bears it.
 #[test]

@@ -189,3 +189,21 @@ fn targets_from_the_other_end_are_no_pitch_error() {
     assert_eq!(step["effect"], "input:direction", "{}", answer["steps"]);
     assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
 }
+
+/// Readings of one target have no spread to compare a misfit with, and shifted against it stay what they are.
+#[test]
+fn readings_of_one_target_are_not_accused() {
+    let row = |i: i32| {
+        let noise = 0.001 * (1e5 * (12.9898 * f64::from(i)).sin()).fract();
+        let (way, at) = if i % 2 == 0 { ("+", 250.0) } else { ("-", 250.006) };
+        format!("250,{:.7},{way},{}\n", at + noise, i / 2)
+    };
+    let table: String = (0..20).map(row).collect();
+    let case = Case::new(&[
+        ("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.0006\n"),
+        ("positions.csv", &format!("target_mm,actual_mm,direction,cycle\n{table}")),
+    ]);
+    let answer = case.json("loop");
+    assert_eq!(answer["steps"][0]["effect"], "reversal", "{}", answer["steps"]);
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}

@@ -42,6 +42,16 @@ fn exchanged_and_mirrored_axes_that_fit_alike_are_all_listed() {
     assert!(said.contains("exchanged") && said.contains("opposite sign"), "{said}");
 }
 
+/// Heights of a low part: a shear and scales of the axes explain them as well.
+#[test]
+fn columns_exchanged_between_the_tables_are_no_shear() {
+    let case = survey();
+    swap(&case, "pairs.csv", ["from_z_mm", "to_z_mm"]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged");
+    assert_eq!(step["subject"], "pairs.csv: from_z_mm, to_z_mm");
+}
+
 #[test]
 fn shifted_rows_and_exchanged_points_are_told_apart() {
     let to = ["to_x_mm", "to_y_mm", "to_z_mm"];
