@@ -58,9 +58,10 @@ impl Searched {
         let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
         let shows_period = run.lead.is_none() && targets.len() >= MIN_TARGETS_FOR_PERIOD;
         let span = run.elapsed().into_iter().fold(0.0, f64::max);
+        let lag = run.searched_lag(targets.len(), range);
         Self {
-            lag: run.searched_lag(targets.len(), range),
-            side: run.side_off(),
+            lag,
+            side: run.side_off(lag),
             period: shows_period.then(|| run.strongest_period(targets.len(), range)).flatten(),
             is_unresolved: run.lead.is_none()
                 && targets.len() <= MAX_PLACES
@@ -124,10 +125,13 @@ impl AxisRun<'_> {
         self.explained_by(vec![cosine, sine])
     }
 
-    /// The side whose reversal leaves no offset, where one shared by both sides leaves one.
-    fn side_off(&self) -> Option<Approach> {
+    /// The side whose reversal leaves no offset beside a lag, where one shared by both sides leaves one.
+    fn side_off(&self, lag: Option<f64>) -> Option<Approach> {
+        let lagging = lag.zip(self.since_the_turn());
+        let lagging = lagging.map_or_else(Vec::new, |(travel, since)| self.lagging(travel, &since));
         let offset = |side: Option<Approach>| {
             let mut beside = vec![self.each(|r| r.target)];
+            beside.extend(lagging.clone());
             beside.extend(self.reversal_columns(side));
             let all = [beside.clone(), vec![self.each(|_| 1.0)]].concat();
             let dof = self.readings.len().checked_sub(all.len()).filter(|dof| *dof > 0)?;

@@ -244,7 +244,7 @@ fn a_reversal_by_the_approach_is_no_scale() {
             sphere_touch(outward, Unit::new_normalize(-outward), -late(outward), &mut rng)
         })
         .collect();
-    let closure = closed(reference_sphere(Side::Outside), touches, &[]);
+    let closure = closed(reference_sphere(Side::Along), touches, &[]);
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     assert_eq!(names(&closure, 0), ["reversal"], "{:?}", closure.steps);
     let y = &closure.steps[0].parameters[0];
@@ -265,7 +265,7 @@ fn squareness_about_a_part_far_from_the_origin_is_named() {
             sphere_touch(outward, Unit::new_normalize(-outward), late_mm, &mut rng)
         })
         .collect();
-    let closure = closed(reference_sphere(Side::Outside), touches, &[]);
+    let closure = closed(reference_sphere(Side::Along), touches, &[]);
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     assert_eq!(names(&closure, 0), ["squareness", "form"], "{:?}", closure.steps);
     assert_eq!(closure.steps[0].subject.as_deref(), Some("about the part"));
