@@ -33,9 +33,9 @@ const MIN_TARGETS_FOR_LAG: usize = 5;
 pub(super) const SIDES: usize = 3;
 /// Readings from either side from which on a reversal can be told from an offset.
 const FEWEST_FROM_A_SIDE: usize = 4;
-/// Standard uncertainties of an offset beside a reversal from which on it is there, and below which it is not.
-const OFFSET_IS: f64 = 5.0;
-const OFFSET_IS_NOT: f64 = 2.5;
+/// Standard uncertainties from which on what is taken away beside a reversal is there, and below which it is not.
+const IS_THERE: f64 = 5.0;
+const IS_NOT: f64 = 2.5;
 
 /// Numbers that the deviations of a run tell.
 #[derive(Clone, Copy, Debug)]
@@ -125,28 +125,34 @@ impl AxisRun<'_> {
         self.explained_by(vec![cosine, sine])
     }
 
-    /// The side whose reversal leaves no offset beside a lag, where one shared by both sides leaves one.
+    /// The side whose reversal leaves no offset, where one shared by both sides leaves one; `None` of an axis that lags,
+    /// which leaves one either way.
     fn side_off(&self, lag: Option<f64>) -> Option<Approach> {
-        let lagging = lag.zip(self.since_the_turn());
-        let lagging = lagging.map_or_else(Vec::new, |(travel, since)| self.lagging(travel, &since));
-        let offset = |side: Option<Approach>| {
-            let mut beside = vec![self.each(|r| r.target)];
-            beside.extend(lagging.clone());
-            beside.extend(self.reversal_columns(side));
-            let all = [beside.clone(), vec![self.each(|_| 1.0)]].concat();
-            let dof = self.readings.len().checked_sub(all.len()).filter(|dof| *dof > 0)?;
-            let whole: f64 = self.readings.iter().map(|r| r.deviation.powi(2)).sum();
-            let left = whole - self.explained_beside(Vec::new(), all);
-            let taken = self.explained_beside(beside, vec![self.each(|_| 1.0)]);
-            Some((taken * count(dof) / left).sqrt())
-        };
         let from = |side| self.readings.iter().filter(|r| r.approach == Some(side)).count();
-        let is_from_both =
-            from(Approach::Falling).min(from(Approach::Rising)) >= FEWEST_FROM_A_SIDE;
-        if !is_from_both || offset(None)? < OFFSET_IS {
+        if from(Approach::Falling).min(from(Approach::Rising)) < FEWEST_FROM_A_SIDE {
             return None;
         }
-        let is_off = |side: &Approach| offset(Some(*side)).is_some_and(|z| z < OFFSET_IS_NOT);
+        let reversal = |side| [vec![self.each(|r| r.target)], self.reversal_columns(side).into()];
+        let offset = vec![self.each(|_| 1.0)];
+        let whole: f64 = self.readings.iter().map(|r| r.deviation.powi(2)).sum();
+        // What columns take away beside others, in standard uncertainties.
+        let taken = |beside: Vec<Vec<f64>>, columns: &[Vec<f64>]| {
+            let all = [&beside[..], columns].concat();
+            let dof = self.readings.len().checked_sub(all.len()).filter(|dof| *dof > 0)?;
+            let left = whole - self.explained_beside(Vec::new(), all);
+            Some((self.explained_beside(beside, columns.to_vec()) * count(dof) / left).sqrt())
+        };
+        let lagging = lag.zip(self.since_the_turn());
+        let lags = lagging.is_some_and(|(travel, since)| {
+            let beside = [reversal(None).concat(), offset.clone()].concat();
+            taken(beside, &self.lagging(travel, &since)).is_none_or(|z| z >= IS_THERE)
+        });
+        if lags || taken(reversal(None).concat(), &offset)? < IS_THERE {
+            return None;
+        }
+        let is_off = |side: &Approach| {
+            taken(reversal(Some(*side)).concat(), &offset).is_some_and(|z| z < IS_NOT)
+        };
         [Approach::Falling, Approach::Rising].into_iter().find(is_off)
     }
 
