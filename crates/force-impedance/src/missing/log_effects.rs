@@ -13,6 +13,8 @@ pub(crate) enum LogEffect {
     LengthZero(usize),
     CellGain(usize),
     HeadWeight,
+    /// The same where no weight was declared, nor where it is.
+    HeadWeightAnywhere,
     /// Friction counted as normal force (full balance), or left out (published formula).
     FrictionShare,
     FrictionLeftOut,
@@ -35,21 +37,24 @@ const GROSS_FRICTION: f64 = 2.0;
 const SENSORS: [&str; 4] = ["leg 1", "leg 2", "leg 3", "axial"];
 
 impl LogEffect {
-    /// The catalogue for a log with these temperature columns.
-    pub(crate) fn catalogue(published: bool, n_warmth: usize) -> Vec<Self> {
+    /// The catalogue for a log with these temperature columns, of a head whose weight has a place or not.
+    pub(crate) fn catalogue(published: bool, is_placed: bool, n_warmth: usize) -> Vec<Self> {
         let mut all: Vec<Self> = (0..4).map(Self::CellZero).collect();
         all.extend((0..4).map(Self::LengthZero));
         all.extend((0..4).map(Self::CellGain));
         let friction = if published { Self::FrictionLeftOut } else { Self::FrictionShare };
-        all.extend([Self::HeadWeight, friction, Self::SplineFriction, Self::Drift, Self::Delay]);
+        let weight =
+            if published || is_placed { Self::HeadWeight } else { Self::HeadWeightAnywhere };
+        all.extend([weight, friction, Self::SplineFriction, Self::Drift, Self::Delay]);
         all.extend((0..n_warmth).map(Self::Temperature));
         all
     }
 
-    /// Derivative of a block's force residual by the amplitude, for all effects that are linear.
-    pub(crate) fn force_tangent(self, block: &Block) -> f64 {
+    /// Derivatives of a block's force residual by the amplitudes, for all effects that are linear.
+    pub(crate) fn force_tangent(self, block: &Block) -> [f64; 2] {
         let s = &block.sensitivity;
-        match self {
+        let only = match self {
+            Self::HeadWeightAnywhere => return [s.per_weight_at_joint, s.per_moment],
             Self::CellZero(i) => s.per_cell[i],
             Self::LengthZero(i) => s.per_length[i],
             Self::CellGain(i) => s.of_cell_n[i],
@@ -59,7 +64,8 @@ impl LogEffect {
             Self::Drift => block.elapsed_share,
             Self::Temperature(column) => block.warmth_k[column],
             Self::FrictionLeftOut | Self::Course(_) | Self::Delay => 0.0,
-        }
+        };
+        [only, 0.0]
     }
 
     /// The same of a block's consistency residual.
@@ -73,6 +79,11 @@ impl LogEffect {
     /// The effect for people; `warm` names the temperature columns.
     pub(crate) fn description(self, warm: &[String]) -> Effect {
         let (id, subject, text, parameter) = self.entry(warm);
+        let mut parameters = vec![parameter];
+        if self == Self::HeadWeightAnywhere {
+            let (name, unit) = ("its moment about the joint".to_owned(), "N·mm".to_owned());
+            parameters.push(Parameter { name, unit, report_factor: 1.0 });
+        }
         let driver = match self {
             Self::Temperature(column) => Some(warm[column].clone()),
             _ => None,
@@ -80,7 +91,7 @@ impl LogEffect {
         // A log without a reference shows lengths alone, and a head that stands still little.
         let scope = Scope::SomeDesigns;
         let maximum = self.maximum();
-        Effect { subject, driver, scope, maximum, ..Effect::new(id, text, vec![parameter]) }
+        Effect { subject, driver, scope, maximum, ..Effect::new(id, text, parameters) }
     }
 
     /// What needs more is no physics of a head: a cell in another unit, a reference of another log.
@@ -119,7 +130,7 @@ impl LogEffect {
                 "a load cell reads too large by a ratio",
                 number("gain error", "%", 100.0),
             ),
-            Self::HeadWeight => (
+            Self::HeadWeight | Self::HeadWeightAnywhere => (
                 "head-weight",
                 None,
                 "the head is heavier than declared",

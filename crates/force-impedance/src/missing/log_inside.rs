@@ -4,6 +4,7 @@ use model_discrepancy::{Inside, State, independent_share, lag_one};
 
 use crate::LogModel;
 use crate::missing::log_blocks::{blocks, single};
+use crate::missing::log_model::is_nothing;
 
 /// Samples about the means of their blocks, in units of the declared noise, with what the effects
 /// do to each sample taken off; `None` where no noise of the forces was declared, or every block is
@@ -24,8 +25,9 @@ pub(crate) fn inside(model: &LogModel, at: &State) -> Option<Inside> {
     };
     for sample in blocks(log, single(&log.samples)) {
         let record = record_of(sample.samples.start);
-        let effects = at.amplitudes.iter().enumerate().filter(|(_, a)| a[0] != 0.0);
-        let off_n: f64 = effects.map(|(e, a)| model.effect_on(e, a[0], (&sample, record)).0).sum();
+        let effects = at.amplitudes.iter().map(nalgebra::DVector::as_slice).enumerate();
+        let there = effects.filter(|(_, a)| !is_nothing(a));
+        let off_n: f64 = there.map(|(e, a)| model.effect_on(e, a, (&sample, record)).0).sum();
         residual_n.push(sample.residual - off_n);
     }
     let mut square = 0.0;

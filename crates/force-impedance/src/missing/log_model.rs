@@ -88,7 +88,8 @@ impl LogModel {
             warm.iter().map(|c| c.values.iter().map(|v| v - REFERENCE_C).collect()).collect();
         let names: Vec<String> = warm.iter().map(|c| c.name.clone()).collect();
         let published = options.formula == ForceFormula::Published;
-        let catalogue = LogEffect::catalogue(published, warm.len());
+        let is_placed = head.geometry().weight_n > 0.0;
+        let catalogue = LogEffect::catalogue(published, is_placed, warm.len());
         let log = Recorded {
             head: *head,
             samples: samples.to_vec(),
@@ -227,9 +228,9 @@ impl LogModel {
     /// A delay is of the reference, and adds nothing to it.
     #[must_use]
     pub fn force_corrections_n(&self, at: &State) -> Vec<f64> {
-        let of_force: Vec<(usize, f64)> = (at.amplitudes.iter().enumerate())
-            .map(|(effect, amplitude)| (effect, amplitude[0]))
-            .filter(|&(e, a)| a != 0.0 && self.catalogue[e] != LogEffect::Delay)
+        let of_force: Vec<(usize, &[f64])> = (at.amplitudes.iter().enumerate())
+            .map(|(effect, amplitudes)| (effect, amplitudes.as_slice()))
+            .filter(|(e, a)| !is_nothing(a) && self.catalogue[*e] != LogEffect::Delay)
             .collect();
         let of_block =
             |i: usize| of_force.iter().map(|&(e, a)| self.force_effect(e, a, i).0).sum::<f64>();
@@ -303,39 +304,40 @@ impl LogModel {
         };
     }
 
-    /// What an effect of an amplitude adds to a block's residual, and the derivative.
-    fn effect(&self, effect: usize, amplitude: f64, i: usize) -> (f64, f64) {
-        self.effect_on(effect, amplitude, (&self.blocks[i], self.record_of.get(i)))
+    /// What an effect of some amplitudes adds to a block's residual, and the derivatives.
+    fn effect(&self, effect: usize, amplitudes: &[f64], i: usize) -> (f64, [f64; 2]) {
+        self.effect_on(effect, amplitudes, (&self.blocks[i], self.record_of.get(i)))
     }
 
     /// [`LogModel::effect`] on a block of a record, or of none.
     pub(crate) fn effect_on(
         &self,
         effect: usize,
-        amplitude: f64,
+        amplitudes: &[f64],
         (block, record): (&Block, Option<&usize>),
-    ) -> (f64, f64) {
+    ) -> (f64, [f64; 2]) {
         let kind = self.catalogue[effect];
         if !self.has_reference {
             let slope = kind.consistency_tangent(block);
-            return (slope * amplitude, slope);
+            return (slope * amplitudes[0], [slope, 0.0]);
         }
-        self.force_effect_on(effect, amplitude, (block, record))
+        self.force_effect_on(effect, amplitudes, (block, record))
     }
 
-    /// What an effect of an amplitude adds to the mean of normal force − reference in a block.
-    fn force_effect(&self, effect: usize, amplitude: f64, i: usize) -> (f64, f64) {
-        self.force_effect_on(effect, amplitude, (&self.blocks[i], self.record_of.get(i)))
+    /// What an effect of some amplitudes adds to the mean of normal force − reference in a block.
+    fn force_effect(&self, effect: usize, amplitudes: &[f64], i: usize) -> (f64, [f64; 2]) {
+        self.force_effect_on(effect, amplitudes, (&self.blocks[i], self.record_of.get(i)))
     }
 
     fn force_effect_on(
         &self,
         effect: usize,
-        amplitude: f64,
+        amplitudes: &[f64],
         (block, record): (&Block, Option<&usize>),
-    ) -> (f64, f64) {
+    ) -> (f64, [f64; 2]) {
         let kind = self.catalogue[effect];
-        match kind {
+        let amplitude = amplitudes[0];
+        let (value, slope) = match kind {
             LogEffect::Delay => record.map_or((0.0, 0.0), |&record| {
                 self.records[record].effect(&block.samples, amplitude)
             }),
@@ -350,11 +352,18 @@ impl LogModel {
                 (read_n * amplitude / gain, read_n / (gain * gain))
             }
             _ => {
-                let slope = kind.force_tangent(block);
-                (slope * amplitude, slope)
+                let slopes = kind.force_tangent(block);
+                let value = amplitudes.iter().zip(slopes).map(|(a, slope)| a * slope).sum();
+                return (value, slopes);
             }
-        }
+        };
+        (value, [slope, 0.0])
     }
+}
+
+/// Whether an effect is not there.
+pub(crate) fn is_nothing(amplitudes: &[f64]) -> bool {
+    amplitudes.iter().all(|a| *a == 0.0)
 }
 
 /// What friction left out does to the published force of a block, and its derivative.

@@ -19,8 +19,11 @@ pub(crate) struct Sensitivity {
     pub(crate) per_length: [f64; 4],
     /// Consistency by what each length reads.
     pub(crate) consistency_per_length: [f64; 4],
-    /// By weight missing in the declared one.
+    /// By weight missing in the declared one, at the place of that.
     pub(crate) per_weight: f64,
+    /// By weight missing at the joint, and by its moment about the joint, per N·mm.
+    pub(crate) per_weight_at_joint: f64,
+    pub(crate) per_moment: f64,
     /// Friction force.
     pub(crate) tangential_n: f64,
     /// −u·n, how much of an axial force is normal.
@@ -53,22 +56,28 @@ impl Sensitivity {
                 [cosine(0), cosine(1), cosine(2), 1.0 / axial_share]
             }
         };
-        let per_weight = match formula {
+        let (per_weight_at_joint, per_moment) = match formula {
             ForceFormula::FullBalance => {
                 let axial_mm = pose.lengths_mm[3];
-                let arm_mm = geometry.center_of_gravity_mm + axial_mm - geometry.plane_to_joint_mm;
-                let share = arm_mm / (axial_mm + geometry.tip_to_plane_mm);
+                let per_reach = (axial_mm + geometry.tip_to_plane_mm).recip();
                 let g = geometry.gravity_direction;
                 let along = pose.axis * pose.axis.dot(&g);
                 // The legs then read a force that the declared balance takes for contact.
-                -normal.dot(&((along - g) * share - along))
+                let per_moment = -normal.dot(&(along - g)) * per_reach;
+                let joint_mm = axial_mm - geometry.plane_to_joint_mm;
+                (normal.dot(&along) + per_moment * joint_mm, per_moment)
             }
-            ForceFormula::Published => -pose.axis.dot(&geometry.gravity_direction) / axial_share,
+            ForceFormula::Published => {
+                (-pose.axis.dot(&geometry.gravity_direction) / axial_share, 0.0)
+            }
         };
+        let per_weight = per_weight_at_joint + per_moment * geometry.center_of_gravity_mm;
         let mut out = Self {
             per_cell,
             of_cell_n: std::array::from_fn(|i| per_cell[i] * sample.cells_n[i]),
             per_weight,
+            per_weight_at_joint,
+            per_moment,
             tangential_n: rub.norm(),
             axial_share,
             rub_share,
@@ -118,6 +127,8 @@ impl Sensitivity {
         add(&mut self.per_length, &other.per_length);
         add(&mut self.consistency_per_length, &other.consistency_per_length);
         self.per_weight += share * other.per_weight;
+        self.per_weight_at_joint += share * other.per_weight_at_joint;
+        self.per_moment += share * other.per_moment;
         self.tangential_n += share * other.tangential_n;
         self.axial_share += share * other.axial_share;
         self.rub_share += share * other.rub_share;

@@ -1,12 +1,15 @@
 //! Logs: forces, tangents, effects found, effects not found, what cannot be separated.
 
-use force_impedance::{ForceFormula, ForceImpedanceError, LogModel, LogOptions, solve_log};
+use force_impedance::{
+    ForceFormula, ForceImpedanceError, Head, HeadGeometry, HeadLimits, LogModel, LogOptions,
+    solve_log,
+};
 use model_discrepancy::{
     Closure, Covariate, Model, Options, Quantity, State, Verdict, check_tangents, close_loop,
 };
 
 use crate::log_rig::{Faults, Run, record};
-use crate::usual_head::head;
+use crate::usual_head::{GEOMETRY, head};
 
 /// What central differences of a smooth function leave, relative to its largest derivative.
 const DIFFERENCE_TOL: f64 = 1e-6;
@@ -149,6 +152,29 @@ fn faults_are_named_with_their_size() {
         }
         assert_eq!(closure.steps.len(), 1, "{id}: {:?}", closure.steps);
         assert!(closure.after.held_out_rms < 0.8 * closure.before.held_out_rms, "{id}");
+    }
+}
+
+/// The whole weight of a head that nobody declared, nor where it is.
+#[test]
+fn a_weight_that_was_not_declared_is_named_with_its_place() {
+    let bare = HeadGeometry {
+        weight_n: 0.0,
+        center_of_gravity_mm: GEOMETRY.plane_to_joint_mm,
+        ..GEOMETRY
+    };
+    let bare = Head::new(bare, HeadLimits::wide(&bare)).unwrap();
+    let samples = record(&Run { colour: 0.5, ..Run::default() });
+    let model = LogModel::new(&bare, &samples, &LogOptions::default(), &[]).unwrap();
+    assert!(check_tangents(&model, &State::start(&model)) < DIFFERENCE_TOL);
+    let covariates = model.covariates(&samples);
+    let options = Options { nested: false, ..Options::default() };
+    let closure = close_loop(&model, &covariates, &options).unwrap();
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    assert_eq!(closure.steps[0].effect, "head-weight");
+    let moment_nmm = GEOMETRY.weight_n * GEOMETRY.center_of_gravity_mm;
+    for (found, truth) in closure.steps[0].parameters.iter().zip([GEOMETRY.weight_n, moment_nmm]) {
+        assert!((found.value - truth).abs() < 4.0 * found.std, "{found:?} {truth}");
     }
 }
 

@@ -132,7 +132,10 @@ impl AxisRun<'_> {
         if from(Approach::Falling).min(from(Approach::Rising)) < FEWEST_FROM_A_SIDE {
             return None;
         }
-        let reversal = |side| [vec![self.each(|r| r.target)], self.reversal_columns(side).into()];
+        // At one target, a scale is an offset.
+        let is_at_one = distinct_targets(self.readings).len() < 2;
+        let scale = if is_at_one { Vec::new() } else { vec![self.each(|r| r.target)] };
+        let reversal = |side| [scale.clone(), self.reversal_columns(side).into()];
         let offset = vec![self.each(|_| 1.0)];
         let whole: f64 = self.readings.iter().map(|r| r.deviation.powi(2)).sum();
         // What columns take away beside others, in standard uncertainties.

@@ -188,7 +188,7 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
         }
     }
     entries.push(reversal(setting));
-    entries.extend((0..3).map(|axis| approach_reversal(axis, setting)));
+    entries.extend((0..3).filter_map(|axis| approach_reversal(axis, setting)));
     entries
 }
 
@@ -216,19 +216,24 @@ fn reversal(setting: &Setting<'_>) -> Entry {
     entry("reversal", text, parameters, Term::Reversal { ways, axes })
 }
 
-/// The same of one axis, where the ball comes along its approach from the side that it came from.
-fn approach_reversal(axis: usize, setting: &Setting<'_>) -> Entry {
+/// The same of one axis, where the ball comes along its approach from the side that it came from; `None` where too few
+/// touches came from either.
+fn approach_reversal(axis: usize, setting: &Setting<'_>) -> Option<Entry> {
     let name = AXES[axis];
     let comes = |sign: f64| {
         let ways = setting.approaches.iter().map(|approach| sign * approach[axis]);
         ways.filter(|way| *way > 0.0).count() >= EACH_WAY
     };
     let is_seen = setting.normal_squares[axis] > SHOWN && comes(1.0) && comes(-1.0);
-    let term = if is_seen { Term::ApproachReversal { axis } } else { Term::Unseen };
     let text = format!(
         "the machine's {name} axis reads otherwise where the ball comes from the other side"
     );
-    entry("reversal", &text, vec![micrometres(name)], term).about(&format!("{name}, by approach"))
+    let of_axis = || {
+        let term = Term::ApproachReversal { axis };
+        entry("reversal", &text, vec![micrometres(name)], term)
+            .about(&format!("{name}, by approach"))
+    };
+    is_seen.then(of_axis)
 }
 
 /// Axes along which the touches show more than this mean square of a motion.

@@ -320,15 +320,16 @@ impl ProbeModel {
         jacobian
     }
 
-    /// Effect and column of the amplitude that a standard knows.
-    fn amplitude_of(&self, standard: &Standard) -> Option<(usize, usize)> {
-        let of_effect = |(e, effect): (usize, &Effect)| {
+    /// Effects and columns of the amplitude that a standard knows: the same cause may have effects that differ by what
+    /// goes along.
+    fn amplitudes_of(&self, standard: &Standard) -> impl Iterator<Item = (usize, usize)> {
+        let of_effect = move |(e, effect): (usize, &Effect)| {
             let column = effect.parameters.iter().position(|p| p.name == standard.parameter)?;
             let same = effect.id == standard.effect
                 && standard.subject.is_none_or(|s| effect.subject.as_deref() == Some(s));
             same.then_some((e, column))
         };
-        self.declared.effects.iter().enumerate().find_map(of_effect)
+        self.declared.effects.iter().enumerate().filter_map(of_effect)
     }
 
     /// `∂ residual / ∂ amplitude` of one touch.

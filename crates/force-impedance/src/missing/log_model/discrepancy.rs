@@ -1,6 +1,6 @@
 //! What the loop asks of the model.
 
-use super::LogModel;
+use super::{LogModel, is_nothing};
 use crate::missing::log_inside::inside;
 use crate::missing::log_proposals::proposals;
 use model_discrepancy::{Declared, Inside, Model, Proposal, State};
@@ -14,10 +14,11 @@ impl Model for LogModel {
     fn residuals(&self, at: &State) -> DVector<f64> {
         let mut all =
             DVector::from_iterator(self.blocks.len(), self.blocks.iter().map(|b| b.residual));
-        for (effect, amplitude) in at.amplitudes.iter().enumerate() {
-            if amplitude[0] != 0.0 {
+        for (effect, amplitudes) in at.amplitudes.iter().enumerate() {
+            let amplitudes = amplitudes.as_slice();
+            if !is_nothing(amplitudes) {
                 for (i, r) in all.iter_mut().enumerate() {
-                    *r -= self.effect(effect, amplitude[0], i).0;
+                    *r -= self.effect(effect, amplitudes, i).0;
                 }
             }
         }
@@ -29,8 +30,9 @@ impl Model for LogModel {
     }
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
-        let amplitude = at.amplitudes[effect][0];
-        DMatrix::from_fn(self.blocks.len(), 1, |i, _| -self.effect(effect, amplitude, i).1)
+        let amplitudes = at.amplitudes[effect].as_slice();
+        let of_block = |i: usize, k: usize| -self.effect(effect, amplitudes, i).1[k];
+        DMatrix::from_fn(self.blocks.len(), amplitudes.len(), of_block)
     }
 
     fn inside(&self, at: &State) -> Option<Inside> {

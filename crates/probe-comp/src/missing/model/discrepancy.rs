@@ -16,9 +16,8 @@ impl Model for ProbeModel {
             let (center, added_mm) = self.corrected(index, at, |_| true);
             self.judged(index, &center, added_mm).map_or(f64::NAN, |(_, deviation_mm)| deviation_mm)
         };
-        let of_standard = |standard| {
-            self.amplitude_of(standard).map_or(0.0, |(e, k): (usize, usize)| at.amplitudes[e][k])
-        };
+        let of_standard =
+            |standard| self.amplitudes_of(standard).map(|(e, k)| at.amplitudes[e][k]).sum();
         let mut residuals = DVector::zeros(self.declared.layout.rows.len());
         let touches = (0..self.touches.len()).map(of_touch);
         let all = touches.chain(self.standards.iter().map(of_standard));
@@ -43,7 +42,7 @@ impl Model for ProbeModel {
             }
         }
         for (k, standard) in self.standards.iter().enumerate() {
-            if let Some((_, column)) = self.amplitude_of(standard).filter(|(e, _)| *e == effect) {
+            for (_, column) in self.amplitudes_of(standard).filter(|(e, _)| *e == effect) {
                 tangent[(self.touches.len() + k, column)] = 1.0;
             }
         }
