@@ -1,6 +1,6 @@
 //! What is looked for in the deviations of a run: its catalogue depends on them by these numbers alone.
 
-use nalgebra::DVector;
+use model_discrepancy::Taken;
 
 use crate::Approach;
 use crate::axis_reading::distinct_targets;
@@ -137,25 +137,20 @@ impl AxisRun<'_> {
         let scale = if is_at_one { Vec::new() } else { vec![self.each(|r| r.target)] };
         let reversal = |side| [scale.clone(), self.reversal_columns(side).into()];
         let offset = vec![self.each(|_| 1.0)];
-        let whole: f64 = self.readings.iter().map(|r| r.deviation.powi(2)).sum();
-        // What columns take away beside others, in standard uncertainties.
-        let taken = |beside: Vec<Vec<f64>>, columns: &[Vec<f64>]| {
-            let all = [&beside[..], columns].concat();
-            let dof = self.readings.len().checked_sub(all.len()).filter(|dof| *dof > 0)?;
-            let left = whole - self.explained_beside(Vec::new(), all);
-            Some((self.explained_beside(beside, columns.to_vec()) * count(dof) / left).sqrt())
+        let deviations = self.each(|r| r.deviation);
+        let taken = |beside: &[Vec<f64>], columns: &[Vec<f64>]| {
+            Taken::beside(beside, columns, &deviations).in_sigmas()
         };
         let lagging = lag.zip(self.since_the_turn());
         let lags = lagging.is_some_and(|(travel, since)| {
-            let beside = [reversal(None).concat(), offset.clone()].concat();
-            taken(beside, &self.lagging(travel, &since)).is_none_or(|z| z >= IS_THERE)
+            let beside = [&reversal(None).concat()[..], &offset[..]].concat();
+            taken(&beside, &self.lagging(travel, &since)) >= IS_THERE
         });
-        if lags || taken(reversal(None).concat(), &offset)? < IS_THERE {
+        let of_offset = |side| taken(&reversal(side).concat(), &offset);
+        let is_off = |side: &Approach| of_offset(Some(*side)) < IS_NOT;
+        if lags || of_offset(None) < IS_THERE {
             return None;
         }
-        let is_off = |side: &Approach| {
-            taken(reversal(Some(*side)).concat(), &offset).is_some_and(|z| z < IS_NOT)
-        };
         [Approach::Falling, Approach::Rising].into_iter().find(is_off)
     }
 
@@ -163,37 +158,12 @@ impl AxisRun<'_> {
     fn explained_by(&self, columns: Vec<Vec<f64>>) -> f64 {
         let middle =
             self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
-        let beside = vec![
+        let beside = [
             self.each(|_| 1.0),
             self.each(|r| r.target - middle),
             self.each(|r| r.approach.map_or(0.0, Approach::sign)),
         ];
-        self.explained_beside(beside, columns)
-    }
-
-    /// Sum of squares that columns take away beside others.
-    fn explained_beside(&self, beside: Vec<Vec<f64>>, columns: Vec<Vec<f64>>) -> f64 {
-        let mut basis: Vec<DVector<f64>> = Vec::new();
-        let mut left = |column: Vec<f64>| {
-            let column = DVector::from_vec(column);
-            let mut rest = column.clone();
-            for direction in &basis {
-                rest -= direction.dot(&rest) * direction;
-            }
-            // What rounding leaves of a column that the others hold is no direction.
-            let unit = rest.try_normalize(1e-9 * column.norm())?;
-            basis.push(unit.clone());
-            Some(unit)
-        };
-        for column in beside {
-            left(column);
-        }
-        let deviations = DVector::from_vec(self.each(|r| r.deviation));
-        columns
-            .into_iter()
-            .filter_map(&mut left)
-            .map(|direction| direction.dot(&deviations).powi(2))
-            .sum()
+        Taken::beside(&beside, &columns, &self.each(|r| r.deviation)).square
     }
 
     /// Mean squared difference from the mean deviation of each target to that of the next about a straight

@@ -22,3 +22,4 @@ pub(crate) mod settling;
 pub(crate) mod shown;
 pub(crate) mod silent;
 pub(crate) mod system;
+pub(crate) mod taken;

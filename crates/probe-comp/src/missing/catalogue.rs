@@ -6,10 +6,12 @@
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
 use nalgebra::{Unit, Vector3};
 
+use super::approach_reversal::reversed_axes;
 use super::columns::{REFERENCE_C, TIME, as_f64, feed};
 use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
 use super::term::Term;
+use crate::nominal::NominalFoot;
 
 /// Mean square of a normal's component from which a motion along that axis can be told: the touches
 /// see a tenth of it. Below it a turn of the workpiece frame does the same, and of what is not offered
@@ -25,9 +27,6 @@ const GROSS_SCALE: f64 = 1e-3;
 const NO_MACHINE: f64 = 1e-2;
 /// No probe that triggers at all gives way by more, or travels farther until it does.
 const NO_PROBE_MM: f64 = 0.5;
-/// Touches from either side of an axis from which its reversal can be told: of fewer, which side each came
-/// from is a pattern that the part may have as well.
-const EACH_WAY: usize = 5;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -47,6 +46,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) centers_mm: &'a [Vector3<f64>],
     /// From the ball towards the part.
     pub(crate) approaches: &'a [Unit<Vector3<f64>>],
+    /// Of the balls as they were read, on the nominal part.
+    pub(crate) feet: &'a [NominalFoot],
     pub(crate) covariates: &'a [Covariate],
     /// Families of errors of form that the part may have, with the columns that the touches see,
     /// and in what unit.
@@ -188,7 +189,7 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
         }
     }
     entries.push(reversal(setting));
-    entries.extend((0..3).filter_map(|axis| approach_reversal(axis, setting)));
+    entries.extend(reversed_axes(setting).into_iter().map(approach_reversal));
     entries
 }
 
@@ -216,24 +217,14 @@ fn reversal(setting: &Setting<'_>) -> Entry {
     entry("reversal", text, parameters, Term::Reversal { ways, axes })
 }
 
-/// The same of one axis, where the ball comes along its approach from the side that it came from; `None` where too few
-/// touches came from either.
-fn approach_reversal(axis: usize, setting: &Setting<'_>) -> Option<Entry> {
+/// The same of one axis, where the ball comes along its approach from the side that it came from.
+fn approach_reversal(axis: usize) -> Entry {
     let name = AXES[axis];
-    let comes = |sign: f64| {
-        let ways = setting.approaches.iter().map(|approach| sign * approach[axis]);
-        ways.filter(|way| *way > 0.0).count() >= EACH_WAY
-    };
-    let is_seen = setting.normal_squares[axis] > SHOWN && comes(1.0) && comes(-1.0);
     let text = format!(
         "the machine's {name} axis reads otherwise where the ball comes from the other side"
     );
-    let of_axis = || {
-        let term = Term::ApproachReversal { axis };
-        entry("reversal", &text, vec![micrometres(name)], term)
-            .about(&format!("{name}, by approach"))
-    };
-    is_seen.then(of_axis)
+    let term = Term::ApproachReversal { axis };
+    entry("reversal", &text, vec![micrometres(name)], term).about(&format!("{name}, by approach"))
 }
 
 /// Axes along which the touches show more than this mean square of a motion.

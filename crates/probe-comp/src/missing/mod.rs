@@ -1,5 +1,6 @@
 //! The declared model as the loop sees it, and what it leaves out.
 
+mod approach_reversal;
 mod catalogue;
 mod columns;
 mod form;

@@ -361,7 +361,7 @@ fn setting<'a>(
     setup: &ProbeSetup,
     (touches, centers_mm, approaches): Touched<'a>,
     covariates: &'a [Covariate],
-    feet: &[NominalFoot],
+    feet: &'a [NominalFoot],
 ) -> Setting<'a> {
     let n = as_f64(feet.len().max(1));
     let mut normal_squares = Vector3::zeros();
@@ -393,6 +393,7 @@ fn setting<'a>(
         touches,
         centers_mm,
         approaches,
+        feet,
         covariates,
         forms,
         form_scale,
