@@ -77,7 +77,7 @@ impl AxisRun<'_> {
         if targets < MIN_TARGETS_FOR_LAG || range <= 0.0 {
             return None;
         }
-        let explained = |share: f64| self.explained_by(self.lagging(share * range, &since));
+        let explained = |share: f64| self.explained_by(&self.lagging(share * range, &since));
         let best = |a: &f64, b: &f64| explained(*a).total_cmp(&explained(*b));
         let share = LAGS.into_iter().max_by(best)?;
         // Between its neighbours, a factor of two away.
@@ -122,7 +122,7 @@ impl AxisRun<'_> {
 
     fn explained_by_wave(&self, period: f64) -> f64 {
         let (cosine, sine) = self.wave_columns(period);
-        self.explained_by(vec![cosine, sine])
+        self.explained_by(&[cosine, sine])
     }
 
     /// The side whose reversal leaves no offset, where one shared by both sides leaves one; `None` of an axis that lags,
@@ -154,8 +154,8 @@ impl AxisRun<'_> {
         [Approach::Falling, Approach::Rising].into_iter().find(is_off)
     }
 
-    /// Sum of squares that columns take away beside offset, scale and reversal.
-    fn explained_by(&self, columns: Vec<Vec<f64>>) -> f64 {
+    /// Share of what offset, scale and reversal leave that columns take away.
+    fn explained_by(&self, columns: &[Vec<f64>]) -> f64 {
         let middle =
             self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
         let beside = [
@@ -163,7 +163,7 @@ impl AxisRun<'_> {
             self.each(|r| r.target - middle),
             self.each(|r| r.approach.map_or(0.0, Approach::sign)),
         ];
-        Taken::beside(&beside, &columns, &self.each(|r| r.deviation)).square
+        Taken::beside(&beside, columns, &self.each(|r| r.deviation)).share()
     }
 
     /// Mean squared difference from the mean deviation of each target to that of the next about a straight

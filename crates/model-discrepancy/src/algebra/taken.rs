@@ -9,11 +9,11 @@ use crate::count::count;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Taken {
     /// Sum of squares that they take.
-    pub square: f64,
+    square: f64,
     /// Sum of squares that all of them leave.
-    pub left: f64,
+    left: f64,
     /// Values less directions of all columns.
-    pub dof: usize,
+    dof: usize,
 }
 
 impl Taken {
@@ -32,6 +32,12 @@ impl Taken {
         let left = all.reject(&values).norm_squared();
         let square = before.reject(&values).norm_squared() - left;
         Self { square: square.max(0.0), left, dof: n.saturating_sub(all.dim()) }
+    }
+
+    /// Share that they take of the sum of squares that the others leave.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.square / (self.square + self.left)
     }
 
     /// Root of the square in standard uncertainties of one value, as what is left has it; of one column the amplitude
@@ -58,6 +64,6 @@ mod tests {
         assert!((taken.in_sigmas() - expected).abs() < 1e-12 * expected);
         assert_eq!(taken.dof, 3);
         let nothing = Taken::beside(&[ones, x.clone()], &[x], &values);
-        assert!(nothing.square < 1e-12 && nothing.dof == 3);
+        assert!(nothing.share() < 1e-12 && nothing.dof == 3);
     }
 }

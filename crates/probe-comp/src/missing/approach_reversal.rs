@@ -1,9 +1,11 @@
 //! Axes that read otherwise by the approach, where the touches show it.
 
 use model_discrepancy::Taken;
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 
-use super::catalogue::Setting;
+use super::columns::as_f64;
+use super::form::{Form, FormScale};
+use crate::nominal::NominalFoot;
 
 /// Mean square of a normal's component from which a motion along that axis can be told.
 const SHOWN: f64 = 0.01;
@@ -18,26 +20,30 @@ const SEEN: f64 = 3.0;
 ///
 /// Along the normal it is `|n|` of that axis, which anything curved resembles: among the candidates it would stand in for
 /// all of them where a single touch is far off.
-pub(super) fn reversed_axes(setting: &Setting<'_>) -> Vec<usize> {
-    let normal = |k: usize| setting.feet.iter().map(move |foot| foot.normal[k]);
-    let mut smooth = vec![vec![1.0; setting.feet.len()]];
+pub(super) fn reversed_axes(
+    (feet, approaches): (&[NominalFoot], &[Unit<Vector3<f64>>]),
+    (forms, scale): (impl Iterator<Item = Form>, &FormScale),
+) -> Vec<usize> {
+    let normal = |k: usize| feet.iter().map(move |foot| foot.normal[k]);
+    let mut smooth = vec![vec![1.0; feet.len()]];
     for k in 0..3 {
         smooth.push(normal(k).collect());
         smooth.extend((0..=k).map(|j| normal(k).zip(normal(j)).map(|(a, b)| a * b).collect()));
     }
-    for (form, _) in &setting.forms {
-        let heights = setting.feet.iter().map(|f| form.heights(&setting.form_scale, &f.point_mm));
+    for form in forms {
+        let heights = feet.iter().map(|f| form.heights(scale, &f.point_mm));
         let heights: Vec<Vec<f64>> = heights.collect();
         let width = heights.first().map_or(0, Vec::len);
         smooth.extend((0..width).map(|k| heights.iter().map(|row| row[k]).collect()));
     }
-    let distances: Vec<f64> = setting.feet.iter().map(|foot| foot.distance_mm).collect();
+    let distances: Vec<f64> = feet.iter().map(|foot| foot.distance_mm).collect();
     let is_seen = |axis: &usize| {
         let way = |approach: &Vector3<f64>| if approach[*axis] < 0.0 { -1.0 } else { 1.0 };
-        let ways: Vec<f64> = setting.approaches.iter().map(|a| way(a)).collect();
+        let ways: Vec<f64> = approaches.iter().map(|a| way(a)).collect();
         let comes = |sign: f64| ways.iter().filter(|way| **way * sign > 0.0).count() >= EACH_WAY;
+        let square: f64 = normal(*axis).map(|n| n * n).sum();
         let kink = normal(*axis).zip(&ways).map(|(n, way)| n * way).collect();
-        setting.normal_squares[*axis] > SHOWN
+        square > SHOWN * as_f64(distances.len())
             && comes(1.0)
             && comes(-1.0)
             && Taken::beside(&smooth, &[kink], &distances).in_sigmas() >= SEEN

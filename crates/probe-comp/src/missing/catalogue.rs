@@ -189,7 +189,9 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
         }
     }
     entries.push(reversal(setting));
-    entries.extend(reversed_axes(setting).into_iter().map(approach_reversal));
+    let forms = (setting.forms.iter().map(|(form, _)| *form), &setting.form_scale);
+    let reversed = reversed_axes((setting.feet, setting.approaches), forms);
+    entries.extend(reversed.into_iter().map(approach_reversal));
     entries
 }
 
