@@ -34,6 +34,9 @@ const WHOLE: f64 = 1.0;
 /// No tool rubs on a workpiece with a larger coefficient of friction: rubber on dry steel has one.
 const GROSS_FRICTION: f64 = 2.0;
 
+/// A moment of one newton metre is as large as a weight of some newtons: both amplitudes are alike.
+const NMM_PER_NM: f64 = 1e3;
+
 const SENSORS: [&str; 4] = ["leg 1", "leg 2", "leg 3", "axial"];
 
 impl LogEffect {
@@ -54,7 +57,9 @@ impl LogEffect {
     pub(crate) fn force_tangent(self, block: &Block) -> [f64; 2] {
         let s = &block.sensitivity;
         let only = match self {
-            Self::HeadWeightAnywhere => return [s.per_weight_at_joint, s.per_moment],
+            Self::HeadWeightAnywhere => {
+                return [s.per_weight_at_joint, NMM_PER_NM * s.per_moment];
+            }
             Self::CellZero(i) => s.per_cell[i],
             Self::LengthZero(i) => s.per_length[i],
             Self::CellGain(i) => s.of_cell_n[i],
@@ -82,7 +87,7 @@ impl LogEffect {
         let mut parameters = vec![parameter];
         if self == Self::HeadWeightAnywhere {
             let (name, unit) = ("its moment about the joint".to_owned(), "N·mm".to_owned());
-            parameters.push(Parameter { name, unit, report_factor: 1.0 });
+            parameters.push(Parameter { name, unit, report_factor: NMM_PER_NM });
         }
         let driver = match self {
             Self::Temperature(column) => Some(warm[column].clone()),

@@ -235,10 +235,10 @@ fn a_form_about_the_origin_of_the_part_is_no_turn_of_its_frame() {
 /// The ball comes along the normal, so that the way of an axis is that of the normal, whatever touch was before.
 #[test]
 fn a_reversal_by_the_approach_is_no_scale() {
-    let half_mm = 0.004;
+    let half_mm = 0.006;
     let mut rng = ChaCha8Rng::seed_from_u64(71);
     let late = |outward: &Vector3<f64>| -half_mm * outward.y.signum() * outward.y;
-    let touches = directions(60)
+    let touches = directions(120)
         .iter()
         .map(|outward| {
             sphere_touch(outward, Unit::new_normalize(-outward), -late(outward), &mut rng)
@@ -247,6 +247,7 @@ fn a_reversal_by_the_approach_is_no_scale() {
     let closure = closed(reference_sphere(Side::Along), touches, &[]);
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     assert_eq!(names(&closure, 0), ["reversal"], "{:?}", closure.steps);
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("y, by approach"));
     let y = &closure.steps[0].parameters[0];
     assert!((y.value - 1e3 * half_mm).abs() < 4.0 * y.std && y.name == "y", "{y:?}");
 }
