@@ -57,5 +57,5 @@ pub(crate) use setting::{Typed, lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::{minus_lost, signs};
 pub(crate) use slip::{points_lost, slip_of_sign, slips};
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
-pub(crate) use yardstick::{Yardstick, spread_of};
+pub(crate) use yardstick::{Yardstick, spread_of, spread_of_places};
 pub(crate) use zeros::zeros;

@@ -28,8 +28,15 @@ impl Yardstick {
 /// Spread over the distance from the origin below which places are one, and no yardstick.
 const ONE_PLACE: f64 = 1e-3;
 
-/// Root mean square distance of points from their centroid; without bound where they are all one place, beside which
-/// any misfit is large.
+/// [`spread_of`] places; without bound where they are all one, beside which any misfit is large.
+pub(crate) fn spread_of_places<'p>(places: impl Iterator<Item = &'p [f64]> + Clone) -> f64 {
+    let spread = spread_of(places.clone());
+    // Of those that are one, any is as far from the origin as their middle.
+    let away = places.map(|p| p.iter().map(|v| v * v).sum::<f64>().sqrt()).fold(0.0, f64::max);
+    if spread > ONE_PLACE * away { spread } else { f64::INFINITY }
+}
+
+/// Root mean square distance of points from their centroid.
 pub(crate) fn spread_of<'p>(points: impl Iterator<Item = &'p [f64]> + Clone) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let n = points.clone().count() as f64;
@@ -39,7 +46,5 @@ pub(crate) fn spread_of<'p>(points: impl Iterator<Item = &'p [f64]> + Clone) -> 
         mean.iter_mut().zip(point).for_each(|(m, v)| *m += v / n);
     }
     let square = |point: &[f64]| point.iter().zip(&mean).map(|(v, m)| (v - m).powi(2)).sum::<f64>();
-    let spread = (points.map(square).sum::<f64>() / n).sqrt();
-    let away = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
-    if spread > ONE_PLACE * away { spread } else { f64::INFINITY }
+    (points.map(square).sum::<f64>() / n).sqrt()
 }

@@ -17,7 +17,7 @@ use crate::measured::{
     About, Fitted, Measured, Observation, Prepared, Words, empirical_conditions,
 };
 use crate::regrouped::Regrouped;
-use crate::suspect::{Yardstick, spread_of};
+use crate::suspect::{Yardstick, spread_of_places};
 
 /// Misfit of a position over the travel that no machine makes.
 const GROSS: f64 = 0.02;
@@ -143,7 +143,7 @@ impl Measured for PositioningCase {
             AxisMotion::Linear => 1.0,
             AxisMotion::Rotary => ARCSEC_PER_DEG,
         };
-        let spread = per_target * spread_of(targets.iter().map(<[f64; 1]>::as_slice));
+        let spread = per_target * spread_of_places(targets.iter().map(<[f64; 1]>::as_slice));
         Yardstick {
             spread,
             taken_up: 0.0,

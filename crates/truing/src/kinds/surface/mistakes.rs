@@ -7,7 +7,7 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Typed, Yardstick, clipped_of_few, coarser_than_others,
     copies, cycles, doubled, exchanged_rows, exchanges, farthest, held, increments, lengths,
     minus_lost, number, of_another_part, other_setting, polar, rows_left_out, rows_shifted,
-    scaled_setting, signs, silent, slips, spread_of, standing_still, units, zeros,
+    scaled_setting, signs, silent, slips, spread_of_places, standing_still, units, zeros,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -135,6 +135,6 @@ pub(crate) fn mistakes_of_rows(
 
 /// What a deviation of touches at these places is measured by.
 pub(crate) fn yardstick_of<'p>(places: impl Iterator<Item = &'p [f64]> + Clone) -> Yardstick {
-    let spread = spread_of(places);
+    let spread = spread_of_places(places);
     Yardstick { spread, taken_up: 0.0, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
 }
