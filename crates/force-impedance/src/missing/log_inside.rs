@@ -4,7 +4,6 @@ use model_discrepancy::{Inside, State, independent_share, lag_one};
 
 use crate::LogModel;
 use crate::missing::log_blocks::{blocks, single};
-use crate::missing::log_model::is_nothing;
 
 /// Samples about the means of their blocks, in units of the declared noise, with what the effects
 /// do to each sample taken off; `None` where no noise of the forces was declared, or every block is
@@ -26,7 +25,7 @@ pub(crate) fn inside(model: &LogModel, at: &State) -> Option<Inside> {
     for sample in blocks(log, single(&log.samples)) {
         let record = record_of(sample.samples.start);
         let effects = at.amplitudes.iter().map(nalgebra::DVector::as_slice).enumerate();
-        let there = effects.filter(|(_, a)| !is_nothing(a));
+        let there = effects.filter(|(e, _)| at.has(*e));
         let off_n: f64 = there.map(|(e, a)| model.effect_on(e, a, (&sample, record)).0).sum();
         residual_n.push(sample.residual - off_n);
     }

@@ -230,7 +230,7 @@ impl LogModel {
     pub fn force_corrections_n(&self, at: &State) -> Vec<f64> {
         let of_force: Vec<(usize, &[f64])> = (at.amplitudes.iter().enumerate())
             .map(|(effect, amplitudes)| (effect, amplitudes.as_slice()))
-            .filter(|(e, a)| !is_nothing(a) && self.catalogue[*e] != LogEffect::Delay)
+            .filter(|(e, _)| at.has(*e) && self.catalogue[*e] != LogEffect::Delay)
             .collect();
         let of_block =
             |i: usize| of_force.iter().map(|&(e, a)| self.force_effect(e, a, i).0).sum::<f64>();
@@ -359,11 +359,6 @@ impl LogModel {
         };
         (value, [slope, 0.0])
     }
-}
-
-/// Whether an effect is not there.
-pub(crate) fn is_nothing(amplitudes: &[f64]) -> bool {
-    amplitudes.iter().all(|a| *a == 0.0)
 }
 
 /// What friction left out does to the published force of a block, and its derivative.

@@ -1,6 +1,6 @@
 //! What the loop asks of the model.
 
-use super::{LogModel, is_nothing};
+use super::LogModel;
 use crate::missing::log_inside::inside;
 use crate::missing::log_proposals::proposals;
 use model_discrepancy::{Declared, Inside, Model, Proposal, State};
@@ -16,7 +16,7 @@ impl Model for LogModel {
             DVector::from_iterator(self.blocks.len(), self.blocks.iter().map(|b| b.residual));
         for (effect, amplitudes) in at.amplitudes.iter().enumerate() {
             let amplitudes = amplitudes.as_slice();
-            if !is_nothing(amplitudes) {
+            if at.has(effect) {
                 for (i, r) in all.iter_mut().enumerate() {
                     *r -= self.effect(effect, amplitudes, i).0;
                 }
