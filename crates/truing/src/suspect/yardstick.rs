@@ -48,3 +48,24 @@ pub(crate) fn spread_of<'p>(points: impl Iterator<Item = &'p [f64]> + Clone) -> 
     let square = |point: &[f64]| point.iter().zip(&mean).map(|(v, m)| (v - m).powi(2)).sum::<f64>();
     (points.map(square).sum::<f64>() / n).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{spread_of, spread_of_places};
+
+    /// A metre from the origin, a tenth of a millimetre apart: readings have that spread, places are one.
+    #[test]
+    fn places_are_one_by_their_distance_from_the_origin_and_readings_are_not() {
+        let near = [[1000.0, 0.0], [1000.1, 0.0]];
+        let spread = |of: &[[f64; 2]]| spread_of(of.iter().map(<[f64; 2]>::as_slice));
+        let of_places = |of: &[[f64; 2]]| spread_of_places(of.iter().map(<[f64; 2]>::as_slice));
+        assert!((spread(&near) - 0.05).abs() < 1e-9);
+        assert_eq!(of_places(&near), f64::INFINITY);
+        let apart = [[1000.0, 0.0], [1010.0, 0.0]];
+        assert_eq!(of_places(&apart), spread(&apart));
+        // About the origin nothing is one but what is the same.
+        let small = [[0.0, 0.0], [0.1, 0.0]];
+        assert_eq!(of_places(&small), spread(&small));
+        assert_eq!(of_places(&[[0.0, 0.0]; 2]), f64::INFINITY);
+    }
+}

@@ -194,7 +194,8 @@ fn targets_from_the_other_end_are_no_pitch_error() {
 #[test]
 fn readings_of_one_target_are_not_accused() {
     let row = |i: i32| {
-        let noise = 0.001 * ((1e5 * (12.9898 * f64::from(i)).sin()).fract().abs() - 0.5);
+        // Evenly spread over ±0.5 µm, of either side: multiples of the golden ratio modulo one.
+        let noise = 0.001 * ((0.618_033_988_75 * f64::from(i)).fract() - 0.5);
         let (way, at) = if i % 2 == 0 { ("+", 250.0) } else { ("-", 250.006) };
         format!("250,{:.7},{way},{}\n", at + noise, i / 2)
     };
