@@ -77,7 +77,7 @@ pub use algebra::patch::{Patch, clearest_patches};
 pub use algebra::session::Session;
 pub use algebra::settling::Settling;
 pub use algebra::shown::{Shown, Sought};
-pub use algebra::taken::Taken;
+pub use algebra::taken::{Left, Taken};
 pub use answer::assess::{Assessment, MOST_SIMULATED, Visibility, assess, assess_those};
 pub use answer::close_loop::close_loop;
 pub use answer::closure::{

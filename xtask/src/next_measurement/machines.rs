@@ -1,20 +1,15 @@
 //! Axes, sensors and tracers whose case does not show what is wrong, and how they go on.
 
-use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 use super::scene::{Files, Scene};
-use crate::generators::noise::gaussian;
 use crate::kinds::ft_center::press::{self, Meant, Press, REACH_MM, Recorded, Session};
 use crate::kinds::ft_center::press_tables;
 use crate::kinds::positioning::axis_run::{AxisRun, Fault};
 use crate::kinds::tracker_lm::tracer::{self, Run};
-use crate::kinds::tracker_lm::tracer_run::Measured;
 use crate::kinds::tracker_lm::tracer_tables;
 
 impl Scene for AxisRun {
@@ -113,96 +108,50 @@ impl Scene for Pressing {
     }
 }
 
-/// A survey of a rotary axis that was only turned upwards.
+/// A survey of a rotary axis that was only turned upwards, and goes on.
 #[derive(Debug)]
-pub(super) struct Upwards(pub(super) Run);
+pub(super) struct Upwards {
+    pub(super) run: Run,
+    /// What the plan is made for.
+    pub(super) aim: &'static str,
+}
 
 impl Upwards {
-    /// Readings of all steps without noise, both ways.
-    fn truth(&self) -> Measured {
-        tracer::simulate(&Run { both_ways: true, noise_mm: 0.0, ..self.0.clone() })
-    }
-
-    /// The case with the first steps, and further ones of the same angles: step of the run and its
-    /// name.
-    fn with(&self, further: &[(usize, String)], seed: u64) -> Files {
-        let Self(run) = self;
-        let truth = self.truth();
-        let both = Run { both_ways: true, ..run.clone() };
-        let mut files = tracer_tables::tables(&both, &truth);
-        let mut readings: HashMap<usize, Vec<(usize, usize, f64)>> = HashMap::new();
-        for r in &truth.readings {
-            readings.entry(r.step).or_default().push((r.station, r.mount, r.displacement_mm));
-        }
-        let mut table = String::from("station,mount,step,angle_deg,displacement_mm,direction\n");
-        let mut write = |step: usize, name: &str, rng: &mut ChaCha8Rng| {
-            let (angle_deg, rising) = truth.steps[step];
-            for (station, mount, mm) in &readings[&step] {
-                let read_mm = mm + run.noise_mm * gaussian(rng);
-                let way = if rising { 1 } else { -1 };
-                let _ = writeln!(
-                    table,
-                    "S{},R{},{name},{angle_deg},{read_mm:.6},{way}",
-                    station + 1,
-                    mount + 1
-                );
-            }
-        };
-        let mut rng = ChaCha8Rng::seed_from_u64(run.seed + 1);
-        for step in 0..run.n_angles {
-            write(step, &(step + 1).to_string(), &mut rng);
-        }
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        for (step, name) in further {
-            write(*step, name, &mut rng);
-        }
-        let angles: Vec<String> =
-            truth.steps[..run.n_angles].iter().map(|(angle, _)| format!("{angle}")).collect();
-        for (name, text) in &mut files {
-            match *name {
-                "case.toml" => {
-                    // The displacements are made with noise here.
-                    *text = text.replace("displacement_mm = 0\n", &declared(run));
-                    let _ = write!(text, "\n[plan]\nangles_deg = [{}]\n", angles.join(", "));
-                }
-                "ranges.csv" => text.clone_from(&table),
-                _ => {}
-            }
-        }
+    fn with(&self, further: Vec<(f64, bool)>) -> Files {
+        let run = Run { further, ..self.run.clone() };
+        let measured = tracer::simulate(&run);
+        // With the way of every step, which is the same for all of the first.
+        let mut files = tracer_tables::tables(&Run { both_ways: true, ..run }, &measured);
+        let angles =
+            measured.steps[..self.run.n_angles].iter().map(|(angle, _)| format!("{angle}"));
+        let angles: Vec<String> = angles.collect();
+        let (_, case) = &mut files[0];
+        let _ = write!(case, "\n[plan]\nangles_deg = [{}]\n", angles.join(", "));
         files
     }
 }
 
-fn declared(run: &Run) -> String {
-    format!("displacement_mm = {}\n", run.noise_mm)
-}
-
 impl Scene for Upwards {
     fn files(&self) -> Files {
-        self.with(&[], 0)
+        self.with(Vec::new())
     }
 
     fn aim(&self) -> Option<&'static str> {
-        Some("backlash")
+        Some(self.aim)
     }
 
-    fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files> {
-        let steps = self.truth().steps;
-        let further = plan.iter().map(|one| {
+    fn with_plan(&self, plan: &[Value], _: u64) -> Result<Files> {
+        let steps = plan.iter().map(|one| {
             let cell = |name: &str| one["cells"][name].as_f64().context("no angle");
-            let (angle, rising) = (cell("angle_deg")?, cell("direction")? > 0.0);
-            let is_it = |(a, r): &(f64, bool)| (a - angle).abs() < 1e-6 && *r == rising;
-            let step = steps.iter().position(is_it).context("an angle that nobody offered")?;
-            Ok((step, one["name"].as_str().context("no name")?.to_owned()))
+            Ok((cell("angle_deg")?, cell("direction")? > 0.0))
         });
-        Ok(self.with(&further.collect::<Result<Vec<_>>>()?, seed))
+        Ok(self.with(steps.collect::<Result<Vec<_>>>()?))
     }
 
     /// The same angles again, from the same side.
-    fn with_even(&self, count: usize, seed: u64) -> Files {
-        let n = self.0.n_angles;
-        let again = (0..count).map(|i| (i * n / count.max(1) % n, format!("N{}", i + 1)));
-        self.with(&again.collect::<Vec<_>>(), seed)
+    fn with_even(&self, count: usize, _: u64) -> Files {
+        let steps = tracer::simulate(&self.run).steps;
+        self.with((0..count).map(|i| steps[i * steps.len() / count % steps.len()]).collect())
     }
 }
 

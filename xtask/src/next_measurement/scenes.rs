@@ -13,7 +13,7 @@ use crate::kinds::frame_fit::survey::{Defect, Survey, measure_again, simulate};
 use crate::kinds::ft_center::press;
 use crate::kinds::pose_icp::mirror::{self, Mirror};
 use crate::kinds::positioning::axis_run::{self, AxisRun};
-use crate::kinds::probe_comp::probe::{self, Meant, Session};
+use crate::kinds::probe_comp::probe::{self, Meant, Session, Shape};
 use crate::kinds::probe_comp::probe_tables::{case_toml, touches_csv};
 use crate::kinds::tracker_lm::tracer::Run;
 use crate::kinds::tracker_lm::tracer_run;
@@ -27,6 +27,7 @@ pub(crate) struct Situation {
     pub(crate) make: fn(u64) -> Box<dyn Scene>,
 }
 
+#[expect(clippy::too_many_lines, reason = "a table: one entry per situation")]
 pub(super) fn situations() -> Vec<Situation> {
     let probe = |name, truth, make| Situation { krate: "probe-comp", name, truth, make };
     let pose = |name, truth, make| Situation { krate: "pose-icp", name, truth, make };
@@ -37,10 +38,12 @@ pub(super) fn situations() -> Vec<Situation> {
     let head = |name, truth, make| Situation { krate: "force-impedance", name, truth, make };
     vec![
         probe("ball 8 µm larger, touched along the normal", "tip-radius", |seed| {
-            Box::new(Session { flaw: probe::Flaw::Ball(0.008), ..Session::new(seed) })
+            let flaw = probe::Flaw::Ball(0.008);
+            Box::new(Touching::open(Session { flaw, ..Session::new(seed) }))
         }),
         probe("triggers 8 µm late, touched along the normal", "pretravel", |seed| {
-            Box::new(Session { flaw: probe::Flaw::Pretravel(0.008), ..Session::new(seed) })
+            let flaw = probe::Flaw::Pretravel(0.008);
+            Box::new(Touching::open(Session { flaw, ..Session::new(seed) }))
         }),
         pose("conic 0.03 too large, middle of the mirror touched", "conic", |seed| {
             Box::new(Middle(Mirror { flaw: mirror::Flaw::Conic(0.03), ..Mirror::new(seed) }))
@@ -78,7 +81,7 @@ pub(super) fn situations() -> Vec<Situation> {
         tracer("play of the drive, turned upwards only", "backlash", |seed| {
             let defect = tracer_run::Defect::Backlash(6e-5, [6e-3, -3e-3, 4.5e-3]);
             let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
-            Box::new(Upwards(run))
+            Box::new(Upwards { run, aim: "backlash" })
         }),
         head("a leg's cell reads 2 % high, pressed with one load", "leg-gain", |seed| {
             let flaw = polish::Flaw::CellGain(0, 0.02);
@@ -104,17 +107,108 @@ pub(super) fn situations() -> Vec<Situation> {
             let run = polish::Run { flaw, loads_n: vec![45.0], ..polish::Run::new(seed) };
             Box::new(Polishing { run, aim: "rivals", plan: "leans_deg = [0, 15]" })
         }),
+        probe("read 5 ms late, touched with one feed", "latency", |seed| {
+            let flaw = probe::Flaw::Latency(5e-3);
+            let session = Session { flaw, feeds_mm_per_min: &[100.0], ..Session::new(seed) };
+            let plan = "feeds_mm_per_min = [25, 100]\nmeasured_feed_mm_per_min = 100";
+            Box::new(Touching { session, aim: Some("latency"), plan })
+        }),
+        pose("saddle of 6 µm, middle of the mirror touched", "astigmatism", |seed| {
+            let flaw = mirror::Flaw::Astigmatism([5e-3, 3e-3]);
+            Box::new(Middle(Mirror { flaw, ..Mirror::new(seed) }))
+        }),
+        press("platform leans by 10 mrad, pressed upright", "platform-tilt", |seed| {
+            let fault = press::Fault::PlatformTilt([8e-3, -6e-3]);
+            let session = press::Session { fault, drag: 0.0, ..press::Session::new(seed) };
+            let plan = "loads_n = [40]\nleans_deg = [10]";
+            Box::new(Pressing { session, aim: "platform-tilt", plan })
+        }),
+        press("5 N·mm of my per N of fx, pressed upright", "crosstalk", |seed| {
+            let fault = press::Fault::Crosstalk(4, 0, 5.0);
+            let session = press::Session { fault, drag: 0.0, ..press::Session::new(seed) };
+            let plan = "loads_n = [40]\nleans_deg = [10]";
+            Box::new(Pressing { session, aim: "crosstalk", plan })
+        }),
+        head("a leg's length reads 0.3 mm long, pressed with one load", "leg-zero", |seed| {
+            let flaw = polish::Flaw::LengthZero(0, 0.3);
+            let run = polish::Run { flaw, loads_n: vec![45.0], ..polish::Run::new(seed) };
+            Box::new(Polishing { run, aim: "rivals", plan: "leans_deg = [0, 15]" })
+        }),
+        press("moments read 60 N·mm beside, pressed with two loads", "sensor-bias", |seed| {
+            let fault = press::Fault::Bias([0.0, 0.0, 0.0, 30.0, -50.0, 0.0]);
+            let session =
+                press::Session { fault, loads_n: vec![40.0, 50.0], ..press::Session::new(seed) };
+            Box::new(Pressing { session, aim: "rivals", plan: "loads_n = [10, 80]" })
+        }),
+        probe(
+            "the stylus gives way by 20 µm, a bowl touched along the normal",
+            "bending",
+            |seed| {
+                let flaw = probe::Flaw::Bending(0.02);
+                let shape = Shape::Bowl { radius_mm: 120.0 };
+                Box::new(Touching::open(Session { shape, flaw, ..Session::new(seed) }))
+            },
+        ),
+        head("a leg's length reads 0.3 mm long, no reference", "leg-zero", |seed| {
+            let flaw = polish::Flaw::LengthZero(0, 0.3);
+            let run = polish::Run { flaw, reference: false, ..polish::Run::new(seed) };
+            Box::new(Polishing { run, aim: "rivals", plan: "leans_deg = [0, 15]" })
+        }),
     ]
 }
 
-impl Scene for Session {
+/// A session of touches that goes on.
+#[derive(Debug)]
+struct Touching {
+    session: Session,
+    /// What the plan is made for, where it is not what the loop leaves open.
+    aim: Option<&'static str>,
+    /// Lines of `[plan]`.
+    plan: &'static str,
+}
+
+impl Touching {
+    /// What the loop leaves open, with what any machine can do.
+    fn open(session: Session) -> Self {
+        Self { session, aim: None, plan: "" }
+    }
+
+    fn case_toml(&self) -> String {
+        format!("{}\n[plan]\n{}\n", case_toml(&self.session), self.plan)
+    }
+
+    /// The session with more touches, and the approach of every touch beside it, the feed where the first had one.
+    fn further(&self, meant: &[Meant], seed: u64) -> Files {
+        let session = &self.session;
+        let of_feed = session.feeds_mm_per_min.len() == 1;
+        let feed = |mm_per_min: f64| if of_feed { format!(",{mm_per_min}") } else { String::new() };
+        let touches = probe::simulate(session);
+        let heading = if of_feed { ",feed_mm_per_min" } else { "" };
+        let mut table = format!("touch,x_mm,y_mm,z_mm,use,time_s,nx,ny,nz{heading}\n");
+        let old = touches_csv(session, &touches);
+        for (line, touch) in old.lines().skip(1).zip(&touches) {
+            let ([x, y, z], feed) = (touch.approach, feed(touch.feed_mm_per_min));
+            let _ = writeln!(table, "{line},{x:.6},{y:.6},{z:.6}{feed}");
+        }
+        let read = probe::touch_again(session, meant, seed);
+        for (n, (place, [x, y, z])) in meant.iter().zip(read).enumerate() {
+            let time = probe::TOUCH_INTERVAL_S * as_f64(touches.len() + n);
+            let ([a, b, c], feed) = (place.approach, feed(place.feed_mm_per_min));
+            let at = format!("{x:.5},{y:.5},{z:.5},fit,{time}");
+            let _ = writeln!(table, "N{},{at},{a:.6},{b:.6},{c:.6}{feed}", n + 1);
+        }
+        vec![("case.toml", self.case_toml()), ("touches.csv", table)]
+    }
+}
+
+impl Scene for Touching {
     fn files(&self) -> Files {
-        let touches = touches_csv(self, &probe::simulate(self));
-        vec![("case.toml", case_toml(self)), ("touches.csv", touches)]
+        let touches = touches_csv(&self.session, &probe::simulate(&self.session));
+        vec![("case.toml", self.case_toml()), ("touches.csv", touches)]
     }
 
     fn aim(&self) -> Option<&'static str> {
-        None
+        self.aim
     }
 
     fn with_plan(&self, plan: &[Value], seed: u64) -> Result<Files> {
@@ -127,30 +221,12 @@ impl Scene for Session {
                 feed_mm_per_min: touch["feed_mm_per_min"].as_f64().context("no feed")?,
             })
         });
-        Ok(further(self, &meant.collect::<Result<Vec<_>>>()?, seed))
+        Ok(self.further(&meant.collect::<Result<Vec<_>>>()?, seed))
     }
 
     fn with_even(&self, count: usize, seed: u64) -> Files {
-        further(self, &probe::even_places(self, count), seed)
+        self.further(&probe::even_places(&self.session, count), seed)
     }
-}
-
-/// The session with more touches, and the approach of every touch beside it.
-fn further(session: &Session, meant: &[Meant], seed: u64) -> Files {
-    let touches = probe::simulate(session);
-    let mut table = String::from("touch,x_mm,y_mm,z_mm,use,time_s,nx,ny,nz\n");
-    let old = touches_csv(session, &touches);
-    for (line, touch) in old.lines().skip(1).zip(&touches) {
-        let [x, y, z] = touch.approach;
-        let _ = writeln!(table, "{line},{x:.6},{y:.6},{z:.6}");
-    }
-    let read = probe::touch_again(session, meant, seed);
-    for (n, (place, [x, y, z])) in meant.iter().zip(read).enumerate() {
-        let time = probe::TOUCH_INTERVAL_S * as_f64(touches.len() + n);
-        let [a, b, c] = place.approach;
-        let _ = writeln!(table, "N{},{x:.5},{y:.5},{z:.5},fit,{time},{a:.6},{b:.6},{c:.6}", n + 1);
-    }
-    vec![("case.toml", case_toml(session)), ("touches.csv", table)]
 }
 
 /// A mirror of which only the middle third was touched.
@@ -191,6 +267,7 @@ impl Scene for Middle {
         Some(match self.0.flaw {
             mirror::Flaw::Conic(_) => "conic",
             mirror::Flaw::Coma(_) => "coma",
+            mirror::Flaw::Astigmatism(_) => "astigmatism",
             _ => "trefoil",
         })
     }

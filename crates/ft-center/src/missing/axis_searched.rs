@@ -1,6 +1,6 @@
 //! What is looked for in the deviations of a run: its catalogue depends on them by these numbers alone.
 
-use model_discrepancy::Taken;
+use model_discrepancy::Left;
 
 use crate::Approach;
 use crate::axis_reading::distinct_targets;
@@ -61,7 +61,7 @@ impl Searched {
         let lag = run.searched_lag(targets.len(), range);
         Self {
             lag,
-            side: run.side_off(lag),
+            side: run.side_off(targets.len(), lag),
             period: shows_period.then(|| run.strongest_period(targets.len(), range)).flatten(),
             is_unresolved: run.lead.is_none()
                 && targets.len() <= MAX_PLACES
@@ -77,7 +77,8 @@ impl AxisRun<'_> {
         if targets < MIN_TARGETS_FOR_LAG || range <= 0.0 {
             return None;
         }
-        let explained = |share: f64| self.explained_by(&self.lagging(share * range, &since));
+        let left = self.left();
+        let explained = |share: f64| left.taken_by(&self.lagging(share * range, &since)).share();
         let best = |a: &f64, b: &f64| explained(*a).total_cmp(&explained(*b));
         let share = LAGS.into_iter().max_by(best)?;
         // Between its neighbours, a factor of two away.
@@ -99,47 +100,46 @@ impl AxisRun<'_> {
         )]
         let steps = |waves: f64| (2.0 * STEPS_PER_FREQUENCY * waves).round() as usize;
         let (first, last) = (steps(FEWEST_WAVES), steps(0.5 * count(targets - 1)));
+        let left = self.left();
+        let explained = |period: f64| {
+            let (cosine, sine) = self.wave_columns(period);
+            left.taken_by(&[cosine, sine]).share()
+        };
         let mut best: Option<(f64, f64)> = None;
         let mut better = |frequency: f64, margin: f64| {
-            let explained = self.explained_by_wave(1.0 / frequency);
-            if best.is_none_or(|(most, _)| explained > most * (1.0 + margin)) {
-                best = Some((explained, frequency));
+            let share = explained(1.0 / frequency);
+            if best.is_none_or(|(most, _)| share > most * (1.0 + margin)) {
+                best = Some((share, frequency));
             }
         };
         (first..=last).for_each(|step| better(count(step) * per_step, ALIKE));
         let (_, coarse) = best?;
-        let mut refined = (self.explained_by_wave(1.0 / coarse), coarse);
+        let mut refined = (explained(1.0 / coarse), coarse);
         for step in -REFINED..=REFINED {
             let frequency = coarse + f64::from(step) / f64::from(REFINED) * per_step;
-            let explained = self.explained_by_wave(1.0 / frequency);
-            if explained > refined.0 {
-                refined = (explained, frequency);
+            let share = explained(1.0 / frequency);
+            if share > refined.0 {
+                refined = (share, frequency);
             }
         }
         let independent = (last - first + 1).div_ceil(2);
         Some((1.0 / refined.1, independent))
     }
 
-    fn explained_by_wave(&self, period: f64) -> f64 {
-        let (cosine, sine) = self.wave_columns(period);
-        self.explained_by(&[cosine, sine])
-    }
-
     /// The side whose reversal leaves no offset, where one shared by both sides leaves one; `None` of an axis that lags,
     /// which leaves one either way.
-    fn side_off(&self, lag: Option<f64>) -> Option<Approach> {
+    fn side_off(&self, targets: usize, lag: Option<f64>) -> Option<Approach> {
         let from = |side| self.readings.iter().filter(|r| r.approach == Some(side)).count();
         if from(Approach::Falling).min(from(Approach::Rising)) < FEWEST_FROM_A_SIDE {
             return None;
         }
         // At one target, a scale is an offset.
-        let is_at_one = distinct_targets(self.readings).len() < 2;
-        let scale = if is_at_one { Vec::new() } else { vec![self.each(|r| r.target)] };
+        let scale = if targets < 2 { Vec::new() } else { vec![self.each(|r| r.target)] };
         let reversal = |side| [scale.clone(), self.reversal_columns(side).into()];
         let offset = vec![self.each(|_| 1.0)];
         let deviations = self.each(|r| r.deviation);
         let taken = |beside: &[Vec<f64>], columns: &[Vec<f64>]| {
-            Taken::beside(beside, columns, &deviations).in_sigmas()
+            Left::by(beside, &deviations).taken_by(columns).in_sigmas()
         };
         let lagging = lag.zip(self.since_the_turn());
         let lags = lagging.is_some_and(|(travel, since)| {
@@ -154,8 +154,8 @@ impl AxisRun<'_> {
         [Approach::Falling, Approach::Rising].into_iter().find(is_off)
     }
 
-    /// Share of what offset, scale and reversal leave that columns take away.
-    fn explained_by(&self, columns: &[Vec<f64>]) -> f64 {
+    /// Deviations beside offset, scale and reversal.
+    fn left(&self) -> Left {
         let middle =
             self.readings.iter().map(|r| r.target).sum::<f64>() / count(self.readings.len());
         let beside = [
@@ -163,7 +163,7 @@ impl AxisRun<'_> {
             self.each(|r| r.target - middle),
             self.each(|r| r.approach.map_or(0.0, Approach::sign)),
         ];
-        Taken::beside(&beside, columns, &self.each(|r| r.deviation)).share()
+        Left::by(&beside, &self.each(|r| r.deviation))
     }
 
     /// Mean squared difference from the mean deviation of each target to that of the next about a straight

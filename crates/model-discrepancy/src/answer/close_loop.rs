@@ -90,7 +90,8 @@ fn closed<'a>(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(taken_back);
     remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
-    if remaining.is_empty() && noisier_than_declared(context, &lin, &chosen) {
+    let is_noisier = remaining.is_empty() && noisier_than_declared(context, &lin, &chosen);
+    if is_noisier {
         remaining.extend(odd_scatter(&lin));
     }
     let (confusability, confusable_ids) = confusability(context, base, &of_declared);
@@ -111,7 +112,7 @@ fn closed<'a>(
     }));
     let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, keep);
     Closure {
-        verdict: verdict(context, &lin, &chosen, &remaining),
+        verdict: verdict(context, &chosen, &remaining, is_noisier),
         not_observable: not_observable(&declared, (base, &of_declared), &chosen, &advice),
         residuals_before: declared.residuals(base).iter().copied().collect(),
         residuals_after: chosen.system.residuals(&chosen.estimate).iter().copied().collect(),

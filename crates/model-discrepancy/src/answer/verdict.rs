@@ -7,16 +7,17 @@ use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
 use crate::{Remaining, Role, Verdict};
 
+/// `is_noisier` says whether the data scatter more than declared.
 pub(crate) fn verdict(
     context: &Context<'_>,
-    lin: &Linear<'_>,
     chosen: &Selected<'_>,
     remaining: &[Remaining],
+    is_noisier: bool,
 ) -> Verdict {
     if !remaining.is_empty() || many_bad_readings(context, chosen) {
         return Verdict::StructureRemains;
     }
-    if noisier_than_declared(context, lin, chosen) {
+    if is_noisier {
         return Verdict::NoiseLargerThanDeclared;
     }
     if chosen.added.is_empty() { Verdict::NothingMissing } else { Verdict::Explained }

@@ -52,9 +52,7 @@ pub(crate) fn odd_groups(lin: &Linear<'_>) -> Option<Remaining> {
         }
         looked_at += means.len();
         for &(cluster, own) in &means {
-            let others: Vec<f64> =
-                means.iter().filter(|(c, _)| *c != cluster).map(|(_, m)| *m).collect();
-            let p_value = apart(own, &others);
+            let p_value = apart(own, &others(&means, cluster));
             if worst.is_none_or(|(least, _)| p_value < least) {
                 worst = Some((p_value, cluster));
             }
@@ -84,7 +82,7 @@ pub(crate) fn odd_scatter(lin: &Linear<'_>) -> Option<Remaining> {
     };
     let all: Vec<(usize, f64)> = lin.clusters.iter().enumerate().filter_map(scatter).collect();
     let &(cluster, most) = all.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let others: Vec<f64> = all.iter().filter(|(c, _)| *c != cluster).map(|(_, s)| *s).collect();
+    let others = others(&all, cluster);
     if all.len() < MIN_GROUPS {
         return None;
     }
@@ -96,6 +94,11 @@ pub(crate) fn odd_scatter(lin: &Linear<'_>) -> Option<Remaining> {
         shape: format!("{name} scatters {:.1} times as much as the others", (most - usual).exp()),
         p_value,
     })
+}
+
+/// Values of all groups but one.
+fn others(of_groups: &[(usize, f64)], but: usize) -> Vec<f64> {
+    of_groups.iter().filter(|(group, _)| *group != but).map(|(_, value)| *value).collect()
 }
 
 /// Significance of one value beside others.

@@ -1,26 +1,24 @@
 //! Axes that read otherwise by the approach, where the touches show it.
 
-use model_discrepancy::Taken;
+use model_discrepancy::Left;
 use nalgebra::{Unit, Vector3};
 
-use super::columns::as_f64;
 use super::form::{Form, FormScale};
 use crate::nominal::NominalFoot;
 
-/// Mean square of a normal's component from which a motion along that axis can be told.
-const SHOWN: f64 = 0.01;
 /// Touches from either side of an axis from which its reversal can be told: of fewer, which side each came
 /// from is a pattern that the part may have as well.
 const EACH_WAY: usize = 5;
 /// Standard uncertainties from which on it is seen beside all that is smooth.
 const SEEN: f64 = 3.0;
 
-/// Those whose reversal shows beside any error that goes smoothly with the normal, as a ball, a shift, a scale, a
+/// Those of `axes` whose reversal shows beside any error that goes smoothly with the normal, as a ball, a shift, a scale, a
 /// stylus that gives way, or with the forms that the part may have.
 ///
 /// Along the normal it is `|n|` of that axis, which anything curved resembles: among the candidates it would stand in for
 /// all of them where a single touch is far off.
 pub(super) fn reversed_axes(
+    axes: &[usize],
     (feet, approaches): (&[NominalFoot], &[Unit<Vector3<f64>>]),
     (forms, scale): (impl Iterator<Item = Form>, &FormScale),
 ) -> Vec<usize> {
@@ -37,16 +35,13 @@ pub(super) fn reversed_axes(
         smooth.extend((0..width).map(|k| heights.iter().map(|row| row[k]).collect()));
     }
     let distances: Vec<f64> = feet.iter().map(|foot| foot.distance_mm).collect();
+    let left = Left::by(&smooth, &distances);
     let is_seen = |axis: &usize| {
         let way = |approach: &Vector3<f64>| if approach[*axis] < 0.0 { -1.0 } else { 1.0 };
         let ways: Vec<f64> = approaches.iter().map(|a| way(a)).collect();
         let comes = |sign: f64| ways.iter().filter(|way| **way * sign > 0.0).count() >= EACH_WAY;
-        let square: f64 = normal(*axis).map(|n| n * n).sum();
         let kink = normal(*axis).zip(&ways).map(|(n, way)| n * way).collect();
-        square > SHOWN * as_f64(distances.len())
-            && comes(1.0)
-            && comes(-1.0)
-            && Taken::beside(&smooth, &[kink], &distances).in_sigmas() >= SEEN
+        comes(1.0) && comes(-1.0) && left.taken_by(&[kink]).in_sigmas() >= SEEN
     };
-    (0..3).filter(is_seen).collect()
+    axes.iter().copied().filter(is_seen).collect()
 }

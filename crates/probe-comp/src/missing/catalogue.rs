@@ -190,7 +190,8 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
     }
     entries.push(reversal(setting));
     let forms = (setting.forms.iter().map(|(form, _)| *form), &setting.form_scale);
-    let reversed = reversed_axes((setting.feet, setting.approaches), forms);
+    let shown = axes_beyond(SHOWN, setting);
+    let reversed = reversed_axes(&shown, (setting.feet, setting.approaches), forms);
     entries.extend(reversed.into_iter().map(approach_reversal));
     entries
 }

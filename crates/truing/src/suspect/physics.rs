@@ -180,7 +180,13 @@ impl Physics {
             needed.iter().any(|other| other.effect == step.effect && other.subject == step.subject)
         };
         let mistakes = std::iter::once(&found.named).chain(&found.rivals);
-        let labels: Vec<String> = mistakes.map(Hypothesis::label).collect();
+        // One mistake may have happened in several ways that read alike.
+        let mut labels: Vec<String> = Vec::new();
+        for label in mistakes.map(Hypothesis::label) {
+            if !labels.contains(&label) {
+                labels.push(label);
+            }
+        }
         let input = format!("look at the input first: {}", found.named.description);
         for step in settled.closure.steps.iter_mut().filter(|step| !is_needed(step)) {
             step.indistinguishable_from.extend(labels.iter().cloned());

@@ -69,6 +69,8 @@ pub(crate) struct Session {
     pub n_touches: usize,
     /// Angle between approach and nominal normal, any way round; recorded unless it is zero.
     pub oblique_rad: f64,
+    /// Feeds, one of which is taken at random.
+    pub feeds_mm_per_min: &'static [f64],
     pub record_feed: bool,
     pub record_air: bool,
     /// Standard uncertainty of each coordinate of a touch, mm.
@@ -89,6 +91,7 @@ impl Session {
             tip_mm: 3.0,
             n_touches: 64,
             oblique_rad: 0.0,
+            feeds_mm_per_min: &FEEDS_MM_PER_MIN,
             record_feed: false,
             record_air: false,
             noise_mm: 1e-3,
@@ -160,7 +163,8 @@ pub(crate) fn simulate(session: &Session) -> Vec<Touch> {
             let mut touch = Touch {
                 read_mm: [0.0; 3],
                 approach,
-                feed_mm_per_min: FEEDS_MM_PER_MIN[rng.random_range(0..FEEDS_MM_PER_MIN.len())],
+                feed_mm_per_min: session.feeds_mm_per_min
+                    [rng.random_range(0..session.feeds_mm_per_min.len())],
                 air_c: 20.4 + wander(index, 0.6, 1.3, &mut rng),
                 humidity_pct: 45.0 + wander(index, 4.0, 2.1, &mut rng),
                 is_check: index % 4 == 3,

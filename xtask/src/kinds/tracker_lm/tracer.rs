@@ -24,6 +24,8 @@ pub(crate) struct Run {
     pub n_angles: usize,
     /// Whether the axis runs back through the same angles.
     pub both_ways: bool,
+    /// Angles and ways, rising or not, to which the axis is sent afterwards; tracers at every station only.
+    pub further: Vec<(f64, bool)>,
     /// Whether one tracer takes one lock after the other, or a tracer at every station all at once.
     pub one_tracer: bool,
     /// Whether all reflectors of a station share its dead path.
@@ -60,6 +62,7 @@ impl Run {
             n_mounts: 4,
             n_angles: 25,
             both_ways: false,
+            further: Vec::new(),
             one_tracer: false,
             station_dead_paths: false,
             noise_mm: 5e-4,
@@ -162,6 +165,7 @@ fn steps(run: &Run) -> Vec<(f64, bool)> {
     if run.both_ways {
         steps.extend((0..run.n_angles).rev().map(|k| (angle(k), false)));
     }
+    steps.extend(&run.further);
     steps
 }
 
@@ -189,7 +193,10 @@ fn order(run: &Run, n_steps: usize) -> Vec<(usize, usize, usize, f64)> {
 
 fn take_readings(run: &Run, measured: &mut Measured, rng: &mut ChaCha8Rng) {
     let order = order(run, measured.steps.len());
-    let total_s = order.last().map_or(1.0, |last| last.3).max(1.0);
+    // What drifts goes on as it did, through what is measured afterwards.
+    let n_first = measured.steps.len() - run.further.len();
+    let mut of_run = order.iter().filter(|(_, _, step, _)| *step < n_first);
+    let total_s = of_run.next_back().map_or(1.0, |last| last.3).max(1.0);
     let n_locks = run.n_stations * run.n_mounts;
     let mut noises: Vec<Noise> = (0..n_locks).map(|_| Noise::new(run.colour, rng)).collect();
     let dead_paths: Vec<f64> = (0..n_locks).map(|_| rng.random_range(60.0..140.0)).collect();
