@@ -154,6 +154,12 @@ pub(super) fn situations() -> Vec<Situation> {
             let run = polish::Run { flaw, reference: false, ..polish::Run::new(seed) };
             Box::new(Polishing { run, aim: "rivals", plan: "leans_deg = [0, 15]" })
         }),
+        press("platform 0.5 mm thicker, pressed with a drag", "contact-height", |seed| {
+            let fault = press::Fault::ContactHeight(0.5);
+            let session = press::Session { fault, ..press::Session::new(seed) };
+            let plan = "loads_n = [10, 40, 80]\nleans_deg = [0, 10]";
+            Box::new(Pressing { session, aim: "rivals", plan })
+        }),
     ]
 }
 

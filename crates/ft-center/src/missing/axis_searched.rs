@@ -36,6 +36,10 @@ const FEWEST_FROM_A_SIDE: usize = 4;
 /// Standard uncertainties from which on what is taken away beside a reversal is there, and below which it is not.
 const IS_THERE: f64 = 5.0;
 const IS_NOT: f64 = 2.5;
+/// Standard deviations, as most of the readings have them, from which on one has no say in that: it may be bad.
+const FAR: f64 = 5.0;
+/// The median of their sizes over the standard deviation of normal values.
+const MEDIAN: f64 = 0.6745;
 
 /// Numbers that the deviations of a run tell.
 #[derive(Clone, Copy, Debug)]
@@ -138,13 +142,21 @@ impl AxisRun<'_> {
         let reversal = |side| [scale.clone(), self.reversal_columns(side).into()];
         let offset = vec![self.each(|_| 1.0)];
         let deviations = self.each(|r| r.deviation);
+        let shared = [&reversal(None).concat()[..], &offset[..]].concat();
+        let is_near = near(Left::by(&shared, &deviations).values());
+        let kept = |column: &[f64]| -> Vec<f64> {
+            column.iter().zip(&is_near).filter(|(_, near)| **near).map(|(v, _)| *v).collect()
+        };
+        let all_kept = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            columns.iter().map(|column| kept(column)).collect()
+        };
+        let deviations = kept(&deviations);
         let taken = |beside: &[Vec<f64>], columns: &[Vec<f64>]| {
-            Left::by(beside, &deviations).taken_by(columns).in_sigmas()
+            Left::by(&all_kept(beside), &deviations).taken_by(&all_kept(columns)).in_sigmas()
         };
         let lagging = lag.zip(self.since_the_turn());
         let lags = lagging.is_some_and(|(travel, since)| {
-            let beside = [&reversal(None).concat()[..], &offset[..]].concat();
-            taken(&beside, &self.lagging(travel, &since)) >= IS_THERE
+            taken(&shared, &self.lagging(travel, &since)) >= IS_THERE
         });
         let of_offset = |side| taken(&reversal(side).concat(), &offset);
         let is_off = |side: &Approach| of_offset(Some(*side)) < IS_NOT;
@@ -188,4 +200,12 @@ impl AxisRun<'_> {
         let ratio = steps / (n - 1.0) / variance;
         ratio.is_finite().then_some(ratio)
     }
+}
+
+/// Which values are not far off most of them.
+fn near(values: &[f64]) -> Vec<bool> {
+    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let scale = sizes.get(sizes.len() / 2).map_or(0.0, |median| median / MEDIAN);
+    values.iter().map(|value| value.abs() <= FAR * scale).collect()
 }

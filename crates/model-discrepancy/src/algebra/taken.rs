@@ -36,6 +36,12 @@ impl Left {
         Self { before, values }
     }
 
+    /// What is left, value by value.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        self.values.as_slice()
+    }
+
     /// What further columns take of them; those that the first hold take nothing.
     ///
     /// # Panics

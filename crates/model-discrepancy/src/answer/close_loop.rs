@@ -10,7 +10,7 @@ use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
 use crate::answer::summary::{Summaries, step_errors, summarise};
 use crate::answer::unsupported::{TakenBack, Why, no_gain, unsupported};
-use crate::answer::verdict::{noisier_than_declared, verdict};
+use crate::answer::verdict::{memory_within_the_noise, noisier_than_declared, verdict};
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
 use crate::choice::selected::{Added, Selected, What};
@@ -90,6 +90,7 @@ fn closed<'a>(
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(taken_back);
     remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
+    let memory = memory_within_the_noise(&chosen, &lin, &mut remaining);
     let is_noisier = remaining.is_empty() && noisier_than_declared(context, &lin, &chosen);
     if is_noisier {
         remaining.extend(odd_scatter(&lin));
@@ -101,6 +102,7 @@ fn closed<'a>(
         .extend(looked_for(context, &chosen).filter(|_| {
             matches!(summaries.after.hold_out, HoldOut::Nested | HoldOut::LeaveOneOut)
         }));
+    warnings.extend(memory);
     warnings.extend(by_chance);
     warnings.extend(summaries.warnings);
     warnings.extend(heavy_tails(&lin).map(|freedom| {

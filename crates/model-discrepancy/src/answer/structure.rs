@@ -10,6 +10,9 @@ use crate::count::count;
 use crate::noise::linear::Linear;
 use crate::{Origin, Quantity, Remaining};
 
+/// Shape of what goes on from each observation to the next.
+const AUTOCORRELATED: &str = "autocorrelated";
+
 /// Neighbours of an observation whose residuals are compared with its own.
 const NEIGHBOURS: usize = 4;
 
@@ -24,14 +27,14 @@ pub(crate) fn structure(context: &Context<'_>, lin: &Linear<'_>) -> Vec<Remainin
     let mut found = Vec::new();
     if groups_are_runs(lin) {
         found.extend(
-            group_z(lin, &residual).map(|z| remaining("order", "autocorrelated", upper_tail(z))),
+            group_z(lin, &residual).map(|z| remaining("order", AUTOCORRELATED, upper_tail(z))),
         );
         found.retain(|r| r.p_value <= NEIGHBOURS_AGREE);
         return found;
     }
     if lin.series.iter().map(Vec::len).max().unwrap_or(0) >= *OBSERVATIONS.start() {
         let z = lag_one_z(lin, &lin.basis.matrix(), &residual);
-        found.push(remaining("order", "autocorrelated", upper_tail(z)));
+        found.push(remaining("order", AUTOCORRELATED, upper_tail(z)));
     }
     if let Some(z) = neighbour_z(context, lin, &residual) {
         found.push(remaining("position", "neighbours agree", upper_tail(z)));
@@ -75,6 +78,11 @@ fn group_z(lin: &Linear<'_>, residual: &DVector<f64>) -> Option<f64> {
     let lagged: f64 = means.windows(2).map(|pair| pair[0] * pair[1]).sum();
     let enough = means.len() >= *OBSERVATIONS.start() && square > 0.0;
     enough.then(|| lagged / square * count(means.len()).sqrt())
+}
+
+/// Whether that is left which noise with memory leaves.
+pub(crate) fn is_memory(remaining: &Remaining) -> bool {
+    remaining.shape == AUTOCORRELATED
 }
 
 fn remaining(covariate: &str, shape: &str, p_value: f64) -> Remaining {

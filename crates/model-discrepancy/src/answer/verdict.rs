@@ -1,6 +1,7 @@
 //! The conclusion.
 
 use crate::answer::external_validation::check_distance;
+use crate::answer::structure::is_memory;
 use crate::choice::context::Context;
 use crate::choice::selected::Selected;
 use crate::noise::linear::Linear;
@@ -35,6 +36,29 @@ pub(crate) fn noisier_than_declared(
             .is_above()
     });
     fitted.is_above() || with_check
+}
+
+/// Takes readings that go with the one before off what is left, where nothing else is and all scatter as they were declared
+/// to: noise with memory, and what to say of it.
+pub(crate) fn memory_within_the_noise(
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+    remaining: &mut Vec<Remaining>,
+) -> Option<String> {
+    let is_all = !remaining.is_empty() && remaining.iter().all(is_memory);
+    let is_as_declared = || {
+        let test = global_test(&chosen.system, &chosen.estimate, lin);
+        test.is_some_and(|test| {
+            let [least, most] = test.interval();
+            (least..=most).contains(&test.per_dof())
+        })
+    };
+    (is_all && is_as_declared()).then(|| {
+        remaining.clear();
+        "successive residuals go together, and scatter no more than declared: the noise has memory, or \
+         something smaller than it drifts to and fro"
+            .to_owned()
+    })
 }
 
 /// More single bad readings than two, and than one group in twenty, are no accidents.

@@ -7,6 +7,7 @@ use crate::algebra::system::{Estimate, System};
 use crate::count::count;
 use crate::levels::CHI2_OUTSIDE;
 use crate::noise::linear::Linear;
+use crate::tests::tails::share_beside_tails;
 
 /// Halvings of a bracket that leave nothing but round-off.
 const HALVINGS: usize = 80;
@@ -18,6 +19,10 @@ const MAX_CORRELATION: f64 = 0.95;
 /// Standard errors from which on a lag-one correlation is memory and not chance.
 const CLEAR: f64 = 2.0;
 
+/// χ² over degrees of freedom from which on no tails are asked for: an error of three times the noise is none of
+/// these, however few data there are.
+const NO_TAILS: f64 = 9.0;
+
 /// χ² of the residual with the declared standard uncertainties.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalTest {
@@ -26,7 +31,7 @@ pub struct GlobalTest {
     /// Equations minus parameters.
     pub dof: f64,
     /// Share of the degrees of freedom that are independent of each other, above 0 and at most 1:
-    /// noise with memory has the same variance, which is known less well.
+    /// noise with memory, or with heavy tails, has the same variance, which is known less well.
     pub share: f64,
 }
 
@@ -135,6 +140,9 @@ pub(crate) fn global_test(
         test.chi2 += inside.chi2;
         test.dof += inside.dof;
         test.share = test.share.min(inside.share);
+    }
+    if test.is_above() && test.per_dof() < NO_TAILS {
+        test.share *= share_beside_tails(lin);
     }
     (test.dof > 0.0).then_some(test)
 }

@@ -64,6 +64,19 @@ pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) 
     chance > if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
 }
 
+/// Least degrees of freedom for which the fourth moment is taken: below, it grows without bound, and with it how
+/// well a sum of squares is known.
+const LEAST_FREEDOM: f64 = 4.5;
+
+/// Share of the degrees of freedom of a sum of squares that noise with such tails leaves: its variance is
+/// `κ − 1` for each, 2 of a normal law, with `κ = 3 + 6/(ν − 4)`.
+pub(crate) fn share_beside_tails(lin: &Linear<'_>) -> f64 {
+    heavy_tails(lin).map_or(1.0, |freedom| {
+        let kurtosis = 3.0 + 6.0 / (freedom.max(LEAST_FREEDOM) - 4.0);
+        2.0 / (kurtosis - 1.0)
+    })
+}
+
 /// Degrees of freedom of Student's t that the residual shows, on the whole, where a normal law is
 /// out of the question.
 pub(crate) fn heavy_tails(lin: &Linear<'_>) -> Option<f64> {

@@ -7,6 +7,7 @@ use model_discrepancy::{
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use crate::linear_model::{body, coordinates, noise, normal, points, scalars};
 
@@ -253,4 +254,27 @@ fn one_repetition_that_chooses_otherwise_takes_no_name_back() {
         left.covariate == "unseen groups" && left.shape.contains("but for 4, 28, 52,")
     };
     assert!(closure.remaining.iter().any(is_told), "{:?}", closure.remaining);
+}
+
+/// Half as much scatter again as declared, in squares and more: of normal noise it is too much, of noise with heavy tails
+/// it may be the few readings that are far off.
+#[test]
+fn how_much_more_scatter_is_larger_noise_depends_on_its_tails() {
+    const N: usize = 120;
+    const SQUARES: f64 = 1.7;
+    let verdict = |inverse: &dyn Fn(f64) -> f64| {
+        // Quantiles in an order without any pattern.
+        let data: Vec<f64> = (0..N)
+            .map(|i| inverse(((i * 37 + i * i * 11) % N) as f64 / N as f64 + 0.5 / N as f64))
+            .collect();
+        let mean_square = data.iter().map(|v| v * v).sum::<f64>() / N as f64;
+        let mut model = scalars(&data, &[]);
+        model.declared.layout.sigma_declared = true;
+        let sigma = (mean_square / SQUARES).sqrt();
+        model.declared.layout.rows.iter_mut().for_each(|row| row.sigma = sigma);
+        close_loop(&model, &[], &Options::default()).expect("closes").verdict
+    };
+    let (normal, tails) = (Normal::standard(), StudentsT::new(0.0, 1.0, 3.0).expect("a law"));
+    assert_eq!(verdict(&|p| normal.inverse_cdf(p)), Verdict::NoiseLargerThanDeclared);
+    assert_eq!(verdict(&|p| tails.inverse_cdf(p)), Verdict::NothingMissing);
 }

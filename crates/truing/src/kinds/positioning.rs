@@ -36,7 +36,7 @@ pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
 use measured::PositioningCase;
 pub(crate) use plan::{AxisPlanSettings, AxisTable, Ways};
-use repeats::Repeats;
+use repeats::{FINER, Finer, Repeats};
 
 pub(crate) const KIND: Kind = Kind {
     name: "positioning",
@@ -356,11 +356,16 @@ fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
         let turned = turned_directions(table, columns[0]).into_iter();
         let ways = [filled_directions(table, columns), turned_sign(table, columns)];
         let repeats = Repeats::of(table, columns);
-        let sigma_mm = number(&files.document, &["noise", "deviation_mm"]);
-        let sigma_mm = sigma_mm.filter(|_| columns[1] == "deviation_mm");
+        let finer = FINER.iter().filter(|finer| finer.column == columns[1]);
+        let declared = finer.filter_map(|finer| {
+            let (key, per) = finer.noise;
+            Some((finer, number(&files.document, &["noise", key])? / per))
+        });
+        let declared: Vec<(&Finer, f64)> = declared.collect();
         let by_repeats = repeats.iter().flat_map(|repeats| {
-            let micrometres = sigma_mm.and_then(|sigma_mm| repeats.micrometres(sigma_mm));
-            [repeats.standing_still(table), repeats.turned_cycles(table), micrometres]
+            let finer =
+                declared.iter().map(|(finer, sigma)| repeats.in_a_finer_unit(finer, *sigma));
+            [repeats.standing_still(table), repeats.turned_cycles(table)].into_iter().chain(finer)
         });
         let ways = ways.into_iter().chain(by_repeats).flatten();
         turned.chain(ways).chain(cut).collect::<Vec<_>>()

@@ -193,7 +193,14 @@ impl Question {
                     .filter(|l| l != effect && !self.accepted.contains(l))
                     .collect();
                 let mut goals = Vec::new();
-                for column in columns(model, linear, effect) {
+                let own = columns(model, linear, effect);
+                for &column in &own {
+                    // Places along a diagonal show two slopes, and not how they differ.
+                    let beside: Vec<usize> = beside
+                        .iter()
+                        .chain(own.iter().filter(|o| **o != column))
+                        .copied()
+                        .collect();
                     let amplitude = DVector::from_element(1, size_that_matters(linear, column));
                     let seen = |needed, from: Option<String>| {
                         let rival = from.iter().flat_map(|rival| columns(model, linear, rival));
@@ -253,12 +260,18 @@ fn rivals<'a>(
     };
     for step in &answer.steps {
         let accepted = step.label();
-        let mut known = vec![accepted.clone()];
-        known.extend(step.rivals().iter().filter(|name| can_be_asked(name)).cloned());
-        if known.len() < 2 || !labels.contains(&accepted) {
+        let others: Vec<&String> = step.rivals().iter().filter(|name| can_be_asked(name)).collect();
+        if others.is_empty() {
             continue;
         }
         proposed = proposed.or(step.separate_by.as_ref());
+        if !labels.contains(&accepted) {
+            // The data have it, as a form that is place and size over all that can be measured: whether it is
+            // one of the others is seen by them.
+            asks.extend(others.into_iter().map(|name| Ask::Visible { effect: name.clone() }));
+            continue;
+        }
+        let known: Vec<String> = std::iter::once(&accepted).chain(others).cloned().collect();
         for truth in &known {
             let sizes = || {
                 let sizes = step.parameters.clone();

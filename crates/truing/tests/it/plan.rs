@@ -94,6 +94,40 @@ fn every_pair_of_names_is_asked_for() {
     assert_eq!(answer["reached"].as_bool(), Some(false));
 }
 
+/// A bowl, touched along its normals by a stylus that gives way: 20 µm at right angles to it.
+fn bowl() -> Case {
+    const RADIUS_MM: f64 = 120.0;
+    let mut table = String::from("touch,x_mm,y_mm,z_mm\n");
+    for k in 0..64_u8 {
+        let place = f64::from(u32::from(k) * 13 % 64);
+        let rho_mm = 46.0 * ((place + 0.5) / 64.0).sqrt();
+        let (sin, cos) = (2.399_963 * place).sin_cos();
+        let slope = rho_mm / RADIUS_MM;
+        let normal = [-slope * cos, -slope * sin, 1.0].map(|v| v / slope.hypot(1.0));
+        let contact_mm = [rho_mm * cos, rho_mm * sin, 0.5 * rho_mm * slope];
+        let reach = 3.0 + noise_mm(k.into());
+        let give = [0.02, 0.02, 0.0];
+        let [x, y, z] = std::array::from_fn(|i| contact_mm[i] + (reach - give[i]) * normal[i]);
+        let _ = writeln!(table, "T{},{x:.6},{y:.6},{z:.6}", k + 1);
+    }
+    let case = "kind = \"probe-comp\"\n[surface]\nshape = \"asphere\"\nradius_mm = 120.0\nconic = -1.0\n\
+                diameter_mm = 100.0\n[probe]\ntip_radius_mm = 3.0\n[noise]\npoint_mm = 0.001\n";
+    Case::new(&[("case.toml", case), ("touches.csv", &table)])
+}
+
+/// Over all that could be touched, the part's focus is its place and the ball's size, and no effect of its own: what it
+/// cannot be told from is looked for instead, and not what no touch shows.
+#[test]
+fn a_name_that_is_none_over_the_whole_part_is_told_from_its_rivals_by_these() {
+    let case = bowl();
+    let found = case.json("loop");
+    assert_eq!(found["steps"][0]["effect"], "focus", "{}", found["steps"]);
+    assert_eq!(found["steps"][0]["indistinguishable_from"], serde_json::json!(["bending"]));
+    let answer = json(&case, &[]);
+    assert_eq!((answer["aim"].as_str(), answer["reached"].as_bool()), (Some("rivals"), Some(true)));
+    assert_eq!(answer["figures"][0]["of"], "bending: sideways");
+}
+
 #[test]
 fn a_plan_filled_in_names_the_ball_alone() {
     let case = larger_ball();

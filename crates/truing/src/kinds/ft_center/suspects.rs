@@ -119,6 +119,7 @@ fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for column in TRAVEL {
         all.extend(units(DISPLACEMENTS, table, &[column], Dimension::Length));
     }
+    all.extend(doubled(DISPLACEMENTS, table, &TRAVEL, Twice::Diameter));
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(DISPLACEMENTS, rows)];
     all.extend(exchanged_targets(DISPLACEMENTS, table, [TRAVEL[1], TRAVEL[0]]));
     all.extend(standing_still(DISPLACEMENTS, table, &TRAVEL[..1], without));

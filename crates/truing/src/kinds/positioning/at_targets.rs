@@ -11,6 +11,9 @@ const AT_SOME: f64 = 0.8;
 /// Fewest readings that are not at their own: fewer are slips or bad readings.
 const FEWEST: usize = 3;
 const THOUSAND: f64 = 1000.0;
+/// By what a number is multiplied that has its decimal point in another place.
+const POWERS: [f64; 6] = [0.1, 0.01, 0.001, 10.0, 100.0, 1000.0];
+const DECIMAL_POINT: &str = "input:decimal-point";
 /// Standard deviations of the declared noise beyond which a step of the last digit hides it: readings of one place then
 /// are all the same, or two.
 const COARSE: f64 = 5.0;
@@ -46,6 +49,10 @@ pub(super) fn at_other_targets(
     let row = wrong[0];
     let is_one = wrong.iter().all(|other| readings[*other].total_cmp(&readings[row]).is_eq());
     let is_difference = |row: &usize| readings[*row].abs() < NEAR * step;
+    let with_its_point = |row: &usize| {
+        let moved = |power: &f64| (readings[*row] * power - targets[*row]).abs() < NEAR * step;
+        POWERS.into_iter().find(moved)
+    };
     let (effect, as_where, cure) = if is_one {
         (
             "input:saturation",
@@ -58,6 +65,8 @@ pub(super) fn at_other_targets(
             "they are deviations, differences of position and target, and the other rows positions (relative)",
             "add the target there",
         )
+    } else if wrong.iter().all(|row| with_its_point(row).is_some()) {
+        (DECIMAL_POINT, "their decimal point stands in another place", "put it where it belongs")
     } else {
         (
             "input:labels",
@@ -74,6 +83,16 @@ pub(super) fn at_other_targets(
         readings[row],
         targets[row]
     );
+    if effect == DECIMAL_POINT {
+        let values = (0..n).map(|row| {
+            let power = if is_own(row) { None } else { with_its_point(&row) };
+            readings[row] * power.unwrap_or(1.0)
+        });
+        let change = Change::Replace { column: reached.to_owned(), values: values.collect() };
+        let edits = vec![Edit { file, change }];
+        let found = Hypothesis::of(effect, (file, &[reached]), description, edits);
+        return Some(Hypothesis { proof: Proof::FitIfNoOther, ..found });
+    }
     let is_of_others = effect != "input:labels";
     let kept = if is_of_others { (0..n).filter(|row| is_own(*row)).collect() } else { kept };
     let values = (0..n).map(|row| found[row].unwrap_or(targets[row])).collect();

@@ -16,11 +16,41 @@ const FEWEST_STILL: usize = 6;
 const APART: f64 = 10.0;
 /// Times less that the repeats scatter where some cycles are counted the other way.
 const TURNED: f64 = 3.0;
-/// Times the declared noise by which deviations scatter that are in µm, a thousand but for how well it was known.
-const MICROMETRES: [f64; 2] = [250.0, 4000.0];
-/// No axis comes back to a place as badly: where the noise is declared a thousand times too small, it does not look so.
-const NO_AXIS_MM: f64 = 0.02;
-const MM_PER_UM: f64 = 1e-3;
+/// A finer unit that deviations may be in under the name of a coarser one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Finer {
+    /// Column that is said to be in the coarser one.
+    pub(super) column: &'static str,
+    /// Key of `[noise]`, and what is one of the column's unit in that of the key.
+    pub(super) noise: (&'static str, f64),
+    said: &'static str,
+    /// One of the finer unit in the column's.
+    factor: f64,
+    /// No axis comes back to a place as badly, in the column's unit: where the noise is declared that much too small, it does
+    /// not look so.
+    no_axis: f64,
+}
+
+/// Those that happen: µm for mm, seconds of arc for degrees.
+pub(super) const FINER: [Finer; 2] = [
+    Finer {
+        column: "deviation_mm",
+        noise: ("deviation_mm", 1.0),
+        said: "µm instead of mm",
+        factor: 1e-3,
+        no_axis: 0.02,
+    },
+    Finer {
+        column: "deviation_deg",
+        noise: ("deviation_arcsec", 3600.0),
+        said: "seconds of arc instead of degrees",
+        factor: 1.0 / 3600.0,
+        no_axis: 0.05,
+    },
+];
+/// Times the declared noise by which deviations scatter that are in a finer unit, over how many of it make the coarser one: as
+/// well as the noise was known.
+const AS_WELL_KNOWN: [f64; 2] = [0.25, 4.0];
 
 /// Rows of each cycle.
 type Cycles<'t> = BTreeMap<&'t str, Vec<usize>>;
@@ -119,20 +149,24 @@ impl Repeats {
         }
     }
 
-    /// Deviations whose repeats scatter a thousand times as much as the noise that is declared in mm.
-    pub(super) fn micrometres(&self, sigma_mm: f64) -> Option<Hypothesis> {
+    /// Deviations whose repeats scatter as many times more than the noise as a unit holds of a finer one; `sigma` in the unit
+    /// that the column says.
+    pub(super) fn in_a_finer_unit(&self, finer: &Finer, sigma: f64) -> Option<Hypothesis> {
         let scatter = self.places.scatter(&self.values, |_| true)?;
-        let (times, [low, high]) = (scatter / sigma_mm, MICROMETRES);
-        if !(low..=high).contains(&times) || scatter < NO_AXIS_MM {
+        let times = scatter / sigma;
+        let [low, high] = AS_WELL_KNOWN;
+        if !(low..=high).contains(&(times * finer.factor)) || scatter < finer.no_axis {
             return None;
         }
+        let Finer { said, factor, noise: (key, _), .. } = finer;
         let description = format!(
-            "`{}` of {POSITIONS} is in another unit than its name says, µm instead of mm, as its repeats scatter {times:.0} \
-             times as much as `[noise] deviation_mm` says: multiply by {MM_PER_UM}",
-            self.read
+            "`{}` of {POSITIONS} is in another unit than its name says, {said}, as its repeats scatter {times:.0} times as \
+             much as `[noise] {key}` says: divide by {:.0}",
+            self.read,
+            1.0 / factor
         );
-        let change =
-            Change::Scale { columns: vec![self.read.to_owned()], rows: None, factor: MM_PER_UM };
+        let columns = vec![self.read.to_owned()];
+        let change = Change::Scale { columns, rows: None, factor: *factor };
         let edits = vec![Edit { file: POSITIONS, change }];
         Some(Hypothesis::of("input:unit", (POSITIONS, &[self.read]), description, edits).certain())
     }

@@ -208,3 +208,37 @@ fn readings_of_one_target_are_not_accused() {
     assert_eq!(answer["steps"][0]["effect"], "reversal", "{}", answer["steps"]);
     assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
 }
+
+/// Four positions whose decimal point stands one place too far to the right: no rows in another order.
+#[test]
+fn positions_with_their_point_elsewhere_are_no_labels() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm"], |n, old| {
+        let value = old[n][0].parse::<f64>().unwrap();
+        vec![format!("{:.6}", if [2, 3, 25, 30].contains(&n) { 10.0 * value } else { value })]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:decimal-point", "{step}");
+    assert_eq!(answer["verdict"], "input-wrong");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}
+
+/// The side that is off is told by most readings: one bad one does not make an offset of it.
+#[test]
+fn a_bad_reading_does_not_hide_the_side_that_a_reversal_is_of() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm", "direction"], |n, old| {
+        let value: f64 = old[n][0].parse().unwrap();
+        let off = if old[n][1] == "-" { 0.006 } else { 0.0 } + if n == 20 { 0.02 } else { 0.0 };
+        vec![format!("{:.6}", value + off), old[n][1].clone()]
+    });
+    let answer = case.json("loop");
+    let steps = answer["steps"].as_array().unwrap();
+    let names: Vec<_> = steps.iter().map(|step| (&step["effect"], &step["subject"])).collect();
+    assert!(
+        names.iter().any(|(effect, side)| *effect == "reversal" && *side == "falling"),
+        "{names:?}"
+    );
+    assert!(names.iter().any(|(effect, _)| *effect == "bad-point"), "{names:?}");
+    assert_eq!(names.len(), 2, "{names:?}");
+}

@@ -114,6 +114,21 @@ fn deviations_whose_repeats_scatter_a_thousand_times_the_noise_are_in_micrometre
 }
 
 #[test]
+fn deviations_of_a_rotary_axis_in_seconds_under_the_name_of_degrees_are_told_by_their_repeats() {
+    let case = axis(|target, _, _| 0.05 * target, |way| way);
+    let table = std::fs::read_to_string(case.path().join("positions.csv")).unwrap();
+    let table = table.replace("target_mm,deviation_mm", "target_deg,deviation_deg");
+    case.write("positions.csv", &table);
+    scale(&case, "positions.csv", &["deviation_deg"], 1e3);
+    case.write("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_arcsec = 0.6\n");
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:unit", "{step}");
+    assert_eq!(step["subject"], "positions.csv: deviation_deg");
+    assert!(step["description"].as_str().unwrap().contains("divide by 3600"), "{step}");
+    assert_eq!(effects(&answer), ["input:unit", "pitch-error"]);
+}
+
+#[test]
 fn cycles_that_were_counted_the_other_way_are_named() {
     let turned = |row: usize| [1, 3].contains(&(row / (2 * TARGETS)));
     let of = |target: f64, _: f64, row: usize| 0.09 * target * if turned(row) { -1.0 } else { 1.0 };

@@ -152,3 +152,22 @@ fn commanded_displacements_as_differences_are_added_up() {
     assert_eq!(step["subject"], "displacements.csv: commanded_mm");
     assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
 }
+
+/// A head that moved half of what its diameter programme says: no sensor reads moments too small by half.
+#[test]
+fn commanded_displacements_as_diameters_are_no_gain() {
+    let row = |n: i32| {
+        let at = f64::from(n) * 1.7 + 2.0;
+        let noise = 0.004 * (1e5 * (12.9898 * f64::from(n)).sin()).fract();
+        format!("p{n},{:.2},{:.4}\n", 2.0 * at, at + noise)
+    };
+    let table: String = (0..24).map(row).collect();
+    let case = Case::new(&[
+        ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.003\n"),
+        ("displacements.csv", &format!("point,commanded_mm,solved_mm\n{table}")),
+    ]);
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:diameter", "{step}");
+    assert_eq!(step["subject"], "displacements.csv: commanded_mm");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}
