@@ -38,6 +38,9 @@ pub(crate) fn noisier_than_declared(
     fitted.is_above() || with_check
 }
 
+/// χ² over degrees of freedom of noise that was declared twice as large as it is: of less nobody knows what it hides.
+const HALF_SQUARED: f64 = 0.25;
+
 /// Takes readings that go with the one before off what is left, where nothing else is and all scatter as they were declared
 /// to: noise with memory, and what to say of it.
 pub(crate) fn memory_within_the_noise(
@@ -48,10 +51,7 @@ pub(crate) fn memory_within_the_noise(
     let is_all = !remaining.is_empty() && remaining.iter().all(is_memory);
     let is_as_declared = || {
         let test = global_test(&chosen.system, &chosen.estimate, lin);
-        test.is_some_and(|test| {
-            let [least, most] = test.interval();
-            (least..=most).contains(&test.per_dof())
-        })
+        test.is_some_and(|test| test.per_dof() >= HALF_SQUARED && !test.is_above())
     };
     (is_all && is_as_declared()).then(|| {
         remaining.clear();

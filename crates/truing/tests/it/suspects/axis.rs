@@ -227,10 +227,14 @@ fn positions_with_their_point_elsewhere_are_no_labels() {
 #[test]
 fn a_bad_reading_does_not_hide_the_side_that_a_reversal_is_of() {
     let case = axis();
-    change(&case, "positions.csv", &["actual_mm", "direction"], |n, old| {
-        let value: f64 = old[n][0].parse().unwrap();
-        let off = if old[n][1] == "-" { 0.006 } else { 0.0 } + if n == 20 { 0.02 } else { 0.0 };
-        vec![format!("{:.6}", value + off), old[n][1].clone()]
+    change(&case, "positions.csv", &["actual_mm", "target_mm", "direction"], |n, old| {
+        let [_, target, way] = old[n].as_slice() else { unreachable!("three columns") };
+        // Evenly spread over ±1 µm, of either side: multiples of the golden ratio modulo one.
+        #[expect(clippy::cast_precision_loss, reason = "48 rows")]
+        let noise = 0.002 * ((0.618_033_988_75 * n as f64).fract() - 0.5);
+        let off = if way == "-" { 0.006 } else { 0.0 } + if n == 20 { 0.02 } else { 0.0 };
+        let read = target.parse::<f64>().unwrap() + noise + off;
+        vec![format!("{read:.6}"), target.clone(), way.clone()]
     });
     let answer = case.json("loop");
     let steps = answer["steps"].as_array().unwrap();
