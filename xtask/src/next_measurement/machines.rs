@@ -110,20 +110,17 @@ impl Scene for Pressing {
 
 /// A survey of a rotary axis that was only turned upwards, and goes on.
 #[derive(Debug)]
-pub(super) struct Upwards {
-    pub(super) run: Run,
-    /// What the plan is made for.
-    pub(super) aim: &'static str,
-}
+pub(super) struct Upwards(pub(super) Run);
 
 impl Upwards {
     fn with(&self, further: Vec<(f64, bool)>) -> Files {
-        let run = Run { further, ..self.run.clone() };
+        let Self(run) = self;
+        let n_angles = run.n_angles;
+        let run = Run { further, ..run.clone() };
         let measured = tracer::simulate(&run);
         // With the way of every step, which is the same for all of the first.
         let mut files = tracer_tables::tables(&Run { both_ways: true, ..run }, &measured);
-        let angles =
-            measured.steps[..self.run.n_angles].iter().map(|(angle, _)| format!("{angle}"));
+        let angles = measured.steps[..n_angles].iter().map(|(angle, _)| format!("{angle}"));
         let angles: Vec<String> = angles.collect();
         let (_, case) = &mut files[0];
         let _ = write!(case, "\n[plan]\nangles_deg = [{}]\n", angles.join(", "));
@@ -137,7 +134,7 @@ impl Scene for Upwards {
     }
 
     fn aim(&self) -> Option<&'static str> {
-        Some(self.aim)
+        Some("backlash")
     }
 
     fn with_plan(&self, plan: &[Value], _: u64) -> Result<Files> {
@@ -150,7 +147,7 @@ impl Scene for Upwards {
 
     /// The same angles again, from the same side.
     fn with_even(&self, count: usize, _: u64) -> Files {
-        let steps = tracer::simulate(&self.run).steps;
+        let steps = tracer::simulate(&self.0).steps;
         self.with((0..count).map(|i| steps[i * steps.len() / count % steps.len()]).collect())
     }
 }

@@ -81,7 +81,7 @@ pub(super) fn situations() -> Vec<Situation> {
         tracer("play of the drive, turned upwards only", "backlash", |seed| {
             let defect = tracer_run::Defect::Backlash(6e-5, [6e-3, -3e-3, 4.5e-3]);
             let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
-            Box::new(Upwards { run, aim: "backlash" })
+            Box::new(Upwards(run))
         }),
         head("a leg's cell reads 2 % high, pressed with one load", "leg-gain", |seed| {
             let flaw = polish::Flaw::CellGain(0, 0.02);

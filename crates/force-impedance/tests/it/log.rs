@@ -167,8 +167,8 @@ fn a_weight_that_was_not_declared_is_named_with_its_place() {
     let samples = record(&Run { colour: 0.5, ..Run::default() });
     let model = LogModel::new(&bare, &samples, &LogOptions::default(), &[]).unwrap();
     let worst = check_tangents(&model, &State::start(&model));
-    // Residuals of tens of newtons instead of a few.
-    assert!(worst < 10.0 * DIFFERENCE_TOL, "{worst:e}");
+    // Residuals of tens of newtons instead of a few: their differences lose a digit more of round-off.
+    assert!(worst < 2.0 * DIFFERENCE_TOL, "{worst:e}");
     let covariates = model.covariates(&samples);
     let options = Options { nested: false, ..Options::default() };
     let closure = close_loop(&model, &covariates, &options).unwrap();

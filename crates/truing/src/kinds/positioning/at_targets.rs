@@ -49,10 +49,12 @@ pub(super) fn at_other_targets(
     let row = wrong[0];
     let is_one = wrong.iter().all(|other| readings[*other].total_cmp(&readings[row]).is_eq());
     let is_difference = |row: &usize| readings[*row].abs() < NEAR * step;
-    let with_its_point = |row: &usize| {
+    // With which each would be at its own.
+    let power = |row: &usize| {
         let moved = |power: &f64| (readings[*row] * power - targets[*row]).abs() < NEAR * step;
         POWERS.into_iter().find(moved)
     };
+    let powers: Option<Vec<f64>> = wrong.iter().map(power).collect();
     let (effect, as_where, cure) = if is_one {
         (
             "input:saturation",
@@ -65,7 +67,7 @@ pub(super) fn at_other_targets(
             "they are deviations, differences of position and target, and the other rows positions (relative)",
             "add the target there",
         )
-    } else if wrong.iter().all(|row| with_its_point(row).is_some()) {
+    } else if powers.is_some() {
         (DECIMAL_POINT, "their decimal point stands in another place", "put it where it belongs")
     } else {
         (
@@ -83,14 +85,12 @@ pub(super) fn at_other_targets(
         readings[row],
         targets[row]
     );
-    if effect == DECIMAL_POINT {
-        let values = (0..n).map(|row| {
-            let power = if is_own(row) { None } else { with_its_point(&row) };
-            readings[row] * power.unwrap_or(1.0)
-        });
-        let change = Change::Replace { column: reached.to_owned(), values: values.collect() };
-        let edits = vec![Edit { file, change }];
-        let found = Hypothesis::of(effect, (file, &[reached]), description, edits);
+    if let Some(powers) = powers.filter(|_| effect == DECIMAL_POINT) {
+        let mut values = readings.clone();
+        wrong.iter().zip(powers).for_each(|(row, power)| values[*row] *= power);
+        let change = Change::Replace { column: reached.to_owned(), values };
+        let found =
+            Hypothesis::of(effect, (file, &[reached]), description, vec![Edit { file, change }]);
         return Some(Hypothesis { proof: Proof::FitIfNoOther, ..found });
     }
     let is_of_others = effect != "input:labels";

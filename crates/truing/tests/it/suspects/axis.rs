@@ -21,6 +21,11 @@ fn axis() -> Case {
     ])
 }
 
+/// Values evenly spread over ±0.5, of either side: multiples of the golden ratio modulo one.
+fn even(n: i32) -> f64 {
+    (0.618_033_988_75 * f64::from(n)).fract() - 0.5
+}
+
 #[test]
 fn positions_in_another_unit_are_no_pitch_error() {
     let case = axis();
@@ -194,8 +199,7 @@ fn targets_from_the_other_end_are_no_pitch_error() {
 #[test]
 fn readings_of_one_target_are_not_accused() {
     let row = |i: i32| {
-        // Evenly spread over ±0.5 µm, of either side: multiples of the golden ratio modulo one.
-        let noise = 0.001 * ((0.618_033_988_75 * f64::from(i)).fract() - 0.5);
+        let noise = 0.001 * even(i);
         let (way, at) = if i % 2 == 0 { ("+", 250.0) } else { ("-", 250.006) };
         format!("250,{:.7},{way},{}\n", at + noise, i / 2)
     };
@@ -229,9 +233,7 @@ fn a_bad_reading_does_not_hide_the_side_that_a_reversal_is_of() {
     let case = axis();
     change(&case, "positions.csv", &["actual_mm", "target_mm", "direction"], |n, old| {
         let [_, target, way] = old[n].as_slice() else { unreachable!("three columns") };
-        // Evenly spread over ±1 µm, of either side: multiples of the golden ratio modulo one.
-        #[expect(clippy::cast_precision_loss, reason = "48 rows")]
-        let noise = 0.002 * ((0.618_033_988_75 * n as f64).fract() - 0.5);
+        let noise = 0.002 * even(i32::try_from(n).unwrap());
         let off = if way == "-" { 0.006 } else { 0.0 } + if n == 20 { 0.02 } else { 0.0 };
         let read = target.parse::<f64>().unwrap() + noise + off;
         vec![format!("{read:.6}"), target.clone(), way.clone()]

@@ -133,6 +133,15 @@ fn positions_that_are_shifted_from_some_row_to_the_end_are_shifted_back() {
     assert!(step["description"].as_str().unwrap().contains("from line 10"), "{step}");
 }
 
+/// Twenty-four rows of point, commanded and solved displacement.
+fn displacements(row: impl Fn(i32) -> String) -> Case {
+    let table: String = (0..24).map(row).collect();
+    Case::new(&[
+        ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.003\n"),
+        ("displacements.csv", &format!("point,commanded_mm,solved_mm\n{table}")),
+    ])
+}
+
 #[test]
 fn commanded_displacements_as_differences_are_added_up() {
     let row = |n: i32| {
@@ -142,12 +151,7 @@ fn commanded_displacements_as_differences_are_added_up() {
         let step = if n == 0 { at } else { at - before };
         format!("p{n},{step:.2},{:.4}\n", at + noise)
     };
-    let table: String = (0..24).map(row).collect();
-    let case = Case::new(&[
-        ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.003\n"),
-        ("displacements.csv", &format!("point,commanded_mm,solved_mm\n{table}")),
-    ]);
-    let (step, answer) = first(&case);
+    let (step, answer) = first(&displacements(row));
     assert_eq!(step["effect"], "input:increments", "{step}");
     assert_eq!(step["subject"], "displacements.csv: commanded_mm");
     assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
@@ -161,12 +165,7 @@ fn commanded_displacements_as_diameters_are_no_gain() {
         let noise = 0.004 * (1e5 * (12.9898 * f64::from(n)).sin()).fract();
         format!("p{n},{:.2},{:.4}\n", 2.0 * at, at + noise)
     };
-    let table: String = (0..24).map(row).collect();
-    let case = Case::new(&[
-        ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.003\n"),
-        ("displacements.csv", &format!("point,commanded_mm,solved_mm\n{table}")),
-    ]);
-    let (step, answer) = first(&case);
+    let (step, answer) = first(&displacements(row));
     assert_eq!(step["effect"], "input:diameter", "{step}");
     // Which of the two is the diameter, the tables do not say.
     let either = format!("{} {}", step["subject"], step["indistinguishable_from"]);
