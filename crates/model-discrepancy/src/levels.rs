@@ -135,6 +135,9 @@ pub(crate) const HEARD: f64 = 1e-3;
 /// off by from other causes turns it a little either way.
 pub(crate) const REFUTED: f64 = 1.25;
 
+/// Significance from which on groups scatter by more along an effect than elsewhere: then it is judged by that.
+pub(crate) const UNEVEN: f64 = 0.05;
+
 /// Significance from which on groups differ from each other by more than their readings.
 pub(crate) const GROUPS_APART: f64 = 1e-3;
 

@@ -10,6 +10,7 @@ pub(crate) mod lack_of_fit;
 pub(crate) mod left_out;
 pub(crate) mod odd_group;
 pub(crate) mod pooled_scatter;
+pub(crate) mod scatter_along;
 pub(crate) mod significance;
 pub(crate) mod tails;
 pub(crate) mod under_noise;

@@ -1,12 +1,11 @@
 //! Scatter between groups as one number, where noise is all that is left.
 
-use nalgebra::DMatrix;
-
 use crate::algebra::basis::Basis;
 use crate::algebra::f_tail::f_tail;
 use crate::count::count;
 use crate::noise::linear::Linear;
 use crate::tests::global_test::chi2_interval;
+use crate::tests::scatter_along::ScatterAlong;
 
 /// F test of the amplitudes in the orthonormal basis `added`, the last columns of `full`, on the scatter
 /// that groups have along them; `None` where more than the declared noise is left, or where no noise was
@@ -35,29 +34,15 @@ pub(crate) fn pooled_scatter(lin: &Linear<'_>, added: &Basis, full: &Basis) -> O
         let beyond = lin.clusters.len().checked_sub(m + 1).filter(|&groups| groups > 0)?;
         (left > 0.0).then_some((left, count(beyond)))?
     };
-    let (mut observed, mut expected, mut squares) = (0.0, 0.0, 0.0);
-    let mut crossed = DMatrix::zeros(full.dim(), full.dim());
-    for cluster in &lin.clusters {
-        let along = added.rows(cluster);
-        let taken = full.rows(cluster).tr_mul(&along);
-        observed += along.tr_mul(&residual.select_rows(cluster)).norm_squared();
-        let own = taken.tr_mul(&taken);
-        let kept = along.tr_mul(&along) - &own;
-        expected += kept.trace();
-        // Between two groups the model leaves −H_gH_hᵀ.
-        squares += kept.norm_squared() - own.norm_squared();
-        crossed.gemm(1.0, &taken, &taken.transpose(), 1.0);
-    }
-    squares += crossed.norm_squared();
-    let factor = (observed / (expected * variance)).max(1.0);
+    let scatter = ScatterAlong::of(&lin.clusters, (added, full), &residual, variance);
     let amplitude = added.matrix().tr_mul(&lin.residual);
-    let f_statistic = amplitude.norm_squared() / (count(m) * variance * factor);
-    Some(f_tail(f_statistic, count(m), (expected * expected / squares).min(most_dof)))
+    let f_statistic = amplitude.norm_squared() / (count(m) * variance * scatter.factor());
+    Some(f_tail(f_statistic, count(m), scatter.dof.min(most_dof)))
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DVector;
+    use nalgebra::{DMatrix, DVector};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};

@@ -100,7 +100,7 @@ pub(crate) fn significance_beside(
     }
     // The cheap ones first.
     if asked.reach == Reach::Many {
-        let at_group_level = vector_p_value(lin, base, beside, &full)
+        let at_group_level = vector_p_value(lin, base, beside, (&added, &full))
             .unwrap_or_else(|| group_p_value(lin, &test, residual, (&added, &full), asked.level));
         test.p_value = test.p_value.max(at_group_level);
     }
