@@ -117,7 +117,11 @@ fn decide(
     if found.is_none() && !is_far {
         found = Trials::of_those(&case.files, late_channels(&case.files), None).explaining(plain);
     }
-    if !found.as_ref().is_some_and(is_mended) && is_far {
+    let is_mended = found.as_ref().is_some_and(is_mended);
+    if is_mended && is_far {
+        found = found.map(|found| of_no_end(&case.files, found, &last));
+    }
+    if !is_mended && is_far {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
         let is_session = |misfit: &Misfit| plain.is_of_another_session(misfit);
         // Of a gross misfit all stretches are asked for already.
@@ -242,6 +246,20 @@ fn of_rows<S: Fn(&Misfit) -> bool>(
     }
 }
 
+/// Another unit, order or sign of some rows, where that brings the case to the noise as well as leaving out the readings
+/// at an end of a range.
+fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
+    if !found.named.is_of_an_end() {
+        return found;
+    }
+    let kept = found.after.map_or(FEWEST_LEFT, |after| after.dof);
+    let is_noise = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
+    let (changed, _) =
+        of_rows(files, last.to_vec(), &is_noise, (true, None::<&fn(&Misfit) -> bool>));
+    let is_of_all = |other: &Found| other.after.is_some_and(|after| after.dof > kept);
+    changed.filter(is_of_all).unwrap_or(found)
+}
+
 /// The error of a case that cannot be fitted, with the mistake that would explain it.
 pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     // What is wrong in form says so itself.
@@ -257,10 +275,11 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let is_sound = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
     let elsewhere = || {
         let sessions = None::<&fn(&Misfit) -> bool>;
-        let (found, misplaced) = of_rows(files, last, &is_sound, (true, sessions));
+        let (found, misplaced) = of_rows(files, last.clone(), &is_sound, (true, sessions));
         found.or(misplaced).filter(|_| !is_free)
     };
-    let found = found.or_else(elsewhere).map(|found| found.of_all(files));
+    let found = found.map(|found| of_no_end(files, found, &last)).or_else(elsewhere);
+    let found = found.map(|found| found.of_all(files));
     match found.or_else(|| unmatched_but_for_some(files, &source)) {
         Some(found) => {
             let suspect = Suspect::of(&found, None);

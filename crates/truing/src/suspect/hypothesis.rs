@@ -86,6 +86,11 @@ impl Hypothesis {
         self.effect == "input:stuck"
     }
 
+    /// Whether it leaves out readings at an end of a range, as those that another unit makes small are too.
+    pub(super) fn is_of_an_end(&self) -> bool {
+        self.effect == "input:saturation"
+    }
+
     /// Whether a whole column stands still: nothing mends that.
     pub(super) fn is_silent(&self) -> bool {
         self.is_of_a_stretch() && self.edits.is_empty()

@@ -22,6 +22,8 @@ const PHYSICS_IMITATES: f64 = 0.9;
 const TAKEN_BY_CHANCE: f64 = 10.0;
 /// Share of the misfit below which physics leaves less, however few readings there are.
 const LEAST_IMITATED: f64 = 0.7;
+/// Share of what a mistake leaves that physics leaves at most where it is as good.
+const AS_WELL: f64 = 1.1;
 /// Only where the misfit is so many standard uncertainties of an amplitude: a sound amplitude
 /// equals one that a list of some ten mistakes has, within two uncertainties, once in eight.
 const IMITATION: f64 = 300.0;
@@ -165,6 +167,14 @@ impl Physics {
             || is_equal && (!is_mild && is_exact || is_fewer && is_of_both)
         {
             Contest::Lost
+        } else if found.named.is_of_an_end()
+            && found.named.proof == Proof::Fit
+            && self.is_explained()
+            && self.has_names_alone()
+            && left <= AS_WELL * mended
+        {
+            // It explains what the mistake would leave out, too.
+            Contest::Won
         } else if is_equal && !is_free && after_it.is_explained() && named < self.steps() {
             Contest::Tied(Box::new(after_it))
         } else {

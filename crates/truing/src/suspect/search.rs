@@ -66,7 +66,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    fn is_to_noise(&self) -> bool {
+    pub(super) fn is_to_noise(&self) -> bool {
         self.after.is_some_and(|after| after.is_noise())
     }
 

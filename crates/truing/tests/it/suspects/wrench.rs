@@ -172,3 +172,17 @@ fn commanded_displacements_as_diameters_are_no_gain() {
     assert!(either.contains("commanded_mm") && either.contains("solved_mm"), "{either}");
     assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
 }
+
+/// Forces that are small by their unit pile up at the upper end of their range.
+#[test]
+fn forces_in_another_unit_from_some_press_on_do_not_clip() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    change(&case, "wrench.csv", &["fx_n", "fy_n", "fz_n"], |n, old| {
+        let newtons = |cell: &String| cell.parse::<f64>().unwrap();
+        let in_kgf = |cell: &String| format!("{:.5}", newtons(cell) / 9.80665);
+        if n < old.len() / 2 { old[n].clone() } else { old[n].iter().map(in_kgf).collect() }
+    });
+    let said = case.run("loop");
+    let said = format!("{}{}", said.stdout, said.stderr);
+    assert!(said.contains("kgf instead of N, from line"), "{said}");
+}
