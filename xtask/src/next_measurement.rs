@@ -1,10 +1,12 @@
 //! `cargo xtask bench plan`: the loop, a plan, the planned data from the physics, the loop again.
 
+mod hanging;
 mod head;
 mod machines;
 mod scene;
 mod scenes;
 mod table;
+mod turning;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,5 @@
 //! Axes, sensors and tracers whose case does not show what is wrong, and how they go on.
 
-use std::fmt::Write as _;
-
 use anyhow::{Context, Result};
 use serde_json::Value;
 
@@ -9,8 +7,6 @@ use super::scene::{Files, Scene};
 use crate::kinds::ft_center::press::{self, Meant, Press, REACH_MM, Recorded, Session};
 use crate::kinds::ft_center::press_tables;
 use crate::kinds::positioning::axis_run::{AxisRun, Fault};
-use crate::kinds::tracker_lm::tracer::{self, Run};
-use crate::kinds::tracker_lm::tracer_tables;
 
 impl Scene for AxisRun {
     fn files(&self) -> Files {
@@ -105,50 +101,6 @@ impl Scene for Pressing {
         let meant: Vec<Meant> = (0..count).map(meant).collect();
         let further = press::press_again(&self.session, &recorded, &meant, seed);
         self.with(further, recorded)
-    }
-}
-
-/// A survey of a rotary axis that was only turned upwards, and goes on.
-#[derive(Debug)]
-pub(super) struct Upwards(pub(super) Run);
-
-impl Upwards {
-    fn with(&self, further: Vec<(f64, bool)>) -> Files {
-        let Self(run) = self;
-        let n_angles = run.n_angles;
-        let run = Run { further, ..run.clone() };
-        let measured = tracer::simulate(&run);
-        // With the way of every step, which is the same for all of the first.
-        let mut files = tracer_tables::tables(&Run { both_ways: true, ..run }, &measured);
-        let angles = measured.steps[..n_angles].iter().map(|(angle, _)| format!("{angle}"));
-        let angles: Vec<String> = angles.collect();
-        let (_, case) = &mut files[0];
-        let _ = write!(case, "\n[plan]\nangles_deg = [{}]\n", angles.join(", "));
-        files
-    }
-}
-
-impl Scene for Upwards {
-    fn files(&self) -> Files {
-        self.with(Vec::new())
-    }
-
-    fn aim(&self) -> Option<&'static str> {
-        Some("backlash")
-    }
-
-    fn with_plan(&self, plan: &[Value], _: u64) -> Result<Files> {
-        let steps = plan.iter().map(|one| {
-            let cell = |name: &str| one["cells"][name].as_f64().context("no angle");
-            Ok((cell("angle_deg")?, cell("direction")? > 0.0))
-        });
-        Ok(self.with(steps.collect::<Result<Vec<_>>>()?))
-    }
-
-    /// The same angles again, from the same side.
-    fn with_even(&self, count: usize, _: u64) -> Files {
-        let steps = tracer::simulate(&self.0).steps;
-        self.with((0..count).map(|i| steps[i * steps.len() / count % steps.len()]).collect())
     }
 }
 

@@ -5,9 +5,11 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
+use super::hanging::Hanging;
 use super::head::Polishing;
-use super::machines::{Pressing, Upwards};
+use super::machines::Pressing;
 use super::scene::{Files, Scene};
+use super::turning::{Instrument, Upwards};
 use crate::kinds::force_impedance::polish;
 use crate::kinds::frame_fit::survey::{Defect, Survey, measure_again, simulate};
 use crate::kinds::ft_center::press;
@@ -15,6 +17,7 @@ use crate::kinds::pose_icp::mirror::{self, Mirror};
 use crate::kinds::positioning::axis_run::{self, AxisRun};
 use crate::kinds::probe_comp::probe::{self, Meant, Session, Shape};
 use crate::kinds::probe_comp::probe_tables::{case_toml, touches_csv};
+use crate::kinds::tracker_lm::targets::{Fault, Survey as Points};
 use crate::kinds::tracker_lm::tracer::Run;
 use crate::kinds::tracker_lm::tracer_run;
 
@@ -81,7 +84,7 @@ pub(super) fn situations() -> Vec<Situation> {
         tracer("play of the drive, turned upwards only", "backlash", |seed| {
             let defect = tracer_run::Defect::Backlash(6e-5, [6e-3, -3e-3, 4.5e-3]);
             let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
-            Box::new(Upwards(run))
+            Box::new(Upwards { instrument: Instrument::Ranges(run), aim: "backlash" })
         }),
         head("a leg's cell reads 2 % high, pressed with one load", "leg-gain", |seed| {
             let flaw = polish::Flaw::CellGain(0, 0.02);
@@ -159,6 +162,24 @@ pub(super) fn situations() -> Vec<Situation> {
             let session = press::Session { fault, ..press::Session::new(seed) };
             let plan = "loads_n = [10, 40, 80]\nleans_deg = [0, 10]";
             Box::new(Pressing { session, aim: "rivals", plan })
+        }),
+        press(
+            "the sensor is turned on its flange, weighed about one axis",
+            "mount-rotation",
+            |seed| Box::new(Hanging { about_x_rad: [0.0, 0.01], seed }),
+        ),
+        press("the base leans, the tool weighed about one axis", "platform-tilt", |seed| {
+            Box::new(Hanging { about_x_rad: [0.01, 0.0], seed })
+        }),
+        tracer("a tracker's points, play of the drive, turned upwards only", "backlash", |seed| {
+            let fault = Fault::Backlash(60e-6, [0.0, 0.02, 0.0]);
+            let survey = Points { fault, ..Points::new(seed) };
+            Box::new(Upwards { instrument: Instrument::Points(survey), aim: "backlash" })
+        }),
+        tracer("one stand gives way by 16 µm, few angles", "station-drift", |seed| {
+            let defect = tracer_run::Defect::StationDrift(2, [0.008, -0.006, 0.012]);
+            let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
+            Box::new(Upwards { instrument: Instrument::Ranges(run), aim: "rivals" })
         }),
     ]
 }

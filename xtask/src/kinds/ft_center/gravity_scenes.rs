@@ -32,7 +32,7 @@ const CENTER_MM: [f64; 3] = [4.0, -3.0, 60.0];
 const BIAS: [[f64; 3]; 2] = [[1.0, 2.0, 3.0], [10.0, 20.0, -5.0]];
 /// Noise of a force, N, and of a moment, N·mm.
 const NOISE: [f64; 2] = [0.01, 0.5];
-const POSES: u8 = 30;
+const POSES: usize = 30;
 /// Of the scenes.
 #[cfg(test)]
 const SEED: u64 = 31;
@@ -133,19 +133,35 @@ pub(crate) fn sound(seed: u64) -> Vec<(&'static str, String)> {
     files(&SOUND, seed)
 }
 
+/// Files of a case in these poses; gravity is turned against the base by a vector, rad, and the sensor against its
+/// flange by another.
+pub(crate) fn turned_against(
+    [tilt, mount]: [[f64; 3]; 2],
+    poses: &[[f64; 4]],
+    seed: u64,
+) -> Vec<(&'static str, String)> {
+    files_in(&Scene { tilt, mount, ..SOUND }, Some(poses), seed)
+}
+
 fn files(scene: &Scene, seed: u64) -> Vec<(&'static str, String)> {
+    files_in(scene, None, seed)
+}
+
+/// In the poses given, or in any.
+fn files_in(scene: &Scene, poses: Option<&[[f64; 4]]>, seed: u64) -> Vec<(&'static str, String)> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let n_poses = poses.map_or(POSES, <[_]>::len);
     let mut text = "pose,qw,qx,qy,qz,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm".to_owned();
     text.push_str(if scene.warm { ",body_c\n" } else { "\n" });
-    for pose in 0..POSES {
-        let q: [f64; 4] = std::array::from_fn(|_| gaussian(&mut rng));
+    for pose in 0..n_poses {
+        let mut any = || -> [f64; 4] { std::array::from_fn(|_| gaussian(&mut rng)) };
+        let q = poses.map_or_else(&mut any, |poses| poses[pose]);
         let q = q.map(|v| v / norm(&q));
-        let half = norm(&q[1..]).atan2(q[0]);
-        let by: [f64; 3] = std::array::from_fn(|k| q[k + 1] / norm(&q[1..]) * 2.0 * half);
+        let by = rotation_vector(q);
         let gravity = turned(scene.tilt, [0.0, 0.0, -1.0]);
         let down = turned(scale(-1.0, scene.mount), turned(scale(-1.0, by), gravity));
         let force = scale(WEIGHT_N, down);
-        let share = f64::from(pose) / f64::from(POSES - 1);
+        let share = as_f64(pose) / as_f64(n_poses - 1);
         let excess_k = rng.random_range(-3.0..6.0);
         let read = (scene.reads)([force, cross(CENTER_MM, force)], share, excess_k);
         let _ = write!(text, "P{pose:02}");
@@ -163,4 +179,16 @@ fn files(scene: &Scene, seed: u64) -> Vec<(&'static str, String)> {
     let case =
         format!("kind = \"ft-center\"\n[noise]\nforce_n = {force_n}\nmoment_nmm = {moment_nmm}\n");
     vec![("case.toml", case), ("gravity.csv", text)]
+}
+
+/// Of a unit quaternion, rad.
+fn rotation_vector(q: [f64; 4]) -> [f64; 3] {
+    let sin = norm(&q[1..]);
+    let per_sin = if sin > 0.0 { 2.0 * sin.atan2(q[0]) / sin } else { 2.0 };
+    std::array::from_fn(|k| per_sin * q[k + 1])
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn as_f64(n: usize) -> f64 {
+    n as f64
 }

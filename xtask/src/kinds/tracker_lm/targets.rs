@@ -44,6 +44,8 @@ pub(crate) struct Survey {
     pub n_angles: usize,
     /// Whether the axis runs back through the same angles.
     pub both_ways: bool,
+    /// Angles that are measured afterwards, degrees, and whether each is reached with rising angles.
+    pub further: Vec<(f64, bool)>,
     /// Standard uncertainty of a distance, mm, and of an angle of the beam, rad.
     pub range_mm: f64,
     pub angle_rad: f64,
@@ -65,6 +67,7 @@ impl Survey {
             n_mounts: 6,
             n_angles: 13,
             both_ways: false,
+            further: Vec::new(),
             range_mm: 0.004,
             angle_rad: 4e-6,
             perfect: false,
@@ -173,18 +176,21 @@ fn steps(survey: &Survey) -> Vec<(f64, bool)> {
     if survey.both_ways {
         steps.extend((0..survey.n_angles).rev().map(|k| (angle(k), false)));
     }
+    steps.extend(&survey.further);
     steps
 }
 
 fn take_readings(survey: &Survey, measured: &mut Measured, curves: &Curves, rng: &mut ChaCha8Rng) {
-    let n_readings = measured.steps.len() * survey.n_mounts * survey.n_stations;
+    let at_a_step = survey.n_mounts * survey.n_stations;
+    // What drifts goes on as it did, through what is measured afterwards.
+    let n_first = (measured.steps.len() - survey.further.len()) * at_a_step;
     let mut squares = 0.0;
     for step in 0..measured.steps.len() {
         for mount in 0..survey.n_mounts {
             for station in 0..survey.n_stations {
                 let number = as_f64(measured.readings.len());
                 let point = point_mm(survey, measured, curves, step, mount);
-                let share = number / as_f64(n_readings - 1);
+                let share = number / as_f64(n_first - 1);
                 let seen =
                     seen_mm(survey, &measured.stations[station], (station, step), point, share);
                 let noise = noise_mm(survey, seen, rng);
@@ -194,7 +200,7 @@ fn take_readings(survey: &Survey, measured: &mut Measured, curves: &Curves, rng:
             }
         }
     }
-    measured.noise_mm = (squares / as_f64(n_readings)).sqrt();
+    measured.noise_mm = (squares / as_f64(measured.readings.len())).sqrt();
 }
 
 /// Where the reflector really is, machine frame.
