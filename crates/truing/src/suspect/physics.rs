@@ -169,7 +169,6 @@ impl Physics {
             Contest::Lost
         } else if found.named.is_of_an_end()
             && found.named.proof == Proof::Fit
-            && self.is_explained()
             && self.has_names_alone()
             && left <= AS_WELL * mended
         {
