@@ -121,21 +121,31 @@ fn add_squares<S: Simd, const N: usize>(
     squares: &mut [S::f64s; TILE],
 ) {
     let mut sums = [simd.splat_f64s(0.0); N];
-    let mut add = |factor: f64, from: &[S::f64s]| {
-        let factor = simd.splat_f64s(factor);
-        for (sum, from) in sums.iter_mut().zip(&from[at..][..N]) {
-            *sum = simd.mul_add_e_f64s(factor, *from, *sum);
-        }
-    };
     for (row, factor) in first.0 {
-        add(factor, first.1.row(row));
+        add_scaled(simd, &mut sums, factor, &first.1.row(row)[at..][..N]);
     }
     for (row, factor) in second.0 {
-        add(factor, second.1.row(row));
+        add_scaled(simd, &mut sums, factor, &second.1.row(row)[at..][..N]);
     }
     for (n, sum) in sums.into_iter().enumerate() {
         let square = &mut squares[n % (TILE / S::F64_LANES)];
         *square = simd.mul_add_e_f64s(sum, sum, *square);
+    }
+}
+
+/// `to ← to + factor · from`. No closure: what the compiler does not inline of one goes without vectors.
+#[inline(always)]
+fn add_scaled<S: Simd>(simd: S, to: &mut [S::f64s], factor: f64, from: &[S::f64s]) {
+    let factor = simd.splat_f64s(factor);
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = simd.mul_add_e_f64s(factor, *from, *to);
+    }
+}
+
+#[inline(always)]
+fn scale<S: Simd>(simd: S, x: &mut [S::f64s], factor: f64) {
+    for x in x {
+        *x = simd.mul_f64s(*x, simd.splat_f64s(factor));
     }
 }
 
@@ -164,35 +174,24 @@ fn solve_strip<S: Simd, const N: usize>(
     width: usize,
 ) {
     let strip = |r: usize| r * width..r * width + N;
-    let times = |x: &mut [S::f64s], factor: f64| {
-        for x in x {
-            *x = simd.mul_f64s(*x, simd.splat_f64s(factor));
-        }
-    };
-    let subtract = |x: &mut [S::f64s], factor: f64, known: &[S::f64s]| {
-        let factor = simd.splat_f64s(-factor);
-        for (x, known) in x.iter_mut().zip(known) {
-            *x = simd.mul_add_e_f64s(factor, *known, *x);
-        }
-    };
     for r in 0..b {
         let row = &factor[row_start(r)..][..=r];
         let mut left = [simd.splat_f64s(0.0); N];
         left.copy_from_slice(&x[strip(r)]);
         for (c, f) in row[..r].iter().enumerate() {
-            subtract(&mut left, *f, &x[strip(c)]);
+            add_scaled(simd, &mut left, -f, &x[strip(c)]);
         }
-        times(&mut left, row[r]);
+        scale(simd, &mut left, row[r]);
         x[strip(r)].copy_from_slice(&left);
     }
     for r in (0..b).rev() {
         let row = &factor[row_start(r)..][..=r];
         let mut known = [simd.splat_f64s(0.0); N];
         known.copy_from_slice(&x[strip(r)]);
-        times(&mut known, row[r]);
+        scale(simd, &mut known, row[r]);
         x[strip(r)].copy_from_slice(&known);
         for (c, f) in row[..r].iter().enumerate() {
-            subtract(&mut x[strip(c)], *f, &known);
+            add_scaled(simd, &mut x[strip(c)], -f, &known);
         }
     }
 }
