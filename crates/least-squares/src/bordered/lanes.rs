@@ -51,6 +51,46 @@ impl Lanes {
         out
     }
 
+    #[inline(always)]
+    pub(super) fn over(self, other: Self) -> Self {
+        let mut out = self;
+        for lane in 0..LANES {
+            out.0[lane] /= other.0[lane];
+        }
+        out
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(self) -> Self {
+        let mut out = self;
+        for lane in 0..LANES {
+            out.0[lane] = out.0[lane].sqrt();
+        }
+        out
+    }
+
+    /// The lesser of each two; `other` holds no NaN.
+    #[inline(always)]
+    pub(super) fn least(self, other: Self) -> Self {
+        let mut out = self;
+        for lane in 0..LANES {
+            let (a, b) = (self.0[lane], other.0[lane]);
+            out.0[lane] = if b < a { b } else { a };
+        }
+        out
+    }
+
+    /// Itself where `share` is above the limit, nought elsewhere.
+    #[inline(always)]
+    pub(super) fn where_above(self, share: Self, limit: f64) -> Self {
+        let mut out = self;
+        for lane in 0..LANES {
+            // Not `<=`, so that NaN counts as below.
+            out.0[lane] = if share.0[lane] > limit { self.0[lane] } else { 0.0 };
+        }
+        out
+    }
+
     pub(super) fn sum(self) -> f64 {
         let [a, b, c, d] = self.0;
         (a + b) + (c + d)

@@ -6,7 +6,7 @@
     reason = "vector instructions are chosen per caller: what is not inlined goes without them"
 )]
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::Lanes;
 use super::program::PANEL;
 
 /// Share of a diagonal entry, left by the rows before it, that is rounding.
@@ -44,13 +44,11 @@ pub(super) fn factor<const FUSED: bool>(n: usize, a: &mut [Lanes], damping: f64)
         for value in &row[..r] {
             left = value.mul_sub_from::<FUSED>(*value, left);
         }
-        for lane in 0..LANES {
-            let share = left.0[lane] / whole.0[lane];
-            // Not `<=`, so that NaN and an entry of nought are cut off too.
-            let is_good = share > ROUNDING;
-            least.0[lane] = least.0[lane].min(if is_good { share } else { 0.0 });
-            row[r].0[lane] = if is_good { 1.0 / left.0[lane].sqrt() } else { 0.0 };
-        }
+        let share = left.over(whole);
+        // Of NaN and of an entry of nought too.
+        let good = |value: Lanes| value.where_above(share, ROUNDING);
+        least = least.least(good(share));
+        row[r] = good(Lanes::splat(1.0).over(left.sqrt()));
     }
     least.0.into_iter().fold(1.0, f64::min)
 }
