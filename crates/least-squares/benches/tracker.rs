@@ -71,6 +71,31 @@ fn squared([x, y, z]: [f64; 3]) -> f64 {
     x * x + y * y + z * z
 }
 
+/// Coordinates of all stations, side by side.
+#[inline(always)]
+fn stations<const I: usize>(shared: &[f64]) -> [[f64; I]; 3] {
+    let mut stations = [[0.0; I]; 3];
+    for (i, station) in shared[..3 * I].as_chunks::<3>().0.iter().enumerate() {
+        for c in 0..3 {
+            stations[c][i] = station[c];
+        }
+    }
+    stations
+}
+
+/// From all stations to a target, and how far.
+#[inline(always)]
+fn sights<const I: usize>(target: &[f64], stations: &[[f64; I]; 3]) -> ([[f64; I]; 3], [f64; I]) {
+    let (mut offsets, mut ranges) = (*stations, [0.0; I]);
+    for i in 0..I {
+        for c in 0..3 {
+            offsets[c][i] = target[c] - stations[c][i];
+        }
+        ranges[i] = squared([offsets[0][i], offsets[1][i], offsets[2][i]]).sqrt();
+    }
+    (offsets, ranges)
+}
+
 impl<const I: usize, const J: usize> BorderedProblem for Tracker<I, J> {
     fn shared_dim(&self) -> usize {
         3 * I + I * J + Self::PAIRS
@@ -93,11 +118,11 @@ impl<const I: usize, const J: usize> BorderedProblem for Tracker<I, J> {
         let measured = &self.displacements_mm[block * I * J..][..I * J];
         let (dead_paths, distances) = shared[3 * I..].split_at(I * J);
         let (ranges, rigid) = out.split_at_mut(I * J);
+        let stations = stations::<I>(shared);
         for j in 0..J {
-            let target = &point[3 * j..][..3];
+            let (_, range) = sights(&point[3 * j..][..3], &stations);
             for i in 0..I {
-                let range = squared(difference(target, &shared[3 * i..][..3])).sqrt();
-                ranges[j * I + i] = range - measured[j * I + i] - dead_paths[i * J + j];
+                ranges[j * I + i] = range[i] - measured[j * I + i] - dead_paths[i * J + j];
             }
         }
         for (n, (a, b)) in pairs(J).enumerate() {
@@ -112,16 +137,18 @@ impl<const I: usize, const J: usize> BorderedProblem for Tracker<I, J> {
         let (dead_paths, distances) = shared[3 * I..].split_at(I * J);
         let (ranges, rigid) = rows.residuals.split_at_mut(I * J);
         let (of_ranges, of_rigid) = rows.by_block.split_at_mut(3 * I * J);
+        let stations = stations::<I>(shared);
         for j in 0..J {
-            let target = &point[3 * j..][..3];
+            let (offsets, range) = sights(&point[3 * j..][..3], &stations);
+            let mut inverse = [0.0; I];
+            for i in 0..I {
+                inverse[i] = 1.0 / range[i];
+            }
             for i in 0..I {
                 let row = j * I + i;
-                let offset = difference(target, &shared[3 * i..][..3]);
-                let range = squared(offset).sqrt();
-                let inverse = 1.0 / range;
-                ranges[row] = range - measured[row] - dead_paths[i * J + j];
+                ranges[row] = range[i] - measured[row] - dead_paths[i * J + j];
                 for c in 0..3 {
-                    let cosine = offset[c] * inverse;
+                    let cosine = offsets[c][i] * inverse[i];
                     of_ranges[3 * row + c] = cosine;
                     rows.by_shared[4 * row + c] = -cosine;
                 }
