@@ -14,6 +14,9 @@ use super::simd::{Task, dispatch, mul_add};
 use super::strips::{self, TILE};
 use super::triangle::row_start;
 
+/// Columns of a covariance that are added up side by side.
+const COLUMNS: usize = 4;
+
 /// Uncertainty of one block.
 ///
 /// A step of the block has the covariance `own + along·alongᵀ`. With the step of another block it
@@ -210,13 +213,17 @@ impl Combine<'_> {
         strips::add_product(simd, a, b, from, false, along);
         let rows = a.len() / b;
         for (row, sums) in a.chunks_exact(b).zip(covariance.chunks_exact_mut(rows.max(1))) {
-            for (k, own) in parts.own.chunks_exact(b).enumerate() {
-                let mut product = 0.0;
-                for (value, own) in row.iter().zip(own) {
-                    product = mul_add::<FUSED>(*value, *own, product);
+            // Some columns of `A·own` at a time: sums side by side do not wait for each other.
+            for first in (0..b).step_by(COLUMNS) {
+                let columns = first..(first + COLUMNS).min(b);
+                let mut products = [0.0; COLUMNS];
+                for (value, own) in row.iter().zip(parts.own.chunks_exact(b)) {
+                    add_scaled::<FUSED>(&mut products, *value, &own[columns.clone()]);
                 }
                 for (sum, other) in sums.iter_mut().zip(a.chunks_exact(b)) {
-                    *sum = mul_add::<FUSED>(product, other[k], *sum);
+                    for (product, other) in products.iter().zip(&other[columns.clone()]) {
+                        *sum = mul_add::<FUSED>(*product, *other, *sum);
+                    }
                 }
             }
         }

@@ -12,8 +12,6 @@ use super::triangle::row_start;
 pub(super) const TILE: usize = 8;
 /// Rows that are handled together: with two vectors of each, as many as there are registers for.
 pub(super) const ROWS: usize = 6;
-/// Vectors of one row that are handled together: a number of tiles, whatever is in a vector.
-const LONG: usize = 8;
 
 /// Rows of one width.
 #[derive(Clone, Copy, Debug)]
@@ -28,11 +26,6 @@ impl<'a, S: Simd> Rows<'a, S> {
     #[inline(always)]
     pub(super) fn new(numbers: &'a [f64], width: usize) -> Self {
         Self { vectors: S::as_simd_f64s(numbers).0, width: width / S::F64_LANES }
-    }
-
-    #[inline(always)]
-    fn row(self, row: usize) -> &'a [S::f64s] {
-        &self.vectors[row * self.width..][..self.width]
     }
 }
 
@@ -92,18 +85,15 @@ pub(super) fn squares<S: Simd>(
     let width = first.1.width;
     let mut squares = [simd.splat_f64s(0.0); TILE];
     let mut at = 0;
-    while at + LONG <= width {
-        add_squares::<S, LONG>(simd, first.clone(), second.clone(), at, &mut squares);
-        at += LONG;
-    }
     while at < width {
-        let (first, second) = (first.clone(), second.clone());
-        match TILE / S::F64_LANES {
-            2 => add_squares::<S, 2>(simd, first, second, at, &mut squares),
-            4 => add_squares::<S, 4>(simd, first, second, at, &mut squares),
-            _ => add_squares::<S, 1>(simd, first, second, at, &mut squares),
-        }
-        at += TILE / S::F64_LANES;
+        let (first, second, into) = (first.clone(), second.clone(), &mut squares);
+        at += match width - at {
+            1 => add_squares::<S, 1>(simd, first, second, at, into),
+            2 | 3 => add_squares::<S, 2>(simd, first, second, at, into),
+            4 | 5 => add_squares::<S, 4>(simd, first, second, at, into),
+            6 | 7 => add_squares::<S, 6>(simd, first, second, at, into),
+            _ => add_squares::<S, 8>(simd, first, second, at, into),
+        };
     }
     let mut sums = [0.0; TILE];
     for (sum, square) in S::as_mut_simd_f64s(&mut sums).0.iter_mut().zip(squares) {
@@ -112,6 +102,7 @@ pub(super) fn squares<S: Simd>(
     sums.iter().sum()
 }
 
+/// Of so many vectors of every row; their number.
 #[inline(always)]
 fn add_squares<S: Simd, const N: usize>(
     simd: S,
@@ -119,18 +110,19 @@ fn add_squares<S: Simd, const N: usize>(
     second: (impl Iterator<Item = (usize, f64)>, Rows<'_, S>),
     at: usize,
     squares: &mut [S::f64s; TILE],
-) {
+) -> usize {
     let mut sums = [simd.splat_f64s(0.0); N];
     for (row, factor) in first.0 {
-        add_scaled(simd, &mut sums, factor, &first.1.row(row)[at..][..N]);
+        add_scaled(simd, &mut sums, factor, &first.1.vectors[row * first.1.width + at..][..N]);
     }
     for (row, factor) in second.0 {
-        add_scaled(simd, &mut sums, factor, &second.1.row(row)[at..][..N]);
+        add_scaled(simd, &mut sums, factor, &second.1.vectors[row * second.1.width + at..][..N]);
     }
     for (n, sum) in sums.into_iter().enumerate() {
-        let square = &mut squares[n % (TILE / S::F64_LANES)];
+        let square = &mut squares[(at + n) % (TILE / S::F64_LANES)];
         *square = simd.mul_add_e_f64s(sum, sum, *square);
     }
+    N
 }
 
 /// `to ← to + factor · from`. No closure: what the compiler does not inline of one goes without vectors.
