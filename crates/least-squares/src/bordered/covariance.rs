@@ -64,14 +64,14 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     let place = Place { problem, program: &program, robust: &options.robust, point };
     let steady = steady(place, options.rank_tolerance);
     let is_steady = steady.is_some();
-    let (triangle, rank) = if let Some(steady) = steady {
-        steady
+    let (triangle, rank, twice_cost) = if let Some((triangle, rank, twice_cost)) = steady {
+        (triangle, rank, Some(twice_cost))
     } else {
         super::diagnose::all_finite(place)?;
         let shared = place.shared();
-        (shared.triangle(), place.rank(&shared, options.rank_tolerance))
+        (shared.triangle(), place.rank(&shared, options.rank_tolerance), None)
     };
-    let tally = Tally::new(place);
+    let tally = Tally::new(place, twice_cost);
     if !rank.directions.is_empty() {
         let report = Box::new(report_at(&program, &tally, &rank));
         let best = Box::new(point.clone());
@@ -105,9 +105,12 @@ fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
     rows
 }
 
-/// Triangle of the shared columns and its rank from normal equations; `None` where they are too
-/// weak, or a number is not finite.
-fn steady<P: BorderedProblem>(place: Place<'_, P>, tolerance: f64) -> Option<(DMatrix<f64>, Rank)> {
+/// Triangle of the shared columns and its rank from normal equations, and `Σ ρ`; `None` where they
+/// are too weak, or a number is not finite.
+fn steady<P: BorderedProblem>(
+    place: Place<'_, P>,
+    tolerance: f64,
+) -> Option<(DMatrix<f64>, Rank, f64)> {
     let Place { problem, program, robust, point } = place;
     let mut room = Room::new(program);
     Setting { problem, program, robust }.eliminate(&mut room, point, 0.0);
@@ -124,7 +127,8 @@ fn steady<P: BorderedProblem>(place: Place<'_, P>, tolerance: f64) -> Option<(DM
     let n = program.free.len();
     let triangle = reduced.triangle(n);
     if n == 0 {
-        return Some((triangle, Rank { directions: Vec::new(), condition: 1.0 }));
+        let rank = Rank { directions: Vec::new(), condition: 1.0 };
+        return Some((triangle, rank, reduced.twice_cost));
     }
     let mut scaled = triangle.clone();
     for (mut column, length) in scaled.column_iter_mut().zip(&reduced.lengths()) {
@@ -133,7 +137,7 @@ fn steady<P: BorderedProblem>(place: Place<'_, P>, tolerance: f64) -> Option<(DM
     let values = scaled.singular_values();
     let (largest, smallest) = (values.max(), values.min());
     let rank = Rank { directions: Vec::new(), condition: largest / smallest };
-    (smallest > tolerance * largest).then_some((triangle, rank))
+    (smallest > tolerance * largest).then_some((triangle, rank, reduced.twice_cost))
 }
 
 impl<P> fmt::Debug for BorderedCovariance<'_, P> {

@@ -34,7 +34,7 @@ pub fn solve_bordered<P: BorderedProblem>(
     if ended == Ended::NonFinite {
         super::diagnose::all_finite(place)?;
     }
-    let tally = Tally::new(place);
+    let tally = Tally::new(place, Some(2.0 * search.cost));
     let mut report = report_of(&search, &program, &tally);
     if search.least_pivot() < SAFE_PIVOT || !matches!(ended, Ended::Converged(_)) {
         let rank = place.rank(&place.shared(), options.rank_tolerance);
@@ -115,7 +115,21 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    pub(super) fn new<P: BorderedProblem>(place: Place<'_, P>) -> Self {
+    /// `Σ ρ` may be known already.
+    pub(super) fn new<P: BorderedProblem>(place: Place<'_, P>, twice_cost: Option<f64>) -> Self {
+        match twice_cost {
+            Some(squares) if place.robust.is_empty() => {
+                let of_blocks = (0..place.program.block_count)
+                    .map(|block| place.problem.observed_count(block))
+                    .sum::<usize>();
+                let given = of_blocks + place.problem.shared_residual_count();
+                Self { given, used: given, cost: 0.5 * squares, weighted: squares }
+            }
+            _ => Self::evaluated(place),
+        }
+    }
+
+    fn evaluated<P: BorderedProblem>(place: Place<'_, P>) -> Self {
         let Place { problem, program, robust, point } = place;
         let mut residuals = vec![0.0; program.limits.rows];
         let mut root_weights = vec![1.0; program.limits.rows];
