@@ -28,20 +28,36 @@ pub(crate) struct FreePoints<'a> {
     /// Pairs of mounts that are seen together at some step.
     pairs: Vec<(usize, usize)>,
     /// Rows by kind of step: what is seen at it.
-    kinds: Vec<Vec<Row>>,
+    kinds: Vec<Rows>,
     patterns: Vec<Pattern>,
     kind_of: Vec<usize>,
 }
 
-/// What one row of a step is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Row {
-    /// A range from a station to a mount, with its dead path.
-    Range([usize; 3]),
-    /// The distance of a pair of mounts.
-    Distance(usize),
-    /// A coordinate of a point that was not seen: it stays where it starts.
-    Unseen(usize),
+/// Rows of a step, in this order.
+#[derive(Clone, Debug)]
+struct Rows {
+    /// Ranges, from a station to a mount, with their dead paths.
+    ranges: Vec<[usize; 3]>,
+    /// Distances of pairs of mounts, with those.
+    distances: Vec<(usize, [usize; 2])>,
+    /// Coordinates of points that were not seen: they stay where they start.
+    unseen: Vec<usize>,
+}
+
+/// Ranges that are worked out side by side.
+const SIDE: usize = 4;
+
+/// Where a step is evaluated.
+struct At<'a> {
+    places: Places<'a>,
+    shared: &'a [f64],
+    block: &'a [f64],
+}
+
+/// Lines from stations to targets, side by side.
+struct Lines<const N: usize> {
+    along_mm: [[f64; N]; 3],
+    path_mm: [f64; N],
 }
 
 impl<'a> FreePoints<'a> {
@@ -78,52 +94,29 @@ impl<'a> FreePoints<'a> {
     fn add_kind(&mut self, step: usize) {
         let network = self.network;
         let seen = network.mounts_at(step);
-        let ranges = network.ranges_of_step[step].iter().map(|&r| Row::Range(network.seen_by(r)));
-        let distances = pairs_of(seen).map(|pair| {
-            let index = self.pairs.binary_search(&pair);
-            Row::Distance(index.expect("the list holds every pair seen"))
+        let ranges = network.ranges_of_step[step].iter().map(|&r| network.seen_by(r)).collect();
+        let distances = pairs_of(seen).map(|(a, b)| {
+            let index = self.pairs.binary_search(&(a, b));
+            (index.expect("the list holds every pair seen"), [a, b])
         });
         let unseen = (0..network.survey.mounts.len()).filter(|j| !seen.contains(j));
-        let unseen = unseen.flat_map(|j| (0..3).map(move |axis| Row::Unseen(3 * j + axis)));
-        let rows: Vec<Row> = ranges.chain(distances).chain(unseen).collect();
+        let unseen = unseen.flat_map(|j| 3 * j..3 * j + 3).collect();
+        let rows = Rows { ranges, distances: distances.collect(), unseen };
+        let point = |mount: usize| [3 * mount, 3 * mount + 1, 3 * mount + 2];
         let mut pattern = Pattern::new();
-        for row in &rows {
-            pattern.push(&self.of_block(*row), &self.of_shared(*row));
+        for &[station, mount, dead_path] in &rows.ranges {
+            let moves = self.chart.moves(station).iter().map(|(p, _)| *p);
+            let of_shared: Vec<usize> = moves.chain([self.chart.dim() + dead_path]).collect();
+            pattern.push(&point(mount), &of_shared);
+        }
+        for &(pair, ends) in &rows.distances {
+            pattern.push(ends.map(point).as_flattened(), &[self.distance_start() + pair]);
+        }
+        for &coordinate in &rows.unseen {
+            pattern.push(&[coordinate], &[]);
         }
         self.kinds.push(rows);
         self.patterns.push(pattern);
-    }
-
-    /// Rows of a step, and the displacements of its ranges, which are the first of them.
-    #[inline(always)]
-    fn rows(&self, step: usize) -> (&[Row], impl Iterator<Item = f64> + '_) {
-        let ranges = &self.network.survey.ranges;
-        let displacements =
-            self.network.ranges_of_step[step].iter().map(|&r| ranges[r].displacement_mm);
-        (&self.kinds[self.kind_of[step]], displacements.chain(std::iter::repeat(0.0)))
-    }
-
-    fn of_block(&self, row: Row) -> Vec<usize> {
-        let point = |mount: usize| 3 * mount..3 * mount + 3;
-        match row {
-            Row::Range([_, mount, _]) => point(mount).collect(),
-            Row::Distance(pair) => {
-                let (a, b) = self.pairs[pair];
-                point(a).chain(point(b)).collect()
-            }
-            Row::Unseen(coordinate) => vec![coordinate],
-        }
-    }
-
-    fn of_shared(&self, row: Row) -> Vec<usize> {
-        match row {
-            Row::Range([station, _, dead_path]) => {
-                let moves = self.chart.moves(station).iter().map(|(p, _)| *p);
-                moves.chain([self.chart.dim() + dead_path]).collect()
-            }
-            Row::Distance(pair) => vec![self.distance_start() + pair],
-            Row::Unseen(_) => Vec::new(),
-        }
     }
 
     fn distance_start(&self) -> usize {
@@ -143,44 +136,83 @@ impl<'a> FreePoints<'a> {
         }
     }
 
-    /// Path from station to target less the dead path, and the unit vector along it.
+    /// Residual of a range from the length of its path.
     #[inline(always)]
-    fn beam(
-        &self,
-        [station, mount, dead_path]: [usize; 3],
-        places: &Places<'_>,
-        shared: &[f64],
-        block: &[f64],
-    ) -> (f64, Vector3<f64>) {
-        let along = point_of(block, mount) - places.at_mm(station);
-        let path = along.norm();
-        (path - shared[self.chart.dim() + dead_path], along * path.recip())
+    fn residual(&self, path_mm: f64, dead_path: usize, range: usize, at: &At<'_>) -> f64 {
+        let read_mm = path_mm - at.shared[self.chart.dim() + dead_path];
+        (read_mm - self.network.survey.ranges[range].displacement_mm) * self.weight
     }
 
     #[inline(always)]
-    fn across(&self, pair: usize, shared: &[f64], block: &[f64]) -> (f64, Vector3<f64>) {
-        let (a, b) = self.pairs[pair];
-        let along = point_of(block, a) - point_of(block, b);
-        let distance = along.norm();
-        (distance - shared[self.distance_start() + pair], along * distance.recip())
-    }
-
-    /// Where an unseen coordinate is held: at zero, which is as good as anywhere.
-    #[inline(always)]
-    fn residual(
+    fn write_residuals<const N: usize>(
         &self,
-        (row, displacement_mm): (Row, f64),
-        places: &Places<'_>,
-        shared: &[f64],
-        block: &[f64],
-    ) -> f64 {
-        match row {
-            Row::Range(seen) => {
-                (self.beam(seen, places, shared, block).0 - displacement_mm) * self.weight
-            }
-            Row::Distance(pair) => self.across(pair, shared, block).0 * self.rigid_weight,
-            Row::Unseen(coordinate) => block[coordinate],
+        (seen, ranges): (&[[usize; 3]; N], &[usize]),
+        at: &At<'_>,
+        out: &mut [f64],
+    ) {
+        let Lines { path_mm, .. } = Lines::of(seen, at);
+        for n in 0..N {
+            out[n] = self.residual(path_mm[n], seen[n][2], ranges[n], at);
         }
+    }
+
+    /// Writes residuals of ranges with their derivatives; the number of those by the shared point.
+    #[inline(always)]
+    fn linearise_ranges<const N: usize>(
+        &self,
+        (seen, ranges): (&[[usize; 3]; N], &[usize]),
+        at: &At<'_>,
+        rows: BlockRows<'_>,
+    ) -> usize {
+        let Lines { along_mm: [x, y, z], path_mm } = Lines::of(seen, at);
+        let mut beams = [[0.0; N]; 3];
+        for n in 0..N {
+            let inverse = 1.0 / path_mm[n];
+            beams[0][n] = x[n] * inverse * self.weight;
+            beams[1][n] = y[n] * inverse * self.weight;
+            beams[2][n] = z[n] * inverse * self.weight;
+        }
+        let BlockRows { residuals, by_block, by_shared } = rows;
+        let mut common = 0;
+        for n in 0..N {
+            let [station, _, dead_path] = seen[n];
+            residuals[n] = self.residual(path_mm[n], dead_path, ranges[n], at);
+            let beam = Vector3::new(beams[0][n], beams[1][n], beams[2][n]);
+            by_block[3 * n..3 * n + 3].copy_from_slice(beam.as_slice());
+            for (_, way) in self.chart.moves(station) {
+                by_shared[common] = -way.dot(&beam);
+                common += 1;
+            }
+            by_shared[common] = -self.weight;
+            common += 1;
+        }
+        common
+    }
+
+    /// Distance of a pair of mounts less what it is on the body, and the unit vector along it.
+    #[inline(always)]
+    fn across(&self, pair: usize, [a, b]: [usize; 2], at: &At<'_>) -> (f64, Vector3<f64>) {
+        let along = point_of(at.block, a) - point_of(at.block, b);
+        let distance = along.norm();
+        (distance - at.shared[self.distance_start() + pair], along * distance.recip())
+    }
+}
+
+impl<const N: usize> Lines<N> {
+    #[inline(always)]
+    fn of(seen: &[[usize; 3]; N], at: &At<'_>) -> Self {
+        let (mut along_mm, mut path_mm) = ([[0.0; N]; 3], [0.0; N]);
+        for (n, &[station, mount, _]) in seen.iter().enumerate() {
+            let along = point_of(at.block, mount) - at.places.at_mm(station);
+            for c in 0..3 {
+                along_mm[c][n] = along[c];
+            }
+        }
+        let [x, y, z] = &along_mm;
+        for n in 0..N {
+            path_mm[n] = (x[n] * x[n] + y[n] * y[n] + z[n] * z[n]).sqrt();
+        }
+        Self { along_mm, path_mm }
     }
 }
 
@@ -216,49 +248,69 @@ impl BorderedProblem for FreePoints<'_> {
 
     #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
-        let places = self.chart.places(shared);
-        let (rows, displacements) = self.rows(block);
-        for ((row, displacement_mm), out) in rows.iter().zip(displacements).zip(out) {
-            *out = self.residual((*row, displacement_mm), &places, shared, point);
+        let at = At { places: self.chart.places(shared), shared, block: point };
+        let Rows { ranges: seen, distances, unseen } = &self.kinds[self.kind_of[block]];
+        let of_step = &self.network.ranges_of_step[block];
+        let (several, rest) = seen.as_chunks::<SIDE>();
+        let mut row = 0;
+        for seen in several {
+            self.write_residuals((seen, &of_step[row..]), &at, &mut out[row..]);
+            row += SIDE;
+        }
+        for seen in rest.as_chunks::<1>().0 {
+            self.write_residuals((seen, &of_step[row..]), &at, &mut out[row..]);
+            row += 1;
+        }
+        let (of_distances, of_unseen) = out[row..].split_at_mut(distances.len());
+        for (out, &(pair, ends)) in of_distances.iter_mut().zip(distances) {
+            *out = self.across(pair, ends, &at).0 * self.rigid_weight;
+        }
+        // An unseen coordinate is held at zero, which is as good as anywhere.
+        for (out, &coordinate) in of_unseen.iter_mut().zip(unseen) {
+            *out = point[coordinate];
         }
     }
 
     #[inline(always)]
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
-        let (mut own, mut common) = (0, 0);
-        let put = |to: &mut [f64], at: &mut usize, values: &[f64]| {
-            to[*at..*at + values.len()].copy_from_slice(values);
-            *at += values.len();
-        };
-        let places = self.chart.places(shared);
-        let (listed, displacements) = self.rows(block);
-        for ((n, row), displacement_mm) in listed.iter().enumerate().zip(displacements) {
-            match *row {
-                Row::Range(seen) => {
-                    let (read_mm, beam) = self.beam(seen, &places, shared, point);
-                    let beam = beam * self.weight;
-                    rows.residuals[n] = (read_mm - displacement_mm) * self.weight;
-                    put(rows.by_block, &mut own, beam.as_slice());
-                    let [station, ..] = seen;
-                    for (_, way) in self.chart.moves(station) {
-                        put(rows.by_shared, &mut common, &[-way.dot(&beam)]);
-                    }
-                    put(rows.by_shared, &mut common, &[-self.weight]);
-                }
-                Row::Distance(pair) => {
-                    let (residual_mm, along) = self.across(pair, shared, point);
-                    let along = along * self.rigid_weight;
-                    rows.residuals[n] = residual_mm * self.rigid_weight;
-                    put(rows.by_block, &mut own, along.as_slice());
-                    put(rows.by_block, &mut own, (-along).as_slice());
-                    put(rows.by_shared, &mut common, &[-self.rigid_weight]);
-                }
-                Row::Unseen(coordinate) => {
-                    rows.residuals[n] = point[coordinate];
-                    put(rows.by_block, &mut own, &[1.0]);
-                }
-            }
+        let at = At { places: self.chart.places(shared), shared, block: point };
+        let Rows { ranges: seen, distances, unseen } = &self.kinds[self.kind_of[block]];
+        let of_step = &self.network.ranges_of_step[block];
+        let BlockRows { residuals, by_block, by_shared } = rows;
+        let (several, rest) = seen.as_chunks::<SIDE>();
+        let (mut row, mut common) = (0, 0);
+        for seen in several {
+            let rows = BlockRows {
+                residuals: &mut residuals[row..],
+                by_block: &mut by_block[3 * row..],
+                by_shared: &mut by_shared[common..],
+            };
+            common += self.linearise_ranges((seen, &of_step[row..]), &at, rows);
+            row += SIDE;
         }
+        for seen in rest.as_chunks::<1>().0 {
+            let rows = BlockRows {
+                residuals: &mut residuals[row..],
+                by_block: &mut by_block[3 * row..],
+                by_shared: &mut by_shared[common..],
+            };
+            common += self.linearise_ranges((seen, &of_step[row..]), &at, rows);
+            row += 1;
+        }
+        let (of_distances, of_unseen) = residuals[row..].split_at_mut(distances.len());
+        let (own, by_unseen) = by_block[3 * row..].split_at_mut(6 * distances.len());
+        let own = own.as_chunks_mut::<6>().0;
+        for ((&(pair, ends), residual), own) in distances.iter().zip(of_distances).zip(own) {
+            let (residual_mm, along) = self.across(pair, ends, &at);
+            let [x, y, z] = (along * self.rigid_weight).into();
+            *residual = residual_mm * self.rigid_weight;
+            *own = [x, y, z, -x, -y, -z];
+        }
+        by_shared[common..].fill(-self.rigid_weight);
+        for (residual, &coordinate) in of_unseen.iter_mut().zip(unseen) {
+            *residual = point[coordinate];
+        }
+        by_unseen.fill(1.0);
     }
 
     fn shared_residual_count(&self) -> usize {

@@ -30,16 +30,18 @@ const FEW: usize = 16;
 pub(crate) struct Places<'a> {
     chart: &'a StationChart,
     shared: &'a [f64],
-    /// `None` where they are more than fit, or asked for once only.
-    pub(crate) known: Option<[Vector3<f64>; FEW]>,
+    known: [Vector3<f64>; FEW],
+    /// Not where they are more than fit, or asked for once only.
+    pub(crate) are_known: bool,
 }
 
 impl Places<'_> {
     #[inline(always)]
     pub(crate) fn at_mm(&self, station: usize) -> Vector3<f64> {
-        match &self.known {
-            Some(places) => places[station],
-            None => self.chart.position_mm(station, self.shared),
+        if self.are_known {
+            self.known[station]
+        } else {
+            self.chart.position_mm(station, self.shared)
         }
     }
 }
@@ -81,17 +83,18 @@ impl StationChart {
     /// Places of all stations, for many rows.
     #[inline(always)]
     pub(crate) fn places<'a>(&'a self, shared: &'a [f64]) -> Places<'a> {
-        let mut known = [Vector3::zeros(); FEW];
-        let are_few = self.moves.len() <= FEW;
-        for (station, place) in known.iter_mut().enumerate().take(self.moves.len()) {
+        let mut places = self.place(shared);
+        places.are_known = self.moves.len() <= FEW;
+        for (station, place) in places.known.iter_mut().enumerate().take(self.moves.len()) {
             *place = self.position_mm(station, shared);
         }
-        Places { known: are_few.then_some(known), ..self.place(shared) }
+        places
     }
 
     /// Places of stations, for one row.
+    #[inline(always)]
     pub(crate) fn place<'a>(&'a self, shared: &'a [f64]) -> Places<'a> {
-        Places { chart: self, shared, known: None }
+        Places { chart: self, shared, known: [Vector3::zeros(); FEW], are_known: false }
     }
 
     /// The rigid motion that takes the given places where the gauge wants them.

@@ -209,7 +209,7 @@ impl<'a> Joint<'a> {
         let error = self.error(angle, shared, point);
         let block = Block::of(&error);
         let n_mounts = self.network.survey.mounts.len();
-        let are_few = n_mounts <= FEW && places.known.is_some() && self.shifts.is_empty();
+        let are_few = n_mounts <= FEW && places.are_known && self.shifts.is_empty();
         let reflectors = are_few.then(|| {
             let mut reflectors = [Reflector::default(); FEW];
             for (mount, reflector) in reflectors.iter_mut().enumerate().take(n_mounts) {
