@@ -23,7 +23,7 @@ pub(crate) enum Shape {
 #[derive(Clone, Debug)]
 pub(crate) struct Curves {
     across: [usize; 2],
-    /// Nominal rotation at each angle.
+    /// Nominal rotation at each angle; empty where no amplitude is of the location.
     rotations: Vec<Matrix3<f64>>,
     pub(crate) shapes: Vec<Shape>,
 }
@@ -42,6 +42,8 @@ pub(crate) const LOCATION: [Shape; 4] =
 impl Curves {
     pub(crate) fn new(axis: &RotaryAxis, angles_rad: &[f64], shapes: Vec<Shape>) -> Self {
         let rotation = |a: &f64| axis.rotation(*a).to_rotation_matrix().into_inner();
+        let has_location = shapes.iter().any(|shape| matches!(shape, Shape::Location(_)));
+        let angles_rad = if has_location { angles_rad } else { &[] };
         let rotations = angles_rad.iter().map(rotation).collect();
         Self { across: axis.letter.across(), rotations, shapes }
     }

@@ -94,7 +94,7 @@ impl<'a> FreePoints<'a> {
     fn add_kind(&mut self, step: usize) {
         let network = self.network;
         let seen = network.mounts_at(step);
-        let ranges = network.ranges_of_step[step].iter().map(|&r| network.seen_by(r)).collect();
+        let ranges = network.ranges_of_step.at(step).iter().map(|&r| network.seen_by(r)).collect();
         let distances = pairs_of(seen).map(|(a, b)| {
             let index = self.pairs.binary_search(&(a, b));
             (index.expect("the list holds every pair seen"), [a, b])
@@ -138,15 +138,15 @@ impl<'a> FreePoints<'a> {
 
     /// Residual of a range from the length of its path.
     #[inline(always)]
-    fn residual(&self, path_mm: f64, dead_path: usize, range: usize, at: &At<'_>) -> f64 {
+    fn residual(&self, path_mm: f64, dead_path: usize, range: u32, at: &At<'_>) -> f64 {
         let read_mm = path_mm - at.shared[self.chart.dim() + dead_path];
-        (read_mm - self.network.survey.ranges[range].displacement_mm) * self.weight
+        (read_mm - self.network.survey.ranges[range as usize].displacement_mm) * self.weight
     }
 
     #[inline(always)]
     fn write_residuals<const N: usize>(
         &self,
-        (seen, ranges): (&[[usize; 3]; N], &[usize]),
+        (seen, ranges): (&[[usize; 3]; N], &[u32]),
         at: &At<'_>,
         out: &mut [f64],
     ) {
@@ -160,7 +160,7 @@ impl<'a> FreePoints<'a> {
     #[inline(always)]
     fn linearise_ranges<const N: usize>(
         &self,
-        (seen, ranges): (&[[usize; 3]; N], &[usize]),
+        (seen, ranges): (&[[usize; 3]; N], &[u32]),
         at: &At<'_>,
         rows: BlockRows<'_>,
     ) -> usize {
@@ -250,7 +250,7 @@ impl BorderedProblem for FreePoints<'_> {
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let at = At { places: self.chart.places(shared), shared, block: point };
         let Rows { ranges: seen, distances, unseen } = &self.kinds[self.kind_of[block]];
-        let of_step = &self.network.ranges_of_step[block];
+        let of_step = self.network.ranges_of_step.at(block);
         let (several, rest) = seen.as_chunks::<SIDE>();
         let mut row = 0;
         for seen in several {
@@ -275,7 +275,7 @@ impl BorderedProblem for FreePoints<'_> {
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
         let at = At { places: self.chart.places(shared), shared, block: point };
         let Rows { ranges: seen, distances, unseen } = &self.kinds[self.kind_of[block]];
-        let of_step = &self.network.ranges_of_step[block];
+        let of_step = self.network.ranges_of_step.at(block);
         let BlockRows { residuals, by_block, by_shared } = rows;
         let (several, rest) = seen.as_chunks::<SIDE>();
         let (mut row, mut common) = (0, 0);
@@ -339,6 +339,6 @@ impl BorderedProblem for FreePoints<'_> {
 
 impl Readings for FreePoints<'_> {
     fn range_count(&self, block: usize) -> usize {
-        self.network.ranges_of_step[block].len()
+        self.network.ranges_of_step.at(block).len()
     }
 }

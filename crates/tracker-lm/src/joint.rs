@@ -16,6 +16,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Vector3, Vector6};
 use crate::curves::{Curves, LOCATION};
 use crate::gauge::{Places, StationChart};
 use crate::kinds::Kinds;
+use crate::lists::Lists;
 use crate::network::Network;
 use crate::readings::Readings;
 use crate::shift::Shift;
@@ -34,7 +35,7 @@ pub(crate) struct Joint<'a> {
     /// What the errors of each angle move, and from there to the origin of the reflectors.
     pivots_mm: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// Ranges of each angle, in the order of its rows.
-    pub(crate) ranges_of: Vec<Vec<usize>>,
+    pub(crate) ranges_of: Lists,
     patterns: Vec<Pattern>,
     pattern_of: Vec<usize>,
     /// Location of the axis where it is fitted.
@@ -87,11 +88,8 @@ impl<'a> Joint<'a> {
             (pivot_mm, nominal.translation.vector - pivot_mm)
         };
         let pivots_mm = nominal.iter().enumerate().map(pivot).collect();
-        let of_steps = |steps: &[usize]| -> Vec<&[usize]> {
-            steps.iter().map(|&s| network.ranges_of_step[s].as_slice()).collect()
-        };
-        let ranges_of: Vec<Vec<usize>> =
-            network.angles.iter().map(|a| of_steps(&a.steps).concat()).collect();
+        let steps = network.angles.iter().map(|angle| &angle.steps[..]);
+        let ranges_of = network.ranges_of_step.joined(steps);
         let shapes = match network.axis_model {
             AxisModel::Located => LOCATION.to_vec(),
             AxisModel::Free | AxisModel::Fixed => Vec::new(),
@@ -120,12 +118,12 @@ impl<'a> Joint<'a> {
     /// One pattern for all blocks that see the same.
     fn find_patterns(&mut self) {
         let mut kinds = Kinds::default();
-        for ranges in &self.ranges_of {
+        for ranges in self.ranges_of.iter() {
             let (kind, is_new) = kinds.number(ranges.iter().map(|&r| self.network.seen_by(r)));
             if is_new {
                 let mut pattern = Pattern::new();
                 for &range in ranges {
-                    pattern.push(&[0, 1, 2, 3, 4, 5], &self.shared_of(range));
+                    pattern.push(&[0, 1, 2, 3, 4, 5], &self.shared_of(range as usize));
                 }
                 self.patterns.push(pattern);
             }
@@ -138,7 +136,7 @@ impl<'a> Joint<'a> {
         let r = &self.network.survey.ranges[range];
         let station = self.chart.moves(r.station).iter().map(|(p, _)| *p);
         let mount = self.mount_start() + 3 * r.mount;
-        let dead_path = self.dead_path_start() + self.network.dead_path_of[range];
+        let dead_path = self.dead_path_start() + self.network.dead_path_of(r);
         let curves = self.curve_start()..self.curve_start() + self.curves.len();
         station.chain([dead_path, mount, mount + 1, mount + 2]).chain(curves).collect()
     }
@@ -276,8 +274,9 @@ impl<'a> Joint<'a> {
     #[inline(always)]
     fn residual_mm(&self, range: usize, shared: &[f64], along: &Vector3<f64>) -> (f64, f64) {
         let path = along.norm();
-        let dead_path = shared[self.dead_path_start() + self.network.dead_path_of[range]];
-        (path - dead_path - self.network.survey.ranges[range].displacement_mm, path)
+        let range = &self.network.survey.ranges[range];
+        let dead_path = shared[self.dead_path_start() + self.network.dead_path_of(range)];
+        (path - dead_path - range.displacement_mm, path)
     }
 
     #[inline(always)]
@@ -360,7 +359,8 @@ impl BorderedProblem for Joint<'_> {
     #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let at = self.at_angle(block, shared, self.chart.places(shared), point);
-        for (&range, out) in self.ranges_of[block].iter().zip(out) {
+        for (&range, out) in self.ranges_of.at(block).iter().zip(out) {
+            let range = range as usize;
             let shifted = self.shifted_block(range, &at.error);
             let along = self.lines(range, &at, shifted.as_ref().unwrap_or(&at.block)).0;
             *out = self.residual_mm(range, shared, &along).0 / self.sigma_mm;
@@ -374,8 +374,8 @@ impl BorderedProblem for Joint<'_> {
         let weight = 1.0 / self.sigma_mm;
         let by_block = rows.by_block.as_chunks_mut::<6>().0.iter_mut();
         let mut by_shared = rows.by_shared.iter_mut();
-        let ranges = self.ranges_of[block].iter();
-        for ((&range, residual), by_block) in ranges.zip(rows.residuals).zip(by_block) {
+        let ranges = self.ranges_of.at(block).iter().map(|&range| range as usize);
+        for ((range, residual), by_block) in ranges.zip(rows.residuals).zip(by_block) {
             let slopes = self.slopes(range, &at);
             *residual = weight * slopes.residual_mm;
             *by_block = (weight * slopes.by_error()).into();
@@ -424,6 +424,6 @@ impl BorderedProblem for Joint<'_> {
 
 impl Readings for Joint<'_> {
     fn range_count(&self, block: usize) -> usize {
-        self.ranges_of[block].len()
+        self.ranges_of.at(block).len()
     }
 }

@@ -102,7 +102,7 @@ pub(crate) struct Rows<I> {
     ranges: I,
 }
 
-impl<'a, I: Iterator<Item = &'a usize>> Rows<I> {
+impl<'a, I: Iterator<Item = &'a u32>> Rows<I> {
     /// `ranges` are in the order of the rows.
     pub(crate) fn new(network: &Network<'_>, weights: Weights, ranges: I) -> Self {
         let zeros = || vec![0.0; network.survey.ranges.len()];
@@ -111,7 +111,7 @@ impl<'a, I: Iterator<Item = &'a usize>> Rows<I> {
     }
 
     pub(crate) fn take(&mut self, [residual, share]: [f64; 2]) {
-        let range = *self.ranges.next().expect("every row is of a range");
+        let range = *self.ranges.next().expect("every row is of a range") as usize;
         self.residuals_mm[range] = self.displacement_mm * residual;
         self.redundancy[range] = share;
     }

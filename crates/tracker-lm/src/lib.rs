@@ -62,6 +62,7 @@ mod head;
 mod joint;
 mod joint_result;
 mod kinds;
+mod lists;
 mod location;
 #[cfg(feature = "loop")]
 mod missing;

@@ -7,6 +7,7 @@ use crate::curves::LOCATION;
 use crate::error::{Record, Shortage};
 use crate::gauge::StationChart;
 use crate::head::head_angles;
+use crate::lists::Lists;
 use crate::{
     AxisModel, DeadPath, Formulation, Gauge, Options, Range, RotaryAxis, Survey, TrackerError,
 };
@@ -33,11 +34,11 @@ pub(crate) struct Network<'a> {
     /// Angle of each step.
     pub(crate) angle_of_step: Vec<usize>,
     /// Ranges of each step.
-    pub(crate) ranges_of_step: Vec<Vec<usize>>,
+    pub(crate) ranges_of_step: Lists,
     /// Station, and mount where each lock has its own.
     pub(crate) dead_paths: Vec<(usize, Option<usize>)>,
-    /// Dead path of each range.
-    pub(crate) dead_path_of: Vec<usize>,
+    /// Dead path of each station and mount that have one.
+    dead_path_of: Vec<usize>,
     /// Mounts seen at each step, sorted, step after step.
     mounts_seen: Vec<usize>,
     /// Where those of each step begin; then their end.
@@ -65,9 +66,9 @@ impl<'a> Network<'a> {
         };
         let (mut mounts_seen, mut seen_from) = (Vec::new(), vec![0]);
         let mut seen = Vec::new();
-        for ranges in &ranges_of_step {
+        for ranges in ranges_of_step.iter() {
             seen.clear();
-            seen.extend(ranges.iter().map(|&r| survey.ranges[r].mount));
+            seen.extend(ranges.iter().map(|&r| survey.ranges[r as usize].mount));
             seen.sort_unstable();
             seen.dedup();
             mounts_seen.extend_from_slice(&seen);
@@ -138,9 +139,14 @@ impl<'a> Network<'a> {
     }
 
     /// Station, mount and dead path of a range.
-    pub(crate) fn seen_by(&self, range: usize) -> [usize; 3] {
-        let r = &self.survey.ranges[range];
-        [r.station, r.mount, self.dead_path_of[range]]
+    pub(crate) fn seen_by(&self, range: u32) -> [usize; 3] {
+        let r = &self.survey.ranges[range as usize];
+        [r.station, r.mount, self.dead_path_of(r)]
+    }
+
+    /// Dead path of a range.
+    pub(crate) fn dead_path_of(&self, range: &Range) -> usize {
+        self.dead_path_of[range.station * self.survey.mounts.len() + range.mount]
     }
 
     /// Number of target points: mounts seen at a step, over all steps.
@@ -242,7 +248,7 @@ fn check_numbers(survey: &Survey) -> Result<(), TrackerError> {
 }
 
 /// Refuses what refers to nothing and what is never referred to; the ranges of each step.
-fn check_references(survey: &Survey) -> Result<Vec<Vec<usize>>, TrackerError> {
+fn check_references(survey: &Survey) -> Result<Lists, TrackerError> {
     let (n_stations, n_mounts, n_steps) =
         (survey.stations.len(), survey.mounts.len(), survey.steps.len());
     let mut unseen = [vec![true; n_stations], vec![true; n_mounts], vec![true; n_steps]];
@@ -287,25 +293,22 @@ fn check_references(survey: &Survey) -> Result<Vec<Vec<usize>>, TrackerError> {
     Err(TrackerError::Unseen { what: name.0, name: name.1.clone() })
 }
 
-fn by_step(ranges: &[Range], n_steps: usize) -> Vec<Vec<usize>> {
+fn by_step(ranges: &[Range], n_steps: usize) -> Lists {
     let mut counts = vec![0; n_steps];
     for range in ranges {
         counts[range.step] += 1;
     }
-    let mut of_step: Vec<Vec<usize>> = counts.into_iter().map(Vec::with_capacity).collect();
-    for (index, range) in ranges.iter().enumerate() {
-        of_step[range.step].push(index);
-    }
-    of_step
+    Lists::sorted(&counts, ranges.iter().map(|range| range.step))
 }
 
 /// The first range that repeats one before it.
-fn first_duplicate(survey: &Survey, ranges_of_step: &[Vec<usize>]) -> Option<usize> {
+fn first_duplicate(survey: &Survey, ranges_of_step: &Lists) -> Option<usize> {
     let mut first: Option<usize> = None;
     let mut seen: Vec<(usize, usize, usize)> = Vec::new();
-    for ranges in ranges_of_step {
+    for ranges in ranges_of_step.iter() {
         seen.clear();
-        seen.extend(ranges.iter().map(|&i| (survey.ranges[i].mount, survey.ranges[i].station, i)));
+        let reading = |&i: &u32| (&survey.ranges[i as usize], i as usize);
+        seen.extend(ranges.iter().map(reading).map(|(r, i)| (r.mount, r.station, i)));
         // Most records are in this order already.
         if !seen.is_sorted() {
             seen.sort_unstable();
@@ -349,30 +352,25 @@ pub(crate) fn check_collinear(points_mm: &[Vector3<f64>]) -> Result<(), TrackerE
     })
 }
 
-/// Dead paths in the order of stations and mounts, and that of each range.
+/// Dead paths in the order of stations and mounts, and that of each station and mount.
 fn dead_paths(survey: &Survey, model: DeadPath) -> (Vec<(usize, Option<usize>)>, Vec<usize>) {
-    let mount = |r: &Range| match model {
-        DeadPath::Lock => Some(r.mount),
-        DeadPath::Station => None,
-    };
-    let mut of_station = vec![Vec::new(); survey.stations.len()];
+    let n_mounts = survey.mounts.len();
+    let mut is_seen = vec![false; survey.stations.len() * n_mounts];
     for range in &survey.ranges {
-        let (known, mount) = (&mut of_station[range.station], mount(range));
-        if let Err(place) = known.binary_search(&mount) {
-            known.insert(place, mount);
+        is_seen[range.station * n_mounts + range.mount] = true;
+    }
+    let (mut dead_paths, mut of_pairs) = (Vec::new(), vec![0; is_seen.len()]);
+    for (pair, _) in is_seen.iter().enumerate().filter(|(_, is_seen)| **is_seen) {
+        let dead_path = match model {
+            DeadPath::Lock => (pair / n_mounts, Some(pair % n_mounts)),
+            DeadPath::Station => (pair / n_mounts, None),
+        };
+        if dead_paths.last() != Some(&dead_path) {
+            dead_paths.push(dead_path);
         }
+        of_pairs[pair] = dead_paths.len() - 1;
     }
-    let (mut dead_paths, mut starts) = (Vec::new(), Vec::new());
-    for (station, mounts) in of_station.iter().enumerate() {
-        starts.push(dead_paths.len());
-        dead_paths.extend(mounts.iter().map(|&mount| (station, mount)));
-    }
-    let index = |r: &Range| {
-        let place = of_station[r.station].binary_search(&mount(r));
-        starts[r.station] + place.expect("the lists are made of the ranges' own")
-    };
-    let dead_path_of = survey.ranges.iter().map(index).collect();
-    (dead_paths, dead_path_of)
+    (dead_paths, of_pairs)
 }
 
 impl Network<'_> {

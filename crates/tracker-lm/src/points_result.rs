@@ -37,7 +37,7 @@ pub(crate) fn result(
     };
     let sums = LocationSums::new(network);
     let steps = network.angles.iter().flat_map(|angle| &angle.steps);
-    let ranges = steps.flat_map(|&step| &network.ranges_of_step[step]);
+    let ranges = steps.flat_map(|&step| network.ranges_of_step.at(step));
     let mut rows = Rows::new(network, weights, ranges);
     let spread = solved.spread(sums.of_axis[0].as_ref(), |row| rows.take(row))?;
     let Rows { residuals_mm, redundancy, .. } = rows;

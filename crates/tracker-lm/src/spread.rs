@@ -15,7 +15,7 @@ pub(crate) struct DenseBlock {
 /// Derivatives of one block by all that blocks share, with every column.
 pub(crate) fn dense_block(joint: &Joint<'_>, at: &BorderedPoint, block: usize) -> DenseBlock {
     let columns: Vec<Vec<usize>> =
-        joint.ranges_of[block].iter().map(|&range| joint.shared_of(range)).collect();
+        joint.ranges_of.at(block).iter().map(|&range| joint.shared_of(range as usize)).collect();
     let m = joint.block_dim();
     let mut residuals = vec![0.0; columns.len()];
     let mut own = vec![0.0; m * columns.len()];

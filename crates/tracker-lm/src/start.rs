@@ -52,10 +52,10 @@ impl Start {
         let survey = network.survey;
         let poses: Vec<_> = network.angle_of_step.iter().map(|&k| network.nominal(k)).collect();
         let mut sums = vec![(0.0, 0.0); network.dead_paths.len()];
-        for (index, range) in survey.ranges.iter().enumerate() {
+        for range in &survey.ranges {
             let target = (poses[range.step] * survey.mounts[range.mount].nominal_mm).coords;
             let path = (target - stations[range.station]).norm();
-            let sum = &mut sums[network.dead_path_of[index]];
+            let sum = &mut sums[network.dead_path_of(range)];
             *sum = (sum.0 + path - range.displacement_mm, sum.1 + 1.0);
         }
         Self {

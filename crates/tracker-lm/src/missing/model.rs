@@ -177,6 +177,8 @@ impl TrackerModel {
             |choices| (choices.changes.clone(), choices.courses.clone()),
         );
         let approaches = approaches(&survey.steps);
+        let dead_path_of: Vec<usize> =
+            survey.ranges.iter().map(|range| network.dead_path_of(range)).collect();
         let scene = Scene {
             survey: &survey,
             sights: &sights,
@@ -185,7 +187,7 @@ impl TrackerModel {
             covariates: &recorded.covariates,
             approaches: &approaches,
             is_perfect: options.axis != AxisModel::Free,
-            dead_path_of: &network.dead_path_of,
+            dead_path_of: &dead_path_of,
             courses: &courses,
         };
         let mut entries = catalogue(&scene, &changes);

@@ -51,8 +51,12 @@ impl Reduction {
         // Locks without a row at the angle before.
         let mut given_up: Vec<(usize, usize)> = Vec::new();
         for (k, ranges) in joint.ranges_of.iter().enumerate() {
-            let visits: Vec<usize> =
-                network.angles[k].steps.iter().map(|&s| network.ranges_of_step[s].len()).collect();
+            let ranges: Vec<usize> = ranges.iter().map(|&range| range as usize).collect();
+            let visits: Vec<usize> = network.angles[k]
+                .steps
+                .iter()
+                .map(|&s| network.ranges_of_step.at(s).len())
+                .collect();
             let by_error = DMatrix::from_fn(ranges.len(), 6, |i, j| sights[ranges[i]].by_error[j]);
             let reduced = if k == 0 || network.axis_model != AxisModel::Free {
                 None

@@ -35,6 +35,7 @@ pub(crate) fn sights(joint: &Joint<'_>, at: &BorderedPoint) -> Vec<Sight> {
     for (angle, ranges) in joint.ranges_of.iter().enumerate() {
         let block = &at.blocks[6 * angle..6 * angle + 6];
         for &range in ranges {
+            let range = range as usize;
             let slopes = joint.slopes_at(range, angle, &at.shared, block);
             let body = joint.body_mm(range, &at.shared);
             sights[range] = Some(Sight {

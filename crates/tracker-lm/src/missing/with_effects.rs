@@ -117,7 +117,7 @@ impl TrackerModel {
         moved: &DVector<f64>,
         variance_factor: f64,
     ) -> Option<AngleChange> {
-        let ranges = &joint.ranges_of[k];
+        let ranges: Vec<usize> = joint.ranges_of.at(k).iter().map(|&r| r as usize).collect();
         let shared = dense_block(joint, &self.solved.point, k).by_shared;
         let n = shared.ncols();
         let mut by_all = DMatrix::zeros(ranges.len(), moved.len());
@@ -249,9 +249,10 @@ impl TrackerModel {
         };
         found.axis_errors = errors_of(0);
         for (k, angle) in angles.iter().enumerate() {
-            let ranges = network.angles[k].steps.iter().flat_map(|&s| &network.ranges_of_step[s]);
+            let steps = network.angles[k].steps.iter();
+            let ranges = steps.flat_map(|&step| network.ranges_of_step.at(step));
             for (&range, residual) in ranges.zip(angle.residuals_mm.iter()) {
-                found.residuals_mm[range] = *residual;
+                found.residuals_mm[range as usize] = *residual;
             }
         }
         let sums = LocationSums::new(network);
