@@ -183,6 +183,10 @@ pub(super) fn add_products<const FUSED: bool>(
     values: &[Lanes],
     sums: &mut [Lanes],
 ) {
+    for &[a, b, to] in &products.single {
+        let sum = &mut sums[to as usize];
+        *sum = values[a as usize].mul_add::<FUSED>(values[b as usize], *sum);
+    }
     let mut pairs = &products.pairs[..];
     for &Sum { to, count } in &products.sums {
         let (own, rest) = pairs.split_at(count as usize);

@@ -147,16 +147,17 @@ pub(super) fn solve<S: Simd>(simd: S, b: usize, factor: &[f64], x: &mut [f64]) {
     let x = S::as_mut_simd_f64s(x).0;
     let width = x.len() / b;
     let mut at = 0;
-    while at + 4 <= width {
-        solve_strip::<S, 4>(simd, b, factor, &mut x[at..], width);
-        at += 4;
-    }
     while at < width {
-        solve_strip::<S, 1>(simd, b, factor, &mut x[at..], width);
-        at += 1;
+        let strip = &mut x[at..];
+        at += match width - at {
+            1 => solve_strip::<S, 1>(simd, b, factor, strip, width),
+            2 | 3 => solve_strip::<S, 2>(simd, b, factor, strip, width),
+            _ => solve_strip::<S, 4>(simd, b, factor, strip, width),
+        };
     }
 }
 
+/// Of so many vectors of every row; their number.
 #[inline(always)]
 fn solve_strip<S: Simd, const N: usize>(
     simd: S,
@@ -164,7 +165,7 @@ fn solve_strip<S: Simd, const N: usize>(
     factor: &[f64],
     x: &mut [S::f64s],
     width: usize,
-) {
+) -> usize {
     let strip = |r: usize| r * width..r * width + N;
     for r in 0..b {
         let row = &factor[row_start(r)..][..=r];
@@ -186,4 +187,5 @@ fn solve_strip<S: Simd, const N: usize>(
             add_scaled(simd, &mut x[strip(c)], -f, &known);
         }
     }
+    N
 }

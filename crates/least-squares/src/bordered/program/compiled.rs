@@ -38,6 +38,9 @@ impl Limits {
 /// directions and by the shared ones, numbered through in this order.
 #[derive(Debug, Default)]
 pub(in crate::bordered) struct Products {
+    /// Those of one product, with the place of the sum.
+    pub(in crate::bordered) single: Vec<[u32; 3]>,
+    /// Those of several.
     pub(in crate::bordered) sums: Vec<Sum>,
     pub(in crate::bordered) pairs: Vec<[u32; 2]>,
 }
@@ -56,10 +59,16 @@ impl Products {
     fn new(mut products: Vec<[usize; 3]>) -> Self {
         products.sort_by_key(|[_, _, to]| *to);
         let number = |n: usize| u32::try_from(n).expect("nobody has 2^32 numbers in a block");
-        let sums = products.chunk_by(|[_, _, a], [_, _, b]| a == b);
-        let sums = sums.map(|all| Sum { to: number(all[0][2]), count: number(all.len()) });
-        let pairs = products.iter().map(|&[a, b, _]| [number(a), number(b)]);
-        Self { sums: sums.collect(), pairs: pairs.collect() }
+        let mut compiled = Self::default();
+        for all in products.chunk_by(|[_, _, a], [_, _, b]| a == b) {
+            if let [single] = all {
+                compiled.single.push(single.map(number));
+                continue;
+            }
+            compiled.sums.push(Sum { to: number(all[0][2]), count: number(all.len()) });
+            compiled.pairs.extend(all.iter().map(|&[a, b, _]| [number(a), number(b)]));
+        }
+        compiled
     }
 }
 
