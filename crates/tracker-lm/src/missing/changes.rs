@@ -14,7 +14,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
-use crate::missing::reduction::Reduction;
+use crate::missing::looked_through::Fit;
+use crate::missing::reduction::{Reduction, of_ranges};
 use crate::missing::sights::Sight;
 use crate::network::Network;
 
@@ -122,18 +123,25 @@ impl Fitted<'_> {
     /// What a change does to the rows, whitened.
     fn tangent(&self, change: Change) -> DMatrix<f64> {
         let survey = self.network.survey;
-        let column = |(r, sight): (usize, &Sight)| {
+        let width = self.sights.first().map_or(0, |sight| change.column(sight).len());
+        let columns = of_ranges(self.sights.len(), width, |r| {
             let touched = if change.touches(survey, r) { 1.0 / self.sigma_mm } else { 0.0 };
-            change.column(sight).iter().map(|v| v * touched).collect()
-        };
-        self.rows(&self.sights.iter().enumerate().map(column).collect::<Vec<_>>())
+            change.column(&self.sights[r]).iter().map(|v| v * touched).collect()
+        });
+        // Prior rows come last, and are of no range.
+        self.reduction.columns(&columns).resize_vertically(self.residual.len(), 0.0)
     }
 
-    /// Whitened columns given for every range, as those of the rows: prior rows come last, and are of
-    /// no range.
-    pub(crate) fn rows(&self, of_ranges: &[Vec<f64>]) -> DMatrix<f64> {
-        let reduced = self.reduction.columns(of_ranges);
-        reduced.resize_vertically(self.residual.len(), 0.0)
+    /// A fit with this basis and residual, as it sees the ranges.
+    pub(crate) fn of_ranges(&self, basis: &DMatrix<f64>, residual: &DVector<f64>) -> Fit {
+        let residual_alone = DMatrix::from_column_slice(residual.len(), 1, residual.as_slice());
+        Fit {
+            shared: self.reduction.of_ranges(basis).transpose(),
+            own: self.reduction.taken_out(self.sights),
+            residual: self.reduction.of_ranges(&residual_alone).column(0).into_owned(),
+            square: residual.norm_squared(),
+            dof: residual.len().saturating_sub(basis.ncols()),
+        }
     }
 }
 

@@ -248,6 +248,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
+    use crate::missing::looked_through::Fit;
 
     /// A stand that settles soon, and by as much again later: what chance may do is multiplied by how many
     /// courses were looked at, and by no fewer.
@@ -266,14 +267,14 @@ mod tests {
         let basis = DMatrix::from_element(READINGS, 1, count(READINGS).sqrt().recip());
         let residual = &data - &basis * basis.tr_mul(&data);
         let looked_at = Cell::new(0);
-        let rows = |_: Moving, share: &[f64]| {
+        let values = |_: Moving, share: &[f64]| {
             looked_at.set(looked_at.get() + 1);
             let column = DMatrix::from_column_slice(share.len(), 1, share);
             let whole = column.norm();
             (column, vec![whole])
         };
-        let through =
-            LookedThrough { readings: &readings, basis: &basis, residual: &residual, rows: &rows };
+        let fit = Fit::of_rows(&basis, &residual);
+        let through = LookedThrough { readings: &readings, fit: &fit, values: &values };
         let found = clearest_of_station(&through, 0);
         assert!(found.slower.is_some(), "{found:?}");
         assert!(found.searched >= looked_at.get(), "{found:?} {}", looked_at.get());

@@ -1,11 +1,14 @@
 //! How the stands of a survey of ranges move, and its sessions.
 
+use nalgebra::DMatrix;
+
 use crate::Survey;
 use crate::missing::change::Change;
 use crate::missing::changes::Fitted;
 use crate::missing::course::{Course, clearest_of_all, clearest_of_readings, clearest_of_station};
 use crate::missing::looked_through::{LookedThrough, Moving, Seen};
 use crate::missing::moves::Part;
+use crate::missing::reduction::of_ranges;
 use crate::missing::session::{Session, movable, sessions};
 use crate::missing::sights::Sight;
 
@@ -24,34 +27,41 @@ pub(crate) struct Courses {
 pub(crate) fn courses(fitted: &Fitted<'_>, time: &[f64], beside: Option<Change>) -> Courses {
     let survey = fitted.network.survey;
     let readings = seen(survey, time);
-    let whitened = |slopes: &dyn Fn(usize) -> Vec<f64>, share: &[f64]| {
-        let column = |(r, share): (usize, &f64)| -> Vec<f64> {
-            slopes(r).iter().map(|slope| share * slope / fitted.sigma_mm).collect()
-        };
-        let columns: Vec<Vec<f64>> = share.iter().enumerate().map(column).collect();
-        let width = columns.first().map_or(0, Vec::len);
-        let whole = |k: usize| columns.iter().map(|c| c[k] * c[k]).sum::<f64>().sqrt();
-        (fitted.rows(&columns), (0..width).map(whole).collect())
+    let n = readings.len();
+    let values = |width: usize, slopes: &dyn Fn(usize) -> Vec<f64>| {
+        of_ranges(n, width, |r| slopes(r).iter().map(|slope| slope / fitted.sigma_mm).collect())
     };
-    let rows = |moving: Moving, share: &[f64]| {
-        whitened(&|r| part(moving).slopes(&fitted.sights[r]), share)
+    let moved = |slopes: &DMatrix<f64>, share: &[f64]| {
+        let mut columns = slopes.clone();
+        for mut column in columns.column_iter_mut() {
+            column.iter_mut().zip(share).for_each(|(value, share)| *value *= share);
+        }
+        let whole = columns.column_iter().map(|c| c.norm()).collect();
+        (columns, whole)
     };
-    let scaled = |_: Moving, share: &[f64]| {
-        whitened(&|r| ways_mm(survey, &fitted.sights[r], r).to_vec(), share)
+    let slopes = |moving: Moving| move |r: usize| part(moving).slopes(&fitted.sights[r]);
+    let of_machine = values(6, &slopes(Moving::Machine));
+    let of_stations = values(3, &slopes(Moving::Stations));
+    let of_scale = values(2, &|r| ways_mm(survey, &fitted.sights[r], r).to_vec());
+    let motions = |moving: Moving, share: &[f64]| match moving {
+        Moving::Machine => moved(&of_machine, share),
+        Moving::Stations => moved(&of_stations, share),
     };
-    let (basis, residual) = (fitted.basis, fitted.residual);
-    let through = LookedThrough { readings: &readings, basis, residual, rows: &rows };
-    let beside = beside.map(|change| fitted.beside(change));
-    let by = |rows, clearest: &dyn Fn(&LookedThrough<'_>) -> Course| {
-        let through = LookedThrough { rows, ..through };
+    let scaled = |_: Moving, share: &[f64]| moved(&of_scale, share);
+    let fit = fitted.of_ranges(fitted.basis, fitted.residual);
+    let through = LookedThrough { readings: &readings, fit: &fit, values: &motions };
+    let beside = beside.map(|change| {
+        let (basis, residual) = fitted.beside(change);
+        fitted.of_ranges(&basis, &residual)
+    });
+    let by = |values, clearest: &dyn Fn(&LookedThrough<'_>) -> Course| {
+        let through = LookedThrough { values, ..through };
         match (clearest(&through), &beside) {
-            (Course::STEADY, Some((basis, residual))) => {
-                clearest(&LookedThrough { basis, residual, ..through })
-            }
+            (Course::STEADY, Some(fit)) => clearest(&LookedThrough { fit, ..through }),
             (alone, _) => alone,
         }
     };
-    let of = |clearest: &dyn Fn(&LookedThrough<'_>) -> Course| by(&rows, clearest);
+    let of = |clearest: &dyn Fn(&LookedThrough<'_>) -> Course| by(&motions, clearest);
     let stations = 0..survey.stations.len();
     let of_station: Vec<Course> =
         stations.map(|k| of(&|through| clearest_of_station(through, k))).collect();

@@ -6,12 +6,14 @@
 use std::collections::HashMap;
 
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Scope};
+use nalgebra::DMatrix;
 
 use crate::count::count;
 use crate::missing::change::{Change, Offered};
 use crate::missing::course::{self, Course};
 use crate::missing::courses::{Courses, part, seen, ways_mm};
 use crate::missing::moves::{Moves, Part};
+use crate::missing::reduction::of_ranges;
 use crate::missing::session::Session;
 use crate::missing::sights::Sight;
 use crate::{Approach, Range, Step, Survey};
@@ -28,8 +30,8 @@ const NO_STATION: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) effect: Effect,
-    /// One row per range, one value per amplitude, mm.
-    pub(crate) columns: Vec<Vec<f64>>,
+    /// One row per range, one column per amplitude, mm.
+    pub(crate) columns: DMatrix<f64>,
     /// What the amplitudes move, where they are not of the readings.
     pub(crate) moves: Option<Moves>,
 }
@@ -88,8 +90,8 @@ impl Scene<'_> {
     ) -> Entry {
         // Angles met from one side, and stations that see little, show nothing of some.
         let scope = Scope::SomeDesigns;
+        let columns = of_ranges(self.survey.ranges.len(), parameters.len(), column);
         let effect = Effect { subject, scope, description, ..Effect::new(id, "", parameters) };
-        let columns = (0..self.survey.ranges.len()).map(column).collect();
         Entry { effect, columns, moves: None }
     }
 

@@ -1,13 +1,10 @@
 //! The residual of the declared model, in which motions by time are looked for.
 
 use model_discrepancy::chance_to_explain;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector6};
 
 /// Share of a column's length that must be left beside the model: rows are linear to no more.
 const NOTHING_LEFT: f64 = 1e-3;
-
-/// Rows that are taken together: those of some hundred columns stay in a processor's cache.
-const TOGETHER: usize = 256;
 
 /// By which station, at which step and when a reading was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,18 +23,80 @@ pub(crate) enum Moving {
     Stations,
 }
 
-/// Whitened rows of what a motion does that has come so far at every reading, and the length of each
-/// column before anything was taken out of its rows.
-pub(crate) type Rows<'a> = dyn Fn(Moving, &[f64]) -> (DMatrix<f64>, Vec<f64>) + 'a;
+/// What a motion does to whitened values that has come so far at every reading, and the length of each
+/// column before anything was taken out of them.
+pub(crate) type Values<'a> = dyn Fn(Moving, &[f64]) -> (DMatrix<f64>, Vec<f64>) + 'a;
+
+/// What a fit takes of whitened values: of the rows of a fit, or of readings that rows are combinations of.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    /// What the parameters take, directions × values.
+    pub(crate) shared: DMatrix<f64>,
+    /// Of values with unknowns of their own, which of these, and what they take; none of rows.
+    pub(crate) own: Vec<Option<(usize, Vector6<f64>)>>,
+    /// Residual of every value.
+    pub(crate) residual: DVector<f64>,
+    /// Square of the residual of all rows, and their degrees of freedom.
+    pub(crate) square: f64,
+    pub(crate) dof: usize,
+}
+
+impl Fit {
+    /// Of rows, with an orthonormal basis of the parameters' columns and the residual beside it.
+    pub(crate) fn of_rows(basis: &DMatrix<f64>, residual: &DVector<f64>) -> Self {
+        Self {
+            shared: basis.transpose(),
+            own: Vec::new(),
+            residual: residual.clone(),
+            square: residual.norm_squared(),
+            dof: residual.len().saturating_sub(basis.ncols()),
+        }
+    }
+
+    /// What it leaves of columns, with each other and with the residual.
+    fn products(&self, columns: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+        let m = columns.ncols();
+        let mut along = DMatrix::zeros(self.shared.nrows(), m);
+        let n_own = self.own.iter().flatten().map(|(which, _)| which + 1).max().unwrap_or(0);
+        let mut of_own = vec![vec![Vector6::zeros(); m]; n_own];
+        let mut left = DMatrix::zeros(m, m);
+        let mut onto = DVector::zeros(m);
+        for value in 0..columns.nrows() {
+            let row = columns.row(value);
+            // A station moves its own readings alone.
+            if row.iter().all(|entry| *entry == 0.0) {
+                continue;
+            }
+            let own = self.own.get(value).and_then(Option::as_ref);
+            for (j, &entry) in row.iter().enumerate() {
+                along.column_mut(j).axpy(entry, &self.shared.column(value), 1.0);
+                if let Some((which, taken)) = own {
+                    of_own[*which][j] += taken * entry;
+                }
+                for (k, &other) in row.iter().enumerate() {
+                    left[(k, j)] += entry * other;
+                }
+                onto[j] += entry * self.residual[value];
+            }
+        }
+        left -= along.tr_mul(&along);
+        for taken in &of_own {
+            for (j, one) in taken.iter().enumerate() {
+                for (k, other) in taken.iter().enumerate() {
+                    left[(k, j)] -= one.dot(other);
+                }
+            }
+        }
+        (left, onto)
+    }
+}
 
 /// A residual in which motions are looked for.
 #[derive(Clone, Copy)]
 pub(crate) struct LookedThrough<'a> {
     pub(crate) readings: &'a [Seen],
-    /// Orthonormal basis of the fitted parameters' whitened columns, and the residual beside it.
-    pub(crate) basis: &'a DMatrix<f64>,
-    pub(crate) residual: &'a DVector<f64>,
-    pub(crate) rows: &'a Rows<'a>,
+    pub(crate) fit: &'a Fit,
+    pub(crate) values: &'a Values<'a>,
 }
 
 impl LookedThrough<'_> {
@@ -45,15 +104,12 @@ impl LookedThrough<'_> {
     /// they show; `None` where they show none.
     pub(crate) fn taken(&self, moving: Moving, shares: &[Vec<f64>]) -> Option<(f64, usize)> {
         let (tangents, lengths): (Vec<DMatrix<f64>>, Vec<Vec<f64>>) =
-            shares.iter().map(|share| (self.rows)(moving, share)).unzip();
+            shares.iter().map(|share| (self.values)(moving, share)).unzip();
         let columns: Vec<_> = tangents.iter().flat_map(DMatrix::column_iter).collect();
         if columns.is_empty() {
             return None;
         }
-        let tangent = DMatrix::from_columns(&columns);
-        let along = self.along(&tangent);
-        let left = tangent.tr_mul(&tangent) - along.tr_mul(&along);
-        let onto = tangent.tr_mul(self.residual);
+        let (left, onto) = self.fit.products(&DMatrix::from_columns(&columns));
         // Cholesky's factor row by row, without the columns of which those before leave nothing, and the
         // residual along their directions.
         let mut shown: Vec<(usize, Vec<f64>, f64)> = Vec::new();
@@ -74,21 +130,11 @@ impl LookedThrough<'_> {
         (!shown.is_empty()).then_some((taken, shown.len()))
     }
 
-    /// The fitted columns' share in columns of the same rows.
-    fn along(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut along = DMatrix::zeros(self.basis.ncols(), columns.ncols());
-        for start in (0..columns.nrows()).step_by(TOGETHER) {
-            let rows = TOGETHER.min(columns.nrows() - start);
-            along.gemm_tr(1.0, &self.basis.rows(start, rows), &columns.rows(start, rows), 1.0);
-        }
-        along
-    }
-
     /// That what is taken rises so by chance with so many parameters, from before to after.
     pub(crate) fn p_value(&self, taken: [f64; 2], parameters: [usize; 2]) -> f64 {
         let more = parameters[1].saturating_sub(parameters[0]);
-        let dof = self.residual.len().saturating_sub(self.basis.ncols() + parameters[1]);
-        let left = (self.residual.norm_squared() - taken[1]).max(0.0);
+        let dof = self.fit.dof.saturating_sub(parameters[1]);
+        let left = (self.fit.square - taken[1]).max(0.0);
         chance_to_explain((taken[1] - taken[0]) / left, more, dof)
     }
 }
@@ -117,13 +163,13 @@ mod tests {
             (Moving::Machine, true) => DMatrix::from_fn(ROWS, 3, |i, j| wave(i, j + 7)),
             _ => DMatrix::from_fn(ROWS, 2, |i, j| wave(i, 9 + j)),
         };
-        let rows = |moving, share: &[f64]| {
+        let values = |moving, share: &[f64]| {
             let columns = columns(moving, share);
             let whole = columns.column_iter().map(|c| c.norm()).collect();
             (columns, whole)
         };
-        let through =
-            LookedThrough { readings: &[], basis: &basis, residual: &residual, rows: &rows };
+        let fit = Fit::of_rows(&basis, &residual);
+        let through = LookedThrough { readings: &[], fit: &fit, values: &values };
         let (taken, shown) = through.taken(Moving::Machine, &[vec![1.0], vec![0.0]]).unwrap();
         assert_eq!(shown, 4);
         let both = DMatrix::from_fn(ROWS, 4, |i, j| wave(i, j + 7));

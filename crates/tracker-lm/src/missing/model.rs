@@ -24,7 +24,7 @@ use crate::missing::effects::{Entry, Scene, approaches, catalogue};
 use crate::missing::moves::Moves;
 use crate::missing::of_axis::OfAxis;
 use crate::missing::orders::Orders;
-use crate::missing::reduction::{Reduction, one_column};
+use crate::missing::reduction::Reduction;
 use crate::missing::sights::{Sight, sights, without};
 use crate::missing::solved::{Solved, solved};
 use crate::missing::stops::Stops;
@@ -61,7 +61,7 @@ pub struct TrackerModel {
     pub(crate) curve_of: Vec<Option<usize>>,
     linear: LinearModel,
     /// Columns of every effect, range by range, mm.
-    pub(crate) columns: Vec<Vec<Vec<f64>>>,
+    pub(crate) columns: Vec<DMatrix<f64>>,
     /// What every effect moves, where it is of the geometry.
     pub(crate) moves: Vec<Option<Moves>>,
     /// Residual of every range where parameters and amplitudes are zero.
@@ -156,7 +156,10 @@ impl TrackerModel {
         let of_axis = OfAxis::new(&joint, &stops, &orders, &solved);
         let mut residuals_mm = without(&solved.shifts, &sights);
         of_axis.taken_off(&network, &sights, &mut residuals_mm);
-        let residual = with_prior(&reduction.columns(&one_column(&residuals_mm)), &prior_residual);
+        let residual = with_prior(
+            &reduction.columns(&DMatrix::from_column_slice(residuals_mm.len(), 1, &residuals_mm)),
+            &prior_residual,
+        );
         let residual = residual.column(0).into_owned();
         let layout = layout(&network, &reduction, &chart, sigma_mm, &options);
         let time = elapsed(survey.ranges.len(), recorded.time_s.as_deref());
@@ -193,10 +196,7 @@ impl TrackerModel {
         let mut entries = catalogue(&scene, &changes);
         let curve_of = of_axis.curve_of(entries.len());
         entries.extend(of_axis.entries(&network, &sights));
-        let none =
-            |entry: &Entry| DMatrix::zeros(prior_jacobian.nrows(), entry.effect.parameters.len());
-        let tangents =
-            entries.iter().map(|e| with_prior(&reduction.columns(&e.columns), &none(e))).collect();
+        let tangents = tangents(&entries, &reduction, layout.rows.len());
         let base = base(&joint);
         let records = locks(&survey, layout.observations.len());
         let (mut effects, mut columns, mut moves) = (Vec::new(), Vec::new(), Vec::new());
@@ -314,6 +314,20 @@ impl TrackerModel {
             columns
         }))
     }
+}
+
+/// Columns of the rows, of which the last are of no range: all effects' at once, a product of matrices.
+fn tangents(entries: &[Entry], reduction: &Reduction, n_rows: usize) -> Vec<DMatrix<f64>> {
+    let columns: Vec<_> = entries.iter().flat_map(|e| e.columns.column_iter()).collect();
+    let all = reduction.columns(&DMatrix::from_columns(&columns));
+    let mut first = 0;
+    let of = |entry: &Entry| {
+        let width = entry.columns.ncols();
+        let own = all.columns(first, width).into_owned();
+        first += width;
+        own.resize_vertically(n_rows, 0.0)
+    };
+    entries.iter().map(of).collect()
 }
 
 /// Place of every range: station, mount, angle and the way the axis came to it.

@@ -5,6 +5,7 @@ use crate::joint::Joint;
 use crate::missing::axis_effects::{AxisEffect, axis_effects};
 use crate::missing::effects::Entry;
 use crate::missing::orders::Orders;
+use crate::missing::reduction::of_ranges;
 use crate::missing::sights::Sight;
 use crate::missing::solved::Solved;
 use crate::missing::stops::Stops;
@@ -76,7 +77,7 @@ impl OfAxis {
                 let slopes = &self.slopes(network, r)[own.clone()];
                 slopes.iter().map(|slope| sights[r].by_error.dot(slope)).collect()
             };
-            let columns = (0..sights.len()).map(column).collect();
+            let columns = of_ranges(sights.len(), effect.shapes.len(), column);
             Entry { effect: effect.effect.clone(), columns, moves: None }
         };
         self.effects.iter().map(entry).collect()

@@ -98,12 +98,10 @@ impl Reduction {
     }
 
     /// Columns given for every range, as columns of the reduced rows.
-    pub(crate) fn columns(&self, of_ranges: &[Vec<f64>]) -> DMatrix<f64> {
-        let width = of_ranges.first().map_or(0, Vec::len);
-        let mut out = DMatrix::zeros(self.n_rows(), width);
+    pub(crate) fn columns(&self, of_ranges: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(self.n_rows(), of_ranges.ncols());
         for angle in &self.angles {
-            let own =
-                DMatrix::from_fn(angle.ranges.len(), width, |i, c| of_ranges[angle.ranges[i]][c]);
+            let own = of_ranges.select_rows(&angle.ranges);
             let own = match &angle.reduced {
                 Some(reduced) => &reduced.transformation * own,
                 None => own,
@@ -111,6 +109,45 @@ impl Reduction {
             out.rows_mut(angle.start, angle.n_rows()).copy_from(&own);
         }
         out
+    }
+
+    /// Columns of the reduced rows, and of others that are of no range, as a range sees them: the products
+    /// with columns given for the ranges are those with these reduced.
+    pub(crate) fn of_ranges(&self, rows: &DMatrix<f64>) -> DMatrix<f64> {
+        let n_ranges = self.angles.iter().map(|angle| angle.ranges.len()).sum();
+        let mut out = DMatrix::zeros(n_ranges, rows.ncols());
+        for angle in &self.angles {
+            let own = rows.rows(angle.start, angle.n_rows());
+            let own = match &angle.reduced {
+                Some(reduced) => reduced.transformation.transpose() * own,
+                None => own.into_owned(),
+            };
+            for (&range, row) in angle.ranges.iter().zip(own.row_iter()) {
+                out.row_mut(range).copy_from(&row);
+            }
+        }
+        out
+    }
+
+    /// Of every range, at which angle its errors are taken out, and along which of six orthonormal directions
+    /// it is seen in them.
+    pub(crate) fn taken_out(&self, sights: &[Sight]) -> Vec<Option<(usize, Vector6<f64>)>> {
+        let mut taken = vec![None; sights.len()];
+        for (k, angle) in self.angles.iter().enumerate() {
+            if angle.reduced.is_none() {
+                continue;
+            }
+            let mut by_error = of_ranges(angle.ranges.len(), 6, |i| {
+                sights[angle.ranges[i]].by_error.data.0[0].to_vec()
+            });
+            for mut column in by_error.column_iter_mut() {
+                column.normalize_mut();
+            }
+            for (&range, row) in angle.ranges.iter().zip(by_error.qr().q().row_iter()) {
+                taken[range] = Some((k, Vector6::from_iterator(row.iter().copied())));
+            }
+        }
+        taken
     }
 
     /// Derivative of the reduced rows by the shared parameters, mm per unit.
@@ -170,9 +207,17 @@ fn undetermined(network: &Network<'_>, angle: usize) -> TrackerError {
     }
 }
 
-/// One value per range as a single column.
-pub(crate) fn one_column(values: &[f64]) -> Vec<Vec<f64>> {
-    values.iter().map(|value| vec![*value]).collect()
+/// Columns of values given for every range.
+pub(crate) fn of_ranges(
+    n_ranges: usize,
+    width: usize,
+    values: impl Fn(usize) -> Vec<f64>,
+) -> DMatrix<f64> {
+    let mut columns = DMatrix::zeros(n_ranges, width);
+    for (range, mut row) in columns.row_iter_mut().enumerate() {
+        row.iter_mut().zip(values(range)).for_each(|(to, value)| *to = value);
+    }
+    columns
 }
 
 /// Least-squares answer of an angle's errors to changes of its ranges' residuals, `6 × ranges`.

@@ -124,7 +124,7 @@ impl TrackerModel {
         by_all.columns_mut(0, n).copy_from(&shared);
         for (i, &(effect, amplitude)) in active.iter().enumerate() {
             for (row, &range) in ranges.iter().enumerate() {
-                by_all[(row, n + i)] = self.columns[effect][range][amplitude];
+                by_all[(row, n + i)] = self.columns[effect][(range, amplitude)];
             }
         }
         let before = Vector6::from_column_slice(&self.solved.point.blocks[6 * k..6 * k + 6]);

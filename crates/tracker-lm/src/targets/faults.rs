@@ -15,7 +15,7 @@ use super::{HoldOut, TargetSurvey};
 use crate::Target;
 use crate::count::count;
 use crate::missing::course::{Course, clearest_of_station};
-use crate::missing::looked_through::{LookedThrough, Moving, Seen};
+use crate::missing::looked_through::{Fit, LookedThrough, Moving, Seen};
 use crate::missing::session::{Session, movable, sessions};
 
 /// Chance that a survey without any fault shows one.
@@ -109,7 +109,7 @@ const MOTION: usize = 6;
 /// The course of every station, and sessions beside these.
 fn motions(fitted: &Fitted<'_>) -> (Vec<Course>, Vec<Session>) {
     let Fitted { survey, sights, basis, residual, .. } = *fitted;
-    let rows = |moving: Moving, share: &[f64]| {
+    let values = |moving: Moving, share: &[f64]| {
         let value = |n: usize, c: usize, k: usize| {
             share[n] * if share[n] == 0.0 { 0.0 } else { by_motion(&sights[n], moving, k)[c] }
         };
@@ -124,7 +124,8 @@ fn motions(fitted: &Fitted<'_>) -> (Vec<Course>, Vec<Session>) {
         (tangent, whole)
     };
     let readings = seen(survey, fitted.time);
-    let through = LookedThrough { readings: &readings, basis, residual, rows: &rows };
+    let fit = Fit::of_rows(basis, residual);
+    let through = LookedThrough { readings: &readings, fit: &fit, values: &values };
     let stations = 0..survey.stations.len();
     let courses: Vec<Course> = stations.map(|k| clearest_of_station(&through, k)).collect();
     let sessions = sessions(&through, movable(survey.stations.len()), &courses);
