@@ -22,6 +22,11 @@ const DRAWS: u32 = 4;
 /// there is. Of n readings the mean square of one rounding is known to 0.9/√n.
 const TWICE: std::ops::Range<f64> = 1.6..2.8;
 
+/// Rows from which on one draw with both signs is as good as all, to a tenth: where it shows twice as much as there may
+/// be, or half as little, the others are not asked.
+const MANY_ROWS: usize = 400;
+const CLEARLY: f64 = 2.0;
+
 /// The columns of which rounding explains what is left above the declared noise.
 pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
     let above = plain.misfit.above_noise()?;
@@ -62,9 +67,25 @@ type Of<'f> = (&'f Files, (&'static str, &'f Table), &'f [Coarse<'f>]);
 
 /// Whether another rounding leaves twice what is left `above` the noise.
 fn explains(of: Of<'_>, how: How, above: f64) -> bool {
-    let ways = (0..DRAWS).flat_map(|draw| [1.0, -1.0].map(|sign| (draw, sign)));
-    let left: Option<f64> = ways.map(|way| left_with(of, how, Some(way))).sum();
-    left.is_some_and(|left| TWICE.contains(&(left / (2.0 * f64::from(DRAWS)) / above)))
+    let (_, _, coarse) = of;
+    let are_many = coarse.iter().all(|of| of.rows.len() >= MANY_ROWS);
+    let mut sum = 0.0;
+    for draw in 0..DRAWS {
+        let both = [1.0, -1.0].map(|sign| left_with(of, how, Some((draw, sign))));
+        let [Some(one), Some(other)] = both else { return false };
+        sum += one + other;
+        let added = mean_ratio(sum, draw + 1, above) - 1.0;
+        let may_be = (TWICE.start - 1.0) / CLEARLY..(TWICE.end - 1.0) * CLEARLY;
+        if are_many && !may_be.contains(&added) {
+            return false;
+        }
+    }
+    TWICE.contains(&mean_ratio(sum, DRAWS, above))
+}
+
+/// What so many draws with both signs leave, on average, over what there is above the noise.
+fn mean_ratio(sum: f64, draws: u32, above: f64) -> f64 {
+    sum / (2.0 * f64::from(draws)) / above
 }
 
 /// What is left above the noise once truncated numbers are in the middle of those that they may have been, with
