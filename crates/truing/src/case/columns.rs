@@ -189,18 +189,17 @@ fn number(
     column: usize,
     conversion: Option<Conversion>,
 ) -> Result<f64, Error> {
-    let cell = table.cell(row, column);
-    let expected = || format!("a number{}", in_unit(&table.names()[column]));
     let converted = |value| conversion.map_or(value, |conversion| conversion.of(value));
-    let problem = match cell.parse::<f64>().map(converted) {
-        Ok(value) if value.abs() < MAX_MAGNITUDE => return Ok(value),
-        Ok(_) => Problem::OutOfRange {
-            found: cell.to_owned(),
-            expected: expected(),
-            limit: MAX_MAGNITUDE,
-        },
-        Err(_) if cell.is_empty() => Problem::EmptyCell { expected: expected() },
-        Err(_) => Problem::NotANumber { found: cell.to_owned(), expected: expected() },
+    let number = table.number(row, column).map(converted);
+    if let Some(value) = number.filter(|value| value.abs() < MAX_MAGNITUDE) {
+        return Ok(value);
+    }
+    let found = table.cell(row, column).to_owned();
+    let expected = format!("a number{}", in_unit(&table.names()[column]));
+    let problem = match number {
+        Some(_) => Problem::OutOfRange { found, expected, limit: MAX_MAGNITUDE },
+        None if found.is_empty() => Problem::EmptyCell { expected },
+        None => Problem::NotANumber { found, expected },
     };
     Err(Error::case(table.at_cell(row, column), problem))
 }

@@ -1,5 +1,6 @@
 use std::borrow::Cow;
 
+use super::cells::Cells;
 use super::order::Order;
 use super::table::Table;
 
@@ -51,11 +52,11 @@ impl Change {
             let kept = match changes.peek() {
                 Some(Self::Keep { rows }) if change.keeps_all_rows() => {
                     changes.next();
-                    Cow::Borrowed(&rows[..])
+                    Some(&rows[..])
                 }
-                _ => Cow::Owned((0..table.n_rows()).collect()),
+                _ => None,
             };
-            table = Cow::Owned(change.of_rows(&table, &kept));
+            table = Cow::Owned(change.of_rows(&table, kept));
         }
         table.into_owned()
     }
@@ -70,72 +71,74 @@ impl Change {
         !matches!(self, Self::Keep { .. } | Self::Append { .. } | Self::Omit | Self::Setting { .. })
     }
 
-    /// These rows of the table with the change.
-    fn of_rows(&self, table: &Table, kept: &[usize]) -> Table {
+    /// These rows of the table with the change, or all.
+    fn of_rows(&self, table: &Table, kept: Option<&[usize]>) -> Table {
         let index = |name: &String| table.read_as(name).map(|(column, _)| column);
+        let all: Vec<usize>;
+        let rows_of = match kept {
+            Some(rows) => rows,
+            None => {
+                all = (0..table.n_rows()).collect();
+                &all
+            }
+        };
+        let rows_of = || rows_of.iter().copied();
         match self {
             Self::Scale { columns, rows, factor } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
                 let is_of = |row| is_among(rows.as_deref(), row);
-                table.rewritten(kept, |table, row, column| {
-                    let cell = table.cell(row, column);
-                    match cell.parse::<f64>() {
-                        Ok(value) if columns.contains(&column) && is_of(row) => {
-                            written(value * factor)
-                        }
-                        _ => cell.into(),
-                    }
+                let scaled = |row, value: f64| is_of(row).then_some(value * factor);
+                table.with(kept, |column| {
+                    let is_scaled = columns.contains(&column);
+                    is_scaled.then(|| table.cells(column).changed(rows_of(), scaled).into())
                 })
             }
             Self::Permute { columns, sources, rows } => {
                 let both = columns.iter().zip(sources);
                 let moves: Vec<_> =
                     both.filter_map(|(c, s)| Some((index(c)?, index(s)?))).collect();
-                let is_of = |row| is_among(rows.as_deref(), row);
-                table.rewritten(kept, |table, row, column| {
-                    let moved = moves.iter().find(|(to, _)| *to == column && is_of(row));
-                    table.cell(row, moved.map_or(column, |(_, from)| *from)).into()
+                table.with(kept, |column| {
+                    let (_, from) = moves.iter().find(|(to, _)| *to == column)?;
+                    let Some(rows) = rows else { return Some(table.of_rows(kept, *from)) };
+                    let of = |row| if is_among(Some(rows), row) { *from } else { column };
+                    let picked = rows_of().map(|row| (table.cells(of(row)), row));
+                    Some(Cells::picked(picked).into())
                 })
             }
             Self::Rows { columns, order } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
-                table.rewritten(kept, |table, row, column| {
-                    let from = if columns.contains(&column) { order.of(row) } else { row };
-                    table.cell(from, column).into()
+                table.with(kept, |column| {
+                    let picked = rows_of().map(|row| (table.cells(column), order.of(row)));
+                    columns.contains(&column).then(|| Cells::picked(picked).into())
                 })
             }
-            Self::Keep { rows } => {
-                table.rewritten(rows, |table, row, column| table.cell(row, column).into())
-            }
+            Self::Keep { rows } => table.with(Some(rows), |_| None),
             Self::Rename { column, rows, names } => {
                 let of = table.column(column);
                 let is_of = |row| is_among(rows.as_deref(), row);
-                table.rewritten(kept, |table, row, column| {
-                    let cell = table.cell(row, column);
-                    let other = names.iter().find(|[one, _]| one == cell);
-                    match other.filter(|_| of == Some(column) && is_of(row)) {
-                        Some([_, other]) => Cow::Owned(other.clone()),
-                        None => cell.into(),
-                    }
+                table.with(kept, |column| {
+                    let renamed = |row| {
+                        let cell = table.cell(row, column);
+                        let other = names.iter().find(|[one, _]| one == cell);
+                        other.filter(|_| is_of(row)).map_or(cell, |[_, other]| other)
+                    };
+                    (of == Some(column)).then(|| Cells::of_texts(rows_of().map(renamed)).into())
                 })
             }
             Self::Replace { column, values } => {
                 let found = index(column).zip(table.unit_of(&[column]));
-                table.rewritten(kept, |table, row, column| match found {
-                    Some((at, unit)) if at == column => written(values[row] / unit),
-                    _ => table.cell(row, column).into(),
+                table.with(kept, |column| {
+                    let (_, unit) = found.filter(|(at, _)| *at == column)?;
+                    let numbers = rows_of().map(|row| values[row] / unit).collect();
+                    Some(Cells::of_numbers(numbers).into())
                 })
             }
             Self::Add { column, values } => {
                 let found = index(column).zip(table.unit_of(&[column]));
-                table.rewritten(kept, |table, row, column| {
-                    let cell = table.cell(row, column);
-                    match (found, cell.parse::<f64>()) {
-                        (Some((at, unit)), Ok(value)) if at == column => {
-                            written(value + values[row] / unit)
-                        }
-                        _ => cell.into(),
-                    }
+                table.with(kept, |column| {
+                    let (_, unit) = found.filter(|(at, _)| *at == column)?;
+                    let sum = |row: usize, value: f64| Some(value + values[row] / unit);
+                    Some(table.cells(column).changed(rows_of(), sum).into())
                 })
             }
             Self::Append { columns, rows } => table.appended(columns, rows),
@@ -156,11 +159,6 @@ impl Change {
         section.insert((*last).to_owned(), value.clone());
         toml::to_string(&document).ok()
     }
-}
-
-/// The shortest text that reads as the same number.
-fn written(value: f64) -> Cow<'static, str> {
-    Cow::Owned(format!("{value:?}"))
 }
 
 /// Whether a row is one of some in ascending order, or all are.

@@ -46,7 +46,7 @@ impl Extras {
         let mut first_text = None;
         let mut first_gap = None;
         for row in 0..table.n_rows() {
-            match parse(table.cell(row, column)) {
+            match sorted(table, row, column) {
                 Cell::Number(value) => values.push(value),
                 Cell::Gap => first_gap = first_gap.or(Some(row)),
                 Cell::Text => first_text = first_text.or(Some(row)),
@@ -84,11 +84,11 @@ enum Cell {
     Text,
 }
 
-fn parse(cell: &str) -> Cell {
-    match cell.parse::<f64>() {
-        Ok(value) if value.abs() < MAX_COVARIATE => Cell::Number(value),
-        Ok(_) => Cell::Gap,
-        Err(_) if cell.is_empty() => Cell::Gap,
-        Err(_) => Cell::Text,
+fn sorted(table: &Table, row: usize, column: usize) -> Cell {
+    match table.number(row, column) {
+        Some(value) if value.abs() < MAX_COVARIATE => Cell::Number(value),
+        Some(_) => Cell::Gap,
+        None if table.cell(row, column).is_empty() => Cell::Gap,
+        None => Cell::Text,
     }
 }

@@ -1,5 +1,6 @@
 //! Case folders: what is read, and what is said when it cannot be.
 
+mod cells;
 mod column_kinds;
 mod columns;
 mod conformity;

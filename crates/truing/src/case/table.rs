@@ -1,6 +1,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::sync::Arc;
 
+use super::cells::Cells;
 use super::dialect::{MixedSeparators, Separator, Writing, separator, with_point, writing};
 use super::ledger::Ledger;
 use super::unit::{Conversion, conversion};
@@ -10,16 +12,15 @@ use crate::Error;
 /// Widest table read: every further column is one more thing to search the residual for.
 const MAX_COLUMNS: usize = 512;
 
-/// A table as text: the header and rows of as many cells, trimmed.
+/// A table: the header and columns of as many cells, trimmed. One made of another shares the columns that it
+/// leaves as they are.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     file: Location,
     names: Vec<String>,
     header_line: usize,
-    lines: Vec<usize>,
-    text: String,
-    /// End of every cell in `text`, row by row.
-    ends: Vec<usize>,
+    lines: Arc<Vec<usize>>,
+    columns: Vec<Arc<Cells>>,
     ledger: Ledger,
 }
 
@@ -69,18 +70,14 @@ impl Table {
 
     /// Puts a point for the comma of every number.
     fn write_points(&mut self) {
-        let mut text = String::with_capacity(self.text.len());
-        let mut ends = Vec::with_capacity(self.ends.len());
-        for row in 0..self.n_rows() {
-            for column in 0..self.names.len() {
-                match self.cell(row, column) {
-                    cell if writing(cell) == Writing::Plain => text.push_str(cell),
-                    cell => text.push_str(&with_point(cell)),
-                }
-                ends.push(text.len());
-            }
+        fn of(cell: &str) -> Cow<'_, str> {
+            if writing(cell) == Writing::Plain { cell.into() } else { with_point(cell).into() }
         }
-        (self.text, self.ends) = (text, ends);
+        let n_rows = self.lines.len();
+        for cells in &mut self.columns {
+            let with_points = Cells::of_texts((0..n_rows).map(|row| of(cells.text(row))));
+            *cells = Arc::new(with_points);
+        }
     }
 
     pub(crate) fn n_rows(&self) -> usize {
@@ -96,9 +93,12 @@ impl Table {
     }
 
     pub(crate) fn cell(&self, row: usize, column: usize) -> &str {
-        let index = row * self.names.len() + column;
-        let start = if index == 0 { 0 } else { self.ends[index - 1] };
-        &self.text[start..self.ends[index]]
+        self.columns[column].text(row)
+    }
+
+    /// A cell as a number, where it is one.
+    pub(crate) fn number(&self, row: usize, column: usize) -> Option<f64> {
+        self.columns[column].number(row)
     }
 
     /// The column of that name, or of the same quantity in another unit, with how it is read.
@@ -131,62 +131,72 @@ impl Table {
     pub(crate) fn numbers(&self, name: &str) -> Option<Vec<f64>> {
         let (column, conversion) = self.read_as(name)?;
         let of = |value: f64| conversion.map_or(value, |conversion| conversion.of(value));
-        (0..self.n_rows()).map(|row| self.cell(row, column).parse().ok().map(of)).collect()
+        Some(self.columns[column].numbers()?.iter().copied().map(of).collect())
     }
 
-    /// The rows listed, in that order, with the cells that `cell` gives.
+    /// All rows with the cells that `cell` gives.
     pub(crate) fn rewritten(
         &self,
-        rows: &[usize],
         cell: impl for<'c> Fn(&'c Self, usize, usize) -> Cow<'c, str>,
     ) -> Self {
-        let (mut text, mut ends) = (String::with_capacity(self.text.len()), Vec::new());
-        for &row in rows {
-            for column in 0..self.names.len() {
-                text.push_str(&cell(self, row, column));
-                ends.push(text.len());
-            }
-        }
+        let column = |column| {
+            Arc::new(Cells::of_texts((0..self.n_rows()).map(|row| cell(self, row, column))))
+        };
+        Self { columns: (0..self.names.len()).map(column).collect(), ..self.clone() }
+    }
+
+    /// The rows listed, in that order, or all; with other columns in them where `other` gives them.
+    pub(super) fn with(
+        &self,
+        kept: Option<&[usize]>,
+        other: impl Fn(usize) -> Option<Arc<Cells>>,
+    ) -> Self {
+        let column = |column| other(column).unwrap_or_else(|| self.of_rows(kept, column));
         Self {
+            lines: kept.map_or_else(
+                || Arc::clone(&self.lines),
+                |rows| Arc::new(rows.iter().map(|&row| self.lines[row]).collect()),
+            ),
+            columns: (0..self.names.len()).map(column).collect(),
             file: self.file.clone(),
             names: self.names.clone(),
             header_line: self.header_line,
-            lines: rows.iter().map(|&row| self.lines[row]).collect(),
-            text,
-            ends,
             ledger: self.ledger.clone(),
         }
+    }
+
+    /// A column of the rows listed, in that order, or of all.
+    pub(super) fn of_rows(&self, kept: Option<&[usize]>, column: usize) -> Arc<Cells> {
+        let cells = &self.columns[column];
+        kept.map_or_else(
+            || Arc::clone(cells),
+            |rows| Arc::new(Cells::picked(rows.iter().map(|row| (&**cells, *row)))),
+        )
+    }
+
+    /// The cells of a column.
+    pub(super) fn cells(&self, column: usize) -> &Cells {
+        &self.columns[column]
     }
 
     /// The table with further columns, of one cell per row that it has, and further rows, of one
     /// cell per column; these have the lines below the last.
     pub(crate) fn appended(&self, columns: &[(String, Vec<String>)], rows: &[Vec<String>]) -> Self {
-        let (mut text, mut ends) = (String::with_capacity(self.text.len()), Vec::new());
-        let mut push = |cell: &str| {
-            text.push_str(cell);
-            ends.push(text.len());
-        };
-        for row in 0..self.n_rows() {
-            for column in 0..self.names.len() {
-                push(self.cell(row, column));
+        let added = columns.iter().map(|(_, cells)| Arc::new(Cells::of_texts(cells)));
+        let mut all: Vec<Arc<Cells>> = self.columns.iter().cloned().chain(added).collect();
+        for row in rows {
+            for (cells, cell) in all.iter_mut().zip(row) {
+                Arc::make_mut(cells).push(cell);
             }
-            for (_, cells) in columns {
-                push(&cells[row]);
-            }
-        }
-        for cell in rows.iter().flatten() {
-            push(cell);
         }
         let last = self.lines.last().copied().unwrap_or(self.header_line);
+        let lines = self.lines.iter().copied().chain((1..=rows.len()).map(|n| last + n));
         let names = self.names.iter().chain(columns.iter().map(|(name, _)| name));
         Self {
-            file: self.file.clone(),
             names: names.cloned().collect(),
-            header_line: self.header_line,
-            lines: self.lines.iter().copied().chain((1..=rows.len()).map(|n| last + n)).collect(),
-            text,
-            ends,
-            ledger: self.ledger.clone(),
+            lines: Arc::new(lines.collect()),
+            columns: all,
+            ..self.clone()
         }
     }
 
@@ -256,13 +266,13 @@ impl Rows {
         let named = names.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1);
         names.truncate(named);
         check_header(&at, &names)?;
+        let columns = names.iter().map(|_| Arc::default()).collect();
         let table = Table {
             file,
             names,
             header_line: line,
-            lines: Vec::new(),
-            text: String::new(),
-            ends: Vec::new(),
+            lines: Arc::default(),
+            columns,
             ledger: Ledger::default(),
         };
         let (width, has_empty_columns) = (record.len(), record.len() > named);
@@ -288,11 +298,10 @@ impl Rows {
             return Err(Error::case(at().column(column), problem));
         }
         self.has_empty_columns |= record.len() > named;
-        for cell in record.iter().take(named) {
-            table.text.push_str(cell.trim());
-            table.ends.push(table.text.len());
+        for (cells, cell) in table.columns.iter_mut().zip(record) {
+            Arc::make_mut(cells).push(cell.trim());
         }
-        table.lines.push(line);
+        Arc::make_mut(&mut table.lines).push(line);
         Ok(())
     }
 

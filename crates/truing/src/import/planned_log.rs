@@ -46,8 +46,7 @@ pub fn import_planned_log(
         );
         return Err(Error::case(table.at_file(), Problem::WrongValue { message }));
     }
-    let rows: Vec<usize> = (0..table.n_rows()).collect();
-    let filled = table.rewritten(&rows, |table, row, column| {
+    let filled = table.rewritten(|table, row, column| {
         let touch = open.binary_search(&row).ok();
         let axis = columns.iter().position(|of| *of == column);
         match touch.zip(axis) {
