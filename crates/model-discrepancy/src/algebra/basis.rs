@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::MatRef;
+use faer::{MatMut, MatRef};
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::algebra::product::{add_times, times, view};
@@ -45,16 +45,19 @@ impl Basis {
     }
 
     fn extend(&mut self, columns: &DMatrix<f64>, min_kept: f64) {
+        self.own.reserve(columns.len());
         for start in (0..columns.ncols()).step_by(PANEL) {
-            let panel = columns.columns(start, PANEL.min(columns.ncols() - start)).into_owned();
-            let beside = self.reject_columns(&panel);
+            let panel = columns.columns(start, PANEL.min(columns.ncols() - start));
+            let mut beside = panel.into_owned();
+            self.take_away(0, beside.as_mut_slice());
             let before = self.dim;
-            for (left, whole) in beside.column_iter().zip(panel.column_iter()) {
-                let mut rest = self.reject_from(before, &left.into_owned());
-                if before > 0 && rest.norm() < CANCELLED * left.norm() {
-                    rest = self.reject(&rest);
+            for (mut rest, whole) in beside.column_iter_mut().zip(panel.column_iter()) {
+                let (left, rest) = (rest.norm(), rest.as_mut_slice());
+                self.take_away(before, rest);
+                if before > 0 && norm(rest) < CANCELLED * left {
+                    self.take_away(0, rest);
                 }
-                self.push_rest(&rest, whole.norm(), min_kept);
+                self.push_rest(rest, whole.norm(), min_kept);
             }
         }
     }
@@ -63,11 +66,11 @@ impl Basis {
     /// false when less than `min_kept` of `whole` is new.
     pub(crate) fn push(&mut self, rest: &DVector<f64>, whole: f64, min_kept: f64) -> bool {
         let rest = self.reject(rest);
-        self.push_rest(&rest, whole, min_kept)
+        self.push_rest(rest.as_slice(), whole, min_kept)
     }
 
-    fn push_rest(&mut self, rest: &DVector<f64>, whole: f64, min_kept: f64) -> bool {
-        let length = rest.norm();
+    fn push_rest(&mut self, rest: &[f64], whole: f64, min_kept: f64) -> bool {
+        let length = norm(rest);
         // `>` also turns away NaN and the zero column.
         let new = length > min_kept * whole && length > f64::MIN_POSITIVE;
         if new {
@@ -108,45 +111,47 @@ impl Basis {
 
     /// Component of `x` orthogonal to the basis.
     pub(crate) fn reject(&self, x: &DVector<f64>) -> DVector<f64> {
-        self.reject_from(0, x)
-    }
-
-    /// Component orthogonal to the columns from `first` on.
-    fn reject_from(&self, first: usize, x: &DVector<f64>) -> DVector<f64> {
-        let columns = DMatrix::from_column_slice(x.len(), 1, x.as_slice());
-        let rest = self.rejected_from(first, &columns);
-        DVector::from(Vec::from(rest.data))
+        let mut rest = x.clone();
+        self.take_away(0, rest.as_mut_slice());
+        rest
     }
 
     /// [`Basis::reject`] of every column.
     pub(crate) fn reject_columns(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
-        self.rejected_from(0, x)
-    }
-
-    fn rejected_from(&self, first: usize, x: &DMatrix<f64>) -> DMatrix<f64> {
         let mut rest = x.clone();
-        if first == self.dim {
-            return rest;
-        }
-        self.take_out(first, &mut rest);
-        let lost = |&c: &usize| rest.column(c).norm() < CANCELLED * x.column(c).norm();
-        let cancelled: Vec<usize> = (0..x.ncols()).filter(lost).collect();
-        if !cancelled.is_empty() {
-            let mut again = rest.select_columns(&cancelled);
-            self.take_out(first, &mut again);
-            for (&c, left) in cancelled.iter().zip(again.column_iter()) {
-                rest.set_column(c, &left);
-            }
-        }
+        self.take_away(0, rest.as_mut_slice());
         rest
     }
 
-    /// Takes the basis from `first` on out of every column, once.
-    fn take_out(&self, first: usize, columns: &mut DMatrix<f64>) {
+    /// Takes the basis from `first` on out of columns one after the other, again of those of which it takes most.
+    fn take_away(&self, first: usize, columns: &mut [f64]) {
+        if first == self.dim {
+            return;
+        }
+        let rows = self.rows;
+        let before: Vec<f64> = columns.chunks_exact(rows).map(norm).collect();
+        self.take_out(first, columns);
+        let lost = |(column, before): (&[f64], &f64)| norm(column) < CANCELLED * before;
+        let lost: Vec<usize> = (columns.chunks_exact(rows).zip(&before).enumerate())
+            .filter_map(|(c, column)| lost(column).then_some(c))
+            .collect();
+        let of = |c: usize| c * rows..(c + 1) * rows;
+        let mut again: Vec<f64> = Vec::with_capacity(lost.len() * rows);
+        lost.iter().for_each(|&c| again.extend_from_slice(&columns[of(c)]));
+        self.take_out(first, &mut again);
+        for (&c, left) in lost.iter().zip(again.chunks_exact(rows)) {
+            columns[of(c)].copy_from_slice(left);
+        }
+    }
+
+    /// The same once.
+    fn take_out(&self, first: usize, columns: &mut [f64]) {
+        let width = columns.len() / self.rows;
+        let mut columns = MatMut::from_column_major_slice_mut(columns, self.rows, width);
         let parts = self.parts(first);
-        let along = parts.map(|part| times(part.transpose(), view(columns)));
+        let along = parts.map(|part| times(part.transpose(), columns.as_ref()));
         for (part, along) in parts.into_iter().zip(&along) {
-            add_times(columns, -1.0, part, view(along));
+            add_times(columns.as_mut(), -1.0, part, view(along));
         }
     }
 
@@ -207,6 +212,10 @@ impl Basis {
         both.extend(other, min_kept);
         both
     }
+}
+
+fn norm(column: &[f64]) -> f64 {
+    DVectorView::from_slice(column, column.len()).norm()
 }
 
 /// Smallest cosine: near 1 when the smaller space lies inside the larger one.

@@ -15,7 +15,7 @@ pub(crate) fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
 /// `AB`.
 pub(crate) fn times(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.nrows(), b.ncols());
-    add_times(&mut product, 1.0, a, b);
+    add_times(view_mut(&mut product), 1.0, a, b);
     product
 }
 
@@ -30,22 +30,21 @@ pub(crate) fn gram(a: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Adds `factor·AB` to a matrix.
-pub(crate) fn add_times(
-    to: &mut DMatrix<f64>,
-    factor: f64,
-    a: MatRef<'_, f64>,
-    b: MatRef<'_, f64>,
-) {
-    let (rows, columns) = to.shape();
-    let to = MatMut::from_column_major_slice_mut(to.as_mut_slice(), rows, columns);
+pub(crate) fn add_times(to: MatMut<'_, f64>, factor: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
     matmul(to, Accum::Add, a, b, factor, Par::Seq);
+}
+
+/// The matrix, for faer to write to.
+pub(crate) fn view_mut(matrix: &mut DMatrix<f64>) -> MatMut<'_, f64> {
+    let (rows, columns) = matrix.shape();
+    MatMut::from_column_major_slice_mut(matrix.as_mut_slice(), rows, columns)
 }
 
 /// Of the first rows of a lower triangle, as many as there are rows in `columns`.
 pub(crate) fn lower_triangular_times(rows: &DMatrix<f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
     let (n, m) = columns.shape();
     let mut product = DMatrix::zeros(n, m);
-    let mut to = MatMut::from_column_major_slice_mut(product.as_mut_slice(), n, m);
+    let mut to = view_mut(&mut product);
     for start in (0..n).step_by(BLOCK) {
         let some = BLOCK.min(n - start);
         let left = view(rows).submatrix(start, 0, some, start + some);
@@ -78,7 +77,7 @@ mod tests {
             let below = lower_triangular_times(&triangle, &a) - &triangle * &a;
             assert!(below.iter().all(|off| off.abs() < ROUND_OFF));
             let mut rest = b.clone();
-            add_times(&mut rest, -0.5, view(&a), view(&product));
+            add_times(view_mut(&mut rest), -0.5, view(&a), view(&product));
             let whole = &b - 0.5 * (&a * &product);
             assert!((rest - whole).iter().all(|off| off.abs() < ROUND_OFF));
         }

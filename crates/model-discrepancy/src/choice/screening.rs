@@ -112,6 +112,23 @@ impl Products {
         }
     }
 
+    /// What a component has of function `f` with the later ones and with its constant, from another one; of so many
+    /// functions, components and directions of the system.
+    fn copy_own(
+        &mut self,
+        [other, c]: [usize; 2],
+        (f, functions): (usize, usize),
+        (k, directions): (usize, usize),
+    ) {
+        let at = f * k;
+        self.held[(directions + c, at + c)] = self.held[(directions + other, at + other)];
+        for g in f..functions {
+            let product = self.own[(at + other, g * k + other)];
+            self.own[(at + c, g * k + c)] = product;
+            self.own[(g * k + c, at + c)] = product;
+        }
+    }
+
     /// Sums over the rows of both.
     pub(crate) fn with(mut self, others: &Self) -> Self {
         self.own += &others.own;
@@ -232,6 +249,8 @@ impl Followed {
                 &selected.insert((observations, values.select_rows(observations))).1
             };
             let held = times(view(&component.held), view(here));
+            // Of a component that has the same weights, the products of functions with each other are known.
+            let like = self.components[..c].iter().position(|other| other.is_like(component));
             let mut weighted = DVector::zeros(here.nrows());
             for (shape, products) in products.iter_mut().enumerate() {
                 let first = shape * functions;
@@ -240,6 +259,10 @@ impl Followed {
                     let of_system = own.rows(0, self.directions);
                     products.held.view_mut((0, at), (self.directions, 1)).copy_from(&of_system);
                     products.onto[at] = own[self.directions];
+                    if let Some(other) = like {
+                        products.copy_own([other, c], (f, functions), (k, self.directions));
+                        continue;
+                    }
                     weighted.cmpy(1.0, &here.column(first + f), &component.squares, 0.0);
                     products.held[(self.directions + c, at)] = weighted.sum();
                     for g in f..functions {
@@ -352,6 +375,11 @@ impl Component {
     fn is_every(&self, observations: usize) -> bool {
         self.observations.len() == observations
             && self.observations.iter().enumerate().all(|(i, &observation)| i == observation)
+    }
+
+    /// Whether a function of the observation has the same values and weights in another one.
+    fn is_like(&self, other: &Self) -> bool {
+        self.observations == other.observations && self.squares == other.squares
     }
 
     /// Those of its rows for which `some` is true.
