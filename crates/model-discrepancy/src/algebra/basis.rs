@@ -137,7 +137,9 @@ impl Basis {
             .collect();
         let of = |c: usize| c * rows..(c + 1) * rows;
         let mut again: Vec<f64> = Vec::with_capacity(lost.len() * rows);
-        lost.iter().for_each(|&c| again.extend_from_slice(&columns[of(c)]));
+        for &c in &lost {
+            again.extend_from_slice(&columns[of(c)]);
+        }
         self.take_out(first, &mut again);
         for (&c, left) in lost.iter().zip(again.chunks_exact(rows)) {
             columns[of(c)].copy_from_slice(left);

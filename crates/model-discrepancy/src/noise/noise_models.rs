@@ -171,14 +171,21 @@ impl Family {
             let strength = count(step) / count(STEPS - 1);
             let model =
                 self.models[step].get_or_init(|| UnderModel::new(self, strength)).as_ref()?;
-            let [across, own] = match (&products, &model.white) {
+            let [across, own] = match (&products, &self.kind) {
                 (Some(products), _) => products.each_ref().map(|p| p.at(MAX_PHI * strength)),
-                (None, Some((Some(whitening), base))) => {
-                    let white = whitening.apply(&self.series, columns);
-                    [tr_times(base, &white), gram(&white)]
+                (None, Kind::Neighbours(_)) => return None,
+                (None, Kind::Fractional(base) | Kind::Position(base, _)) => {
+                    match &model.whitening {
+                        Some(whitening) => {
+                            let white = whitening.apply(&self.series, columns);
+                            [
+                                tr_times(base, &whitening.transposed(&self.series, &white)),
+                                gram(&white),
+                            ]
+                        }
+                        None => [tr_times(base, columns), gram(columns)],
+                    }
                 }
-                (None, Some((None, base))) => [tr_times(base, columns), gram(columns)],
-                (None, None) => return None,
             };
             model.judge((&across, &own), along, columns.nrows())
         })
@@ -191,9 +198,8 @@ fn longest(series: &[Vec<usize>]) -> usize {
 
 /// A system's columns under one model of the noise.
 struct UnderModel {
-    /// What turns the noise white, where it is not, and the columns so; of neighbours products are
-    /// enough.
-    white: Option<(Option<Whitening>, DMatrix<f64>)>,
+    /// What turns the noise white, where it is not; of neighbours products are enough.
+    whitening: Option<Whitening>,
     /// Cholesky factor of the columns' information.
     factor: DMatrix<f64>,
     /// Logarithm of the determinants of the noise and of the columns' information.
@@ -264,20 +270,15 @@ impl UnderModel {
             }
         };
         let of_noise = whitening.as_ref().map_or(0.0, |white| white.log_determinant(series));
-        let base =
-            whitening.as_ref().map_or_else(|| base.clone(), |white| white.apply(series, base));
-        let information = gram(&base);
-        Self::of(&information, of_noise, Some((whitening, base)))
+        let information =
+            whitening.as_ref().map_or_else(|| gram(base), |white| gram(&white.apply(series, base)));
+        Self::of(&information, of_noise, whitening)
     }
 
-    fn of(
-        information: &DMatrix<f64>,
-        of_noise: f64,
-        white: Option<(Option<Whitening>, DMatrix<f64>)>,
-    ) -> Option<Self> {
+    fn of(information: &DMatrix<f64>, of_noise: f64, whitening: Option<Whitening>) -> Option<Self> {
         let factor = information.clone().cholesky()?.unpack();
         let of_columns: f64 = factor.diagonal().iter().map(|v| 2.0 * v.ln()).sum();
-        Some(Self { white, factor, log_determinant: of_noise + of_columns })
+        Some(Self { whitening, factor, log_determinant: of_noise + of_columns })
     }
 
     /// From the products, whitened, of the system's columns with the candidate's, and of these.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use crate::algebra::product::lower_triangular_times;
+use crate::algebra::product::{lower_triangular_times, times, view};
 use crate::count::count;
 
 /// Turns noise of one model into white noise.
@@ -116,6 +116,36 @@ impl Whitening {
         }
         out
     }
+
+    /// The transpose of [`Whitening::apply`]: products of columns with what it gives are those of the whitened
+    /// columns.
+    pub(crate) fn transposed(&self, series: &[Vec<usize>], columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = columns.clone();
+        for one in series {
+            match self {
+                Self::Predicted { rows, .. } => {
+                    let n = one.len();
+                    let rows = view(rows).submatrix(0, 0, n, n);
+                    let before = times(rows.transpose(), view(&columns.select_rows(one)));
+                    for (mut to, before) in out.column_iter_mut().zip(before.column_iter()) {
+                        one.iter().zip(before.iter()).for_each(|(&row, before)| to[row] = *before);
+                    }
+                }
+                Self::Filtered { phi, readings } => {
+                    for (mut to, from) in out.column_iter_mut().zip(columns.column_iter()) {
+                        let mut position = Vector3::zeros();
+                        for (&row, reading) in one.iter().zip(readings).rev() {
+                            let innovation =
+                                from[row] / reading.std + reading.gain.dot(&position) * phi;
+                            to[row] = innovation;
+                            position = position * *phi - reading.direction * innovation;
+                        }
+                    }
+                }
+            }
+        }
+        out
+    }
 }
 
 #[cfg(test)]
@@ -148,6 +178,20 @@ mod tests {
         assert!((covariance - DMatrix::identity(N, N)).amax() < ROUND_OFF);
         let of_process = (&readings * readings.transpose()).determinant().ln();
         assert!((whitening.log_determinant(&[(0..N).collect()]) - of_process).abs() < ROUND_OFF);
+    }
+
+    #[test]
+    fn transposed_is_the_other_side_of_a_product() {
+        let series = [vec![4, 0, 2, 7], vec![1, 3]];
+        let columns = |of: f64| DMatrix::from_fn(8, 2, |i, j| (of * count(3 * i + 5 * j)).cos());
+        let (a, b) = (columns(0.7), columns(1.9));
+        let direction = |i: usize| Vector3::new(count(i).sin(), 0.3, count(i).cos()).normalize();
+        let along = Whitening::read_along(0.6, &[0, 1, 2, 3].map(direction));
+        for whitening in [Whitening::fractional(0.3, 4), along] {
+            let whole = whitening.apply(&series, &a).tr_mul(&b);
+            let difference = a.tr_mul(&whitening.transposed(&series, &b)) - whole;
+            assert!(difference.amax() < ROUND_OFF);
+        }
     }
 
     #[test]

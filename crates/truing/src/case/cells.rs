@@ -31,7 +31,9 @@ impl Cells {
     /// Cells that read as these texts.
     pub(super) fn of_texts<T: AsRef<str>>(texts: impl IntoIterator<Item = T>) -> Self {
         let mut written = Written::default();
-        texts.into_iter().for_each(|cell| written.push(cell.as_ref()));
+        for cell in texts {
+            written.push(cell.as_ref());
+        }
         Self { written: OnceLock::from(written), numbers: OnceLock::new() }
     }
 
@@ -57,16 +59,16 @@ impl Cells {
     /// Other numbers for those of these rows, where `number` gives one; what is no number stays.
     pub(super) fn changed(
         &self,
-        rows: impl Iterator<Item = usize> + Clone,
+        rows: &[usize],
         number: impl Fn(usize, f64) -> Option<f64>,
     ) -> Self {
         let known = self.numbers();
         let other = |row: usize| number(row, self.number(row)?);
-        let others: Vec<Option<f64>> = rows.clone().map(other).collect();
+        let others: Vec<Option<f64>> = rows.iter().copied().map(other).collect();
         if let Some(all) = others.iter().copied().collect() {
             return Self::of_numbers(all);
         }
-        let cells = rows.clone().zip(&others);
+        let cells = rows.iter().copied().zip(&others);
         let text = |(row, other): (usize, &Option<f64>)| {
             other.map_or_else(|| self.text(row).to_owned(), shortest)
         };
@@ -96,7 +98,9 @@ impl Cells {
         self.written.get_or_init(|| {
             let mut written = Written::default();
             let numbers = self.numbers.get().and_then(Option::as_ref);
-            numbers.into_iter().flatten().for_each(|number| written.push(&shortest(*number)));
+            for number in numbers.into_iter().flatten() {
+                written.push(&shortest(*number));
+            }
             written
         })
     }

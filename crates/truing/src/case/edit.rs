@@ -74,15 +74,9 @@ impl Change {
     /// These rows of the table with the change, or all.
     fn of_rows(&self, table: &Table, kept: Option<&[usize]>) -> Table {
         let index = |name: &String| table.read_as(name).map(|(column, _)| column);
-        let all: Vec<usize>;
-        let rows_of = match kept {
-            Some(rows) => rows,
-            None => {
-                all = (0..table.n_rows()).collect();
-                &all
-            }
-        };
-        let rows_of = || rows_of.iter().copied();
+        let all: Vec<usize> = (0..table.n_rows()).collect();
+        let of_all = kept.unwrap_or(&all);
+        let rows_of = || of_all.iter().copied();
         match self {
             Self::Scale { columns, rows, factor } => {
                 let columns: Vec<_> = columns.iter().filter_map(index).collect();
@@ -90,7 +84,7 @@ impl Change {
                 let scaled = |row, value: f64| is_of(row).then_some(value * factor);
                 table.with(kept, |column| {
                     let is_scaled = columns.contains(&column);
-                    is_scaled.then(|| table.cells(column).changed(rows_of(), scaled).into())
+                    is_scaled.then(|| table.cells(column).changed(of_all, scaled).into())
                 })
             }
             Self::Permute { columns, sources, rows } => {
@@ -138,7 +132,7 @@ impl Change {
                 table.with(kept, |column| {
                     let (_, unit) = found.filter(|(at, _)| *at == column)?;
                     let sum = |row: usize, value: f64| Some(value + values[row] / unit);
-                    Some(table.cells(column).changed(rows_of(), sum).into())
+                    Some(table.cells(column).changed(of_all, sum).into())
                 })
             }
             Self::Append { columns, rows } => table.appended(columns, rows),
