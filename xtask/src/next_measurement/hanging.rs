@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 
 use super::scene::{Files, Scene};
-use crate::kinds::ft_center::gravity_scenes::turned_against;
+use crate::kinds::ft_center::gravity_scenes::{as_f64, turned_against};
 
 /// Static poses of a tool: that the base leans and that the sensor is turned on its flange is the same to poses about
 /// the axis of that turn.
@@ -59,9 +59,4 @@ impl Scene for Hanging {
     fn with_even(&self, count: usize, _: u64) -> Files {
         self.with(&about_x(count))
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn as_f64(n: usize) -> f64 {
-    n as f64
 }

@@ -11,7 +11,7 @@ pub(crate) struct ScatterAlong {
     /// As it is, over the variance of a reading.
     observed: f64,
     /// Its expectation where every reading scatters alike.
-    pub(crate) expected: f64,
+    expected: f64,
     /// Degrees of freedom of that quadratic form (Satterthwaite 1946).
     pub(crate) dof: f64,
 }

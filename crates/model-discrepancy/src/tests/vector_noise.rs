@@ -19,9 +19,9 @@ const GROUPS_PER_COMPONENT: usize = 3;
 ///
 /// For groups of one vector each (a point, the centre of a press). The rows are whitened with
 /// the estimated covariance and a group counts as one reading: `G − ⌈(p + m)/k⌉` degrees of
-/// freedom for `G` groups of `k` components. Where groups scatter along the candidate by more than that, as lengths
-/// do whose noise grows with them, the amplitude is judged by that scatter. `None` where the groups are not such vectors, or
-/// too few.
+/// freedom for `G` groups of `k` components. Where groups scatter along the candidate by more than that, as points do
+/// whose noise grows with their distance, the cluster-robust test is asked, too. `None` where the groups are not such
+/// vectors, or too few.
 pub(crate) fn vector_p_value(
     lin: &Linear<'_>,
     base: &Basis,
@@ -60,8 +60,7 @@ pub(crate) fn vector_p_value(
     let data = base_white.reject(&data);
     let test = f_test(&data, base_white.dim(), &added_white)?;
     let all_white = base_white.with(&added_white.matrix(), NEW_DIRECTION);
-    // One covariance for all groups was estimated, of variance one; where those that have more of the candidate
-    // scatter more, it is known as well as they are.
+    // The covariance was estimated of all groups alike, and whitened to variance one.
     let scatter =
         ScatterAlong::of(&lin.clusters, (&added_white, &all_white), &all_white.reject(&data), 1.0);
     let is_uneven = scatter.p_value() < UNEVEN;

@@ -126,7 +126,7 @@ fn decide(
         let is_session = |misfit: &Misfit| plain.is_of_another_session(misfit);
         // Of a gross misfit all stretches are asked for already.
         let may_be_sessions = !plain.is_gross() && plain.may_be_of_another_session();
-        let sessions = may_be_sessions.then_some(&is_session);
+        let sessions = may_be_sessions.then_some(&is_session as Asked<'_>);
         let (of_some, elsewhere) =
             of_rows(&case.files, last, &is_sound, (plain.is_gross(), sessions));
         if of_some.is_some() || elsewhere.is_some() {
@@ -212,14 +212,17 @@ fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
     list.iter().filter(|hypothesis| hypothesis.proof == Proof::FitIfNoOther).cloned().collect()
 }
 
+/// What is asked of a misfit.
+type Asked<'a> = &'a dyn Fn(&Misfit) -> bool;
+
 /// What is wrong with some rows of a case that no change to all of them explains; else, that they are not of it,
 /// where the others fit without them: of readings that physics may have made only where the misfit `is_gross`, or where
 /// they leave what `sessions` asks of the others.
-fn of_rows<S: Fn(&Misfit) -> bool>(
+fn of_rows(
     files: &Files,
     last: Vec<Hypothesis>,
     is_sound: &(impl Fn(&Misfit) -> bool + Sync),
-    (is_gross, sessions): (bool, Option<&S>),
+    (is_gross, sessions): (bool, Option<Asked<'_>>),
 ) -> (Option<Found>, Option<Found>) {
     let stretches = Stretch::all_of(files, is_sound);
     let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
@@ -236,7 +239,7 @@ fn of_rows<S: Fn(&Misfit) -> bool>(
                 Trials::of_those(files, those.filter_map(|s| s.misplaced(files)).collect(), None)
             };
             let of_no_physics = misplaced(&|s| is_gross || s.is_of_places());
-            let of_session = |is_session: &S| {
+            let of_session = |is_session: Asked<'_>| {
                 misplaced(&|s| s.is_of_a_session()).leaving_most(|misfit| is_session(misfit))
             };
             let found = of_no_physics.leaving_most(is_sound);
@@ -246,6 +249,11 @@ fn of_rows<S: Fn(&Misfit) -> bool>(
     }
 }
 
+/// Whether what is left of a case is noise, of enough rows.
+fn fits_alone(misfit: &Misfit) -> bool {
+    misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT
+}
+
 /// Another unit, order or sign of some rows, where that brings the case to the noise as well as leaving out the readings
 /// at an end of a range.
 fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
@@ -253,9 +261,7 @@ fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
         return found;
     }
     let kept = found.after.map_or(FEWEST_LEFT, |after| after.dof);
-    let is_noise = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
-    let (changed, _) =
-        of_rows(files, last.to_vec(), &is_noise, (true, None::<&fn(&Misfit) -> bool>));
+    let (changed, _) = of_rows(files, last.to_vec(), &fits_alone, (true, None));
     let is_of_all = |other: &Found| other.after.is_some_and(|after| after.dof > kept);
     changed.filter(is_of_all).unwrap_or(found)
 }
@@ -272,10 +278,8 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     list.extend(with_another(files, &source));
     let last = of_last_resort(&list);
     let found = Trials::of(files, list, None).mending(is_free);
-    let is_sound = |misfit: &Misfit| misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT;
     let elsewhere = || {
-        let sessions = None::<&fn(&Misfit) -> bool>;
-        let (found, misplaced) = of_rows(files, last.clone(), &is_sound, (true, sessions));
+        let (found, misplaced) = of_rows(files, last.clone(), &fits_alone, (true, None));
         found.or(misplaced).filter(|_| !is_free)
     };
     let found = found.map(|found| of_no_end(files, found, &last)).or_else(elsewhere);
@@ -310,7 +314,7 @@ fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
             Ok((misfit, yardstick)) if misfit.share >= yardstick.unmatched => {
                 return Some(unmatched(files, &misfit));
             }
-            Ok((misfit, _)) if misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT => {
+            Ok((misfit, _)) if fits_alone(&misfit) => {
                 let wrong = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
                 return Stretch::of_those(files, file, wrong)?
                     .misplaced(files)

@@ -189,6 +189,6 @@ fn rotation_vector(q: [f64; 4]) -> [f64; 3] {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-fn as_f64(n: usize) -> f64 {
+pub(crate) fn as_f64(n: usize) -> f64 {
     n as f64
 }
