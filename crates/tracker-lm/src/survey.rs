@@ -25,6 +25,25 @@ pub struct Survey {
     pub ranges: Vec<Range>,
 }
 
+impl Survey {
+    /// Its first ranges, and what these are of.
+    pub(crate) fn first(&self, n_ranges: usize) -> Self {
+        let mut first = self.clone();
+        first.ranges.truncate(n_ranges);
+        let ranges = &first.ranges;
+        let n_of =
+            |index: fn(&Range) -> usize| ranges.iter().map(|r| index(r) + 1).max().unwrap_or(0);
+        first.stations.truncate(n_of(|r| r.station));
+        first.mounts.truncate(n_of(|r| r.mount));
+        let n_steps = n_of(|r| r.step);
+        first.steps.truncate(n_steps);
+        if let Some(second) = &mut first.second {
+            second.angles_rad.truncate(n_steps);
+        }
+        first
+    }
+}
+
 /// The rotary axis of a head that another one carries.
 ///
 /// Each axis turns while the other one stands; the pose in which both stand is measured too, and the

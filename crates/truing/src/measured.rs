@@ -33,6 +33,12 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
     /// The declared model as the loop sees it.
     fn prepare(&self) -> Result<Prepared<'_>, Error>;
 
+    /// The same where only the first rows of the table of measurements were measured and the others are
+    /// planned: laws that are looked for in the data are looked for in those alone.
+    fn prepare_planned(&self, _n_measured: usize) -> Result<Prepared<'_>, Error> {
+        self.prepare()
+    }
+
     /// The case in words.
     fn words(&self) -> Words;
 

@@ -84,7 +84,7 @@ pub(super) fn situations() -> Vec<Situation> {
         tracer("play of the drive, turned upwards only", "backlash", |seed| {
             let defect = tracer_run::Defect::Backlash(6e-5, [6e-3, -3e-3, 4.5e-3]);
             let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
-            Box::new(Upwards { instrument: Instrument::Ranges(run), aim: "backlash" })
+            Box::new(Upwards { instrument: Instrument::Ranges(run), aim: "backlash", cycles: 1 })
         }),
         head("a leg's cell reads 2 % high, pressed with one load", "leg-gain", |seed| {
             let flaw = polish::Flaw::CellGain(0, 0.02);
@@ -174,12 +174,12 @@ pub(super) fn situations() -> Vec<Situation> {
         tracer("a tracker's points, play of the drive, turned upwards only", "backlash", |seed| {
             let fault = Fault::Backlash(60e-6, [0.0, 0.02, 0.0]);
             let survey = Points { fault, ..Points::new(seed) };
-            Box::new(Upwards { instrument: Instrument::Points(survey), aim: "backlash" })
+            Box::new(Upwards { instrument: Instrument::Points(survey), aim: "backlash", cycles: 1 })
         }),
         tracer("one stand gives way by 16 µm, few angles", "station-drift", |seed| {
             let defect = tracer_run::Defect::StationDrift(2, [0.008, -0.006, 0.012]);
             let run = Run { n_stations: 5, n_mounts: 3, n_angles: 9, defect, ..Run::new(seed) };
-            Box::new(Upwards { instrument: Instrument::Ranges(run), aim: "rivals" })
+            Box::new(Upwards { instrument: Instrument::Ranges(run), aim: "rivals", cycles: 3 })
         }),
     ]
 }

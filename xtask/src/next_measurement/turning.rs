@@ -28,6 +28,8 @@ pub(super) struct Upwards {
     pub(super) instrument: Instrument,
     /// What the plan is made for.
     pub(super) aim: &'static str,
+    /// Times that every angle may be turned to again.
+    pub(super) cycles: u8,
 }
 
 impl Upwards {
@@ -56,7 +58,8 @@ impl Upwards {
         let angles: Vec<String> =
             self.first().iter().map(|(angle, _)| format!("{angle}")).collect();
         let (_, case) = &mut files[0];
-        let _ = write!(case, "\n[plan]\nangles_deg = [{}]\n", angles.join(", "));
+        let angles = angles.join(", ");
+        let _ = write!(case, "\n[plan]\nangles_deg = [{angles}]\ncycles = {}\n", self.cycles);
         files
     }
 }

@@ -19,6 +19,7 @@ use crate::gauge::StationChart;
 use crate::joint::Joint;
 use crate::missing::change::Offered;
 use crate::missing::changes::{Fitted, changes};
+use crate::missing::course::Course;
 use crate::missing::courses::{Courses, courses};
 use crate::missing::effects::{Entry, Scene, approaches, catalogue};
 use crate::missing::moves::Moves;
@@ -75,6 +76,27 @@ pub(crate) struct Recorded {
     pub(crate) covariates: Vec<Covariate>,
 }
 
+impl Recorded {
+    /// That there is one finite value for each of `needed` ranges.
+    fn check(&self, needed: usize) -> Result<(), TrackerError> {
+        let times = self.time_s.iter().map(Vec::as_slice);
+        for values in times.chain(self.covariates.iter().map(|c| c.values.as_slice())) {
+            if values.len() != needed || values.iter().any(|v| !v.is_finite()) {
+                return Err(TrackerError::InvalidCovariate { needed });
+            }
+        }
+        Ok(())
+    }
+
+    /// Beside the first ranges.
+    fn first(&self, n: usize) -> Self {
+        let mut first = self.clone();
+        let values = first.covariates.iter_mut().map(|c| &mut c.values);
+        values.chain(&mut first.time_s).for_each(|values| values.truncate(n));
+        first
+    }
+}
+
 /// What a model about one solution leaves to that about another.
 #[derive(Clone, Debug)]
 pub(crate) struct Choices {
@@ -82,8 +104,8 @@ pub(crate) struct Choices {
     pub(crate) changes: Vec<Offered>,
     /// How stands move in it.
     pub(crate) courses: Courses,
-    /// How many harmonics its motion errors have.
-    pub(crate) orders: Orders,
+    /// How many harmonics its motion errors have; `None` for the usual ones.
+    pub(crate) orders: Option<Orders>,
     /// Ranges that rows are tied to; `None` leaves it to the geometry.
     pub(crate) tied: Option<HashSet<usize>>,
 }
@@ -103,23 +125,59 @@ impl TrackerModel {
         covariates: Vec<Covariate>,
         options: &Options,
     ) -> Result<Self, TrackerError> {
-        let n = survey.ranges.len();
-        let times = time_s.iter().map(Vec::as_slice);
-        for values in times.chain(covariates.iter().map(|c| c.values.as_slice())) {
-            if values.len() != n || values.iter().any(|v| !v.is_finite()) {
-                return Err(TrackerError::InvalidCovariate { needed: n });
-            }
-        }
         let recorded = Recorded { time_s, covariates };
+        recorded.check(survey.ranges.len())?;
+        Self::with(survey, options, recorded, None)
+    }
+
+    /// The same of a survey of which only the first `n_measured` ranges were read, and the rest are planned:
+    /// how stands move, where another session begins and what has changed is looked for in those alone,
+    /// and the rest are taken to go on so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`], for the whole and for what was measured.
+    pub fn with_planned(
+        survey: Survey,
+        time_s: Option<Vec<f64>>,
+        covariates: Vec<Covariate>,
+        options: &Options,
+        n_measured: usize,
+    ) -> Result<Self, TrackerError> {
+        let recorded = Recorded { time_s, covariates };
+        recorded.check(survey.ranges.len())?;
+        let measured =
+            Self::with(survey.first(n_measured), options, recorded.first(n_measured), None)?;
+        let TrackerModel { changes, mut courses, .. } = measured;
+        courses.of_station.resize(survey.stations.len(), Course::STEADY);
+        Self::with(survey, options, recorded, Some((changes, courses)))
+    }
+
+    /// With changes and courses that were looked for before, where given.
+    fn with(
+        survey: Survey,
+        options: &Options,
+        recorded: Recorded,
+        known: Option<(Vec<Offered>, Courses)>,
+    ) -> Result<Self, TrackerError> {
         let Placed { options, frame, is_off } = Placed::of(&survey, options)?;
         let solved = solved(&survey, &options)?;
-        let choices = (options.axis != AxisModel::Free)
-            .then(|| Choices::of_perfect_axis(&survey, &options, &recorded))
-            .flatten();
-        let choices = choices.map(|mut choices| {
-            choices.orders.location = is_off;
-            choices
-        });
+        let is_perfect = options.axis != AxisModel::Free;
+        let own = || {
+            let choices = Choices::of_perfect_axis(&survey, &options, &recorded);
+            choices.map(|mut choices| {
+                choices.orders.iter_mut().for_each(|orders| orders.location = is_off);
+                choices
+            })
+        };
+        let own = is_perfect.then(own).flatten();
+        let choices = match known {
+            None => own,
+            Some((changes, courses)) => {
+                let orders = own.and_then(|choices| choices.orders);
+                Some(Choices { changes, courses, orders, tied: None })
+            }
+        };
         let model = Self::about(survey, options, recorded, solved, choices.as_ref())?;
         Ok(Self { frame, ..model })
     }
@@ -151,8 +209,8 @@ impl TrackerModel {
         let angles_rad = network.angles_rad();
         let visits: Vec<usize> = network.angles.iter().map(|a| a.steps.len()).collect();
         let stops = Stops { axis: &survey.axis, angles_rad: &angles_rad, visits: &visits };
-        let orders =
-            choices.map_or_else(|| Orders::usual(&stops), |choices| choices.orders.clone());
+        let orders = choices.and_then(|choices| choices.orders.clone());
+        let orders = orders.unwrap_or_else(|| Orders::usual(&stops));
         let of_axis = OfAxis::new(&joint, &stops, &orders, &solved);
         let mut residuals_mm = without(&solved.shifts, &sights);
         of_axis.taken_off(&network, &sights, &mut residuals_mm);
@@ -237,7 +295,7 @@ impl TrackerModel {
         let rows = self.declared().layout.rows.iter().map(|row| row.observation);
         let tied = rows.filter(|&range| range < self.survey.ranges.len()).collect();
         let (changes, courses) = (self.changes.clone(), self.courses.clone());
-        Choices { changes, courses, orders: self.orders.clone(), tied: Some(tied) }
+        Choices { changes, courses, orders: Some(self.orders.clone()), tied: Some(tied) }
     }
 
     /// The declared model's calibration.
@@ -285,7 +343,7 @@ impl Choices {
         let located = about(AxisModel::Located)?;
         let orders = located.orders_shown().ok()?;
         let TrackerModel { changes, courses, .. } = about(AxisModel::Free).unwrap_or(located);
-        Some(Self { changes, courses, orders, tied: None })
+        Some(Self { changes, courses, orders: Some(orders), tied: None })
     }
 }
 

@@ -21,6 +21,7 @@ use crate::angle_steps::angles;
 use crate::curves::{Curves, Shape};
 use crate::frame::Frame;
 use crate::missing::axis_effects::{AxisEffect, axis_effects};
+use crate::missing::course::Course;
 use crate::missing::found::NEAR_MM;
 use crate::missing::model::elapsed;
 use crate::missing::orders::Orders;
@@ -36,6 +37,32 @@ pub struct TargetRecords {
     pub covariates: Vec<Covariate>,
     /// The body that every mount is on; empty where all are on one.
     pub bodies: Vec<String>,
+}
+
+impl TargetRecords {
+    /// That there is one finite value for each reading, and a body for each mount.
+    fn check(&self, survey: &TargetSurvey) -> Result<(), TrackerError> {
+        let needed = survey.targets.len();
+        let times = self.time_s.iter().map(Vec::as_slice);
+        for values in times.chain(self.covariates.iter().map(|c| c.values.as_slice())) {
+            if values.len() != needed || values.iter().any(|v| !v.is_finite()) {
+                return Err(TrackerError::InvalidCovariate { needed });
+            }
+        }
+        if !self.bodies.is_empty() && self.bodies.len() != survey.mounts.len() {
+            return Err(TrackerError::InvalidCovariate { needed: survey.mounts.len() });
+        }
+        Ok(())
+    }
+
+    /// Beside the first readings, of the first mounts.
+    fn of_first(&self, n_readings: usize, n_mounts: usize) -> Self {
+        let mut first = self.clone();
+        let values = first.covariates.iter_mut().map(|c| &mut c.values);
+        values.chain(&mut first.time_s).for_each(|values| values.truncate(n_readings));
+        first.bodies.truncate(n_mounts);
+        first
+    }
 }
 
 /// The bundle of a survey of points about its solution, and the effects that it leaves out.
@@ -80,8 +107,8 @@ struct Solved {
 struct Choices {
     /// Faults and courses in the catalogue.
     found: Found,
-    /// Harmonics of motion errors in it.
-    orders: Orders,
+    /// Harmonics of motion errors in it; `None` for the usual ones.
+    orders: Option<Orders>,
     /// Readings and components that rows are tied to; `None` leaves it to the geometry.
     tied: Option<HashSet<(usize, usize)>>,
 }
@@ -100,19 +127,58 @@ impl TargetModel {
         hold_out: HoldOut,
         options: &TargetOptions,
     ) -> Result<Self, TrackerError> {
-        check_records(&survey, records)?;
+        records.check(&survey)?;
+        Self::with(survey, records.clone(), hold_out, options, None)
+    }
+
+    /// The same of a survey of which only the first `n_measured` readings were taken, and the rest are planned:
+    /// how stands move, where another session begins, what slipped and what is far off is looked for in
+    /// those alone, and the rest are taken to go on so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`], for the whole and for what was measured.
+    pub fn with_planned(
+        survey: TargetSurvey,
+        records: &TargetRecords,
+        hold_out: HoldOut,
+        options: &TargetOptions,
+        n_measured: usize,
+    ) -> Result<Self, TrackerError> {
+        records.check(&survey)?;
+        let first = survey.first(n_measured);
+        let of_first = records.of_first(n_measured, first.mounts.len());
+        let measured = Self::with(first, of_first, hold_out, options, None)?;
+        let mut found = measured.found;
+        found.courses.resize(survey.stations.len(), Course::STEADY);
+        Self::with(survey, records.clone(), hold_out, options, Some(found))
+    }
+
+    /// With faults and courses that were looked for before, where given.
+    fn with(
+        survey: TargetSurvey,
+        records: TargetRecords,
+        hold_out: HoldOut,
+        options: &TargetOptions,
+        known: Option<Found>,
+    ) -> Result<Self, TrackerError> {
         let Placed { options, frame } = Placed::of(&survey, options)?;
-        let options = &options;
-        let choices = (options.axis != AxisModel::Free)
-            .then(|| Choices::of_perfect_axis(&survey, records, hold_out, options))
-            .flatten();
-        let mut solved = solved(&survey, options)?;
+        let is_perfect = options.axis != AxisModel::Free;
+        let own = || Choices::of_perfect_axis(&survey, &records, hold_out, &options);
+        let own = is_perfect.then(own).flatten();
+        let choices = match known {
+            None => own,
+            Some(found) => {
+                let orders = own.and_then(|choices| choices.orders);
+                Some(Choices { found, orders, tied: None })
+            }
+        };
+        let mut solved = solved(&survey, &options)?;
         if options.axis == AxisModel::Located {
             let added = Added { frame, ..Added::default() };
-            solved.calibration = fitted(&survey, options, &added)?.0;
+            solved.calibration = fitted(&survey, &options, &added)?.0;
         }
-        let records = records.clone();
-        let model = Self::about(survey, records, hold_out, *options, solved, choices.as_ref())?;
+        let model = Self::about(survey, records, hold_out, options, solved, choices.as_ref())?;
         Ok(Self { frame, ..model })
     }
 
@@ -137,8 +203,8 @@ impl TargetModel {
         let angles_rad = bundle.angles_rad();
         let visits: Vec<usize> = bundle.angles.iter().map(|a| a.steps.len()).collect();
         let stops = Stops { axis: &survey.axis, angles_rad: &angles_rad, visits: &visits };
-        let orders =
-            choices.map_or_else(|| Orders::usual(&stops), |choices| choices.orders.clone());
+        let orders = choices.and_then(|choices| choices.orders.clone());
+        let orders = orders.unwrap_or_else(|| Orders::usual(&stops));
         let axis_effects = axis_effects(options.axis, &stops, &orders);
         let (of_angles, taken_off) = curves_about(&stops, &axis_effects, &of_axis);
         let residual_mm = |n: usize, c: usize| {
@@ -247,7 +313,7 @@ impl TargetModel {
         let (hold_out, options) = (self.hold_out, self.options);
         let rows = self.declared().layout.rows.iter();
         let tied = Some(rows.map(|row| (row.observation, row.component)).collect());
-        let (found, orders) = (self.found.clone(), self.orders.clone());
+        let (found, orders) = (self.found.clone(), Some(self.orders.clone()));
         let choices = Choices { found, orders, tied };
         let about = Self::about(survey, records, hold_out, options, solved, Some(&choices));
         let about = about.ok().filter(|about| about.declared().layout == self.declared().layout)?;
@@ -365,7 +431,7 @@ impl Choices {
         let located = about(AxisModel::Located)?;
         let orders = located.orders_shown().ok()?;
         let TargetModel { found, .. } = about(AxisModel::Free).unwrap_or(located);
-        Some(Self { found, orders, tied: None })
+        Some(Self { found, orders: Some(orders), tied: None })
     }
 }
 
@@ -435,20 +501,6 @@ fn tangent(rows: &Rows, basis: &DMatrix<f64>, entry: &Entry) -> DMatrix<f64> {
         }
     }
     reduced
-}
-
-fn check_records(survey: &TargetSurvey, records: &TargetRecords) -> Result<(), TrackerError> {
-    let needed = survey.targets.len();
-    let times = records.time_s.iter().map(Vec::as_slice);
-    for values in times.chain(records.covariates.iter().map(|c| c.values.as_slice())) {
-        if values.len() != needed || values.iter().any(|v| !v.is_finite()) {
-            return Err(TrackerError::InvalidCovariate { needed });
-        }
-    }
-    if !records.bodies.is_empty() && records.bodies.len() != survey.mounts.len() {
-        return Err(TrackerError::InvalidCovariate { needed: survey.mounts.len() });
-    }
-    Ok(())
 }
 
 /// Orthonormal basis of the base parameters' whitened columns, and the residual beside it.

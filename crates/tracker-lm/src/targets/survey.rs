@@ -21,6 +21,21 @@ pub struct TargetSurvey {
     pub targets: Vec<Target>,
 }
 
+impl TargetSurvey {
+    /// Its first readings, and what these are of.
+    pub(super) fn first(&self, n_readings: usize) -> Self {
+        let mut first = self.clone();
+        first.targets.truncate(n_readings);
+        let targets = &first.targets;
+        let n_of =
+            |index: fn(&Target) -> usize| targets.iter().map(|t| index(t) + 1).max().unwrap_or(0);
+        first.stations.truncate(n_of(|t| t.station));
+        first.mounts.truncate(n_of(|t| t.mount));
+        first.steps.truncate(n_of(|t| t.step));
+        first
+    }
+}
+
 /// One reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -105,3 +105,29 @@ fn unknowns_are_named_for_what_they_are_of() {
     assert_eq!(names[..expected.len()], expected);
     assert_eq!(names[expected.len()..], ["EX0B", "EZ0B", "EA0B (rad)", "EC0B (rad)"]);
 }
+
+/// A stand that moved steadily as long as it was measured: ranges that are planned, of which nobody knows
+/// it, do not make it one that comes to rest.
+#[test]
+fn a_stand_goes_on_through_what_is_planned() {
+    const INTERVAL_S: f64 = 5.0;
+    let mut survey = simulate(&Plan { angles: 9, both_ways: true, ..Plan::default() }, 43).survey;
+    let n_measured = survey.ranges.iter().filter(|range| range.step < 9).count();
+    assert!(survey.ranges[..n_measured].iter().all(|range| range.step < 9));
+    for (n, range) in survey.ranges[..n_measured].iter_mut().enumerate() {
+        if range.station == 2 {
+            range.displacement_mm += 0.03 * n as f64 / n_measured as f64;
+        }
+    }
+    let time_s: Vec<f64> = (0..survey.ranges.len()).map(|n| INTERVAL_S * n as f64).collect();
+    let noise = Noise { displacement_mm: Some(5e-4), station_mm: Some(4e-3), ..Noise::default() };
+    let options = Options { noise, ..Options::default() };
+    let (whole, times) = (survey.clone(), time_s.clone());
+    let as_if_read = TrackerModel::new(whole, Some(times), Vec::new(), &options).unwrap();
+    let planned =
+        TrackerModel::with_planned(survey, Some(time_s), Vec::new(), &options, n_measured).unwrap();
+    let unit = |model: &TrackerModel| {
+        effect(model, "station-drift", Some("S3")).parameters[0].unit.clone()
+    };
+    assert_eq!([unit(&as_if_read), unit(&planned)], ["mm", "mm/h"]);
+}

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use model_discrepancy::Model;
 use serde::Deserialize;
 
 use super::problem::PlanProblem;
@@ -114,7 +115,10 @@ impl LoopAnswer {
 
     /// Standard uncertainty of one scalar residual, found from what the final model leaves, where
     /// an observation has `components` of them.
-    pub(super) fn noise(&self, components: usize) -> f64 {
+    pub(super) fn noise(&self, model: &dyn Model) -> f64 {
+        let rows = &model.declared().layout.rows;
+        let components = rows.iter().filter(|row| row.reported).map(|row| row.component + 1).max();
+        let components = components.unwrap_or(1);
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let [n, dof, components] =
             [self.residual.n, self.residual.dof.max(1), components.max(1)].map(|n| n as f64);

@@ -111,7 +111,7 @@ impl Chosen {
         let mut chosen = design.chosen(&hopeful, most);
         add_controls(&mut chosen, &offer.controls, most);
         let extended = Extended::of(case, offer, chosen)?;
-        let after = assessed(question, case, &extended.case)?;
+        let after = assessed(question, case, (&extended.case, n_rows))?;
         let origins = Origins {
             rows: extended.case.measured.rows(),
             n_rows,
@@ -192,7 +192,7 @@ fn harder(question: &Question, answered: &[bool], never: &[usize], asked: &mut [
 }
 
 /// Goals that measurements can serve, and the ask of each.
-fn hopeful(
+pub(super) fn hopeful(
     design: &Design,
     question: &Question,
     goals: &[(usize, Goal)],
@@ -208,7 +208,7 @@ fn hopeful(
 pub(super) fn assessed(
     question: &Question,
     case: &Case,
-    of: &Case,
+    (of, n_measured): (&Case, usize),
 ) -> Result<Vec<Assessment>, Error> {
     let asked = |label: &str| {
         question.asks.iter().any(|ask| matches!(ask, Ask::Visible { effect } if effect == label))
@@ -216,7 +216,7 @@ pub(super) fn assessed(
     if !question.asks.iter().any(|ask| matches!(ask, Ask::Visible { .. })) {
         return Ok(Vec::new());
     }
-    let prepared = of.measured.prepare()?;
+    let prepared = of.measured.prepare_planned(n_measured)?;
     let assessed = assess_those(&*prepared.model, &case.loop_settings.options(), asked);
     assessed.map_err(|source| case.loop_error(source))
 }

@@ -28,7 +28,7 @@ impl ToldApart {
         if truths.is_empty() {
             return Ok(told);
         }
-        let prepared = with_plan.measured.prepare()?;
+        let prepared = with_plan.measured.prepare_planned(origins.n_rows)?;
         let model = &*prepared.model;
         let layout = &model.declared().layout;
         if layout.rows.len() > MOST_SIMULATED {

@@ -13,6 +13,7 @@ mod foreseen;
 mod hand_out;
 mod inseparable;
 mod linear;
+mod pace;
 mod planned;
 mod power;
 mod problem;
@@ -35,8 +36,8 @@ use design::{Design, Goal};
 use figures::Outlook;
 use hand_out::{hand_out, handed_rows, measurements};
 use linear::{Linear, Origins};
+use pace::{Asked, Everything, Laid};
 use question::{Ask, Question};
-use rows::Rows;
 
 pub use planned::{
     PlanClass, PlanFigure, Planned, PlannedMeasurement, PlannedTouchPlace, Prediction,
@@ -90,25 +91,20 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let folder = &case.files.folder;
     let n_rows = folder.table(offer.table, &[])?.n_rows();
     let made = offer.made.unwrap_or(n_rows);
-    let every: Vec<usize> = (0..offer.offered.len()).collect();
-    let all_rows = Rows::of(folder, &offer, &every)?;
-    let with_all = case.with(&all_rows.edits())?;
-    let prepared = with_all.measured.prepare()?;
+    let most = budget.unwrap_or(made.max(LEAST));
+    let asked = Asked { case, offer: &offer, answer: &answer, n_rows, most };
+    let question =
+        |model: &dyn Model| Question::of(&answer, options.aim.as_deref(), model).map_err(fail);
+    let all = Everything::in_time(&asked, made, question)?;
+    let prepared = all.case.measured.prepare_planned(n_rows)?;
     let model = &*prepared.model;
-    let question = Question::of(&answer, options.aim.as_deref(), model).map_err(fail)?;
-    let loop_options = case.loop_settings.options();
-    let noise = answer.noise(components(model));
-    let effects = question.effects(model);
+    let question = question(model)?;
     let new_session = offer.is_new_session;
-    let origins =
-        Origins { rows: with_all.measured.rows(), n_rows, sizes: &all_rows.sizes, new_session };
-    let linear = Linear::of(model, &effects, &origins, noise);
-    let design = Design::of(&linear.measured, &linear.planned, linear.n_base);
-    let mut goals = question.goals(model, &linear, &loop_options);
+    let Laid { linear, design, mut goals } = all.laid_out(&asked, model, &question);
+    let loop_options = case.loop_settings.options();
     spend(budget, &mut goals);
     let pairs = inseparable::taken_out(&design, &mut goals);
-    let most = budget.unwrap_or(made.max(LEAST));
-    let before = assessed(&question, case, case)?;
+    let before = assessed(&question, case, (case, n_rows))?;
     let setting = Setting {
         case,
         offer: &offer,
@@ -123,12 +119,12 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let named = chosen.is_answered();
     let Chosen { extended, after, told_apart, never, asked, .. } = chosen;
     let Extended { sorted, rows, case: with_plan } = extended;
-    let final_prepared = with_plan.measured.prepare()?;
+    let final_prepared = with_plan.measured.prepare_planned(n_rows)?;
     let final_model = &*final_prepared.model;
     let final_effects = question.effects(final_model);
     let origins =
         Origins { rows: with_plan.measured.rows(), n_rows, sizes: &rows.sizes, new_session };
-    let final_linear = Linear::of(final_model, &final_effects, &origins, noise);
+    let final_linear = Linear::of(final_model, &final_effects, &origins, answer.noise(final_model));
     let final_goals = question.goals(final_model, &final_linear, &loop_options);
     let outlook = Outlook::of(&question, final_model, &final_linear);
     let figures = outlook.figures(&final_goals, [&before, &after], &told_apart);
@@ -212,12 +208,6 @@ fn spend(budget: Option<usize>, goals: &mut [(usize, Goal)]) {
             *needed = EVER_LESS;
         }
     }
-}
-
-/// Scalars of one observation.
-fn components(model: &dyn Model) -> usize {
-    let rows = &model.declared().layout.rows;
-    rows.iter().filter(|row| row.reported).map(|row| row.component + 1).max().unwrap_or(1)
 }
 
 /// Whether every ask is answered with the plan: rivals and quantities by the model of the case with

@@ -189,6 +189,8 @@ impl Question {
                 let beside_rival = needed(WANTED, 1, dof, DECIDED);
                 let rivals: Vec<String> = (model.declared().effects.iter().enumerate())
                     .filter(|(index, _)| !is_of_one_observation(model, *index))
+                    // A period or lag that is looked for in the readings is none before there are any.
+                    .filter(|(_, other)| other.searched <= 1)
                     .map(|(_, other)| label(other))
                     .filter(|l| l != effect && !self.accepted.contains(l))
                     .collect();

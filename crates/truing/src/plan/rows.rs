@@ -32,11 +32,24 @@ struct Longer {
     empty: Vec<Vec<String>>,
     /// Whether its rows are a record, and so no part of what is handed out.
     are_readings: bool,
+    /// Time from row to row, of the mean of those that there were.
+    pace: f64,
 }
 
 impl Rows {
     /// The offered measurements of these indices, in this order.
     pub(super) fn of(folder: &Folder, offer: &Offer, chosen: &[usize]) -> Result<Self, Error> {
+        Self::paced(folder, offer, chosen, chosen.len())
+    }
+
+    /// The same in the time that `n_made` of them take.
+    pub(super) fn paced(
+        folder: &Folder,
+        offer: &Offer,
+        chosen: &[usize],
+        n_made: usize,
+    ) -> Result<Self, Error> {
+        let pace = as_f64(n_made) / as_f64(chosen.len().max(1));
         let table = folder.table(offer.table, &[])?;
         let mut known: HashSet<String> = HashSet::new();
         for column in chosen.iter().map(|&i| offer.offered[i].names) {
@@ -48,7 +61,8 @@ impl Rows {
         let free = (1..).map(|n| format!("N{n}")).filter(|name| !known.contains(name));
         let names: Vec<String> = free.take(chosen.len()).collect();
 
-        let mut first = Longer::of(offer.table, table, offer.columns.clone(), offer.is_record);
+        let mut first =
+            Longer::of(offer.table, table, offer.columns.clone(), offer.is_record, pace);
         let mut others: Vec<Longer> = Vec::new();
         for (&index, name) in chosen.iter().zip(&names) {
             let offered = &offer.offered[index];
@@ -61,7 +75,13 @@ impl Rows {
                     place
                 } else {
                     let table = folder.table(beside.table, &[])?;
-                    others.push(Longer::of(beside.table, table, Vec::new(), beside.are_readings));
+                    others.push(Longer::of(
+                        beside.table,
+                        table,
+                        Vec::new(),
+                        beside.are_readings,
+                        pace,
+                    ));
                     others.len() - 1
                 };
                 for row in &beside.rows {
@@ -71,6 +91,11 @@ impl Rows {
         }
         let sizes = chosen.iter().map(|&i| offer.offered[i].rows.len()).collect();
         Ok(Self { names, sizes, tables: std::iter::once(first).chain(others).collect() })
+    }
+
+    /// Whether the table of the measurements has times.
+    pub(super) fn are_timed(&self) -> bool {
+        self.tables[0].table.column(TIME).is_some()
     }
 
     /// The changes of the case that add the filled rows.
@@ -100,8 +125,9 @@ impl Longer {
         table: Table,
         columns: Vec<(String, Vec<String>)>,
         are_readings: bool,
+        pace: f64,
     ) -> Self {
-        Self { file, table, columns, filled: Vec::new(), empty: Vec::new(), are_readings }
+        Self { file, table, columns, filled: Vec::new(), empty: Vec::new(), are_readings, pace }
     }
 
     fn names(&self) -> impl Iterator<Item = &String> {
@@ -133,7 +159,7 @@ impl Longer {
                 (Some((_, cell)), _) => (cell.clone(), is_reading),
                 (None, name) if name == names => (own.clone(), false),
                 (None, USE) => ("fit".to_owned(), false),
-                (None, TIME) => (later(&self.table, n), true),
+                (None, TIME) => (later(&self.table, n, self.pace), true),
                 (None, name) => {
                     let is_number = like.parse::<f64>().is_ok();
                     (like.to_owned(), is_number && !name.starts_with("sigma"))
@@ -153,15 +179,19 @@ impl Longer {
     }
 }
 
-/// The time of the `n`th row after the last, at the mean pace; empty where the table has no times.
-fn later(table: &Table, n: usize) -> String {
+/// The time of the `n`th row after the last, at `pace` times the mean pace; empty where the table has no times.
+fn later(table: &Table, n: usize, pace: f64) -> String {
     let Some(column) = table.column(TIME) else { return String::new() };
     let time = |row: usize| table.cell(row, column).parse::<f64>().ok();
     let rows = 0..table.n_rows();
     let (first, last) = (rows.clone().find_map(time), rows.rev().find_map(time));
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let [steps, n] = [table.n_rows().max(2) - 1, n + 1].map(|n| n as f64);
+    let steps = as_f64(table.n_rows().max(2) - 1);
     first.zip(last).map_or_else(String::new, |(first, last)| {
-        format!("{:.6}", last + (last - first) / steps * n)
+        format!("{:.6}", last + (last - first) / steps * pace * as_f64(n + 1))
     })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+fn as_f64(n: usize) -> f64 {
+    n as f64
 }

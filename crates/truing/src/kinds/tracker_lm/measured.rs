@@ -102,6 +102,11 @@ impl TrackerCase {
         Arc::new(near.in_order(self.options.order).moved(self.away_mm))
     }
 
+    /// What was recorded beside the ranges and their times.
+    fn conditions(&self) -> Vec<Covariate> {
+        self.covariates.iter().map(NumberColumn::covariate).collect()
+    }
+
     fn prepared(&self, model: TrackerModel) -> Prepared<'_> {
         let concrete = Arc::new(model);
         let recorded = recorded(self.time_s.as_ref(), &self.covariates);
@@ -141,15 +146,16 @@ impl Measured for TrackerCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let recorded = recorded(self.time_s.as_ref(), &self.covariates);
-        let model = TrackerModel::new(
-            self.survey.clone(),
-            self.time_s.clone(),
-            recorded.iter().filter(|c| c.name != "time_s").cloned().collect(),
-            &self.options,
-        )
-        .map_err(|e| self.error(e))?;
-        Ok(self.prepared(model))
+        let Self { survey, time_s, options, .. } = self;
+        let model = TrackerModel::new(survey.clone(), time_s.clone(), self.conditions(), options);
+        Ok(self.prepared(model.map_err(|e| self.error(e))?))
+    }
+
+    fn prepare_planned(&self, n_measured: usize) -> Result<Prepared<'_>, Error> {
+        let (Self { survey, time_s, options, .. }, conditions) = (self, self.conditions());
+        let (survey, time_s) = (survey.clone(), time_s.clone());
+        let model = TrackerModel::with_planned(survey, time_s, conditions, options, n_measured);
+        Ok(self.prepared(model.map_err(|e| self.error(e))?))
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

@@ -73,8 +73,10 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
     } else {
         &[None]
     };
-    for pose in settings.poses(of) {
-        offered.extend(ways.iter().map(|way| of.angle(pose, *way)));
+    for _ in 0..settings.cycles.unwrap_or(1) {
+        for pose in settings.poses(of) {
+            offered.extend(ways.iter().map(|way| of.angle(pose, *way)));
+        }
     }
     offered.extend(settings.stations(of).iter().map(|at| of.station(at)));
     for [x, y, z] in settings.mounts_mm.iter().flatten() {

@@ -18,6 +18,8 @@ pub(crate) struct TracerPlanSettings {
     /// Of the second axis of a head.
     pub(super) second_angles_deg: Option<Vec<Finite>>,
     pub(super) mounts_mm: Option<Vec<[Finite; 3]>>,
+    /// Times that every run is offered; once where it is not declared.
+    pub(super) cycles: Option<u8>,
     pub(super) minutes_per_measurement: Option<Positive>,
 }
 
@@ -32,6 +34,7 @@ impl TracerPlanSettings {
             ("y_mm", self.y_mm.is_some()),
             ("z_mm", self.z_mm.is_some()),
             ("mounts_mm", self.mounts_mm.is_some()),
+            ("cycles", self.cycles.is_some()),
         ])
     }
 }

@@ -155,10 +155,16 @@ impl Measured for TargetCase {
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
-        let survey = self.survey.clone();
-        let model = TargetModel::new(survey, &self.records, self.hold_out, &self.options)
-            .map_err(|e| self.error(e))?;
-        Ok(self.prepared(model))
+        let Self { survey, records, hold_out, options, .. } = self;
+        let model = TargetModel::new(survey.clone(), records, *hold_out, options);
+        Ok(self.prepared(model.map_err(|e| self.error(e))?))
+    }
+
+    fn prepare_planned(&self, n_measured: usize) -> Result<Prepared<'_>, Error> {
+        let Self { survey, records, hold_out, options, .. } = self;
+        let survey = survey.clone();
+        let model = TargetModel::with_planned(survey, records, *hold_out, options, n_measured);
+        Ok(self.prepared(model.map_err(|e| self.error(e))?))
     }
 
     fn offer(&self) -> Result<Option<Offer>, Error> {

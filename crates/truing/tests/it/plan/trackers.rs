@@ -91,3 +91,36 @@ fn a_further_tracker_and_a_further_reflector_of_points_have_rows_of_their_own() 
     assert!(stations > 1 && mounts == 1, "{stations} {mounts}");
     assert_eq!(answer["planned"].as_u64(), Some((stations + mounts) as u64));
 }
+
+/// A stand that gives way, and its readings that drift by themselves: what tells them apart is time, so the
+/// plan goes on for as long as it takes, and takes the stand to go on as it did.
+#[test]
+fn a_stand_that_gives_way_is_watched_for_longer() {
+    const STEPS: usize = 11;
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/tracker-lm/station-drift");
+    let text = |name: &str| fs::read_to_string(Path::new(folder).join(name)).unwrap();
+    let case = Case::new(&[
+        ("case.toml", &format!("{}\n[plan]\ncycles = 3\n", text("case.toml"))),
+        ("stations.csv", &text("stations.csv")),
+        ("mounts.csv", &text("mounts.csv")),
+    ]);
+    let is_early = |line: &&str| {
+        line.split(',')
+            .nth(2)
+            .and_then(|step| step.parse::<usize>().ok())
+            .is_none_or(|s| s <= STEPS)
+    };
+    let ranges = text("ranges.csv");
+    let early: Vec<&str> = ranges.lines().filter(is_early).collect();
+    case.write("ranges.csv", early.join("\n") + "\n");
+    let answer = json(&case, &["--budget", "100"]);
+    assert_eq!(answer["reached"], Value::Bool(true), "{}", answer["would"]);
+    let figures = answer["figures"].as_array().unwrap();
+    assert_eq!(figures.len(), 2);
+    for figure in figures {
+        assert!(figure["before"].as_f64().unwrap() < 0.1, "{figure}");
+        assert!(figure["after"].as_f64().unwrap() > 0.99, "{figure}");
+    }
+    // Angles are turned to again.
+    assert!(answer["planned"].as_u64().unwrap() > 2 * STEPS as u64, "{}", answer["planned"]);
+}
