@@ -24,6 +24,8 @@ const TO_AND_FROM: [[&str; 3]; 2] = [TO, FROM];
 const GROSS: f64 = 0.02;
 /// Misfit over spread of tables that have nothing to do with each other.
 const UNMATCHED: f64 = 0.1;
+/// Spread of the difference of two columns over their own below which they differ by a constant.
+const PARALLEL: f64 = 1e-3;
 /// A scale farther from 1 than this is no thermal or metrological one, which are below 1e-3.
 const USUAL_SCALE: f64 = 3e-3;
 /// Rows looked at for exchanged labels: the two with the largest residuals, and as many more as
@@ -68,7 +70,9 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(cycles(PAIRS, Some(table), side));
     }
     all.extend(
-        FROM.iter().zip(TO).flat_map(|(from, to)| exchanges(PAIRS, Some(table), &[from, to])),
+        (FROM.iter().zip(TO).map(|(from, to)| [*from, to]))
+            .filter(|pair| !are_parallel(table, *pair))
+            .flat_map(|pair| exchanges(PAIRS, Some(table), &pair)),
     );
     all.push(handedness(files));
     all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
@@ -219,4 +223,13 @@ fn stretched(fitted: &Fitted) -> f64 {
     let d = found.matrix.len() - 1;
     let linear = nalgebra::DMatrix::from_fn(d, d, |i, j| found.matrix[i][j]);
     linear.singular_values().iter().map(|s| (s - 1.0).abs()).fold(0.0, f64::max)
+}
+
+/// Whether a coordinate differs between the frames by a constant, so that an exchange moves one frame, and
+/// of points along a line changes what noise leaves of the turn about it.
+fn are_parallel(table: &Table, [from, to]: [&str; 2]) -> bool {
+    let Some((from, to)) = table.numbers(from).zip(table.numbers(to)) else { return false };
+    let differences: Vec<f64> = from.iter().zip(&to).map(|(a, b)| b - a).collect();
+    let spread = |values: &[f64]| spread_of(values.chunks_exact(1));
+    spread(&differences) <= PARALLEL * spread(&from)
 }

@@ -1,5 +1,7 @@
 //! Mistakes in tables of points, poses and touches.
 
+use std::fmt::Write as _;
+
 use serde_json::Value;
 
 use super::{SURVEY, change, first, fixture, scale, survey, swap};
@@ -50,6 +52,29 @@ fn columns_exchanged_between_the_tables_are_no_shear() {
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:exchanged");
     assert_eq!(step["subject"], "pairs.csv: from_z_mm, to_z_mm");
+}
+
+/// Points along a line, of which noise alone says how they are turned about it: heights that differ by a
+/// constant leave other noise once exchanged, and nothing else.
+#[test]
+fn an_exchange_that_changes_noise_alone_is_no_mistake() {
+    let noise = |i: u32| 4e-3 * (12.9 * (f64::from(i).powi(2) + 10.0)).sin();
+    let (sin, cos) = 0.05_f64.sin_cos();
+    let mut table = "point,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm\n".to_owned();
+    for point in 0..15 {
+        let [x, y, z] = [57.4, 39.2, 7.0].map(|step| step * (f64::from(point) - 7.0));
+        let there = [cos * x - sin * y + 250.0, sin * x + cos * y - 40.0, z - 5.0];
+        let _ = write!(table, "N{point}");
+        for (value, n) in [x, y, z].into_iter().chain(there).zip(6 * point..) {
+            let _ = write!(table, ",{:.4}", value + noise(n));
+        }
+        table.push('\n');
+    }
+    let toml = "kind = \"frame-fit\"\n[noise]\npoint_mm = 0.004\n";
+    let case = Case::new(&[("case.toml", toml), ("pairs.csv", &table)]);
+    let message = case.message("loop", 3);
+    assert!(message.contains("about the centroid unknown"), "{message}");
+    assert!(!message.contains("looks wrong"), "{message}");
 }
 
 #[test]
