@@ -240,8 +240,16 @@ fn temperatures<const D: usize>(
         .map(|column| {
             let text = format!("thermal expansion with {} between the two frames", column.name);
             let excess_k: Vec<f64> = column.values.iter().map(|t| t - REFERENCE_C).collect();
-            let parameters = vec![parameter("expansion", "ppm/K", 1e6)];
-            let term = expansion(transform, points, excess_k);
+            let mut parameters = vec![parameter("expansion", "ppm/K", 1e6)];
+            let mut term = expansion(transform, points, excess_k);
+            // Where what grows stays, nobody knows.
+            if let (true, Term::Expansion { excess_k, about_any, .. }) =
+                (transform.has_translation(), &mut term)
+            {
+                *about_any = Some(mean_excess(points, excess_k));
+                let shift = |axis: &&str| parameter(&format!("shift {axis}"), "µm/K", 1e3);
+                parameters.extend(AXES.iter().take(D).map(shift));
+            }
             let mut entry = entry("temperature", &text, parameters, term);
             entry.effect.subject = several.then(|| column.name.clone());
             entry.effect.driver = Some(column.name.clone());
@@ -258,7 +266,14 @@ pub(super) fn expansion<const D: usize>(
 ) -> Term<D> {
     let constant_mm =
         if transform.has_translation() { mean_growth(points, &excess_k) } else { SVector::zeros() };
-    Term::Expansion { excess_k, constant_mm }
+    Term::Expansion { excess_k, constant_mm, about_any: None }
+}
+
+/// Mean over the fitted points.
+fn mean_excess<const D: usize>(points: &[MeasuredPoint<D>], excess_k: &[f64]) -> f64 {
+    let fitted = points.iter().zip(excess_k).filter(|(p, _)| p.role == Role::Fit);
+    let (sum, count) = fitted.fold((0.0, 0.0), |(sum, n), (_, excess)| (sum + excess, n + 1.0));
+    sum / f64::max(count, 1.0)
 }
 
 /// Mean over the fitted points of what an expansion of 1/K moves them.

@@ -64,6 +64,8 @@ pub(crate) enum Term<const D: usize> {
     Expansion {
         excess_k: Vec<f64>,
         constant_mm: SVector<f64, D>,
+        /// Mean of the excess, where the place that stays as the rest grows is asked for too.
+        about_any: Option<f64>,
     },
 }
 
@@ -119,7 +121,9 @@ impl<const D: usize> Term<D> {
             | Self::Scale { .. }
             | Self::AnisotropicScale { .. }
             | Self::Shear { .. } => Some(self.columns(0, point_mm)),
-            Self::Expansion { constant_mm, .. } => Some(column(&-constant_mm)),
+            Self::Expansion { constant_mm, about_any, .. } => {
+                Some(growing(&-constant_mm, about_any.map(|mean_k| -mean_k)))
+            }
             _ => None,
         }
     }
@@ -212,8 +216,10 @@ impl<const D: usize> Term<D> {
                 polynomial(degrees, &((point_mm - centre_mm) / *reach_mm))
             }
             Self::BodyMotion(motion) => motion.columns(observation, point_mm),
-            Self::Expansion { excess_k, constant_mm } => {
-                column(&(point_mm * excess_k[observation] - constant_mm))
+            Self::Expansion { excess_k, constant_mm, about_any } => {
+                let excess_k = excess_k[observation];
+                let growth_mm = point_mm * excess_k - constant_mm;
+                growing(&growth_mm, about_any.map(|mean_k| excess_k - mean_k))
             }
         }
     }
@@ -221,6 +227,17 @@ impl<const D: usize> Term<D> {
 
 fn column<const D: usize>(vector: &SVector<f64, D>) -> DMatrix<f64> {
     DMatrix::from_column_slice(D, 1, vector.as_slice())
+}
+
+/// What a growth does, and where asked for a shift along every axis.
+fn growing<const D: usize>(growth_mm: &SVector<f64, D>, shift: Option<f64>) -> DMatrix<f64> {
+    let shifts = shift.map(|shift| DMatrix::identity(D, D) * shift);
+    let width = shifts.as_ref().map_or(0, DMatrix::ncols);
+    let mut columns = column(growth_mm).resize_horizontally(1 + width, 0.0);
+    if let Some(shifts) = shifts {
+        columns.columns_mut(1, width).copy_from(&shifts);
+    }
+    columns
 }
 
 /// `x += γ_xy y + γ_xz z, y += γ_yz z`: the first axis is the reference of squareness, and a

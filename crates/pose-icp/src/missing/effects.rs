@@ -3,7 +3,7 @@
 //! A positive amplitude is a ball that is larger, a surface that is higher, a reading that is
 //! longer than declared.
 
-use model_discrepancy::{Covariate, Quantity, Role};
+use model_discrepancy::{Quantity, Role};
 use nalgebra::Vector3;
 
 use super::entry::{AXES, Entry, Setting, entry, parameter};
@@ -73,7 +73,7 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
         entries.extend(reversals(setting));
     }
     entries.push(drift(setting));
-    entries.extend(temperatures(setting.covariates));
+    entries.extend(temperatures(setting));
     entries.extend(bad_points(setting.touches));
     entries
 }
@@ -163,8 +163,7 @@ fn squareness(setting: &Setting<'_>) -> Entry {
 
 fn drift(setting: &Setting<'_>) -> Entry {
     let text = "the readings drift while the part is touched";
-    let axes: Vec<usize> =
-        (0..3).filter(|&k| k == 2 || setting.normal_squares[k] > SEEN_DRIFT).collect();
+    let axes = moved_axes(setting);
     let named =
         |unit: &str, factor| axes.iter().map(|&k| parameter(AXES[k], unit, factor)).collect();
     if let Some(time) = setting.covariates.iter().find(|c| c.name == TIME) {
@@ -182,17 +181,30 @@ fn drift(setting: &Setting<'_>) -> Entry {
     entry("drift", text, parameters, Term::Drift { elapsed, axes })
 }
 
-fn temperatures(covariates: &[Covariate]) -> Vec<Entry> {
+/// Along which the touches see how the part moves; z is one of them.
+fn moved_axes(setting: &Setting<'_>) -> Vec<usize> {
+    (0..3).filter(|&k| k == 2 || setting.normal_squares[k] > SEEN_DRIFT).collect()
+}
+
+fn temperatures(setting: &Setting<'_>) -> Vec<Entry> {
     let columns: Vec<_> =
-        covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
+        setting.covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
     let several = columns.len() > 1;
+    let axes = moved_axes(setting);
     (columns.into_iter())
         .map(|column| {
-            let text = format!("the readings of z and the part's size go with {}", column.name);
+            let text = if axes.len() == 1 {
+                format!("the readings of z and the part's size go with {}", column.name)
+            } else {
+                format!("the part's size, and where its middle is, go with {}", column.name)
+            };
             let excess_k = column.values.iter().map(|t| t - REFERENCE_C).collect();
-            let parameters =
-                vec![parameter("z growth", "µm/K", 1e3), parameter("expansion", "ppm/K", 1e6)];
-            let mut entry = entry("temperature", &text, parameters, Term::Temperature { excess_k });
+            // Where a part stays as it grows, nobody knows; along z the machine grows too.
+            let growth = |&axis: &usize| parameter(&format!("{} growth", AXES[axis]), "µm/K", 1e3);
+            let mut parameters: Vec<_> = axes.iter().map(growth).collect();
+            parameters.push(parameter("expansion", "ppm/K", 1e6));
+            let term = Term::Temperature { excess_k, axes: axes.clone() };
+            let mut entry = entry("temperature", &text, parameters, term);
             entry.effect.subject = several.then(|| column.name.clone());
             entry.effect.driver = Some(column.name.clone());
             entry

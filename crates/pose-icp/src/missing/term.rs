@@ -25,8 +25,8 @@ pub(crate) enum Term {
     Reversal { ways: Vec<Vector3<f64>>, axes: Vec<usize>, ways_from: WaysFrom },
     /// Readings along the axes in `axes` go with time or order.
     Drift { elapsed: Vec<f64>, axes: Vec<usize> },
-    /// Readings of z, and the part's size, go with a temperature.
-    Temperature { excess_k: Vec<f64> },
+    /// Readings along axes, and the part's size, go with a temperature.
+    Temperature { excess_k: Vec<f64>, axes: Vec<usize> },
     /// One touch is off on its own.
     BadPoint { observation: usize },
 }
@@ -70,9 +70,10 @@ impl Term {
                 let elapsed = elapsed.get(contact.observation).copied().unwrap_or(0.0);
                 axes.iter().map(|&axis| Vector3::ith(axis, elapsed)).collect()
             }
-            Self::Temperature { excess_k } => {
+            Self::Temperature { excess_k, axes } => {
                 let excess_k = excess_k.get(contact.observation).copied().unwrap_or(0.0);
-                vec![Vector3::new(0.0, 0.0, excess_k), Vector3::zeros()]
+                let along = axes.iter().map(|&axis| Vector3::ith(axis, excess_k));
+                along.chain([Vector3::zeros()]).collect()
             }
             _ => Vec::new(),
         }
@@ -98,9 +99,10 @@ impl Term {
                 distances.push(f64::from(u8::from(is_unknown)));
                 distances
             }
-            Self::Temperature { excess_k } => {
+            Self::Temperature { excess_k, axes } => {
                 let excess_k = excess_k.get(contact.observation).copied().unwrap_or(0.0);
-                vec![0.0, normal.dot(&contact.foot.point_mm.coords) * excess_k]
+                let growth = normal.dot(&contact.foot.point_mm.coords) * excess_k;
+                axes.iter().map(|_| 0.0).chain([growth]).collect()
             }
             Self::BadPoint { observation } => {
                 vec![f64::from(u8::from(*observation == contact.observation))]

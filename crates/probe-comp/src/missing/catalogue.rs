@@ -262,14 +262,24 @@ fn temperatures(setting: &Setting<'_>) -> Vec<Entry> {
     let columns: Vec<_> =
         setting.covariates.iter().filter(|c| c.quantity == Quantity::Temperature).collect();
     let several = columns.len() > 1;
+    // Where a part stays as it grows, nobody knows; along z the machine grows too.
+    let mut axes = axes_beyond(SHOWN, setting);
+    if !axes.contains(&2) {
+        axes.push(2);
+    }
     (columns.into_iter())
         .map(|column| {
-            let text = format!("the readings of z and the part's size go with {}", column.name);
+            let text = if axes.len() == 1 {
+                format!("the readings of z and the part's size go with {}", column.name)
+            } else {
+                format!("the part's size, and where its middle is, go with {}", column.name)
+            };
             let excess_k = column.values.iter().map(|t| t - REFERENCE_C).collect();
             let about_mm = setting.form_scale.center_mm.coords;
-            let parameters =
-                vec![parameter("z growth", "µm/K", 1e3), parameter("expansion", "ppm/K", 1e6)];
-            let term = Term::Temperature { excess_k, about_mm };
+            let growth = |&axis: &usize| parameter(&format!("{} growth", AXES[axis]), "µm/K", 1e3);
+            let mut parameters: Vec<_> = axes.iter().map(growth).collect();
+            parameters.push(parameter("expansion", "ppm/K", 1e6));
+            let term = Term::Temperature { excess_k, axes: axes.clone(), about_mm };
             let entry = entry("temperature", &text, parameters, term).driven_by(&column.name);
             if several { entry.about(&column.name) } else { entry }
         })

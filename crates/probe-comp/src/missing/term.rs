@@ -37,7 +37,7 @@ pub(crate) enum Term {
     /// The trigger goes with time or order: all touches come sooner or later.
     TriggerDrift { elapsed: Vec<f64> },
     /// Readings of z, and the part's size, go with a temperature.
-    Temperature { excess_k: Vec<f64>, about_mm: Vector3<f64> },
+    Temperature { excess_k: Vec<f64>, axes: Vec<usize>, about_mm: Vector3<f64> },
     /// The surface is not the nominal one, in the columns in `seen`.
     Form { form: Form, seen: Vec<usize>, scale: FormScale },
     /// It is higher in one place.
@@ -132,8 +132,10 @@ impl Term {
                 axes.iter().map(|&axis| Vector3::ith(axis, elapsed)).collect()
             }
             Self::TriggerDrift { elapsed } => vec![approach * value(elapsed)],
-            Self::Temperature { excess_k, .. } => {
-                vec![Vector3::new(0.0, 0.0, value(excess_k)), Vector3::zeros()]
+            Self::Temperature { excess_k, axes, .. } => {
+                let excess_k = value(excess_k);
+                let along = axes.iter().map(|&axis| Vector3::ith(axis, excess_k));
+                along.chain([Vector3::zeros()]).collect()
             }
             Self::Ball
             | Self::Form { .. }
@@ -148,9 +150,10 @@ impl Term {
     pub(crate) fn distances(&self, at: &Situation<'_>) -> Vec<f64> {
         match self {
             Self::Ball => vec![1.0],
-            Self::Temperature { excess_k, about_mm } => {
+            Self::Temperature { excess_k, axes, about_mm } => {
                 let excess_k = excess_k.get(at.observation).copied().unwrap_or(0.0);
-                vec![0.0, at.normal.dot(&(at.contact_mm.coords - about_mm)) * excess_k]
+                let growth = at.normal.dot(&(at.contact_mm.coords - about_mm)) * excess_k;
+                axes.iter().map(|_| 0.0).chain([growth]).collect()
             }
             Self::Form { form, seen, scale } => {
                 let heights = form.heights(scale, at.contact_mm);

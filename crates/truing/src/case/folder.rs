@@ -82,7 +82,13 @@ impl Folder {
     pub(crate) fn table(&self, file: &'static str, columns: &[&str]) -> Result<Table, Error> {
         let table = self.unedited(file, columns)?;
         let edits = self.edits.iter().filter(|edit| edit.file == file);
-        Ok(Change::all_of_table(edits.map(|edit| &edit.change), Cow::Borrowed(&table)))
+        let table = Change::all_of_table(edits.map(|edit| &edit.change), Cow::Borrowed(&table));
+        // A change may leave every row out, and a table without rows is none.
+        if table.n_rows() == 0 {
+            Err(Error::case(table.at_header(), Problem::NoRows))
+        } else {
+            Ok(table)
+        }
     }
 
     /// A table that was read before, as it stands in its file.

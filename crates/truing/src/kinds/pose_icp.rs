@@ -36,7 +36,8 @@ use surface::read_surface;
 use tables::{Points, XYZ};
 
 use settings::{
-    EDGE, NoiseSettings, POINTS, ParameterName, Settings, SideName, ToolSettings, error, zero,
+    EDGE, NoiseSettings, POINTS, ParameterName, PoseSettings, Settings, SideName, ToolSettings,
+    error, zero,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -77,7 +78,7 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
         SideName::Below => TipSide::Below,
     };
     let tip = Tip { radius_mm, side };
-    let Finite(gamma_deg) = settings.pose.gamma_deg.unwrap_or(zero());
+    let gamma_deg = gamma_deg(&settings.pose, document)?;
     // The edge is read wherever it is there.
     let mut tables = vec![POINTS, EDGE];
     tables.extend(&surface.tables);
@@ -87,6 +88,21 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
     let case = assemble(surface, points, tip, gamma_rad, edge.as_ref(), &settings, at)?;
     let measured: Box<dyn Measured> = Box::new(case);
     Ok(Reading { measured, loop_settings: settings.closure, warnings, tables })
+}
+
+/// Where gamma is held, or the search for it starts.
+fn gamma_deg(pose: &PoseSettings, document: &Document) -> Result<f64, Error> {
+    let start = pose.initial.as_ref().and_then(|initial| initial.gamma_deg.as_ref());
+    match (pose.gamma_deg, start) {
+        (Some(_), Some(start)) => {
+            let message = "`[pose] gamma_deg` holds gamma, and `initial` has another start for it; keep one: \
+                           `gamma_deg` where it is known, the start where it is to be found"
+                .to_owned();
+            Err(Error::case(document.at(&start.span()), Problem::WrongValue { message }))
+        }
+        (Some(Finite(held)), None) => Ok(held),
+        (None, start) => Ok(start.map_or(0.0, |start| start.get_ref().0)),
+    }
 }
 
 /// Side touches with the file they come from.

@@ -55,6 +55,8 @@ pub(super) struct Initial {
     pub(super) alpha_deg: Finite,
     #[serde(default = "zero")]
     pub(super) beta_deg: Finite,
+    /// Where gamma is not held.
+    pub(super) gamma_deg: Option<Spanned<Finite>>,
 }
 
 pub(super) fn zero() -> Finite {
