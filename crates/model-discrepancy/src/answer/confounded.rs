@@ -216,10 +216,11 @@ impl<'a> Place<'a> {
         }
         let beside = lin.basis.with(&rival.tangent, NEW_DIRECTION);
         let needed = significance(lin, &beside, &accepted.tangent, accepted.reach, STAY);
-        match needed {
+        // A law that was chosen among many for how well it fits says more by that alone.
+        match needed.map(|test| test.p_value * accepted.searched) {
             None => true,
-            Some(t) if t.p_value > STAY => true,
-            Some(t) if t.p_value <= DECIDED => false,
+            Some(p_value) if p_value > STAY => true,
+            Some(p_value) if p_value <= DECIDED => false,
             Some(_) => {
                 let folds = folds(lin.clusters.len(), CHOICE_FOLDS);
                 let with_own = lin.basis.with(&accepted.tangent, NEW_DIRECTION);

@@ -22,6 +22,8 @@ const PHYSICS_IMITATES: f64 = 0.9;
 const TAKEN_BY_CHANCE: f64 = 10.0;
 /// Share of the misfit below which physics leaves less, however few readings there are.
 const LEAST_IMITATED: f64 = 0.7;
+/// The same where physics needs effects more than a number of `case.toml` that nobody is free to choose.
+const LEAST_IMITATED_BY_SETTING: f64 = 0.5;
 /// Share of what a mistake leaves that physics leaves at most where it is as good.
 const AS_WELL: f64 = 1.1;
 /// Only where the misfit is so many standard uncertainties of an amplitude: a sound amplitude
@@ -107,10 +109,10 @@ impl Physics {
     }
 
     /// Share of what is left with a mistake mended that this must leave to be no better.
-    fn imitates(&self, after_it: &Self, dof: usize) -> f64 {
+    fn imitates(&self, after_it: &Self, dof: usize, least: f64) -> f64 {
         let more = self.amplitudes().saturating_sub(after_it.amplitudes());
         let by_chance = TAKEN_BY_CHANCE * count(more) / count(dof.max(1));
-        (1.0 - by_chance).max(0.0).sqrt().clamp(LEAST_IMITATED, PHYSICS_IMITATES)
+        (1.0 - by_chance).max(0.0).sqrt().clamp(least, PHYSICS_IMITATES)
     }
 
     pub(super) fn is_explained(&self) -> bool {
@@ -162,7 +164,8 @@ impl Physics {
         let is_of_both =
             found.after.is_some_and(|after| before.significance(&after) >= IMITATION_OF_SETTING);
         let dof = found.after.map_or(0, |after| after.dof);
-        let is_equal = left >= self.imitates(&after_it, dof) * mended;
+        let imitated = if is_simpler { LEAST_IMITATED_BY_SETTING } else { LEAST_IMITATED };
+        let is_equal = left >= self.imitates(&after_it, dof, imitated) * mended;
         if left >= PHYSICS_LEAVES * mended
             || is_equal && (!is_mild && is_exact || is_fewer && is_of_both)
         {
@@ -230,7 +233,7 @@ impl Physics {
             };
             let dof = found.after.map_or(0, |after| after.dof);
             let is_better = left >= PHYSICS_LEAVES * leaves && is_evident(dof, left / leaves);
-            let imitates = self.imitates(&closed, dof);
+            let imitates = self.imitates(&closed, dof, LEAST_IMITATED);
             let is_simpler = closed.steps() < self.steps() && left >= imitates * leaves;
             let is_exact =
                 found.after.is_some_and(|after| plain.misfit.significance(&after) >= IMITATION);

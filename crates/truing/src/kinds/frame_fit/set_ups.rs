@@ -17,9 +17,10 @@ use crate::suspect::{Hypothesis, Label, labelled, stretches_of};
 /// odds of 1 to 10¹³, which two or three components of a shift do not spend.
 const MISPLACED_EVIDENCE: f64 = 30.0;
 
-/// Stretches of rows that carry the name of another place than the one where their tip is.
+/// Rows that carry the name of another place than the one where their tip is.
 ///
-/// Single rows are left to the exchanges and shifts of rows, which have no choice of their own.
+/// Single rows of which some carry each other's name are left to the exchanges and shifts of rows, which have no
+/// choice of their own.
 pub(super) fn relabelled(table: &Table) -> Option<Hypothesis> {
     let column = table.column("place")?;
     let [x, y, z] = POSITION.map(|name| table.numbers(name));
@@ -36,7 +37,12 @@ pub(super) fn relabelled(table: &Table) -> Option<Hypothesis> {
         .collect();
     let wrong = mislabelled(&poses).ok()?;
     let follows = |pair: &[Mislabelled]| pair[1].pose == pair[0].pose + 1;
-    if !wrong.windows(2).any(follows) {
+    let names = |one: &Mislabelled| [one.pose, one.like].map(|row| table.cell(row, column));
+    let is_each_others = |one: &Mislabelled| {
+        let [named, own] = names(one);
+        wrong.iter().any(|other| names(other) == [own, named])
+    };
+    if wrong.is_empty() || !wrong.windows(2).any(follows) && wrong.iter().any(is_each_others) {
         return None;
     }
     let mut order: Vec<usize> = (0..table.n_rows()).collect();

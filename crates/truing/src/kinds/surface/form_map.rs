@@ -13,7 +13,7 @@ use crate::case::{ColumnKinds, Columns, Folder, Location, Positive, Problem, Tab
 pub(super) const FORM: &str = "form.csv";
 const X: &str = "x_mm";
 const Y: &str = "y_mm";
-const DEVIATION: &str = "deviation_mm";
+pub(super) const DEVIATION: &str = "deviation_mm";
 const KNOWN: &[&str] = &[X, Y, DEVIATION];
 /// Places of a map: an interferometer has four million.
 const MOST_PLACES: usize = 4_000_000;

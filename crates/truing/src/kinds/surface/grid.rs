@@ -7,7 +7,7 @@ use crate::Error;
 use crate::case::{ColumnKinds, Columns, Folder, Location, Problem};
 
 /// Heights of a part that was measured or drawn place by place.
-const HEIGHTS: &str = "heights.csv";
+pub(super) const HEIGHTS: &str = "heights.csv";
 const PLACES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const KNOWN: &[&str] = &PLACES;
 

@@ -1,5 +1,7 @@
 //! What may be wrong with the numbers of a drawing, or with touches of the part.
 
+use super::form_map::{DEVIATION, FORM};
+use super::grid::HEIGHTS;
 use crate::case::{Document, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
@@ -45,6 +47,7 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
     all.extend(lengths(document, &["surface", "unit_mm"]));
     all.extend(terms_turned(document));
     all.extend(poles(document));
+    all.extend(mistakes_of_heights(files));
     let what = "taken off already, the coordinates are those of the contact and not of the centre of the ball";
     all.extend(scaled_setting(
         document,
@@ -53,6 +56,23 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
         what,
         0.0,
     ));
+    all
+}
+
+/// Unit, sign and order of the columns of heights that the part was drawn by, or that its form was measured by.
+fn mistakes_of_heights(files: &Files) -> Vec<Hypothesis> {
+    let mut all = Vec::new();
+    for (file, height) in [(FORM, DEVIATION), (HEIGHTS, "z_mm")] {
+        // A table that no shape uses is not read.
+        let Some(table) = files.folder.known(file) else { continue };
+        let table = Some(&*table);
+        all.extend(units(file, table, &[height], Dimension::Length));
+        all.extend(units(file, table, &["x_mm", "y_mm"], Dimension::Length));
+        for column in ["x_mm", "y_mm", height] {
+            all.extend(signs(file, table, &[column]));
+        }
+        all.extend(exchanges(file, table, &["x_mm", "y_mm"]));
+    }
     all
 }
 
