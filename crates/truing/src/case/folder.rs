@@ -222,3 +222,20 @@ fn has_extension(name: &str, known: &[&str]) -> bool {
 fn stem(name: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Change, Edit, Folder};
+    use crate::case::ReadOptions;
+
+    /// A change may leave every row out; nobody who reads the table finds an empty one.
+    #[test]
+    fn a_table_that_a_change_empties_is_refused_as_an_empty_one() {
+        let place = tempfile::tempdir().unwrap();
+        std::fs::write(place.path().join("t.csv"), "id,x\na,1\n").unwrap();
+        let folder = Folder::open(place.path(), ReadOptions::default()).unwrap();
+        let edit = Edit { file: "t.csv", change: Change::Keep { rows: Vec::new() } };
+        let problem = folder.with(&[edit]).table("t.csv", &["id"]).unwrap_err().to_string();
+        assert!(problem.contains("no rows"), "{problem}");
+    }
+}

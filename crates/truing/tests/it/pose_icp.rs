@@ -271,3 +271,27 @@ fn a_mesh_of_one_face_leaves_three_motions_free() {
     let message = case.message("solve", 3);
     assert!(message.contains("points.csv"), "{message}");
 }
+
+/// A turn by half: a search that begins at none ends elsewhere, or nowhere.
+#[test]
+fn the_search_for_gamma_begins_where_the_case_says() {
+    let turned: Vec<String> = touched_saddle(60, NOISE_MM)
+        .lines()
+        .map(|line| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            // By 180° about z through the place that the part was touched at.
+            if let (Ok(x), Ok(y)) = (cells[1].parse::<f64>(), cells[2].parse::<f64>()) {
+                (cells[1], cells[2]) = (format!("{:.6}", 240.0 - x), format!("{:.6}", -70.0 - y));
+            }
+            cells.join(",") + "\n"
+        })
+        .collect();
+    let begun = SADDLE.replace("z_mm = 8.5", "z_mm = 8.5, gamma_deg = 180.0");
+    let case = Case::new(&[("case.toml", &begun), ("points.csv", &turned.concat())]);
+    let answer = case.json("solve");
+    let gamma = answer["estimates"]["pose"]["gamma_deg"].as_f64().unwrap();
+    assert!((gamma.rem_euclid(360.0) - (POSE[5] + 180.0)).abs() < 0.1, "{gamma}");
+    assert!(answer["residual"]["rms"].as_f64().unwrap() < 2.0 * NOISE_MM, "{answer}");
+    case.write("case.toml", begun.replace("[pose]", "[pose]\ngamma_deg = 3.0"));
+    assert!(case.message("solve", 2).contains("keep one"));
+}

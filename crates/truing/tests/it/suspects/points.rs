@@ -490,3 +490,98 @@ fn heights_of_the_opposite_sign_are_told_where_the_start_has_it_too() {
     let said = format!("{}{}", ended.stdout, ended.stderr);
     assert!(said.contains("`z_mm` of points.csv has the opposite sign"), "{said}");
 }
+
+/// Two cups in turn, of which single poses carry the name of the other one, and none of the other's carries theirs.
+#[test]
+fn single_poses_that_name_another_place_are_put_right() {
+    let table = |wrong: &[usize]| {
+        let mut table = "place,x_mm,y_mm,z_mm,qw,qx,qy,qz\n".to_owned();
+        for (row, line) in poses().lines().enumerate() {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if row % 2 == 1 {
+                cells[1] = format!("{:.5}", cells[1].parse::<f64>().unwrap() + 200.0);
+            }
+            if row % 2 == 1 || wrong.contains(&row) {
+                "cone".clone_into(&mut cells[0]);
+            }
+            let _ = writeln!(table, "{}", cells.join(","));
+        }
+        table
+    };
+    let toml = "kind = \"frame-fit\"\n[noise]\npoint_mm = 0.01\n";
+    let case = Case::new(&[("case.toml", toml), ("poses.csv", &table(&[]))]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    case.write("poses.csv", table(&[4, 8]));
+    let (step, _) = first(&case);
+    assert_eq!(
+        (&step["effect"], &step["subject"]),
+        (&"input:labels".into(), &"poses.csv: place".into())
+    );
+    assert!(step["description"].as_str().unwrap().contains("lines 6, 10"), "{step}");
+}
+
+/// A part drawn by its heights, touched where it lies: µm for mm, and x for y.
+#[test]
+fn heights_in_another_unit_or_order_are_named_by_their_file() {
+    let height = |x: f64, y: f64| 6e-4 * x * x + 2e-4 * y * y + 3e-6 * x * x * y;
+    let grid = || {
+        (-10..=10).flat_map(|i| (-10..=10).map(move |j| (6.0 * f64::from(i), 6.0 * f64::from(j))))
+    };
+    let heights = |by: f64, heading: &str| {
+        let mut table = format!("{heading}\n");
+        for (x, y) in grid() {
+            let _ = writeln!(table, "{x},{y},{:.6}", by * height(x, y));
+        }
+        table
+    };
+    let mut points = "point,x_mm,y_mm,z_mm\n".to_owned();
+    for n in 0..36 {
+        let (x, y) = (9.7 * f64::from(n % 6) - 24.0, 9.1 * f64::from(n / 6) - 22.0);
+        let noise = 1e-3 * (12.9 * f64::from(n * n + 1)).sin();
+        let _ = writeln!(points, "P{n},{x:.4},{y:.4},{:.5}", height(x, y) + noise);
+    }
+    let toml = "kind = \"pose-icp\"\n[surface]\nshape = \"grid\"\n[noise]\npoint_mm = 0.001\n";
+    let case = Case::new(&[
+        ("case.toml", toml),
+        ("points.csv", &points),
+        ("heights.csv", &heights(1.0, "x_mm,y_mm,z_mm")),
+    ]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    for (table, said) in [
+        (
+            heights(1e3, "x_mm,y_mm,z_mm"),
+            "`z_mm` of heights.csv is in another unit than its name says, µm",
+        ),
+        (heights(1.0, "y_mm,x_mm,z_mm"), "`x_mm`, `y_mm` of heights.csv are exchanged"),
+    ] {
+        case.write("heights.csv", table);
+        let ended = case.run("loop");
+        assert!(format!("{}{}", ended.stdout, ended.stderr).contains(said), "{}", ended.stderr);
+    }
+}
+
+/// What grows with a temperature stays where it is clamped, which nobody says.
+#[test]
+fn growth_about_any_place_is_a_temperature() {
+    let mut table =
+        "point,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm,air_c\n".to_owned();
+    for n in 0..48_u32 {
+        let place = [n % 4, n / 4 % 3, n / 12 % 2].map(|k| 150.0 * f64::from(k) + 300.0);
+        let warmer = 2.0 * (0.13 * f64::from(n)).sin();
+        let noise = |k: u32| 1e-3 * (12.9 * f64::from(6 * n + k).powi(2)).sin();
+        let to = place.map(|p| p + 50.0 + 40e-6 * warmer * (p - 500.0));
+        let _ = write!(table, "N{n}");
+        for (value, k) in place.into_iter().zip(0..).chain(to.into_iter().zip(3..)) {
+            let _ = write!(table, ",{:.5}", value + noise(k));
+        }
+        let _ = writeln!(table, ",{:.3}", 20.0 + warmer);
+    }
+    let toml = "kind = \"frame-fit\"\n[noise]\npoint_mm = 0.001\n";
+    let answer = Case::new(&[("case.toml", toml), ("pairs.csv", &table)]).json("loop");
+    assert_eq!(answer["verdict"], "explained", "{}", answer["remaining"]);
+    let named: Vec<&Value> =
+        answer["steps"].as_array().unwrap().iter().map(|s| &s["effect"]).collect();
+    assert_eq!(named, ["temperature"]);
+    let growth = answer["steps"][0]["parameters"][0]["value"].as_f64().unwrap();
+    assert!((growth - 40.0).abs() < 2.0, "{growth}");
+}
