@@ -30,6 +30,12 @@ pub(crate) trait Measured: fmt::Debug + Send + Sync {
     /// Fits the declared model.
     fn fit(&self) -> Result<Fitted, Error>;
 
+    /// The same for who asks for residuals alone, as of hundreds of changes that are tried: estimates may lack
+    /// what takes longer than the fit.
+    fn fit_alone(&self) -> Result<Fitted, Error> {
+        self.fit()
+    }
+
     /// The declared model as the loop sees it.
     fn prepare(&self) -> Result<Prepared<'_>, Error>;
 

@@ -307,7 +307,7 @@ fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
         rows.remove(touch);
         let edit = Edit { file, change: Change::Keep { rows: rows.clone() } };
         let fit = |reading: Reading| {
-            let fitted = reading.measured.fit()?;
+            let fitted = reading.measured.fit_alone()?;
             Ok(Misfit::of(&*reading.measured, &fitted))
         };
         match files.with(&[edit]).read().and_then(fit) {

@@ -321,7 +321,7 @@ fn trial(files: &Files, hypothesis: &Hypothesis, thinned: Option<&Thinned>) -> O
 /// The misfit of the case with some changes; `None` where it cannot be fitted.
 pub(super) fn misfit_with(files: &Files, edits: &[Edit]) -> Option<Misfit> {
     let reading = files.with(edits).read().ok()?;
-    let fitted = reading.measured.fit().ok()?;
+    let fitted = reading.measured.fit_alone().ok()?;
     let (misfit, _) = Misfit::of(&*reading.measured, &fitted);
     misfit.share.is_finite().then_some(misfit)
 }

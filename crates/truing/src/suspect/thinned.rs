@@ -35,7 +35,7 @@ impl Thinned {
         let thinned = Self { file, rows, dof: None };
         let Some(misfit) = misfit else { return Some(thinned) };
         let reading = files.with(&thinned.edits(&[])).read().ok()?;
-        let fitted = reading.measured.fit().ok()?;
+        let fitted = reading.measured.fit_alone().ok()?;
         let (of_few, _) = Misfit::of(&*reading.measured, &fitted);
         let ratio = of_few.share / misfit.share;
         let is_same = ratio <= TIE && ratio * TIE >= 1.0;

@@ -31,8 +31,12 @@ struct Located {
     warnings: Vec<String>,
 }
 
-impl Measured for PoseCase {
-    fn fit(&self) -> Result<Fitted, Error> {
+impl PoseCase {
+    /// The fit with what `estimate` says of the pose.
+    fn fitted(
+        &self,
+        estimate: impl Fn(&PoseFit, &PoseOptions) -> PoseEstimate,
+    ) -> Result<Fitted, Error> {
         let Located { fit, options, mut warnings } = self.locate()?;
         let mut residuals_mm = Vec::with_capacity(self.points.names.len());
         let mut checks = Vec::new();
@@ -53,7 +57,7 @@ impl Measured for PoseCase {
         let declared = self.sigma_mm.is_some();
         Ok(Fitted {
             estimates: Arc::new(PoseIcpEstimates {
-                pose: self.estimate(&fit, &options),
+                pose: estimate(&fit, &options),
                 matrix: rows(&fit.pose.machine_from_workpiece().to_homogeneous()),
                 reference_mm: None,
                 checks,
@@ -67,6 +71,17 @@ impl Measured for PoseCase {
             chi2_per_dof: fit.variance_factor.filter(|_| declared),
             warnings,
         })
+    }
+}
+
+impl Measured for PoseCase {
+    fn fit(&self) -> Result<Fitted, Error> {
+        self.fitted(|fit, options| self.estimate(fit, options))
+    }
+
+    /// Without the intervals of a pose that is hardly seen.
+    fn fit_alone(&self) -> Result<Fitted, Error> {
+        self.fitted(|fit, _| PoseEstimate::of(&fit.pose, fit.standard_uncertainties()))
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
