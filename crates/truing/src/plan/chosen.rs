@@ -2,7 +2,7 @@
 
 use model_discrepancy::{Assessment, Model, assess_those};
 
-use super::design::{Design, Goal, HOPELESS};
+use super::design::{Design, Goal, HOPELESS, Number};
 use super::figures;
 use super::foreseen::ToldApart;
 use super::linear::{self, Linear, Origins};
@@ -108,7 +108,7 @@ impl Chosen {
     ) -> Result<Self, Error> {
         let Setting { case, offer, question, design, model, linear, n_rows, most } = *setting;
         let (served, hopeful) = hopeful(design, question, &asked);
-        let mut chosen = design.chosen(&hopeful, most);
+        let mut chosen = design.chosen(&hopeful, Number::of(offer, most));
         add_controls(&mut chosen, &offer.controls, most);
         let extended = Extended::of(case, offer, chosen)?;
         let after = assessed(question, case, (&extended.case, n_rows))?;

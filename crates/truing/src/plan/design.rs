@@ -10,6 +10,8 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::kinds::Offer;
+
 /// Information added to every column of unit length: a direction that no row shows is left free
 /// without a division by zero.
 const RIDGE: f64 = 1e-9;
@@ -23,6 +25,8 @@ const ROUNDS: usize = 2;
 const GAIN: f64 = 1e-9;
 /// A non-centrality that no further measurement is worth.
 pub(super) const HOPELESS: f64 = 1.0;
+/// Fewest recorded runs of a plan.
+const FEWEST_RUNS: usize = 4;
 
 /// What a design is asked for, in columns of the linearised model.
 #[derive(Clone, Debug)]
@@ -58,6 +62,24 @@ pub(super) struct Design {
 struct Summed<'i> {
     all: &'i DMatrix<f64>,
     left: DMatrix<f64>,
+}
+
+/// How many measurements may be chosen; none is always enough.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Number {
+    pub(super) least: usize,
+    pub(super) most: usize,
+}
+
+impl Number {
+    pub(super) fn up_to(most: usize) -> Self {
+        Self { least: 0, most }
+    }
+
+    /// Runs that are recorded are groups each, and how far groups lie apart shows in four, not in two.
+    pub(super) fn of(offer: &Offer, most: usize) -> Self {
+        Self { least: if offer.is_record { FEWEST_RUNS } else { 0 }, most }
+    }
 }
 
 impl Design {
@@ -181,19 +203,22 @@ impl Design {
 
     /// Chosen one after another and exchanged, at most `most`; as they were where an exchange, which looks
     /// at all of them together, costs the goals that hold without any single one.
-    pub(super) fn chosen(&self, goals: &[Goal], most: usize) -> Vec<usize> {
-        let forward = self.forward(goals, most);
+    pub(super) fn chosen(&self, goals: &[Goal], number: Number) -> Vec<usize> {
+        let forward = self.forward(goals, number);
         let exchanged = self.exchanged(goals, forward.clone());
         let is_lost = self.are_safe(goals, &forward) && !self.are_safe(goals, &exchanged);
         if is_lost { forward } else { exchanged }
     }
 
-    /// The measurements chosen one after another, until the goals are safe or there are `most`.
-    pub(super) fn forward(&self, goals: &[Goal], most: usize) -> Vec<usize> {
+    /// The measurements chosen one after another, until the goals are safe, or there are as many as may be; some are no
+    /// fewer than the least.
+    pub(super) fn forward(&self, goals: &[Goal], Number { least, most }: Number) -> Vec<usize> {
         let present = self.present(goals);
         let mut chosen: Vec<usize> = Vec::new();
         let mut sum = self.measured.clone();
-        while chosen.len() < most.min(self.n_offered()) && !self.are_safe(goals, &chosen) {
+        let is_few = |chosen: &[usize]| !chosen.is_empty() && chosen.len() < least;
+        let is_left = |chosen: &[usize]| chosen.len() < most.min(self.n_offered());
+        while is_left(&chosen) && (is_few(&chosen) || !self.are_safe(goals, &chosen)) {
             let Some((best, _)) = self.best(goals, &present, &sum, &chosen) else { break };
             sum += &self.offered[best];
             chosen.push(best);
@@ -285,7 +310,7 @@ mod tests {
         let measured = DMatrix::from_row_slice(2, 2, &[1.0, -0.1, 1.0, 0.1]);
         let design = Design::of(&measured, &offered, 0);
         let goals = [Goal::Known { of: 1, beside: vec![0], needed: 1e-3 }];
-        let chosen = design.forward(&goals, 2);
+        let chosen = design.forward(&goals, Number::up_to(2));
         assert_eq!([chosen[0].min(chosen[1]), chosen[0].max(chosen[1])], [0, 4]);
         // Σ(x − x̄)² of −1, −0.1, 0.1, 1.
         let variance = design.value(&goals[0], &design.with(&chosen));
@@ -322,7 +347,7 @@ mod tests {
         // One alone is not safe; the others show less than is needed.
         assert!(design.is_met(&goals[0], &design.with(&chosen)));
         assert!(!design.are_safe(&goals, &chosen));
-        assert_eq!(design.forward(&goals, 3)[0], 1);
+        assert_eq!(design.forward(&goals, Number::up_to(3))[0], 1);
         // (1, 1, 1, 1)·2 less its part along (1, 1, 1, 0): 4.
         let value = design.value(&goals[0], &design.with(&chosen));
         assert!((value - 4.0).abs() < 1e-6, "{value}");

@@ -32,7 +32,7 @@ use crate::{Case, Error, Header};
 
 use answer::LoopAnswer;
 use chosen::{Chosen, Extended, Setting, assessed};
-use design::{Design, Goal};
+use design::{Design, Goal, Number};
 use figures::Outlook;
 use hand_out::{hand_out, handed_rows, measurements};
 use linear::{Linear, Origins};
@@ -255,7 +255,7 @@ fn are_met(
 /// What would reach the aim, where the plan does not.
 fn would(design: &Design, question: &Question, goals: &[(usize, Goal)], offer: &Offer) -> String {
     let all: Vec<Goal> = goals.iter().map(|(_, goal)| goal.clone()).collect();
-    let most = design.forward(&all, design.n_offered());
+    let most = design.forward(&all, Number::up_to(design.n_offered()));
     if are_met(design, question, goals, &most) {
         return format!("{} would reach it", text::counted(most.len(), offer.noun));
     }

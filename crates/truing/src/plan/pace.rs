@@ -4,7 +4,7 @@ use model_discrepancy::Model;
 
 use super::answer::LoopAnswer;
 use super::chosen::hopeful;
-use super::design::{Design, Goal};
+use super::design::{Design, Goal, Number};
 use super::linear::{Linear, Origins};
 use super::question::Question;
 use super::rows::Rows;
@@ -90,7 +90,7 @@ impl Everything {
         let question = question(model)?;
         let laid = self.laid_out(asked, model, &question);
         let (_, goals) = hopeful(&laid.design, &question, &laid.goals);
-        Ok(laid.design.chosen(&goals, asked.most).len())
+        Ok(laid.design.chosen(&goals, Number::of(asked.offer, asked.most)).len())
     }
 
     /// Columns, design and goals of the model that was prepared of it.
