@@ -52,6 +52,7 @@ fn anywhere<const D: usize>(rng: &mut ChaCha8Rng, model: &FrameModel<D>, size_mm
                 "mm/h" => 1.0 / 400.0,
                 "µrad" | "µm/m" | "ppm" => 1.0 / 200.0,
                 "ppm/K" => 1.0 / 1000.0,
+                "µm/K" => 1.0 / 5.0,
                 "µm/m²" | "1/m" => 1.0 / 40_000.0,
                 "1/m²" => 1.0 / 8_000_000.0,
                 other => panic!("unit {other}"),

@@ -296,7 +296,7 @@ fn left(information: &DMatrix<f64>, of: &[usize], beside: &[usize]) -> DMatrix<f
 
 #[cfg(test)]
 mod tests {
-    use super::{Design, Goal};
+    use super::{Design, Goal, Number};
     use nalgebra::{DMatrix, DVector};
 
     /// Rows (1, x) of a straight line.

@@ -185,9 +185,12 @@ fn field(
         let several = table.ending("_c").len() > 1;
         let subject = several.then_some(column.as_str());
         if let Some(growth) = step(json, "temperature", subject) {
-            let per_k = amplitude(growth, "expansion") * 1e-6;
-            let growth = per_k * (table.numbers(&column)[row] - 20.0);
-            field.source.iter_mut().zip(p).for_each(|(source, p)| *source += growth * p);
+            let excess_k = table.numbers(&column)[row] - 20.0;
+            let expansion = amplitude(growth, "expansion") * 1e-6;
+            for (k, axis) in axis_names.iter().enumerate() {
+                let shift = amplitude(growth, &format!("shift {axis}")) * 1e-3;
+                field.source[k] += (expansion * p[k] + shift) * excess_k;
+            }
         }
     }
     if let Some(lens) = step(json, "lens-distortion", None) {

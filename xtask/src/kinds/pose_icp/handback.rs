@@ -232,7 +232,9 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
         error[k] += size("touch") * way(table, row, k) + size("approach") * way_along(json, row, k);
     }
     if let Some((growth, excess_k)) = temperature(json, table, row) {
-        error[2] += amplitude(growth, "z growth") * 1e-3 * excess_k;
+        for (k, axis) in AXES.iter().enumerate() {
+            error[k] += amplitude(growth, &format!("{axis} growth")) * 1e-3 * excess_k;
+        }
     }
     error
 }

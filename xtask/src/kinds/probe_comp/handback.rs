@@ -265,7 +265,9 @@ impl Touch<'_> {
             let subject = (warm.len() > 1).then_some(column.as_str());
             if let Some(found) = step(json, "temperature", subject) {
                 let excess_k = self.number(column) - 20.0;
-                read[2] += 1e-3 * amplitude(found, "z growth") * excess_k;
+                for (k, axis) in AXES.iter().enumerate() {
+                    read[k] += 1e-3 * amplitude(found, &format!("{axis} growth")) * excess_k;
+                }
                 let out = dot(self.foot.normal, add(self.foot.at, scale(-1.0, self.form.center)));
                 off += 1e-6 * amplitude(found, "expansion") * excess_k * out;
             }
