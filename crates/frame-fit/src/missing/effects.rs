@@ -247,7 +247,7 @@ fn temperatures<const D: usize>(
                 (transform.has_translation(), &mut term)
             {
                 *about_any = Some(mean_excess(points, excess_k));
-                let shift = |axis: &&str| parameter(&format!("shift {axis}"), "µm/K", 1e3);
+                let shift = |axis: &&str| parameter(format!("shift {axis}"), "µm/K", 1e3);
                 parameters.extend(AXES.iter().take(D).map(shift));
             }
             let mut entry = entry("temperature", &text, parameters, term);

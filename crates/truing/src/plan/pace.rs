@@ -65,9 +65,9 @@ impl Everything {
                 break;
             }
             if chosen > n {
-                few = n
+                few = n;
             } else {
-                many = n
+                many = n;
             }
             let next = if many == usize::MAX { chosen } else { usize::midpoint(few, many) };
             if next == few {
