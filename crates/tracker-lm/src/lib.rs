@@ -72,6 +72,8 @@ mod options;
 mod perfect;
 mod points_result;
 mod readings;
+#[cfg(feature = "loop")]
+mod recorded;
 mod search;
 mod shift;
 mod spread;

@@ -30,6 +30,7 @@ use crate::missing::sights::{Sight, sights, without};
 use crate::missing::solved::{Solved, solved};
 use crate::missing::stops::Stops;
 use crate::network::Network;
+use crate::recorded;
 use crate::{Approach, AxisModel, Calibration, Options, Survey, TrackerError};
 
 /// The joint bundle of a survey about its solution, and the effects that it leaves out.
@@ -79,20 +80,13 @@ pub(crate) struct Recorded {
 impl Recorded {
     /// That there is one finite value for each of `needed` ranges.
     fn check(&self, needed: usize) -> Result<(), TrackerError> {
-        let times = self.time_s.iter().map(Vec::as_slice);
-        for values in times.chain(self.covariates.iter().map(|c| c.values.as_slice())) {
-            if values.len() != needed || values.iter().any(|v| !v.is_finite()) {
-                return Err(TrackerError::InvalidCovariate { needed });
-            }
-        }
-        Ok(())
+        recorded::check(self.time_s.as_deref(), &self.covariates, needed)
     }
 
     /// Beside the first ranges.
     fn first(&self, n: usize) -> Self {
         let mut first = self.clone();
-        let values = first.covariates.iter_mut().map(|c| &mut c.values);
-        values.chain(&mut first.time_s).for_each(|values| values.truncate(n));
+        recorded::truncate(&mut first.time_s, &mut first.covariates, n);
         first
     }
 }

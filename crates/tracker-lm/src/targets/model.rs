@@ -26,6 +26,7 @@ use crate::missing::found::NEAR_MM;
 use crate::missing::model::elapsed;
 use crate::missing::orders::Orders;
 use crate::missing::stops::Stops;
+use crate::recorded;
 use crate::{Approach, AxisModel, TrackerError};
 
 /// What was recorded beside the readings.
@@ -42,13 +43,7 @@ pub struct TargetRecords {
 impl TargetRecords {
     /// That there is one finite value for each reading, and a body for each mount.
     fn check(&self, survey: &TargetSurvey) -> Result<(), TrackerError> {
-        let needed = survey.targets.len();
-        let times = self.time_s.iter().map(Vec::as_slice);
-        for values in times.chain(self.covariates.iter().map(|c| c.values.as_slice())) {
-            if values.len() != needed || values.iter().any(|v| !v.is_finite()) {
-                return Err(TrackerError::InvalidCovariate { needed });
-            }
-        }
+        recorded::check(self.time_s.as_deref(), &self.covariates, survey.targets.len())?;
         if !self.bodies.is_empty() && self.bodies.len() != survey.mounts.len() {
             return Err(TrackerError::InvalidCovariate { needed: survey.mounts.len() });
         }
@@ -58,8 +53,7 @@ impl TargetRecords {
     /// Beside the first readings, of the first mounts.
     fn of_first(&self, n_readings: usize, n_mounts: usize) -> Self {
         let mut first = self.clone();
-        let values = first.covariates.iter_mut().map(|c| &mut c.values);
-        values.chain(&mut first.time_s).for_each(|values| values.truncate(n_readings));
+        recorded::truncate(&mut first.time_s, &mut first.covariates, n_readings);
         first.bodies.truncate(n_mounts);
         first
     }

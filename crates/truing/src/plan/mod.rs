@@ -35,7 +35,6 @@ use chosen::{Chosen, Extended, Setting, assessed};
 use design::{Design, Goal, Number};
 use figures::Outlook;
 use hand_out::{hand_out, handed_rows, measurements};
-use linear::{Linear, Origins};
 use pace::{Asked, Everything, Laid};
 use question::{Ask, Question};
 
@@ -92,16 +91,14 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let n_rows = folder.table(offer.table, &[])?.n_rows();
     let made = offer.made.unwrap_or(n_rows);
     let most = budget.unwrap_or(made.max(LEAST));
-    let asked = Asked { case, offer: &offer, answer: &answer, n_rows, most };
+    let asking = Asked { case, offer: &offer, answer: &answer, n_rows, most };
     let question =
         |model: &dyn Model| Question::of(&answer, options.aim.as_deref(), model).map_err(fail);
-    let all = Everything::in_time(&asked, made, question)?;
+    let all = Everything::in_time(&asking, made, question)?;
     let prepared = all.case.measured.prepare_planned(n_rows)?;
     let model = &*prepared.model;
     let question = question(model)?;
-    let new_session = offer.is_new_session;
-    let Laid { linear, design, mut goals } = all.laid_out(&asked, model, &question);
-    let loop_options = case.loop_settings.options();
+    let Laid { linear, design, mut goals } = all.laid_out(&asking, model, &question);
     spend(budget, &mut goals);
     let pairs = inseparable::taken_out(&design, &mut goals);
     let before = assessed(&question, case, (case, n_rows))?;
@@ -119,13 +116,12 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
     let named = chosen.is_answered();
     let Chosen { extended, after, told_apart, never, asked, .. } = chosen;
     let Extended { sorted, rows, case: with_plan } = extended;
-    let final_prepared = with_plan.measured.prepare_planned(n_rows)?;
+    let with_plan = Everything { rows, case: with_plan };
+    let final_prepared = with_plan.case.measured.prepare_planned(n_rows)?;
     let final_model = &*final_prepared.model;
-    let final_effects = question.effects(final_model);
-    let origins =
-        Origins { rows: with_plan.measured.rows(), n_rows, sizes: &rows.sizes, new_session };
-    let final_linear = Linear::of(final_model, &final_effects, &origins, answer.noise(final_model));
-    let final_goals = question.goals(final_model, &final_linear, &loop_options);
+    let Laid { linear: final_linear, goals: final_goals, .. } =
+        with_plan.laid_out(&asking, final_model, &question);
+    let rows = &with_plan.rows;
     let outlook = Outlook::of(&question, final_model, &final_linear);
     let figures = outlook.figures(&final_goals, [&before, &after], &told_apart);
     let spent = options.budget.is_some();
@@ -158,14 +154,14 @@ pub fn plan(case: &Case, options: &PlanOptions) -> Result<Planned, Error> {
         classes,
         predicted: Prediction::of(&figures),
         figures,
-        plan: measurements(&rows, &offer, &sorted),
-        measurements: handed_rows(&rows, &offer, &sorted),
+        plan: measurements(rows, &offer, &sorted),
+        measurements: handed_rows(rows, &offer, &sorted),
         program: None,
         warnings,
         files: Vec::new(),
     };
     planned.header.inputs.extend(answer.input);
-    hand_out(&mut planned, case, &offer, (&rows, &rows.csv()), &sorted);
+    hand_out(&mut planned, case, &offer, (rows, &rows.csv()), &sorted);
     Ok(planned)
 }
 

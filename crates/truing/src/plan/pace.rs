@@ -14,7 +14,7 @@ use crate::{Case, Error};
 /// Lengths of a plan that are tried.
 const MOST_ROUNDS: usize = 6;
 
-/// The case with every measurement on offer, in the time that a plan of some of them takes.
+/// The case with measurements on offer: all of them, in the time that a plan of some takes, or those that were chosen.
 pub(super) struct Everything {
     pub(super) rows: Rows,
     pub(super) case: Case,

@@ -22,6 +22,7 @@ mod form_map;
 mod ft_center_messages;
 mod fuzzed;
 mod groups;
+mod growth;
 mod guide;
 mod hostile;
 mod hostile_forms;

@@ -73,10 +73,11 @@ pub(super) fn offer(settings: &TracerPlanSettings, of: &Surveyed<'_>) -> Offer {
     } else {
         &[None]
     };
+    let each: Vec<Offered> = (settings.poses(of).into_iter())
+        .flat_map(|pose| ways.iter().map(move |way| of.angle(pose, *way)))
+        .collect();
     for _ in 0..settings.cycles.unwrap_or(1) {
-        for pose in settings.poses(of) {
-            offered.extend(ways.iter().map(|way| of.angle(pose, *way)));
-        }
+        offered.extend_from_slice(&each);
     }
     offered.extend(settings.stations(of).iter().map(|at| of.station(at)));
     for [x, y, z] in settings.mounts_mm.iter().flatten() {

@@ -3,9 +3,11 @@
 mod axis;
 mod deviations;
 mod digits;
+mod heights;
 mod log;
 mod numbers;
 mod points;
+mod poses;
 mod rows;
 mod tracer;
 mod wrench;
