@@ -85,6 +85,9 @@ pub(crate) const BADLY_PREDICTED: f64 = 0.005;
 /// Significance from which on neighbours agree too well.
 pub(crate) const NEIGHBOURS_AGREE: f64 = 0.005;
 
+/// The same where the data scatter more than declared, which is not to be called noise while they may do.
+pub(crate) const ONLY_NOISE: f64 = 0.02;
+
 /// Significance from which on parameters change while they are measured.
 pub(crate) const CONSTANT: f64 = 1e-3;
 
@@ -134,6 +137,13 @@ pub(crate) const HEARD: f64 = 1e-3;
 /// Squared error on check groups over that without a name, from which on they refute it: what they are
 /// off by from other causes turns it a little either way.
 pub(crate) const REFUTED: f64 = 1.25;
+
+/// Significance from which on a name stands whatever it predicts of groups left out, and whatever is left
+/// beside it: one that is weaker may be a part of that.
+pub(crate) const BEYOND_DOUBT: f64 = 1e-9;
+
+/// Share of the misfit that is small whatever it is: names beside it explained all the others.
+pub(crate) const HARDLY_LEFT: f64 = 0.01;
 
 /// Significance from which on groups scatter by more along an effect than elsewhere: then it is judged by that.
 pub(crate) const UNEVEN: f64 = 0.05;

@@ -21,6 +21,8 @@ const MIN_CYCLES: usize = 3;
 /// A rotary axis must cover this much before what repeats with its turn is told from a curve.
 const MIN_ARC_DEG: f64 = 120.0;
 const TURN_DEG: f64 = 360.0;
+/// Waves in the travel by which two periods must differ to be told apart.
+const TOLD_APART: f64 = 0.5;
 
 impl AxisRun<'_> {
     /// Offset and scale: what a machine may be asked for before anything else.
@@ -62,7 +64,7 @@ impl AxisRun<'_> {
     pub(super) fn causes(&self, searched: &Searched) -> Vec<AxisTerm> {
         let mut terms = self.reversals(searched.side);
         if let Some(profile) = self.profile() {
-            let unresolved = searched.is_unresolved.then(|| Self::unresolved_wave(&profile));
+            let unresolved = searched.is_unresolved.then(|| self.unresolved_wave(&profile));
             terms.push(profile);
             terms.extend(unresolved);
             // A profile spans zero and pitch together: without this it would be named for them.
@@ -189,10 +191,17 @@ impl AxisRun<'_> {
     }
 
     /// A period shorter than the targets resolve: it is any deviation of the targets' own.
-    fn unresolved_wave(profile: &AxisTerm) -> AxisTerm {
-        let text = "the deviation repeats along the travel with a period that these targets are too \
-                    far apart to show; measure between them, or declare the lead (`[axis] lead_mm`)";
-        let effect = Effect::new("cyclic-error", text, profile.effect.parameters.clone());
+    fn unresolved_wave(&self, profile: &AxisTerm) -> AxisTerm {
+        let key = self.motion.lead_key();
+        let lead = match self.lead {
+            Some(_) => format!("see whether `{key}` is right"),
+            None => format!("declare the lead (`{key}`)"),
+        };
+        let text = format!(
+            "the deviation repeats along the travel with a period that these targets are too far apart to \
+             show; measure between them, or {lead}"
+        );
+        let effect = Effect::new("cyclic-error", &text, profile.effect.parameters.clone());
         term(effect.about("shorter than the targets resolve"), profile.columns.clone())
     }
 
@@ -213,7 +222,7 @@ impl AxisRun<'_> {
         Some(term(Effect { searched: LAGS.len(), ..effect }, columns))
     }
 
-    /// Errors that repeat with a turn of the screw, worm or axis.
+    /// Errors that repeat with a turn of the screw, worm or axis, or with a period that was looked for.
     fn waves(&self, period: Option<(f64, usize)>) -> Vec<AxisTerm> {
         let targets = distinct_targets(self.readings);
         let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
@@ -226,9 +235,24 @@ impl AxisRun<'_> {
         if let Some(lead) = self.lead {
             waves.push(self.wave(&format!("once per turn of the screw, {lead} {unit}"), lead, 1));
             waves.push(self.wave("twice per turn of the screw", 0.5 * lead, 1));
-        } else if let Some((period, searched)) = period {
+        }
+        let is_of_lead = |period: f64| {
+            let turns = |lead: f64| range / period - range / lead;
+            self.lead.is_some_and(|lead| {
+                [lead, 0.5 * lead].into_iter().any(|lead| turns(lead).abs() < TOLD_APART)
+            })
+        };
+        if let Some((period, searched)) = period.filter(|(period, _)| !is_of_lead(*period)) {
             let digits = format!("{period:.4}");
-            waves.push(self.wave(&format!("period {digits} {unit}"), period, searched));
+            let mut wave = self.wave(&format!("period {digits} {unit}"), period, searched);
+            if self.lead.is_some() {
+                let key = self.motion.lead_key();
+                wave.effect.description = format!(
+                    "{}; it is not that of the screw: see whether `{key}` is right",
+                    wave.effect.description
+                );
+            }
+            waves.push(wave);
         }
         waves
     }

@@ -60,15 +60,14 @@ impl Searched {
     pub(super) fn of(run: &AxisRun<'_>) -> Self {
         let targets = distinct_targets(run.readings);
         let range = targets.last().zip(targets.first()).map_or(0.0, |(b, a)| b - a);
-        let shows_period = run.lead.is_none() && targets.len() >= MIN_TARGETS_FOR_PERIOD;
+        let shows_period = targets.len() >= MIN_TARGETS_FOR_PERIOD;
         let span = run.elapsed().into_iter().fold(0.0, f64::max);
         let lag = run.searched_lag(targets.len(), range);
         Self {
             lag,
             side: run.side_off(targets.len(), lag),
             period: shows_period.then(|| run.strongest_period(targets.len(), range)).flatten(),
-            is_unresolved: run.lead.is_none()
-                && targets.len() <= MAX_PLACES
+            is_unresolved: targets.len() <= MAX_PLACES
                 && run.roughness(&targets).is_some_and(|rough| rough >= ROUGH),
             span: if span > 0.0 { span } else { 1.0 },
         }

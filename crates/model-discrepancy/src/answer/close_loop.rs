@@ -5,11 +5,11 @@ use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
 use crate::answer::contradiction::{contradiction, without_names};
 use crate::answer::estimate::{Uncertain, parameter_estimates};
-use crate::answer::left_over::remaining;
+use crate::answer::left_over::{beside_larger_noise, remaining, structured};
 use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
 use crate::answer::summary::{Summaries, step_errors, summarise};
-use crate::answer::unsupported::{TakenBack, Why, no_gain, unsupported};
+use crate::answer::unsupported::{TakenBack, Why, no_gain, outweighed, unsupported};
 use crate::answer::verdict::{memory_within_the_noise, noisier_than_declared, verdict};
 use crate::choice::candidate::{Candidate, Source, label};
 use crate::choice::context::Context;
@@ -17,7 +17,6 @@ use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
 use crate::noise::linear::Linear;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
-use crate::tests::odd_group::odd_scatter;
 use crate::tests::tails::heavy_tails;
 use crate::{
     Closure, Covariate, HoldOut, Model, NotObservable, Options, Outcome, Pass, Remaining, Role,
@@ -63,14 +62,21 @@ fn closed<'a>(
     let rows = rows_of(&model.declared().layout, keep);
     let mut taken_back: Vec<Remaining> = contradicted.into_iter().collect();
     let mut by_chance = Vec::new();
-    let (lin, attributions, summaries) = loop {
+    let (lin, attributions, summaries, left) = loop {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, silent);
         let attributions: Vec<_> =
             chosen.added.iter().map(|a| attribute(context, keep, &chosen, &a.what)).collect();
         let summaries =
             summarise(context, keep, (base, &of_declared), (&chosen, &lin), &attributions);
         let back = unsupported((context, keep), (&chosen, &lin), &summaries, &taken_back);
-        let Some(TakenBack { rest, why }) = back else { break (lin, attributions, summaries) };
+        let left = match back {
+            Some(_) => Vec::new(),
+            None => structured(context, &chosen, &lin),
+        };
+        let outweighed = || outweighed((context, keep), base, (&chosen, &lin), &left);
+        let Some(TakenBack { rest, why }) = back.or_else(outweighed) else {
+            break (lin, attributions, summaries, left);
+        };
         match why {
             Why::Left(remaining) => taken_back.push(remaining),
             Why::Chance(said) => by_chance.push(said),
@@ -86,14 +92,14 @@ fn closed<'a>(
     let advice = Advice::new(model, silent, asked, &hidden);
     let steps = steps(context, keep, &chosen, &attributions, (&summaries, &advice));
     let lack_of_fit = Places::of(model, context.covariates).and_then(|places| places.test(&lin));
-    let mut remaining = remaining(context, &chosen, &lin);
+    let mut remaining = remaining(context, (&chosen, &lin), left);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(taken_back);
     remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
     let memory = memory_within_the_noise(&chosen, &lin, &mut remaining);
     let is_noisier = remaining.is_empty() && noisier_than_declared(context, &lin, &chosen);
     if is_noisier {
-        remaining.extend(odd_scatter(&lin));
+        remaining = beside_larger_noise(context, &chosen, &lin);
     }
     let (confusability, confusable_ids) = confusability(context, base, &of_declared);
     mark_confounded(&mut chosen.passes, &attributions);

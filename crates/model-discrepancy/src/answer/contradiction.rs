@@ -239,7 +239,7 @@ fn left_above(
 
 /// Sum of squared residuals over the uncertainties of their rows, without any scatter between
 /// observations.
-fn misfit(keep: &[bool], system: &System<'_>, at: &Estimate) -> f64 {
+pub(crate) fn misfit(keep: &[bool], system: &System<'_>, at: &Estimate) -> f64 {
     let layout = &system.model.declared().layout;
     let all = system.residuals(at);
     rows_of(layout, keep).iter().map(|&row| (all[row] / layout.rows[row].sigma).powi(2)).sum()

@@ -2,7 +2,7 @@
 
 use crate::answer::constancy::inconstant;
 use crate::answer::external_validation::badly_predicted;
-use crate::answer::structure::structure;
+use crate::answer::structure::{structure, traces_of_structure};
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::Source;
 use crate::choice::context::Context;
@@ -12,16 +12,16 @@ use crate::choice::selected::{Selected, What};
 use crate::levels::QUARTER;
 use crate::noise::linear::Linear;
 use crate::tests::groups_apart::groups_apart;
-use crate::tests::odd_group::odd_groups;
+use crate::tests::odd_group::{odd_groups, odd_scatter};
 use crate::{Origin, Remaining};
 
-/// What is left, with what groups set aside and the domain itself say.
+/// What is left in the fitted groups (see [`structured`]), with what groups set aside and the domain itself say.
 pub(crate) fn remaining(
     context: &Context<'_>,
-    chosen: &Selected<'_>,
-    lin: &Linear<'_>,
+    (chosen, lin): (&Selected<'_>, &Linear<'_>),
+    structured: Vec<Remaining>,
 ) -> Vec<Remaining> {
-    let mut found = structured(context, chosen, lin);
+    let mut found = structured;
     found.extend(badly_predicted(context, chosen, lin));
     found.extend(context.model.declared().findings.clone());
     found
@@ -33,7 +33,46 @@ pub(crate) fn structured(
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
 ) -> Vec<Remaining> {
-    let level = context.options.alpha * QUARTER;
+    let mut found = along_covariates(context, (chosen, lin), context.options.alpha * QUARTER);
+    // A correction along a position or the measured order has no named cause.
+    for added in &chosen.added {
+        if let What::Empirical(covariate, shape) = &added.what {
+            let coordinate = context
+                .covariates
+                .iter()
+                .any(|c| c.name == *covariate && c.origin == Origin::Coordinate);
+            if coordinate && found.iter().all(|r| r.covariate != *covariate) {
+                let (covariate, shape) = (covariate.clone(), format!("{shape} (corrected)"));
+                found.push(Remaining { covariate, shape, p_value: added.p_value });
+            }
+        }
+    }
+    found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
+    found.extend(structure(context, lin));
+    found.extend(odd_groups(lin).or_else(|| groups_apart(lin)));
+    found.extend(inconstant(context, lin));
+    found
+}
+
+/// What is left where only noise, larger than declared, seems to be: a group that scatters more than the others, and
+/// the slightest trace of a shape or of neighbours that agree.
+pub(crate) fn beside_larger_noise(
+    context: &Context<'_>,
+    chosen: &Selected<'_>,
+    lin: &Linear<'_>,
+) -> Vec<Remaining> {
+    let mut found = along_covariates(context, (chosen, lin), context.options.alpha);
+    found.extend(traces_of_structure(context, lin));
+    found.extend(odd_scatter(lin));
+    found
+}
+
+/// The best shape along every covariate whose significance, all that were tried counted, is below `level`.
+fn along_covariates(
+    context: &Context<'_>,
+    (chosen, lin): (&Selected<'_>, &Linear<'_>),
+    level: f64,
+) -> Vec<Remaining> {
     let quick = Context { thorough: false, ..*context };
     let scoring = Scoring::new(&quick, &chosen.system, &chosen.estimate, lin, level);
     let mut found: Vec<Remaining> = Vec::new();
@@ -54,22 +93,5 @@ pub(crate) fn structured(
             found.push(Remaining { covariate, shape, p_value: j.test.p_value });
         }
     }
-    // A correction along a position or the measured order has no named cause.
-    for added in &chosen.added {
-        if let What::Empirical(covariate, shape) = &added.what {
-            let coordinate = context
-                .covariates
-                .iter()
-                .any(|c| c.name == *covariate && c.origin == Origin::Coordinate);
-            if coordinate && found.iter().all(|r| r.covariate != *covariate) {
-                let (covariate, shape) = (covariate.clone(), format!("{shape} (corrected)"));
-                found.push(Remaining { covariate, shape, p_value: added.p_value });
-            }
-        }
-    }
-    found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
-    found.extend(structure(context, lin));
-    found.extend(odd_groups(lin).or_else(|| groups_apart(lin)));
-    found.extend(inconstant(context, lin));
     found
 }

@@ -1,7 +1,7 @@
 //! Structure that no covariate explains: neighbours, in order or in place, that agree.
 
 use crate::algebra::linearised::groups_are_runs;
-use crate::levels::NEIGHBOURS_AGREE;
+use crate::levels::{NEIGHBOURS_AGREE, ONLY_NOISE};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -24,22 +24,39 @@ const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
 /// Where a group holds several observations, they may depend on each other: the groups must not.
 pub(crate) fn structure(context: &Context<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
     let residual = lin.clean_residual();
+    let mut found = if groups_are_runs(lin) {
+        group_z(lin, &residual)
+            .map(|z| remaining("order", AUTOCORRELATED, upper_tail(z)))
+            .into_iter()
+            .collect()
+    } else {
+        neighbours(context, lin, &residual)
+    };
+    found.retain(|r| r.p_value <= NEIGHBOURS_AGREE);
+    found
+}
+
+/// Neighbours that agree, with what little doubt is enough where noise is to be called larger than declared: inside
+/// groups, too, since the noise was declared of readings that do not depend on each other.
+pub(crate) fn traces_of_structure(context: &Context<'_>, lin: &Linear<'_>) -> Vec<Remaining> {
+    let residual = lin.clean_residual();
+    let groups = group_z(lin, &residual).map(|z| remaining("order", AUTOCORRELATED, upper_tail(z)));
+    let mut found = neighbours(context, lin, &residual);
+    found.extend(groups.filter(|_| found.iter().all(|r| r.p_value > ONLY_NOISE)));
+    found.retain(|r| r.p_value <= ONLY_NOISE);
+    found
+}
+
+/// How well the readings before and after each, and those nearest to it, agree with it.
+fn neighbours(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>) -> Vec<Remaining> {
     let mut found = Vec::new();
-    if groups_are_runs(lin) {
-        found.extend(
-            group_z(lin, &residual).map(|z| remaining("order", AUTOCORRELATED, upper_tail(z))),
-        );
-        found.retain(|r| r.p_value <= NEIGHBOURS_AGREE);
-        return found;
-    }
     if lin.series.iter().map(Vec::len).max().unwrap_or(0) >= *OBSERVATIONS.start() {
-        let z = lag_one_z(lin, &lin.basis.matrix(), &residual);
+        let z = lag_one_z(lin, &lin.basis.matrix(), residual);
         found.push(remaining("order", AUTOCORRELATED, upper_tail(z)));
     }
-    if let Some(z) = neighbour_z(context, lin, &residual) {
+    if let Some(z) = neighbour_z(context, lin, residual) {
         found.push(remaining("position", "neighbours agree", upper_tail(z)));
     }
-    found.retain(|r| r.p_value <= NEIGHBOURS_AGREE);
     found
 }
 

@@ -2,16 +2,21 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::algebra::system::{Estimate, System};
+use crate::answer::contradiction::misfit;
 use crate::answer::external_validation::{badly_predicted, check_distance};
+use crate::answer::structure::is_memory;
 use crate::answer::summary::Summaries;
+use crate::answer::verdict::noisier_than_declared;
 use crate::choice::candidate::label;
 use crate::choice::context::Context;
 use crate::choice::score::home_of_bad;
 use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::count::count;
-use crate::levels::{FOUND_AGAIN, HEARD, REFUTED};
+use crate::levels::{BEYOND_DOUBT, FOUND_AGAIN, HARDLY_LEFT, HEARD, REFUTED};
 use crate::noise::linear::Linear;
+use crate::tests::groups_apart::GROUP;
 use crate::{HoldOut, Remaining, Row, Stability};
 
 /// Why something is left over that does not lower the error on data that the fit did not see.
@@ -19,6 +24,10 @@ const NO_GAIN: &str = "does not predict unseen groups any better: taken back";
 
 /// Why one bad reading is left over where groups set aside lie as far off.
 const NO_ACCIDENT: &str = "no accident, as groups set aside lie off as well: taken back";
+
+/// Why a name is left over beside something without one that is the more significant of the two.
+const OUTWEIGHED: &str =
+    "weaker than what is left beside it, of which it may be a part: taken back";
 
 /// The choice without an addition that does not stand.
 pub(crate) struct TakenBack<'a> {
@@ -65,13 +74,20 @@ pub(crate) fn unsupported<'a>(
             return left(i, NO_GAIN);
         }
         if is_checked
-            && (summaries.unseen_ratio >= 1.0
-                || summaries.after.held_out_rms > summaries.before.held_out_rms)
+            && has_no_gain(summaries)
             && let Some(rest) = without(context, keep, chosen, i)
             && !holds_with_checks((context, keep), (chosen, lin), &rest, chosen.added[i].p_value)
         {
             let why = Why::Chance(by_chance(context, &chosen.added[i]));
             return Some(TakenBack { rest, why });
+        }
+        let has_lost = if is_checked {
+            are_against
+        } else {
+            summaries.strays.is_empty() && has_no_gain(summaries)
+        };
+        if has_lost && chosen.added[i].p_value > BEYOND_DOUBT {
+            return left(i, NO_GAIN);
         }
     }
     let are_accidents = !lie_off && taken_back.iter().all(|before| before.shape != NO_ACCIDENT);
@@ -110,6 +126,41 @@ fn by_chance(context: &Context<'_>, added: &Added) -> String {
     )
 }
 
+/// The choice without the last name that is less significant than something `left` in the fitted groups: that is
+/// not explained, and the name may be a part of it.
+///
+/// Not beside a hundredth of the misfit: the smallest is significant where readings are many. Nor beside groups that
+/// lie apart, or memory of noise that is as declared: both are in the significance of the name.
+pub(crate) fn outweighed<'a>(
+    (context, keep): (&Context<'a>, &[bool]),
+    base: &Estimate,
+    (chosen, lin): (&Selected<'a>, &Linear<'_>),
+    left: &[Remaining],
+) -> Option<TakenBack<'a>> {
+    let is_noise = |remaining: &Remaining| {
+        is_memory(remaining) && !noisier_than_declared(context, lin, chosen)
+    };
+    let unexplained = left.iter().filter(|r| r.covariate != GROUP && !is_noise(r));
+    let strongest = unexplained.map(|remaining| remaining.p_value).min_by(f64::total_cmp)?;
+    let is_weaker = |added: &Added| {
+        matches!(added.what, What::Effect(_))
+            && added.p_value > strongest.max(BEYOND_DOUBT)
+            && !is_bad_reading(context, chosen, lin, added)
+    };
+    let i = chosen.added.iter().rposition(is_weaker)?;
+    let before = misfit(keep, &System::declared(context.model), base);
+    if misfit(keep, &chosen.system, &chosen.estimate) < HARDLY_LEFT * before {
+        return None;
+    }
+    let why = Why::Left(left_over(context, &chosen.added[i], OUTWEIGHED.to_owned()));
+    Some(TakenBack { rest: without(context, keep, chosen, i)?, why })
+}
+
+/// Whether unseen groups are not predicted any better, weighed by their uncertainties or as the error is reported.
+fn has_no_gain(summaries: &Summaries) -> bool {
+    summaries.unseen_ratio >= 1.0 || summaries.after.held_out_rms > summaries.before.held_out_rms
+}
+
 /// What was added, where unseen groups are not predicted any better, weighed by their uncertainties or
 /// as the error is reported: it stands, and explains nothing.
 pub(crate) fn no_gain(
@@ -118,9 +169,7 @@ pub(crate) fn no_gain(
     summaries: &Summaries,
 ) -> Option<Remaining> {
     let is_of_many = |added: &Added| !is_bad_reading(context, chosen, lin, added);
-    let rises = summaries.after.held_out_rms > summaries.before.held_out_rms;
-    let is_gainless =
-        (summaries.unseen_ratio >= 1.0 || rises) && chosen.added.iter().any(is_of_many);
+    let is_gainless = has_no_gain(summaries) && chosen.added.iter().any(is_of_many);
     let shape = if summaries.gain_ratio < 1.0 && !summaries.strays.is_empty() {
         format!(
             "what was added predicts them but for {}, without which something else is chosen: measure \

@@ -8,6 +8,9 @@ use crate::levels::GROUPS_APART;
 use crate::noise::linear::Linear;
 use crate::tests::significance::{Asked, Reach, significance_beside};
 
+/// What is said to be left where groups differ from each other.
+pub(crate) const GROUP: &str = "group";
+
 /// Fewest groups that can lie apart: of two, nobody knows how far groups lie from each other.
 const MIN_GROUPS: usize = 3;
 
@@ -42,7 +45,7 @@ pub(crate) fn groups_apart(lin: &Linear<'_>) -> Option<Remaining> {
     let beside = lin.basis.reject_columns(&own);
     let test = significance_beside(lin, &lin.basis, &residual, &beside, asked)?;
     (test.p_value <= GROUPS_APART).then(|| Remaining {
-        covariate: "group".to_owned(),
+        covariate: GROUP.to_owned(),
         shape: "groups lie apart by more than their readings scatter".to_owned(),
         p_value: test.p_value,
     })

@@ -6,6 +6,7 @@ use crate::Remaining;
 use crate::count::count;
 use crate::levels::ODD_GROUP;
 use crate::noise::linear::Linear;
+use crate::tests::groups_apart::GROUP;
 
 /// Fewest groups that show how far groups differ.
 const MIN_GROUPS: usize = 4;
@@ -62,7 +63,7 @@ pub(crate) fn odd_groups(lin: &Linear<'_>) -> Option<Remaining> {
     let p_value = (p_value * count(looked_at)).min(1.0);
     let name = &lin.layout.groups[lin.cluster_groups[cluster]].name;
     (p_value <= ODD_GROUP).then(|| Remaining {
-        covariate: "group".to_owned(),
+        covariate: GROUP.to_owned(),
         shape: format!("{name} lies apart from all the others"),
         p_value,
     })
@@ -90,7 +91,7 @@ pub(crate) fn odd_scatter(lin: &Linear<'_>) -> Option<Remaining> {
     let usual = others.iter().sum::<f64>() / count(others.len());
     let name = &lin.layout.groups[lin.cluster_groups[cluster]].name;
     (p_value <= ODD_GROUP).then(|| Remaining {
-        covariate: "group".to_owned(),
+        covariate: GROUP.to_owned(),
         shape: format!("{name} scatters {:.1} times as much as the others", (most - usual).exp()),
         p_value,
     })

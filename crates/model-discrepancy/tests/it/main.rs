@@ -6,6 +6,7 @@ mod contradicted;
 mod covariates;
 mod declared_variance;
 mod degenerate;
+mod doubtful;
 mod exchange;
 mod few_groups;
 mod foreseen;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::hypothesis::{Hypothesis, present};
 use super::misfit::Misfit;
 use super::order::rows_shifted_by;
+use super::readings::Readings;
 use super::search::misfit_with;
 use crate::kind::Files;
 
@@ -16,7 +17,12 @@ const FARTHEST: isize = 24;
 pub(super) fn late_channels(files: &Files) -> Vec<Hypothesis> {
     let Some((file, within)) = files.kind.record else { return Vec::new() };
     let Ok(table) = files.folder.table(file, &[]) else { return Vec::new() };
-    let sets = files.kind.readings.iter().filter(|of| of.file == file).flat_map(|of| of.sets);
+    let of_table = |of: &Readings| match of.samples {
+        Some(samples) if samples.file == file => samples.sets,
+        _ if of.file == file => of.sets,
+        _ => &[],
+    };
+    let sets = files.kind.readings.iter().flat_map(of_table);
     let columns: Vec<&str> = sets.flat_map(|(columns, _)| present(Some(&table), columns)).collect();
     let of_column = |column: &&str| {
         let tried = |by: isize| -> Option<(Misfit, Hypothesis)> {
