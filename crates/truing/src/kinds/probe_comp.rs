@@ -1,5 +1,6 @@
 //! `probe-comp`: where a ball probe really touched, and how far the part is off there.
 
+mod around;
 mod case;
 mod estimates;
 mod guides;

@@ -1,3 +1,4 @@
+use super::declared::uncertainties_of_some_rows;
 use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
 use super::misfit::Misfit;
@@ -108,6 +109,12 @@ fn decide(
     list: Vec<Hypothesis>,
     physics: &mut Option<Physics>,
 ) -> (Option<Found>, Option<Physics>) {
+    if plain.is_far_from_noise() {
+        let of_noise = Trials::of_those(&case.files, uncertainties_of_some_rows(&case.files), None);
+        if let Some(found) = of_noise.restoring(Misfit::is_noise) {
+            return (Some(found), None);
+        }
+    }
     let last = of_last_resort(&list);
     let trials = Trials::of(&case.files, list, Some(plain));
     let mut found = trials.explaining(plain);

@@ -9,6 +9,7 @@
 mod channel;
 mod clock;
 mod coarse;
+mod declared;
 mod examine;
 mod held;
 mod hypothesis;

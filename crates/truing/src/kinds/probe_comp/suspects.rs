@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::around::around_others;
 use super::estimates::ProbeCompEstimates;
 use super::settings::{MICRO, TOUCHES};
 use super::tables::KNOWN;
@@ -33,6 +34,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     if files.folder.has(MICRO) {
         let around = files.folder.table(MICRO, &columns).ok();
         all.extend(mistakes_of_points(MICRO, around.as_ref()));
+        all.extend(around_others(files));
     }
     all.extend(outward(table));
     all.extend(exchanges(TOUCHES, table, &APPROACH));

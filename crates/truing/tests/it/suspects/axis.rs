@@ -248,3 +248,32 @@ fn a_bad_reading_does_not_hide_the_side_that_a_reversal_is_of() {
     assert!(names.iter().any(|(effect, _)| *effect == "bad-point"), "{names:?}");
     assert_eq!(names.len(), 2, "{names:?}");
 }
+
+/// A screw of 40 mm, its digits exchanged: 24 targets 7.3 mm apart show a period that is not the declared one.
+#[test]
+fn a_period_that_is_not_the_screws_says_that_the_lead_may_be_wrong() {
+    const LEAD_MM: f64 = 40.0;
+    let row = |i: i32| {
+        let at = f64::from(i % 24) * 7.3 + 3.0;
+        let wave = 0.02 * (std::f64::consts::TAU * at / LEAD_MM).cos();
+        // Digits of a sine far behind the point: no wave along the travel.
+        let noise = 0.002 * ((1e5 * (12.9898 * f64::from(i)).sin()).fract().abs() - 0.5);
+        format!("{at},{:.7},{}\n", at + wave + noise, i / 24)
+    };
+    let table: String = (0..72).map(row).collect();
+    let declared = |lead: f64| {
+        let toml = format!(
+            "kind = \"positioning\"\n[axis]\nlead_mm = {lead}\n[noise]\ndeviation_mm = 0.0006\n"
+        );
+        let table = format!("target_mm,actual_mm,cycle\n{table}");
+        Case::new(&[("case.toml", &toml), ("positions.csv", &table)]).json("loop")
+    };
+    let of_lead = |answer: &Value| {
+        let steps = answer["steps"].as_array().unwrap();
+        assert_eq!(steps.len(), 1, "{}", answer["steps"]);
+        assert_eq!(steps[0]["effect"], "cyclic-error");
+        steps[0]["description"].as_str().unwrap().contains("see whether `[axis] lead_mm` is right")
+    };
+    assert!(!of_lead(&declared(LEAD_MM)));
+    assert!(of_lead(&declared(15.0)));
+}

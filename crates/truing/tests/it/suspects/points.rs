@@ -448,3 +448,66 @@ fn heights_of_the_opposite_sign_are_told_where_the_start_has_it_too() {
     let said = format!("{}{}", ended.stdout, ended.stderr);
     assert!(said.contains("`z_mm` of points.csv has the opposite sign"), "{said}");
 }
+
+/// Declared uncertainties in metres from a row on leave the readings as they are, and χ² a million times too large there.
+#[test]
+fn uncertainties_of_some_rows_in_metres_are_named() {
+    let case = survey();
+    let text = std::fs::read_to_string(case.file("pairs.csv")).unwrap();
+    let declared = |is_wrong: &dyn Fn(usize) -> bool| {
+        let rows = text.lines().filter(|line| !line.starts_with('#')).enumerate();
+        let with = rows.map(|(n, line)| match n {
+            0 => format!("{line},sigma_mm\n"),
+            _ if is_wrong(n) => format!("{line},0.0000080\n"),
+            _ => format!("{line},0.0080\n"),
+        });
+        with.collect::<String>()
+    };
+    case.write("pairs.csv", declared(&|_| false));
+    let sigma_mm = case.json("solve")["residual"]["chi2_per_dof"].as_f64().unwrap().sqrt() * 0.008;
+    let in_metres = declared(&|n| n > 12).replace("0.0000080", &format!("{:.8}", 1e-3 * sigma_mm));
+    case.write("pairs.csv", in_metres.replace("0.0080", &format!("{sigma_mm:.5}")));
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert_eq!(step["subject"], "pairs.csv: sigma_mm");
+    assert!(step["description"].as_str().unwrap().contains("multiply these by 1000"), "{step}");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}
+
+/// Touches of small planes under the names of other touches: nearly the same normals, and the wrong ones.
+#[test]
+fn further_touches_about_another_touch_than_they_name_are_named() {
+    const AROUND_MM: f64 = 0.5;
+    const BALL_MM: f64 = 2.0;
+    let toml = "kind = \"probe-comp\"\n[surface]\nshape = \"sphere\"\nradius_mm = 60.0\n\
+                center_mm = [0.0, 0.0, -60.0]\nside = \"outside\"\n[probe]\ntip_radius_mm = 2.0\n\
+                [model]\nnormal = \"micro-plane\"\n[noise]\npoint_mm = 0.001\n";
+    let ball = |x: f64, y: f64| {
+        let reach = 60.0 + BALL_MM;
+        (reach * reach - x * x - y * y).sqrt() - 60.0
+    };
+    let noise = |n: u32| 5e-4 * (1e4 * (12.9 * f64::from(n)).sin()).sin();
+    let mut touches = "touch,x_mm,y_mm,z_mm\n".to_owned();
+    let mut micro = "touch,k,x_mm,y_mm,z_mm\n".to_owned();
+    for t in 0..30_u32 {
+        let (x, y) = (8.0 * f64::from(t % 6) - 20.0, 9.0 * f64::from(t / 6) - 18.0);
+        touches += &format!("T{t},{x:.4},{y:.4},{:.5}\n", ball(x, y) + noise(t));
+        for (k, (i, j)) in
+            (0..).zip([(AROUND_MM, 0.0), (0.0, AROUND_MM), (-AROUND_MM, 0.0), (0.0, -AROUND_MM)])
+        {
+            let z = ball(x + i, y + j) + noise(100 + 4 * t + k);
+            micro += &format!("T{t},{},{:.4},{:.4},{z:.5}\n", k + 1, x + i, y + j);
+        }
+    }
+    let case = Case::new(&[("case.toml", toml), ("touches.csv", &touches), ("micro.csv", &micro)]);
+    assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
+    change(&case, "micro.csv", &["touch"], |n, old| {
+        let touch = n / 4;
+        let named = if touch < 20 { touch } else { 20 + (touch - 20 + 3) % 10 };
+        old[4 * named].clone()
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:labels");
+    assert_eq!(step["subject"], "micro.csv: touch");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}

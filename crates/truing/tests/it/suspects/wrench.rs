@@ -186,3 +186,40 @@ fn forces_in_another_unit_from_some_press_on_do_not_clip() {
     let said = format!("{}{}", said.stdout, said.stderr);
     assert!(said.contains("kgf instead of N, from line"), "{said}");
 }
+
+/// A moment comes from another amplifier, six samples late: of samples during which the head moves, its mean
+/// is of other forces.
+#[test]
+fn a_channel_that_comes_late_by_some_samples_is_shifted_back() {
+    const LATE: u32 = 6;
+    const SAMPLES: u32 = 40;
+    let mut record = "press,time_s,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm\n".to_owned();
+    let mut presses = "press,machine_x_mm,machine_y_mm,use\n".to_owned();
+    for press in 0..12_u32 {
+        let at = |axis: u32| 30.0 * (1.7 * f64::from(press * (axis + 2))).sin();
+        presses += &format!("p{press},{:.4},{:.4},frame\n", at(0), at(1));
+        let force = |n: u32| 20.0 + 10.0 * (0.2 * f64::from(n) + f64::from(press)).sin();
+        for n in 0..SAMPLES {
+            let noise = |k: u32| {
+                0.02 * (1e4 * (12.9 * f64::from(SAMPLES * press + n + 9973 * k)).sin()).sin()
+            };
+            let late = force(n.saturating_sub(LATE));
+            record += &format!(
+                "p{press},{:.2},{:.4},{:.4},{:.4},{:.3},{:.3},{:.3}\n",
+                0.01 * f64::from(n),
+                noise(1),
+                noise(2),
+                force(n) + noise(3),
+                at(1) * force(n) + noise(4),
+                -at(0) * late + noise(5),
+                noise(6)
+            );
+        }
+    }
+    let toml = "kind = \"ft-center\"\n[contact]\nz0_mm = 10.0\n[noise]\nforce_n = 0.014\nmoment_nmm = 0.014\n";
+    let case =
+        Case::new(&[("case.toml", toml), ("presses.csv", &presses), ("wrench.csv", &record)]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:row-shift", "{step}");
+    assert_eq!(step["subject"], "wrench.csv: my_nmm");
+}
