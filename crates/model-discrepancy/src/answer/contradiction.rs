@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::algebra::system::{Estimate, System, rows_of};
 use crate::answer::left_over::structured;
+use crate::answer::structure::is_memory;
 use crate::answer::verdict::many_bad_readings;
 use crate::choice::additivity::{not_additive, plainly_not_additive};
 use crate::choice::candidate::label;
@@ -12,8 +13,8 @@ use crate::choice::score::home_of_bad;
 use crate::choice::select::{select, without};
 use crate::choice::selected::{Selected, What};
 use crate::levels::{
-    EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE, HARDLY_EXPLAINED,
-    LARGE_SCATTER, MANY_NAMES, MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
+    BEYOND_DOUBT, EXCESS_LEFT, EXCESS_LEFT_UNDECLARED, GROSS_SCATTER, GROSS_STRUCTURE,
+    HARDLY_EXPLAINED, LARGE_SCATTER, MANY_NAMES, MOST_NAMES, MOSTLY_LEFT, STRUCTURE_LEFT,
 };
 use crate::noise::linear::Linear;
 use crate::tests::global_test::{GlobalTest, global_test};
@@ -50,7 +51,8 @@ pub(crate) fn chosen_instead<'a>(
 /// higher. What gives them away is that they do not keep their own proportions, and that a visible
 /// part of the misfit follows these departures; or that they do not reach the declared noise, and
 /// leave most of the misfit to neighbours that agree, or nearly all of it to anything, or a visible part of
-/// it several times as large as the noise; or that several need a correction without a cause beside them. The
+/// it several times as large as the noise, or to structure that one that is not beyond doubt may be a part of; or that
+/// several need a correction without a cause beside them. The
 /// misfit is what they found: that of the declared model with whatever was corrected without a cause.
 pub(crate) fn contradiction(
     context: &Context<'_>,
@@ -88,14 +90,19 @@ pub(crate) fn contradiction(
     Some(Remaining { shape, ..worst })
 }
 
-/// More different names than an answer may have: parts that something without a name is made of.
+/// More different names than an answer may have, or as many beside structure that has none: parts that something
+/// without a name is made of.
 fn too_many(
     context: &Context<'_>,
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
 ) -> Option<(Remaining, f64)> {
     let ids = different_names(context, chosen, lin);
-    let last = chosen.added.last().filter(|_| ids > MOST_NAMES)?;
+    let last = chosen.added.last().filter(|_| ids >= MOST_NAMES)?;
+    if ids == MOST_NAMES {
+        let mut left = structured(context, chosen, lin).into_iter();
+        return left.find(|remaining| !is_memory(remaining)).map(|structure| (structure, 0.0));
+    }
     let shape = format!("{ids} different effects would be needed");
     Some((Remaining { covariate: "names".to_owned(), shape, p_value: last.p_value }, 0.0))
 }
@@ -146,8 +153,12 @@ fn parts_beside_correction(
     let before = misfit(keep, &System::declared(context.model), base);
     let after = misfit(keep, &chosen.system, &chosen.estimate);
     let taken = (misfit(keep, &alone.system, &alone.estimate) - after) / (before - after);
-    // What is corrected after the only name is a part of it, unless it is the larger one.
-    let least = if names == 1 && !is_before_names { MOSTLY_LEFT } else { EXCESS_LEFT };
+    // What is corrected after the only name is a part of it, unless it is the larger one; beside different names, any.
+    let least = match different_names(context, chosen, lin) {
+        1 if names == 1 && !is_before_names => MOSTLY_LEFT,
+        1 => EXCESS_LEFT,
+        _ => f64::NEG_INFINITY,
+    };
     (taken >= least).then_some((found, taken))
 }
 
@@ -212,7 +223,9 @@ fn left_above(
         return None;
     }
     let departures = plainly_not_additive(context, chosen, lin).into_iter().map(|d| d.remaining);
-    let other = (left >= MOSTLY_LEFT || is_plain).then(|| structured(context, chosen, lin));
+    let is_doubtful = chosen.added.iter().any(|added| added.p_value > BEYOND_DOUBT);
+    let may_be_parts = left >= MOSTLY_LEFT || is_plain || is_doubtful;
+    let other = may_be_parts.then(|| structured(context, chosen, lin));
     let found = departures.chain(other.into_iter().flatten());
     let worst = found.min_by(|a, b| a.p_value.total_cmp(&b.p_value)).or_else(|| {
         let corrected = || first_without_cause(context, chosen).map(|(remaining, _)| remaining);

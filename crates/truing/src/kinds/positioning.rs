@@ -9,9 +9,10 @@ mod form;
 mod measured;
 mod places;
 mod plan;
+mod rearranged;
 mod repeats;
 
-use ft_center::{AxisMotion, AxisReading};
+use ft_center::{Approach, AxisMotion, AxisReading};
 use serde::Deserialize;
 
 use crate::Error;
@@ -22,9 +23,10 @@ use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
 use crate::suspect::{
-    Dimension, Hypothesis, Readings, Twice, all_in_metres, at_end, channels, doubled,
-    exchanged_rows, exchanged_targets, farthest, held, increments, number, points_lost,
-    readings_of_one, rows_left_out, rows_shifted, signs, standing_still, units,
+    Dimension, Hypothesis, Part, Readings, Twice, all_in_metres, at_end, channels, doubled,
+    exchanged_deviations, exchanged_rows, exchanged_targets, farthest, held, increments, number,
+    points_lost, readings_of_each, readings_of_one, rows_left_out, rows_shifted, signs,
+    standing_still, units,
 };
 
 use approach::{DIRECTION, POSITIONS};
@@ -312,6 +314,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for of in [DIRECTION, "cycle"] {
         all.extend(readings_of_one(POSITIONS, table, (of, &columns[1..]), dimension));
     }
+    all.extend(table.into_iter().flat_map(|table| of_one_way(table, columns, dimension)));
     if dimension == Dimension::Length {
         all.extend(all_in_metres(&[(POSITIONS, table, &columns)]));
     }
@@ -340,6 +343,28 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all
 }
 
+/// Readings of one way in another unit, where no column says which way the axis came.
+fn of_one_way(
+    table: &Table,
+    [target, reached]: [&'static str; 2],
+    dimension: Dimension,
+) -> Vec<Hypothesis> {
+    let Some(targets) = table.numbers(target).filter(|_| !table.has(DIRECTION)) else {
+        return Vec::new();
+    };
+    let ways = derived(&targets);
+    let of = |(name, way): (&'static str, Approach)| Part {
+        name,
+        said: format!("the axis was {name}"),
+        rows: (0..ways.len()).filter(|row| ways[*row] == Some(way)).collect(),
+    };
+    let parts = [("rising", Approach::Rising), ("falling", Approach::Falling)].map(of);
+    if parts.iter().any(|part| part.rows.is_empty()) {
+        return Vec::new();
+    }
+    readings_of_each(POSITIONS, Some(table), &[reached], &parts, dimension)
+}
+
 /// What is wrong with deviations that somebody, or an instrument, took from the targets.
 fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
     const READ: [[&str; 2]; 3] = [
@@ -354,6 +379,7 @@ fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
         let cut = channels(POSITIONS, Some(table), &columns[1..], without).into_iter();
         let cut = cut.filter(Hypothesis::is_shown_by_data).map(Hypothesis::certain);
         let turned = turned_directions(table, columns[0]).into_iter();
+        let turned = turned.chain(exchanged_deviations(POSITIONS, table, columns));
         let ways = [filled_directions(table, columns), turned_sign(table, columns)];
         let repeats = Repeats::of(table, columns);
         let finer = FINER.iter().filter(|finer| finer.column == columns[1]);
@@ -365,7 +391,17 @@ fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
         let by_repeats = repeats.iter().flat_map(|repeats| {
             let finer =
                 declared.iter().map(|(finer, sigma)| repeats.in_a_finer_unit(finer, *sigma));
-            [repeats.standing_still(table), repeats.turned_cycles(table)].into_iter().chain(finer)
+            let sigma = declared.first().map(|(_, sigma)| *sigma).or_else(|| {
+                let arcsec = columns[1] == "deviation_arcsec";
+                arcsec.then(|| number(&files.document, &["noise", "deviation_arcsec"])).flatten()
+            });
+            [
+                repeats.standing_still(table),
+                repeats.turned_cycles(table),
+                repeats.rows(table, sigma).in_another_order(),
+            ]
+            .into_iter()
+            .chain(finer)
         });
         let ways = ways.into_iter().chain(by_repeats).flatten();
         turned.chain(ways).chain(cut).collect::<Vec<_>>()

@@ -79,6 +79,13 @@ pub(crate) fn of_another_part(
     labelled(table, known).into_iter().map(without).collect()
 }
 
+/// Rows of a table: a name for them, and in words what holds in them.
+pub(crate) struct Part<'t> {
+    pub(crate) name: &'t str,
+    pub(crate) said: String,
+    pub(crate) rows: Vec<usize>,
+}
+
 /// The readings of one instrument, by its name in `label`, in another unit or of the other sign.
 pub(crate) fn readings_of_one(
     file: &'static str,
@@ -86,18 +93,27 @@ pub(crate) fn readings_of_one(
     (label, columns): (&str, &[&str]),
     dimension: Dimension,
 ) -> Vec<Hypothesis> {
-    let of_label = || {
-        let table = table?;
-        Some((labels_of(table, table.column(label)?), table.unit_of(columns)?))
-    };
-    let Some((labels, declared)) = of_label().filter(|(labels, _)| labels.len() > 1) else {
-        return Vec::new();
-    };
-    let of_one = |(name, rows): (&str, Vec<usize>)| {
+    let labels = table.and_then(|table| Some(labels_of(table, table.column(label)?)));
+    let named = |(name, rows)| Part { name, said: format!("`{label}` is `{name}`"), rows };
+    let parts: Vec<Part<'_>> = labels.into_iter().flatten().map(named).collect();
+    readings_of_each(file, table, columns, &parts, dimension)
+}
+
+/// The readings of each of two parts and more in another unit, of the other sign, or with another gain.
+pub(crate) fn readings_of_each(
+    file: &'static str,
+    table: Option<&Table>,
+    columns: &[&str],
+    parts: &[Part<'_>],
+    dimension: Dimension,
+) -> Vec<Hypothesis> {
+    let declared = table.and_then(|table| table.unit_of(columns)).filter(|_| parts.len() > 1);
+    let Some(declared) = declared else { return Vec::new() };
+    let of_one = |Part { name, said, rows }: &Part<'_>| {
         let wrong = |effect: &'static str, what: String, factor: f64| {
             let is = is_or_are(columns);
             let description = format!(
-                "{} of {file} {is} {what} where `{label}` is `{name}`: multiply these by {}",
+                "{} of {file} {is} {what} where {said}: multiply these by {}",
                 listed(columns),
                 shown(factor)
             );
@@ -118,5 +134,5 @@ pub(crate) fn readings_of_one(
         all.push(gain("half of the reading (another gain, or one way of two),", 2.0));
         all
     };
-    labels.into_iter().flat_map(of_one).collect()
+    parts.iter().flat_map(of_one).collect()
 }

@@ -46,11 +46,12 @@ pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use held::held;
 pub(crate) use hypothesis::{Hypothesis, Proof, stretches_of};
 pub(crate) use increments::increments;
-pub(crate) use label::{Label, labelled, of_another_part, readings_of_one};
+pub(crate) use label::{Label, Part, labelled, of_another_part, readings_of_each, readings_of_one};
 pub use named::Suspect;
 pub(crate) use order::{
-    blocks_shifted, copies, cycles, exchanged_blocks, exchanged_rows, exchanged_targets, exchanges,
-    farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by, sorted_as_text, swapped_names,
+    blocks_shifted, copies, cycles, exchanged_blocks, exchanged_deviations, exchanged_rows,
+    exchanged_targets, exchanges, farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by,
+    sorted_as_text, swapped_names,
 };
 pub(crate) use polar::polar;
 pub(crate) use readings::{Readings, Samples};

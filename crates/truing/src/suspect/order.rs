@@ -63,6 +63,9 @@ pub(crate) fn copies(
     found.map(|found| Hypothesis { proof, ..found }).collect()
 }
 
+/// Times as many different deviations as targets.
+const MANY_MORE: usize = 4;
+
 /// Targets and what was reached under each other's names: targets come again to the last digit, and
 /// not at once, as a reading does that is coarser than the steps.
 pub(crate) fn exchanged_targets(
@@ -84,6 +87,31 @@ pub(crate) fn exchanged_targets(
     found.description += ", as those of `";
     found.description += target;
     found.description += "` never come again and those of the other do";
+    Some(found.certain())
+}
+
+/// Targets and deviations under each other's names: all of the one come again to the last digit, twice and more, and
+/// of the other there are many times as many.
+pub(crate) fn exchanged_deviations(
+    file: &'static str,
+    table: &Table,
+    [target, read]: [&str; 2],
+) -> Option<Hypothesis> {
+    let visits = |name: &str| {
+        let mut values = table.numbers(name)?;
+        values.sort_by(f64::total_cmp);
+        let visits: Vec<usize> =
+            values.chunk_by(|a, b| a.total_cmp(b).is_eq()).map(<[f64]>::len).collect();
+        Some((visits.len(), visits.into_iter().min()?))
+    };
+    let ((targets, _), (read_at, fewest)) = (visits(target)?, visits(read)?);
+    let is_exchanged =
+        table.n_rows() >= FEWEST_TARGETS && fewest >= 2 && targets >= MANY_MORE * read_at;
+    let mut found = exchanges(file, Some(table), &[target, read]).pop().filter(|_| is_exchanged)?;
+    found.description = format!(
+        "{}, as every number of `{read}` comes again to the last digit, which targets do",
+        found.description
+    );
     Some(found.certain())
 }
 

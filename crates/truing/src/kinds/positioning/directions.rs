@@ -145,7 +145,7 @@ pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> O
 }
 
 /// Root mean square about the mean.
-fn variation(values: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(super) fn variation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let (n, sum) = values.clone().fold((0, 0.0), |(n, sum), value| (n + 1, sum + value));
     let mean = sum / count(n);
     rms(values.map(|value| value - mean))

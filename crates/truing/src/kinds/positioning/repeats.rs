@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::approach::{POSITIONS, derived};
 use super::directions::said_ways;
 use super::places::Places;
+use super::rearranged::Rows;
 use crate::case::{Change, Edit, Table};
 use crate::count::{count, rms};
 use crate::suspect::{Hypothesis, rows_left_out};
@@ -58,6 +59,7 @@ type Cycles<'t> = BTreeMap<&'t str, Vec<usize>>;
 /// Deviations with their place, a target come to from one side.
 pub(super) struct Repeats {
     read: &'static str,
+    targets: Vec<f64>,
     values: Vec<f64>,
     places: Places,
 }
@@ -68,7 +70,13 @@ impl Repeats {
         let targets = table.numbers(target)?;
         let said = said_ways(table).or_else(|| derived(&targets).into_iter().collect())?;
         let places = Places::of(&targets, &said);
-        Some(Self { read, values: table.numbers(read)?, places })
+        Some(Self { read, values: table.numbers(read)?, targets, places })
+    }
+
+    /// What the repeats say of the rows; `sigma` in the unit that the column says.
+    pub(super) fn rows<'t>(&'t self, table: &'t Table, sigma: Option<f64>) -> Rows<'t> {
+        let Self { read, targets, values, places } = self;
+        Rows { table, read, values, targets, places, sigma }
     }
 
     /// A reading that stands still while the axis goes on, at places where all others are elsewhere.

@@ -156,3 +156,66 @@ fn directions_of_several_cycles_that_contradict_the_way_are_turned_there() {
     assert!(said.contains("of lines 20 to 37, 56 to 73, and of these alone,"), "{said}");
     assert_eq!(effects(&answer), ["input:sign", "reversal"]);
 }
+
+/// Four cycles there and back over twelve targets, with a profile: their deviations further down by some rows, one
+/// pass the other way round, and under the name of the targets.
+#[test]
+fn deviations_in_other_rows_than_they_were_read_in_are_put_back() {
+    const TARGETS: i32 = 12;
+    const HEADING: &str = "target_mm,deviation_mm,direction,cycle";
+    let place = |row: i32| {
+        let step = row % (2 * TARGETS);
+        if step < TARGETS { (step, "+") } else { (2 * TARGETS - 1 - step, "-") }
+    };
+    let read: Vec<f64> = (0..8 * TARGETS)
+        .map(|row| {
+            let at = f64::from(place(row).0);
+            let noise = (1e5 * (12.9898 * f64::from(row)).sin()).fract();
+            0.02 * (0.7 * at).sin() + 0.0003 * at + 0.0008 * noise
+        })
+        .collect();
+    let table = |heading: &str, deviation: &dyn Fn(usize) -> f64| {
+        let row = |(n, row): (usize, i32)| {
+            let ((target, way), cycle) = (place(row), row / (2 * TARGETS));
+            format!("{:.1},{:.5},{way},{cycle}\n", 37.3 * f64::from(target) + 2.0, deviation(n))
+        };
+        format!("{heading}\n{}", (0..).zip(0..8 * TARGETS).map(row).collect::<String>())
+    };
+    let toml = "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.0005\n";
+    let case = |table: &str| Case::new(&[("case.toml", toml), ("positions.csv", table)]);
+    let sound = case(&table(HEADING, &|n| read[n]));
+    assert_eq!(sound.json("check")["suspects"], Value::Array(Vec::new()));
+    let n = read.len();
+    let shifted = case(&table(HEADING, &|row| read[(row + n - 3) % n]));
+    let (step, _) = first(&shifted);
+    assert_eq!(step["effect"], "input:row-shift");
+    assert!(step["description"].as_str().unwrap().contains("shifted 3 rows down"), "{step}");
+    let turned =
+        case(&table(HEADING, &|row| read[if (36..48).contains(&row) { 83 - row } else { row }]));
+    let (step, _) = first(&turned);
+    assert!(
+        step["description"].as_str().unwrap().contains("in reverse order from line 38"),
+        "{step}"
+    );
+    let exchanged = case(&table("deviation_mm,target_mm,direction,cycle", &|n| read[n]));
+    assert_eq!(first(&exchanged).0["effect"], "input:exchanged");
+}
+
+/// What was read in inches on the way back, where no column says which way that was.
+#[test]
+fn readings_of_one_way_in_another_unit_are_named_without_a_column_of_directions() {
+    let row = |row: i32| {
+        let (step, falls) = (row % 10, row / 10 % 2 == 1);
+        let at = 31.7 * f64::from(if falls { 9 - step } else { step }) + 4.0;
+        let noise = 0.001 * (1e5 * (12.9898 * f64::from(row)).sin()).fract();
+        format!("{at:.1},{:.6}\n", (at + noise) / if falls { 25.4 } else { 1.0 })
+    };
+    let table: String = (0..60).map(row).collect();
+    let case = Case::new(&[
+        ("case.toml", "kind = \"positioning\"\n[noise]\ndeviation_mm = 0.0006\n"),
+        ("positions.csv", &format!("target_mm,actual_mm\n{table}")),
+    ]);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit");
+    assert!(step["description"].as_str().unwrap().contains("where the axis was falling"), "{step}");
+}
