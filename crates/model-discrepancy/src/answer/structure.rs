@@ -16,6 +16,10 @@ const AUTOCORRELATED: &str = "autocorrelated";
 /// Neighbours of an observation whose residuals are compared with its own.
 const NEIGHBOURS: usize = 4;
 
+/// Observations before and after one, and it, that are not taken for its neighbours in place where each goes with the
+/// one before: half of a memory of a half from each to the next is gone after one, a thirtieth is left after five.
+const REMEMBERED: usize = 5;
+
 /// Fewest observations, and most, for which neighbours are compared (the search is quadratic).
 const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
 
@@ -50,11 +54,14 @@ pub(crate) fn traces_of_structure(context: &Context<'_>, lin: &Linear<'_>) -> Ve
 /// How well the readings before and after each, and those nearest to it, agree with it.
 fn neighbours(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>) -> Vec<Remaining> {
     let mut found = Vec::new();
+    let mut is_memory = false;
     if lin.series.iter().map(Vec::len).max().unwrap_or(0) >= *OBSERVATIONS.start() {
         let z = lag_one_z(lin, &lin.basis.matrix(), residual);
+        is_memory = upper_tail(z) <= NEIGHBOURS_AGREE;
         found.push(remaining("order", AUTOCORRELATED, upper_tail(z)));
     }
-    if let Some(z) = neighbour_z(context, lin, residual) {
+    // What agrees with the one before says nothing of the place, where the way goes from neighbour to neighbour.
+    if let Some(z) = neighbour_z(context, lin, residual, if is_memory { REMEMBERED } else { 0 }) {
         found.push(remaining("position", "neighbours agree", upper_tail(z)));
     }
     found
@@ -110,9 +117,14 @@ fn upper_tail(z: f64) -> f64 {
     Normal::standard().sf(z)
 }
 
-/// Moran's I of regression residuals, standardised (Cliff and Ord 1981, ch. 8).
-fn neighbour_z(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>) -> Option<f64> {
-    let pairs = neighbour_pairs(context, lin)?;
+/// Moran's I of the residuals of a regression, of neighbours more than `apart` in the order, standardised (Cliff and Ord 1981, ch. 8).
+fn neighbour_z(
+    context: &Context<'_>,
+    lin: &Linear<'_>,
+    residual: &DVector<f64>,
+    apart: usize,
+) -> Option<f64> {
+    let pairs = neighbour_pairs(context, lin, apart)?;
     let times_w = |x: &DVector<f64>| {
         let mut y = DVector::zeros(x.len());
         for &(i, j) in &pairs {
@@ -141,8 +153,13 @@ fn neighbour_z(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>)
     (square > 0.0 && variance > 0.0).then(|| (observed - mean) / variance.sqrt())
 }
 
-/// Positions, within the rows of `lin`, of each row and the same component of each neighbour.
-fn neighbour_pairs(context: &Context<'_>, lin: &Linear<'_>) -> Option<Vec<(usize, usize)>> {
+/// Positions, within the rows of `lin`, of each row and the same component of each neighbour, more than `apart` from it
+/// in the order.
+fn neighbour_pairs(
+    context: &Context<'_>,
+    lin: &Linear<'_>,
+    apart: usize,
+) -> Option<Vec<(usize, usize)>> {
     let axes: Vec<_> = (context.covariates.iter())
         .filter(|c| c.origin == Origin::Coordinate && c.quantity != Quantity::Order)
         .map(|c| (c, spread(&c.values)))
@@ -153,13 +170,13 @@ fn neighbour_pairs(context: &Context<'_>, lin: &Linear<'_>) -> Option<Vec<(usize
         if axes.is_empty() || !OBSERVATIONS.contains(&one.len()) {
             return None;
         }
-        for &i in one {
+        for (at, &i) in one.iter().enumerate() {
             let distance = |j: usize| -> f64 {
                 let between = |v: &Vec<f64>| (v[observation(i)] - v[observation(j)]).powi(2);
                 axes.iter().map(|(axis, scale)| between(&axis.values) / scale).sum()
             };
-            let mut others: Vec<_> =
-                one.iter().filter(|&&j| j != i).map(|&j| (distance(j), j)).collect();
+            let others = one.iter().enumerate().filter(|(to, _)| at.abs_diff(*to) > apart);
+            let mut others: Vec<_> = others.map(|(_, &j)| (distance(j), j)).collect();
             others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             pairs.extend(others.iter().take(NEIGHBOURS).map(|&(_, j)| (i, j)));
         }

@@ -76,6 +76,14 @@ pub(crate) struct Late {
     offset_s: f64,
 }
 
+impl Late {
+    /// Whether so many rows are no longer than a sound instrument reads late.
+    pub(crate) fn may_be_latency(&self, rows: isize, latency_s: f64) -> bool {
+        u32::try_from(rows)
+            .is_ok_and(|rows| rows > 0 && f64::from(rows) * self.interval_s <= latency_s)
+    }
+}
+
 /// The clock of a record late or early, running at another rate, or jittering.
 pub(crate) fn clocks(
     record: &Record<'_>,

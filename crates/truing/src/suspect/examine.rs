@@ -145,7 +145,7 @@ fn decide(
         }
         misplaced = elsewhere;
     }
-    if found.as_ref().is_some_and(|found| !found.is_subtle) {
+    if found.as_ref().is_some_and(|found| !found.is_subtle && found.named.physics.is_none()) {
         return (found, None);
     }
     let helping = Physics::helping(&trials, plain);

@@ -123,8 +123,11 @@ fn reference_clock(table: Option<&Table>, fitted: &Fitted) -> Vec<Hypothesis> {
     let mut found = clocks(&record, &late);
     // Where the log pauses, a column further down takes its first readings from before the pause.
     for rows in record.rows_late(&late) {
-        found.extend(rows_shifted_by(LOG, Some(table), &[REFERENCE], None, rows));
-        found.extend(rows_shifted_by(LOG, Some(table), &CELLS, None, -rows));
+        let mut shifted = rows_shifted_by(LOG, Some(table), &[REFERENCE], None, rows);
+        shifted.extend(rows_shifted_by(LOG, Some(table), &CELLS, None, -rows));
+        // Of one that comes as late as an instrument does, physics is asked, however gross that is.
+        let physics = late.may_be_latency(rows, LATENCY_S).then_some("delay");
+        found.extend(shifted.into_iter().map(|shifted| Hypothesis { physics, ..shifted }));
     }
     found
 }
