@@ -125,7 +125,12 @@ fn a_load_cell_that_is_not_linear_is_no_gain() {
     let curved = |_, w: &mut Wrench| w.force_n.z *= 1.0 + 4e-4 * w.force_n.z.abs();
     let closure = closed(&grid(&[20.0, 40.0, 80.0], 3.0, &Colour::WHITE, 5, curved));
     assert_eq!(closure.verdict, Verdict::StructureRemains, "{:?}", closure.steps);
-    assert!(closure.remaining.iter().any(|r| r.shape.contains("along fz_n")));
+    assert!(
+        closure.remaining.iter().any(|r| r.shape.contains("along fz_n")),
+        "{:?} {:?}",
+        closure.remaining,
+        closure.steps
+    );
 }
 
 /// A fifth too much is a sensor's gain; a third and more too little is none.

@@ -100,8 +100,8 @@ fn too_many(
     let ids = different_names(context, chosen, lin);
     let last = chosen.added.last().filter(|_| ids >= MOST_NAMES)?;
     if ids == MOST_NAMES {
-        let mut left = structured(context, chosen, lin).into_iter();
-        return left.find(|remaining| !is_memory(remaining)).map(|structure| (structure, 0.0));
+        let left = structured(context, chosen, lin).into_iter().filter(|left| !is_memory(left));
+        return left.min_by(|a, b| a.p_value.total_cmp(&b.p_value)).map(|worst| (worst, 0.0));
     }
     let shape = format!("{ids} different effects would be needed");
     Some((Remaining { covariate: "names".to_owned(), shape, p_value: last.p_value }, 0.0))

@@ -23,7 +23,7 @@ const PARTS: usize = 10;
 const FOLLOWS: f64 = 0.25;
 /// Share of the misfit of a constant offset that another rate leaves at most.
 const RATE_LEAVES: f64 = 0.7;
-/// Stretches of the record over which an offset may change.
+/// Parts of the record, or of each stretch, over which an offset may change.
 const STRETCHES: usize = 12;
 /// Residual where the signal is steep over that where it is flat: there, jitter is then three
 /// quarters of the variance.
@@ -57,16 +57,24 @@ pub(crate) struct Record<'t> {
     pub(crate) latency_s: f64,
 }
 
-/// A course of time that is off by so much where the record begins, and where it ends.
+/// A course of time that is off by so much where it begins, and where it ends.
 #[derive(Clone, Copy)]
 struct Offset {
     first_s: f64,
     last_s: f64,
+    over: Over,
+}
+
+/// Over what a course of time goes: the record, or each stretch as the longest of them, a clock that is started with it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Over {
+    Record,
+    Stretch,
 }
 
 impl Offset {
     fn steady(offset_s: f64) -> Self {
-        Self { first_s: offset_s, last_s: offset_s }
+        Self { first_s: offset_s, last_s: offset_s, over: Over::Record }
     }
 }
 
@@ -90,7 +98,15 @@ pub(crate) fn clocks(
     &Late { interval_s, offset_s }: &Late,
 ) -> Vec<Hypothesis> {
     let constant = record.best(interval_s, Offset::steady(offset_s), true);
-    let rate = record.best(interval_s, record.best_line(interval_s), false);
+    let left = |offset: Offset| record.misfit(offset).unwrap_or(f64::INFINITY);
+    let of_course = |over| record.best(interval_s, record.best_line(interval_s, over), false);
+    let mut rate = of_course(Over::Record);
+    if record.is_parted() {
+        let each = of_course(Over::Stretch);
+        if left(each) < RATE_LEAVES * left(rate) {
+            rate = each;
+        }
+    }
     let offset_s = constant.first_s;
     let name = listed(&[record.column]);
     let mut found = Vec::new();
@@ -109,12 +125,15 @@ pub(crate) fn clocks(
         let found_here = record.corrected(description, constant).unphysical();
         found.push(Hypothesis { physics, ..found_here });
     }
-    let left = |offset: Offset| record.misfit(offset).unwrap_or(f64::INFINITY);
     if left(rate) < RATE_LEAVES * left(constant) {
-        let slope = (rate.last_s - rate.first_s) / record.span_s();
+        let slope = (rate.last_s - rate.first_s) / record.span_s(rate.over);
+        let first = match rate.over {
+            Over::Record => "at first",
+            Over::Stretch => "where each stretch of the record begins",
+        };
         let description = format!(
             "the clock of {name} in {} runs at another rate than that of the other channels: its \
-             time is off by {:.4} s at first and {:.0} ppm",
+             time is off by {:.4} s {first} and {:.0} ppm",
             record.file,
             rate.first_s,
             1e6 * slope
@@ -147,25 +166,41 @@ impl Record<'_> {
     pub(crate) fn rows_late(&self, late: &Late) -> Vec<isize> {
         #[expect(clippy::cast_possible_truncation, reason = "at most as many as are looked at")]
         let rows = (late.offset_s / late.interval_s).round() as isize;
-        let is_parted = self.stretch.last() > self.stretch.first();
         let about = rows - 1..=rows + 1;
-        about.filter(|next| is_parted && rows != 0 && *next != 0).collect()
+        about.filter(|next| self.is_parted() && rows != 0 && *next != 0).collect()
     }
 
-    fn span_s(&self) -> f64 {
-        self.time_s.last().zip(self.time_s.first()).map_or(0.0, |(last, first)| last - first)
+    fn is_parted(&self) -> bool {
+        self.stretch.last() > self.stretch.first()
     }
 
-    fn offset_s(&self, i: usize, offset: Offset) -> f64 {
-        let passed = (self.time_s[i] - self.time_s[0]) / self.span_s().max(f64::MIN_POSITIVE);
-        offset.first_s + passed * (offset.last_s - offset.first_s)
+    /// Time from the first reading, of the record or of its stretch, to this one.
+    fn passed_s(&self, i: usize, over: Over) -> f64 {
+        let first = match over {
+            Over::Record => 0,
+            Over::Stretch => self.stretch.partition_point(|stretch| *stretch < self.stretch[i]),
+        };
+        self.time_s[i] - self.time_s[first]
+    }
+
+    fn span_s(&self, over: Over) -> f64 {
+        (0..self.time_s.len()).map(|i| self.passed_s(i, over)).fold(0.0, f64::max)
+    }
+
+    /// Offsets of all readings.
+    fn offsets_s(&self, offset: Offset) -> Vec<f64> {
+        let grows =
+            (offset.last_s - offset.first_s) / self.span_s(offset.over).max(f64::MIN_POSITIVE);
+        let of = |i: usize| offset.first_s + grows * self.passed_s(i, offset.over);
+        (0..self.time_s.len()).map(of).collect()
     }
 
     /// The record on the clock of the other channels; readings that it then does not have are left
     /// out.
     fn corrected(&self, description: String, offset: Offset) -> Hypothesis {
+        let offsets_s = self.offsets_s(offset);
         let all: Vec<Option<f64>> =
-            (0..self.read.len()).map(|i| self.at(self.read, i, self.offset_s(i, offset))).collect();
+            (0..self.read.len()).map(|i| self.at(self.read, i, offsets_s[i])).collect();
         let values = all.iter().zip(self.read).map(|(moved, read)| moved.unwrap_or(*read));
         let replace = Change::Replace { column: self.column.to_owned(), values: values.collect() };
         let rows = (0..all.len()).filter(|&i| all[i].is_some()).collect();
@@ -216,8 +251,9 @@ impl Record<'_> {
     /// Mean distance of the moved record from what it should have read, over the readings that it
     /// has; `None` where these are few.
     fn misfit(&self, offset: Offset) -> Option<f64> {
+        let offsets_s = self.offsets_s(offset);
         let off = |i: usize| {
-            let moved = self.at(self.read, i, self.offset_s(i, offset))?;
+            let moved = self.at(self.read, i, offsets_s[i])?;
             Some((moved - self.expected[i]).abs())
         };
         let looked_at = self.looked_at(0..self.read.len());
@@ -237,30 +273,36 @@ impl Record<'_> {
 
     /// The straight course of the offset that fits best, from the misfit of every stretch of the
     /// record under every offset.
-    fn best_line(&self, interval_s: f64) -> Offset {
+    fn best_line(&self, interval_s: f64, over: Over) -> Offset {
         let n = self.read.len();
-        let table: Vec<Vec<(f64, f64)>> = (0..STRETCHES)
-            .map(|part| {
-                let rows = part * n / STRETCHES..(part + 1) * n / STRETCHES;
-                let of_offset = |k: f64| {
-                    let off = |i: usize| {
-                        Some((self.at(self.read, i, k * interval_s)? - self.expected[i]).abs())
-                    };
-                    self.looked_at(rows.clone())
-                        .filter_map(off)
-                        .fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0))
+        let span_s = self.span_s(over).max(f64::MIN_POSITIVE);
+        let mut parts: Vec<Vec<usize>> = vec![Vec::new(); STRETCHES];
+        for row in self.looked_at(0..n) {
+            let share = self.passed_s(row, over) / span_s;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a share of the stretches"
+            )]
+            let part = (share * count(STRETCHES)) as usize;
+            parts[part.min(STRETCHES - 1)].push(row);
+        }
+        let of_part = |rows: &Vec<usize>| {
+            let of_offset = |k: f64| {
+                let off = |i: usize| {
+                    Some((self.at(self.read, i, k * interval_s)? - self.expected[i]).abs())
                 };
-                offsets().map(of_offset).collect()
-            })
-            .collect();
-        let all: Vec<f64> = offsets().collect();
-        let middle = |part: usize| {
-            let row = (2 * part + 1) * n / (2 * STRETCHES);
-            (self.time_s[row] - self.time_s[0]) / self.span_s().max(f64::MIN_POSITIVE)
+                let off = rows.iter().filter_map(|row| off(*row));
+                off.fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0))
+            };
+            offsets().map(of_offset).collect()
         };
+        let table: Vec<Vec<(f64, f64)>> = parts.iter().map(of_part).collect();
+        let all: Vec<f64> = offsets().collect();
+        let middle = |part: usize| count(2 * part + 1) / count(2 * STRETCHES);
         let middles: Vec<f64> = (0..STRETCHES).map(middle).collect();
         let judged = count(self.looked_at(0..n).len());
-        let mut best = (f64::INFINITY, Offset { first_s: 0.0, last_s: 0.0 });
+        let mut best = (f64::INFINITY, Offset { first_s: 0.0, last_s: 0.0, over });
         for &first in &all {
             for &last in &all {
                 let (mut sum, mut seen) = (0.0, 0.0);
@@ -276,7 +318,7 @@ impl Record<'_> {
                 }
                 if seen >= OVERLAP * judged && sum / seen < best.0 {
                     let [first_s, last_s] = [first, last].map(|k| k * interval_s);
-                    best = (sum / seen, Offset { first_s, last_s });
+                    best = (sum / seen, Offset { first_s, last_s, over });
                 }
             }
         }
@@ -294,7 +336,7 @@ impl Record<'_> {
                 for last in others {
                     let first_s = center.first_s + f64::from(first) * step_s / f64::from(REACH);
                     let last_s = center.last_s + f64::from(last) * step_s / f64::from(REACH);
-                    let offset = Offset { first_s, last_s };
+                    let offset = Offset { first_s, last_s, over: center.over };
                     if let Some(less) = self.misfit(offset).filter(|m| *m < best.0) {
                         best = (less, offset);
                     }

@@ -51,6 +51,13 @@ fn a_clock_at_another_rate_is_told_with_the_readings_it_leaves_out() {
     let (step, _) = first(&case);
     assert_eq!(step["effect"], "input:clock");
     assert!(step["description"].as_str().unwrap().contains("another rate"), "{step}");
+    // Started anew with every strip, and a tenth slow.
+    let case = log("nothing-coloured");
+    read_at(&case, |n| -0.1 * (n % 40) as f64 / 20.0);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:clock");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("where each stretch of the record begins"), "{said}");
 }
 
 #[test]
