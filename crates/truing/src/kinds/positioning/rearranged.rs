@@ -15,6 +15,8 @@ const NOISE: f64 = 1.6;
 const EVIDENCE: f64 = 30.0;
 /// Times the least disagreement that is as good.
 const ALIKE: f64 = 1.5;
+/// Rows of a shift at most.
+const FARTHEST: usize = 500;
 /// Readings of a pass that can stand the other way round.
 const FEWEST_OF_A_PASS: usize = 4;
 
@@ -79,7 +81,7 @@ impl Rows<'_> {
             }
             (format!("is shifted {by} rows {way}, cyclically,"), values)
         };
-        (1..=n / 2).flat_map(|by| [(by, true), (by, false)]).map(shifted)
+        (1..=FARTHEST.min(n / 2)).flat_map(|by| [(by, true), (by, false)]).map(shifted)
     }
 
     /// One pass over the targets the other way round.
