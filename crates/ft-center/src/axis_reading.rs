@@ -41,14 +41,6 @@ impl AxisMotion {
         }
     }
 
-    /// Key of a case's `case.toml` that declares the lead of the screw or worm.
-    pub(crate) fn lead_key(self) -> &'static str {
-        match self {
-            Self::Linear => "[axis] lead_mm",
-            Self::Rotary => "[axis] lead_deg",
-        }
-    }
-
     /// Unit of a deviation.
     #[must_use]
     pub fn deviation_unit(self) -> &'static str {

@@ -192,7 +192,7 @@ impl AxisRun<'_> {
 
     /// A period shorter than the targets resolve: it is any deviation of the targets' own.
     fn unresolved_wave(&self, profile: &AxisTerm) -> AxisTerm {
-        let key = self.motion.lead_key();
+        let key = lead_key(self.motion);
         let lead = match self.lead {
             Some(_) => format!("see whether `{key}` is right"),
             None => format!("declare the lead (`{key}`)"),
@@ -246,7 +246,7 @@ impl AxisRun<'_> {
             let digits = format!("{period:.4}");
             let mut wave = self.wave(&format!("period {digits} {unit}"), period, searched);
             if self.lead.is_some() {
-                let key = self.motion.lead_key();
+                let key = lead_key(self.motion);
                 wave.effect.description = format!(
                     "{}; it is not that of the screw: see whether `{key}` is right",
                     wave.effect.description
@@ -345,6 +345,14 @@ fn most_of_profile(motion: AxisMotion) -> f64 {
     match motion {
         AxisMotion::Linear => 1.0,
         AxisMotion::Rotary => 900.0,
+    }
+}
+
+/// Key of a case's `case.toml` that declares the lead of the screw or worm.
+fn lead_key(motion: AxisMotion) -> &'static str {
+    match motion {
+        AxisMotion::Linear => "[axis] lead_mm",
+        AxisMotion::Rotary => "[axis] lead_deg",
     }
 }
 
