@@ -38,7 +38,7 @@ pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
 use measured::PositioningCase;
 pub(crate) use plan::{AxisPlanSettings, AxisTable, Ways};
-use repeats::{FINER, Finer, Repeats};
+use repeats::{FINER, Repeats};
 
 pub(crate) const KIND: Kind = Kind {
     name: "positioning",
@@ -332,15 +332,21 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     }
     all.extend(table.and_then(|table| signs_lost((POSITIONS, table), columns)));
     all.extend(table.and_then(|table| thousands((POSITIONS, table), columns)));
-    let noise = |key, unit| number(&files.document, &["noise", key]).map(|sigma| sigma / unit);
-    let sigma = match dimension {
-        Dimension::Length => noise("deviation_mm", 1.0),
-        _ => noise("deviation_arcsec", ARCSEC_PER_DEG),
-    };
+    let sigma = noise_of(&files.document, columns[1]).map(|(_, sigma)| sigma);
     all.extend(table.and_then(|table| coarser_than_noise((POSITIONS, table), columns[1], sigma)));
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
     all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all
+}
+
+/// Key of `[noise]` that declares that of a reading in this column, and what it says in the column's unit.
+fn noise_of(document: &Document, column: &str) -> Option<(&'static str, f64)> {
+    let (key, per) = match column {
+        "deviation_arcsec" => ("deviation_arcsec", 1.0),
+        "deviation_deg" | "actual_deg" => ("deviation_arcsec", ARCSEC_PER_DEG),
+        _ => ("deviation_mm", 1.0),
+    };
+    Some((key, number(document, &["noise", key])? / per))
 }
 
 /// Readings of one way in another unit, where no column says which way the axis came.
@@ -382,19 +388,11 @@ fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
         let turned = turned.chain(exchanged_deviations(POSITIONS, table, columns));
         let ways = [filled_directions(table, columns), turned_sign(table, columns)];
         let repeats = Repeats::of(table, columns);
-        let finer = FINER.iter().filter(|finer| finer.column == columns[1]);
-        let declared = finer.filter_map(|finer| {
-            let (key, per) = finer.noise;
-            Some((finer, number(&files.document, &["noise", key])? / per))
-        });
-        let declared: Vec<(&Finer, f64)> = declared.collect();
+        let noise = noise_of(&files.document, columns[1]);
         let by_repeats = repeats.iter().flat_map(|repeats| {
-            let finer =
-                declared.iter().map(|(finer, sigma)| repeats.in_a_finer_unit(finer, *sigma));
-            let sigma = declared.first().map(|(_, sigma)| *sigma).or_else(|| {
-                let arcsec = columns[1] == "deviation_arcsec";
-                arcsec.then(|| number(&files.document, &["noise", "deviation_arcsec"])).flatten()
-            });
+            let finer = FINER.iter().filter(|finer| finer.column == columns[1]);
+            let finer = finer.map(|finer| repeats.in_a_finer_unit(finer, noise?));
+            let sigma = noise.map(|(_, sigma)| sigma);
             [
                 repeats.standing_still(table),
                 repeats.turned_cycles(table),

@@ -62,20 +62,20 @@ pub(crate) struct Record<'t> {
 struct Offset {
     first_s: f64,
     last_s: f64,
-    over: Over,
-}
-
-/// Over what a course of time goes: the record, or each stretch as the longest of them, a clock that is started with it.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Over {
-    Record,
-    Stretch,
 }
 
 impl Offset {
     fn steady(offset_s: f64) -> Self {
-        Self { first_s: offset_s, last_s: offset_s, over: Over::Record }
+        Self { first_s: offset_s, last_s: offset_s }
     }
+}
+
+/// When the course of time of each reading began: with the record, or anew with every stretch of it.
+struct Course {
+    began_s: Vec<f64>,
+    /// The longest.
+    span_s: f64,
+    is_of_each_stretch: bool,
 }
 
 /// By how much a record is late all along, to half an interval of its sampling.
@@ -97,14 +97,19 @@ pub(crate) fn clocks(
     record: &Record<'_>,
     &Late { interval_s, offset_s }: &Late,
 ) -> Vec<Hypothesis> {
-    let constant = record.best(interval_s, Offset::steady(offset_s), true);
-    let left = |offset: Offset| record.misfit(offset).unwrap_or(f64::INFINITY);
-    let of_course = |over| record.best(interval_s, record.best_line(interval_s, over), false);
-    let mut rate = of_course(Over::Record);
-    if record.is_parted() {
-        let each = of_course(Over::Stretch);
-        if left(each) < RATE_LEAVES * left(rate) {
-            rate = each;
+    let whole = record.course(false);
+    let constant = record.best(&whole, interval_s, Offset::steady(offset_s), true);
+    let left = |course: &Course, offset| record.misfit(course, offset).unwrap_or(f64::INFINITY);
+    let of_course = |course: &Course| {
+        record.best(course, interval_s, record.best_line(course, interval_s), false)
+    };
+    let mut rate = of_course(&whole);
+    let mut course = &whole;
+    let each = record.is_parted().then(|| record.course(true));
+    if let Some(each) = &each {
+        let anew = of_course(each);
+        if left(each, anew) < RATE_LEAVES * left(course, rate) {
+            (rate, course) = (anew, each);
         }
     }
     let offset_s = constant.first_s;
@@ -122,14 +127,15 @@ pub(crate) fn clocks(
             if may_be_a_filter { ", unless a filter delays the others by as much" } else { "" }
         );
         let physics = may_be_a_filter.then_some("delay");
-        let found_here = record.corrected(description, constant).unphysical();
+        let found_here = record.corrected(description, &whole, constant).unphysical();
         found.push(Hypothesis { physics, ..found_here });
     }
-    if left(rate) < RATE_LEAVES * left(constant) {
-        let slope = (rate.last_s - rate.first_s) / record.span_s(rate.over);
-        let first = match rate.over {
-            Over::Record => "at first",
-            Over::Stretch => "where each stretch of the record begins",
+    if left(course, rate) < RATE_LEAVES * left(&whole, constant) {
+        let slope = (rate.last_s - rate.first_s) / course.span_s;
+        let first = if course.is_of_each_stretch {
+            "where each stretch of the record begins"
+        } else {
+            "at first"
         };
         let description = format!(
             "the clock of {name} in {} runs at another rate than that of the other channels: its \
@@ -138,7 +144,7 @@ pub(crate) fn clocks(
             rate.first_s,
             1e6 * slope
         );
-        found.push(record.corrected(description, rate));
+        found.push(record.corrected(description, course, rate));
     }
     found.extend(jitter(record, offset_s));
     found
@@ -148,10 +154,11 @@ impl Record<'_> {
     /// The offset that fits best; `None` where times do not run on.
     pub(crate) fn late(&self) -> Option<Late> {
         let interval_s = median_step(self)?;
+        let whole = self.course(false);
         let mut best = (f64::INFINITY, 0.0);
         for k in offsets() {
             let offset_s = k * interval_s;
-            let misfit = self.misfit(Offset::steady(offset_s)).unwrap_or(f64::INFINITY);
+            let misfit = self.misfit(&whole, Offset::steady(offset_s)).unwrap_or(f64::INFINITY);
             // Of equal ones the nearest.
             if misfit < best.0 || misfit <= best.0 && offset_s.abs() < f64::abs(best.1) {
                 best = (misfit, offset_s);
@@ -174,33 +181,31 @@ impl Record<'_> {
         self.stretch.last() > self.stretch.first()
     }
 
-    /// Time from the first reading, of the record or of its stretch, to this one.
-    fn passed_s(&self, i: usize, over: Over) -> f64 {
-        let first = match over {
-            Over::Record => 0,
-            Over::Stretch => self.stretch.partition_point(|stretch| *stretch < self.stretch[i]),
-        };
-        self.time_s[i] - self.time_s[first]
+    fn course(&self, is_of_each_stretch: bool) -> Course {
+        let mut began_s: Vec<f64> = Vec::with_capacity(self.time_s.len());
+        for (i, time_s) in self.time_s.iter().enumerate() {
+            let goes_on = i > 0 && !(is_of_each_stretch && self.stretch[i] != self.stretch[i - 1]);
+            began_s.push(if goes_on { began_s[i - 1] } else { *time_s });
+        }
+        let passed_s = self.time_s.iter().zip(&began_s).map(|(time_s, began_s)| time_s - began_s);
+        let span_s = passed_s.fold(f64::MIN_POSITIVE, f64::max);
+        Course { began_s, span_s, is_of_each_stretch }
     }
 
-    fn span_s(&self, over: Over) -> f64 {
-        (0..self.time_s.len()).map(|i| self.passed_s(i, over)).fold(0.0, f64::max)
+    /// Share of the longest course that has passed at a reading.
+    fn passed(&self, i: usize, course: &Course) -> f64 {
+        (self.time_s[i] - course.began_s[i]) / course.span_s
     }
 
-    /// Offsets of all readings.
-    fn offsets_s(&self, offset: Offset) -> Vec<f64> {
-        let grows =
-            (offset.last_s - offset.first_s) / self.span_s(offset.over).max(f64::MIN_POSITIVE);
-        let of = |i: usize| offset.first_s + grows * self.passed_s(i, offset.over);
-        (0..self.time_s.len()).map(of).collect()
+    fn offset_s(&self, i: usize, course: &Course, offset: Offset) -> f64 {
+        offset.first_s + self.passed(i, course) * (offset.last_s - offset.first_s)
     }
 
     /// The record on the clock of the other channels; readings that it then does not have are left
     /// out.
-    fn corrected(&self, description: String, offset: Offset) -> Hypothesis {
-        let offsets_s = self.offsets_s(offset);
-        let all: Vec<Option<f64>> =
-            (0..self.read.len()).map(|i| self.at(self.read, i, offsets_s[i])).collect();
+    fn corrected(&self, description: String, course: &Course, offset: Offset) -> Hypothesis {
+        let moved = |i| self.at(self.read, i, self.offset_s(i, course, offset));
+        let all: Vec<Option<f64>> = (0..self.read.len()).map(moved).collect();
         let values = all.iter().zip(self.read).map(|(moved, read)| moved.unwrap_or(*read));
         let replace = Change::Replace { column: self.column.to_owned(), values: values.collect() };
         let rows = (0..all.len()).filter(|&i| all[i].is_some()).collect();
@@ -250,10 +255,9 @@ impl Record<'_> {
 
     /// Mean distance of the moved record from what it should have read, over the readings that it
     /// has; `None` where these are few.
-    fn misfit(&self, offset: Offset) -> Option<f64> {
-        let offsets_s = self.offsets_s(offset);
+    fn misfit(&self, course: &Course, offset: Offset) -> Option<f64> {
         let off = |i: usize| {
-            let moved = self.at(self.read, i, offsets_s[i])?;
+            let moved = self.at(self.read, i, self.offset_s(i, course, offset))?;
             Some((moved - self.expected[i]).abs())
         };
         let looked_at = self.looked_at(0..self.read.len());
@@ -273,18 +277,16 @@ impl Record<'_> {
 
     /// The straight course of the offset that fits best, from the misfit of every stretch of the
     /// record under every offset.
-    fn best_line(&self, interval_s: f64, over: Over) -> Offset {
+    fn best_line(&self, course: &Course, interval_s: f64) -> Offset {
         let n = self.read.len();
-        let span_s = self.span_s(over).max(f64::MIN_POSITIVE);
         let mut parts: Vec<Vec<usize>> = vec![Vec::new(); STRETCHES];
         for row in self.looked_at(0..n) {
-            let share = self.passed_s(row, over) / span_s;
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
                 reason = "a share of the stretches"
             )]
-            let part = (share * count(STRETCHES)) as usize;
+            let part = (self.passed(row, course) * count(STRETCHES)) as usize;
             parts[part.min(STRETCHES - 1)].push(row);
         }
         let of_part = |rows: &Vec<usize>| {
@@ -302,7 +304,7 @@ impl Record<'_> {
         let middle = |part: usize| count(2 * part + 1) / count(2 * STRETCHES);
         let middles: Vec<f64> = (0..STRETCHES).map(middle).collect();
         let judged = count(self.looked_at(0..n).len());
-        let mut best = (f64::INFINITY, Offset { first_s: 0.0, last_s: 0.0, over });
+        let mut best = (f64::INFINITY, Offset { first_s: 0.0, last_s: 0.0 });
         for &first in &all {
             for &last in &all {
                 let (mut sum, mut seen) = (0.0, 0.0);
@@ -318,7 +320,7 @@ impl Record<'_> {
                 }
                 if seen >= OVERLAP * judged && sum / seen < best.0 {
                     let [first_s, last_s] = [first, last].map(|k| k * interval_s);
-                    best = (sum / seen, Offset { first_s, last_s, over });
+                    best = (sum / seen, Offset { first_s, last_s });
                 }
             }
         }
@@ -326,8 +328,8 @@ impl Record<'_> {
     }
 
     /// A course of the offset refined, with both ends alike where it is constant.
-    fn best(&self, interval_s: f64, start: Offset, is_constant: bool) -> Offset {
-        let mut best = (self.misfit(start).unwrap_or(f64::INFINITY), start);
+    fn best(&self, course: &Course, interval_s: f64, start: Offset, is_constant: bool) -> Offset {
+        let mut best = (self.misfit(course, start).unwrap_or(f64::INFINITY), start);
         let mut step_s = 0.5 * interval_s;
         for _ in 0..ROUNDS {
             let center = best.1;
@@ -336,8 +338,8 @@ impl Record<'_> {
                 for last in others {
                     let first_s = center.first_s + f64::from(first) * step_s / f64::from(REACH);
                     let last_s = center.last_s + f64::from(last) * step_s / f64::from(REACH);
-                    let offset = Offset { first_s, last_s, over: center.over };
-                    if let Some(less) = self.misfit(offset).filter(|m| *m < best.0) {
+                    let offset = Offset { first_s, last_s };
+                    if let Some(less) = self.misfit(course, offset).filter(|m| *m < best.0) {
                         best = (less, offset);
                     }
                 }

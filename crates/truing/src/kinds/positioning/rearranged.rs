@@ -1,5 +1,7 @@
 //! Deviations that stand in other rows than they were read in: what the repeats say.
 
+use std::ops::Range;
+
 use super::approach::POSITIONS;
 use super::directions::variation;
 use super::places::Places;
@@ -31,16 +33,51 @@ pub(super) struct Rows<'t> {
     pub(super) sigma: Option<f64>,
 }
 
+/// In which order the rows may stand.
+enum Order {
+    /// All so many rows too far down, those that leave the table at its other end.
+    Down(usize),
+    Up(usize),
+    /// One pass over the targets the other way round.
+    Reversed(Range<usize>),
+}
+
+impl Order {
+    /// The values in the rows that they were read in.
+    fn put_right(&self, values: &[f64]) -> Vec<f64> {
+        let mut values = values.to_vec();
+        match self {
+            Self::Down(rows) => values.rotate_left(*rows),
+            Self::Up(rows) => values.rotate_right(*rows),
+            Self::Reversed(pass) => values[pass.clone()].reverse(),
+        }
+        values
+    }
+
+    fn said(&self, table: &Table) -> String {
+        match self {
+            Self::Down(rows) => format!("is shifted {rows} rows down, cyclically,"),
+            Self::Up(rows) => format!("is shifted {rows} rows up, cyclically,"),
+            Self::Reversed(Range { start, end }) => {
+                let [first, last] = [*start, end - 1].map(|row| table.line(row));
+                format!("stands in reverse order from line {first} to line {last}")
+            }
+        }
+    }
+}
+
 impl Rows<'_> {
     /// The order of the rows with which the repeats agree as noise does, and as they stand far less.
     pub(super) fn in_another_order(&self) -> Option<Hypothesis> {
         let before = self.disagreement(self.values)?;
-        let tried = self.shifted().chain(self.turned());
-        let all: Vec<_> =
-            tried.filter_map(|order| Some((self.disagreement(&order.1)?, order))).collect();
+        let shifts = (1..=FARTHEST.min(self.values.len() / 2))
+            .flat_map(|rows| [Order::Down(rows), Order::Up(rows)]);
+        let tried = shifts.chain(self.passes().into_iter().map(Order::Reversed));
+        let left = |order: &Order| self.disagreement(&order.put_right(self.values));
+        let all: Vec<_> = tried.filter_map(|order| Some((left(&order)?, order))).collect();
         let least = all.iter().map(|(left, _)| *left).min_by(f64::total_cmp)?;
         // An axis that goes there and back reads the same from its other end on: the smallest shift is the one.
-        let (after, (what, values)) = all.into_iter().find(|(left, _)| *left <= ALIKE * least)?;
+        let (after, order) = all.into_iter().find(|(left, _)| *left <= ALIKE * least)?;
         let gain = before / after;
         let is_noise = self.sigma.is_none_or(|sigma| after <= NOISE * sigma);
         let is_evident = count(self.values.len()) * gain.ln() >= EVIDENCE;
@@ -48,10 +85,12 @@ impl Rows<'_> {
             return None;
         }
         let description = format!(
-            "`{}` of {POSITIONS} {what} against the other columns: with that put right the repeats at one target \
-             and both ways to it disagree {gain:.0} times less",
-            self.read
+            "`{}` of {POSITIONS} {} against the other columns: with that put right the repeats at one target and \
+             both ways to it disagree {gain:.0} times less",
+            self.read,
+            order.said(self.table)
         );
+        let values = order.put_right(self.values);
         let change = Change::Replace { column: self.read.to_owned(), values };
         let edits = vec![Edit { file: POSITIONS, change }];
         let found =
@@ -68,34 +107,8 @@ impl Rows<'_> {
         Some(if sides.len() < FEWEST_OF_A_PASS { scatter } else { scatter.max(apart) })
     }
 
-    /// All rows further down or up by any number, those that leave the table at its other end; the smallest first.
-    fn shifted(&self) -> impl Iterator<Item = (String, Vec<f64>)> + '_ {
-        let n = self.values.len();
-        let shifted = move |(by, is_down): (usize, bool)| {
-            let mut values = self.values.to_vec();
-            let way = if is_down { "down" } else { "up" };
-            if is_down {
-                values.rotate_left(by);
-            } else {
-                values.rotate_right(by);
-            }
-            (format!("is shifted {by} rows {way}, cyclically,"), values)
-        };
-        (1..=FARTHEST.min(n / 2)).flat_map(|by| [(by, true), (by, false)]).map(shifted)
-    }
-
-    /// One pass over the targets the other way round.
-    fn turned(&self) -> impl Iterator<Item = (String, Vec<f64>)> + '_ {
-        self.passes().map(move |pass| {
-            let mut values = self.values.to_vec();
-            values[pass.clone()].reverse();
-            let [first, last] = [pass.start, pass.end - 1].map(|row| self.table.line(row));
-            (format!("stands in reverse order from line {first} to line {last}"), values)
-        })
-    }
-
     /// Rows over which the targets only rise, or only fall.
-    fn passes(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+    fn passes(&self) -> Vec<Range<usize>> {
         let goes_on = |a: usize| self.targets[a + 1] - self.targets[a];
         let mut start = 0;
         let mut passes = Vec::new();
@@ -108,6 +121,7 @@ impl Rows<'_> {
             }
         }
         passes.push(start..self.targets.len());
-        passes.into_iter().filter(|pass| pass.len() >= FEWEST_OF_A_PASS)
+        passes.retain(|pass| pass.len() >= FEWEST_OF_A_PASS);
+        passes
     }
 }

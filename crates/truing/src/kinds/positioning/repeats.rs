@@ -22,8 +22,6 @@ const TURNED: f64 = 3.0;
 pub(super) struct Finer {
     /// Column that is said to be in the coarser one.
     pub(super) column: &'static str,
-    /// Key of `[noise]`, and what is one of the column's unit in that of the key.
-    pub(super) noise: (&'static str, f64),
     said: &'static str,
     /// One of the finer unit in the column's.
     factor: f64,
@@ -34,16 +32,9 @@ pub(super) struct Finer {
 
 /// Those that happen: µm for mm, seconds of arc for degrees.
 pub(super) const FINER: [Finer; 2] = [
-    Finer {
-        column: "deviation_mm",
-        noise: ("deviation_mm", 1.0),
-        said: "µm instead of mm",
-        factor: 1e-3,
-        no_axis: 0.02,
-    },
+    Finer { column: "deviation_mm", said: "µm instead of mm", factor: 1e-3, no_axis: 0.02 },
     Finer {
         column: "deviation_deg",
-        noise: ("deviation_arcsec", 3600.0),
         said: "seconds of arc instead of degrees",
         factor: 1.0 / 3600.0,
         no_axis: 0.05,
@@ -157,16 +148,20 @@ impl Repeats {
         }
     }
 
-    /// Deviations whose repeats scatter as many times more than the noise as a unit holds of a finer one; `sigma` in the unit
-    /// that the column says.
-    pub(super) fn in_a_finer_unit(&self, finer: &Finer, sigma: f64) -> Option<Hypothesis> {
+    /// Deviations whose repeats scatter as many times more than the noise as a unit holds of a finer one: that of
+    /// this key of `[noise]`, in the unit that the column says.
+    pub(super) fn in_a_finer_unit(
+        &self,
+        finer: &Finer,
+        (key, sigma): (&str, f64),
+    ) -> Option<Hypothesis> {
         let scatter = self.places.scatter(&self.values, |_| true)?;
         let times = scatter / sigma;
         let [low, high] = AS_WELL_KNOWN;
         if !(low..=high).contains(&(times * finer.factor)) || scatter < finer.no_axis {
             return None;
         }
-        let Finer { said, factor, noise: (key, _), .. } = finer;
+        let Finer { said, factor, .. } = finer;
         let description = format!(
             "`{}` of {POSITIONS} is in another unit than its name says, {said}, as its repeats scatter {times:.0} times as \
              much as `[noise] {key}` says: divide by {:.0}",
