@@ -28,7 +28,7 @@ mod triangle;
 pub use covariance::{BorderedCovariance, bordered_covariance};
 pub use dense::AsDense;
 pub use options::BorderedOptions;
-pub use parts::BlockParts;
+pub use parts::{BlockPart, BlockParts};
 pub use pattern::{BlockRows, Pattern};
 pub use point::BorderedPoint;
 pub use problem::BorderedProblem;

@@ -71,7 +71,7 @@ mod valley;
 pub use between_variance::between_variance;
 #[cfg(feature = "bordered")]
 pub use bordered::{
-    AsDense, BlockParts, BlockRows, BorderedCovariance, BorderedOptions, BorderedPoint,
+    AsDense, BlockPart, BlockParts, BlockRows, BorderedCovariance, BorderedOptions, BorderedPoint,
     BorderedProblem, BorderedSolution, Pattern, bordered_covariance, solve_bordered,
 };
 pub use check::{JacobianCheck, JacobianEntry, check_jacobian};

@@ -93,7 +93,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, other: &Self) {
+    fn add_all(&mut self, other: &Self) {
         self.errors += other.errors;
         self.own.iter_mut().zip(other.own).for_each(|(a, b)| *a += b);
         self.along.iter_mut().zip(&other.along).for_each(|(a, b)| *a += b);
@@ -125,7 +125,7 @@ where
     ) -> Result<AngleSpread, TrackerError> {
         let reference = |&block: &usize| {
             let mut parts = self.covariance.parts();
-            self.covariance.fill(block, &mut parts);
+            self.covariance.fill(&[block], &mut parts);
             parts
         };
         let references: Vec<BlockParts> = self.references.iter().map(reference).collect();
@@ -140,7 +140,7 @@ where
                 errors.extend(part.errors);
                 part.rows.into_iter().for_each(&mut take_row);
                 match &mut sums {
-                    Some(sums) => sums.add(&part.sums),
+                    Some(sums) => sums.add_all(&part.sums),
                     None => sums = Some(part.sums),
                 }
             }
@@ -180,36 +180,33 @@ where
             along: vec![0.0; 4 * n],
             by_reference: DMatrix::zeros(references.len() * block_dim, 4),
         };
-        let blocks =
-            angles.clone().flat_map(|k| (0..).map_while(move |nth| (self.nth_block)(k, nth)));
-        let rows = blocks.map(|block| self.problem.range_count(block)).sum();
+        let blocks: Vec<usize> = angles
+            .clone()
+            .flat_map(|k| (0..).map_while(move |nth| (self.nth_block)(k, nth)))
+            .collect();
+        let rows = blocks.iter().map(|&block| self.problem.range_count(block)).sum();
+        let mut in_turn = self.covariance.in_turn(&blocks, parts);
         let mut part =
             Part { errors: Vec::with_capacity(angles.len()), rows: Vec::with_capacity(rows), sums };
         for k in angles {
             let error = (self.errors)(k, &mut room.terms)?;
             room.covariance.fill(0.0);
             room.along.fill(0.0);
-            let fit = fit.map(|fit| &fit[k]);
             let mut nth = 0;
             while let Some(block) = (self.nth_block)(k, nth) {
-                self.covariance.fill(block, parts);
+                let Some(of_block) = in_turn.next() else { break };
                 let a = &room.terms.own[nth * length..][..length];
-                parts.add_combined(a, &mut room.covariance, &mut room.along);
-                if let Some(fit) = fit {
-                    let a = fitted(fit, a, &mut room.fitted);
-                    parts.add_combined(a, &mut part.sums.own, &mut part.sums.along);
-                }
-                let rows = parts.residuals().iter().zip(parts.leverages());
+                of_block.add_combined(a, &mut room.covariance, &mut room.along);
+                let rows = of_block.residuals().iter().zip(of_block.leverages());
                 let rows = rows.take(self.problem.range_count(block));
                 part.rows.extend(rows.map(|(r, h)| [*r, (1.0 - h).clamp(0.0, 1.0)]));
                 nth += 1;
             }
             if let Some(fit) = fit {
-                part.sums.errors += fit * error;
-                part.sums.add_references(fit, &mut room, block_dim);
+                part.sums.add(&fit[k], error, &mut room, block_dim);
             }
             for (a, reference) in room.terms.reference.chunks_exact(length).zip(references) {
-                reference.add_combined(a, &mut room.covariance, &mut room.along);
+                reference.nth(0).add_combined(a, &mut room.covariance, &mut room.along);
             }
             let mut covariance = Matrix6::from_row_slice(&room.covariance);
             for i in 0..SIX {
@@ -228,7 +225,7 @@ where
         let block_dim = self.problem.block_dim();
         for (r, reference) in references.iter().enumerate() {
             let a = sums.by_reference.rows(r * block_dim, block_dim).into_owned();
-            reference.add_combined(a.as_slice(), &mut sums.own, &mut sums.along);
+            reference.nth(0).add_combined(a.as_slice(), &mut sums.own, &mut sums.along);
         }
         let along = DMatrix::from_vec(sums.along.len() / 4, 4, sums.along);
         let shared = along.tr_mul(&along);
@@ -237,11 +234,24 @@ where
 }
 
 impl Sums {
-    /// Adds how an angle follows the blocks of the reference.
-    fn add_references(&mut self, fit: &SMatrix<f64, 4, 6>, room: &mut OfAngle, block_dim: usize) {
-        let OfAngle { terms, fitted: into, .. } = room;
+    /// Adds an angle of which the blocks of the reference are still to come.
+    fn add(
+        &mut self,
+        fit: &SMatrix<f64, 4, 6>,
+        error: Vector6<f64>,
+        angle: &mut OfAngle,
+        block_dim: usize,
+    ) {
+        let OfAngle { terms, covariance, along, fitted } = angle;
+        self.errors += fit * error;
+        let own = fit * Matrix6::from_row_slice(covariance) * fit.transpose();
+        self.own.iter_mut().zip(own.as_slice()).for_each(|(sum, value)| *sum += value);
+        add_fitted(fit, along, &mut self.along);
         for (r, a) in terms.reference.chunks_exact(SIX * block_dim).enumerate() {
-            let rows = fitted(fit, a, into).chunks_exact(block_dim);
+            fitted.clear();
+            fitted.resize(4 * block_dim, 0.0);
+            add_fitted(fit, a, fitted);
+            let rows = fitted.chunks_exact(block_dim);
             for (row, mut sum) in rows.zip(self.by_reference.column_iter_mut()) {
                 let sum = &mut sum.as_mut_slice()[r * block_dim..][..block_dim];
                 sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
@@ -265,15 +275,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + last
 }
 
-/// `fit · a` by rows, `a` by rows likewise.
-fn fitted<'a>(fit: &SMatrix<f64, 4, 6>, a: &[f64], into: &'a mut Vec<f64>) -> &'a [f64] {
+/// Adds `fit · a`, all by rows.
+fn add_fitted(fit: &SMatrix<f64, 4, 6>, a: &[f64], sums: &mut [f64]) {
     let width = a.len() / SIX;
-    into.clear();
-    into.resize(4 * width, 0.0);
-    for (i, into) in into.chunks_exact_mut(width).enumerate() {
-        for (j, row) in a.chunks_exact(width).enumerate() {
-            into.iter_mut().zip(row).for_each(|(into, value)| *into += fit[(i, j)] * value);
+    for (sums, fit) in sums.chunks_exact_mut(width.max(1)).zip(fit.row_iter()) {
+        for (row, factor) in a.chunks_exact(width.max(1)).zip(fit.iter()) {
+            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += factor * value);
         }
     }
-    into
 }

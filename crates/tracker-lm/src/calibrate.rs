@@ -180,9 +180,11 @@ fn range_variance<P: Readings>(
     let covariance = covariance(problem, &settled.point, held)?;
     let of_blocks = |blocks: Range<usize>, parts: &mut BlockParts| {
         let (mut squares, mut redundancy) = (0.0, 0.0);
-        for block in blocks {
-            covariance.fill(block, parts);
-            let rows = parts.residuals().iter().zip(parts.leverages());
+        let blocks: Vec<usize> = blocks.collect();
+        let mut in_turn = covariance.in_turn(&blocks, parts);
+        for &block in &blocks {
+            let Some(part) = in_turn.next() else { break };
+            let rows = part.residuals().iter().zip(part.leverages());
             for (residual, leverage) in rows.take(problem.range_count(block)) {
                 squares += residual * residual;
                 redundancy += 1.0 - leverage;

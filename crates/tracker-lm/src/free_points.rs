@@ -38,6 +38,9 @@ pub(crate) struct FreePoints<'a> {
 struct Rows {
     /// Ranges, from a station to a mount, with their dead paths.
     ranges: Vec<[usize; 3]>,
+    /// Number of ways in which the station of each range moves, and the ways of all.
+    way_counts: Vec<usize>,
+    ways: Vec<Vector3<f64>>,
     /// Distances of pairs of mounts, with those.
     distances: Vec<(usize, [usize; 2])>,
     /// Coordinates of points that were not seen: they stay where they start.
@@ -81,9 +84,16 @@ impl<'a> FreePoints<'a> {
         pairs.sort_unstable();
         pairs.dedup();
         let [weight, rigid_weight] = [sigma_mm, rigid_mm].map(f64::recip);
-        let (kinds, patterns) = (Vec::new(), Vec::new());
-        let mut problem =
-            Self { network, chart, weight, rigid_weight, pairs, kinds, patterns, kind_of };
+        let mut problem = Self {
+            network,
+            chart,
+            weight,
+            rigid_weight,
+            pairs,
+            kinds: Vec::new(),
+            patterns: Vec::new(),
+            kind_of,
+        };
         for step in firsts {
             problem.add_kind(step);
         }
@@ -94,14 +104,19 @@ impl<'a> FreePoints<'a> {
     fn add_kind(&mut self, step: usize) {
         let network = self.network;
         let seen = network.mounts_at(step);
-        let ranges = network.ranges_of_step.at(step).iter().map(|&r| network.seen_by(r)).collect();
+        let ranges: Vec<[usize; 3]> =
+            network.ranges_of_step.at(step).iter().map(|&r| network.seen_by(r)).collect();
+        let moves = |&[station, ..]: &[usize; 3]| self.chart.moves(station);
+        let way_counts = ranges.iter().map(|range| moves(range).len()).collect();
+        let ways = ranges.iter().flat_map(moves).map(|(_, way)| *way).collect();
         let distances = pairs_of(seen).map(|(a, b)| {
             let index = self.pairs.binary_search(&(a, b));
             (index.expect("the list holds every pair seen"), [a, b])
         });
         let unseen = (0..network.survey.mounts.len()).filter(|j| !seen.contains(j));
         let unseen = unseen.flat_map(|j| 3 * j..3 * j + 3).collect();
-        let rows = Rows { ranges, distances: distances.collect(), unseen };
+        let distances = distances.collect();
+        let rows = Rows { ranges, way_counts, ways, distances, unseen };
         let point = |mount: usize| [3 * mount, 3 * mount + 1, 3 * mount + 2];
         let mut pattern = Pattern::new();
         for &[station, mount, dead_path] in &rows.ranges {
@@ -156,14 +171,14 @@ impl<'a> FreePoints<'a> {
         }
     }
 
-    /// Writes residuals of ranges with their derivatives; the number of those by the shared point.
+    /// Writes residuals of ranges with their derivatives by the points.
     #[inline(always)]
     fn linearise_ranges<const N: usize>(
         &self,
         (seen, ranges): (&[[usize; 3]; N], &[u32]),
         at: &At<'_>,
-        rows: BlockRows<'_>,
-    ) -> usize {
+        (residuals, by_block): (&mut [f64], &mut [f64]),
+    ) {
         let Lines { along_mm: [x, y, z], path_mm } = Lines::of(seen, at);
         let mut beams = [[0.0; N]; 3];
         for n in 0..N {
@@ -172,19 +187,24 @@ impl<'a> FreePoints<'a> {
             beams[1][n] = y[n] * inverse * self.weight;
             beams[2][n] = z[n] * inverse * self.weight;
         }
-        let BlockRows { residuals, by_block, by_shared } = rows;
-        let mut common = 0;
-        for n in 0..N {
-            let [station, _, dead_path] = seen[n];
-            residuals[n] = self.residual(path_mm[n], dead_path, ranges[n], at);
-            let beam = Vector3::new(beams[0][n], beams[1][n], beams[2][n]);
-            by_block[3 * n..3 * n + 3].copy_from_slice(beam.as_slice());
-            for (_, way) in self.chart.moves(station) {
-                by_shared[common] = -way.dot(&beam);
-                common += 1;
+        for (n, by_block) in by_block.as_chunks_mut::<3>().0.iter_mut().enumerate().take(N) {
+            residuals[n] = self.residual(path_mm[n], seen[n][2], ranges[n], at);
+            *by_block = [beams[0][n], beams[1][n], beams[2][n]];
+        }
+    }
+
+    /// Writes derivatives of ranges by the shared point from those by the points; their number.
+    #[inline(always)]
+    fn move_stations(&self, rows: &Rows, by_block: &[f64], by_shared: &mut [f64]) -> usize {
+        let (mut ways, mut common) = (&rows.ways[..], 0);
+        for (beam, &count) in by_block.as_chunks::<3>().0.iter().zip(&rows.way_counts) {
+            let (own, rest) = ways.split_at(count);
+            let out = &mut by_shared[common..=common + count];
+            for (out, way) in out.iter_mut().zip(own) {
+                *out = -(way.x * beam[0] + way.y * beam[1] + way.z * beam[2]);
             }
-            by_shared[common] = -self.weight;
-            common += 1;
+            out[count] = -self.weight;
+            (ways, common) = (rest, common + count + 1);
         }
         common
     }
@@ -249,7 +269,7 @@ impl BorderedProblem for FreePoints<'_> {
     #[inline(always)]
     fn residuals(&self, block: usize, shared: &[f64], point: &[f64], out: &mut [f64]) {
         let at = At { places: self.chart.places(shared), shared, block: point };
-        let Rows { ranges: seen, distances, unseen } = &self.kinds[self.kind_of[block]];
+        let Rows { ranges: seen, distances, unseen, .. } = &self.kinds[self.kind_of[block]];
         let of_step = self.network.ranges_of_step.at(block);
         let (several, rest) = seen.as_chunks::<SIDE>();
         let mut row = 0;
@@ -274,29 +294,23 @@ impl BorderedProblem for FreePoints<'_> {
     #[inline(always)]
     fn linearise(&self, block: usize, shared: &[f64], point: &[f64], rows: BlockRows<'_>) {
         let at = At { places: self.chart.places(shared), shared, block: point };
-        let Rows { ranges: seen, distances, unseen } = &self.kinds[self.kind_of[block]];
+        let kind = &self.kinds[self.kind_of[block]];
+        let Rows { ranges: seen, distances, unseen, .. } = kind;
         let of_step = self.network.ranges_of_step.at(block);
         let BlockRows { residuals, by_block, by_shared } = rows;
         let (several, rest) = seen.as_chunks::<SIDE>();
-        let (mut row, mut common) = (0, 0);
+        let mut row = 0;
         for seen in several {
-            let rows = BlockRows {
-                residuals: &mut residuals[row..],
-                by_block: &mut by_block[3 * row..],
-                by_shared: &mut by_shared[common..],
-            };
-            common += self.linearise_ranges((seen, &of_step[row..]), &at, rows);
+            let out = (&mut residuals[row..], &mut by_block[3 * row..]);
+            self.linearise_ranges((seen, &of_step[row..]), &at, out);
             row += SIDE;
         }
         for seen in rest.as_chunks::<1>().0 {
-            let rows = BlockRows {
-                residuals: &mut residuals[row..],
-                by_block: &mut by_block[3 * row..],
-                by_shared: &mut by_shared[common..],
-            };
-            common += self.linearise_ranges((seen, &of_step[row..]), &at, rows);
+            let out = (&mut residuals[row..], &mut by_block[3 * row..]);
+            self.linearise_ranges((seen, &of_step[row..]), &at, out);
             row += 1;
         }
+        let common = self.move_stations(kind, by_block, by_shared);
         let (of_distances, of_unseen) = residuals[row..].split_at_mut(distances.len());
         let (own, by_unseen) = by_block[3 * row..].split_at_mut(6 * distances.len());
         let own = own.as_chunks_mut::<6>().0;

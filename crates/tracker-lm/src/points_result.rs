@@ -128,9 +128,9 @@ impl Reference {
             let mut a = vec![0.0; 3 * block_len];
             put(&mut a, 3 * mount, &share);
             let (mut own, mut along) = ([0.0; 9], vec![0.0; 3 * n]);
-            for &step in &self.steps[mount] {
-                covariance.fill(step, &mut parts);
-                parts.add_combined(&a, &mut own, &mut along);
+            let mut in_turn = covariance.in_turn(&self.steps[mount], &mut parts);
+            while let Some(part) = in_turn.next() {
+                part.add_combined(&a, &mut own, &mut along);
             }
             let along = DMatrix::from_vec(n, 3, along);
             let shared = along.tr_mul(&along);

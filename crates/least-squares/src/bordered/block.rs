@@ -109,6 +109,7 @@ impl Rows {
 }
 
 /// Room for four blocks' numbers, reused for all blocks of a chunk.
+#[derive(Debug)]
 pub(super) struct Scratch {
     rows: [Rows; LANES],
     /// Numbers of [`Rows`], four blocks side by side.
@@ -125,6 +126,12 @@ impl Scratch {
             values: vec![Lanes::ZERO; limits.numbers()],
             own: vec![Lanes::ZERO; row_start(program.block_dim)],
         }
+    }
+
+    /// Numbers of one lane's block.
+    #[inline(always)]
+    pub(super) fn rows_of(&mut self, lane: usize) -> &mut Rows {
+        &mut self.rows[lane]
     }
 
     /// Root weights of one lane's rows.

@@ -6,9 +6,9 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::block::{Place, Rows};
-use super::parts::BlockParts;
+use super::parts::{BlockPart, BlockParts};
 use super::passes::{Room, Setting, chunk_length, map_chunks};
-use super::program::Program;
+use super::program::{PANEL, Program};
 use super::rank::Rank;
 use super::reduced::Reduced;
 use super::solve::{Tally, report_at};
@@ -32,7 +32,7 @@ pub struct BorderedCovariance<'a, P> {
     pub(super) program: Program,
     /// Whether the normal equations of blocks and shared point are well enough conditioned.
     is_steady: bool,
-    /// Inverse triangle by rows, filled up with noughts.
+    /// Inverse triangle by rows, under one of noughts for the residual's column; filled up with noughts.
     pub(super) root: Vec<f64>,
     /// Inverse triangle of the free shared columns, in the program's order.
     inverse: DMatrix<f64>,
@@ -82,7 +82,7 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     triangle.solve_upper_triangular_mut(&mut inverse);
     Ok(BorderedCovariance {
         columns: &inverse * inverse.transpose(),
-        root: by_rows(&inverse),
+        root: by_rows(&inverse, program.first.len() * PANEL),
         inverse,
         is_steady,
         condition: rank.condition,
@@ -95,11 +95,11 @@ pub fn bordered_covariance<'a, P: BorderedProblem>(
     })
 }
 
-/// Rows of a square matrix, as many and as wide as fill a number of tiles.
-fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
+/// Rows of a square matrix under one of noughts, so many in all and as wide as fills a number of tiles.
+fn by_rows(matrix: &DMatrix<f64>, height: usize) -> Vec<f64> {
     let width = matrix.ncols().next_multiple_of(TILE);
-    let mut rows = vec![0.0; width * width];
-    for (row, from) in rows.chunks_exact_mut(width.max(1)).zip(matrix.row_iter()) {
+    let mut rows = vec![0.0; height * width];
+    for (row, from) in rows.chunks_exact_mut(width.max(1)).skip(1).zip(matrix.row_iter()) {
         row.iter_mut().zip(from.iter()).for_each(|(to, from)| *to = *from);
     }
     rows
@@ -228,13 +228,25 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
         BlockParts::new(&self.program)
     }
 
-    /// Computes the parts of one block in room that is used again.
-    pub fn fill(&self, block: usize, parts: &mut BlockParts) {
-        if self.is_steady {
-            parts.fill(self.place(), &self.root, block);
-        } else {
-            parts.fill_orthogonally(self.place(), &self.inverse, block);
+    /// Computes the parts of the first of some blocks, as many of them as are worked out side by side, in
+    /// room that is used again; their number.
+    ///
+    /// # Panics
+    ///
+    /// If there are none.
+    pub fn fill(&self, blocks: &[usize], parts: &mut BlockParts) -> usize {
+        if !self.is_steady {
+            parts.fill_orthogonally(self.place(), &self.inverse, blocks[0]);
+            return 1;
         }
+        let group = self.program.together(blocks[0], blocks[1..].iter().copied());
+        parts.fill(self.place(), &self.root, &group);
+        group.count
+    }
+
+    /// Parts of some blocks, one after the other.
+    pub fn in_turn<'b>(&'b self, blocks: &'b [usize], parts: &'b mut BlockParts) -> InTurn<'b, P> {
+        InTurn { covariance: self, rest: blocks, parts, filled: 0, taken: 0 }
     }
 
     /// Calls `work` on ranges that together are `0..count`, on as many threads as there are, each
@@ -264,6 +276,33 @@ impl<P: BorderedProblem> BorderedCovariance<'_, P> {
         let mut inverse = DMatrix::identity(dim, dim);
         factor.triangle().solve_upper_triangular_mut(&mut inverse);
         (-factor.coupling(), &inverse * inverse.transpose())
+    }
+}
+
+/// Parts of blocks one after the other, a few of which are worked out at a time.
+#[derive(Debug)]
+pub struct InTurn<'a, P> {
+    covariance: &'a BorderedCovariance<'a, P>,
+    /// Blocks that are not filled.
+    rest: &'a [usize],
+    parts: &'a mut BlockParts,
+    /// Number of blocks that are filled, and of those the number that were taken.
+    filled: usize,
+    taken: usize,
+}
+
+impl<P: BorderedProblem> InTurn<'_, P> {
+    /// Parts of the next block; `None` after the last.
+    pub fn next(&mut self) -> Option<&BlockPart> {
+        if self.taken == self.filled {
+            if self.rest.is_empty() {
+                return None;
+            }
+            (self.filled, self.taken) = (self.covariance.fill(self.rest, self.parts), 0);
+            self.rest = &self.rest[self.filled..];
+        }
+        self.taken += 1;
+        Some(self.parts.nth(self.taken - 1))
     }
 }
 
@@ -341,9 +380,12 @@ mod tests {
         let (mut parts, mut other) = (covariance.parts(), covariance.parts());
         for is_steady in [true, false] {
             covariance.is_steady = is_steady;
+            let blocks: Vec<usize> = (0..BLOCKS).collect();
+            let mut in_turn = covariance.in_turn(&blocks, &mut parts);
+            covariance.fill(&[0], &mut other);
+            let width = other.width();
             for block in 0..BLOCKS {
-                covariance.fill(block, &mut parts);
-                let width = parts.width();
+                let parts = in_turn.next().unwrap();
                 let own = DMatrix::from_row_slice(OWN, OWN, parts.own());
                 let along = DMatrix::from_row_slice(OWN, width, parts.along());
                 let whole = &own + &along * along.transpose();
@@ -352,8 +394,7 @@ mod tests {
                 } else {
                     assert!(near(&whole, &covariance.block(block)), "{block}");
                 }
-                covariance.fill(0, &mut other);
-                let first = DMatrix::from_row_slice(OWN, width, other.along());
+                let first = DMatrix::from_row_slice(OWN, width, other.nth(0).along());
                 let between = covariance.between(block, 0);
                 if block != 0 && block != 3 {
                     assert!(near(&(&along * first.transpose()), &between), "{block}");
@@ -375,6 +416,7 @@ mod tests {
                 let followed = DMatrix::from_row_slice(2, width, &followed);
                 assert!((followed - expected).amax() < TOLERANCE);
             }
+            assert!(in_turn.next().is_none());
         }
     }
 
@@ -412,11 +454,11 @@ mod tests {
             bordered_covariance(&problem, &point, &BorderedOptions::default()).unwrap();
         assert!(!covariance.is_steady);
         let mut parts = covariance.parts();
-        covariance.fill(0, &mut parts);
+        covariance.fill(&[0], &mut parts);
         // (JᵀJ)⁻¹ of [1 1; 0 w].
         let variance = WEAK.powi(-2);
         let expected = [1.0 + variance, -variance, -variance, variance];
-        for (found, expected) in parts.own().iter().zip(expected) {
+        for (found, expected) in parts.nth(0).own().iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < TOLERANCE, "{found} for {expected}");
         }
     }

@@ -124,13 +124,15 @@ impl Program {
     /// The blocks of one kind that are handled together from a place in the order on.
     pub(super) fn group(&self, from: usize, end: usize) -> Group {
         let block = |at: usize| self.order.get(at).copied().unwrap_or(at);
-        let kind = self.kind(block(from));
-        let mut group = Group { blocks: [block(from); LANES], count: 1, is_held: kind.0 };
-        while group.count < LANES
-            && from + group.count < end
-            && self.kind(block(from + group.count)) == kind
-        {
-            group.blocks[group.count] = block(from + group.count);
+        self.together(block(from), (from + 1..end).map(block))
+    }
+
+    /// A block, and of those that follow it the ones of its kind that are handled together with it.
+    pub(super) fn together(&self, first: usize, others: impl Iterator<Item = usize>) -> Group {
+        let kind = self.kind(first);
+        let mut group = Group { blocks: [first; LANES], count: 1, is_held: kind.0 };
+        for other in others.take(LANES - 1).take_while(|&other| self.kind(other) == kind) {
+            group.blocks[group.count] = other;
             group.count += 1;
         }
         group

@@ -6,8 +6,6 @@
 
 use pulp::Simd;
 
-use super::triangle::row_start;
-
 /// Rows are filled up with noughts to a multiple of so many numbers.
 pub(super) const TILE: usize = 8;
 /// Rows that are handled together: with two vectors of each, as many as there are registers for.
@@ -30,14 +28,14 @@ impl<'a, S: Simd> Rows<'a, S> {
 }
 
 /// `to ← to + a · from`, with the coefficients `a` and what they add to by rows; `from` has `depth`
-/// rows or more, and where it `is_upper` noughts below its diagonal.
+/// rows or more, and where it is so many `rows_above` an upper triangle noughts below that.
 #[inline(always)]
 pub(super) fn add_product<S: Simd>(
     simd: S,
     a: &[f64],
     depth: usize,
     from: Rows<'_, S>,
-    is_upper: bool,
+    rows_above: Option<usize>,
     to: &mut [f64],
 ) {
     let width = from.width;
@@ -52,7 +50,7 @@ pub(super) fn add_product<S: Simd>(
         for at in (0..width).step_by(2) {
             let [left, right] = [at, (at + 1).min(width - 1)];
             // Below its diagonal there is nothing.
-            let end = if is_upper { ((at + 2) * S::F64_LANES).min(depth) } else { depth };
+            let end = rows_above.map_or(depth, |rows| ((at + 2) * S::F64_LANES + rows).min(depth));
             let rows = rows.map(|row| &row[..end]);
             let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS];
             for (i, sums) in sums.iter_mut().enumerate() {
@@ -132,60 +130,4 @@ fn add_scaled<S: Simd>(simd: S, to: &mut [S::f64s], factor: f64, from: &[S::f64s
     for (to, from) in to.iter_mut().zip(from) {
         *to = simd.mul_add_e_f64s(factor, *from, *to);
     }
-}
-
-#[inline(always)]
-fn scale<S: Simd>(simd: S, x: &mut [S::f64s], factor: f64) {
-    for x in x {
-        *x = simd.mul_f64s(*x, simd.splat_f64s(factor));
-    }
-}
-
-/// `x ← (L Lᵀ)⁻¹ x` for a packed factor with the reciprocals of its diagonal, and `x` by rows.
-#[inline(always)]
-pub(super) fn solve<S: Simd>(simd: S, b: usize, factor: &[f64], x: &mut [f64]) {
-    let x = S::as_mut_simd_f64s(x).0;
-    let width = x.len() / b;
-    let mut at = 0;
-    while at < width {
-        let strip = &mut x[at..];
-        at += match width - at {
-            1 => solve_strip::<S, 1>(simd, b, factor, strip, width),
-            2 | 3 => solve_strip::<S, 2>(simd, b, factor, strip, width),
-            _ => solve_strip::<S, 4>(simd, b, factor, strip, width),
-        };
-    }
-}
-
-/// Of so many vectors of every row; their number.
-#[inline(always)]
-fn solve_strip<S: Simd, const N: usize>(
-    simd: S,
-    b: usize,
-    factor: &[f64],
-    x: &mut [S::f64s],
-    width: usize,
-) -> usize {
-    let strip = |r: usize| r * width..r * width + N;
-    for r in 0..b {
-        let row = &factor[row_start(r)..][..=r];
-        let mut left = [simd.splat_f64s(0.0); N];
-        left.copy_from_slice(&x[strip(r)]);
-        for (c, f) in row[..r].iter().enumerate() {
-            add_scaled(simd, &mut left, -f, &x[strip(c)]);
-        }
-        scale(simd, &mut left, row[r]);
-        x[strip(r)].copy_from_slice(&left);
-    }
-    for r in (0..b).rev() {
-        let row = &factor[row_start(r)..][..=r];
-        let mut known = [simd.splat_f64s(0.0); N];
-        known.copy_from_slice(&x[strip(r)]);
-        scale(simd, &mut known, row[r]);
-        x[strip(r)].copy_from_slice(&known);
-        for (c, f) in row[..r].iter().enumerate() {
-            add_scaled(simd, &mut x[strip(c)], -f, &known);
-        }
-    }
-    N
 }
