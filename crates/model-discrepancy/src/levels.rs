@@ -41,6 +41,9 @@ pub(crate) const NOT_ADDITIVE: f64 = 0.01;
 /// small that noise whose variance is a few times what memory leaves of it does not reach it.
 pub(crate) const PLAINLY_NOT_ADDITIVE: f64 = 1e-6;
 
+/// Share of the probability that a named effect is the same everywhere below which a single reading is to blame, and
+/// not that effect.
+pub(crate) const FAR_CLEARER: f64 = 1e-6;
 /// Share of the misfit that names may leave and still stand although
 /// they are not what they promise: a drift that is not quite even leaves some hundredths, and is a
 /// drift.

@@ -62,6 +62,9 @@ impl AxisRun<'_> {
 
     /// The drift along these courses.
     pub(super) fn courses(&self, shown: &Shown) -> Vec<AxisTerm> {
+        if self.is_one_pass() {
+            return Vec::new();
+        }
         let elapsed = self.elapsed();
         let model = self.beside(self.lines(), vec![self.even()]);
         let unit = if self.time().is_some() { "s" } else { "readings" };

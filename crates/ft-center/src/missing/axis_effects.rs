@@ -74,8 +74,20 @@ impl AxisRun<'_> {
         terms.extend(searched.lag.and_then(|travel| self.lag(travel)));
         terms.extend(self.waves(searched.period));
         terms.extend(self.growth());
-        terms.push(self.drift(searched.span));
+        if !self.is_one_pass() {
+            terms.push(self.drift(searched.span));
+        }
         terms
+    }
+
+    /// Whether every target is read once, in order: then whatever goes with time may as well be a deviation of the
+    /// targets' own.
+    pub(super) fn is_one_pass(&self) -> bool {
+        let rises = |rises: bool| {
+            self.readings.windows(2).all(|pair| (pair[1].target > pair[0].target) == rises)
+        };
+        distinct_targets(self.readings).len() == self.readings.len()
+            && (rises(true) || rises(false))
     }
 
     /// A pitch error about a place at which the axis does not count from zero.
@@ -94,6 +106,11 @@ impl AxisRun<'_> {
     /// What an axis does when it comes from the other side: the same everywhere, and another from place to place; all of
     /// it on the `side` that is off.
     fn reversals(&self, side: Option<Approach>) -> Vec<AxisTerm> {
+        let comes = |way| self.readings.iter().any(|r| r.approach == Some(way));
+        // Of a run from one side a reversal is any offset, and by place any profile.
+        if !(comes(Approach::Rising) && comes(Approach::Falling)) {
+            return Vec::new();
+        }
         let (fine, factor) = self.motion.reported();
         let stops = match side {
             None => "stops elsewhere when it comes from the other side",

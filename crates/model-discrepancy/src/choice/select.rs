@@ -19,6 +19,7 @@ use crate::choice::shape::is_of_levels;
 use crate::choice::tail::may_be_a_tail;
 use crate::count::count;
 use crate::levels::CATALOGUE_SHARE;
+use crate::levels::FAR_CLEARER;
 use crate::levels::LATER;
 use crate::levels::QUARTER;
 use crate::levels::STAY;
@@ -134,9 +135,15 @@ fn add_best(
     [Confirmed::First, Confirmed::All].into_iter().find_map(|confirmed| {
         let mut order = ranked(scoring, judged, confirmed);
         let is_wide = |i: usize| judged[i].candidate.reach == Reach::Many;
-        if !order.iter().all(|&i| is_wide(i)) && !not_additive(context, chosen, lin).is_empty() {
-            // The rest is a known misfit of a named effect; single points are not to blame.
-            order.retain(|&i| is_wide(i));
+        if !order.iter().all(|&i| is_wide(i)) {
+            // The rest is a known misfit of a named effect; single points are not to blame, but for one that is far
+            // clearer than that.
+            let misfits = not_additive(context, chosen, lin);
+            let clearest = misfits.iter().map(|d| d.remaining.p_value).reduce(f64::min);
+            let is_clearer = |i: usize| {
+                clearest.is_none_or(|p_value| judged[i].test.p_value < FAR_CLEARER * p_value)
+            };
+            order.retain(|&i| is_wide(i) || is_clearer(i));
         }
         let holds = |j: &Scored| {
             holds_in_readings(lin, &scoring.clean, &j.candidate.beside, &j.test, j.asked)

@@ -26,12 +26,14 @@ use crate::suspect::{
     Dimension, Hypothesis, Part, Readings, Twice, all_in_metres, at_end, channels, doubled,
     exchanged_deviations, exchanged_rows, exchanged_targets, farthest, held, increments, number,
     points_lost, readings_of_each, readings_of_one, rows_left_out, rows_shifted, signs,
-    standing_still, units,
+    standing_still, units, zeros,
 };
 
 use approach::{DIRECTION, POSITIONS};
 pub(crate) use approach::{approaches, derived, has_directions, names_of};
-use at_targets::{at_other_targets, coarser_than_noise, signs_lost, thousands};
+use at_targets::{
+    at_other_targets, coarser_than_noise, signs_lost, targets_as_deviations, thousands,
+};
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
 use directions::{filled_directions, said_otherwise, said_ways, turned_directions, turned_sign};
 pub use estimates::{PositionResidual, PositioningEstimates};
@@ -324,6 +326,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(points_lost(POSITIONS, table, &columns));
     all.extend(standing_still(POSITIONS, table, &columns[1..], without));
     all.extend(held(POSITIONS, table, &columns[1..], without));
+    all.extend(zeros(POSITIONS, table, &columns[1..], without));
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     all.extend(doubled(POSITIONS, table, &columns[1..], Twice::Gain));
     if let Some(fitted) = fitted {
@@ -386,7 +389,11 @@ fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
         let cut = cut.filter(Hypothesis::is_shown_by_data).map(Hypothesis::certain);
         let turned = turned_directions(table, columns[0]).into_iter();
         let turned = turned.chain(exchanged_deviations(POSITIONS, table, columns));
-        let ways = [filled_directions(table, columns), turned_sign(table, columns)];
+        let ways = [
+            filled_directions(table, columns),
+            turned_sign(table, columns),
+            targets_as_deviations((POSITIONS, table), columns),
+        ];
         let repeats = Repeats::of(table, columns);
         let noise = noise_of(&files.document, columns[1]);
         let by_repeats = repeats.iter().flat_map(|repeats| {

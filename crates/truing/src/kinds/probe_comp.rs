@@ -20,7 +20,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
-use crate::suspect::{Dimension, Readings};
+use crate::suspect::{Dimension, Readings, Samples};
 use crate::uncertain::{Std, Uncertain};
 
 use super::surface::TYPED;
@@ -43,7 +43,10 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: Some(TOUCHES),
-    readings: &[Readings::of(TOUCHES, &[(&XYZ, Dimension::Length)])],
+    readings: &[Readings {
+        samples: Some(Samples { file: MICRO, label: "touch", sets: &[(&XYZ, Dimension::Length)] }),
+        ..Readings::of(TOUCHES, &[(&XYZ, Dimension::Length)])
+    }],
     typed: &TYPED,
     uncertain: &[
         Uncertain { table: TOUCHES, columns: &XYZ, std: Std::Declared("point_mm") },

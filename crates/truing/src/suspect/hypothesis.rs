@@ -124,6 +124,12 @@ impl Hypothesis {
         })
     }
 
+    /// Whether nothing but signs changes.
+    pub(super) fn is_of_signs(&self) -> bool {
+        let is_sign = |edit: &Edit| matches!(edit.change, Change::Scale { factor, .. } if (factor + 1.0).abs() < ROUND_OFF);
+        !self.edits.is_empty() && self.edits.iter().all(is_sign)
+    }
+
     /// Whether only numbers of `case.toml` change.
     pub(crate) fn is_of_settings(&self) -> bool {
         self.edits.iter().all(|edit| edit.file == CASE_FILE)

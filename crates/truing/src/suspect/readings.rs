@@ -40,7 +40,7 @@ impl Readings {
         let table = folder.table(self.file, &[]).ok()?;
         let kept = (0..table.n_rows()).filter(|row| rows.binary_search(row).is_err()).collect();
         let mut edits = vec![Edit { file: self.file, change: Change::Keep { rows: kept } }];
-        if let Some(samples) = self.samples {
+        if let Some(samples) = self.samples.filter(|samples| folder.has(samples.file)) {
             let of = folder.table(samples.file, &[]).ok()?;
             let gone = samples.of_rows([&table, &of], rows)?;
             let kept = (0..of.n_rows()).filter(|row| gone.binary_search(row).is_err()).collect();

@@ -1,6 +1,7 @@
 //! Numbers written down wrong.
 
 use super::hypothesis::{Hypothesis, listed, owned, present};
+use super::typed::digits_exchanged;
 use crate::case::{Change, Edit, Table};
 use crate::measured::Fitted;
 
@@ -10,9 +11,9 @@ const FACTORS: [f64; 7] = [10.0, 100.0, 1000.0, 0.1, 0.01, 0.001, -1.0];
 const LOST: [f64; 3] = [10.0, 100.0, 1000.0];
 /// Numbers of a column looked at for that, the largest first.
 const LARGEST: usize = 2;
-/// A slip changes a number by at least the residual over this, and at most by as many times it: the
-/// others turn a little towards a point that is far off, and a residual is but a part of what moves it.
-const LIKE: f64 = 4.0;
+/// A slip changes a number by at least the residual over the first, as the others turn a little towards a point that is
+/// far off, and at most by the second times it, as along a flat surface a residual is a small part of what moves it.
+const LIKE: [f64; 2] = [4.0, 20.0];
 /// Numbers of a column without their point lie apart from the others by a factor of this.
 const APART: f64 = 4.0;
 /// A number with its point put back is at most so many times as large as the largest of the others.
@@ -24,8 +25,9 @@ const MOST_LINES: usize = 8;
 /// Places by which a number in µm is too large for mm.
 const THOUSANDS: i32 = 3;
 
-/// One number of these columns with its decimal point or its sign wrong: of the rows given where that
-/// changes it by about as much as the row is off, and the largest of each column, whatever the fit says.
+/// One number of these columns with its decimal point or its sign wrong, or two of its digits exchanged: of the rows
+/// given where that changes it by about as much as the row is off, and the largest of each column with its point lost,
+/// whatever the fit says.
 pub(crate) fn slips(
     file: &'static str,
     table: Option<&Table>,
@@ -35,16 +37,19 @@ pub(crate) fn slips(
     let Some(table) = table else { return Vec::new() };
     let read = columns.iter().filter_map(|name| Some((*name, table.numbers(name)?)));
     let of_column = |(name, values): (&str, Vec<f64>)| {
-        let mut all: Vec<(usize, f64)> =
-            largest(&values).flat_map(|row| LOST.map(|factor| (row, factor))).collect();
+        let lost = |row: usize| LOST.map(|factor| (row, Wrong::Point, values[row] / factor));
+        let mut all: Vec<(usize, Wrong, f64)> = largest(&values).flat_map(lost).collect();
         if let Some((fitted, rows)) = far {
             let known = rows.iter().copied().filter(|&row| row < values.len());
             all.extend(known.flat_map(|row| like(fitted, row, values[row])));
         }
-        all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        all.dedup();
-        let of_one = |(row, factor)| slip((file, table), (name, &values), row, factor);
-        all.into_iter().map(of_one).collect::<Vec<_>>()
+        all.sort_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)));
+        all.dedup_by(|a, b| a.0 == b.0 && a.2.total_cmp(&b.2).is_eq());
+        let of_one = |(row, wrong, meant)| {
+            (values[row] != 0.0)
+                .then(|| slip((file, table), (name, values[row]), row, (wrong, meant)))
+        };
+        all.into_iter().filter_map(of_one).collect::<Vec<_>>()
     };
     let mut all: Vec<Hypothesis> = read.flat_map(of_column).collect();
     all.extend(points_lost(file, Some(table), columns));
@@ -156,7 +161,15 @@ pub(crate) fn slip_of_sign(
     (name, values): (&str, &[f64]),
     row: usize,
 ) -> Hypothesis {
-    slip((file, table), (name, values), row, -1.0)
+    slip((file, table), (name, values[row]), row, (Wrong::Sign, -values[row]))
+}
+
+/// What may be wrong with one number.
+#[derive(Clone, Copy)]
+enum Wrong {
+    Point,
+    Sign,
+    Digits,
 }
 
 fn largest(values: &[f64]) -> impl Iterator<Item = usize> {
@@ -165,27 +178,35 @@ fn largest(values: &[f64]) -> impl Iterator<Item = usize> {
     rows.into_iter().take(LARGEST)
 }
 
-/// Factors that change a number of a row by about as much as it is off.
-fn like(fitted: &Fitted, row: usize, read: f64) -> impl Iterator<Item = (usize, f64)> {
+/// What may have been meant by a number of a row, of what changes it by about as much as it is off.
+fn like(
+    fitted: &Fitted,
+    row: usize,
+    read: f64,
+) -> impl Iterator<Item = (usize, Wrong, f64)> + use<> {
     let off = fitted.observations[row].square().sqrt();
-    let is_like = move |factor: &f64| {
-        let change = (read - read / factor).abs();
-        change >= off / LIKE && change <= off * LIKE
+    let of_factor =
+        move |factor: f64| (if factor < 0.0 { Wrong::Sign } else { Wrong::Point }, read / factor);
+    let digits = digits_exchanged(read).into_iter().map(|meant| (Wrong::Digits, meant));
+    let is_like = move |(_, meant): &(Wrong, f64)| {
+        let change = (read - meant).abs();
+        change >= off / LIKE[0] && change <= off * LIKE[1]
     };
-    FACTORS.into_iter().filter(is_like).map(move |factor| (row, factor))
+    let all = FACTORS.into_iter().map(of_factor).chain(digits).filter(is_like);
+    all.map(move |(wrong, meant)| (row, wrong, meant))
 }
 
 fn slip(
     (file, table): (&'static str, &Table),
-    (name, values): (&str, &[f64]),
+    (name, read): (&str, f64),
     row: usize,
-    factor: f64,
+    (wrong, meant): (Wrong, f64),
 ) -> Hypothesis {
-    let (line, read, meant) = (table.line(row), values[row], values[row] / factor);
-    let (effect, what) = if factor < 0.0 {
-        ("input:sign", "has the opposite sign")
-    } else {
-        ("input:decimal-point", "has its decimal point in another place")
+    let line = table.line(row);
+    let (effect, what) = match wrong {
+        Wrong::Sign => ("input:sign", "has the opposite sign"),
+        Wrong::Point => ("input:decimal-point", "has its decimal point in another place"),
+        Wrong::Digits => ("input:digits", "is written with two digits exchanged (a typing slip)"),
     };
     let description = format!(
         "{read} of {} in line {line} of {file} ({}) {what}: it should be {}",
@@ -194,13 +215,13 @@ fn slip(
         shortest(meant)
     );
     let columns = owned(&[name]);
-    let change = Change::Scale { columns, rows: Some(vec![row]), factor: 1.0 / factor };
+    let change = Change::Scale { columns, rows: Some(vec![row]), factor: meant / read };
     let found = Hypothesis::of(effect, (file, &[name]), description, vec![Edit { file, change }]);
     Hypothesis { subject: format!("{file}: {name} in line {line}"), ..found }
 }
 
 /// Without the digits that dividing by ten adds.
-fn shortest(value: f64) -> f64 {
+pub(super) fn shortest(value: f64) -> f64 {
     let rounded = format!("{value:.12e}");
     rounded.parse().unwrap_or(value)
 }

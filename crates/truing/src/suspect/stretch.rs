@@ -79,8 +79,7 @@ impl Stretch {
             };
             Some(all.into_iter().map(of_rows).collect::<Vec<_>>())
         };
-        let has = |file: &str| files.folder.has(file);
-        let is_there = |of: &&Readings| has(of.file) && of.samples.is_none_or(|s| has(s.file));
+        let is_there = |of: &&Readings| files.folder.has(of.file);
         files.kind.readings.iter().filter(is_there).filter_map(of_table).flatten().collect()
     }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::hypothesis::Hypothesis;
 use super::search::misfit_with;
 use super::setting::{Typed, name_of, number_of};
+use super::slip::shortest;
 use crate::case::{CASE_FILE, Change, Document, Edit};
 use crate::count::count;
 use crate::kind::Files;
@@ -14,6 +15,8 @@ use crate::kind::Files;
 pub(super) const SETTING: &str = "input:setting";
 /// Factors of a decimal point in the wrong place.
 const POINTS: [f64; 6] = [10.0, 0.1, 100.0, 0.01, 1e3, 1e-3];
+/// Lengths by themselves that count from somewhere.
+const HEIGHTS: [&str; 2] = ["center_of_gravity_mm", "z0_mm"];
 /// First step of a number that is set free, as a share of it, or as it is where it is nothing.
 const FIRST_STEP: f64 = 1e-3;
 /// Steps towards the best value; a fit that is linear in it needs two.
@@ -110,12 +113,31 @@ impl Number {
         let slip = "is written with two digits exchanged (a typing slip)";
         let digits = digits_exchanged(self.value);
         let mut all: Vec<_> = digits.into_iter().map(|to| of("input:digits", slip, to)).collect();
-        if !self.at.is_empty() && self.value != 0.0 {
+        if self.value == 0.0 {
+            return all;
+        }
+        let is_one_of_several = !self.at.is_empty();
+        if is_one_of_several || self.is_a_height() {
             all.push(of("input:sign", "has the opposite sign", -self.value));
+        }
+        // Of a length by itself each factor is a unit.
+        if is_one_of_several || !self.is_a_length() {
             let point = "has a decimal point in the wrong place (a factor, an exponent)";
-            all.extend(POINTS.map(|factor| of("input:decimal-point", point, self.value * factor)));
+            all.extend(
+                POINTS
+                    .map(|factor| of("input:decimal-point", point, shortest(self.value * factor))),
+            );
         }
         all
+    }
+
+    fn is_a_length(&self) -> bool {
+        self.path.last().is_some_and(|key| key.ends_with("_mm"))
+    }
+
+    /// Whether it counts from somewhere, and may do so to either side.
+    fn is_a_height(&self) -> bool {
+        self.path.last().is_some_and(|key| HEIGHTS.contains(key))
     }
 
     /// Whether it may stand where the other should: in one list, or in one section in one unit.
@@ -234,7 +256,7 @@ fn exchanged(document: &Document, one: &Number, other: &Number) -> Hypothesis {
 }
 
 /// The numbers that have two neighbouring digits the other way round.
-fn digits_exchanged(number: f64) -> Vec<f64> {
+pub(super) fn digits_exchanged(number: f64) -> Vec<f64> {
     let written = number.to_string();
     let digits: Vec<usize> =
         written.match_indices(|c: char| c.is_ascii_digit()).map(|(at, _)| at).collect();

@@ -5,6 +5,9 @@ use crate::case::{Edit, Table};
 /// origin.
 const FEWEST: usize = 2;
 
+/// The same of one column, which may go through zero.
+const FEWEST_OF_ONE: usize = 3;
+
 /// Readings that were not recorded and stand in the table as zeros.
 pub(crate) fn zeros(
     file: &'static str,
@@ -13,12 +16,13 @@ pub(crate) fn zeros(
     without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
 ) -> Option<Hypothesis> {
     let there = present(table, columns);
-    let table = table.filter(|_| there.len() > 1)?;
+    let table = table?;
+    let fewest = if there.len() > 1 { FEWEST } else { FEWEST_OF_ONE };
     let read: Vec<Vec<f64>> = there.iter().filter_map(|name| table.numbers(name)).collect();
     let is_zero = |row: usize| read.iter().all(|values| values[row] == 0.0);
     let rows: Vec<bool> = (0..table.n_rows()).map(is_zero).collect();
     let n = rows.iter().filter(|row| **row).count();
-    if n < FEWEST || 2 * n > rows.len() || read.len() < there.len() {
+    if n < fewest || 2 * n > rows.len() || read.len() < there.len() {
         return None;
     }
     let first = rows.iter().position(|row| *row)?;

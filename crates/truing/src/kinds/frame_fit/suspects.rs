@@ -116,12 +116,14 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(signs(POSES, table, &QUATERNION[1..]));
     all.extend(exchanges(POSES, table, &QUATERNION));
     all.extend(rows_shifted(POSES, table, &COORDINATES, None));
+    all.extend(rows_shifted(POSES, table, &QUATERNION, None));
     all.extend(rows_shifted(POSES, table, &["place"], None));
     all.extend(swapped_names(POSES, table, "place", MOST_PLACES));
     if let Some(fitted) = fitted {
         let n_rows = table.map_or(0, Table::n_rows);
         let far: Vec<usize> =
             farthest(fitted, FARTHEST).into_iter().filter(|row| *row < n_rows).collect();
+        all.extend(slips(POSES, table, &COORDINATES, Some((fitted, &far[..]))));
         all.extend(exchanged_rows(POSES, table, &COORDINATES, &far));
         all.extend(exchanged_rows(POSES, table, &["place"], &far));
     }

@@ -1,8 +1,8 @@
-//! Readings that lie at other targets than those of their rows, and signs that were left out.
+//! Readings that lie at other targets than those of their rows, targets for deviations, and signs that were left out.
 
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
-use crate::suspect::{Hypothesis, Proof, step_of, stretches_of};
+use crate::suspect::{Hypothesis, Proof, rows_left_out, step_of, stretches_of};
 
 /// Share of the smallest step between targets within which a reading is at one.
 const NEAR: f64 = 0.1;
@@ -174,6 +174,30 @@ pub(super) fn coarser_than_noise(
          coarse, digits cut off): what is left is the rounding; record all digits, or declare `[noise]` with the rounding in it"
     );
     let found = Hypothesis::of("input:rounded", (file, &[reached]), description, Vec::new());
+    Some(found.certain())
+}
+
+/// Deviations that are the targets of their rows, of some rows: these were copied over them.
+pub(super) fn targets_as_deviations(
+    (file, table): (&'static str, &Table),
+    [target, deviation]: [&'static str; 2],
+) -> Option<Hypothesis> {
+    let (targets, read) = table.numbers(target).zip(table.numbers(deviation))?;
+    let is_copy = |row: usize| targets[row] == read[row];
+    let copies = (0..read.len()).filter(|&row| targets[row] != 0.0 && is_copy(row)).count();
+    if copies < FEWEST {
+        return None;
+    }
+    let rows: Vec<bool> = (0..read.len()).map(is_copy).collect();
+    let lines: Vec<usize> =
+        (0..read.len()).filter(|&row| rows[row]).map(|row| table.line(row)).collect();
+    let description = format!(
+        "`{deviation}` of {file} is the target itself in lines {}: `{target}` was copied over it; put back what was \
+         read there, or leave these rows out",
+        stretches_of(&lines)
+    );
+    let edits = vec![rows_left_out(file, &rows)];
+    let found = Hypothesis::of("input:copied", (file, &[deviation]), description, edits);
     Some(found.certain())
 }
 

@@ -9,7 +9,8 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Typed, Yardstick, clipped_of_few, coarser_than_others,
     copies, cycles, doubled, exchanged_rows, exchanges, farthest, held, increments, lengths,
     minus_lost, number, of_another_part, other_setting, polar, rows_left_out, rows_shifted,
-    scaled_setting, signs, silent, slips, spread_of_places, standing_still, units, zeros,
+    rows_shifted_by, scaled_setting, signs, silent, slips, spread_of_places, standing_still, units,
+    zeros,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -29,6 +30,8 @@ const GROSS: f64 = 0.003;
 const UNMATCHED: f64 = 0.05;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
+/// Rows by which a coordinate may be further down than the others, besides one.
+const SHIFTS: [isize; 4] = [2, -2, 3, -3];
 
 /// Sign and unit of the vertex radius, the diameter for the radius, the sign of the conic.
 pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
@@ -133,8 +136,12 @@ pub(crate) fn mistakes_of_rows(
     known: &[&str],
     fitted: Option<&Fitted>,
 ) -> Vec<Hypothesis> {
-    let of_column = |column: &&str| rows_shifted(file, table, &[*column], None);
-    let mut all: Vec<Hypothesis> = XYZ.iter().flat_map(of_column).collect();
+    let of_column = |column: &&str| {
+        let farther = SHIFTS.map(|by| rows_shifted_by(file, table, &[*column], None, by));
+        rows_shifted(file, table, &[*column], None).into_iter().chain(farther.into_iter().flatten())
+    };
+    let mut all: Vec<Hypothesis> =
+        XYZ.iter().flat_map(|column| of_column(column).collect::<Vec<_>>()).collect();
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
     all.extend(silent(file, table, &XYZ));
     all.extend(minus_lost(file, table, &XYZ, fitted));
