@@ -44,15 +44,13 @@ pub(crate) const KIND: Kind = Kind {
         ),
         Readings::of(GRAVITY, &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)]),
         Readings {
-            file: PRESSES,
-            sets: &[(&MACHINE, Dimension::Length)],
             fewest: 1,
-            are_places: false,
             samples: Some(Samples {
                 file: WRENCH,
                 label: "press",
                 sets: &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)],
             }),
+            ..Readings::of(PRESSES, &[(&MACHINE, Dimension::Length)])
         },
     ],
     typed: &[Typed::of(&["contact", "z0_mm"])],

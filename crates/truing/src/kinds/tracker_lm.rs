@@ -25,7 +25,7 @@ use crate::Error;
 use crate::case::{Document, Finite, Folder, LoopSettings, Positive, Problem};
 use crate::kind::Kind;
 use crate::measured::Reading;
-use crate::suspect::{Dimension, Readings, Samples, Typed};
+use crate::suspect::{Dimension, Readings, Samples, Set, Typed};
 use crate::uncertain::{Std, Uncertain};
 
 pub use axis_error::{AxisErrorEstimate, AxisLocationEstimate};
@@ -52,8 +52,8 @@ pub(crate) const KIND: Kind = Kind {
         of_places(STATIONS, RANGES, "station"),
         of_places(STATIONS, TARGETS, "station"),
         of_places(MOUNTS, RANGES, "mount"),
-        Readings::of(RANGES, &[(&[DISPLACEMENT], Dimension::Length)]),
-        Readings::of(TARGETS, &[(&PLACE, Dimension::Length)]),
+        read_at_steps(RANGES, &[(&[DISPLACEMENT], Dimension::Length)]),
+        read_at_steps(TARGETS, &[(&PLACE, Dimension::Length)]),
     ],
     typed: &[Typed::of(&["axis", "origin_mm"])],
     uncertain: &[
@@ -301,5 +301,20 @@ impl Settings {
 /// Places of which each may be wrong, with what was read there.
 const fn of_places(file: &'static str, read: &'static str, label: &'static str) -> Readings {
     let samples = Some(Samples { file: read, label, sets: &[] });
-    Readings { file, sets: &[(&PLACE, Dimension::Length)], fewest: 1, are_places: true, samples }
+    Readings {
+        fewest: 1,
+        are_places: true,
+        samples,
+        ..Readings::of(file, &[(&PLACE, Dimension::Length)])
+    }
+}
+
+/// What stations read of reflectors at every step.
+const fn read_at_steps(file: &'static str, sets: &'static [Set]) -> Readings {
+    Readings {
+        of: &[(STATIONS, "station"), (MOUNTS, "mount")],
+        labels: &["mount", "station"],
+        orders: &[&["step"], &["station", "step"], &["station", "mount", "step"]],
+        ..Readings::of(file, sets)
+    }
 }

@@ -231,16 +231,21 @@ fn of_rows(
     is_sound: &(impl Fn(&Misfit) -> bool + Sync),
     (is_gross, sessions): (bool, Option<Asked<'_>>),
 ) -> (Option<Found>, Option<Found>) {
-    let stretches = Stretch::all_of(files, is_sound);
+    let mut stretches = Stretch::all_of(files, is_sound);
     let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
-    let of_each = |list: &dyn Fn(&Stretch) -> Vec<Hypothesis>| {
-        first_of(stretches.iter().flat_map(list).collect())
+    let changed = |stretches: &[Stretch]| {
+        let found = first_of(stretches.iter().flat_map(|s| s.changes(files)).collect());
+        found.map(|found| stretches.iter().fold(found, |found, s| s.sharpened(files, found)))
     };
-    let sharpened = |found| stretches.iter().fold(found, |found, s| s.sharpened(files, found));
-    let changed = of_each(&|stretch| stretch.changes(files)).map(sharpened);
     let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
-    match changed.or_else(|| first_of(last)).or_else(beyond) {
+    match changed(&stretches).or_else(|| first_of(last)).or_else(beyond) {
         None => {
+            for others in Stretch::in_other_orders(files, is_sound) {
+                if let Some(found) = changed(&others) {
+                    return (Some(found), None);
+                }
+                stretches.extend(others);
+            }
             let misplaced = |may_be: &dyn Fn(&&Stretch) -> bool| {
                 let those = stretches.iter().filter(may_be);
                 Trials::of_those(files, those.filter_map(|s| s.misplaced(files)).collect(), None)

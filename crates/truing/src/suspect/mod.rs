@@ -29,6 +29,7 @@ mod setting;
 mod sign;
 mod slip;
 mod some_rows;
+mod spike;
 mod stretch;
 mod thinned;
 mod typed;
@@ -54,10 +55,11 @@ pub(crate) use order::{
     sorted_as_text, swapped_names,
 };
 pub(crate) use polar::polar;
-pub(crate) use readings::{Readings, Samples};
+pub(crate) use readings::{Readings, Samples, Set};
 pub(crate) use setting::{Typed, lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::{minus_lost, signs};
 pub(crate) use slip::{points_lost, slip_of_sign, slips};
+pub(crate) use spike::spikes;
 pub(crate) use unit::{Dimension, Twice, all_in_metres, doubled, units, units_from_a_row};
 pub(crate) use yardstick::{Yardstick, spread_of, spread_of_places};
 pub(crate) use zeros::zeros;

@@ -6,7 +6,7 @@ use super::unit::Dimension;
 use crate::case::{Change, Edit, Folder, Table};
 
 /// Columns that are read together.
-pub(super) type Set = (&'static [&'static str], Dimension);
+pub(crate) type Set = (&'static [&'static str], Dimension);
 
 /// A table of readings of which a stretch may be wrong.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,13 @@ pub(crate) struct Readings {
     pub(crate) are_places: bool,
     /// The samples that were recorded of each row, where there are any.
     pub(crate) samples: Option<Samples>,
+    /// Tables of what is read, by file and by the column that names it in both: what no row reads any more goes.
+    pub(crate) of: &'static [(&'static str, &'static str)],
+    /// Columns of names that may have been exchanged in some rows.
+    pub(crate) labels: &'static [&'static str],
+    /// Columns by which the rows are put in other orders than that of the table, in which those that are wrong may
+    /// follow each other.
+    pub(crate) orders: &'static [&'static [&'static str]],
 }
 
 /// A table of samples, each of the row that has the same name in a column of both.
@@ -32,14 +39,26 @@ pub(crate) struct Samples {
 impl Readings {
     /// Of a table that stands for itself.
     pub(crate) const fn of(file: &'static str, sets: &'static [Set]) -> Self {
-        Self { file, sets, fewest: 3, are_places: false, samples: None }
+        Self {
+            file,
+            sets,
+            fewest: 3,
+            are_places: false,
+            samples: None,
+            of: &[],
+            labels: &[],
+            orders: &[],
+        }
     }
 
     /// The changes after which some rows are not there, nor their samples.
     pub(super) fn without(&self, folder: &Folder, rows: &[usize]) -> Option<Vec<Edit>> {
         let table = folder.table(self.file, &[]).ok()?;
-        let kept = (0..table.n_rows()).filter(|row| rows.binary_search(row).is_err()).collect();
-        let mut edits = vec![Edit { file: self.file, change: Change::Keep { rows: kept } }];
+        let kept: Vec<usize> =
+            (0..table.n_rows()).filter(|row| rows.binary_search(row).is_err()).collect();
+        let unread = self.of.iter().filter_map(|of| unread(folder, (&table, &kept), *of));
+        let mut edits: Vec<Edit> = unread.collect();
+        edits.push(Edit { file: self.file, change: Change::Keep { rows: kept } });
         if let Some(samples) = self.samples.filter(|samples| folder.has(samples.file)) {
             let of = folder.table(samples.file, &[]).ok()?;
             let gone = samples.of_rows([&table, &of], rows)?;
@@ -48,6 +67,20 @@ impl Readings {
         }
         Some(edits)
     }
+}
+
+/// What only those are left of that these rows read; `None` where they read all.
+fn unread(
+    folder: &Folder,
+    (table, kept): (&Table, &[usize]),
+    (file, name): (&'static str, &'static str),
+) -> Option<Edit> {
+    let of = folder.table(file, &[]).ok()?;
+    let [read, named] = [table.column(name)?, of.column(name)?];
+    let names: BTreeSet<&str> = kept.iter().map(|row| table.cell(*row, read)).collect();
+    let rows: Vec<usize> =
+        (0..of.n_rows()).filter(|row| names.contains(of.cell(*row, named))).collect();
+    (rows.len() < of.n_rows()).then_some(Edit { file, change: Change::Keep { rows } })
 }
 
 impl Samples {

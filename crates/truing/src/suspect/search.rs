@@ -284,8 +284,11 @@ impl Trials {
     pub(super) fn helping(&self, plain: &Plain, least: f64, most: usize) -> Vec<Found> {
         let gain = |m: &Misfit| plain.misfit.gain(m);
         let is_of_physics = |m: &Misfit| !m.is_noise() && m.share < m.gross;
-        let mut all =
-            self.pick(|_, m| is_of_physics(m) && gain(m) >= least && is_evident(m.dof, gain(m)));
+        let helps = |h: &Hypothesis, m: &Misfit| {
+            let least = if h.proof == Proof::Unphysical { LITTLE } else { least };
+            gain(m) >= least && is_evident(m.dof, gain(m))
+        };
+        let mut all = self.pick(|h, m| is_of_physics(m) && helps(h, m));
         let share = |tried: &Tried| tried.1.map_or(f64::INFINITY, |m| m.share);
         all.sort_by(|a, b| share(a).total_cmp(&share(b)));
         all.truncate(most);
@@ -305,6 +308,9 @@ pub(super) fn is_evident(dof: usize, gain: f64) -> bool {
     let log_likelihood = dof as f64 * gain.ln();
     log_likelihood >= EVIDENCE
 }
+
+/// Factor that a mistake which no physics makes takes off the misfit at least.
+const LITTLE: f64 = 1.1;
 
 /// Share of a gross misfit below which it is not looked at.
 const QUIET: f64 = 0.01;

@@ -1,8 +1,13 @@
 //! What may be wrong with some rows of a table.
 
+use std::collections::BTreeSet;
+
 use super::hypothesis::{Hypothesis, is_or_are, listed, owned, pairs, present, stretches_of};
 use super::unit::{Dimension, all_and_each, shown};
 use crate::case::{Change, Edit, Table};
+
+/// Names of which every two may be exchanged, at most.
+const MOST_NAMES: usize = 8;
 
 /// What may be wrong with the coordinates in one row.
 pub(super) fn changes_of_row(
@@ -77,6 +82,32 @@ impl Rows<'_> {
         all.extend(pairs(columns).map(both));
         all.extend(pairs(columns).map(|pair| self.exchanged(pair)));
         all
+    }
+
+    /// Any two names of a column exchanged.
+    pub(super) fn names_exchanged(&self, column: &str) -> Vec<Hypothesis> {
+        let Some(index) = self.table.column(column) else { return Vec::new() };
+        let names: BTreeSet<&str> =
+            self.these.iter().map(|row| self.table.cell(*row, index)).collect();
+        let names: Vec<&str> = names.into_iter().collect();
+        if names.len() > MOST_NAMES {
+            return Vec::new();
+        }
+        let exchanged = |[one, other]: [&str; 2]| {
+            let description = format!(
+                "the labels `{one}` and `{other}` in `{column}` of {} are exchanged (swapped){}: exchange them there",
+                self.file,
+                self.said()
+            );
+            let change = Change::Rename {
+                column: column.to_owned(),
+                rows: Some(self.these.clone()),
+                names: [[one, other], [other, one]].map(|pair| pair.map(str::to_owned)).to_vec(),
+            };
+            let edits = vec![Edit { file: self.file, change }];
+            Hypothesis::of("input:labels", (self.file, &[column]), description, edits)
+        };
+        pairs(&names).map(exchanged).collect()
     }
 
     fn factors(&self, set: &[&str], dimension: Dimension) -> Vec<Hypothesis> {

@@ -1,8 +1,10 @@
 //! A stretch of rows that does not fit the others: where it lies is known by leaving it out, what is wrong with it
 //! by changing it.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -14,7 +16,7 @@ use super::readings::{Readings, Samples};
 use super::search::{Found, misfit_with};
 use super::some_rows::Rows;
 use super::unit::{Dimension, all_and_each};
-use crate::case::{Change, Edit, Order};
+use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
 
 /// Rows of a table in which a stretch is looked for, at most: each part costs a fit.
@@ -27,6 +29,8 @@ const LONG: usize = 200;
 /// Rows of another session that are wrong one by one, at least, and one in so many: the others happen to fit.
 const FEWEST_OF_SESSION: usize = 5;
 const ONE_WRONG_IN: usize = 4;
+/// Rows that are in the order of their numbers by no accident, at least.
+const FEWEST_SORTED: usize = 6;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;
 
@@ -55,6 +59,8 @@ const MOST_MOVES: usize = 24;
 #[derive(Debug)]
 pub(super) struct Stretch {
     of: Readings,
+    /// The rows in another order than that of the table; `None` where it lies in that.
+    order: Option<Arc<[usize]>>,
     rows: Range<usize>,
     /// Those of them without which the others fit already.
     wrong: Vec<usize>,
@@ -63,30 +69,51 @@ pub(super) struct Stretch {
 impl Stretch {
     /// All of a case, which `fits` without each of them.
     pub(super) fn all_of(files: &Files, fits: &(impl Fn(&Misfit) -> bool + Sync)) -> Vec<Self> {
-        let of_table = |of: &Readings| {
-            let n = files.folder.table(of.file, &[]).ok()?.n_rows();
-            let without = |rows: &[usize]| {
-                let left =
-                    of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
-                left.is_some_and(|misfit| fits(&misfit))
-            };
-            let without_all = |rows: &Range<usize>| without(&rows.clone().collect::<Vec<usize>>());
-            let is_looked_at = (of.fewest + 1..=MOST_ROWS).contains(&n);
-            let all = is_looked_at.then(|| shortest((n, of.fewest), &without_all))?;
-            let of_rows = |rows: Range<usize>| {
-                let wrong = only_wrong(rows.clone().collect(), &without);
-                Self { of: *of, rows, wrong }
-            };
-            Some(all.into_iter().map(of_rows).collect::<Vec<_>>())
-        };
         let is_there = |of: &&Readings| files.folder.has(of.file);
-        files.kind.readings.iter().filter(is_there).filter_map(of_table).flatten().collect()
+        let of_table = |of: &Readings| Self::of_table(files, of, None, fits);
+        files.kind.readings.iter().filter(is_there).flat_map(of_table).collect()
+    }
+
+    /// The same where the rows are in another order, one after the other.
+    pub(super) fn in_other_orders(
+        files: &Files,
+        fits: &(impl Fn(&Misfit) -> bool + Sync),
+    ) -> impl Iterator<Item = Vec<Self>> {
+        let all =
+            files.kind.readings.iter().flat_map(|of| of.orders.iter().map(move |by| (of, by)));
+        all.filter_map(move |(of, by)| {
+            let order = sorted_by(&files.folder.table(of.file, by).ok()?, by)?;
+            Some(Self::of_table(files, of, Some(order), fits))
+        })
+    }
+
+    fn of_table(
+        files: &Files,
+        of: &Readings,
+        order: Option<Arc<[usize]>>,
+        fits: &(impl Fn(&Misfit) -> bool + Sync),
+    ) -> Vec<Self> {
+        let Ok(table) = files.folder.table(of.file, &[]) else { return Vec::new() };
+        let n = table.n_rows();
+        let without = |rows: &[usize]| {
+            let left = of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
+            left.is_some_and(|misfit| fits(&misfit))
+        };
+        let without_all = |rows: &Range<usize>| without(&in_order(order.as_deref(), rows));
+        if !(of.fewest + 1..=MOST_ROWS).contains(&n) {
+            return Vec::new();
+        }
+        let of_rows = |rows: Range<usize>| {
+            let wrong = only_wrong(in_order(order.as_deref(), &rows), &without);
+            Self { of: *of, order: order.clone(), rows, wrong }
+        };
+        shortest((n, of.fewest), &without_all).into_iter().map(of_rows).collect()
     }
 
     /// Some rows that misfit, of a table of readings.
     pub(super) fn of_those(files: &Files, file: &str, wrong: Vec<usize>) -> Option<Self> {
         let of = *files.kind.readings.iter().find(|of| of.file == file)?;
-        Some(Self { of, rows: *wrong.first()?..wrong.last()? + 1, wrong })
+        Some(Self { of, order: None, rows: *wrong.first()?..wrong.last()? + 1, wrong })
     }
 
     /// What may be wrong with these rows.
@@ -102,6 +129,7 @@ impl Stretch {
             if !self.of.are_places {
                 all.extend(all_and_each(&columns).iter().flat_map(|set| self.orders(&rows, set)));
             }
+            all.extend(self.sorted(files, &rows, &columns));
         }
         let read =
             |samples: &Samples| Some((*samples, files.folder.table(samples.file, &[]).ok()?));
@@ -112,7 +140,8 @@ impl Stretch {
                 all.extend(rows.changes(&present(Some(&of), columns), *dimension));
             }
         }
-        for (columns, _) in self.of.sets {
+        all.extend(self.of.labels.iter().flat_map(|column| rows.names_exchanged(column)));
+        for (columns, _) in self.of.sets.iter().filter(|_| self.order.is_none()) {
             let columns = present(Some(&table), columns);
             all.extend(self.pasted(files, &rows, &columns));
             all.extend(columns.iter().filter_map(|column| self.filled(files, &rows, column)));
@@ -142,9 +171,10 @@ impl Stretch {
         for _ in 0..MOST_MOVES {
             let moved = |[start, end]: [isize; 2]| {
                 let rows = at.start.checked_add_signed(start)?..at.end.checked_add_signed(end)?;
-                let wrong = rows.clone().collect();
-                let change =
-                    Self { of: self.of, rows: rows.clone(), wrong }.change(files, index)?;
+                let wrong = in_order(self.order.as_deref(), &rows);
+                let stretch =
+                    Self { of: self.of, order: self.order.clone(), rows: rows.clone(), wrong };
+                let change = stretch.change(files, index)?;
                 Some((misfit_with(files, &change.edits)?, change, rows))
             };
             let tried = MOVES.into_par_iter().filter_map(moved);
@@ -167,7 +197,7 @@ impl Stretch {
     }
 
     fn all(&self) -> Vec<usize> {
-        self.rows.clone().collect()
+        in_order(self.order.as_deref(), &self.rows)
     }
 
     /// Whether its rows are places, which physics does not move one by one.
@@ -214,25 +244,76 @@ impl Stretch {
 
     /// One row further down or up, in reverse order, and neighbours exchanged.
     fn orders(&self, rows: &Rows<'_>, set: &[&str]) -> Vec<Hypothesis> {
-        let Range { start, end } = self.rows;
-        let said = rows.said();
-        let block = (std::slice::from_ref(&self.rows), &*said);
-        let farthest = if rows.table.n_rows() < LONG { 1 } else { FARTHEST_SHIFT };
-        let shifts = (1..=farthest).flat_map(|by| [by, -by]);
-        let shifted = |by| blocks_shifted((rows.file, rows.table), set, block, by);
-        let mut all: Vec<Hypothesis> = shifts.flat_map(shifted).collect();
+        let n = self.rows.len();
+        let mut all: Vec<Hypothesis> = match &self.order {
+            None => {
+                let said = rows.said();
+                let block = (std::slice::from_ref(&self.rows), &*said);
+                let farthest = if rows.table.n_rows() < LONG { 1 } else { FARTHEST_SHIFT };
+                let shifts = (1..=farthest).flat_map(|by| [by, -by]);
+                shifts
+                    .flat_map(|by| blocks_shifted((rows.file, rows.table), set, block, by))
+                    .collect()
+            }
+            Some(_) => [(1, "down"), (n - 1, "up")]
+                .into_iter()
+                .flat_map(|(by, way)| {
+                    let what = format!("shifted one row {way} against the other columns");
+                    let order = self.listed(rows.table.n_rows(), &|at| (at + by) % n);
+                    let change = Change::Rows { columns: owned(set), order };
+                    let said = (set, &*what, "shift them back");
+                    let rolled = rows.hypothesis("input:row-shift", said, change);
+                    // Of those that came from beyond nothing is known.
+                    let lost = in_order(self.order.as_deref(), &self.rows);
+                    let lost = if by == 1 { lost.last() } else { lost.first() }.copied();
+                    let kept = (0..rows.table.n_rows()).filter(|row| Some(*row) != lost).collect();
+                    let kept = Edit { file: rows.file, change: Change::Keep { rows: kept } };
+                    let edits = [rolled.edits.clone(), vec![kept]].concat();
+                    [rolled.clone(), Hypothesis { edits, ..rolled }]
+                })
+                .collect(),
+        };
         let listed = |within: &dyn Fn(usize) -> usize| {
-            let of = |row| if self.rows.contains(&row) { start + within(row - start) } else { row };
-            let order = Order::Listed((0..rows.table.n_rows()).map(of).collect());
+            let order = self.listed(rows.table.n_rows(), within);
             Change::Rows { columns: owned(set), order }
         };
-        let turned = listed(&|at| end - start - 1 - at);
+        let turned = listed(&|at| n - 1 - at);
         let said = (set, "in reverse order against the other columns", "turn them round");
         all.push(rows.hypothesis("input:row-shift", said, turned));
-        let neighbours = listed(&|at| if at ^ 1 < end - start { at ^ 1 } else { at });
+        let neighbours = listed(&|at| if at ^ 1 < n { at ^ 1 } else { at });
         let said = (set, "exchanged between neighbouring rows (swapped)", "exchange them");
         all.push(rows.hypothesis("input:labels", said, neighbours));
         all
+    }
+
+    /// The order in which its rows come from elsewhere `within` it, counted from its first.
+    fn listed(&self, n: usize, within: &dyn Fn(usize) -> usize) -> Order {
+        let mut order: Vec<usize> = (0..n).collect();
+        let at = |index: usize| self.order.as_ref().map_or(index, |order| order[index]);
+        for index in self.rows.clone() {
+            order[at(index)] = at(self.rows.start + within(index - self.rows.start));
+        }
+        Order::Listed(order)
+    }
+
+    /// Numbers of one column in the order of their size, of rows that follow each other in another order.
+    fn sorted(&self, files: &Files, rows: &Rows<'_>, columns: &[&str]) -> Option<Hypothesis> {
+        let order = self.order.as_ref()?;
+        let [column] = columns else { return None };
+        let values = rows.table.numbers(column)?;
+        let own: Vec<f64> = order[self.rows.clone()].iter().map(|row| values[*row]).collect();
+        let goes = |way: f64| own.windows(2).all(|pair| way * (pair[1] - pair[0]) > 0.0);
+        if own.len() < FEWEST_SORTED || !(goes(1.0) || goes(-1.0)) {
+            return None;
+        }
+        let description = format!(
+            "`{column}` of {} is in the order of its size{} (sorted without the other columns): put back the order in \
+             which it was read, or leave these rows out",
+            rows.file,
+            rows.said()
+        );
+        let edits = self.of.without(&files.folder, &self.all())?;
+        Some(Hypothesis::of("input:row-shift", (rows.file, columns), description, edits))
     }
 
     /// One value in all rows, as a spreadsheet fills them down.
@@ -281,4 +362,30 @@ impl Stretch {
         let edits = self.of.without(&files.folder, &self.all())?;
         Some(Hypothesis::of("input:copied", (file, columns), description, edits))
     }
+}
+
+/// Rows of a table by their places in an order, in ascending order.
+fn in_order(order: Option<&[usize]>, places: &Range<usize>) -> Vec<usize> {
+    let Some(order) = order else { return places.clone().collect() };
+    let mut rows = order[places.clone()].to_vec();
+    rows.sort_unstable();
+    rows
+}
+
+/// The rows sorted by some columns, numbers by their size; `None` where that is how they stand.
+fn sorted_by(table: &Table, columns: &[&str]) -> Option<Arc<[usize]>> {
+    let columns: Option<Vec<usize>> = columns.iter().map(|name| table.column(name)).collect();
+    let columns = columns?;
+    let number = |row: usize, column: usize| table.cell(row, column).parse::<f64>();
+    let compare = |a: usize, b: usize, column: usize| match (number(a, column), number(b, column)) {
+        (Ok(a), Ok(b)) => a.total_cmp(&b),
+        _ => table.cell(a, column).cmp(table.cell(b, column)),
+    };
+    let mut rows: Vec<usize> = (0..table.n_rows()).collect();
+    rows.sort_by(|&a, &b| {
+        let by_each = columns.iter().map(|&column| compare(a, b, column));
+        by_each.fold(Ordering::Equal, Ordering::then)
+    });
+    let stands = rows.iter().enumerate().all(|(at, row)| at == *row);
+    (!stands).then(|| Arc::from(rows))
 }

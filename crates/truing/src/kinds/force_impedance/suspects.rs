@@ -11,7 +11,7 @@ use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, copies, cycles,
     doubled, exchanged_blocks, exchanges, farthest, held, lengths, points_lost, rows_left_out,
-    rows_shifted, rows_shifted_by, scaled_setting, signs, slips, spread_of, standing_still,
+    rows_shifted, rows_shifted_by, scaled_setting, signs, slips, spikes, spread_of, standing_still,
     stretches, units, units_from_a_row, zeros,
 };
 
@@ -80,6 +80,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(signs(LOG, table, &[REFERENCE]));
     if let Some(fitted) = fitted {
         all.extend(reference_clock(table, fitted));
+        all.extend(spikes(LOG, table, CELLS[3], fitted));
         all.extend(table.and_then(|table| means_of_segments(table, fitted)));
     }
     for column in [REFERENCE].iter().chain(&CELLS).chain(&LENGTHS) {
