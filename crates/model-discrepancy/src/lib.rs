@@ -88,7 +88,7 @@ pub use answer::foreseen::Foreseen;
 pub use answer::opened::{OpenLoop, open_loop};
 pub use error::LoopError;
 pub use model::{
-    CommonEffect, Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Joint,
+    Cells, CommonEffect, Covariate, Declared, Differenced, Effect, Extended, Group, Inside, Joint,
     JointPart, Layout, LinearModel, Model, Origin, Parameter, Projected, Proposal, Quantity,
     Remaining, Role, Row, Scope, ShownAmplitude, State, check_tangents, resolution_of,
     whole_tangent,

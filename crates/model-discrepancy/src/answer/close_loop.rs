@@ -73,6 +73,12 @@ fn closed<'a>(
             Some(_) => Vec::new(),
             None => structured(context, &chosen, &lin),
         };
+        let is_quiet = left.is_empty() && !chosen.added.is_empty();
+        let left = if is_quiet && noisier_than_declared(context, &lin, &chosen) {
+            beside_larger_noise(context, &chosen, &lin)
+        } else {
+            left
+        };
         let outweighed = || outweighed((context, keep), base, (&chosen, &lin), &left);
         let Some(TakenBack { rest, why }) = back.or_else(outweighed) else {
             break (lin, attributions, summaries, left);

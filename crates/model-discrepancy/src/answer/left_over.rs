@@ -1,5 +1,7 @@
 //! What is left of the residual, with what there is to say of it.
 
+use crate::answer::changing_size::of_changing_size;
+use crate::answer::common_errors::common_errors;
 use crate::answer::constancy::inconstant;
 use crate::answer::external_validation::badly_predicted;
 use crate::answer::structure::{structure, traces_of_structure};
@@ -55,7 +57,7 @@ pub(crate) fn structured(
 }
 
 /// What is left where only noise, larger than declared, seems to be: a group that scatters more than the others, and
-/// the slightest trace of a shape or of neighbours that agree.
+/// the slightest trace of a shape, of neighbours that agree, of an error in common, or of an effect of changing size.
 pub(crate) fn beside_larger_noise(
     context: &Context<'_>,
     chosen: &Selected<'_>,
@@ -64,6 +66,10 @@ pub(crate) fn beside_larger_noise(
     let mut found = along_covariates(context, (chosen, lin), context.options.alpha);
     found.extend(traces_of_structure(context, lin));
     found.extend(odd_scatter(lin));
+    found.extend(common_errors(context, lin));
+    if found.is_empty() {
+        found.extend(of_changing_size(context, chosen, lin));
+    }
     found
 }
 

@@ -1,8 +1,10 @@
 //! What was found, how sure it is, and what it is worth.
 
 pub(crate) mod assess;
+mod changing_size;
 pub(crate) mod close_loop;
 pub(crate) mod closure;
+mod common_errors;
 pub(crate) mod confounded;
 pub(crate) mod confusable;
 mod constancy;

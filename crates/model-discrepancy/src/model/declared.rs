@@ -48,6 +48,9 @@ pub struct Declared {
     /// The place of each observation, where coordinates alone do not say which repeat each other:
     /// equal numbers were made at one place, under one load, along one beam.
     pub places: Option<Vec<usize>>,
+    /// What observations may have an error in common by, where no effect says so: the station and the step that they were
+    /// read from and at. Noise does not do so.
+    pub cells: Vec<Cells>,
     /// How finely the readings are recorded, in the unit of the reported rows; 0 where they are
     /// means of many. What is accepted must be found again where they are moved within it.
     pub resolution: f64,
@@ -110,6 +113,15 @@ pub struct Row {
     pub sigma: f64,
     /// Whether the row counts in the reported residual; false for rows in another unit.
     pub reported: bool,
+}
+
+/// A way in which observations belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cells {
+    /// What those of one cell share.
+    pub what: String,
+    /// Cell of each observation.
+    pub of_observation: Vec<usize>,
 }
 
 /// Successive rows that are combinations of a few readings.

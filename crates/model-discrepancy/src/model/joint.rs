@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::{
-    Declared, Effect, Group, Inside, Layout, Model, Parameter, Projected, Proposal, Remaining, Row,
-    Scope, State, whole_tangent,
+    Cells, Declared, Effect, Group, Inside, Layout, Model, Parameter, Projected, Proposal,
+    Remaining, Row, Scope, State, whole_tangent,
 };
 
 /// One data set.
@@ -265,11 +265,28 @@ fn joined(
         }));
         all.resolution = all.resolution.min(own.resolution);
     }
+    all.cells = cells(parts, begins, all.layout.observations.len());
     all.start = DVector::from_vec(start);
     all.records = in_records.then_some(records);
     all.places = at_places.then_some(places);
     all.directions = is_one_way.then_some(directions);
     all
+}
+
+/// The cells of every part; of what is not of it each observation stands alone.
+fn cells(parts: &[JointPart<'_>], begins: &[Begin], n: usize) -> Vec<Cells> {
+    let of_part = |(part, begin): (&JointPart<'_>, &Begin)| {
+        let own = &part.model.declared().cells;
+        let of_all = |cells: &Cells| {
+            let mut of_observation: Vec<usize> = (n..2 * n).collect();
+            for (i, cell) in cells.of_observation.iter().enumerate() {
+                of_observation[begin.observation + i] = *cell;
+            }
+            Cells { what: format!("{}: {}", part.name, cells.what), of_observation }
+        };
+        own.iter().map(of_all).collect::<Vec<_>>()
+    };
+    parts.iter().zip(begins).flat_map(of_part).collect()
 }
 
 /// An effect of a part among those of all.

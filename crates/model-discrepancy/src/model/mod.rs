@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 
 pub use check::check_tangents;
 pub use covariate::{Covariate, Origin, Quantity};
-pub use declared::{Declared, Group, Layout, Projected, Remaining, Role, Row};
+pub use declared::{Cells, Declared, Group, Layout, Projected, Remaining, Role, Row};
 pub use differences::Differenced;
 pub use effect::{Effect, Parameter, Scope};
 pub use extended::Extended;

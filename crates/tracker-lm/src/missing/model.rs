@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Covariate, Declared, Group, Layout, LinearModel, Model, Parameter, Quantity, Role, Row,
+    Cells, Covariate, Declared, Group, Layout, LinearModel, Model, Parameter, Quantity, Role, Row,
     resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Point3};
@@ -260,6 +260,7 @@ impl TrackerModel {
         let declared = Declared {
             places: Some(places(&network, layout.observations.len())),
             records: Some(records),
+            cells: vec![at_steps(&survey, layout.observations.len())],
             projected: reduction.projected(),
             resolution: resolution_of(survey.ranges.iter().map(|r| r.displacement_mm)),
             ..Declared::new(layout, base, effects)
@@ -413,6 +414,16 @@ fn locks(survey: &Survey, n_observations: usize) -> Vec<usize> {
         survey.ranges.iter().map(|r| r.station * n_mounts + r.mount).collect();
     locks.resize(n_observations, survey.stations.len() * n_mounts);
     locks
+}
+
+/// Readings of one station at one step; what is known beforehand stands alone.
+fn at_steps(survey: &Survey, n_observations: usize) -> Cells {
+    let n_steps = survey.steps.len();
+    let known = survey.stations.len() * n_steps;
+    let mut of_observation: Vec<usize> =
+        survey.ranges.iter().map(|r| r.station * n_steps + r.step).collect();
+    of_observation.extend((known..).take(n_observations - survey.ranges.len()));
+    Cells { what: "station at a step".to_owned(), of_observation }
 }
 
 /// Time of every one of `n` readings: from the first one on as recorded, else the share of the run.
