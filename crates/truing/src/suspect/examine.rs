@@ -3,7 +3,7 @@ use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
 use super::misfit::Misfit;
 use super::named::Suspect;
-use super::order::exchanged_with;
+use super::order::{exchanged_with, farthest};
 use super::physics::{Contest, Physics};
 use super::rounded::rounded;
 use super::search::{Found, Plain, Trials, misfit_with};
@@ -246,6 +246,9 @@ fn of_rows(
                 }
                 stretches.extend(others);
             }
+            if let Some(found) = changed(&Stretch::scattered(files, is_sound)) {
+                return (Some(found), None);
+            }
             let misplaced = |may_be: &dyn Fn(&&Stretch) -> bool| {
                 let those = stretches.iter().filter(may_be);
                 Trials::of_those(files, those.filter_map(|s| s.misplaced(files)).collect(), None)
@@ -305,8 +308,8 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     }
 }
 
-/// Some touches so far off that nothing can be fitted: they are not of the part where the others fit without them; the
-/// tables do not belong together where these do not fit either.
+/// Some touches so far off that nothing can be fitted, and others that fit no better: where the rest fits, one change to
+/// all of them that mends them, or that they are not of the part; the tables do not belong together where it does not.
 fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
     let file = files.kind.touches?;
     let mut touch = source.touch()?;
@@ -320,19 +323,20 @@ fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
         let edit = Edit { file, change: Change::Keep { rows: rows.clone() } };
         let fit = |reading: Reading| {
             let fitted = reading.measured.fit_alone()?;
-            Ok(Misfit::of(&*reading.measured, &fitted))
+            Ok((Misfit::of(&*reading.measured, &fitted), farthest(&fitted, 1)))
         };
         match files.with(&[edit]).read().and_then(fit) {
-            Ok((misfit, yardstick)) if misfit.share >= yardstick.unmatched => {
+            Ok(((misfit, yardstick), _)) if misfit.share >= yardstick.unmatched => {
                 return Some(unmatched(files, &misfit));
             }
-            Ok((misfit, _)) if fits_alone(&misfit) => {
+            Ok(((misfit, _), _)) if fits_alone(&misfit) => {
                 let wrong = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
-                return Stretch::of_those(files, file, wrong)?
-                    .misplaced(files)
-                    .map(Found::unmended);
+                let stretch = Stretch::of_those(files, file, wrong)?;
+                let changed = Trials::of_those(files, stretch.changes(files), None);
+                let misplaced = || stretch.misplaced(files).map(Found::unmended);
+                return changed.restoring(fits_alone).or_else(misplaced);
             }
-            Ok(_) => return None,
+            Ok((_, far)) => touch = *far.first()?,
             Err(source) => touch = source.touch()?,
         }
     }

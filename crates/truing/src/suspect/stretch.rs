@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::hypothesis::{Hypothesis, listed, owned, present};
 use super::left_out::{only_wrong, shortest};
 use super::misfit::Misfit;
-use super::order::{blocks_shifted, exchanged_rows};
+use super::order::{blocks_shifted, exchanged_rows, farthest};
 use super::readings::{Readings, Samples};
 use super::search::{Found, misfit_with};
 use super::some_rows::Rows;
@@ -31,6 +31,8 @@ const FEWEST_OF_SESSION: usize = 5;
 const ONE_WRONG_IN: usize = 4;
 /// Rows that are in the order of their numbers by no accident, at least.
 const FEWEST_SORTED: usize = 6;
+/// Wrong rows that are looked for one by one, at most.
+const MOST_SCATTERED: usize = 30;
 /// Wrong rows of which every two may be exchanged, at most.
 const MOST_EXCHANGED: usize = 8;
 
@@ -108,6 +110,32 @@ impl Stretch {
             Self { of: *of, order: order.clone(), rows, wrong }
         };
         shortest((n, of.fewest), &without_all).into_iter().map(of_rows).collect()
+    }
+
+    /// Rows here and there, each the farthest off of those that are left, without which the others fit.
+    pub(super) fn scattered(files: &Files, fits: &impl Fn(&Misfit) -> bool) -> Vec<Self> {
+        let of_table = |of: &Readings| {
+            let n = files.folder.table(of.file, &[]).ok()?.n_rows();
+            let mut rows: Vec<usize> = (0..n).collect();
+            for _ in 0..MOST_SCATTERED.min(n / 3) {
+                let gone: Vec<usize> =
+                    (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
+                let edits = of.without(&files.folder, &gone)?;
+                let reading = files.with(&edits).read().ok()?;
+                let fitted = reading.measured.fit_alone().ok()?;
+                if fits(&Misfit::of(&*reading.measured, &fitted).0) {
+                    return Self::of_those(files, of.file, gone);
+                }
+                // What is fitted must be the rows of this table.
+                if fitted.observations.len() != rows.len() {
+                    return None;
+                }
+                rows.remove(*farthest(&fitted, 1).first()?);
+            }
+            None
+        };
+        let of_rows = |of: &&Readings| files.folder.has(of.file) && !of.are_places;
+        files.kind.readings.iter().filter(of_rows).filter_map(of_table).collect()
     }
 
     /// Some rows that misfit, of a table of readings.

@@ -80,7 +80,6 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(signs(LOG, table, &[REFERENCE]));
     if let Some(fitted) = fitted {
         all.extend(reference_clock(table, fitted));
-        all.extend(spikes(LOG, table, CELLS[3], fitted));
         all.extend(table.and_then(|table| means_of_segments(table, fitted)));
     }
     for column in [REFERENCE].iter().chain(&CELLS).chain(&LENGTHS) {
@@ -90,6 +89,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     all.extend(slips(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), far));
+    all.extend(fitted.and_then(|fitted| spikes(LOG, table, CELLS[3], fitted)));
     all.extend(of_head(files));
     all
 }

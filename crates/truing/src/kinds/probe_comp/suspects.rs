@@ -14,13 +14,21 @@ use crate::kinds::surface::{
 };
 use crate::measured::Fitted;
 use crate::residual::Residual;
-use crate::suspect::{Hypothesis, exchanges, lengths, other_setting, rows_shifted, signs};
+use crate::suspect::{
+    Hypothesis, exchanges, lengths, number, other_setting, rows_left_out, rows_shifted, signs,
+    stretches_of,
+};
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
 /// Root mean square sine of the angle between approach and normal from which on it is asked why: 10°.
 const BESIDE: f64 = 0.17;
 /// Times that it must be smaller with a change of the coordinates.
 const STRAIGHTER: f64 = 4.0;
+/// Share of the radius within which a touch is off by it, and below which it is not off.
+const BY_THE_RADIUS: f64 = 0.05;
+const NEAR: f64 = 0.25;
+/// Touches off by it that are no accident.
+const FEWEST_COMPENSATED: usize = 2;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let columns = ["touch", XYZ[0], XYZ[1], XYZ[2]];
@@ -41,8 +49,46 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     all.extend(signs(TOUCHES, table, &APPROACH));
     all.extend(rows_shifted(TOUCHES, table, &APPROACH, None));
     all.extend(table.zip(fitted).and_then(|(table, fitted)| against_approaches(table, fitted)));
+    all.extend(
+        table.zip(fitted).and_then(|(table, fitted)| compensated_rows(files, table, fitted)),
+    );
     all.extend(mistakes_of_rows(TOUCHES, table, KNOWN, fitted));
     all
+}
+
+/// Some rows off by the radius of the ball, inwards, or by its diameter, and all others by next to nothing: they hold
+/// contact points, or the centre of a ball on the other side.
+fn compensated_rows(files: &Files, table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
+    let found = fitted.estimates.downcast_ref::<ProbeCompEstimates>()?;
+    let radius_mm = number(&files.document, &["probe", "tip_radius_mm"])?;
+    let off: Vec<f64> = found.touches.iter().map(|touch| touch.deviation_mm).collect();
+    let is_off_by = |mm: f64, by_mm: f64| (mm + by_mm).abs() <= BY_THE_RADIUS * radius_mm;
+    let holds = [
+        (
+            "input:compensated",
+            radius_mm,
+            "contact points, from which the radius was taken off already",
+        ),
+        ("input:side", 2.0 * radius_mm, "centres of a ball on the other side of the surface"),
+    ];
+    let of = |(effect, by_mm, what): (&'static str, f64, &str)| {
+        let marked: Vec<bool> = off.iter().map(|mm| is_off_by(*mm, by_mm)).collect();
+        let lines: Vec<usize> =
+            (0..marked.len()).filter(|&row| marked[row]).map(|row| table.line(row)).collect();
+        let others = off.iter().zip(&marked).filter(|(_, marked)| !**marked);
+        let is_all = others.into_iter().all(|(mm, _)| mm.abs() <= NEAR * radius_mm);
+        let is_some = lines.len() >= FEWEST_COMPENSATED && 2 * lines.len() <= off.len();
+        if off.len() != table.n_rows() || !is_all || !is_some {
+            return None;
+        }
+        let description = format!(
+            "the touches of {TOUCHES} in lines {} are {what}: put back the centres of the ball, or leave these rows out",
+            stretches_of(&lines)
+        );
+        let edits = vec![rows_left_out(TOUCHES, &marked)];
+        Some(Hypothesis::of(effect, (TOUCHES, &XYZ), description, edits).shown())
+    };
+    holds.into_iter().find_map(of)
 }
 
 /// Coordinates exchanged or mirrored so that the part looks the same, as one of revolution does: the touches then
