@@ -74,14 +74,12 @@ impl AxisRun<'_> {
         terms.extend(searched.lag.and_then(|travel| self.lag(travel)));
         terms.extend(self.waves(searched.period));
         terms.extend(self.growth());
-        if !self.is_one_pass() {
-            terms.push(self.drift(searched.span));
-        }
+        terms.push(self.drift(searched.span));
         terms
     }
 
     /// Whether every target is read once, in order: then whatever goes with time may as well be a deviation of the
-    /// targets' own.
+    /// targets' own, and what grows along the travel with time is any bow of it.
     pub(super) fn is_one_pass(&self) -> bool {
         let rises = |rises: bool| {
             self.readings.windows(2).all(|pair| (pair[1].target > pair[0].target) == rises)
@@ -106,11 +104,6 @@ impl AxisRun<'_> {
     /// What an axis does when it comes from the other side: the same everywhere, and another from place to place; all of
     /// it on the `side` that is off.
     fn reversals(&self, side: Option<Approach>) -> Vec<AxisTerm> {
-        let comes = |way| self.readings.iter().any(|r| r.approach == Some(way));
-        // Of a run from one side a reversal is any offset, and by place any profile.
-        if !(comes(Approach::Rising) && comes(Approach::Falling)) {
-            return Vec::new();
-        }
         let (fine, factor) = self.motion.reported();
         let stops = match side {
             None => "stops elsewhere when it comes from the other side",
@@ -142,7 +135,13 @@ impl AxisRun<'_> {
             }
         };
         let [same, rising, bent] = self.reversal_columns(side);
-        vec![term(named(everywhere), vec![same]), term(named(by_place), vec![rising, bent])]
+        let mut all = vec![term(named(everywhere), vec![same])];
+        // From one side alone it is a profile.
+        let comes = |way| self.readings.iter().any(|r| r.approach == Some(way));
+        if comes(Approach::Rising) && comes(Approach::Falling) {
+            all.push(term(named(by_place), vec![rising, bent]));
+        }
+        all
     }
 
     /// Legendre polynomials of degree 0, 1 and 2 along the travel, times half the way, or all of it on one side.
@@ -309,8 +308,12 @@ impl AxisRun<'_> {
     fn drift(&self, span: f64) -> AxisTerm {
         let passed = self.elapsed().iter().map(|t| t / span).collect();
         let text = "zero and length of the axis drift evenly from the first reading to the last";
-        let effect = Effect::new("drift", text, self.growing(", over the run"));
-        term(self.with_time(effect), self.grown(passed))
+        let (mut parameters, mut columns) = (self.growing(", over the run"), self.grown(passed));
+        if self.is_one_pass() {
+            parameters.truncate(1);
+            columns.truncate(1);
+        }
+        term(self.with_time(Effect::new("drift", text, parameters)), columns)
     }
 
     /// Driven by the time, where that was recorded.

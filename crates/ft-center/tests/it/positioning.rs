@@ -311,3 +311,34 @@ fn a_drift_that_comes_to_rest_needs_nothing_beside_it() {
         assert_eq!(named(&closure), ["drift"], "{seed}: {:?}", closure.steps);
     }
 }
+
+/// Of one run in one direction nothing tells what goes with time from what goes with the place, nor from which side.
+#[test]
+fn a_bow_read_once_from_one_side_is_no_drift_and_no_reversal() {
+    for seed in 0..10 {
+        let bow = |target: f64, _, _| 0.02 * (target / 250.0 - 1.0).powi(2);
+        let mut readings = run(seed, SIGMA_MM, bow);
+        readings.truncate(12);
+        let closure = closed(&readings, &[], None);
+        let is_of_time = |name: &&String| *name == "drift" || name.starts_with("backlash");
+        let named = named(&closure);
+        assert!(!named.iter().any(|name| is_of_time(&name)), "{named:?}");
+    }
+}
+
+/// The scale error of a run that has a reversal, too, looks another from side to side by the bad reading alone.
+#[test]
+fn a_bad_reading_is_found_beside_a_scale_error_and_a_reversal() {
+    let mut found = 0;
+    for seed in 0..20 {
+        let error =
+            |target: f64, way: f64, _| 7e-3 * f64::from(u8::from(way < 0.0)) - 1e-5 * target;
+        let mut readings = run(seed, SIGMA_MM, error);
+        readings[67].deviation += 0.13;
+        let closure = closed(&readings, &[], None);
+        let names = named(&closure);
+        let has = |id: &str| names.iter().any(|name| name == id);
+        found += usize::from(has("bad-point") && has("reversal") && has("pitch-error"));
+    }
+    assert!(found >= 18, "{found}");
+}

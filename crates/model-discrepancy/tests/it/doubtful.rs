@@ -1,6 +1,8 @@
 //! What is neither to be called noise nor to bear a name.
 
-use model_discrepancy::{Closure, LinearModel, Options, Remaining, Verdict, close_loop};
+use model_discrepancy::{
+    Cells, Closure, Covariate, LinearModel, Options, Quantity, Remaining, Verdict, close_loop,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -94,4 +96,58 @@ fn a_name_weaker_than_what_is_left_beside_it_is_taken_back() {
         );
     }
     assert!(taken_back > 0);
+}
+
+/// Readings of an effect that is there in another size at every temperature: the mean of it is nothing, and no shape
+/// along the temperature is left. It is not called noise, and noise as large is.
+#[test]
+fn an_effect_of_changing_size_is_not_called_noise() {
+    const N: usize = 80;
+    const SIZE: f64 = 5.0;
+    const MOST_OTHERWISE: usize = 14;
+    let mut otherwise = 0;
+    for seed in 0..SEEDS {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let effect: Vec<f64> = (0..N).map(|_| normal(&mut rng)).collect();
+        let warm: Vec<f64> = (0..N).map(|_| normal(&mut rng)).collect();
+        let noise: Vec<f64> = (0..N).map(|_| normal(&mut rng)).collect();
+        let along = [Covariate::recorded("part_c", Quantity::Temperature, warm.clone())];
+        let verdict = |data: Vec<f64>| {
+            let mut model = scalars(&data, &[("bending", effect.clone())]);
+            model.declared.layout.sigma_declared = true;
+            let closure = close_loop(&model, &along, &Options::default()).expect("closes");
+            assert!(closure.steps.is_empty() || closure.verdict != Verdict::Explained);
+            closure.verdict
+        };
+        let changing = (0..N).map(|i| SIZE * effect[i] * warm[i] + noise[i]).collect();
+        assert_eq!(verdict(changing), Verdict::StructureRemains, "seed {seed}");
+        let larger = verdict(noise.iter().map(|noise| SIZE * noise).collect());
+        otherwise += usize::from(larger != Verdict::NoiseLargerThanDeclared);
+    }
+    assert!(otherwise <= MOST_OTHERWISE, "{otherwise}");
+}
+
+/// What four readings here and there have in common is no noise, where it is known which four.
+#[test]
+fn readings_that_err_together_are_not_called_noise() {
+    const N: usize = 80;
+    const CELLS: usize = 20;
+    const STRIDE: usize = 33;
+    let mut told_apart = 0;
+    for seed in 0..SEEDS {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let common: Vec<f64> = (0..CELLS).map(|_| 4.0 * normal(&mut rng)).collect();
+        // Those of one cell lie apart.
+        let cell: Vec<usize> = (0..N).map(|i| i * STRIDE % N % CELLS).collect();
+        let data: Vec<f64> = cell.iter().map(|cell| common[*cell] + normal(&mut rng)).collect();
+        let mut model = scalars(&data, &[]);
+        model.declared.layout.sigma_declared = true;
+        let unknown = closed(&model).verdict;
+        let cells = Cells { what: "stand".to_owned(), of_observation: cell };
+        model.declared.cells = vec![cells];
+        let known = closed(&model);
+        assert_eq!(known.verdict, Verdict::StructureRemains, "seed {seed}");
+        told_apart += usize::from(unknown == Verdict::NoiseLargerThanDeclared);
+    }
+    assert!(told_apart > 0);
 }

@@ -170,7 +170,7 @@ fn a_place_and_a_motion_are_told_apart() {
 
 /// A rest that changes from each angle to the next is named where every angle was met three times.
 /// Met twice, the two stops of an angle say by one difference how far stops scatter there, and the
-/// values stay without a name: as «more noise than declared», and not as something else.
+/// values stay without a name, as structure that is left.
 #[test]
 fn values_by_angle_need_three_visits() {
     const SIZE_RAD: f64 = 20e-6;
@@ -184,7 +184,7 @@ fn values_by_angle_need_three_visits() {
         let (model, closure) = closed(moved(&simulate(&plan, 38), rest));
         if !once_more {
             assert!(closure.steps.is_empty(), "{:?}", closure.steps);
-            assert_eq!(closure.verdict, Verdict::NoiseLargerThanDeclared);
+            assert_eq!(closure.verdict, Verdict::StructureRemains);
             continue;
         }
         assert_eq!(names(&closure), [("angular-positioning", Some("EBB angle by angle"))]);

@@ -9,6 +9,7 @@ mod numbers;
 mod points;
 mod poses;
 mod rows;
+mod scattered;
 mod tracer;
 mod wrench;
 
