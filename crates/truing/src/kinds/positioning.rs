@@ -324,9 +324,9 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(exchanged_targets(POSITIONS, table, columns));
     all.extend(table.and_then(|table| clipped(table, columns)));
     all.extend(points_lost(POSITIONS, table, &columns));
+    all.extend(zeros(POSITIONS, table, &columns[1..], without));
     all.extend(standing_still(POSITIONS, table, &columns[1..], without));
     all.extend(held(POSITIONS, table, &columns[1..], without));
-    all.extend(zeros(POSITIONS, table, &columns[1..], without));
     all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     all.extend(doubled(POSITIONS, table, &columns[1..], Twice::Gain));
     if let Some(fitted) = fitted {

@@ -283,7 +283,7 @@ impl Stretch {
                     .flat_map(|by| blocks_shifted((rows.file, rows.table), set, block, by))
                     .collect()
             }
-            Some(_) => [(1, "down"), (n - 1, "up")]
+            Some(places) => [(1, "down"), (n - 1, "up")]
                 .into_iter()
                 .flat_map(|(by, way)| {
                     let what = format!("shifted one row {way} against the other columns");
@@ -292,9 +292,9 @@ impl Stretch {
                     let said = (set, &*what, "shift them back");
                     let rolled = rows.hypothesis("input:row-shift", said, change);
                     // Of those that came from beyond nothing is known.
-                    let lost = in_order(self.order.as_deref(), &self.rows);
-                    let lost = if by == 1 { lost.last() } else { lost.first() }.copied();
-                    let kept = (0..rows.table.n_rows()).filter(|row| Some(*row) != lost).collect();
+                    let Range { start, end } = self.rows;
+                    let lost = places[if by == 1 { end - 1 } else { start }];
+                    let kept = (0..rows.table.n_rows()).filter(|row| *row != lost).collect();
                     let kept = Edit { file: rows.file, change: Change::Keep { rows: kept } };
                     let edits = [rolled.edits.clone(), vec![kept]].concat();
                     [rolled.clone(), Hypothesis { edits, ..rolled }]
