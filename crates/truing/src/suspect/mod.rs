@@ -34,6 +34,7 @@ mod stretch;
 mod thinned;
 mod typed;
 mod unit;
+mod written;
 mod yardstick;
 mod zeros;
 

@@ -1,7 +1,7 @@
 //! Numbers written down wrong.
 
 use super::hypothesis::{Hypothesis, listed, owned, present};
-use super::typed::digits_exchanged;
+use super::written::{digits_exchanged, shortest};
 use crate::case::{Change, Edit, Table};
 use crate::measured::Fitted;
 
@@ -220,21 +220,9 @@ fn slip(
     Hypothesis { subject: format!("{file}: {name} in line {line}"), ..found }
 }
 
-/// Without the digits that dividing by ten adds.
-pub(super) fn shortest(value: f64) -> f64 {
-    let rounded = format!("{value:.12e}");
-    rounded.parse().unwrap_or(value)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_number_that_was_divided_reads_as_it_was_meant() {
-        assert_eq!(shortest(-1089.539 / 10.0).to_string(), "-108.9539");
-        assert_eq!(shortest(0.3 / 0.001).to_string(), "300");
-    }
 
     #[test]
     fn numbers_without_their_point_lie_apart() {

@@ -85,14 +85,14 @@ impl Stretch {
             files.kind.readings.iter().flat_map(|of| of.orders.iter().map(move |by| (of, by)));
         all.filter_map(move |(of, by)| {
             let order = sorted_by(&files.folder.table(of.file, by).ok()?, by)?;
-            Some(Self::of_table(files, of, Some(order), fits))
+            Some(Self::of_table(files, of, Some(&order), fits))
         })
     }
 
     fn of_table(
         files: &Files,
         of: &Readings,
-        order: Option<Arc<[usize]>>,
+        order: Option<&Arc<[usize]>>,
         fits: &(impl Fn(&Misfit) -> bool + Sync),
     ) -> Vec<Self> {
         let Ok(table) = files.folder.table(of.file, &[]) else { return Vec::new() };
@@ -101,13 +101,14 @@ impl Stretch {
             let left = of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
             left.is_some_and(|misfit| fits(&misfit))
         };
-        let without_all = |rows: &Range<usize>| without(&in_order(order.as_deref(), rows));
+        let places = order.map(|order| &**order);
+        let without_all = |rows: &Range<usize>| without(&in_order(places, rows));
         if !(of.fewest + 1..=MOST_ROWS).contains(&n) {
             return Vec::new();
         }
         let of_rows = |rows: Range<usize>| {
-            let wrong = only_wrong(in_order(order.as_deref(), &rows), &without);
-            Self { of: *of, order: order.clone(), rows, wrong }
+            let wrong = only_wrong(in_order(places, &rows), &without);
+            Self { of: *of, order: order.cloned(), rows, wrong }
         };
         shortest((n, of.fewest), &without_all).into_iter().map(of_rows).collect()
     }

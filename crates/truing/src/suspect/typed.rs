@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::hypothesis::Hypothesis;
 use super::search::misfit_with;
 use super::setting::{Typed, name_of, number_of};
-use super::slip::shortest;
+use super::written::{digits_exchanged, shortest};
 use crate::case::{CASE_FILE, Change, Document, Edit};
 use crate::count::count;
 use crate::kind::Files;
@@ -253,17 +253,4 @@ fn exchanged(document: &Document, one: &Number, other: &Number) -> Hypothesis {
     };
     let edits = replaced(document, &[(one, other.value), (other, one.value)]);
     Hypothesis::of("input:exchanged", (CASE_FILE, &[&name]), description, edits)
-}
-
-/// The numbers that have two neighbouring digits the other way round.
-pub(super) fn digits_exchanged(number: f64) -> Vec<f64> {
-    let written = number.to_string();
-    let digits: Vec<usize> =
-        written.match_indices(|c: char| c.is_ascii_digit()).map(|(at, _)| at).collect();
-    let exchanged = digits.windows(2).filter_map(|pair| {
-        let mut other = written.clone().into_bytes();
-        other.swap(pair[0], pair[1]);
-        String::from_utf8(other).ok()?.parse::<f64>().ok()
-    });
-    exchanged.filter(|to| to.total_cmp(&number).is_ne()).collect()
 }

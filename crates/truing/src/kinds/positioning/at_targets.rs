@@ -183,7 +183,7 @@ pub(super) fn targets_as_deviations(
     [target, deviation]: [&'static str; 2],
 ) -> Option<Hypothesis> {
     let (targets, read) = table.numbers(target).zip(table.numbers(deviation))?;
-    let is_copy = |row: usize| targets[row] == read[row];
+    let is_copy = |row: usize| targets[row].total_cmp(&read[row]).is_eq();
     let copies = (0..read.len()).filter(|&row| targets[row] != 0.0 && is_copy(row)).count();
     if copies < FEWEST {
         return None;
