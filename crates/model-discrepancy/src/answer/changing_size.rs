@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
+use crate::answer::without_tails::without_tails;
 use crate::choice::additivity::centred;
 use crate::choice::context::Context;
 use crate::choice::selected::Selected;
@@ -18,10 +19,6 @@ use crate::{Remaining, Scope};
 const POWERS: [i32; 3] = [1, 2, 3];
 /// Readings for each direction that is asked.
 const LEAST_READINGS: usize = 5;
-/// Robust standard deviations beyond which a reading counts as one at them: tails are no structure.
-const WITHIN: f64 = 3.0;
-/// Median of a normal distribution's absolute values, in standard deviations.
-const MEDIAN: f64 = 0.6745;
 
 /// The effect that explains most of the residual with a size that goes with a covariate, where its probability, all that
 /// were asked counted, is below that at which larger noise is called nothing but noise.
@@ -69,12 +66,4 @@ fn grown(tangent: &DMatrix<f64>, values: &DVector<f64>) -> DMatrix<f64> {
         })
         .collect();
     DMatrix::from_columns(&columns)
-}
-
-/// Residuals of which none is farther off than usual noise goes.
-pub(crate) fn without_tails(residual: &DVector<f64>) -> DVector<f64> {
-    let mut sizes: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let most = WITHIN * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / MEDIAN;
-    residual.map(|r| r.clamp(-most, most))
 }

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 use crate::Remaining;
 use crate::algebra::f_tail::f_tail;
-use crate::answer::changing_size::without_tails;
+use crate::answer::without_tails::without_tails;
 use crate::choice::context::Context;
 use crate::count::count;
 use crate::levels::ONLY_NOISE;

@@ -22,3 +22,4 @@ pub(crate) mod summary;
 pub(crate) mod unseen;
 pub(crate) mod unsupported;
 pub(crate) mod verdict;
+mod without_tails;

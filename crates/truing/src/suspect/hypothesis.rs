@@ -198,6 +198,12 @@ pub(super) fn listed(names: &[&str]) -> String {
     quoted.join(", ")
 }
 
+/// The lines of the rows that are marked, neighbours as a range.
+pub(crate) fn lines_of(table: &Table, marked: &[bool]) -> String {
+    let rows = (0..marked.len()).filter(|&row| marked[row]);
+    stretches_of(&rows.map(|row| table.line(row)).collect::<Vec<_>>())
+}
+
 /// Numbers in ascending order, neighbours as a range: `3, 7–9`.
 pub(crate) fn stretches_of(lines: &[usize]) -> String {
     let mut stretches: Vec<[usize; 2]> = Vec::new();

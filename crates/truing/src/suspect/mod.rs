@@ -46,7 +46,7 @@ pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use coarse::{coarser_than_others, step_of};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use held::held;
-pub(crate) use hypothesis::{Hypothesis, Proof, stretches_of};
+pub(crate) use hypothesis::{Hypothesis, Proof, lines_of, stretches_of};
 pub(crate) use increments::increments;
 pub(crate) use label::{Label, Part, labelled, of_another_part, readings_of_each, readings_of_one};
 pub use named::Suspect;

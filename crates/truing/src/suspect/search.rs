@@ -351,8 +351,8 @@ fn best(mut all: Vec<Tried>, is_subtle: bool) -> Option<Found> {
     let rms = |m: &Option<Misfit>| m.map_or(f64::INFINITY, |m| m.rms);
     let is_best = |m: &Option<Misfit>| share(m) <= TIE * least;
     let signs = all.iter().filter(|(h, m)| h.is_of_signs() && is_best(m));
-    let least_of_signs = signs.map(|(_, m)| rms(m)).fold(0.0, f64::max);
-    all.retain(|(h, m)| is_best(m) || h.is_of_signs() && rms(m) <= TIE * least_of_signs);
+    let most_of_signs = signs.map(|(_, m)| rms(m)).fold(0.0, f64::max);
+    all.retain(|(h, m)| is_best(m) || h.is_of_signs() && rms(m) <= TIE * most_of_signs);
     let mut all = all.into_iter();
     let (named, after) = all.next()?;
     let rivals = all.map(|(rival, _)| rival).collect();

@@ -1,7 +1,7 @@
 //! Samples of a record that lie far from where all others do.
 
 use super::channel::rows_left_out;
-use super::hypothesis::{Hypothesis, stretches_of};
+use super::hypothesis::{Hypothesis, lines_of};
 use crate::case::Table;
 use crate::measured::Fitted;
 
@@ -24,13 +24,11 @@ pub(crate) fn spikes(
     let apart = |n: &usize| sorted.get(*n).is_some_and(|next| sorted[n - 1] >= APART * next);
     let last = (1..=MOST).find(apart)?;
     let marked: Vec<bool> = off.iter().map(|square| *square >= sorted[last - 1]).collect();
-    let lines: Vec<usize> =
-        (0..marked.len()).filter(|&row| marked[row]).map(|row| table.line(row)).collect();
     let (rows, do_not) = if last == 1 { ("a row", "does not") } else { ("rows", "do not") };
     let description = format!(
         "{rows} of {file} in line {} {do_not} fit the others, by several times as much as any other: a spike of a \
          channel, or mistyped; look there, and leave out what is wrong",
-        stretches_of(&lines)
+        lines_of(table, &marked)
     );
     let edits = vec![rows_left_out(file, &marked)];
     Some(Hypothesis::of("input:spike", (file, &[column]), description, edits).unphysical())

@@ -117,10 +117,8 @@ impl Stretch {
     pub(super) fn scattered(files: &Files, fits: &impl Fn(&Misfit) -> bool) -> Vec<Self> {
         let of_table = |of: &Readings| {
             let n = files.folder.table(of.file, &[]).ok()?.n_rows();
-            let mut rows: Vec<usize> = (0..n).collect();
+            let (mut rows, mut gone): (Vec<usize>, Vec<usize>) = ((0..n).collect(), Vec::new());
             for _ in 0..MOST_SCATTERED.min(n / 3) {
-                let gone: Vec<usize> =
-                    (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
                 let edits = of.without(&files.folder, &gone)?;
                 let reading = files.with(&edits).read().ok()?;
                 let fitted = reading.measured.fit_alone().ok()?;
@@ -131,7 +129,8 @@ impl Stretch {
                 if fitted.observations.len() != rows.len() {
                     return None;
                 }
-                rows.remove(*farthest(&fitted, 1).first()?);
+                gone.push(rows.remove(*farthest(&fitted, 1).first()?));
+                gone.sort_unstable();
             }
             None
         };

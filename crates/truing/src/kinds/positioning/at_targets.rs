@@ -2,7 +2,7 @@
 
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
-use crate::suspect::{Hypothesis, Proof, rows_left_out, step_of, stretches_of};
+use crate::suspect::{Hypothesis, Proof, lines_of, rows_left_out, step_of, stretches_of};
 
 /// Share of the smallest step between targets within which a reading is at one.
 const NEAR: f64 = 0.1;
@@ -189,12 +189,10 @@ pub(super) fn targets_as_deviations(
         return None;
     }
     let rows: Vec<bool> = (0..read.len()).map(is_copy).collect();
-    let lines: Vec<usize> =
-        (0..read.len()).filter(|&row| rows[row]).map(|row| table.line(row)).collect();
     let description = format!(
         "`{deviation}` of {file} is the target itself in lines {}: `{target}` was copied over it; put back what was \
          read there, or leave these rows out",
-        stretches_of(&lines)
+        lines_of(table, &rows)
     );
     let edits = vec![rows_left_out(file, &rows)];
     let found = Hypothesis::of("input:copied", (file, &[deviation]), description, edits);

@@ -15,8 +15,8 @@ use crate::kinds::surface::{
 use crate::measured::Fitted;
 use crate::residual::Residual;
 use crate::suspect::{
-    Hypothesis, exchanges, lengths, number, other_setting, rows_left_out, rows_shifted, signs,
-    stretches_of,
+    Hypothesis, exchanges, lengths, lines_of, number, other_setting, rows_left_out, rows_shifted,
+    signs,
 };
 
 const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
@@ -73,17 +73,16 @@ fn compensated_rows(files: &Files, table: &Table, fitted: &Fitted) -> Option<Hyp
     ];
     let of = |(effect, by_mm, what): (&'static str, f64, &str)| {
         let marked: Vec<bool> = off.iter().map(|mm| is_off_by(*mm, by_mm)).collect();
-        let lines: Vec<usize> =
-            (0..marked.len()).filter(|&row| marked[row]).map(|row| table.line(row)).collect();
-        let others = off.iter().zip(&marked).filter(|(_, marked)| !**marked);
-        let is_all = others.into_iter().all(|(mm, _)| mm.abs() <= NEAR * radius_mm);
-        let is_some = lines.len() >= FEWEST_COMPENSATED && 2 * lines.len() <= off.len();
+        let n_marked = marked.iter().filter(|marked| **marked).count();
+        let mut others = off.iter().zip(&marked).filter(|(_, marked)| !**marked);
+        let is_all = others.all(|(mm, _)| mm.abs() <= NEAR * radius_mm);
+        let is_some = n_marked >= FEWEST_COMPENSATED && 2 * n_marked <= off.len();
         if off.len() != table.n_rows() || !is_all || !is_some {
             return None;
         }
         let description = format!(
             "the touches of {TOUCHES} in lines {} are {what}: put back the centres of the ball, or leave these rows out",
-            stretches_of(&lines)
+            lines_of(table, &marked)
         );
         let edits = vec![rows_left_out(TOUCHES, &marked)];
         Some(Hypothesis::of(effect, (TOUCHES, &XYZ), description, edits).shown())

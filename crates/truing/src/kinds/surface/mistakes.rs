@@ -136,12 +136,12 @@ pub(crate) fn mistakes_of_rows(
     known: &[&str],
     fitted: Option<&Fitted>,
 ) -> Vec<Hypothesis> {
-    let of_column = |column: &&str| {
-        let farther = SHIFTS.map(|by| rows_shifted_by(file, table, &[*column], None, by));
-        rows_shifted(file, table, &[*column], None).into_iter().chain(farther.into_iter().flatten())
-    };
-    let mut all: Vec<Hypothesis> =
-        XYZ.iter().flat_map(|column| of_column(column).collect::<Vec<_>>()).collect();
+    let mut all = Vec::new();
+    for column in &XYZ {
+        all.extend(rows_shifted(file, table, &[*column], None));
+        let farther = |by| rows_shifted_by(file, table, &[*column], None, by);
+        all.extend(SHIFTS.into_iter().flat_map(farther));
+    }
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
     all.extend(silent(file, table, &XYZ));
     all.extend(minus_lost(file, table, &XYZ, fitted));
