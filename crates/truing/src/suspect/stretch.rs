@@ -31,6 +31,8 @@ const FEWEST_OF_SESSION: usize = 5;
 const ONE_WRONG_IN: usize = 4;
 /// Rows that are in the order of their numbers by no accident, at least.
 const FEWEST_SORTED: usize = 6;
+/// One place in so many of a table where as many rows are in that order, at most: elsewhere it is their nature.
+const MOST_SORTED: usize = 20;
 /// Wrong rows that are looked for one by one, at most.
 const MOST_SCATTERED: usize = 30;
 /// Wrong rows of which every two may be exchanged, at most.
@@ -329,9 +331,15 @@ impl Stretch {
         let order = self.order.as_ref()?;
         let [column] = columns else { return None };
         let values = rows.table.numbers(column)?;
-        let own: Vec<f64> = order[self.rows.clone()].iter().map(|row| values[*row]).collect();
-        let goes = |way: f64| own.windows(2).all(|pair| way * (pair[1] - pair[0]) > 0.0);
-        if own.len() < FEWEST_SORTED || !(goes(1.0) || goes(-1.0)) {
+        let in_order: Vec<f64> = order.iter().map(|row| values[*row]).collect();
+        let goes =
+            |own: &[f64], way: f64| own.windows(2).all(|pair| way * (pair[1] - pair[0]) > 0.0);
+        let is_sorted = |own: &&[f64]| goes(own, 1.0) || goes(own, -1.0);
+        let (own, n) = (&in_order[self.rows.clone()], self.rows.len());
+        // What rises or falls all along, as a path does that is followed, was not sorted.
+        let are_sorted = in_order.windows(n).filter(is_sorted).count();
+        let is_accident = MOST_SORTED * are_sorted <= in_order.len();
+        if n < FEWEST_SORTED || !is_sorted(&own) || !is_accident {
             return None;
         }
         let description = format!(
