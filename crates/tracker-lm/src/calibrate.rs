@@ -142,7 +142,8 @@ fn fit<P: Readings>(
     let declared = options.noise.displacement_mm;
     let mut weights = Weights::new(&options.noise, declared.unwrap_or(FIRST_GUESS_MM));
     let mut problem = with(weights);
-    let from = |place: &Start| settle(&problem, start(&problem, place), held);
+    let search = |problem: &P, from| settle(problem, from, held, options.max_iterations);
+    let from = |place: &Start| search(&problem, start(&problem, place));
     let first = from(&Start::nominal(network));
     let factor = |settled: &BorderedSolution| settled.variance_factor.unwrap_or(0.0);
     let mut settled = match first {
@@ -162,7 +163,7 @@ fn fit<P: Readings>(
         let change = estimate / weights.displacement_mm - 1.0;
         weights = Weights::new(&options.noise, estimate);
         problem = with(weights);
-        settled = settle(&problem, settled.point, held)?;
+        settled = search(&problem, settled.point)?;
         if change.abs() < NOISE_SETTLED || estimate <= LEAST_NOISE_MM {
             break;
         }

@@ -1,9 +1,12 @@
+use crate::search::MOST_STEPS;
+
 /// How to calibrate.
 ///
 /// The default is the joint bundle with one dead path per lock, in the frame of the stations'
 /// nominal positions, under noise that is estimated from the residual.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 pub struct Options {
     /// What is unknown.
     pub formulation: Formulation,
@@ -17,6 +20,24 @@ pub struct Options {
     pub order: ErrorOrder,
     /// Standard uncertainties.
     pub noise: Noise,
+    /// Steps of the search before it gives up, from each of its two starts.
+    ///
+    /// 100: a well-posed survey takes under 20.
+    pub max_iterations: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            formulation: Formulation::default(),
+            axis: AxisModel::default(),
+            dead_path: DeadPath::default(),
+            gauge: Gauge::default(),
+            order: ErrorOrder::default(),
+            noise: Noise::default(),
+            max_iterations: MOST_STEPS,
+        }
+    }
 }
 
 /// What is unknown beside stations and dead paths.

@@ -7,13 +7,18 @@ use least_squares::{
 
 use crate::TrackerError;
 
-/// Minimises from `start`, with some blocks held there.
+/// Steps of a search before it gives up: a well-posed survey takes under 20.
+pub(crate) const MOST_STEPS: usize = 100;
+
+/// Minimises from `start` in so many steps at most, with some blocks held there.
 pub(crate) fn settle<P: BorderedProblem>(
     problem: &P,
     start: BorderedPoint,
     held: &[usize],
+    max_iterations: usize,
 ) -> Result<BorderedSolution, TrackerError> {
-    solve_bordered(problem, start, &options(held)).map_err(in_own_words)
+    let options = BorderedOptions { max_iterations, ..options(held) };
+    solve_bordered(problem, start, &options).map_err(in_own_words)
 }
 
 /// Covariance at a minimum.

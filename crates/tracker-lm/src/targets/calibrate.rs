@@ -12,7 +12,7 @@ use crate::joint::held;
 use crate::joint_result::{OfAxis, axis_errors};
 use crate::location::{angle_fit, located};
 use crate::perfect::{PerfectAxis, selected};
-use crate::search::{covariance, settle};
+use crate::search::{MOST_STEPS, covariance, settle};
 use crate::{
     AxisError, AxisLocation, AxisModel, ErrorOrder, MountEstimate, TargetNoise, TargetOptions,
     TargetSurvey, TrackerError,
@@ -142,14 +142,14 @@ pub(super) fn fitted(
     let held = held(options.axis, n_angles);
     let with = |sigma_mm: f64| Bundle::new(survey, options, sigma_mm, added.clone());
     let mut bundle = with(FIRST_GUESS_MM)?;
-    let mut solution = settle(&bundle, bundle.start(), &held)?;
+    let mut solution = settle(&bundle, bundle.start(), &held, MOST_STEPS)?;
     let mut point_mm = None;
     if options.noise == TargetNoise::Estimated {
         let factor = solution.variance_factor.unwrap_or(1.0);
         let sigma_mm = (FIRST_GUESS_MM * factor.sqrt()).max(LEAST_NOISE_MM);
         point_mm = Some(sigma_mm);
         bundle = with(sigma_mm)?;
-        solution = settle(&bundle, solution.point, &held)?;
+        solution = settle(&bundle, solution.point, &held, MOST_STEPS)?;
     }
     let calibration = result(&bundle, &solution, options, (point_mm, added.frame.as_ref()))?;
     Ok((calibration, solution.point))

@@ -229,6 +229,7 @@ impl Settings {
                 rigid_mm: value(self.noise.rigid_mm),
                 station_mm: value(self.noise.station_mm),
             },
+            ..Options::default()
         }
     }
 

@@ -44,6 +44,8 @@ pub(super) struct TrackerCase {
 /// Residual over its own standard uncertainty beyond which a range is named: over a thousand
 /// ranges of a sound survey chance does it once in three hundred surveys.
 const OUTLIER: f64 = 4.5;
+/// Steps of the search for a change that is tried: with the right one a survey takes under 20.
+const MOST_ITERATIONS: usize = 30;
 /// Ranges named at most.
 const MOST_NAMED: usize = 5;
 
@@ -102,6 +104,19 @@ impl TrackerCase {
         Arc::new(near.in_order(self.options.order).moved(self.away_mm))
     }
 
+    fn fitted(&self, found: &Calibration) -> Fitted {
+        let observation = |r: &f64| Observation { residual: vec![*r], fitted: true };
+        let declared = self.options.noise.displacement_mm.is_some();
+        Fitted {
+            observations: found.residuals_mm.iter().map(observation).collect(),
+            unit: "mm",
+            degrees_of_freedom: found.degrees_of_freedom,
+            chi2_per_dof: declared.then_some(found.variance_factor),
+            warnings: self.warnings(found),
+            estimates: self.estimates(found, None),
+        }
+    }
+
     /// What was recorded beside the ranges and their times.
     fn conditions(&self) -> Vec<Covariate> {
         self.covariates.iter().map(NumberColumn::covariate).collect()
@@ -132,17 +147,13 @@ impl TrackerCase {
 
 impl Measured for TrackerCase {
     fn fit(&self) -> Result<Fitted, Error> {
-        let found = self.solved()?;
-        let observation = |r: &f64| Observation { residual: vec![*r], fitted: true };
-        let declared = self.options.noise.displacement_mm.is_some();
-        Ok(Fitted {
-            observations: found.residuals_mm.iter().map(observation).collect(),
-            unit: "mm",
-            degrees_of_freedom: found.degrees_of_freedom,
-            chi2_per_dof: declared.then_some(found.variance_factor),
-            warnings: self.warnings(found),
-            estimates: self.estimates(found, None),
-        })
+        Ok(self.fitted(self.solved()?))
+    }
+
+    fn fit_alone(&self) -> Result<Fitted, Error> {
+        let options = Options { max_iterations: MOST_ITERATIONS, ..self.options };
+        let found = calibrate(&self.survey, &options).map_err(|e| self.error(e))?;
+        Ok(self.fitted(&found))
     }
 
     fn prepare(&self) -> Result<Prepared<'_>, Error> {
