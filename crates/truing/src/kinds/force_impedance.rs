@@ -38,15 +38,24 @@ pub(crate) const KIND: Kind = Kind {
     record: Some((LOG, "segment")),
     touches: None,
     readings: &[
-        Readings::of(
-            LOG,
-            &[
-                (&CELLS, Dimension::Force),
-                (&[REFERENCE], Dimension::Force),
-                (&LENGTHS, Dimension::Length),
-            ],
-        ),
-        Readings::of(PATH, &[(&["force_n"], Dimension::Force), (&[REFERENCE], Dimension::Force)]),
+        Readings {
+            is_record: true,
+            ..Readings::of(
+                LOG,
+                &[
+                    (&CELLS, Dimension::Force),
+                    (&[REFERENCE], Dimension::Force),
+                    (&LENGTHS, Dimension::Length),
+                ],
+            )
+        },
+        Readings {
+            is_record: true,
+            ..Readings::of(
+                PATH,
+                &[(&["force_n"], Dimension::Force), (&[REFERENCE], Dimension::Force)],
+            )
+        },
     ],
     typed: &[
         Typed::of(&["head", "tip_to_plane_mm"]),

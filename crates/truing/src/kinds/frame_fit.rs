@@ -18,6 +18,7 @@ use model_discrepancy::Quantity;
 use crate::Error;
 use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
 use crate::kind::Kind;
+use crate::kinds::orientation::QUATERNION;
 use crate::measured::{Measured, Reading};
 use crate::suspect::{Dimension, Readings};
 use crate::uncertain::{Std, Uncertain};
@@ -28,8 +29,8 @@ pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 use measured::{FrameCase, Sigma, Use};
 
 use settings::{
-    DISTANCES, FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings, TO,
-    TransformName,
+    COORDINATES, DISTANCES, FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings,
+    TO, TransformName,
 };
 
 pub(crate) const KIND: Kind = Kind {
@@ -39,7 +40,13 @@ pub(crate) const KIND: Kind = Kind {
     mistakes: suspects::mistakes,
     record: None,
     touches: None,
-    readings: &[Readings::of(PAIRS, &[(&TO, Dimension::Length), (&FROM, Dimension::Length)])],
+    readings: &[
+        Readings::of(PAIRS, &[(&TO, Dimension::Length), (&FROM, Dimension::Length)]),
+        Readings::of(
+            POSES,
+            &[(&COORDINATES, Dimension::Length), (&QUATERNION, Dimension::Direction)],
+        ),
+    ],
     typed: &[],
     uncertain: &[
         Uncertain { table: PAIRS, columns: &TO, std: Std::Columns(&SIGMA) },

@@ -16,6 +16,7 @@ use ft_center::Noise;
 use crate::Error;
 use crate::case::{Document, Folder, Positive, Problem};
 use crate::kind::Kind;
+use crate::kinds::orientation::QUATERNION;
 use crate::measured::Reading;
 use crate::suspect::{Dimension, Readings, Samples, Typed};
 use crate::uncertain::{Std, Uncertain};
@@ -42,7 +43,14 @@ pub(crate) const KIND: Kind = Kind {
             DISPLACEMENTS,
             &[(&["solved_mm"], Dimension::Length), (&["commanded_mm"], Dimension::Length)],
         ),
-        Readings::of(GRAVITY, &[(&FORCES, Dimension::Force), (&MOMENTS, Dimension::Moment)]),
+        Readings::of(
+            GRAVITY,
+            &[
+                (&FORCES, Dimension::Force),
+                (&MOMENTS, Dimension::Moment),
+                (&QUATERNION, Dimension::Direction),
+            ],
+        ),
         Readings {
             fewest: 1,
             samples: Some(Samples {

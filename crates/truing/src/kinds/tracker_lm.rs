@@ -52,8 +52,11 @@ pub(crate) const KIND: Kind = Kind {
         of_places(STATIONS, RANGES, "station"),
         of_places(STATIONS, TARGETS, "station"),
         of_places(MOUNTS, RANGES, "mount"),
-        read_at_steps(RANGES, &[(&[DISPLACEMENT], Dimension::Length)]),
-        read_at_steps(TARGETS, &[(&PLACE, Dimension::Length)]),
+        read_at_steps(
+            RANGES,
+            &[(&[DISPLACEMENT], Dimension::Length), (&["angle_deg"], Dimension::Angle)],
+        ),
+        read_at_steps(TARGETS, &[(&PLACE, Dimension::Length), (&["angle_deg"], Dimension::Angle)]),
     ],
     typed: &[Typed::of(&["axis", "origin_mm"])],
     uncertain: &[

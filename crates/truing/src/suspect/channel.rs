@@ -142,7 +142,8 @@ pub(crate) fn clipped_of_few(
         let of_end = |sign: f64| {
             let (end, rows) = at_end(&values, sign);
             let at_it = rows.iter().filter(|row| **row).count();
-            let is_pile = at_it >= CLIPPED_OF_FEW && 2 * at_it < values.len();
+            // What was not recorded is written as zeros.
+            let is_pile = at_it >= CLIPPED_OF_FEW && 2 * at_it < values.len() && end != 0.0;
             is_pile
                 .then(|| saturation(file, &[*name], &end.to_string(), false, without(table, &rows)))
         };

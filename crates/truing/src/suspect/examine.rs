@@ -1,4 +1,5 @@
 use super::declared::uncertainties_of_some_rows;
+use super::every_table::of_every_table;
 use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
 use super::misfit::Misfit;
@@ -97,6 +98,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
 /// What may be wrong with the input of a case.
 fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let mut all = (files.kind.mistakes)(files, fitted);
+    all.extend(of_every_table(files, fitted));
     all.extend(mistyped(&files.document, files.kind.typed));
     all
 }
@@ -178,7 +180,7 @@ fn decide(
         return (Some(found), Some(after));
     }
     let is_unmatched = if is_misplaced {
-        !(physics.is_explained() && physics.has_names_alone())
+        !(physics.has_names() && physics.is_explained() && physics.has_names_alone())
     } else {
         is_unmatched && !physics.takes_most(&plain.yardstick)
     };

@@ -173,10 +173,33 @@ pub(crate) fn sorted_as_text(
     label: &str,
     columns: &[&str],
 ) -> Option<Hypothesis> {
-    let there = present(table, columns);
     let (table, at) = table.and_then(|table| Some((table, table.column(label)?)))?;
     let labels: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, at)).collect();
-    let mut sorted = labels.clone();
+    let said =
+        format!("`{label}`, sorted as text (a permutation of labels): sort them as the labels are");
+    as_text((file, table), columns, &labels, &said)
+}
+
+/// The same in the order of the numbers of its rows sorted as text: 1, 10, 11, …
+pub(super) fn sorted_as_row_numbers(
+    file: &'static str,
+    table: &Table,
+    columns: &[&str],
+) -> Option<Hypothesis> {
+    let numbers: Vec<String> = (1..=table.n_rows()).map(|row| row.to_string()).collect();
+    let labels: Vec<&str> = numbers.iter().map(String::as_str).collect();
+    let said = "the other columns, that of the row numbers sorted as text (1, 10, 11, …): sort them by number";
+    as_text((file, table), columns, &labels, said)
+}
+
+fn as_text(
+    (file, table): (&'static str, &Table),
+    columns: &[&str],
+    labels: &[&str],
+    said: &str,
+) -> Option<Hypothesis> {
+    let there = present(Some(table), columns);
+    let mut sorted = labels.to_vec();
     sorted.sort_unstable();
     let is_distinct = sorted.windows(2).all(|pair| pair[0] != pair[1]);
     if there.is_empty() || !is_distinct || sorted == labels {
@@ -184,11 +207,7 @@ pub(crate) fn sorted_as_text(
     }
     let order = labels.iter().filter_map(|name| sorted.binary_search(name).ok()).collect();
     let change = Change::Rows { columns: owned(&there), order: Order::Listed(order) };
-    let description = format!(
-        "{} of {file} stand in another order than `{label}`, sorted as text (a permutation of labels): sort them as \
-         the labels are",
-        listed(&there)
-    );
+    let description = format!("{} of {file} stand in another order than {said}", listed(&there));
     let edits = vec![Edit { file, change }];
     Some(Hypothesis::of("input:labels", (file, &there), description, edits))
 }

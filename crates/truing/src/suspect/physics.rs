@@ -32,6 +32,9 @@ const IMITATION: f64 = 300.0;
 /// The same for a number of `case.toml`, where physics needs an effect more: an amplitude as large as
 /// the number itself, a ball off by its radius or a head by its weight, is hardly ever sound.
 const IMITATION_OF_SETTING: f64 = 60.0;
+/// The same for readings put to other places: an amplitude that is the way between two of them to so many standard
+/// uncertainties is that way.
+const IMITATION_OF_LABELS: f64 = 3000.0;
 /// Mistakes that may be as small as physics.
 const MILD: [&str; 6] =
     ["input:clock", "input:row-shift", LABELS, "input:saturation", "input:stuck", SETTING];
@@ -120,6 +123,11 @@ impl Physics {
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }
 
+    /// Whether it says anything: what free parameters take up it does not see.
+    pub(super) fn has_names(&self) -> bool {
+        self.steps() > 0
+    }
+
     pub(super) fn has_names_alone(&self) -> bool {
         self.closure().is_some_and(|closure| closure.steps.iter().all(has_a_cause))
     }
@@ -153,10 +161,16 @@ impl Physics {
         let is_free = found.named.effect == SETTING;
         let left = if is_free { self.by_name().map(|(_, left)| left) } else { self.left() };
         let Some(left) = left else { return Contest::Lost };
-        let is_mild = MILD.contains(&found.named.effect);
         let is_simpler = found.named.is_of_settings() && named < self.steps();
-        let least = if is_simpler { IMITATION_OF_SETTING } else { IMITATION };
+        let least = match found.named.effect {
+            LABELS => IMITATION_OF_LABELS,
+            _ if is_simpler => IMITATION_OF_SETTING,
+            _ => IMITATION,
+        };
         let is_exact = found.after.is_some_and(|after| before.significance(&after) >= least);
+        // What is free without a table explains what physics does.
+        let is_mild = found.named.effect != LABELS && MILD.contains(&found.named.effect)
+            || found.named.omits_a_file();
         // Two readings that are each other's: physics needs a bad reading for either. What is left
         // out frees as much as an effect does.
         let is_of_two = found.named.effect == LABELS || found.named.omits_a_file();

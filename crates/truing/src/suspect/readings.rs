@@ -17,6 +17,8 @@ pub(crate) struct Readings {
     pub(crate) fewest: usize,
     /// Whether they are places that stay, which physics does not move one by one.
     pub(crate) are_places: bool,
+    /// Whether they follow each other without a pause, where one of two instruments may come late.
+    pub(crate) is_record: bool,
     /// The samples that were recorded of each row, where there are any.
     pub(crate) samples: Option<Samples>,
     /// Tables of what is read, by file and by the column that names it in both: what no row reads any more goes.
@@ -44,6 +46,7 @@ impl Readings {
             sets,
             fewest: 3,
             are_places: false,
+            is_record: false,
             samples: None,
             of: &[],
             labels: &[],

@@ -18,6 +18,8 @@ const LIKE: [f64; 2] = [4.0, 20.0];
 const APART: f64 = 4.0;
 /// A number with its point put back is at most so many times as large as the largest of the others.
 const ROOM: f64 = 2.0;
+/// Share of the width of the others beyond which a number with its point put back does not lie.
+const BEYOND: f64 = 0.5;
 /// Most places by which a point is looked for.
 const MOST_PLACES: i32 = 6;
 /// Lines listed of those in which numbers are wrong.
@@ -28,7 +30,7 @@ const THOUSANDS: i32 = 3;
 /// One number of these columns with its decimal point or its sign wrong, or two of its digits exchanged: of the rows
 /// given where that changes it by about as much as the row is off, and the largest of each column with its point lost,
 /// whatever the fit says.
-pub(crate) fn slips(
+pub(super) fn slips(
     file: &'static str,
     table: Option<&Table>,
     columns: &[&str],
@@ -46,8 +48,9 @@ pub(crate) fn slips(
         all.sort_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)));
         all.dedup_by(|a, b| a.0 == b.0 && a.2.total_cmp(&b.2).is_eq());
         let of_one = |(row, wrong, meant)| {
-            (values[row] != 0.0)
-                .then(|| slip((file, table), (name, values[row]), row, (wrong, meant)))
+            let may_be = values[row] != 0.0
+                && (!matches!(wrong, Wrong::Point) || is_among_others(&values, row, meant));
+            may_be.then(|| slip((file, table), (name, values[row]), row, (wrong, meant)))
         };
         all.into_iter().filter_map(of_one).collect::<Vec<_>>()
     };
@@ -176,6 +179,15 @@ fn largest(values: &[f64]) -> impl Iterator<Item = usize> {
     let mut rows: Vec<usize> = (0..values.len()).collect();
     rows.sort_by(|&a, &b| values[b].abs().total_cmp(&values[a].abs()));
     rows.into_iter().take(LARGEST)
+}
+
+/// Whether a number lies where the others of its column do.
+fn is_among_others(values: &[f64], row: usize, meant: f64) -> bool {
+    let others = || (0..values.len()).filter(|other| *other != row).map(|other| values[other]);
+    let (low, high) =
+        (others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max));
+    let beyond = BEYOND * (high - low);
+    (low - beyond..=high + beyond).contains(&meant)
 }
 
 /// What may have been meant by a number of a row, of what changes it by about as much as it is off.

@@ -250,8 +250,11 @@ impl Stretch {
         let rows = Rows { file, table: &table, these };
         let (those, do_not) =
             if rows.these.len() == 1 { ("a row", "does not") } else { ("the rows", "do not") };
-        let ball =
-            if files.kind.touches.is_some() { ", with another ball (tip radius)" } else { "" };
+        let ball = if files.kind.touches.is_some() {
+            ", with another ball (tip radius), contact points for centres of the ball (compensated)"
+        } else {
+            ""
+        };
         let description = format!(
             "{those} of {file}{} {do_not} fit the others, which fit without: of another session, set-up or part{ball}, \
              displaced, turned, shifted, mistyped (typos, digits lost) or exchanged, or pasted from elsewhere{}; look there, \
@@ -357,7 +360,8 @@ impl Stretch {
         let (at, _) = rows.table.read_as(column)?;
         let value = rows.table.cell(self.rows.start, at);
         let is_same = |row: usize| rows.table.cell(row, at) == value;
-        if self.rows.len() < FEWEST_FILLED || !self.rows.clone().all(is_same) {
+        let is_filled = self.rows.clone().all(is_same) && !is_repeated(rows.table, &[at]);
+        if self.rows.len() < FEWEST_FILLED || !is_filled {
             return None;
         }
         let description = format!(
@@ -377,9 +381,7 @@ impl Stretch {
         let of_name = |name: &&str| table.read_as(name).map(|(column, _)| column);
         let read: Vec<usize> = columns.iter().filter_map(of_name).collect();
         let cell = |row: usize| read.iter().map(move |column| table.cell(row, *column));
-        let distinct = (0..table.n_rows()).map(|row| cell(row).collect::<Vec<_>>());
-        // What a design repeats was not pasted.
-        if 2 * distinct.collect::<BTreeSet<_>>().len() <= table.n_rows() {
+        if is_repeated(table, &read) {
             return None;
         }
         let is_same = |other: &usize| {
@@ -398,6 +400,14 @@ impl Stretch {
         let edits = self.of.without(&files.folder, &self.all())?;
         Some(Hypothesis::of("input:copied", (file, columns), description, edits))
     }
+}
+
+/// Whether a design repeats what stands in some columns, which then was neither pasted nor filled down.
+fn is_repeated(table: &Table, columns: &[usize]) -> bool {
+    let cells = |row: usize| columns.iter().map(move |column| table.cell(row, *column));
+    let distinct: BTreeSet<Vec<&str>> =
+        (0..table.n_rows()).map(|row| cells(row).collect()).collect();
+    2 * distinct.len() <= table.n_rows()
 }
 
 /// Rows of a table by their places in an order, in ascending order.

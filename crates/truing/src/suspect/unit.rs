@@ -11,6 +11,8 @@ pub(crate) enum Dimension {
     Angle,
     /// A difference from what is expected: in any unit in which it is small it fits.
     Deviation,
+    /// A part of a direction or of a turn, without a unit.
+    Direction,
 }
 
 /// Exact: the international inch and pound of 1959, and standard gravity.
@@ -29,7 +31,7 @@ impl Dimension {
             Self::Force => "N",
             Self::Moment => "N·mm",
             Self::Angle => "degrees",
-            Self::Deviation => "the column's own",
+            Self::Deviation | Self::Direction => "the column's own",
         }
     }
 
@@ -92,7 +94,7 @@ impl Dimension {
                 ("turns", 360.0),
                 ("degrees taken for radians and converted", 1.0 / DEG_PER_RAD),
             ],
-            Self::Deviation => &[],
+            Self::Deviation | Self::Direction => &[],
         }
     }
 }

@@ -10,9 +10,9 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, copies, cycles,
-    doubled, exchanged_blocks, exchanges, farthest, held, lengths, points_lost, rows_left_out,
-    rows_shifted, rows_shifted_by, scaled_setting, signs, slips, spikes, spread_of, standing_still,
-    stretches, units, units_from_a_row, zeros,
+    doubled, exchanged_blocks, exchanges, held, lengths, points_lost, rows_left_out, rows_shifted,
+    rows_shifted_by, scaled_setting, signs, spikes, spread_of, standing_still, stretches, units,
+    units_from_a_row, zeros,
 };
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -35,8 +35,6 @@ const MOST_SEGMENTS: usize = 16;
 const FEWEST_MEANS: usize = 3;
 const MEAN_LEAVES: f64 = 0.1;
 const SMOOTH: f64 = 1.0;
-/// Rows looked at for a slip of the pen: those that are farthest off.
-const FARTHEST: usize = 3;
 /// One kilogram weighs that much.
 const N_PER_KG: f64 = 9.806_65;
 
@@ -86,9 +84,6 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(rows_shifted(LOG, table, &[*column], Some("segment")));
     }
     all.extend(exchanged_blocks(LOG, table, &[REFERENCE], "segment", MOST_SEGMENTS));
-    let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
-    let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
-    all.extend(slips(LOG, table, &[&CELLS[..], &[REFERENCE]].concat(), far));
     all.extend(fitted.and_then(|fitted| spikes(LOG, table, CELLS[3], fitted)));
     all.extend(of_head(files));
     all

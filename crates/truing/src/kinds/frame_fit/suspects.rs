@@ -6,7 +6,7 @@ use super::estimates::FrameFitEstimates;
 use super::rematched::rematched;
 use super::set_ups::{misplaced, relabelled};
 use super::settings::{COORDINATES, DISTANCES, FROM, PAIRS, POSES, TO};
-use crate::case::Table;
+use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, scalar_last};
 use crate::measured::Fitted;
@@ -14,8 +14,8 @@ use crate::residual::Residual;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, all_in_metres, clipped_of_few, copies, cycles,
     doubled, exchanged_rows, exchanges, farthest, held, increments, other_setting, points_lost,
-    polar, rows_left_out, rows_shifted, signs, silent, slips, sorted_as_text, spread_of,
-    standing_still, swapped_names, units, zeros,
+    polar, rows_left_out, rows_shifted, signs, silent, sorted_as_text, spread_of, standing_still,
+    swapped_names, units, zeros,
 };
 
 /// The two sides of the table.
@@ -75,20 +75,41 @@ fn pairs(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
             .flat_map(|pair| exchanges(PAIRS, Some(table), &pair)),
     );
     all.push(handedness(files));
-    all.extend(rows_shifted(PAIRS, Some(table), &TO, None));
     all.extend(sorted_as_text(PAIRS, Some(table), "point", &TO));
     all.extend(fitted.and_then(|fitted| rematched(table, fitted)));
     all.extend(TO_AND_FROM.iter().flat_map(|side| increments(PAIRS, Some(table), side, &[])));
-    let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
-    let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
-    all.extend(slips(PAIRS, Some(table), &[FROM, TO].concat(), far));
     if let Some(fitted) = fitted {
-        all.extend(exchanged_rows(PAIRS, Some(table), &TO, &farthest(fitted, FARTHEST)));
-        for column in TO.iter().chain(&FROM) {
-            all.extend(rows_shifted(PAIRS, Some(table), &[*column], None));
-        }
+        let far = farthest(fitted, FARTHEST);
+        all.extend(exchanged_rows(PAIRS, Some(table), &TO, &far));
+        all.extend(far.iter().filter_map(|row| read_elsewhere(table, *row)));
     }
     all
+}
+
+/// A reading that was taken at the place of another row, the one that reads most like it.
+fn read_elsewhere(table: &Table, row: usize) -> Option<Hypothesis> {
+    let columns = |names: &[&str]| -> Vec<Vec<f64>> {
+        names.iter().filter_map(|name| table.numbers(name)).collect()
+    };
+    let (places, readings) = (columns(&FROM), columns(&TO));
+    let apart = |of: &[Vec<f64>], other: usize| -> f64 {
+        of.iter().map(|values| (values[row] - values[other]).powi(2)).sum()
+    };
+    let others = (0..table.n_rows()).filter(|other| apart(&places, *other) > 0.0);
+    let like = |a: &usize, b: &usize| apart(&readings, *a).total_cmp(&apart(&readings, *b));
+    let other = others.min_by(like)?;
+    let description = format!(
+        "line {} of {PAIRS} was read at the place of line {} and stands under another label (a label typed wrongly): \
+         give it the name and the coordinates of the place that it was read at",
+        table.line(row),
+        table.line(other)
+    );
+    let there = FROM.into_iter().filter(|name| table.has(name));
+    let edits = there.zip(places).map(|(name, mut values)| {
+        values[row] = values[other];
+        Edit { file: PAIRS, change: Change::Replace { column: name.to_owned(), values } }
+    });
+    Some(Hypothesis::of("input:labels", (PAIRS, &["point"]), description, edits.collect()))
 }
 
 /// Poses of a flange, and the distances known between the places.
@@ -115,15 +136,12 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(scalar_last(POSES));
     all.extend(signs(POSES, table, &QUATERNION[1..]));
     all.extend(exchanges(POSES, table, &QUATERNION));
-    all.extend(rows_shifted(POSES, table, &COORDINATES, None));
-    all.extend(rows_shifted(POSES, table, &QUATERNION, None));
     all.extend(rows_shifted(POSES, table, &["place"], None));
     all.extend(swapped_names(POSES, table, "place", MOST_PLACES));
     if let Some(fitted) = fitted {
         let n_rows = table.map_or(0, Table::n_rows);
         let far: Vec<usize> =
             farthest(fitted, FARTHEST).into_iter().filter(|row| *row < n_rows).collect();
-        all.extend(slips(POSES, table, &COORDINATES, Some((fitted, &far[..]))));
         all.extend(exchanged_rows(POSES, table, &COORDINATES, &far));
         all.extend(exchanged_rows(POSES, table, &["place"], &far));
     }

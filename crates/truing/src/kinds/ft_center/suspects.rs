@@ -70,7 +70,6 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(copies(PRESSES, known, &MACHINE, Proof::Gross));
     all.extend(exchanges(PRESSES, known, &MACHINE));
     all.extend(signs(PRESSES, known, &MACHINE));
-    all.extend(rows_shifted(PRESSES, known, &MACHINE, None));
     all.extend(sorted_as_text(PRESSES, known, "press", &MACHINE));
     if let (Some(fitted), Some(table)) = (fitted, known) {
         let is_known = |row: &usize| {
@@ -80,9 +79,6 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         let far: Vec<usize> =
             farthest(fitted, FARTHEST).into_iter().filter_map(|o| rows.get(o).copied()).collect();
         all.extend(exchanged_rows(PRESSES, known, &MACHINE, &far));
-        for column in MACHINE {
-            all.extend(rows_shifted(PRESSES, known, &[column], None));
-        }
     }
     all
 }
@@ -125,7 +121,6 @@ fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(standing_still(DISPLACEMENTS, table, &TRAVEL[..1], without));
     all.extend(signs(DISPLACEMENTS, table, &TRAVEL[..1]));
     all.extend(TRAVEL.iter().flat_map(|column| increments(DISPLACEMENTS, table, &[*column], &[])));
-    all.extend(rows_shifted(DISPLACEMENTS, table, &TRAVEL[..1], None));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);
         all.extend(exchanged_rows(DISPLACEMENTS, table, &TRAVEL[..1], &far));

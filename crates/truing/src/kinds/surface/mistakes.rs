@@ -2,15 +2,15 @@
 
 use super::form_map::{DEVIATION, FORM};
 use super::grid::HEIGHTS;
+use super::nurbs::CONTROL;
 use crate::case::{Document, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Typed, Yardstick, clipped_of_few, coarser_than_others,
     copies, cycles, doubled, exchanged_rows, exchanges, farthest, held, increments, lengths,
-    minus_lost, number, of_another_part, other_setting, polar, rows_left_out, rows_shifted,
-    rows_shifted_by, scaled_setting, signs, silent, slips, spread_of_places, standing_still, units,
-    zeros,
+    minus_lost, number, of_another_part, other_setting, polar, rows_left_out, scaled_setting,
+    signs, silent, spread_of_places, standing_still, units, zeros,
 };
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
@@ -30,8 +30,6 @@ const GROSS: f64 = 0.003;
 const UNMATCHED: f64 = 0.05;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
-/// Rows by which a coordinate may be further down than the others, besides one.
-const SHIFTS: [isize; 4] = [2, -2, 3, -3];
 
 /// Sign and unit of the vertex radius, the diameter for the radius, the sign of the conic.
 pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
@@ -65,7 +63,7 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
 /// Unit, sign and order of the columns of heights that the part was drawn by, or that its form was measured by.
 fn mistakes_of_heights(files: &Files) -> Vec<Hypothesis> {
     let mut all = Vec::new();
-    for (file, height) in [(FORM, DEVIATION), (HEIGHTS, "z_mm")] {
+    for (file, height) in [(FORM, DEVIATION), (HEIGHTS, "z_mm"), (CONTROL, "z_mm")] {
         // A table that no shape uses is not read.
         let Some(table) = files.folder.known(file) else { continue };
         let table = Some(&*table);
@@ -74,7 +72,9 @@ fn mistakes_of_heights(files: &Files) -> Vec<Hypothesis> {
         for column in ["x_mm", "y_mm", height] {
             all.extend(signs(file, table, &[column]));
         }
-        all.extend(exchanges(file, table, &["x_mm", "y_mm"]));
+        for pair in [["x_mm", "y_mm"], ["i", "j"]] {
+            all.extend(exchanges(file, table, &pair));
+        }
     }
     all
 }
@@ -137,11 +137,6 @@ pub(crate) fn mistakes_of_rows(
     fitted: Option<&Fitted>,
 ) -> Vec<Hypothesis> {
     let mut all = Vec::new();
-    for column in &XYZ {
-        all.extend(rows_shifted(file, table, &[*column], None));
-        let farther = |by| rows_shifted_by(file, table, &[*column], None, by);
-        all.extend(SHIFTS.into_iter().flat_map(farther));
-    }
     let without = |_: &Table, rows: &[bool]| vec![rows_left_out(file, rows)];
     all.extend(silent(file, table, &XYZ));
     all.extend(minus_lost(file, table, &XYZ, fitted));
@@ -150,11 +145,8 @@ pub(crate) fn mistakes_of_rows(
     all.extend(held(file, table, &XYZ, without));
     all.extend(clipped_of_few(file, table, &XYZ, without));
     all.extend(zeros(file, table, &XYZ, without));
-    let far = fitted.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
-    let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
-    all.extend(slips(file, table, &XYZ, far));
-    if let Some((_, far)) = far {
-        all.extend(exchanged_rows(file, table, &XYZ[2..], far));
+    if let Some(fitted) = fitted {
+        all.extend(exchanged_rows(file, table, &XYZ[2..], &farthest(fitted, FARTHEST)));
         all.extend(of_another_part(file, table, known));
     }
     all

@@ -8,7 +8,7 @@ use crate::case::{
 };
 
 /// Control points of a NURBS surface.
-const CONTROL: &str = "control.csv";
+pub(super) const CONTROL: &str = "control.csv";
 const INDICES: [&str; 2] = ["i", "j"];
 const PLACES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const WEIGHT: &str = "weight";

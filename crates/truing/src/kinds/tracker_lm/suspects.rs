@@ -16,8 +16,7 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, clipped_of_one,
     copies, cycles, doubled, exchanges, farthest, held, increments, names_of_one_exchanged,
     other_setting, place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs,
-    slip_of_sign, slips, spread_of, standing_still, standing_still_within, swapped_names, units,
-    zeros,
+    slip_of_sign, spread_of, standing_still, standing_still_within, swapped_names, units, zeros,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -72,7 +71,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     if file == TARGETS {
         all.extend(of_places(TARGETS, read));
         for columns in [&PLACE[..], &PLACE[..1], &PLACE[1..2], &PLACE[2..]] {
-            all.extend(shifted(file, read, columns));
+            all.extend(rows_shifted(file, read, columns, Some("mount")));
             let of_one = readings_of_one(file, read, ("station", columns), Dimension::Length);
             // A tracker has one unit, and each axis a sign.
             let is_usual = |h: &Hypothesis| columns.len() == PLACE.len() || h.effect == SIGN;
@@ -86,7 +85,6 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(increments_of_one(file, read, &locks));
         all.extend(turned_signs(file, read, &locks));
         let far = fitted.map(|fitted| farthest(fitted, FARTHEST));
-        all.extend(slips(file, read, &column, fitted.zip(far.as_deref())));
         all.extend(
             (read.zip(far).into_iter())
                 .flat_map(|(read, far)| lock_shifted((file, read), &locks, &far)),
@@ -97,7 +95,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         }
         all.extend(clipped_of_few(file, read, &column, without));
         all.extend(clipped_of_one(file, read, ["station", column[0]], without));
-        all.extend(shifted(file, read, &column));
+        all.extend(rows_shifted(file, read, &column, Some("mount")));
     }
     all.extend(of_places(STATIONS, stations));
     all.extend(of_places(MOUNTS, mounts));
@@ -240,14 +238,6 @@ fn left_out(
         }
     }
     edits
-}
-
-/// Rows further down or up within the run of each reflector, and in the whole table.
-fn shifted(file: &'static str, read: Option<&Table>, columns: &[&str]) -> Vec<Hypothesis> {
-    [Some("mount"), None]
-        .iter()
-        .flat_map(|within| rows_shifted(file, read, columns, *within))
-        .collect()
 }
 
 fn of_places(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
