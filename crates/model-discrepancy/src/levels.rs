@@ -94,6 +94,10 @@ pub(crate) const ONLY_NOISE: f64 = 0.02;
 /// Significance from which on parameters change while they are measured.
 pub(crate) const CONSTANT: f64 = 1e-3;
 
+/// χ² per degree of freedom from which on what is left is not called noise, whatever else it is not: fifteen times the
+/// declared standard deviation.
+pub(crate) const HARDLY_NOISE: f64 = 225.0;
+
 /// Significance of χ² from which on declared uncertainties are widened by the scatter found.
 pub(crate) const TOO_NOISY: f64 = 0.01;
 

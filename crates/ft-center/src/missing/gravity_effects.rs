@@ -20,6 +20,11 @@ pub(crate) enum GravityEffect {
     ForceGain,
     MomentGain,
     ForceCrosstalk,
+    /// What one force reads of another, and not the other way round.
+    ForceIntoForce {
+        of: usize,
+        into: usize,
+    },
     ForceIntoMoment,
     PlatformTilt,
     MountRotation,
@@ -37,12 +42,18 @@ pub(crate) enum Channels {
 pub(crate) const ELAPSED: usize = 0;
 
 /// What every case is asked for.
-pub(crate) const GRAVITY_EFFECTS: [GravityEffect; 8] = [
+pub(crate) const GRAVITY_EFFECTS: [GravityEffect; 14] = [
     GravityEffect::Zero { of: Channels::Force, first: ELAPSED, drivers: 1 },
     GravityEffect::Zero { of: Channels::Moment, first: ELAPSED, drivers: 1 },
     GravityEffect::ForceGain,
     GravityEffect::MomentGain,
     GravityEffect::ForceCrosstalk,
+    GravityEffect::ForceIntoForce { of: 0, into: 1 },
+    GravityEffect::ForceIntoForce { of: 0, into: 2 },
+    GravityEffect::ForceIntoForce { of: 1, into: 0 },
+    GravityEffect::ForceIntoForce { of: 1, into: 2 },
+    GravityEffect::ForceIntoForce { of: 2, into: 0 },
+    GravityEffect::ForceIntoForce { of: 2, into: 1 },
     GravityEffect::ForceIntoMoment,
     GravityEffect::PlatformTilt,
     GravityEffect::MountRotation,
@@ -56,7 +67,7 @@ pub(crate) const GRAVITY_EFFECTS: [GravityEffect; 8] = [
 pub(crate) struct GravityErrors {
     /// Per unit of each driver.
     pub(crate) zero: Vec<Vector6<f64>>,
-    /// `F`: gains on the diagonal, symmetric cross-talk beside it.
+    /// `F`: gains on the diagonal, cross-talk beside it.
     pub(crate) force: Matrix3<f64>,
     /// `G`: diagonal.
     pub(crate) moment: Matrix3<f64>,
@@ -70,6 +81,9 @@ pub(crate) struct GravityErrors {
 
 /// Entries of a symmetric matrix: the diagonal, then xy, xz, yz.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Channels of a force.
+const FORCES: [&str; 3] = ["fx", "fy", "fz"];
 
 impl Channels {
     /// Of a wrench `[force, moment]`.
@@ -100,6 +114,7 @@ impl GravityEffect {
                 let entries = SYMMETRIC[3..].iter().zip(amplitude.iter());
                 errors.force += entries.map(|(at, a)| unit(*at) * *a).sum::<Matrix3<f64>>();
             }
+            Self::ForceIntoForce { of, into } => errors.force[(into, of)] += amplitude[0],
             Self::ForceIntoMoment => {
                 let entries = SYMMETRIC.iter().zip(amplitude.iter());
                 errors.force_into_moment_mm = entries.map(|(at, a)| unit(*at) * *a).sum();
@@ -139,7 +154,12 @@ impl GravityEffect {
             Self::Zero { .. } => Scope::Everywhere,
             _ => Scope::SomeDesigns,
         };
-        let subject = subject.map(str::to_owned);
+        let subject = match self {
+            Self::ForceIntoForce { of, into } => {
+                Some(format!("{} into {}", FORCES[of], FORCES[into]))
+            }
+            _ => subject.map(str::to_owned),
+        };
         Effect { subject, scope, ..Effect::new(id, description, parameters) }
     }
 
@@ -147,7 +167,7 @@ impl GravityEffect {
         let named = |names: &[&str], unit: &str, factor: f64| {
             names.iter().map(|name| parameter(name, unit, factor)).collect::<Vec<_>>()
         };
-        let (forces, moments) = (["fx", "fy", "fz"], ["mx", "my", "mz"]);
+        let (forces, moments) = (FORCES, ["mx", "my", "mz"]);
         match self {
             Self::Zero { of: Channels::Force, .. } => (
                 "bias-drift",
@@ -178,6 +198,12 @@ impl GravityEffect {
                 Some("forces"),
                 "each force reads a share of the others, the same both ways",
                 named(&["fx and fy", "fx and fz", "fy and fz"], "%", 100.0),
+            ),
+            Self::ForceIntoForce { .. } => (
+                "crosstalk",
+                None,
+                "one force reads a share of another, and not the other way round",
+                named(&["share"], "%", 100.0),
             ),
             Self::ForceIntoMoment => (
                 "crosstalk",
@@ -304,6 +330,9 @@ impl Predicted<'_> {
             }
             GravityEffect::ForceCrosstalk => {
                 SYMMETRIC[3..].iter().map(|&at| stacked(unit(at) * load, none)).collect()
+            }
+            GravityEffect::ForceIntoForce { of, into } => {
+                vec![stacked(axis(into) * load[of], none)]
             }
             GravityEffect::ForceIntoMoment => {
                 SYMMETRIC.iter().map(|&at| stacked(none, unit(at) * load)).collect()

@@ -11,8 +11,9 @@ use crate::choice::context::Context;
 use crate::choice::score::Scoring;
 use crate::choice::score_shapes::score_covariates;
 use crate::choice::selected::{Selected, What};
-use crate::levels::QUARTER;
+use crate::levels::{HARDLY_NOISE, QUARTER};
 use crate::noise::linear::Linear;
+use crate::tests::global_test::global_test;
 use crate::tests::groups_apart::groups_apart;
 use crate::tests::odd_group::{odd_groups, odd_scatter};
 use crate::{Origin, Remaining};
@@ -70,7 +71,22 @@ pub(crate) fn beside_larger_noise(
     if found.is_empty() {
         found.extend(of_changing_size(context, chosen, lin));
     }
+    if found.is_empty() {
+        found.extend(hardly_noise(chosen, lin));
+    }
     found
+}
+
+/// What scatters so many times as much as declared that nobody declares its noise so wrongly, whatever it is.
+fn hardly_noise(chosen: &Selected<'_>, lin: &Linear<'_>) -> Option<Remaining> {
+    let test = global_test(&chosen.system, &chosen.estimate, lin)?;
+    let shape = format!(
+        "{:.0} times the declared noise: hardly noise, and it goes with nothing that is known",
+        test.per_dof().sqrt()
+    );
+    let covariate = "scatter".to_owned();
+    let p_value = test.p_value();
+    (test.per_dof() >= HARDLY_NOISE).then_some(Remaining { covariate, shape, p_value })
 }
 
 /// The best shape along every covariate whose significance, all that were tried counted, is below `level`.

@@ -23,6 +23,12 @@ const MIN_DISTINCT_FOR_PERIOD: usize = 16;
 /// Most periods in the range of a covariate that are looked for; scattered readings have no
 /// Nyquist limit, but every further period makes chance finds likelier.
 const MAX_PERIODS: usize = 32;
+/// The same of scattered readings that are not many: a screw turns a hundred times where nobody touches as often.
+const MAX_PERIODS_OF_SCATTERED: usize = 100;
+const NOT_MANY: usize = 200;
+/// Share of the mean gap below which the lower quartile of the gaps of scattered readings lies; of those that lie
+/// at random it is 0.29.
+const UNEVEN: f64 = 0.5;
 
 /// Widest gap, as a share of the range: between bunches of readings any period fits.
 const MAX_GAP: f64 = 0.25;
@@ -126,13 +132,25 @@ pub(crate) fn periods(
         return None;
     }
     // Half periods in the range, so that no phase falls between two frequencies.
-    let most = (2 * distinct.len() / 3).min(MAX_PERIODS);
+    let most = if distinct.len() <= NOT_MANY && are_scattered(&distinct) {
+        (2 * distinct.len()).min(MAX_PERIODS_OF_SCATTERED)
+    } else {
+        (2 * distinct.len() / 3).min(MAX_PERIODS)
+    };
     let longest = 2.0 * range;
     let design =
         if covariate.quantity == Quantity::Order { revisits(layout, all) } else { Vec::new() };
     let is_open = |half: &usize| !is_of_the_design(longest / count(*half), &design);
     let parts = (3..=2 * most).filter(is_open).collect();
     Some(Periods { longest, parts, tried: count(most) })
+}
+
+/// Whether values, in ascending order, are spread so unevenly that periods shorter than their gaps show.
+fn are_scattered(distinct: &[f64]) -> bool {
+    let mut gaps: Vec<f64> = distinct.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    gaps.sort_by(f64::total_cmp);
+    let mean = gaps.iter().sum::<f64>() / count(gaps.len());
+    gaps.get(gaps.len() / 4).is_some_and(|quartile| *quartile <= UNEVEN * mean)
 }
 
 /// Values at the fitted observations, ascending, each once.

@@ -25,8 +25,8 @@ use crate::measured::{Fitted, Reading};
 use crate::suspect::{
     Dimension, Hypothesis, Part, Readings, Twice, all_in_metres, at_end, channels, doubled,
     exchanged_deviations, exchanged_rows, exchanged_targets, farthest, held, increments, number,
-    points_lost, readings_of_each, readings_of_one, rows_left_out, rows_shifted, signs,
-    standing_still, units, zeros,
+    points_lost, readings_of_each, readings_of_one, rows_left_out, signs, standing_still, units,
+    zeros,
 };
 
 use approach::{DIRECTION, POSITIONS};
@@ -327,7 +327,6 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(zeros(POSITIONS, table, &columns[1..], without));
     all.extend(standing_still(POSITIONS, table, &columns[1..], without));
     all.extend(held(POSITIONS, table, &columns[1..], without));
-    all.extend(rows_shifted(POSITIONS, table, &columns[..1], None));
     all.extend(doubled(POSITIONS, table, &columns[1..], Twice::Gain));
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);

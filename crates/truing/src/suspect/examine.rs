@@ -97,8 +97,8 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
 
 /// What may be wrong with the input of a case.
 fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
-    let mut all = (files.kind.mistakes)(files, fitted);
-    all.extend(of_every_table(files, fitted));
+    let mut all = of_every_table(files, fitted);
+    all.extend((files.kind.mistakes)(files, fitted));
     all.extend(mistyped(&files.document, files.kind.typed));
     all
 }

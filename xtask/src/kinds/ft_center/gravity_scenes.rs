@@ -20,6 +20,7 @@ pub(crate) const EFFECTS: &[&str] = &[
     "force-gain",
     "moment-gain",
     "crosstalk [forces]",
+    "crosstalk [fx into fz]",
     "crosstalk [forces into moments]",
     "platform-tilt",
     "mount-rotation",
@@ -103,6 +104,11 @@ pub(crate) fn scenes() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
         Scene {
             name: "crosstalk",
             reads: |[f, m], _, _| [add(f, [0.01 * f[1], 0.01 * f[0], 0.0]), m],
+            ..SOUND
+        },
+        Scene {
+            name: "fx-into-fz",
+            reads: |[f, m], _, _| [add(f, [0.0, 0.0, 0.02 * f[0]]), m],
             ..SOUND
         },
         Scene {

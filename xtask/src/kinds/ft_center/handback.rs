@@ -339,6 +339,10 @@ fn read_of(
         let size = a("crosstalk", Some("forces"), &both, 0.01);
         force[i] += size * load[k];
         force[k] += size * load[i];
+        for (of, into) in [(i, k), (k, i)] {
+            let subject = format!("f{} into f{}", axes[of], axes[into]);
+            force[into] += a("crosstalk", Some(&subject), "share", 0.01) * load[of];
+        }
         let size = a("crosstalk", into, &format!("{} and {}", axes[i], axes[k]), 1.0);
         moment[i] += size * load[k];
         moment[k] += size * load[i];
