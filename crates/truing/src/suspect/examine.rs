@@ -257,7 +257,8 @@ fn of_rows(
             };
             let of_no_physics = misplaced(&|s| is_gross || s.is_of_places());
             let of_session = |is_session: Asked<'_>| {
-                misplaced(&|s| s.is_of_a_session()).leaving_most(|misfit| is_session(misfit))
+                misplaced(&|s| s.is_of_a_session() && s.is_of_the_few())
+                    .leaving_most(|misfit| is_session(misfit))
             };
             let found = of_no_physics.leaving_most(is_sound);
             (None, found.or_else(|| sessions.and_then(of_session)))

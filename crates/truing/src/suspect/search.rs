@@ -247,7 +247,8 @@ impl Trials {
         }
         let subtle = |h: &Hypothesis, m: &Misfit| {
             let least = if m.chi2_per_dof.is_some() { SUBTLE_GAIN } else { BLIND_GAIN };
-            let to_noise = m.chi2_per_dof.is_none() || m.is_noise();
+            // What is free without a table takes up physics as well as noise, which must be declared then.
+            let to_noise = m.is_noise() || m.chi2_per_dof.is_none() && !h.omits_a_file();
             is_left(h, m) && to_noise && gain(m) >= least && is_evident(m.dof, gain(m))
         };
         let subtle = best(self.pick(subtle), true);
@@ -284,11 +285,12 @@ impl Trials {
     pub(super) fn helping(&self, plain: &Plain, least: f64, most: usize) -> Vec<Found> {
         let gain = |m: &Misfit| plain.misfit.gain(m);
         let is_of_physics = |m: &Misfit| !m.is_noise() && m.share < m.gross;
+        let may_be = |h: &Hypothesis| plain.misfit.chi2_per_dof.is_some() || !h.omits_a_file();
         let helps = |h: &Hypothesis, m: &Misfit| {
             let least = if h.proof == Proof::Unphysical { LITTLE } else { least };
             gain(m) >= least && is_evident(m.dof, gain(m))
         };
-        let mut all = self.pick(|h, m| is_of_physics(m) && helps(h, m));
+        let mut all = self.pick(|h, m| is_of_physics(m) && may_be(h) && helps(h, m));
         let share = |tried: &Tried| tried.1.map_or(f64::INFINITY, |m| m.share);
         all.sort_by(|a, b| share(a).total_cmp(&share(b)));
         all.truncate(most);

@@ -66,6 +66,8 @@ pub(super) struct Stretch {
     /// The rows in another order than that of the table; `None` where it lies in that.
     order: Option<Arc<[usize]>>,
     rows: Range<usize>,
+    /// Rows of the table.
+    n: usize,
     /// Those of them without which the others fit already.
     wrong: Vec<usize>,
 }
@@ -110,7 +112,7 @@ impl Stretch {
         }
         let of_rows = |rows: Range<usize>| {
             let wrong = only_wrong(in_order(places, &rows), &without);
-            Self { of: *of, order: order.cloned(), rows, wrong }
+            Self { of: *of, order: order.cloned(), rows, n, wrong }
         };
         shortest((n, of.fewest), &without_all).into_iter().map(of_rows).collect()
     }
@@ -143,7 +145,8 @@ impl Stretch {
     /// Some rows that misfit, of a table of readings.
     pub(super) fn of_those(files: &Files, file: &str, wrong: Vec<usize>) -> Option<Self> {
         let of = *files.kind.readings.iter().find(|of| of.file == file)?;
-        Some(Self { of, order: None, rows: *wrong.first()?..wrong.last()? + 1, wrong })
+        let n = files.folder.table(of.file, &[]).ok()?.n_rows();
+        Some(Self { of, order: None, rows: *wrong.first()?..wrong.last()? + 1, n, wrong })
     }
 
     /// What may be wrong with these rows.
@@ -203,7 +206,7 @@ impl Stretch {
                 let rows = at.start.checked_add_signed(start)?..at.end.checked_add_signed(end)?;
                 let wrong = in_order(self.order.as_deref(), &rows);
                 let stretch =
-                    Self { of: self.of, order: self.order.clone(), rows: rows.clone(), wrong };
+                    Self { order: self.order.clone(), rows: rows.clone(), wrong, ..*self };
                 let change = stretch.change(files, index)?;
                 Some((misfit_with(files, &change.edits)?, change, rows))
             };
@@ -221,8 +224,7 @@ impl Stretch {
     }
 
     fn change(&self, files: &Files, index: usize) -> Option<Hypothesis> {
-        let n = files.folder.table(self.of.file, &[]).ok()?.n_rows();
-        let is_within = self.rows.len() >= self.of.fewest && self.rows.end <= n;
+        let is_within = self.rows.len() >= self.of.fewest && self.rows.end <= self.n;
         is_within.then(|| self.changes(files).into_iter().nth(index)).flatten()
     }
 
@@ -238,6 +240,12 @@ impl Stretch {
     /// Whether as many of its rows are wrong as of a session of another day.
     pub(super) fn is_of_a_session(&self) -> bool {
         self.wrong.len() >= FEWEST_OF_SESSION.max(self.rows.len() / ONE_WRONG_IN)
+    }
+
+    /// Whether most rows are others: what one half has and the other has not is as likely physics that goes with
+    /// time or direction.
+    pub(super) fn is_of_the_few(&self) -> bool {
+        5 * self.rows.len() < 2 * self.n
     }
 
     /// That the rows are not of this table, whatever is wrong with them.

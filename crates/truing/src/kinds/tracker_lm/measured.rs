@@ -44,8 +44,8 @@ pub(super) struct TrackerCase {
 /// Residual over its own standard uncertainty beyond which a range is named: over a thousand
 /// ranges of a sound survey chance does it once in three hundred surveys.
 const OUTLIER: f64 = 4.5;
-/// Steps of the search for a change that is tried: with the right one a survey takes under 20.
-const MOST_ITERATIONS: usize = 30;
+/// Steps of the search for a change that is tried: with the right one a survey takes under 20, of few readings more.
+const MOST_ITERATIONS: usize = 50;
 /// Ranges named at most.
 const MOST_NAMED: usize = 5;
 
