@@ -98,6 +98,9 @@ pub(crate) const CONSTANT: f64 = 1e-3;
 /// declared standard deviation.
 pub(crate) const HARDLY_NOISE: f64 = 225.0;
 
+/// The same from which on a name that is not beyond doubt may be a part of it: three times.
+pub(crate) const SEVERAL_TIMES: f64 = 9.0;
+
 /// Significance of χ² from which on declared uncertainties are widened by the scatter found.
 pub(crate) const TOO_NOISY: f64 = 0.01;
 

@@ -14,8 +14,9 @@ use crate::choice::score::home_of_bad;
 use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::count::count;
-use crate::levels::{BEYOND_DOUBT, FOUND_AGAIN, HARDLY_LEFT, HEARD, REFUTED};
+use crate::levels::{BEYOND_DOUBT, FOUND_AGAIN, HARDLY_LEFT, HEARD, REFUTED, SEVERAL_TIMES};
 use crate::noise::linear::Linear;
+use crate::tests::global_test::global_test;
 use crate::tests::groups_apart::GROUP;
 use crate::{HoldOut, Remaining, Row, Stability};
 
@@ -141,7 +142,12 @@ pub(crate) fn outweighed<'a>(
         is_memory(remaining) && !noisier_than_declared(context, lin, chosen)
     };
     let unexplained = left.iter().filter(|r| r.covariate != GROUP && !is_noise(r));
-    let strongest = unexplained.map(|remaining| remaining.p_value).min_by(f64::total_cmp)?;
+    let strongest = unexplained.map(|remaining| remaining.p_value).min_by(f64::total_cmp);
+    // What scatters several times as declared is as clear as anything.
+    let strongest = strongest.or_else(|| {
+        let test = global_test(&chosen.system, &chosen.estimate, lin)?;
+        (left.is_empty() && test.per_dof() >= SEVERAL_TIMES).then(|| test.p_value())
+    })?;
     let is_weaker = |added: &Added| {
         matches!(added.what, What::Effect(_))
             && added.p_value > strongest.max(BEYOND_DOUBT)

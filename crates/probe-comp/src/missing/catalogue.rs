@@ -31,6 +31,7 @@ const NO_PROBE_MM: f64 = 0.5;
 const SEEN_MM: f64 = 1e-3;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+const ABOUT_THE_PART: [&str; 3] = ["x, about the part", "y, about the part", "z, about the part"];
 
 /// An effect as the loop sees it, and what it does.
 #[derive(Clone, Debug)]
@@ -164,10 +165,23 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
             let text = format!("the machine's {} axis reads long", AXES[axis]);
             let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
             let seen = setting.levers_mm[axis][axis] * GROSS_SCALE > SEEN_MM;
-            let term = if seen { Term::Scale { axis } } else { Term::Unseen };
+            let term = if seen { Term::Scale { axis, about_mm: 0.0 } } else { Term::Unseen };
             entry("axis-scale", &text, parameters, term).about(AXES[axis]).at_most(NO_MACHINE)
         })
         .collect();
+    let middle_mm = setting.form_scale.center_mm.coords;
+    let is_far = |axis: &usize| middle_mm[*axis].abs() * GROSS_SCALE > SEEN_MM;
+    entries.extend((0..3).filter(is_far).map(|axis| {
+        let text = format!(
+            "the machine's {} axis reads long, and the workpiece frame was found with it",
+            AXES[axis]
+        );
+        let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
+        let seen = setting.form_scale.radius_mm * GROSS_SCALE > SEEN_MM;
+        let about_mm = middle_mm[axis];
+        let term = if seen { Term::Scale { axis, about_mm } } else { Term::Unseen };
+        entry("axis-scale", &text, parameters, term).about(ABOUT_THE_PART[axis]).at_most(NO_MACHINE)
+    }));
     let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
         .into_iter()
         .filter(|&(i, j)| setting.levers_mm[i][j] * GROSS_RAD > SEEN_MM)
@@ -182,10 +196,9 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
         };
         let text = "the machine's axes are not square to each other";
         entries.push(square(text, Vector3::zeros()));
-        let about_mm = setting.form_scale.center_mm.coords;
-        if about_mm.norm() * GROSS_RAD > SEEN_MM {
+        if middle_mm.norm() * GROSS_RAD > SEEN_MM {
             let text = "the machine's axes are not square to each other, and the workpiece frame was found with them";
-            entries.push(square(text, about_mm).about("about the part"));
+            entries.push(square(text, middle_mm).about("about the part"));
         }
     }
     entries.push(reversal(setting));

@@ -28,8 +28,8 @@ pub(crate) enum Term {
     Shift { axes: Vec<usize> },
     /// The workpiece frame is turned about the axes in `axes`.
     Turn { about_mm: Vector3<f64>, axes: Vec<usize> },
-    /// The machine reads one axis long.
-    Scale { axis: usize },
+    /// The machine reads one axis long, from this place on.
+    Scale { axis: usize, about_mm: f64 },
     /// The machine's axes are not square: `first += γ second` for each pair, `second` from this place on.
     Squareness { pairs: Vec<(usize, usize)>, about_mm: Vector3<f64> },
     /// Readings along the axes in `axes` go with time or order.
@@ -121,7 +121,9 @@ impl Term {
                 let arm = at.center_mm - about_mm;
                 axes.iter().map(|&axis| Vector3::ith(axis, 1.0).cross(&arm)).collect()
             }
-            Self::Scale { axis } => vec![Vector3::ith(*axis, at.center_mm[*axis])],
+            Self::Scale { axis, about_mm } => {
+                vec![Vector3::ith(*axis, at.center_mm[*axis] - about_mm)]
+            }
             Self::Squareness { pairs, about_mm } => {
                 let arm = at.center_mm - about_mm;
                 let reading = |&(first, second)| Vector3::ith(first, arm[second]);

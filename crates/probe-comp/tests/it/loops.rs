@@ -274,6 +274,26 @@ fn squareness_about_a_part_far_from_the_origin_is_named() {
     assert!((xy.value - 1e6 * square).abs() < 4.0 * xy.std && xy.name == "xy", "{xy:?}");
 }
 
+/// The same of an axis that reads long: without its own name a bending and a form of five amplitudes bear it.
+#[test]
+fn a_scale_about_a_part_far_from_the_origin_is_named() {
+    let mut rng = ChaCha8Rng::seed_from_u64(73);
+    let scale = 300e-6;
+    let touches = directions(60)
+        .iter()
+        .map(|outward| {
+            let late_mm = -scale * (25.0 + TIP_MM) * outward.x * outward.x;
+            sphere_touch(outward, Unit::new_normalize(-outward), late_mm, &mut rng)
+        })
+        .collect();
+    let closure = closed(reference_sphere(Side::Along), touches, &[]);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    assert_eq!(closure.steps[0].effect, "axis-scale");
+    assert_eq!(closure.steps[0].subject.as_deref(), Some("x, about the part"));
+    let x = &closure.steps[0].parameters[0];
+    assert!((x.value - 1e6 * scale).abs() < 4.0 * x.std && x.name == "x", "{x:?}");
+}
+
 /// A shallow part shows a hundredth to a twenty-fifth of the square of a motion along x or y: its reversal must have
 /// its own name, or a scale, a drift or a turn bears it.
 #[test]

@@ -28,7 +28,7 @@ pub use path_estimates::{PathCell, PathError, PathForceEstimates};
 use settings::{
     CELLS, HeadSettings, ImpedanceSettings, KNOWN, LENGTH_TOL, LENGTHS, LOG, PATH, PAUSE, Settings,
 };
-use suspects::REFERENCE;
+use suspects::{NORMAL, REFERENCE};
 
 pub(crate) const KIND: Kind = Kind {
     name: "force-impedance",
@@ -46,6 +46,7 @@ pub(crate) const KIND: Kind = Kind {
                     (&CELLS, Dimension::Force),
                     (&[REFERENCE], Dimension::Force),
                     (&LENGTHS, Dimension::Length),
+                    (&NORMAL, Dimension::Direction),
                 ],
             )
         },

@@ -4,6 +4,7 @@ use super::hypothesis::{Hypothesis, Proof, present};
 use super::order::{farthest, rows_shifted, rows_shifted_by, sorted_as_row_numbers};
 use super::readings::{Readings, Set};
 use super::slip::slips;
+use super::some_rows::odd_among_neighbours;
 use super::unit::{Dimension, all_and_each};
 use super::zeros::zeros;
 use crate::case::Table;
@@ -15,34 +16,66 @@ const FARTHEST: usize = 6;
 /// Rows by which columns may be further down than the others, besides one.
 const SHIFTS: [isize; 4] = [2, -2, 3, -3];
 
-/// Single numbers that are written down wrong, columns in other rows or in the order of row numbers sorted as text, and
-/// zeros for what was not recorded, of every table of readings of a case.
-pub(super) fn of_every_table(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
-    let mut tables: Vec<&Readings> =
-        files.kind.readings.iter().filter(|of| files.folder.has(of.file)).collect();
-    tables.dedup_by_key(|of| of.file);
-    tables.into_iter().flat_map(|of| of_table(files, of, fitted)).collect()
+/// Numbers that are written down wrong, and zeros for what was not recorded, of every table of readings of a case.
+pub(super) fn numbers_of_every_table(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+    let of_one = |(of, table): (&Readings, Table)| numbers(files, (of, &table), fitted);
+    tables_of(files).into_iter().flat_map(of_one).collect()
 }
 
-fn of_table(files: &Files, of: &Readings, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
-    let Ok(table) = files.folder.table(of.file, &[]) else { return Vec::new() };
+/// Columns in other rows than the others, of every table of readings of a case.
+pub(super) fn other_rows_of_every_table(files: &Files) -> Vec<Hypothesis> {
+    let of_set = |of: &Readings, table: &Table, columns: &[&str]| -> Vec<Hypothesis> {
+        let sets = all_and_each(&present(Some(table), columns));
+        sets.iter().flat_map(|set| in_other_rows(of, table, set)).collect()
+    };
+    let of_one = |(of, table): (&Readings, Table)| {
+        let sets = without_deviations(of.sets);
+        sets.flat_map(|(columns, _)| of_set(of, &table, columns)).collect::<Vec<_>>()
+    };
+    tables_of(files).into_iter().flat_map(of_one).collect()
+}
+
+/// The tables that are there, each once.
+fn tables_of(files: &Files) -> Vec<(&Readings, Table)> {
+    let mut tables: Vec<&Readings> = files.kind.readings.iter().collect();
+    tables.dedup_by_key(|of| of.file);
+    let read = |of: &Readings| files.folder.table(of.file, &[]).ok();
+    let is_there = |of: &&Readings| files.folder.has(of.file);
+    tables.into_iter().filter(is_there).filter_map(|of| Some((of, read(of)?))).collect()
+}
+
+/// Sets of columns of which a number may be wrong by itself: a deviation is small in any row and any unit that makes
+/// it so, and one that is far off may be any other.
+fn without_deviations(sets: &[Set]) -> impl Iterator<Item = &Set> {
+    sets.iter().filter(|(_, of)| *of != Dimension::Deviation)
+}
+
+fn numbers(
+    files: &Files,
+    (of, table): (&Readings, &Table),
+    fitted: Option<&Fitted>,
+) -> Vec<Hypothesis> {
     let far = fitted.filter(|fitted| !of.are_places && fitted.observations.len() >= table.n_rows());
     let far = far.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
-    let mut all = slips(of.file, Some(&table), &numbers_of(&table, of.sets), far);
-    for (columns, dimension) in of.sets {
-        let columns = present(Some(&table), columns);
-        let sets =
-            if *dimension == Dimension::Deviation { Vec::new() } else { all_and_each(&columns) };
-        all.extend(sets.iter().flat_map(|set| in_other_rows(of, &table, set)));
-        all.extend(columns.iter().filter_map(|column| unrecorded(files, of, &table, column)));
+    let mut all = slips(of.file, Some(table), &columns_of(table, of.sets), far);
+    for (columns, dimension) in without_deviations(of.sets) {
+        let columns = present(Some(table), columns);
+        let odd = |column: &&str| odd_among_neighbours(of.file, table, column, *dimension);
+        all.extend(columns.iter().flat_map(odd));
     }
+    let sets = of.sets.iter().flat_map(|(columns, _)| present(Some(table), columns));
+    all.extend(sets.filter_map(|column| unrecorded(files, of, table, column)));
     if let Some(samples) = of.samples.filter(|samples| files.folder.has(samples.file))
         && let Ok(table) = files.folder.table(samples.file, &[])
     {
-        all.extend(slips(samples.file, Some(&table), &numbers_of(&table, samples.sets), None));
+        all.extend(slips(samples.file, Some(&table), &columns_of(&table, samples.sets), None));
     }
     all
+}
+
+fn columns_of(table: &Table, sets: &[Set]) -> Vec<&'static str> {
+    without_deviations(sets).flat_map(|(columns, _)| present(Some(table), columns)).collect()
 }
 
 /// Columns further down or up than the others, in reverse order, or sorted as text.
@@ -55,12 +88,6 @@ fn in_other_rows(of: &Readings, table: &Table, set: &[&str]) -> Vec<Hypothesis> 
         all.extend(SHIFTS.into_iter().flat_map(farther));
     }
     all
-}
-
-/// Columns of which a number may be written down wrong: a deviation that is far off may be any other.
-fn numbers_of(table: &Table, sets: &[Set]) -> Vec<&'static str> {
-    let sets = sets.iter().filter(|(_, of)| *of != Dimension::Deviation);
-    sets.flat_map(|(columns, _)| present(Some(table), columns)).collect()
 }
 
 /// Zeros of one column, which may go through zero: the fit without them decides.

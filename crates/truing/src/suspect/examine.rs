@@ -1,7 +1,8 @@
 use super::declared::uncertainties_of_some_rows;
-use super::every_table::of_every_table;
+use super::every_table::{numbers_of_every_table, other_rows_of_every_table};
 use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
+use super::left_out::only_wrong;
 use super::misfit::Misfit;
 use super::named::Suspect;
 use super::order::{exchanged_with, farthest};
@@ -97,8 +98,9 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
 
 /// What may be wrong with the input of a case.
 fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
-    let mut all = of_every_table(files, fitted);
+    let mut all = numbers_of_every_table(files, fitted);
     all.extend((files.kind.mistakes)(files, fitted));
+    all.extend(other_rows_of_every_table(files));
     all.extend(mistyped(&files.document, files.kind.typed));
     all
 }
@@ -128,7 +130,9 @@ fn decide(
     }
     let is_mended = found.as_ref().is_some_and(is_mended);
     if is_mended && is_far {
+        let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
         found = found.map(|found| of_no_end(&case.files, found, &last));
+        found = found.map(|found| of_its_wrong_rows(&case.files, found, &is_sound));
     }
     if !is_mended && is_far {
         let is_sound = |misfit: &Misfit| plain.is_sound(misfit);
@@ -282,6 +286,29 @@ fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
     let (changed, _) = of_rows(files, last.to_vec(), &fits_alone, (true, None));
     let is_of_all = |other: &Found| other.after.is_some_and(|after| after.dof > kept);
     changed.filter(is_of_all).unwrap_or(found)
+}
+
+/// Rows that are left out for a label that they share, without those that fit: where most do, the label is not to blame.
+fn of_its_wrong_rows(files: &Files, found: Found, fits: &impl Fn(&Misfit) -> bool) -> Found {
+    let of_few = || {
+        let [Edit { file, change: Change::Keep { rows } }] = &found.named.edits[..] else {
+            return None;
+        };
+        let of = files.kind.readings.iter().find(|of| of.file == *file)?;
+        let n = files.folder.table(of.file, &[]).ok()?.n_rows();
+        let gone: Vec<usize> = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
+        let without = |rows: &[usize]| {
+            let left = of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
+            left.is_some_and(|misfit| fits(&misfit))
+        };
+        let wrong = only_wrong(gone.clone(), &without);
+        (2 * wrong.len() < gone.len()).then_some(())?;
+        let named = Stretch::of_those(files, file, wrong)?.misplaced(files)?;
+        let after = misfit_with(files, &named.edits);
+        Some(Found { named, after, rivals: Vec::new(), is_subtle: found.is_subtle })
+    };
+    let is_of_a_label = found.named.effect == "input:misplaced";
+    is_of_a_label.then(of_few).flatten().unwrap_or(found)
 }
 
 /// The error of a case that cannot be fitted, with the mistake that would explain it.

@@ -8,6 +8,8 @@ const NOISE: f64 = 2.5;
 const TOO_GOOD: f64 = 0.2;
 /// Degrees of freedom from which on that is no chance.
 const ENOUGH: usize = 15;
+/// Share of χ² that a change leaves at most, whose misfit is a smaller share of what was measured.
+const NEARER: f64 = 0.5;
 /// Share of a gross misfit below which a case is taken for sound, whatever noise was declared.
 const SOUND: f64 = 0.1;
 /// Components of a residual in one unit: what follows them, as moments do forces, is in another.
@@ -45,16 +47,17 @@ impl Misfit {
         (misfit, yardstick)
     }
 
-    /// How many times less another misfit is.
+    /// How many times less another misfit is, by itself and beside what was measured: numbers made large make any misfit
+    /// a small share of them.
     pub(super) fn gain(&self, after: &Self) -> f64 {
-        self.share / after.share
+        (self.share / after.share).min(self.rms / after.rms)
     }
 
-    /// Whether no more is left than of noise, or than before: a column a thousand times as large makes
-    /// any misfit a small share of what was measured.
-    pub(super) fn is_no_farther_from_noise(&self, before: &Self) -> bool {
+    /// Whether no more is left than of noise, or clearly less than before: a column a thousand times as large makes
+    /// any misfit a small share of what was measured, one that the misfit does not go with as well.
+    pub(super) fn is_nearer_to_noise(&self, before: &Self) -> bool {
         let both = self.chi2_per_dof.zip(before.chi2_per_dof);
-        self.is_noise() || both.is_none_or(|(after, before)| after <= before)
+        self.is_noise() || both.is_none_or(|(after, before)| after <= NEARER * before)
     }
 
     /// What the change takes off the misfit, in standard uncertainties of one amplitude.

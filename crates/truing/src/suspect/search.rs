@@ -229,7 +229,7 @@ impl Trials {
         let gross = |h: &Hypothesis, m: &Misfit| {
             is_left(h, m)
                 && gain(m) >= GROSS_GAIN
-                && m.is_no_farther_from_noise(&plain.misfit)
+                && m.is_nearer_to_noise(&plain.misfit)
                 && !m.is_too_good()
         };
         // A channel without a signal fits nothing, and numbers made small fit it best.

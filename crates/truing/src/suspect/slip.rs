@@ -19,7 +19,7 @@ const APART: f64 = 4.0;
 /// A number with its point put back is at most so many times as large as the largest of the others.
 const ROOM: f64 = 2.0;
 /// Share of the width of the others beyond which a number with its point put back does not lie.
-const BEYOND: f64 = 0.5;
+const BEYOND: f64 = 0.1;
 /// Most places by which a point is looked for.
 const MOST_PLACES: i32 = 6;
 /// Lines listed of those in which numbers are wrong.
@@ -41,6 +41,9 @@ pub(super) fn slips(
     let of_column = |(name, values): (&str, Vec<f64>)| {
         let lost = |row: usize| LOST.map(|factor| (row, Wrong::Point, values[row] / factor));
         let mut all: Vec<(usize, Wrong, f64)> = largest(&values).flat_map(lost).collect();
+        all.extend(beyond_others(&values).into_iter().flat_map(|row| {
+            digits_exchanged(values[row]).into_iter().map(move |meant| (row, Wrong::Digits, meant))
+        }));
         if let Some((fitted, rows)) = far {
             let known = rows.iter().copied().filter(|&row| row < values.len());
             all.extend(known.flat_map(|row| like(fitted, row, values[row])));
@@ -48,8 +51,9 @@ pub(super) fn slips(
         all.sort_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)));
         all.dedup_by(|a, b| a.0 == b.0 && a.2.total_cmp(&b.2).is_eq());
         let of_one = |(row, wrong, meant)| {
-            let may_be = values[row] != 0.0
-                && (!matches!(wrong, Wrong::Point) || is_among_others(&values, row, meant));
+            let is_known = far.is_some_and(|(_, rows)| rows.contains(&row));
+            let is_free = is_known && !matches!(wrong, Wrong::Point);
+            let may_be = values[row] != 0.0 && (is_free || is_among_others(&values, row, meant));
             may_be.then(|| slip((file, table), (name, values[row]), row, (wrong, meant)))
         };
         all.into_iter().filter_map(of_one).collect::<Vec<_>>()
@@ -188,6 +192,14 @@ fn is_among_others(values: &[f64], row: usize, meant: f64) -> bool {
         (others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max));
     let beyond = BEYOND * (high - low);
     (low - beyond..=high + beyond).contains(&meant)
+}
+
+/// The numbers at either end of a column that lie apart from all others.
+fn beyond_others(values: &[f64]) -> Vec<usize> {
+    let mut rows: Vec<usize> = (0..values.len()).collect();
+    rows.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let [Some(&low), Some(&high)] = [rows.first(), rows.last()] else { return Vec::new() };
+    [low, high].into_iter().filter(|&row| !is_among_others(values, row, values[row])).collect()
 }
 
 /// What may have been meant by a number of a row, of what changes it by about as much as it is off.

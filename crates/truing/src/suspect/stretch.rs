@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::hypothesis::{Hypothesis, listed, owned, present};
+use super::hypothesis::{Hypothesis, listed, owned, pairs, present};
 use super::left_out::{only_wrong, shortest};
 use super::misfit::Misfit;
 use super::order::{blocks_shifted, exchanged_rows, farthest};
-use super::readings::{Readings, Samples};
+use super::readings::{Readings, Samples, Set};
 use super::search::{Found, misfit_with};
 use super::some_rows::Rows;
 use super::unit::{Dimension, all_and_each};
@@ -23,6 +23,8 @@ use crate::kind::Files;
 const MOST_ROWS: usize = 5000;
 /// Rows with one value that are no accident where they do not fit.
 const FEWEST_FILLED: usize = 3;
+/// Rows that were pasted, at least: one place may be that of another.
+const FEWEST_PASTED: usize = 2;
 /// Rows by which a stretch may be shifted, and rows of a record, of which it may be by more than one.
 const FARTHEST_SHIFT: isize = 12;
 const LONG: usize = 200;
@@ -164,6 +166,7 @@ impl Stretch {
             }
             all.extend(self.sorted(files, &rows, &columns));
         }
+        all.extend(self.sets_exchanged(&rows));
         let read =
             |samples: &Samples| Some((*samples, files.folder.table(samples.file, &[]).ok()?));
         if let Some((samples, of)) = self.of.samples.as_ref().and_then(read) {
@@ -176,7 +179,9 @@ impl Stretch {
         all.extend(self.of.labels.iter().flat_map(|column| rows.names_exchanged(column)));
         for (columns, _) in self.of.sets.iter().filter(|_| self.order.is_none()) {
             let columns = present(Some(&table), columns);
-            all.extend(self.pasted(files, &rows, &columns));
+            let pairs = pairs(&columns).map(|pair| pair.to_vec());
+            let sets = all_and_each(&columns).into_iter().chain(pairs);
+            all.extend(sets.filter_map(|set| self.pasted(files, &rows, &set)));
             all.extend(columns.iter().filter_map(|column| self.filled(files, &rows, column)));
         }
         if self.wrong.len() < self.rows.len() {
@@ -245,7 +250,7 @@ impl Stretch {
     /// Whether most rows are others: what one half has and the other has not is as likely physics that goes with
     /// time or direction.
     pub(super) fn is_of_the_few(&self) -> bool {
-        5 * self.rows.len() < 2 * self.n
+        5 * self.rows.len() <= 2 * self.n
     }
 
     /// That the rows are not of this table, whatever is wrong with them.
@@ -382,6 +387,21 @@ impl Stretch {
         Some(Hypothesis::of("input:stuck", (rows.file, &[column]), description, edits))
     }
 
+    /// All columns of one set exchanged for those of another of as many, as where two tables are mixed up.
+    fn sets_exchanged(&self, rows: &Rows<'_>) -> Vec<Hypothesis> {
+        let there = |(columns, of): &Set| (present(Some(rows.table), columns), *of);
+        let sets: Vec<(Vec<&str>, Dimension)> = self.of.sets.iter().map(there).collect();
+        let of_two = |(i, j): (usize, usize)| {
+            let ([one, other], is_like) = ([&sets[i].0, &sets[j].0], sets[i].1 == sets[j].1);
+            let n = one.len().min(other.len());
+            (is_like && n > 0).then(|| {
+                (1..=n).map(|n| rows.sets_exchanged(&one[..n], &other[..n])).collect::<Vec<_>>()
+            })
+        };
+        let later = |i: usize| (i + 1..sets.len()).map(move |j| (i, j));
+        (0..sets.len()).flat_map(later).filter_map(of_two).flatten().collect()
+    }
+
     /// The same readings as in other rows, to the last digit.
     fn pasted(&self, files: &Files, rows: &Rows<'_>, columns: &[&str]) -> Option<Hypothesis> {
         let (file, table) = (rows.file, rows.table);
@@ -389,7 +409,7 @@ impl Stretch {
         let of_name = |name: &&str| table.read_as(name).map(|(column, _)| column);
         let read: Vec<usize> = columns.iter().filter_map(of_name).collect();
         let cell = |row: usize| read.iter().map(move |column| table.cell(row, *column));
-        if is_repeated(table, &read) {
+        if self.rows.len() < FEWEST_PASTED || is_repeated(table, &read) {
             return None;
         }
         let is_same = |other: &usize| {

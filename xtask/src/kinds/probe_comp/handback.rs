@@ -236,6 +236,10 @@ impl Touch<'_> {
             if let Some(found) = step(json, "axis-scale", Some(axis)) {
                 read[k] += 1e-6 * amplitude(found, axis) * center[k];
             }
+            if let Some(found) = step(json, "axis-scale", Some(&format!("{axis}, about the part")))
+            {
+                read[k] += 1e-6 * amplitude(found, axis) * (center[k] - self.form.center[k]);
+            }
         }
         if let Some(found) = step(json, "squareness", None) {
             for (a, b) in [(0, 1), (0, 2), (1, 2)] {

@@ -15,7 +15,7 @@ use crate::suspect::{
     units_from_a_row, zeros,
 };
 
-const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+pub(super) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 pub(super) const REFERENCE: &str = "reference_n";
 /// Error of the force over the force itself that no physics of a sound head makes.
 const GROSS: f64 = 0.4;

@@ -3,6 +3,7 @@
 mod axis;
 mod deviations;
 mod digits;
+mod every_table;
 mod heights;
 mod log;
 mod numbers;
