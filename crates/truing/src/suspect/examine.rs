@@ -288,13 +288,18 @@ fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
     changed.filter(is_of_all).unwrap_or(found)
 }
 
-/// Rows that are left out for a label that they share, without those that fit: where most do, the label is not to blame.
+/// Rows that are left out for a label that they share, or for the end of a range at which they read, without those that
+/// fit: where most do, that is not to blame.
 fn of_its_wrong_rows(files: &Files, found: Found, fits: &impl Fn(&Misfit) -> bool) -> Found {
     let of_few = || {
-        let [Edit { file, change: Change::Keep { rows } }] = &found.named.edits[..] else {
-            return None;
-        };
-        let of = files.kind.readings.iter().find(|of| of.file == *file)?;
+        let kept = found.named.edits.iter().find_map(|edit| match &edit.change {
+            Change::Keep { rows } => {
+                let of = files.kind.readings.iter().find(|of| of.file == edit.file)?;
+                Some((of, rows))
+            }
+            _ => None,
+        });
+        let (of, rows) = kept?;
         let n = files.folder.table(of.file, &[]).ok()?.n_rows();
         let gone: Vec<usize> = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
         let without = |rows: &[usize]| {
@@ -302,13 +307,14 @@ fn of_its_wrong_rows(files: &Files, found: Found, fits: &impl Fn(&Misfit) -> boo
             left.is_some_and(|misfit| fits(&misfit))
         };
         let wrong = only_wrong(gone.clone(), &without);
-        (2 * wrong.len() < gone.len()).then_some(())?;
-        let named = Stretch::of_those(files, file, wrong)?.misplaced(files)?;
+        (wrong.len() < gone.len() && wrong.len() <= gone.len() / 2).then_some(())?;
+        let named = Stretch::of_those(files, of.file, wrong)?.misplaced(files)?;
         let after = misfit_with(files, &named.edits);
         Some(Found { named, after, rivals: Vec::new(), is_subtle: found.is_subtle })
     };
-    let is_of_a_label = found.named.effect == "input:misplaced";
-    is_of_a_label.then(of_few).flatten().unwrap_or(found)
+    let may_be = found.named.effect == "input:misplaced"
+        || found.named.is_of_an_end() && found.named.proof == Proof::Fit;
+    may_be.then(of_few).flatten().unwrap_or(found)
 }
 
 /// The error of a case that cannot be fitted, with the mistake that would explain it.
