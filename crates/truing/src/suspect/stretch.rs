@@ -250,7 +250,7 @@ impl Stretch {
     /// Whether most rows are others: what one half has and the other has not is as likely physics that goes with
     /// time or direction.
     pub(super) fn is_of_the_few(&self) -> bool {
-        5 * self.rows.len() <= 2 * self.n
+        2 * self.rows.len() < self.n
     }
 
     /// That the rows are not of this table, whatever is wrong with them.
@@ -418,14 +418,22 @@ impl Stretch {
         };
         let other =
             (0..=table.n_rows() - (end - start)).find(is_same).filter(|_| !read.is_empty())?;
+        // Rows beside it may be copies, too, that fit where they are.
+        let (n, length) = (table.n_rows(), end - start);
+        let is_equal = |row: usize, of: usize| row < n && of < n && cell(row).eq(cell(of));
+        let after = (0..n).take_while(|by| is_equal(end + by, other + length + by)).count();
+        let before =
+            (1..=start.min(other)).take_while(|by| is_equal(start - by, other - by)).count();
+        let (start, other, end) = (start - before, other - before, end + after);
+        let these = Rows { file, table, these: (start..end).collect() };
         let description = format!(
             "{} of {file}{} repeat those from line {} on to the last digit: a block was copied (pasted twice); put \
              back what was read there",
             listed(columns),
-            rows.said(),
+            these.said(),
             table.line(other)
         );
-        let edits = self.of.without(&files.folder, &self.all())?;
+        let edits = self.of.without(&files.folder, &these.these)?;
         Some(Hypothesis::of("input:copied", (file, columns), description, edits))
     }
 }
