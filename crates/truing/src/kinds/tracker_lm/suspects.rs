@@ -70,6 +70,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     all.extend(signs(file, read, &["angle_deg"]));
     if file == TARGETS {
         all.extend(of_places(TARGETS, read));
+        all.extend(doubled(TARGETS, read, &PLACE, Twice::Gain));
         for columns in [&PLACE[..], &PLACE[..1], &PLACE[1..2], &PLACE[2..]] {
             all.extend(rows_shifted(file, read, columns, Some("mount")));
             let of_one = readings_of_one(file, read, ("station", columns), Dimension::Length);
