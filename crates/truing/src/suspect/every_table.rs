@@ -1,10 +1,10 @@
 //! What may be wrong with any table of readings, whatever it holds.
 
 use super::hypothesis::{Hypothesis, Proof, present};
+use super::odd::odd_among_neighbours;
 use super::order::{farthest, rows_shifted, rows_shifted_by, sorted_as_row_numbers};
 use super::readings::{Readings, Set};
 use super::slip::slips;
-use super::some_rows::odd_among_neighbours;
 use super::unit::{Dimension, all_and_each};
 use super::zeros::zeros;
 use crate::case::Table;

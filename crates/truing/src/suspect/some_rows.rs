@@ -2,23 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use super::factor::Factor;
 use super::hypothesis::{Hypothesis, is_or_are, listed, owned, pairs, present, stretches_of};
 use super::unit::{Dimension, all_and_each, shown};
 use crate::case::{Change, Edit, Table};
 
 /// Names of which every two may be exchanged, at most.
 const MOST_NAMES: usize = 8;
-
-/// Rows of a table in which numbers are held against those beside them, at least, and how many of these on either side.
-const LONG: usize = 12;
-const BESIDE: usize = 3;
-/// Times the median distance of a number from those beside it, of one that is odd, and of one that is not; or the share
-/// of what it was off by.
-const FAR_OFF: f64 = 8.0;
-const NEAR: f64 = 4.0;
-const HARDLY: f64 = 0.1;
-/// Odd numbers at least: of fewer each is a slip.
-const FEWEST_ODD: usize = 3;
 
 /// What may be wrong with the coordinates in one row.
 pub(super) fn changes_of_row(
@@ -29,70 +19,6 @@ pub(super) fn changes_of_row(
     let Some(table) = table else { return Vec::new() };
     let rows = Rows { file, table, these: vec![row] };
     rows.changes(&present(Some(table), columns), Dimension::Length)
-}
-
-/// By what some numbers may have to be multiplied, and why.
-struct Factor {
-    effect: &'static str,
-    what: String,
-    by: f64,
-}
-
-impl Factor {
-    /// Of numbers in a unit that is so many of the file's own.
-    fn all(dimension: Dimension, declared: f64) -> Vec<Self> {
-        let of = |effect, what: &str, by| Self { effect, what: what.to_owned(), by };
-        let own = dimension.name_of(declared);
-        let mut all = vec![of("input:sign", "of the opposite sign", -1.0)];
-        all.extend(dimension.instead_of(declared).map(|(unit, by)| {
-            of("input:unit", &format!("in another unit, {unit} instead of {own},"), by)
-        }));
-        let ten = "ten or a hundred times what it is elsewhere, or so small a part of it (another range, a decimal point)";
-        all.extend(dimension.tenfold(declared).map(|by| of("input:decimal-point", ten, by)));
-        let twice = "twice or half of what it is elsewhere (another gain, a diameter for a radius)";
-        all.extend([0.5, 2.0].map(|by| of("input:gain", twice, by)));
-        all
-    }
-}
-
-/// Numbers of a column here and there that lie far from those of the rows beside them, and among them once they are
-/// multiplied by the same factor.
-pub(super) fn odd_among_neighbours(
-    file: &'static str,
-    table: &Table,
-    column: &str,
-    dimension: Dimension,
-) -> Vec<Hypothesis> {
-    let known = table.numbers(column).zip(table.unit_of(&[column]));
-    let Some((values, declared)) = known.filter(|(values, _)| values.len() >= LONG) else {
-        return Vec::new();
-    };
-    let middle: Vec<f64> = (0..values.len()).map(|row| among_neighbours(&values, row)).collect();
-    let off: Vec<f64> = values.iter().zip(&middle).map(|(v, m)| (v - m).abs()).collect();
-    let usual = median(off.clone());
-    let of_factor = |Factor { effect, what, by }: Factor| {
-        let is_odd = |row: &usize| {
-            let left = (by * values[*row] - middle[*row]).abs();
-            off[*row] > FAR_OFF * usual && left <= (NEAR * usual).max(HARDLY * off[*row])
-        };
-        let these: Vec<usize> = (0..values.len()).filter(is_odd).collect();
-        (FEWEST_ODD..=values.len() / 3)
-            .contains(&these.len())
-            .then(|| Rows { file, table, these }.scaled(effect, (&[column], &what), by))
-    };
-    Factor::all(dimension, declared).into_iter().filter_map(of_factor).collect()
-}
-
-/// The middle one of the numbers in the rows beside a row.
-fn among_neighbours(values: &[f64], row: usize) -> f64 {
-    let beside = row.saturating_sub(BESIDE)..(row + BESIDE + 1).min(values.len());
-    median(beside.filter(|other| *other != row).map(|other| values[other]).collect())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    f64::midpoint(values[(n - 1) / 2], values[n / 2])
 }
 
 /// Some rows of a table, in ascending order.
@@ -196,7 +122,7 @@ impl Rows<'_> {
         all.map(|Factor { effect, what, by }| self.scaled(effect, (set, &what), by)).collect()
     }
 
-    fn scaled(
+    pub(super) fn scaled(
         &self,
         effect: &'static str,
         (set, what): (&[&str], &str),
