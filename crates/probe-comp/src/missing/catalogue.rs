@@ -30,8 +30,9 @@ const NO_PROBE_MM: f64 = 0.5;
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const ABOUT_THE_PART: [&str; 3] = ["x, about the part", "y, about the part", "z, about the part"];
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
+pub(crate) const ABOUT_THE_PART: [&str; 3] =
+    ["x, about the part", "y, about the part", "z, about the part"];
 
 /// An effect as the loop sees it, and what it does.
 #[derive(Clone, Debug)]

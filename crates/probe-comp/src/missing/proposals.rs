@@ -2,9 +2,10 @@
 
 use std::f64::consts::FRAC_PI_3;
 
-use model_discrepancy::{Covariate, Proposal, Quantity, Role};
+use model_discrepancy::{Covariate, Model, Proposal, Quantity, Role};
 use nalgebra::{Rotation3, Unit, Vector3};
 
+use super::catalogue::{ABOUT_THE_PART, AXES};
 use super::columns::{TIME, as_f64, feed};
 use super::measured::MeasuredTouch;
 use super::model::{ProbeModel, Standard};
@@ -53,9 +54,14 @@ pub(crate) fn proposals(model: &ProbeModel) -> Vec<Proposal<'_>> {
         let of = |&parameter: &&'static str| Standard { effect, subject: None, parameter, sigma };
         names.iter().map(of).collect::<Vec<_>>()
     };
-    let axes = ["x", "y", "z"].map(|axis| Standard {
+    let effects = &model.declared().effects;
+    let is_there = |(subject, _): &(&str, &str)| {
+        effects.iter().any(|e| e.id == "axis-scale" && e.subject.as_deref() == Some(*subject))
+    };
+    let scales = AXES.into_iter().zip(AXES).chain(ABOUT_THE_PART.into_iter().zip(AXES));
+    let axes = scales.filter(is_there).map(|(subject, axis)| Standard {
         effect: "axis-scale",
-        subject: Some(axis),
+        subject: Some(subject),
         parameter: axis,
         sigma: SCALE_RATIO,
     });
@@ -85,7 +91,7 @@ pub(crate) fn proposals(model: &ProbeModel) -> Vec<Proposal<'_>> {
         ),
         known(
             "measure the machine's travel with an independent length standard, e.g. a laser interferometer",
-            axes.to_vec(),
+            axes.collect(),
         ),
         known(
             "measure the machine's squareness with an angle standard",

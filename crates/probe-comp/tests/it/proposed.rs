@@ -107,7 +107,8 @@ fn a_proposal_is_the_model_of_the_touches_that_it_plans() {
 fn a_standard_tells_the_amplitudes_that_it_measures() {
     let told = [
         ("measure the ball by itself", "tip-radius", 1),
-        ("measure the machine's travel", "axis-scale", 3),
+        // Of each axis from the origin on, and from the middle of the part.
+        ("measure the machine's travel", "axis-scale", 6),
         ("measure the machine's squareness", "squareness", 3),
         // Five harmonics of the second degree and seven of the third.
         ("measure the part's form", "form", 12),
