@@ -161,27 +161,21 @@ fn latency(setting: &Setting<'_>) -> Entry {
 }
 
 fn machine(setting: &Setting<'_>) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = (0..3)
-        .map(|axis| {
-            let text = format!("the machine's {} axis reads long", AXES[axis]);
-            let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
-            let seen = setting.levers_mm[axis][axis] * GROSS_SCALE > SEEN_MM;
-            let term = if seen { Term::Scale { axis, about_mm: 0.0 } } else { Term::Unseen };
-            entry("axis-scale", &text, parameters, term).about(AXES[axis]).at_most(NO_MACHINE)
-        })
-        .collect();
+    let long = |axis: usize, more: &str, (about_mm, lever_mm): (f64, f64)| {
+        let text = format!("the machine's {} axis reads long{more}", AXES[axis]);
+        let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
+        let seen = lever_mm * GROSS_SCALE > SEEN_MM;
+        let term = if seen { Term::Scale { axis, about_mm } } else { Term::Unseen };
+        entry("axis-scale", &text, parameters, term).at_most(NO_MACHINE)
+    };
+    let of_machine =
+        |axis: usize| long(axis, "", (0.0, setting.levers_mm[axis][axis])).about(AXES[axis]);
+    let mut entries: Vec<Entry> = (0..3).map(of_machine).collect();
     let middle_mm = setting.form_scale.center_mm.coords;
     let is_far = |axis: &usize| middle_mm[*axis].abs() * GROSS_SCALE > SEEN_MM;
     entries.extend((0..3).filter(is_far).map(|axis| {
-        let text = format!(
-            "the machine's {} axis reads long, and the workpiece frame was found with it",
-            AXES[axis]
-        );
-        let parameters = vec![parameter(AXES[axis], "ppm", 1e6)];
-        let seen = setting.form_scale.radius_mm * GROSS_SCALE > SEEN_MM;
-        let about_mm = middle_mm[axis];
-        let term = if seen { Term::Scale { axis, about_mm } } else { Term::Unseen };
-        entry("axis-scale", &text, parameters, term).about(ABOUT_THE_PART[axis]).at_most(NO_MACHINE)
+        let lever = (middle_mm[axis], setting.form_scale.radius_mm);
+        long(axis, ", and the workpiece frame was found with it", lever).about(ABOUT_THE_PART[axis])
     }));
     let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
         .into_iter()

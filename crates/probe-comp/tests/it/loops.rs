@@ -252,21 +252,27 @@ fn a_reversal_by_the_approach_is_no_scale() {
     assert!((y.value - 1e3 * half_mm).abs() < 4.0 * y.std && y.name == "y", "{y:?}");
 }
 
+/// A sphere far from the origin, touched from all sides, of which each touch comes late by so much for each mm from its
+/// middle.
+fn of_far_sphere(seed: u64, late: impl Fn(&Vector3<f64>) -> f64) -> Closure {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let touches = directions(60)
+        .iter()
+        .map(|outward| {
+            let late_mm = late(outward) * (25.0 + TIP_MM);
+            sphere_touch(outward, Unit::new_normalize(-outward), late_mm, &mut rng)
+        })
+        .collect();
+    closed(reference_sphere(Side::Along), touches, &[])
+}
+
 /// Square about the part, as the workpiece frame was found with the same axes: one cause, and not a form of five
 /// amplitudes.
 #[test]
 fn squareness_about_a_part_far_from_the_origin_is_named() {
-    let mut rng = ChaCha8Rng::seed_from_u64(72);
     let square = 300e-6;
-    let touches = directions(60)
-        .iter()
-        .map(|outward| {
-            // x reads γ·y from the part on: farther along the normal.
-            let late_mm = -square * (25.0 + TIP_MM) * outward.y * outward.x;
-            sphere_touch(outward, Unit::new_normalize(-outward), late_mm, &mut rng)
-        })
-        .collect();
-    let closure = closed(reference_sphere(Side::Along), touches, &[]);
+    // x reads γ·y from the part on: farther along the normal.
+    let closure = of_far_sphere(72, |outward| -square * outward.y * outward.x);
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     assert_eq!(names(&closure, 0), ["squareness", "form"], "{:?}", closure.steps);
     assert_eq!(closure.steps[0].subject.as_deref(), Some("about the part"));
@@ -277,16 +283,8 @@ fn squareness_about_a_part_far_from_the_origin_is_named() {
 /// The same of an axis that reads long: without its own name a bending and a form of five amplitudes bear it.
 #[test]
 fn a_scale_about_a_part_far_from_the_origin_is_named() {
-    let mut rng = ChaCha8Rng::seed_from_u64(73);
     let scale = 300e-6;
-    let touches = directions(60)
-        .iter()
-        .map(|outward| {
-            let late_mm = -scale * (25.0 + TIP_MM) * outward.x * outward.x;
-            sphere_touch(outward, Unit::new_normalize(-outward), late_mm, &mut rng)
-        })
-        .collect();
-    let closure = closed(reference_sphere(Side::Along), touches, &[]);
+    let closure = of_far_sphere(73, |outward| -scale * outward.x * outward.x);
     assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
     assert_eq!(closure.steps[0].effect, "axis-scale");
     assert_eq!(closure.steps[0].subject.as_deref(), Some("x, about the part"));

@@ -2,7 +2,6 @@ use super::declared::uncertainties_of_some_rows;
 use super::every_table::{numbers_of_every_table, other_rows_of_every_table};
 use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
-use super::left_out::only_wrong;
 use super::misfit::Misfit;
 use super::named::Suspect;
 use super::order::{exchanged_with, farthest};
@@ -302,13 +301,9 @@ fn of_its_wrong_rows(files: &Files, found: Found, fits: &impl Fn(&Misfit) -> boo
         let (of, rows) = kept?;
         let n = files.folder.table(of.file, &[]).ok()?.n_rows();
         let gone: Vec<usize> = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
-        let without = |rows: &[usize]| {
-            let left = of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
-            left.is_some_and(|misfit| fits(&misfit))
-        };
-        let wrong = only_wrong(gone.clone(), &without);
-        (wrong.len() < gone.len() && wrong.len() <= gone.len() / 2).then_some(())?;
-        let named = Stretch::of_those(files, of.file, wrong)?.misplaced(files)?;
+        let n_gone = gone.len();
+        let wrong = Stretch::of_wrong_ones(files, of, gone, fits)?;
+        let named = (2 * wrong.n_wrong() <= n_gone).then(|| wrong.misplaced(files)).flatten()?;
         let after = misfit_with(files, &named.edits);
         Some(Found { named, after, rivals: Vec::new(), is_subtle: found.is_subtle })
     };

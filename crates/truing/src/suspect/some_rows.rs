@@ -86,7 +86,10 @@ impl Rows<'_> {
             let said = (&columns[1..], "of the opposite sign (an inverse, the other way round)");
             all.push(self.scaled("input:sign", said, -1.0));
         }
-        all.extend(pairs(columns).map(|pair| self.exchanged(pair)));
+        all.extend(
+            pairs(columns)
+                .map(|[one, other]| self.exchanged(&[one], &[other], "exchanged (swapped)")),
+        );
         all
     }
 
@@ -136,18 +139,13 @@ impl Rows<'_> {
 
     /// The columns of one set exchanged for those of another.
     pub(super) fn sets_exchanged(&self, one: &[&str], other: &[&str]) -> Hypothesis {
+        self.exchanged(one, other, "exchanged (swapped, two tables mixed up)")
+    }
+
+    fn exchanged(&self, one: &[&str], other: &[&str], what: &str) -> Hypothesis {
         let (there, here) = ([one, other].concat(), [other, one].concat());
         let rows = Some(self.these.clone());
         let change = Change::Permute { columns: owned(&there), sources: owned(&here), rows };
-        let said = (&there[..], "exchanged (swapped, two tables mixed up)", "exchange them");
-        self.hypothesis("input:exchanged", said, change)
-    }
-
-    fn exchanged(&self, pair: [&str; 2]) -> Hypothesis {
-        let rows = Some(self.these.clone());
-        let sources = owned(&[pair[1], pair[0]]);
-        let change = Change::Permute { columns: owned(&pair), sources, rows };
-        let said = (&pair[..], "exchanged (swapped)", "exchange them");
-        self.hypothesis("input:exchanged", said, change)
+        self.hypothesis("input:exchanged", (&there, what, "exchange them"), change)
     }
 }

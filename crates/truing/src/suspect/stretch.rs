@@ -68,10 +68,10 @@ pub(super) struct Stretch {
     /// The rows in another order than that of the table; `None` where it lies in that.
     order: Option<Arc<[usize]>>,
     rows: Range<usize>,
-    /// Rows of the table.
-    n: usize,
     /// Those of them without which the others fit already.
     wrong: Vec<usize>,
+    /// Rows of the table.
+    n: usize,
 }
 
 impl Stretch {
@@ -103,10 +103,7 @@ impl Stretch {
     ) -> Vec<Self> {
         let Ok(table) = files.folder.table(of.file, &[]) else { return Vec::new() };
         let n = table.n_rows();
-        let without = |rows: &[usize]| {
-            let left = of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
-            left.is_some_and(|misfit| fits(&misfit))
-        };
+        let without = |rows: &[usize]| fits_without(files, of, rows, fits);
         let places = order.map(|order| &**order);
         let without_all = |rows: &Range<usize>| without(&in_order(places, rows));
         if !(of.fewest + 1..=MOST_ROWS).contains(&n) {
@@ -142,6 +139,17 @@ impl Stretch {
         };
         let of_rows = |of: &&Readings| files.folder.has(of.file) && !of.are_places;
         files.kind.readings.iter().filter(of_rows).filter_map(of_table).collect()
+    }
+
+    /// Some rows of a table, without which the others fit, but for those that need not be left out.
+    pub(super) fn of_wrong_ones(
+        files: &Files,
+        of: &Readings,
+        rows: Vec<usize>,
+        fits: &impl Fn(&Misfit) -> bool,
+    ) -> Option<Self> {
+        let without = |rows: &[usize]| fits_without(files, of, rows, fits);
+        Self::of_those(files, of.file, only_wrong(rows, &without))
     }
 
     /// Some rows that misfit, of a table of readings.
@@ -240,6 +248,11 @@ impl Stretch {
     /// Whether its rows are places, which physics does not move one by one.
     pub(super) fn is_of_places(&self) -> bool {
         self.of.are_places
+    }
+
+    /// How many of its rows are wrong.
+    pub(super) fn n_wrong(&self) -> usize {
+        self.wrong.len()
     }
 
     /// Whether as many of its rows are wrong as of a session of another day.
@@ -444,6 +457,17 @@ fn is_repeated(table: &Table, columns: &[usize]) -> bool {
     let distinct: BTreeSet<Vec<&str>> =
         (0..table.n_rows()).map(|row| cells(row).collect()).collect();
     2 * distinct.len() <= table.n_rows()
+}
+
+/// Whether a case fits without some rows of a table.
+fn fits_without(
+    files: &Files,
+    of: &Readings,
+    rows: &[usize],
+    fits: &impl Fn(&Misfit) -> bool,
+) -> bool {
+    let left = of.without(&files.folder, rows).and_then(|edits| misfit_with(files, &edits));
+    left.is_some_and(|misfit| fits(&misfit))
 }
 
 /// Rows of a table by their places in an order, in ascending order.
