@@ -15,3 +15,4 @@ pub(crate) mod significance;
 pub(crate) mod tails;
 pub(crate) mod under_noise;
 pub(crate) mod vector_noise;
+pub(crate) mod within_groups;

@@ -17,6 +17,7 @@ use crate::tests::cluster_robust::cluster_robust;
 use crate::tests::pooled_scatter::pooled_scatter;
 use crate::tests::under_noise::Tested;
 use crate::tests::vector_noise::vector_p_value;
+use crate::tests::within_groups::within_groups;
 
 /// Fewest degrees of freedom left for which a correlation between neighbours can be estimated.
 const MIN_DOF_FOR_CORRELATION: usize = 8;
@@ -100,8 +101,10 @@ pub(crate) fn significance_beside(
     }
     // The cheap ones first.
     if asked.reach == Reach::Many {
-        let at_group_level = vector_p_value(lin, base, beside, (&added, &full))
-            .unwrap_or_else(|| group_p_value(lin, &test, residual, (&added, &full), asked.level));
+        let at_group_level =
+            vector_p_value(lin, base, beside, (&added, &full)).unwrap_or_else(|| {
+                group_p_value(lin, (&test, residual), (base, &added, &full), asked.level)
+            });
         test.p_value = test.p_value.max(at_group_level);
     }
     if test.dof >= MIN_DOF_FOR_CORRELATION {
@@ -145,9 +148,8 @@ fn raise(p_value: &mut f64, mut others: impl Iterator<Item = f64>, asked: Asked)
 
 fn group_p_value(
     lin: &Linear<'_>,
-    test: &Significance,
-    residual: &DVector<f64>,
-    (added, full): (&Basis, &Basis),
+    (test, residual): (&Significance, &DVector<f64>),
+    (base, added, full): (&Basis, &Basis, &Basis),
     level: f64,
 ) -> f64 {
     let clusters = lin.clusters.len();
@@ -177,7 +179,9 @@ fn group_p_value(
     let of_few = f_tail(test.f_statistic, count(test.directions), count(dof.max(1)));
     let of_few = of_few.min(of_few_declared(lin, test, count(per_group) / count(largest)));
     let has_scatter = clusters >= MIN_AGREEING;
-    if has_scatter { of_few.max(of_scatter()) } else { of_few }
+    let p_value = if has_scatter { of_few.max(of_scatter()) } else { of_few };
+    // Few groups that each show the same by themselves need not count as few readings.
+    if p_value > level { p_value.min(within_groups(lin, residual, (base, added))) } else { p_value }
 }
 
 /// The same where the noise is declared, and few groups need not tell how large it is: a group that counts as so
