@@ -19,6 +19,7 @@ use crate::Error;
 use crate::case::{
     Change, Columns, Document, Edit, Folder, LoopSettings, Positive, Problem, Table, group_names,
 };
+use crate::count::count;
 use crate::kind::Files;
 use crate::kind::Kind;
 use crate::measured::{Fitted, Reading};
@@ -306,8 +307,15 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let Some(columns) = pair(&table) else { return of_deviations(files, &table) };
     let table = Some(&table);
     let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
-    let mut all = signs(POSITIONS, table, &columns[..1]);
-    all.extend(table.and_then(|table| turned_directions(table, columns[0])));
+    let turned = table.and_then(|table| turned_directions(table, columns[0]));
+    // Which of the two is mirrored the directions tell, where there are any.
+    let mut all = match (table.is_some_and(|table| table.has(DIRECTION)), &turned) {
+        (true, None) => signs(POSITIONS, table, &columns[1..]),
+        (true, Some(_)) => signs(POSITIONS, table, &columns[..1]),
+        (false, _) => columns.iter().flat_map(|one| signs(POSITIONS, table, &[*one])).collect(),
+    };
+    // Targets of the other sign contradict every direction.
+    all.extend(turned.filter(|_| !table.is_some_and(|table| are_mirrored(table, columns))));
     all.extend(table.and_then(|table| filled_directions(table, columns)));
     all.extend(table.and_then(|table| from_the_other_end(table, columns[0])));
     for column in &columns {
@@ -339,6 +347,14 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
     all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all
+}
+
+/// Whether what was read falls where the targets rise.
+fn are_mirrored(table: &Table, columns: [&str; 2]) -> bool {
+    let [targets, actual] = columns.map(|column| table.numbers(column).unwrap_or_default());
+    let middle = |of: &[f64]| of.iter().sum::<f64>() / count(of.len().max(1));
+    let (a, b) = (middle(&targets), middle(&actual));
+    targets.iter().zip(&actual).map(|(t, r)| (t - a) * (r - b)).sum::<f64>() < 0.0
 }
 
 /// Key of `[noise]` that declares that of a reading in this column, and what it says in the column's unit.

@@ -37,9 +37,7 @@ pub(crate) fn channels(
     let read: Vec<(&str, Vec<f64>)> =
         columns.iter().filter_map(|name| Some((*name, table.numbers(name)?))).collect();
     let (mut stuck, mut all) = (Vec::new(), Vec::new());
-    let mut together = vec![false; table.n_rows()];
-    let mut clipped: Vec<&str> = Vec::new();
-    let mut is_certain = true;
+    let mut clipped: Vec<(&str, Clipping)> = Vec::new();
     let moving =
         read.iter().filter(|(_, values)| longest_run(values, &whole(values)).1 < ALIVE).count();
     for (name, values) in &read {
@@ -51,15 +49,23 @@ pub(crate) fn channels(
             }
         }
         let Some(clip) = clipping(values) else { continue };
-        together.iter_mut().zip(&clip.rows).for_each(|(all, one)| *all |= one);
-        clipped.push(name);
-        is_certain &= clip.is_exact;
         let edits = without(table, &clip.rows);
         all.push(saturation(file, &[*name], &clip.words, clip.is_exact, edits));
+        clipped.push((name, clip));
     }
+    let exact = || clipped.iter().filter(|(_, clip)| clip.is_exact);
+    let several = |some: &[&(&str, Clipping)]| {
+        let names: Vec<&str> = some.iter().map(|(name, _)| *name).collect();
+        let is_clipped = |row: usize| some.iter().any(|(_, clip)| clip.rows[row]);
+        let rows: Vec<bool> = (0..table.n_rows()).map(is_clipped).collect();
+        let is_exact = some.iter().all(|(_, clip)| clip.is_exact);
+        saturation(file, &names, "their limits", is_exact, without(table, &rows))
+    };
     if clipped.len() > 1 {
-        let edits = without(table, &together);
-        all.insert(0, saturation(file, &clipped, "their limits", is_certain, edits));
+        all.insert(0, several(&clipped.iter().collect::<Vec<_>>()));
+    }
+    if (2..clipped.len()).contains(&exact().count()) {
+        all.insert(0, several(&exact().collect::<Vec<_>>()));
     }
     all.extend(stuck);
     all

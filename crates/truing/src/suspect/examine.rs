@@ -6,9 +6,11 @@ use super::misfit::Misfit;
 use super::named::Suspect;
 use super::order::{exchanged_with, farthest};
 use super::physics::{Contest, Physics};
+use super::readings::Readings;
 use super::rounded::rounded;
 use super::search::{Found, Plain, Trials, misfit_with};
 use super::some_rows::changes_of_row;
+use super::spike::far_apart;
 use super::stretch::Stretch;
 use super::typed::{SETTING, mistyped, set_free};
 use crate::case::{Change, Edit};
@@ -154,6 +156,11 @@ fn decide(
         return (found, None);
     }
     let helping = Physics::helping(&trials, plain);
+    if found.is_none()
+        && let Some(found) = beside_far_readings(case, plain, &helping)
+    {
+        return (Some(found), None);
+    }
     let is_unmatched = plain.misfit.share >= plain.yardstick.unmatched;
     let is_misplaced = misplaced.is_some();
     if found.is_none() && helping.is_empty() && !is_unmatched && !is_misplaced {
@@ -188,6 +195,33 @@ fn decide(
         is_unmatched && !physics.takes_most(&plain.yardstick)
     };
     (is_unmatched.then(unmatched), None)
+}
+
+/// The mistake that a case shows without a few readings which are far off all others once it is mended: these are for
+/// the next look.
+fn beside_far_readings(case: &Case, plain: &Plain, helping: &[Found]) -> Option<Found> {
+    let of_one = |helps: &&Found| {
+        let mended = case.files.with(&helps.named.edits);
+        let fitted = mended.read().ok()?.measured.fit_alone().ok()?;
+        let far = far_apart(&fitted)?;
+        // What is fitted must be the rows of a table.
+        let n = fitted.observations.len();
+        let n_rows = |of: &Readings| mended.folder.table(of.file, &[]).map(|table| table.n_rows());
+        let of = mended.kind.readings.iter().find(|of| n_rows(of).is_ok_and(|rows| rows == n))?;
+        let without = of.without(&case.files.folder, &far)?;
+        let left = case.with(&without).ok()?;
+        let (misfit, yardstick) = Misfit::of(&*left.measured, &left.measured.fit_alone().ok()?);
+        let of_left = Plain { misfit, yardstick };
+        let list = vec![helps.named.clone()];
+        let is_it = Trials::of_those(&left.files, list, None).explaining(&of_left)?;
+        let contest = Physics::of(&left).beside_alone(&left, &is_it, &misfit);
+        let is_needed = !is_it.is_subtle || matches!(contest, Contest::Lost);
+        is_needed.then(|| Found { is_subtle: is_it.is_subtle, ..(*helps).clone() })
+    };
+    if plain.misfit.chi2_per_dof.is_none() {
+        return None;
+    }
+    helping.iter().find_map(|helps| of_one(&helps))
 }
 
 /// What remains of two changes where the first is needed again after the other: what is exchanged twice stands as it

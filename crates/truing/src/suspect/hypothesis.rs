@@ -76,6 +76,12 @@ impl Hypothesis {
         self.subject == other.subject && self.description == other.description
     }
 
+    /// Whether it leaves readings out, and changes none.
+    pub(super) fn only_leaves_out(&self) -> bool {
+        let leaves_out = |edit: &Edit| matches!(edit.change, Change::Keep { .. });
+        !self.edits.is_empty() && self.edits.iter().all(leaves_out)
+    }
+
     /// Whether the data themselves show it in a case that is off by as much.
     pub(super) fn is_shown(&self, is_gross: bool) -> bool {
         self.is_shown_by_data() || is_gross && self.proof == Proof::Gross

@@ -10,6 +10,8 @@ const TOO_GOOD: f64 = 0.2;
 const ENOUGH: usize = 15;
 /// Share of χ² that a change leaves at most, whose misfit is a smaller share of what was measured.
 const NEARER: f64 = 0.5;
+/// Share of a misfit that is all of it.
+const TAKEN_UP: f64 = 0.9;
 /// Share of a gross misfit below which a case is taken for sound, whatever noise was declared.
 const SOUND: f64 = 0.1;
 /// Components of a residual in one unit: what follows them, as moments do forces, is in another.
@@ -22,6 +24,8 @@ pub(super) const TIE: f64 = 1.25;
 pub(super) struct Misfit {
     /// Residual, with what free parameters took up.
     pub(super) rms: f64,
+    /// Of that what free parameters took up.
+    taken_up: f64,
     /// Share of what was measured.
     pub(super) share: f64,
     /// Share beyond which no physics of usual size explains it.
@@ -38,6 +42,7 @@ impl Misfit {
         let rms = rms.unwrap_or(f64::NAN).hypot(yardstick.taken_up);
         let misfit = Self {
             rms,
+            taken_up: yardstick.taken_up,
             share: rms / yardstick.spread,
             gross: yardstick.gross,
             chi2_per_dof: fitted.chi2_per_dof,
@@ -54,10 +59,14 @@ impl Misfit {
     }
 
     /// Whether no more is left than of noise, or clearly less than before: a column a thousand times as large makes
-    /// any misfit a small share of what was measured, one that the misfit does not go with as well.
+    /// any misfit a small share of what was measured, one that the misfit does not go with as well. What free
+    /// parameters took up was never in χ².
     pub(super) fn is_nearer_to_noise(&self, before: &Self) -> bool {
         let both = self.chi2_per_dof.zip(before.chi2_per_dof);
-        self.is_noise() || both.is_none_or(|(after, before)| after <= NEARER * before)
+        let is_taken_up = before.taken_up >= TAKEN_UP * before.rms;
+        self.is_noise()
+            || is_taken_up
+            || both.is_none_or(|(after, before)| after <= NEARER * before)
     }
 
     /// What the change takes off the misfit, in standard uncertainties of one amplitude.

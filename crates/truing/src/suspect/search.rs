@@ -56,6 +56,7 @@ pub(super) struct Plain {
 }
 
 /// A mistake that the data bear out.
+#[derive(Clone)]
 pub(super) struct Found {
     pub(super) named: Hypothesis,
     pub(super) after: Option<Misfit>,
@@ -355,6 +356,12 @@ fn best(mut all: Vec<Tried>, is_subtle: bool) -> Option<Found> {
     let signs = all.iter().filter(|(h, m)| h.is_of_signs() && is_best(m));
     let most_of_signs = signs.map(|(_, m)| rms(m)).fold(0.0, f64::max);
     all.retain(|(h, m)| is_best(m) || h.is_of_signs() && rms(m) <= TIE * most_of_signs);
+    // Of those that leave readings out, the one with the fewest.
+    let kept = |(h, m): &Tried| m.filter(|_| h.only_leaves_out()).map(|m| m.dof);
+    if all.first().and_then(kept).is_some() {
+        let most = (0..all.len()).rev().max_by_key(|&i| kept(&all[i]));
+        all[..=most?].rotate_right(1);
+    }
     let mut all = all.into_iter();
     let (named, after) = all.next()?;
     let rivals = all.map(|(rival, _)| rival).collect();
