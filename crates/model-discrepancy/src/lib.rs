@@ -85,6 +85,7 @@ pub use answer::closure::{
     Solution, Stability, Step, Verdict,
 };
 pub use answer::foreseen::Foreseen;
+pub use answer::left_over::SCATTER;
 pub use answer::opened::{OpenLoop, open_loop};
 pub use error::LoopError;
 pub use model::{

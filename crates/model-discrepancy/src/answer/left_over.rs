@@ -77,6 +77,9 @@ pub(crate) fn beside_larger_noise(
     found
 }
 
+/// What [`Remaining::covariate`] is of scatter that goes with nothing and is too large to be noise.
+pub const SCATTER: &str = "scatter";
+
 /// What scatters so many times as much as declared that nobody declares its noise so wrongly, whatever it is.
 fn hardly_noise(chosen: &Selected<'_>, lin: &Linear<'_>) -> Option<Remaining> {
     let test = global_test(&chosen.system, &chosen.estimate, lin)?;
@@ -84,7 +87,7 @@ fn hardly_noise(chosen: &Selected<'_>, lin: &Linear<'_>) -> Option<Remaining> {
         "{:.0} times the declared noise: hardly noise, and it goes with nothing that is known",
         test.per_dof().sqrt()
     );
-    let covariate = "scatter".to_owned();
+    let covariate = SCATTER.to_owned();
     let p_value = test.p_value();
     (test.per_dof() >= HARDLY_NOISE).then_some(Remaining { covariate, shape, p_value })
 }

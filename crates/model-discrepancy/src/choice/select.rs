@@ -12,7 +12,9 @@ use crate::choice::masked::find_masked;
 use crate::choice::pair::find_pair;
 use crate::choice::ranking::{Confirmed, is_eligible, ranked};
 use crate::choice::replace::replace_superseded;
-use crate::choice::score::{ScorePass, Scored, Scoring, score_catalogue, score_passing};
+use crate::choice::score::{
+    ScorePass, Scored, Scoring, home_of_bad, score_catalogue, score_passing,
+};
 use crate::choice::score_shapes::score_covariates;
 use crate::choice::selected::{Added, Selected, What, cost, what, within_limits};
 use crate::choice::shape::is_of_levels;
@@ -202,8 +204,15 @@ fn better_shape(
 /// With no more directions than the effects have it need be no worse, where these are two, or one whose
 /// place was found by looking: a shift from a press on is the load that begins there.
 fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected<'_>) -> bool {
-    let effects: Vec<usize> = chosen.system.active.iter().map(|a| a.effect).collect();
-    if effects.is_empty() || !has_levels(context) {
+    if chosen.system.active.is_empty() || !has_levels(context) {
+        return false;
+    }
+    let named = context.linear(&chosen.system, &chosen.estimate, keep);
+    // One bad reading is no law.
+    let is_bad = |effect| home_of_bad(context, &chosen.estimate, &named, effect).is_some();
+    let effects = chosen.system.active.iter().map(|active| active.effect);
+    let effects: Vec<usize> = effects.filter(|effect| !is_bad(*effect)).collect();
+    if effects.is_empty() {
         return false;
     }
     let mut plain = chosen.clone();
@@ -216,7 +225,6 @@ fn replaced_by_shape(context: &Context<'_>, keep: &[bool], chosen: &mut Selected
     let Ok(estimate) = plain.system.fit(&rows, &start) else { return false };
     plain.estimate = estimate;
     let lin = context.linear(&plain.system, &plain.estimate, keep);
-    let named = context.linear(&chosen.system, &chosen.estimate, keep);
     let n = count(lin.rows.len());
     let left =
         cost(&chosen.system, &chosen.estimate, &rows) / cost(&plain.system, &plain.estimate, &rows);

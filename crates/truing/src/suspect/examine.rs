@@ -8,7 +8,7 @@ use super::order::{exchanged_with, farthest};
 use super::physics::{Contest, Physics};
 use super::readings::Readings;
 use super::rounded::rounded;
-use super::search::{Found, Plain, Trials, misfit_with};
+use super::search::{FAR_LESS_NOISE, Found, Plain, Trials, misfit_with, noise_in_another_unit};
 use super::some_rows::changes_of_row;
 use super::spike::far_apart;
 use super::stretch::Stretch;
@@ -75,6 +75,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
             (Trials::proved(files, &list, Proof::Data).missing(&plain), None)
         };
         let found = found.or_else(|| rounded_beside(current, &plain, &mut physics));
+        let found = found.or_else(|| noise_too_small(current, &plain, &mut physics));
         let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
         if let Some(again) = named.iter().position(|known| known.is(&found.named)) {
             return without_what_is_undone(case, named, again, &plainly.unwrap_or(misfit));
@@ -251,6 +252,18 @@ fn rounded_beside(case: &Case, plain: &Plain, physics: &mut Option<Physics>) -> 
     let found = rounded(&case.files, plain)?;
     let physics = physics.get_or_insert_with(|| Physics::of(case));
     (!physics.names_most()).then_some(found)
+}
+
+/// A declared noise that is no noise of these data: what physics leaves is small beside what was measured, goes with
+/// nothing, and is a hundred times as large.
+fn noise_too_small(case: &Case, plain: &Plain, physics: &mut Option<Physics>) -> Option<Found> {
+    if !plain.is_small_beside_far_less_noise() {
+        return None;
+    }
+    let physics = physics.get_or_insert_with(|| Physics::of(case));
+    let chi2 = physics.only_scatters().filter(|chi2| *chi2 >= FAR_LESS_NOISE)?;
+    let named = noise_in_another_unit(&case.files, chi2.sqrt())?;
+    Some(Found { named, after: None, rivals: Vec::new(), is_subtle: false })
 }
 
 /// Those of the list that are looked at where no other explains the case.

@@ -1,6 +1,6 @@
 //! What the loop's physics makes of a case, worked out once.
 
-use model_discrepancy::{Closure, Step, Verdict};
+use model_discrepancy::{Closure, SCATTER, Step, Verdict};
 
 use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::Misfit;
@@ -121,6 +121,13 @@ impl Physics {
     pub(super) fn is_explained(&self) -> bool {
         let sound = [Verdict::NothingMissing, Verdict::Explained];
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
+    }
+
+    /// χ² per degree of freedom of what it leaves, where that goes with nothing.
+    pub(super) fn only_scatters(&self) -> Option<f64> {
+        let closure = self.closure()?;
+        let only = closure.remaining.iter().all(|left| left.covariate == SCATTER);
+        closure.after.chi2_per_dof.filter(|_| only && closure.steps.iter().all(has_a_cause))
     }
 
     /// Whether it says anything: what free parameters take up it does not see.

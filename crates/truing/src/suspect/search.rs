@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::{Misfit, TIE};
-use super::setting::scaled_setting;
+use super::setting::{number, other_setting, scaled_setting};
 use super::thinned::Thinned;
 use super::yardstick::Yardstick;
 use crate::case::Edit;
@@ -42,7 +42,10 @@ const LEAST_BESIDE_ROWS: usize = 6;
 /// χ² per degree of freedom below which the declared noise is a hundred times what is left: then it is
 /// in another unit, or the readings are.
 const NO_NOISE: f64 = 1e-4;
-/// Noise that may be given in µm.
+/// χ² per degree of freedom from which on the declared noise is in another unit, where what is left goes with nothing: a
+/// hundred times.
+pub(super) const FAR_LESS_NOISE: f64 = 1e4;
+/// Noise that may be given in another unit.
 const NOISES_MM: [&str; 5] =
     ["point_mm", "deviation_mm", "displacement_mm", "range_mm", "distance_mm"];
 
@@ -127,6 +130,12 @@ impl Plain {
         share > QUIET * self.yardstick.gross && chi2_per_dof.is_none_or(|chi2| chi2 > noise)
             || share > self.yardstick.gross
             || self.may_be_of_another_session()
+    }
+
+    /// Whether it is far above the noise that was declared, and hardly anything beside what was measured.
+    pub(super) fn is_small_beside_far_less_noise(&self) -> bool {
+        let is_far = self.misfit.chi2_per_dof.is_some_and(|chi2| chi2 >= FAR_LESS_NOISE);
+        is_far && self.misfit.share < QUIET * self.yardstick.gross
     }
 
     /// Whether hardly anything is left of the noise that was declared.
@@ -303,6 +312,24 @@ impl Trials {
         let kept = self.all.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m)));
         kept.cloned().collect()
     }
+}
+
+/// The declared noise so many times as large as it is declared.
+pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothesis> {
+    let what = format!(
+        "far too small: what is left goes with nothing, is small beside what was measured and {times:.0} times as large; \
+         the noise is declared in another unit (m for mm), or mistyped"
+    );
+    // To two digits, as it is not known better.
+    let two_digits = |value: f64| format!("{value:.1e}").parse::<f64>().ok();
+    let of = |key: &'static str| {
+        let path = ["noise", key];
+        let declared = number(&files.document, &path)?;
+        let found = two_digits(declared * times)?;
+        let what = format!("{what}: {found} instead of {declared}");
+        Some(other_setting(&path, "input:unit", &what, toml::Value::Float(found)))
+    };
+    NOISES_MM.into_iter().find_map(of)
 }
 
 /// Whether a misfit so many times less is evidence enough.

@@ -94,7 +94,34 @@ impl Stretch {
                 all.extend(rows.changes(&columns, *dimension));
             }
         }
+        for whole in self.of_whole_labels(&table) {
+            let rows = Rows { these: whole.all(), ..rows };
+            for (columns, _) in self.of.sets {
+                let columns = present(Some(&table), columns);
+                all.extend(all_and_each(&columns).iter().flat_map(|set| whole.orders(&rows, set)));
+            }
+        }
         all
+    }
+
+    /// All rows one after the other that have one label with it, as those of one station have: some of what was
+    /// shifted happens to fit.
+    fn of_whole_labels(&self, table: &Table) -> Vec<Self> {
+        let may_be = self.order.is_none() && !self.of.are_places;
+        let labels = self.of.labels.iter().filter_map(|name| table.column(name));
+        let widened = |column: usize| {
+            let label = table.cell(self.rows.start, column);
+            let has_it = |row: &usize| table.cell(*row, column) == label;
+            if !self.rows.clone().all(|row| has_it(&row)) {
+                return None;
+            }
+            let start = (0..self.rows.start).rev().take_while(has_it).last();
+            let end = (self.rows.end..self.n).take_while(has_it).last();
+            let rows = start.unwrap_or(self.rows.start)..end.map_or(self.rows.end, |last| last + 1);
+            let wrong = self.wrong.clone();
+            (rows != self.rows).then(|| Self { rows, wrong, order: None, ..*self })
+        };
+        labels.filter(|_| may_be).filter_map(widened).collect()
     }
 
     /// One of its changes, of the rows at its ends with which it leaves the least.
