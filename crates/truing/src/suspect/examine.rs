@@ -158,7 +158,7 @@ fn decide(
     }
     let helping = Physics::helping(&trials, plain);
     if found.is_none()
-        && let Some(found) = beside_far_readings(case, plain, &helping)
+        && let Some(found) = beside_far_readings(case, &trials, &helping)
     {
         return (Some(found), None);
     }
@@ -200,8 +200,8 @@ fn decide(
 
 /// The mistake that a case shows without a few readings which are far off all others once it is mended: these are for
 /// the next look.
-fn beside_far_readings(case: &Case, plain: &Plain, helping: &[Found]) -> Option<Found> {
-    let of_one = |helps: &&Found| {
+fn beside_far_readings(case: &Case, trials: &Trials, helping: &[Found]) -> Option<Found> {
+    let of_one = |helps: &Found| {
         let mended = case.files.with(&helps.named.edits);
         let fitted = mended.read().ok()?.measured.fit_alone().ok()?;
         let far = far_apart(&fitted)?;
@@ -209,20 +209,18 @@ fn beside_far_readings(case: &Case, plain: &Plain, helping: &[Found]) -> Option<
         let n = fitted.observations.len();
         let n_rows = |of: &Readings| mended.folder.table(of.file, &[]).map(|table| table.n_rows());
         let of = mended.kind.readings.iter().find(|of| n_rows(of).is_ok_and(|rows| rows == n))?;
-        let without = of.without(&case.files.folder, &far)?;
-        let left = case.with(&without).ok()?;
+        let left = case.with(&of.without(&case.files.folder, &far)?).ok()?;
         let (misfit, yardstick) = Misfit::of(&*left.measured, &left.measured.fit_alone().ok()?);
-        let of_left = Plain { misfit, yardstick };
-        let list = vec![helps.named.clone()];
-        let is_it = Trials::of_those(&left.files, list, None).explaining(&of_left)?;
-        let contest = Physics::of(&left).beside_alone(&left, &is_it, &misfit);
-        let is_needed = !is_it.is_subtle || matches!(contest, Contest::Lost);
-        is_needed.then(|| Found { is_subtle: is_it.is_subtle, ..(*helps).clone() })
+        let found = Trials::of_those(&left.files, trials.in_their_order(helping), None)
+            .explaining(&Plain { misfit, yardstick })?;
+        let loses = || {
+            let contest = Physics::of(&left).beside_alone(&left, &found, &misfit);
+            matches!(contest, Contest::Lost)
+        };
+        // What it leaves is of the case without these readings.
+        (!found.is_subtle || loses()).then_some(Found { after: None, ..found })
     };
-    if plain.misfit.chi2_per_dof.is_none() {
-        return None;
-    }
-    helping.iter().find_map(|helps| of_one(&helps))
+    helping.iter().find_map(of_one)
 }
 
 /// What remains of two changes where the first is needed again after the other: what is exchanged twice stands as it

@@ -59,7 +59,6 @@ pub(super) struct Plain {
 }
 
 /// A mistake that the data bear out.
-#[derive(Clone)]
 pub(super) struct Found {
     pub(super) named: Hypothesis,
     pub(super) after: Option<Misfit>,
@@ -306,6 +305,12 @@ impl Trials {
         all.truncate(most);
         let of = |(named, after)| Found { named, after, rivals: Vec::new(), is_subtle: true };
         all.into_iter().map(of).collect()
+    }
+
+    /// Mistakes in the order of the list.
+    pub(super) fn in_their_order(&self, those: &[Found]) -> Vec<Hypothesis> {
+        let is_one = |h: &Hypothesis| those.iter().any(|found| found.named.is(h));
+        self.all.iter().map(|(h, _)| h).filter(|h| is_one(h)).cloned().collect()
     }
 
     fn pick(&self, keep: impl Fn(&Hypothesis, &Misfit) -> bool) -> Vec<Tried> {

@@ -55,3 +55,32 @@ fn coordinates_about_the_centre_of_the_earth() {
     assert!((x_mm - 4_157_870_237.0).abs() < 1e-4, "{x_mm}");
     assert!(answer["residual"]["rms"].as_f64().unwrap() < 1e-4);
 }
+
+/// Four rounds of eight targets, there and back: an error of each target, and a reversal of a quarter of it. They are
+/// few to know their scatter by, but each shows both by itself.
+#[test]
+fn four_rounds_show_a_profile_and_a_reversal() {
+    let of_target = [14.0, 4.0, -39.0, 25.0, -27.0, -5.0, 63.0, -36.0];
+    let mut table = "target_mm,actual_mm,direction,cycle\n".to_owned();
+    for pass in 0..8_u8 {
+        for n in 0..8_usize {
+            let target = if pass % 2 == 0 { n } else { 7 - n };
+            let side = if pass % 2 == 0 { -13.0 } else { 13.0 };
+            // Digits of a sine far behind the point: no wave along the order.
+            let noise = (1e5 * (12.9898 * f64::from(pass) + of_target[n]).sin()).fract();
+            let at_mm = [0.0, 11.0, 23.0, 31.0, 44.0, 52.0, 60.0, 73.0][target];
+            let actual_mm = at_mm + 1e-3 * (of_target[target] + side + 3.0 * noise);
+            let way = if pass % 2 == 0 { "+" } else { "-" };
+            table += &format!("{at_mm},{actual_mm:.5},{way},c{}\n", pass / 2);
+        }
+    }
+    let case = Case::new(&[]);
+    case.write("case.toml", "kind = \"positioning\"\n[loop]\ngroup = \"cycle\"\n");
+    case.write("positions.csv", table);
+    let answer = case.json("loop");
+    let steps = answer["steps"].as_array().unwrap();
+    let mut names: Vec<_> = steps.iter().map(|step| step["effect"].as_str().unwrap()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["profile", "reversal"], "{}", answer["steps"]);
+    assert_eq!(answer["verdict"], "explained");
+}

@@ -85,6 +85,24 @@ fn targets_under_the_name_of_positions_are_told_by_coming_again() {
     assert!((rms(&answer["before"]) - rms(&answer["after"])).abs() < 1e-9);
 }
 
+/// Targets of the other sign contradict every direction; readings of the other sign contradict none.
+#[test]
+fn of_mirrored_readings_and_mirrored_targets_each_is_named_alone() {
+    for column in ["actual_mm", "target_mm"] {
+        let case = axis();
+        // There and back.
+        change(&case, "positions.csv", &["target_mm", "actual_mm"], |n, old| {
+            let of = if n / 8 % 2 == 0 { n } else { n - n % 8 + 7 - n % 8 };
+            old[of].clone()
+        });
+        scale(&case, "positions.csv", &[column], -1.0);
+        let (step, answer) = first(&case);
+        assert_eq!(step["effect"], "input:sign");
+        assert_eq!(step["subject"], format!("positions.csv: {column}"));
+        assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+    }
+}
+
 #[test]
 fn directions_that_all_contradict_the_way_are_turned() {
     let row = |i: i32| {

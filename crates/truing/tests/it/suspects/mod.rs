@@ -1,6 +1,7 @@
 //! Mistakes in the input: made in sound cases, and named before any physics.
 
 mod axis;
+mod beside;
 mod deviations;
 mod digits;
 mod every_table;
