@@ -343,7 +343,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(table.and_then(|table| signs_lost((POSITIONS, table), columns)));
     all.extend(table.and_then(|table| thousands((POSITIONS, table), columns)));
     let sigma = noise_of(&files.document, columns[1]).map(|(_, sigma)| sigma);
-    all.extend(table.and_then(|table| coarser_than_noise((POSITIONS, table), columns[1], sigma)));
+    all.extend(table.and_then(|table| coarser_than_noise((POSITIONS, table), columns, sigma)));
     all.extend(columns.iter().flat_map(|column| increments(POSITIONS, table, &[*column], &[])));
     all.extend(table.and_then(|table| at_other_targets((POSITIONS, table), columns)));
     all

@@ -1,11 +1,13 @@
 //! Channels that clip at the end of their range, or stand still.
 
-use super::hypothesis::{Hypothesis, Proof, listed};
+use super::hypothesis::{Hypothesis, Proof, lines_of, listed};
 use super::label::labels_of;
 use crate::case::{Change, Edit, Table};
 
 /// Fewest readings at one end that are no accident.
 const FEWEST: usize = 10;
+/// The same of readings that are all equal there.
+const FEWEST_EQUAL: usize = 5;
 /// A reading at the end of the range is this many times more frequent than any other value.
 const TIES: usize = 5;
 /// Readings in the last window before the end of a range over those in either window before it:
@@ -44,7 +46,8 @@ pub(crate) fn channels(
         if let Some(run) = still(values, moving > 0) {
             let channel = (&[*name][..], std::slice::from_ref(values));
             stuck.push(stuck_at((file, table), channel, &run, IN_A_ROW, &without).shown());
-            if is_once(values, &run) {
+            // What stands still at the end of a range may have clipped there.
+            if is_once(values, &run) && !is_end(values, values[run[0]]) {
                 continue;
             }
         }
@@ -61,11 +64,11 @@ pub(crate) fn channels(
         let is_exact = some.iter().all(|(_, clip)| clip.is_exact);
         saturation(file, &names, "their limits", is_exact, without(table, &rows))
     };
-    if clipped.len() > 1 {
-        all.insert(0, several(&clipped.iter().collect::<Vec<_>>()));
-    }
     if (2..clipped.len()).contains(&exact().count()) {
-        all.insert(0, several(&exact().collect::<Vec<_>>()));
+        all.push(several(&exact().collect::<Vec<_>>()));
+    }
+    if clipped.len() > 1 {
+        all.push(several(&clipped.iter().collect::<Vec<_>>()));
     }
     all.extend(stuck);
     all
@@ -132,6 +135,35 @@ pub(crate) fn standing_still_within(
     let (run, elsewhere) = longest_run(&values, series);
     let is_still = run.len() >= STILL_OF_SERIES && elsewhere < ALIVE;
     is_still.then(|| stuck_at((file, table), (&[column], &[values]), &run, said, &without))
+}
+
+/// A channel that stands still over successive rows of several series, as where an instrument hung while it read
+/// them all: to be decided by the fit without these rows.
+pub(crate) fn standing_still_in_several(
+    file: &'static str,
+    table: Option<&Table>,
+    column: &str,
+    (series, said): (&[Vec<usize>], &str),
+    without: impl Fn(&Table, &[bool]) -> Vec<Edit>,
+) -> Option<Hypothesis> {
+    let table = table?;
+    let values = table.numbers(column)?;
+    let one = |rows: &Vec<usize>| longest_run(&values, std::slice::from_ref(rows)).0;
+    let mut runs: Vec<Vec<usize>> = series.iter().map(one).collect();
+    runs.retain(|run| run.len() >= STILL_OF_SERIES);
+    if runs.len() < 2 {
+        return None;
+    }
+    let rows: Vec<bool> =
+        (0..table.n_rows()).map(|row| runs.iter().flatten().any(|r| *r == row)).collect();
+    let description = format!(
+        "the channel {} of {file} is stuck in several of the {said}, in line {}, while others go on; repair the \
+         channel, or leave these rows out",
+        listed(&[column]),
+        lines_of(table, &rows)
+    );
+    let edits = without(table, &rows);
+    Some(Hypothesis::of("input:stuck", (file, &[column]), description, edits))
 }
 
 /// Columns of a table of few rows whose readings at one end are all the same, as a design may have them: to
@@ -252,6 +284,12 @@ fn is_once(values: &[f64], run: &[usize]) -> bool {
     values.iter().filter(|v| v.total_cmp(&held).is_eq()).count() < run.len() + TIES
 }
 
+/// Whether a value is the largest or the smallest of all.
+fn is_end(values: &[f64], of: f64) -> bool {
+    let ends = [1.0, -1.0].map(|sign| at_end(values, sign).0);
+    ends.iter().any(|end| end.total_cmp(&of).is_eq())
+}
+
 fn saturation(
     file: &str,
     columns: &[&str],
@@ -317,7 +355,8 @@ fn pile(values: &[f64]) -> Option<(f64, bool)> {
     let at = |value: f64| move |v: &&f64| v.total_cmp(&value).is_eq();
     let at_max = sorted.iter().take_while(at(max)).count();
     let inner = sorted.iter().filter(|v| **v < max && **v > min);
-    if at_max >= FEWEST && max != 0.0 && at_max >= TIES * most_frequent(inner) {
+    // Of readings that are all different, as of many digits, fewer are no accident either.
+    if at_max >= FEWEST_EQUAL && max != 0.0 && at_max >= TIES * most_frequent(inner) {
         return Some((max, true));
     }
     let within = |from: f64, to: f64| {

@@ -5,6 +5,7 @@ use super::odd::odd_among_neighbours;
 use super::order::{farthest, rows_shifted, rows_shifted_by, sorted_as_row_numbers};
 use super::readings::{Readings, Set};
 use super::slip::slips;
+use super::some_rows::Rows;
 use super::unit::{Dimension, all_and_each};
 use super::zeros::zeros;
 use crate::case::Table;
@@ -30,9 +31,30 @@ pub(super) fn other_rows_of_every_table(files: &Files) -> Vec<Hypothesis> {
     };
     let of_one = |(of, table): (&Readings, Table)| {
         let sets = without_deviations(of.sets);
-        sets.flat_map(|(columns, _)| of_set(of, &table, columns)).collect::<Vec<_>>()
+        let mut all: Vec<_> = sets.flat_map(|(columns, _)| of_set(of, &table, columns)).collect();
+        all.extend(exchanged_with_conditions(of, &table));
+        all
     };
     tables_of(files).into_iter().flat_map(of_one).collect()
+}
+
+/// Columns of readings under the headings of columns that take no part in the model, and the other way round.
+fn exchanged_with_conditions(of: &Readings, table: &Table) -> Vec<Hypothesis> {
+    let read: Vec<&str> =
+        of.sets.iter().flat_map(|(columns, _)| present(Some(table), columns)).collect();
+    let rows = Rows { file: of.file, table, these: (0..table.n_rows()).collect() };
+    let is_number = |name: &&&str| {
+        let column = table.column(name);
+        let is_read =
+            |row: usize| column.is_some_and(|c| table.cell(row, c).parse::<f64>().is_ok());
+        !read.contains(*name) && (0..table.n_rows()).all(is_read)
+    };
+    let names: Vec<&str> = table.names().iter().map(|name| &**name).collect();
+    let others: Vec<&str> = names.iter().filter(is_number).copied().collect();
+    let with_each = |one: &&str| -> Vec<Hypothesis> {
+        others.iter().map(|other| rows.all_exchanged(one, other)).collect()
+    };
+    read.iter().flat_map(with_each).collect()
 }
 
 /// The tables that are there, each once.

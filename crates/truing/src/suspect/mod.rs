@@ -43,7 +43,7 @@ mod zeros;
 
 pub(crate) use channel::{
     at_end, channels, clipped_of_few, clipped_of_one, place_standing_still, rows_left_out, silent,
-    standing_still, standing_still_within,
+    standing_still, standing_still_in_several, standing_still_within,
 };
 pub(crate) use clock::{Record, clocks, stretches};
 pub(crate) use coarse::{coarser_than_others, step_of};

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::factor::Factor;
-use super::hypothesis::{Hypothesis, is_or_are, listed, owned, pairs, present, stretches_of};
+use super::hypothesis::{
+    Hypothesis, Proof, is_or_are, listed, owned, pairs, present, stretches_of,
+};
 use super::unit::{Dimension, all_and_each, shown};
 use crate::case::{Change, Edit, Table};
 
@@ -20,6 +22,9 @@ pub(super) fn changes_of_row(
     let rows = Rows { file, table, these: vec![row] };
     rows.changes(&present(Some(table), columns), Dimension::Length)
 }
+
+/// Times by which numbers may be less or more than all others of their column.
+const APART: f64 = 3.0;
 
 /// Some rows of a table, in ascending order.
 pub(super) struct Rows<'t> {
@@ -122,7 +127,27 @@ impl Rows<'_> {
     fn factors(&self, set: &[&str], dimension: Dimension) -> Vec<Hypothesis> {
         let Some(declared) = self.table.unit_of(set) else { return Vec::new() };
         let all = Factor::all(dimension, declared).into_iter();
-        all.map(|Factor { effect, what, by }| self.scaled(effect, (set, &what), by)).collect()
+        let may_be = all.filter(|factor| !self.are_put_apart(set, factor.by));
+        may_be.map(|Factor { effect, what, by }| self.scaled(effect, (set, &what), by)).collect()
+    }
+
+    /// Whether a factor takes numbers that are like the others of their column far from all of them: what a channel
+    /// read beside a mistake of another is no other unit of it.
+    fn are_put_apart(&self, set: &[&str], factor: f64) -> bool {
+        let of_column = |name: &&str| {
+            let sizes: Vec<f64> =
+                self.table.numbers(name).into_iter().flatten().map(f64::abs).collect();
+            let others = (0..sizes.len()).filter(|row| self.these.binary_search(row).is_err());
+            let (least, most) = others.fold((f64::INFINITY, 0.0_f64), |(least, most), row| {
+                (least.min(sizes[row]), most.max(sizes[row]))
+            });
+            let is_near = |row: &&usize| (least / APART..most * APART).contains(&sizes[**row]);
+            let is_far = |row: &&usize| {
+                !(least / APART..most * APART).contains(&(sizes[**row] * factor.abs()))
+            };
+            self.these.iter().all(|row| is_near(&row)) && self.these.iter().all(|row| is_far(&row))
+        };
+        set.iter().any(of_column)
     }
 
     pub(super) fn scaled(
@@ -140,6 +165,21 @@ impl Rows<'_> {
     /// The columns of one set exchanged for those of another.
     pub(super) fn sets_exchanged(&self, one: &[&str], other: &[&str]) -> Hypothesis {
         self.exchanged(one, other, "exchanged (swapped, two tables mixed up)")
+    }
+
+    /// Two columns under each other's headings, of all rows; of a misfit that no physics makes.
+    pub(super) fn all_exchanged(&self, one: &str, other: &str) -> Hypothesis {
+        let columns = [one, other];
+        let description = format!(
+            "the columns {} of {} are exchanged (swapped): exchange their headings",
+            listed(&columns),
+            self.file
+        );
+        let (columns_of, sources) = (owned(&columns), owned(&[other, one]));
+        let change = Change::Permute { columns: columns_of, sources, rows: None };
+        let edits = vec![Edit { file: self.file, change }];
+        let found = Hypothesis::of("input:exchanged", (self.file, &columns), description, edits);
+        Hypothesis { proof: Proof::FitIfGross, ..found }
     }
 
     fn exchanged(&self, one: &[&str], other: &[&str], what: &str) -> Hypothesis {

@@ -161,12 +161,16 @@ pub(super) fn thousands(
 /// axis with a profile.
 pub(super) fn coarser_than_noise(
     (file, table): (&'static str, &Table),
-    reached: &'static str,
+    [target, reached]: [&'static str; 2],
     sigma: Option<f64>,
 ) -> Option<Hypothesis> {
     let step = step_of(table, reached)?;
     let is_coarse = sigma.is_some_and(|sigma| step > COARSE * sigma);
-    if !is_coarse || table.n_rows() < FEWEST_COARSE {
+    // What does not follow the targets at all is worse than coarse.
+    let (targets, read) = table.numbers(target).zip(table.numbers(reached))?;
+    let beside = targets.iter().zip(&read).map(|(t, r)| (r - t).abs());
+    let follows = beside.fold(0.0, f64::max) < largest(&targets);
+    if !is_coarse || !follows || table.n_rows() < FEWEST_COARSE {
         return None;
     }
     let description = format!(

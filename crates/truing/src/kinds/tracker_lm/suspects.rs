@@ -16,7 +16,8 @@ use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, clipped_of_one,
     copies, cycles, doubled, exchanges, farthest, held, increments, names_of_one_exchanged,
     other_setting, place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs,
-    slip_of_sign, spread_of, standing_still, standing_still_within, swapped_names, units, zeros,
+    slip_of_sign, spread_of, standing_still, standing_still_in_several, standing_still_within,
+    swapped_names, units, zeros,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -65,6 +66,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
             (&locks, "steps of one lock"),
             without,
         ));
+        all.extend(standing_still_in_several(file, read, DISPLACEMENT, (&locks, "locks"), without));
     }
     all.extend(units(file, read, &["angle_deg"], Dimension::Angle));
     all.extend(signs(file, read, &["angle_deg"]));
