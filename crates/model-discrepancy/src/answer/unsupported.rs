@@ -85,7 +85,13 @@ pub(crate) fn unsupported<'a>(
         let has_lost = if is_checked {
             are_against
         } else {
-            summaries.strays.is_empty() && has_no_gain(summaries)
+            // One name may rest on the groups at its end; several are chosen by one group.
+            let are_several = chosen
+                .added
+                .iter()
+                .filter(|added| !is_bad_reading(context, chosen, lin, added))
+                .nth(1);
+            (summaries.strays.is_empty() || are_several.is_some()) && has_no_gain(summaries)
         };
         if has_lost && chosen.added[i].p_value > BEYOND_DOUBT {
             return left(i, NO_GAIN);
