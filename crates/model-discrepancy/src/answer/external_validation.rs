@@ -10,6 +10,7 @@ use crate::choice::selected::Selected;
 use crate::count::count;
 use crate::noise::linear::Linear;
 use crate::tests::hold_out::predict;
+use crate::tests::tails::reaches;
 use crate::{Remaining, Role, Row};
 
 /// Check groups that lie farther from their prediction than the fitted groups do from theirs.
@@ -19,7 +20,8 @@ use crate::{Remaining, Role, Row};
 /// noise and uncertainty of the prediction, is compared with that of fitted groups left out one by
 /// one, or with the declared noise where that is larger (F test). A group counts as many readings
 /// as the scatter of the groups shows (Satterthwaite 1946), at most those that it holds, so that
-/// readings that depend on each other are not counted as if they did not.
+/// readings that depend on each other are not counted as if they did not. Where all of it is one
+/// observation, it may be the tail of the noise.
 pub(crate) fn badly_predicted(
     context: &Context<'_>,
     chosen: &Selected<'_>,
@@ -28,14 +30,24 @@ pub(crate) fn badly_predicted(
     let fitted = fitted_scatter(lin)?;
     let check = check_distance(context, chosen, lin, &|row| chosen.estimate.sigma(row))?;
     let declared = if lin.layout.sigma_declared { 1.0 } else { 0.0 };
-    let ratio = check.square / check.rows / fitted.variance.max(declared);
     let dof = |groups: f64| groups * fitted.readings;
-    let law = FisherSnedecor::new(dof(check.groups), dof(fitted.groups)).ok()?;
-    let p_value = law.sf(ratio);
-    (p_value <= BADLY_PREDICTED).then(|| Remaining {
+    let p_value = |square: f64, rows: f64, groups: f64| {
+        let law = FisherSnedecor::new(dof(groups), dof(fitted.groups)).ok()?;
+        Some(law.sf(square / rows / fitted.variance.max(declared)))
+    };
+    let of_all = p_value(check.square, check.rows, check.groups)?;
+    let Worst { name, square, rows, farthest } = &check.worst;
+    let are_others_bad = || {
+        let (square, rows) = (check.square - square, check.rows - rows);
+        let of_others = p_value(square.max(0.0), rows, check.groups - 1.0);
+        rows > 0.0 && of_others.is_some_and(|p_value| p_value <= BADLY_PREDICTED)
+    };
+    let may_be_a_tail =
+        || farthest.is_some_and(|farthest| reaches(lin, farthest, check.rows)) && !are_others_bad();
+    (of_all <= BADLY_PREDICTED && !may_be_a_tail()).then(|| Remaining {
         covariate: "check groups".to_owned(),
-        shape: format!("predicted worse than the noise allows, worst {}", check.worst),
-        p_value,
+        shape: format!("predicted worse than the noise allows, worst {name}"),
+        p_value: of_all,
     })
 }
 
@@ -72,8 +84,17 @@ pub(crate) struct Distance {
     pub(crate) rows: f64,
     /// Squared, in units of noise and uncertainty of the prediction.
     pub(crate) square: f64,
-    /// Name of the group that lies farthest.
-    worst: String,
+    worst: Worst,
+}
+
+/// The group that lies farthest.
+struct Worst {
+    name: String,
+    /// Squared, in units of noise.
+    square: f64,
+    rows: f64,
+    /// How far its farthest row lies, where it is one observation.
+    farthest: Option<f64>,
 }
 
 /// Distance of the check groups, with these standard uncertainties; `None` without such groups, or
@@ -110,11 +131,21 @@ pub(crate) fn check_distance(
     }
     let worst = (0..of_group.len()).max_by(|&a, &b| of_group[a].total_cmp(&of_group[b]))?;
     let groups = (0..is_check.len()).filter(|&g| is_check[g] && of_group[g] > 0.0).count();
+    let its_rows: Vec<usize> = (0..rows.len()).filter(|&i| group(rows[i]) == worst).collect();
+    let of_one = its_rows
+        .iter()
+        .all(|&i| layout.rows[rows[i]].observation == layout.rows[rows[its_rows[0]]].observation);
+    let farthest = its_rows.iter().map(|&i| error[i].abs()).fold(0.0, f64::max);
     Some(Distance {
         groups: count(groups),
         rows: count(rows.len()),
         square,
-        worst: layout.groups[worst].name.clone(),
+        worst: Worst {
+            name: layout.groups[worst].name.clone(),
+            square: of_group[worst],
+            rows: count(its_rows.len()),
+            farthest: of_one.then_some(farthest),
+        },
     })
 }
 

@@ -64,6 +64,20 @@ pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) 
     chance > if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
 }
 
+/// Whether the noise of the readings that were fitted may put the farthest of `n` others, so many standard uncertainties
+/// off, where it is.
+pub(crate) fn reaches(lin: &Linear<'_>, farthest: f64, n: f64) -> bool {
+    let all: Vec<&Reading> = lin.noise.all_readings(lin).iter().collect();
+    let rows = studentized(lin, &lin.basis, &all);
+    if rows.len() < MIN_ROWS {
+        return false;
+    }
+    let laws = weighed(&rows, farthest, lin.is_as_declared);
+    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
+    let chance = laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>();
+    chance > if lin.is_as_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
+}
+
 /// Least degrees of freedom for which the fourth moment is taken: below, it grows without bound, and with it how
 /// well a sum of squares is known.
 const LEAST_FREEDOM: f64 = 4.5;

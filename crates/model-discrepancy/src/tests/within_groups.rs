@@ -23,8 +23,9 @@ pub(crate) fn within_groups(
     residual: &DVector<f64>,
     (base, added): (&Basis, &Basis),
 ) -> f64 {
-    let of_group =
-        |rows: &Vec<usize>| of_one(&base.rows(rows), added.rows(rows), residual.select_rows(rows));
+    let of_group = |rows: &Vec<usize>| {
+        of_one(&base.rows(rows), &added.rows(rows), &residual.select_rows(rows))
+    };
     let groups: Option<Vec<(DMatrix<f64>, DVector<f64>)>> =
         lin.clusters.iter().map(of_group).collect();
     groups.map_or(1.0, |groups| common(&groups))
@@ -33,11 +34,11 @@ pub(crate) fn within_groups(
 /// What a group's readings weigh each amplitude with, and the amplitudes; `None` where they do not tell them.
 fn of_one(
     base: &DMatrix<f64>,
-    added: DMatrix<f64>,
-    residual: DVector<f64>,
+    added: &DMatrix<f64>,
+    residual: &DVector<f64>,
 ) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let there = Basis::of(base, KEPT);
-    let beside = there.reject_columns(&added);
+    let beside = there.reject_columns(added);
     let is_told = beside
         .column_iter()
         .zip(added.column_iter())
@@ -48,7 +49,7 @@ fn of_one(
         let l = cholesky.l_dirty().diagonal();
         (l.min(), l.max())
     };
-    let amplitudes = cholesky.solve(&beside.tr_mul(&there.reject(&residual)));
+    let amplitudes = cholesky.solve(&beside.tr_mul(&there.reject(residual)));
     (least > KEPT * most).then_some((weight, amplitudes))
 }
 
@@ -89,7 +90,7 @@ mod tests {
                     let white: f64 = rng.sample(StandardNormal);
                     column(i, 0) * (loud * shared + common_part) + 0.1 * white
                 });
-                of_one(&base, added.clone(), residual)
+                of_one(&base, &added, &residual)
             };
             let groups: Vec<_> = (0..n_groups).filter_map(one).collect();
             common(&groups) < 0.01
@@ -117,6 +118,6 @@ mod tests {
     fn groups_that_do_not_show_it_say_nothing() {
         let base = DMatrix::from_element(4, 1, 1.0);
         let one_way = DMatrix::from_element(4, 1, 1.0);
-        assert!(of_one(&base, one_way, DVector::from_element(4, 2.0)).is_none());
+        assert!(of_one(&base, &one_way, &DVector::from_element(4, 2.0)).is_none());
     }
 }

@@ -119,7 +119,7 @@ impl Stretch {
             let end = (self.rows.end..self.n).take_while(has_it).last();
             let rows = start.unwrap_or(self.rows.start)..end.map_or(self.rows.end, |last| last + 1);
             let wrong = self.wrong.clone();
-            (rows != self.rows).then(|| Self { rows, wrong, order: None, ..*self })
+            (rows != self.rows).then_some(Self { rows, wrong, order: None, ..*self })
         };
         labels.filter(|_| may_be).filter_map(widened).collect()
     }
