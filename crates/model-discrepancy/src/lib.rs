@@ -98,4 +98,5 @@ pub use nalgebra;
 pub use options::Options;
 pub use progress::Progress;
 pub use tests::global_test::{GlobalTest, chi2_interval, independent_share, lag_one};
+pub use tests::groups_apart::GROUP;
 pub use tests::lack_of_fit::{LackOfFit, lack_of_fit};

@@ -62,7 +62,8 @@ fn closed<'a>(
     let rows = rows_of(&model.declared().layout, keep);
     let mut taken_back: Vec<Remaining> = contradicted.into_iter().collect();
     let mut by_chance = Vec::new();
-    let (lin, attributions, summaries, left) = loop {
+    let places = Places::of(model, context.covariates);
+    let (lin, attributions, summaries, left, lack_of_fit) = loop {
         let lin = Linear::of(&chosen.system, &chosen.estimate, keep, silent);
         let attributions: Vec<_> =
             chosen.added.iter().map(|a| attribute(context, keep, &chosen, &a.what)).collect();
@@ -79,9 +80,12 @@ fn closed<'a>(
         } else {
             left
         };
-        let outweighed = || outweighed((context, keep), base, (&chosen, &lin), &left);
+        let lack_of_fit = places.as_ref().and_then(|places| places.test(&lin));
+        let repeats = lack_of_fit.as_ref().and_then(LackOfFit::remaining);
+        let outweighed =
+            || outweighed((context, keep), base, (&chosen, &lin), (&left, repeats.as_ref()));
         let Some(TakenBack { rest, why }) = back.or_else(outweighed) else {
-            break (lin, attributions, summaries, left);
+            break (lin, attributions, summaries, left, lack_of_fit);
         };
         match why {
             Why::Left(remaining) => taken_back.push(remaining),
@@ -97,7 +101,6 @@ fn closed<'a>(
     let asked = (&attributions[..], &chosen.estimate.state.amplitudes[..]);
     let advice = Advice::new(model, silent, asked, &hidden);
     let steps = steps(context, keep, &chosen, &attributions, (&summaries, &advice));
-    let lack_of_fit = Places::of(model, context.covariates).and_then(|places| places.test(&lin));
     let mut remaining = remaining(context, (&chosen, &lin), left);
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(taken_back);

@@ -2,13 +2,13 @@
 
 use crate::algebra::linearised::groups_are_runs;
 use crate::levels::{NEIGHBOURS_AGREE, ONLY_NOISE};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::choice::context::Context;
 use crate::count::count;
 use crate::noise::linear::Linear;
-use crate::{Origin, Quantity, Remaining};
+use crate::{Covariate, Origin, Quantity, Remaining};
 
 /// Shape of what goes on from each observation to the next.
 const AUTOCORRELATED: &str = "autocorrelated";
@@ -19,6 +19,12 @@ const NEIGHBOURS: usize = 4;
 /// Observations before and after one, and it, that are not taken for its neighbours in place where each goes with the
 /// one before: half of a memory of a half from each to the next is gone after one, a thirtieth is left after five.
 const REMEMBERED: usize = 5;
+
+/// Share of the largest mean square along a principal axis below which positions are flat across it.
+const FLAT: f64 = 1e-12;
+
+/// Squared distances that differ by less are the same, over the spread of all places.
+const AS_FAR: f64 = 1e-9;
 
 /// Fewest observations, and most, for which neighbours are compared (the search is quadratic).
 const OBSERVATIONS: std::ops::RangeInclusive<usize> = 12..=2000;
@@ -160,10 +166,7 @@ fn neighbour_pairs(
     lin: &Linear<'_>,
     apart: usize,
 ) -> Option<Vec<(usize, usize)>> {
-    let axes: Vec<_> = (context.covariates.iter())
-        .filter(|c| c.origin == Origin::Coordinate && c.quantity != Quantity::Order)
-        .map(|c| (c, spread(&c.values)))
-        .collect();
+    let axes = axes_of(context);
     let mut pairs = Vec::new();
     for one in &lin.series {
         let observation = |i: usize| lin.layout.rows[lin.rows[i]].observation;
@@ -172,8 +175,10 @@ fn neighbour_pairs(
         }
         for (at, &i) in one.iter().enumerate() {
             let distance = |j: usize| -> f64 {
-                let between = |v: &Vec<f64>| (v[observation(i)] - v[observation(j)]).powi(2);
-                axes.iter().map(|(axis, scale)| between(&axis.values) / scale).sum()
+                let (i, j) = (observation(i), observation(j));
+                let square: f64 = axes.iter().map(|axis| (axis[i] - axis[j]).powi(2)).sum();
+                // The last digits of a turned frame decide nothing.
+                (square / AS_FAR).round()
             };
             let others = one.iter().enumerate().filter(|(to, _)| at.abs_diff(*to) > apart);
             let mut others: Vec<_> = others.map(|(_, &j)| (distance(j), j)).collect();
@@ -184,10 +189,48 @@ fn neighbour_pairs(
     (!pairs.is_empty()).then_some(pairs)
 }
 
+/// What makes a place, one list of values per axis, each of unit spread: positions along their principal axes, so that
+/// places are as far apart in any frame.
+fn axes_of(context: &Context<'_>) -> Vec<Vec<f64>> {
+    let is_of_place =
+        |c: &&Covariate| c.origin == Origin::Coordinate && c.quantity != Quantity::Order;
+    let coordinates = context.covariates.iter().filter(is_of_place);
+    let (positions, others): (Vec<&Covariate>, Vec<&Covariate>) =
+        coordinates.partition(|c| c.quantity == Quantity::Position);
+    let mut axes: Vec<Vec<f64>> = others.into_iter().map(|c| of_unit_spread(&c.values)).collect();
+    if positions.is_empty() {
+        return axes;
+    }
+    let columns: Vec<DVector<f64>> = positions
+        .iter()
+        .map(|c| DVector::from_column_slice(&c.values).add_scalar(-mean_of(&c.values)))
+        .collect();
+    let all = DMatrix::from_columns(&columns);
+    let principal = SymmetricEigen::new(all.tr_mul(&all));
+    let largest = principal.eigenvalues.amax();
+    for (direction, square) in
+        principal.eigenvectors.column_iter().zip(principal.eigenvalues.iter())
+    {
+        if *square > FLAT * largest {
+            axes.push(of_unit_spread((&all * direction).as_slice()));
+        }
+    }
+    axes
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / count(values.len().max(1))
+}
+
+fn of_unit_spread(values: &[f64]) -> Vec<f64> {
+    let scale = spread(values).sqrt();
+    values.iter().map(|v| v / scale).collect()
+}
+
 /// Mean square distance from the mean; 1 for a constant.
 fn spread(values: &[f64]) -> f64 {
-    let n = count(values.len().max(1));
-    let mean = values.iter().sum::<f64>() / n;
-    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    let mean = mean_of(values);
+    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+    let square = square / count(values.len().max(1));
     if square > 0.0 { square } else { 1.0 }
 }

@@ -137,12 +137,13 @@ fn by_chance(context: &Context<'_>, added: &Added) -> String {
 /// not explained, and the name may be a part of it.
 ///
 /// Not beside a hundredth of the misfit: the smallest is significant where readings are many. Nor beside groups that
-/// lie apart, or memory of noise that is as declared: both are in the significance of the name.
+/// lie apart, or memory of noise that is as declared: both are in the significance of the name. Beside what `repeats`
+/// at places that are visited again, a name that was looked for along them, as a period is, is a part of that.
 pub(crate) fn outweighed<'a>(
     (context, keep): (&Context<'a>, &[bool]),
     base: &Estimate,
     (chosen, lin): (&Selected<'a>, &Linear<'_>),
-    left: &[Remaining],
+    (left, repeats): (&[Remaining], Option<&Remaining>),
 ) -> Option<TakenBack<'a>> {
     let is_noise = |remaining: &Remaining| {
         is_memory(remaining) && !noisier_than_declared(context, lin, chosen)
@@ -153,10 +154,13 @@ pub(crate) fn outweighed<'a>(
     let strongest = strongest.or_else(|| {
         let test = global_test(&chosen.system, &chosen.estimate, lin)?;
         (left.is_empty() && test.per_dof() >= SEVERAL_TIMES).then(|| test.p_value())
-    })?;
+    });
+    let was_looked_for = |effect: usize| context.model.declared().effects[effect].searched > 1;
     let is_weaker = |added: &Added| {
-        matches!(added.what, What::Effect(_))
-            && added.p_value > strongest.max(BEYOND_DOUBT)
+        let What::Effect(effect) = added.what else { return false };
+        let is_beside = |p_value: f64| added.p_value > p_value.max(BEYOND_DOUBT);
+        let is_of_repeats = was_looked_for(effect) && repeats.is_some_and(|r| is_beside(r.p_value));
+        (is_of_repeats || strongest.is_some_and(is_beside))
             && !is_bad_reading(context, chosen, lin, added)
     };
     let i = chosen.added.iter().rposition(is_weaker)?;

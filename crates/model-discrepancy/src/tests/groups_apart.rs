@@ -9,7 +9,7 @@ use crate::noise::linear::Linear;
 use crate::tests::significance::{Asked, Reach, significance_beside};
 
 /// What is said to be left where groups differ from each other.
-pub(crate) const GROUP: &str = "group";
+pub const GROUP: &str = "group";
 
 /// Fewest groups that can lie apart: of two, nobody knows how far groups lie from each other.
 const MIN_GROUPS: usize = 3;

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::f_tail::f_tail;
 use crate::algebra::silent::silent_components;
 use crate::algebra::system::{System, rows_of};
+use crate::count::count;
 use crate::levels::LACK_OF_FIT;
 use crate::model::validate::validate;
 use crate::noise::linear::Linear;
@@ -111,8 +112,8 @@ impl Places {
     /// memory is judged by readings about the mean of their place, where nothing that repeats is
     /// left; degrees of freedom count by the share that is independent (Satterthwaite 1946).
     pub(crate) fn test(&self, lin: &Linear<'_>) -> Option<LackOfFit> {
-        let residual = lin.clean_residual();
         let q = lin.basis.matrix();
+        let residual = self.without_drift(lin, &q)?;
         let memory = Memory::of(&self.compare(lin, &residual, &q, 1)?.about);
         let found = self.compare(lin, &residual, &q, memory.reach)?;
         let ratio = found.between / found.free_between / (found.within / found.free_within);
@@ -123,6 +124,27 @@ impl Places {
             repeats: found.repeats,
             along: self.along.clone(),
         })
+    }
+
+    /// The residual without an even drift of each series, as the readings of one place show it by themselves: what
+    /// drifts would pass for memory, and hide what repeats.
+    fn without_drift(&self, lin: &Linear<'_>, q: &DMatrix<f64>) -> Option<DVector<f64>> {
+        let mut residual = lin.clean_residual();
+        let mut order = DVector::zeros(residual.len());
+        for (at, &i) in lin.series.iter().flat_map(|series| series.iter().enumerate()) {
+            order[i] = count(at) / lin.sigma[i];
+        }
+        let about = self.compare(lin, &residual, q, 1)?.about;
+        let order_about = self.compare(lin, &order, q, 1)?.about;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        for ((series, about), order_about) in lin.series.iter().zip(&about).zip(&order_about) {
+            let square = dot(order_about, order_about);
+            let drift = if square > 0.0 { dot(about, order_about) / square } else { 0.0 };
+            for &i in series {
+                residual[i] -= drift * order[i];
+            }
+        }
+        Some(residual)
     }
 
     /// Places against visits, readings of a place within `reach` of each other being one visit;

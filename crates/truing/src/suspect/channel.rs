@@ -43,15 +43,20 @@ pub(crate) fn channels(
     let moving =
         read.iter().filter(|(_, values)| longest_run(values, &whole(values)).1 < ALIVE).count();
     for (name, values) in &read {
+        let clip = clipping(values);
         if let Some(run) = still(values, moving > 0) {
-            let channel = (&[*name][..], std::slice::from_ref(values));
-            stuck.push(stuck_at((file, table), channel, &run, IN_A_ROW, &without).shown());
-            // What stands still at the end of a range may have clipped there.
-            if is_once(values, &run) && !is_end(values, values[run[0]]) {
-                continue;
+            // What stands still at a limit that the channel has elsewhere, or at the end of its range, clips there.
+            let is_limit =
+                is_end(values, values[run[0]]) && clip.as_ref().is_some_and(|clip| clip.is_exact);
+            if !is_limit {
+                let channel = (&[*name][..], std::slice::from_ref(values));
+                stuck.push(stuck_at((file, table), channel, &run, IN_A_ROW, &without).shown());
+                if is_once(values, &run) {
+                    continue;
+                }
             }
         }
-        let Some(clip) = clipping(values) else { continue };
+        let Some(clip) = clip else { continue };
         let edits = without(table, &clip.rows);
         all.push(saturation(file, &[*name], &clip.words, clip.is_exact, edits));
         clipped.push((name, clip));

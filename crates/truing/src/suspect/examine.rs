@@ -23,6 +23,8 @@ use crate::{Case, Error};
 const MOST_FAR_OFF: usize = 20;
 /// Degrees of freedom that rows must leave without which a case can be fitted that cannot with them.
 const FEWEST_LEFT: usize = 4;
+/// Mistakes of a case that cannot be fitted that are looked at beside readings far off, those that leave the least.
+const NEAREST: usize = 4;
 /// Mistakes named in one case at most: what needs more was not one case.
 const MOST_MISTAKES: usize = 3;
 
@@ -163,9 +165,16 @@ fn decide(
         return (Some(found), None);
     }
     let is_unmatched = plain.misfit.share >= plain.yardstick.unmatched;
-    let is_misplaced = misplaced.is_some();
+    let mut is_misplaced = misplaced.is_some();
     if found.is_none() && helping.is_empty() && !is_unmatched && !is_misplaced {
         return (None, None);
+    }
+    // Readings that lie apart together, as those of one load do while it is warm, need not be of another session.
+    if found.is_none() && is_misplaced && !plain.is_gross() {
+        let physics = physics.get_or_insert_with(|| Physics::of(case));
+        if physics.sets_some_apart() {
+            (misplaced, is_misplaced) = (None, false);
+        }
     }
     // What physics may have made may have been rounded.
     if found.is_none()
@@ -202,14 +211,7 @@ fn decide(
 /// the next look.
 fn beside_far_readings(case: &Case, trials: &Trials, helping: &[Found]) -> Option<Found> {
     let of_one = |helps: &Found| {
-        let mended = case.files.with(&helps.named.edits);
-        let fitted = mended.read().ok()?.measured.fit_alone().ok()?;
-        let far = far_apart(&fitted)?;
-        // What is fitted must be the rows of a table.
-        let n = fitted.observations.len();
-        let n_rows = |of: &Readings| mended.folder.table(of.file, &[]).map(|table| table.n_rows());
-        let of = mended.kind.readings.iter().find(|of| n_rows(of).is_ok_and(|rows| rows == n))?;
-        let left = case.with(&of.without(&case.files.folder, &far)?).ok()?;
+        let left = case.with(&without_far(&case.files, &helps.named)?).ok()?;
         let (misfit, yardstick) = Misfit::of(&*left.measured, &left.measured.fit_alone().ok()?);
         let found = Trials::of_those(&left.files, trials.in_their_order(helping), None)
             .explaining(&Plain { misfit, yardstick })?;
@@ -221,6 +223,18 @@ fn beside_far_readings(case: &Case, trials: &Trials, helping: &[Found]) -> Optio
         (!found.is_subtle || loses()).then_some(Found { after: None, ..found })
     };
     helping.iter().find_map(of_one)
+}
+
+/// The case without the few readings that are far off all others once a mistake is mended.
+fn without_far(files: &Files, mistake: &Hypothesis) -> Option<Vec<Edit>> {
+    let mended = files.with(&mistake.edits);
+    let fitted = mended.read().ok()?.measured.fit_alone().ok()?;
+    let far = far_apart(&fitted)?;
+    // What is fitted must be the rows of a table.
+    let n = fitted.observations.len();
+    let n_rows = |of: &Readings| mended.folder.table(of.file, &[]).map(|table| table.n_rows());
+    let of = mended.kind.readings.iter().find(|of| n_rows(of).is_ok_and(|rows| rows == n))?;
+    of.without(&files.folder, &far)
 }
 
 /// What remains of two changes where the first is needed again after the other: what is exchanged twice stands as it
@@ -368,12 +382,28 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let mut list = mistakes(files, None);
     list.extend(with_another(files, &source));
     let last = of_last_resort(&list);
-    let found = Trials::of(files, list, None).mending(is_free);
+    let trials = Trials::of(files, list, None);
+    let found = trials.mending(is_free);
+    let beside_far = || {
+        let restores = |change: &Hypothesis| {
+            let without = without_far(files, change)?;
+            let left = misfit_with(files, &[without, change.edits.clone()].concat());
+            let named = change.clone();
+            left.is_some_and(|left| left.is_noise() && fits_alone(&left)).then(|| Found {
+                named,
+                after: None,
+                rivals: Vec::new(),
+                is_subtle: false,
+            })
+        };
+        trials.nearest(NEAREST).find_map(restores)
+    };
     let elsewhere = || {
         let (found, misplaced) = of_rows(files, last.clone(), &fits_alone, (true, None));
         found.or(misplaced).filter(|_| !is_free)
     };
-    let found = found.map(|found| of_no_end(files, found, &last)).or_else(elsewhere);
+    let found = found.map(|found| of_no_end(files, found, &last));
+    let found = found.or_else(beside_far).or_else(elsewhere);
     let found = found.map(|found| found.of_all(files));
     match found.or_else(|| unmatched_but_for_some(files, &source)) {
         Some(found) => {

@@ -1,6 +1,6 @@
 //! What the loop's physics makes of a case, worked out once.
 
-use model_discrepancy::{Closure, SCATTER, Step, Verdict};
+use model_discrepancy::{Closure, GROUP, Remaining, SCATTER, Step, Verdict};
 
 use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::Misfit;
@@ -39,6 +39,10 @@ const IMITATION_OF_LABELS: f64 = 3000.0;
 const MILD: [&str; 6] =
     ["input:clock", "input:row-shift", LABELS, "input:saturation", "input:stuck", SETTING];
 const LABELS: &str = "input:labels";
+/// Significance above which something along a covariate is no part of scatter a hundred times the noise.
+const HARDLY_SHOWS: f64 = 1e-6;
+/// The condition that follows the rows.
+const ORDER: &str = "order";
 /// Share of a misfit that physics leaves at most where it explains it.
 const EXPLAINED: f64 = 0.5;
 /// Mistakes closed with physics beside them, at most: each closes a loop.
@@ -123,11 +127,28 @@ impl Physics {
         self.closure().is_some_and(|closure| sound.contains(&closure.verdict))
     }
 
-    /// χ² per degree of freedom of what it leaves, where that goes with nothing.
+    /// χ² per degree of freedom of what it leaves, where that goes with nothing beyond what chance may show.
     pub(super) fn only_scatters(&self) -> Option<f64> {
         let closure = self.closure()?;
-        let only = closure.remaining.iter().all(|left| left.covariate == SCATTER);
+        let is_scatter =
+            |left: &Remaining| left.covariate == SCATTER || left.p_value > HARDLY_SHOWS;
+        let only = closure.remaining.iter().all(is_scatter);
         closure.after.chi2_per_dof.filter(|_| only && closure.steps.iter().all(has_a_cause))
+    }
+
+    /// Whether it says of some readings that they lie apart from the others: those of one group, or at one value of a
+    /// condition.
+    pub(super) fn sets_some_apart(&self) -> bool {
+        let of_group = |closure: &Closure| closure.remaining.iter().any(|r| r.covariate == GROUP);
+        let is_of_condition = |step: &Step| {
+            let along = step.effect.strip_prefix(EMPIRICAL);
+            along.is_some_and(|covariate| covariate != ORDER)
+        };
+        let takes_most = |closure: &Closure| {
+            closure.after.train_rms <= EXPLAINED * closure.before.train_rms
+                && closure.steps.iter().any(is_of_condition)
+        };
+        self.closure().is_some_and(|closure| of_group(closure) || takes_most(closure))
     }
 
     /// Whether it says anything: what free parameters take up it does not see.

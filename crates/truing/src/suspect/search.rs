@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::hypothesis::{Hypothesis, Proof};
+use super::hypothesis::{Hypothesis, Proof, is_or_are, listed, owned, present};
 use super::misfit::{Misfit, TIE};
 use super::setting::{number, other_setting, scaled_setting};
 use super::thinned::Thinned;
 use super::yardstick::Yardstick;
-use crate::case::Edit;
+use crate::case::{Change, Edit};
 use crate::kind::Files;
+use crate::uncertain::{Std, Uncertain};
 
 /// Refits at most: the longest list of a kind is half as long.
 const MOST_TRIALS: usize = 1000;
@@ -307,6 +308,14 @@ impl Trials {
         all.into_iter().map(of).collect()
     }
 
+    /// Changes with which the case can be fitted, those first that leave the least of what was measured.
+    pub(super) fn nearest(&self, most: usize) -> impl Iterator<Item = &Hypothesis> {
+        let share = |(_, m): &&Tried| m.as_ref().map_or(f64::INFINITY, |m| m.share);
+        let mut all: Vec<&Tried> = self.all.iter().filter(|(_, m)| m.is_some()).collect();
+        all.sort_by(|a, b| share(a).total_cmp(&share(b)));
+        all.into_iter().take(most).map(|(h, _)| h)
+    }
+
     /// Mistakes in the order of the list.
     pub(super) fn in_their_order(&self, those: &[Found]) -> Vec<Hypothesis> {
         let is_one = |h: &Hypothesis| those.iter().any(|found| found.named.is(h));
@@ -319,7 +328,7 @@ impl Trials {
     }
 }
 
-/// The declared noise so many times as large as it is declared.
+/// The declared noise so many times as large as it is declared, in a setting or in a column.
 pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothesis> {
     let what = format!(
         "far too small: what is left goes with nothing, is small beside what was measured and {times:.0} times as large; \
@@ -334,7 +343,19 @@ pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothe
         let what = format!("{what}: {found} instead of {declared}");
         Some(other_setting(&path, "input:unit", &what, toml::Value::Float(found)))
     };
-    NOISES_MM.into_iter().find_map(of)
+    let of_column = |uncertain: &Uncertain| {
+        let Std::Columns(columns) = uncertain.std else { return None };
+        let file = uncertain.table;
+        let there = present(files.folder.table(file, &[]).ok().as_ref(), columns);
+        let description = format!("{} of {file} {} {what}", listed(&there), is_or_are(&there));
+        let change =
+            Change::Scale { columns: owned(&there), rows: None, factor: two_digits(times)? };
+        let edits = vec![Edit { file, change }];
+        (!there.is_empty())
+            .then(|| Hypothesis::of("input:unit", (file, &there), description, edits))
+    };
+    let of_columns = || files.kind.uncertain.iter().find_map(of_column);
+    NOISES_MM.into_iter().find_map(of).or_else(of_columns)
 }
 
 /// Whether a misfit so many times less is evidence enough.
