@@ -20,6 +20,9 @@ const DIRECTION: &str = "direction";
 /// Fewest further visits that show how far visits to one place differ.
 const MIN_REPEATS: usize = 4;
 
+/// Standard deviations of white noise beyond which an even drift is taken off.
+const CLEAR: f64 = 6.0;
+
 /// The test of lack of fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LackOfFit {
@@ -126,8 +129,8 @@ impl Places {
         })
     }
 
-    /// The residual without an even drift of each series, as the readings of one place show it by themselves: what
-    /// drifts would pass for memory, and hide what repeats.
+    /// The residual without an even drift of each series, as the readings of one place show it by themselves, where
+    /// it is clear: what drifts would pass for memory, and hide what repeats.
     fn without_drift(&self, lin: &Linear<'_>, q: &DMatrix<f64>) -> Option<DVector<f64>> {
         let mut residual = lin.clean_residual();
         let mut order = DVector::zeros(residual.len());
@@ -138,8 +141,10 @@ impl Places {
         let order_about = self.compare(lin, &order, q, 1)?.about;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         for ((series, about), order_about) in lin.series.iter().zip(&about).zip(&order_about) {
-            let square = dot(order_about, order_about);
-            let drift = if square > 0.0 { dot(about, order_about) / square } else { 0.0 };
+            let (square, along) = (dot(order_about, order_about), dot(about, order_about));
+            let rest = dot(about, about) - along * along / square;
+            let is_clear = along * along / square * count(about.len()) > CLEAR * CLEAR * rest;
+            let drift = if square > 0.0 && is_clear { along / square } else { 0.0 };
             for &i in series {
                 residual[i] -= drift * order[i];
             }

@@ -211,29 +211,50 @@ fn decide(
 /// the next look.
 fn beside_far_readings(case: &Case, trials: &Trials, helping: &[Found]) -> Option<Found> {
     let of_one = |helps: &Found| {
-        let left = case.with(&without_far(&case.files, &helps.named)?).ok()?;
+        let without = without_far(&case.files, &helps.named)?;
+        let left = case.with(&without).ok()?;
         let (misfit, yardstick) = Misfit::of(&*left.measured, &left.measured.fit_alone().ok()?);
-        let found = Trials::of_those(&left.files, trials.in_their_order(helping), None)
-            .explaining(&Plain { misfit, yardstick })?;
+        let changes = trials.in_their_order(helping);
+        let whole = changes.iter().filter(|change| !change.leaves_out());
+        let found =
+            Trials::of_those(&case.files, whole.map(|change| change.and(&without)).collect(), None)
+                .explaining(&Plain { misfit, yardstick })?;
         let loses = || {
-            let contest = Physics::of(&left).beside_alone(&left, &found, &misfit);
+            let contest = Physics::of(&left).beside_alone(case, &found, &misfit);
             matches!(contest, Contest::Lost)
         };
+        let named = changes.iter().find(|change| change.is(&found.named))?.clone();
         // What it leaves is of the case without these readings.
-        (!found.is_subtle || loses()).then_some(Found { after: None, ..found })
+        (!found.is_subtle || loses()).then_some(Found { named, after: None, ..found })
     };
     helping.iter().find_map(of_one)
 }
 
 /// The case without the few readings that are far off all others once a mistake is mended.
 fn without_far(files: &Files, mistake: &Hypothesis) -> Option<Vec<Edit>> {
+    // Rows are counted as before.
+    if mistake.leaves_out() {
+        return None;
+    }
     let mended = files.with(&mistake.edits);
-    let fitted = mended.read().ok()?.measured.fit_alone().ok()?;
+    let measured = mended.read().ok()?.measured;
+    let fitted = measured.fit_alone().ok()?;
     let far = far_apart(&fitted)?;
-    // What is fitted must be the rows of a table.
+    // What is fitted must be rows of a table: all, or those that it says.
     let n = fitted.observations.len();
-    let n_rows = |of: &Readings| mended.folder.table(of.file, &[]).map(|table| table.n_rows());
-    let of = mended.kind.readings.iter().find(|of| n_rows(of).is_ok_and(|rows| rows == n))?;
+    let some = measured.rows().filter(|rows| rows.len() == n);
+    let last = some.iter().flatten().max().copied();
+    let has_them = |of: &&Readings| {
+        let table = mended.folder.table(of.file, &[]).map(|table| table.n_rows());
+        table.is_ok_and(|n_rows| n_rows == n || last.is_some_and(|last| last < n_rows))
+    };
+    let of = mended.kind.readings.iter().filter(|of| mended.folder.has(of.file)).find(has_them)?;
+    let all = mended.folder.table(of.file, &[]).ok()?.n_rows() == n;
+    let row = |observation: usize| match &some {
+        Some(rows) if !all => rows[observation],
+        _ => observation,
+    };
+    let far: Vec<usize> = far.into_iter().map(row).collect();
     of.without(&files.folder, &far)
 }
 
@@ -387,7 +408,7 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let beside_far = || {
         let restores = |change: &Hypothesis| {
             let without = without_far(files, change)?;
-            let left = misfit_with(files, &[without, change.edits.clone()].concat());
+            let left = misfit_with(files, &change.and(&without).edits);
             let named = change.clone();
             left.is_some_and(|left| left.is_noise() && fits_alone(&left)).then(|| Found {
                 named,

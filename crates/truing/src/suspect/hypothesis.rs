@@ -78,8 +78,17 @@ impl Hypothesis {
 
     /// Whether it leaves readings out, and changes none.
     pub(super) fn only_leaves_out(&self) -> bool {
-        let leaves_out = |edit: &Edit| matches!(edit.change, Change::Keep { .. });
         !self.edits.is_empty() && self.edits.iter().all(leaves_out)
+    }
+
+    /// Whether it leaves any readings out.
+    pub(super) fn leaves_out(&self) -> bool {
+        self.edits.iter().any(leaves_out)
+    }
+
+    /// The same with further changes after it.
+    pub(super) fn and(&self, further: &[Edit]) -> Self {
+        Self { edits: [&self.edits, further].concat(), ..self.clone() }
     }
 
     /// Whether the data themselves show it in a case that is off by as much.
@@ -224,4 +233,8 @@ pub(crate) fn stretches_of(lines: &[usize]) -> String {
         _ => format!("{first}–{last}"),
     };
     stretches.into_iter().map(text).collect::<Vec<_>>().join(", ")
+}
+
+fn leaves_out(edit: &Edit) -> bool {
+    matches!(edit.change, Change::Keep { .. })
 }

@@ -57,6 +57,8 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
         all.extend(standing_still(file, read, &PLACE, without));
         all.extend(zeros(file, read, &PLACE, without));
     } else {
+        // What stands still at the end of a station's range clips there.
+        all.extend(clipped_of_one(file, read, ["station", DISPLACEMENT], without));
         all.extend(standing_still(file, read, &[DISPLACEMENT], without));
         all.extend(held(file, read, &[DISPLACEMENT], without));
         all.extend(standing_still_within(
@@ -97,7 +99,9 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
             all.extend(readings_of_one(file, read, (of, &column), Dimension::Length));
         }
         all.extend(clipped_of_few(file, read, &column, without));
-        all.extend(clipped_of_one(file, read, ["station", column[0]], without));
+        if file == TARGETS {
+            all.extend(clipped_of_one(file, read, ["station", column[0]], without));
+        }
         all.extend(rows_shifted(file, read, &column, Some("mount")));
     }
     all.extend(of_places(STATIONS, stations));
