@@ -1,16 +1,51 @@
-//! Uncertainties of some rows in another unit.
+//! Declared uncertainties in another unit: of some rows, or all.
 
-use super::hypothesis::{Hypothesis, owned, present};
+use super::hypothesis::{Hypothesis, is_or_are, listed, owned, present};
+use super::setting::{number, other_setting};
 use super::unit::{Dimension, shown};
 use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
-use crate::uncertain::Std;
+use crate::uncertain::{Std, Uncertain};
 
 /// Times that the uncertainties of some rows must be larger than those of all others to be in another unit.
 const APART: f64 = 8.0;
 /// Times by which the middle of the one may then be larger or smaller than that of the others: uncertainties of one
 /// table may differ by as much.
 const ALIKE: f64 = 2.0;
+
+/// Noise that may be given in another unit.
+pub(super) const NOISES_MM: [&str; 5] =
+    ["point_mm", "deviation_mm", "displacement_mm", "range_mm", "distance_mm"];
+
+/// The declared noise so many times as large as it is declared, in a setting or in a column.
+pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothesis> {
+    let what = format!(
+        "far too small: what is left goes with nothing, is small beside what was measured and {times:.0} times as large; \
+         the noise is declared in another unit (m for mm), or mistyped"
+    );
+    // To two digits, as it is not known better.
+    let two_digits = |value: f64| format!("{value:.1e}").parse::<f64>().ok();
+    let of = |key: &'static str| {
+        let path = ["noise", key];
+        let declared = number(&files.document, &path)?;
+        let found = two_digits(declared * times)?;
+        let what = format!("{what}: {found} instead of {declared}");
+        Some(other_setting(&path, "input:unit", &what, toml::Value::Float(found)))
+    };
+    let of_column = |uncertain: &Uncertain| {
+        let Std::Columns(columns) = uncertain.std else { return None };
+        let file = uncertain.table;
+        let there = present(files.folder.table(file, &[]).ok().as_ref(), columns);
+        let description = format!("{} of {file} {} {what}", listed(&there), is_or_are(&there));
+        let change =
+            Change::Scale { columns: owned(&there), rows: None, factor: two_digits(times)? };
+        let edits = vec![Edit { file, change }];
+        (!there.is_empty())
+            .then(|| Hypothesis::of("input:unit", (file, &there), description, edits))
+    };
+    let of_columns = || files.kind.uncertain.iter().find_map(of_column);
+    NOISES_MM.into_iter().find_map(of).or_else(of_columns)
+}
 
 /// The smaller ones in a larger unit, or the larger ones in a smaller one, where a column has two sorts.
 pub(super) fn uncertainties_of_some_rows(files: &Files) -> Vec<Hypothesis> {

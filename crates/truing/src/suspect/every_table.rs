@@ -2,10 +2,9 @@
 
 use super::hypothesis::{Hypothesis, Proof, present};
 use super::odd::odd_among_neighbours;
-use super::order::{farthest, rows_shifted, rows_shifted_by, sorted_as_row_numbers};
+use super::order::{exchanges, farthest, rows_shifted, rows_shifted_by, sorted_as_row_numbers};
 use super::readings::{Readings, Set};
 use super::slip::slips;
-use super::some_rows::Rows;
 use super::unit::{Dimension, all_and_each};
 use super::zeros::zeros;
 use crate::case::Table;
@@ -42,7 +41,6 @@ pub(super) fn other_rows_of_every_table(files: &Files) -> Vec<Hypothesis> {
 fn exchanged_with_conditions(of: &Readings, table: &Table) -> Vec<Hypothesis> {
     let read: Vec<&str> =
         of.sets.iter().flat_map(|(columns, _)| present(Some(table), columns)).collect();
-    let rows = Rows { file: of.file, table, these: (0..table.n_rows()).collect() };
     let is_number = |name: &&&str| {
         let column = table.column(name);
         let is_read =
@@ -51,10 +49,10 @@ fn exchanged_with_conditions(of: &Readings, table: &Table) -> Vec<Hypothesis> {
     };
     let names: Vec<&str> = table.names().iter().map(|name| &**name).collect();
     let others: Vec<&str> = names.iter().filter(is_number).copied().collect();
-    let with_each = |one: &&str| -> Vec<Hypothesis> {
-        others.iter().map(|other| rows.all_exchanged(one, other)).collect()
-    };
-    read.iter().flat_map(with_each).collect()
+    let of_both = |[one, other]: [&str; 2]| exchanges(of.file, Some(table), &[one, other]);
+    let both = read.iter().flat_map(|one| others.iter().map(move |other| [*one, *other]));
+    let found = both.flat_map(of_both);
+    found.map(|found| Hypothesis { proof: Proof::FitIfGross, ..found }).collect()
 }
 
 /// The tables that are there, each once.

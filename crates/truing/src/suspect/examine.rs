@@ -1,4 +1,4 @@
-use super::declared::uncertainties_of_some_rows;
+use super::declared::{noise_in_another_unit, uncertainties_of_some_rows};
 use super::every_table::{numbers_of_every_table, other_rows_of_every_table};
 use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
@@ -8,7 +8,7 @@ use super::order::{exchanged_with, farthest};
 use super::physics::{Contest, Physics};
 use super::readings::Readings;
 use super::rounded::rounded;
-use super::search::{FAR_LESS_NOISE, Found, Plain, Trials, misfit_with, noise_in_another_unit};
+use super::search::{FAR_LESS_NOISE, Found, Plain, Trials, misfit_with};
 use super::some_rows::changes_of_row;
 use super::spike::far_apart;
 use super::stretch::Stretch;

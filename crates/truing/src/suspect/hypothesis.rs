@@ -235,6 +235,7 @@ pub(crate) fn stretches_of(lines: &[usize]) -> String {
     stretches.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
-fn leaves_out(edit: &Edit) -> bool {
+/// Whether a change leaves readings out.
+pub(super) fn leaves_out(edit: &Edit) -> bool {
     matches!(edit.change, Change::Keep { .. })
 }

@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::hypothesis::{Hypothesis, Proof, is_or_are, listed, owned, present};
+use super::declared::NOISES_MM;
+use super::hypothesis::{Hypothesis, Proof};
 use super::misfit::{Misfit, TIE};
-use super::setting::{number, other_setting, scaled_setting};
+use super::setting::scaled_setting;
 use super::thinned::Thinned;
 use super::yardstick::Yardstick;
-use crate::case::{Change, Edit};
+use crate::case::Edit;
 use crate::kind::Files;
-use crate::uncertain::{Std, Uncertain};
 
 /// Refits at most: the longest list of a kind is half as long.
 const MOST_TRIALS: usize = 1000;
@@ -46,9 +46,6 @@ const NO_NOISE: f64 = 1e-4;
 /// χ² per degree of freedom from which on the declared noise is in another unit, where what is left goes with nothing: a
 /// hundred times.
 pub(super) const FAR_LESS_NOISE: f64 = 1e4;
-/// Noise that may be given in another unit.
-const NOISES_MM: [&str; 5] =
-    ["point_mm", "deviation_mm", "displacement_mm", "range_mm", "distance_mm"];
 
 /// A hypothesis with the misfit that it leaves, where it can be fitted.
 type Tried = (Hypothesis, Option<Misfit>);
@@ -326,36 +323,6 @@ impl Trials {
         let kept = self.all.iter().filter(|(h, m)| m.as_ref().is_some_and(|m| keep(h, m)));
         kept.cloned().collect()
     }
-}
-
-/// The declared noise so many times as large as it is declared, in a setting or in a column.
-pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothesis> {
-    let what = format!(
-        "far too small: what is left goes with nothing, is small beside what was measured and {times:.0} times as large; \
-         the noise is declared in another unit (m for mm), or mistyped"
-    );
-    // To two digits, as it is not known better.
-    let two_digits = |value: f64| format!("{value:.1e}").parse::<f64>().ok();
-    let of = |key: &'static str| {
-        let path = ["noise", key];
-        let declared = number(&files.document, &path)?;
-        let found = two_digits(declared * times)?;
-        let what = format!("{what}: {found} instead of {declared}");
-        Some(other_setting(&path, "input:unit", &what, toml::Value::Float(found)))
-    };
-    let of_column = |uncertain: &Uncertain| {
-        let Std::Columns(columns) = uncertain.std else { return None };
-        let file = uncertain.table;
-        let there = present(files.folder.table(file, &[]).ok().as_ref(), columns);
-        let description = format!("{} of {file} {} {what}", listed(&there), is_or_are(&there));
-        let change =
-            Change::Scale { columns: owned(&there), rows: None, factor: two_digits(times)? };
-        let edits = vec![Edit { file, change }];
-        (!there.is_empty())
-            .then(|| Hypothesis::of("input:unit", (file, &there), description, edits))
-    };
-    let of_columns = || files.kind.uncertain.iter().find_map(of_column);
-    NOISES_MM.into_iter().find_map(of).or_else(of_columns)
 }
 
 /// Whether a misfit so many times less is evidence enough.

@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::factor::Factor;
-use super::hypothesis::{
-    Hypothesis, Proof, is_or_are, listed, owned, pairs, present, stretches_of,
-};
+use super::hypothesis::{Hypothesis, is_or_are, listed, owned, pairs, present, stretches_of};
 use super::unit::{Dimension, all_and_each, shown};
 use crate::case::{Change, Edit, Table};
 
@@ -141,11 +139,11 @@ impl Rows<'_> {
             let (least, most) = others.fold((f64::INFINITY, 0.0_f64), |(least, most), row| {
                 (least.min(sizes[row]), most.max(sizes[row]))
             });
-            let is_near = |row: &&usize| (least / APART..most * APART).contains(&sizes[**row]);
-            let is_far = |row: &&usize| {
-                !(least / APART..most * APART).contains(&(sizes[**row] * factor.abs()))
-            };
-            self.these.iter().all(|row| is_near(&row)) && self.these.iter().all(|row| is_far(&row))
+            let like_others = least / APART..most * APART;
+            self.these.iter().all(|&row| {
+                let factored = sizes[row] * factor.abs();
+                like_others.contains(&sizes[row]) && !like_others.contains(&factored)
+            })
         };
         set.iter().any(of_column)
     }
@@ -165,21 +163,6 @@ impl Rows<'_> {
     /// The columns of one set exchanged for those of another.
     pub(super) fn sets_exchanged(&self, one: &[&str], other: &[&str]) -> Hypothesis {
         self.exchanged(one, other, "exchanged (swapped, two tables mixed up)")
-    }
-
-    /// Two columns under each other's headings, of all rows; of a misfit that no physics makes.
-    pub(super) fn all_exchanged(&self, one: &str, other: &str) -> Hypothesis {
-        let columns = [one, other];
-        let description = format!(
-            "the columns {} of {} are exchanged (swapped): exchange their headings",
-            listed(&columns),
-            self.file
-        );
-        let (columns_of, sources) = (owned(&columns), owned(&[other, one]));
-        let change = Change::Permute { columns: columns_of, sources, rows: None };
-        let edits = vec![Edit { file: self.file, change }];
-        let found = Hypothesis::of("input:exchanged", (self.file, &columns), description, edits);
-        Hypothesis { proof: Proof::FitIfGross, ..found }
     }
 
     fn exchanged(&self, one: &[&str], other: &[&str], what: &str) -> Hypothesis {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Stretch, in_order};
 use crate::case::{Change, Edit, Order, Table};
 use crate::kind::Files;
-use crate::suspect::hypothesis::{Hypothesis, listed, owned, pairs, present};
+use crate::suspect::hypothesis::{Hypothesis, leaves_out, listed, owned, pairs, present};
 use crate::suspect::order::{blocks_shifted, exchanged_rows};
 use crate::suspect::readings::{Samples, Set};
 use crate::suspect::search::{Found, misfit_with};
@@ -126,8 +126,7 @@ impl Stretch {
 
     /// One of its changes, of the rows at its ends with which it leaves the least.
     pub(in crate::suspect) fn sharpened(&self, files: &Files, found: Found) -> Found {
-        let is_left_out = |edit: &Edit| matches!(edit.change, Change::Keep { .. });
-        if found.named.edits.first().is_none_or(is_left_out) {
+        if found.named.edits.first().is_none_or(leaves_out) {
             return found;
         }
         let is_it = |change: &Hypothesis| change.description == found.named.description;
