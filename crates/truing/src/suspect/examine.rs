@@ -408,14 +408,13 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let beside_far = || {
         let restores = |change: &Hypothesis| {
             let without = without_far(files, change)?;
-            let left = misfit_with(files, &change.and(&without).edits);
+            let fits = |edits: &[Edit]| {
+                misfit_with(files, edits).is_some_and(|left| left.is_noise() && fits_alone(&left))
+            };
+            // What changes those readings alone is not needed without them.
+            let restores = !fits(&without) && fits(&change.and(&without).edits);
             let named = change.clone();
-            left.is_some_and(|left| left.is_noise() && fits_alone(&left)).then(|| Found {
-                named,
-                after: None,
-                rivals: Vec::new(),
-                is_subtle: false,
-            })
+            restores.then(|| Found { named, after: None, rivals: Vec::new(), is_subtle: false })
         };
         trials.nearest(NEAREST).find_map(restores)
     };
