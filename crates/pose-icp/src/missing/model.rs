@@ -5,7 +5,7 @@ use model_discrepancy::{
     Covariate, Declared, Effect, Group, Layout, Parameter, Quantity, Role, Row, Shown, Sought,
     State, resolution_of,
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::effects::{self, ratio};
 use super::entry::{Entry, Setting};
@@ -18,7 +18,7 @@ use crate::{Noise, Part, PoseError, PoseOptions, PoseParameter, PoseStart, Touch
 /// Touches of a part of known surface, and the effects that its pose leaves out.
 ///
 /// Residual: distance of the ball's centre from the surface less the ball's radius, along the
-/// surface's normal, in mm; one row per touch. Side touches of the part follow as prior knowledge.
+/// surface's normal, in mm of the reading; one row per touch. Side touches of the part follow as prior knowledge.
 #[derive(Clone, Debug)]
 pub struct PoseModel {
     pub(crate) part: Part,
@@ -311,6 +311,19 @@ impl PoseModel {
         (Point3::from(center_mm), added_mm)
     }
 
+    /// What takes a reading to the place where the axes would be read right: apart from its reference.
+    pub(super) fn sound(&self, at: &State) -> Matrix3<f64> {
+        Matrix3::identity() - self.machine_errors(at)
+    }
+
+    /// `∂ distance / ∂ reading` of a touch, and its length: the noise is one of the readings, whatever the axes are
+    /// found to add to them.
+    fn read_along(&self, index: usize, sound: &Matrix3<f64>) -> (Vector3<f64>, f64) {
+        let chart = &self.setups[self.setup_of[index]].reference;
+        let weights = sound.tr_mul(&chart.direction_to_machine(&self.contacts[index].normal));
+        (weights, weights.norm().max(f64::MIN_POSITIVE))
+    }
+
     fn foot(&self, chart: &Chart, center_mm: &Point3<f64>) -> Option<Foot> {
         self.part.surface().closest_point(&chart.in_workpiece(center_mm)).ok()
     }
@@ -321,7 +334,7 @@ impl PoseModel {
 
     /// `∂ residual / ∂ [m α β γ]` of every row but the standards; NaN where there is no foot.
     fn pose_rows(&self, at: &State) -> Vec<(usize, [f64; 6])> {
-        let charts = self.charts(at);
+        let (charts, sound) = (self.charts(at), self.sound(at));
         let mut rows = Vec::with_capacity(self.declared.layout.rows.len());
         for (index, &setup) in self.setup_of.iter().enumerate() {
             let chart = &charts[setup];
@@ -329,7 +342,8 @@ impl PoseModel {
             let row = self.foot(chart, &center_mm).map_or([f64::NAN; 6], |foot| {
                 chart.distance_row(&center_mm, &chart.direction_to_machine(&foot.normal))
             });
-            rows.push((setup, row));
+            let (_, length) = self.read_along(index, &sound);
+            rows.push((setup, row.map(|by_parameter| by_parameter / length)));
         }
         for (setup, chart) in charts.iter().enumerate() {
             if let Some(lateral) = &self.setups[setup].lateral {

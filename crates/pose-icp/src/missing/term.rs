@@ -1,7 +1,7 @@
 //! What the effects do to a touch.
 
 use model_discrepancy::Patch;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::form::Form;
 
@@ -50,15 +50,28 @@ pub(crate) struct Contact<'a> {
 }
 
 impl Term {
+    /// What a unit of each amplitude adds to the reading per distance from the place where the machine reads right;
+    /// empty where the effect does not grow with it.
+    pub(crate) fn of_distance(&self) -> Vec<Matrix3<f64>> {
+        let along = |first: usize, second: usize| {
+            Vector3::ith(first, 1.0) * Vector3::ith(second, 1.0).transpose()
+        };
+        match self {
+            Self::Scale { axis, .. } => vec![along(*axis, *axis)],
+            Self::Squareness { pairs, .. } => {
+                pairs.iter().map(|&(first, second)| along(first, second)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// What a unit of each amplitude adds to the reading, machine frame; empty where the effect
     /// is not one of the machine.
     pub(crate) fn readings(&self, contact: &Contact<'_>) -> Vec<Vector3<f64>> {
-        let arm = |fixed_mm: &Vector3<f64>| contact.center_mm - fixed_mm;
         match self {
-            Self::Scale { fixed_mm, axis } => vec![Vector3::ith(*axis, arm(fixed_mm)[*axis])],
-            Self::Squareness { fixed_mm, pairs } => {
-                let arm = arm(fixed_mm);
-                pairs.iter().map(|&(first, second)| Vector3::ith(first, arm[second])).collect()
+            Self::Scale { fixed_mm, .. } | Self::Squareness { fixed_mm, .. } => {
+                let arm = contact.center_mm - fixed_mm;
+                self.of_distance().into_iter().map(|adds| adds * arm).collect()
             }
             Self::Reversal { ways, axes, ways_from } => {
                 let way = ways.get(contact.observation).copied().unwrap_or_default();

@@ -1,7 +1,7 @@
 //! The pose with accepted effects in the model, its uncertainty, and where the machine reads a point.
 
 use model_discrepancy::{Column, State};
-use nalgebra::{DMatrix, Matrix3, Matrix4, Matrix6, Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, Point3, Vector3};
 
 use super::model::PoseModel;
 use super::term::Term;
@@ -71,7 +71,7 @@ impl PoseModel {
     #[must_use]
     pub fn reading_from_workpiece(&self, at: &State) -> Matrix4<f64> {
         let pose = self.pose_at(at).machine_from_workpiece();
-        let sound = Matrix3::identity() - self.machine_errors(at);
+        let sound = self.sound(at);
         // Errors beyond 100 % leave no reading; the loop does not accept what makes them.
         let reads = sound.try_inverse().unwrap_or_else(Matrix3::identity);
         let linear = reads * pose.rotation.to_rotation_matrix().into_inner();
@@ -84,20 +84,12 @@ impl PoseModel {
     }
 
     /// What the axes add to a reading, per distance from the reference.
-    fn machine_errors(&self, at: &State) -> Matrix3<f64> {
-        let mut errors = Matrix3::zeros();
-        for (term, amplitudes) in self.terms.iter().zip(&at.amplitudes) {
-            match term {
-                Term::Scale { axis, .. } => errors[(*axis, *axis)] += amplitudes[0],
-                Term::Squareness { pairs, .. } => {
-                    for (&(first, second), amplitude) in pairs.iter().zip(amplitudes.iter()) {
-                        errors[(first, second)] += amplitude;
-                    }
-                }
-                _ => {}
-            }
-        }
-        errors
+    pub(super) fn machine_errors(&self, at: &State) -> Matrix3<f64> {
+        let of_term = |(term, amplitudes): (&Term, &DVector<f64>)| {
+            let units = term.of_distance().into_iter();
+            units.zip(amplitudes).map(|(adds, a)| adds * *a).sum::<Matrix3<f64>>()
+        };
+        self.terms.iter().zip(&at.amplitudes).map(of_term).sum()
     }
 
     /// Contact and normal of a touch on the part where it is declared to lie, workpiece frame:

@@ -10,6 +10,7 @@ use pose_icp::{
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
 
 use crate::pose_scene::{
     RADIUS_MM, TIP_MM, center_over, edge, paraboloid, random_pose, tip, touches,
@@ -243,4 +244,36 @@ fn a_drift_that_settles_is_in_the_catalogue() {
         touch.center_mm.z -= 0.04 * (-time / 20.0).exp();
     }
     assert!(settling(&points) > 0);
+}
+
+/// To touches a machine's z axis that reads long is a vertex radius, and both have their noise in the readings: which of
+/// the two is named must not go by whether the radius is short or long.
+#[test]
+fn a_radius_that_is_short_is_named_as_one_that_is_long_is() {
+    const SIGMA_MM: f64 = 1e-3;
+    let mut rng = ChaCha8Rng::seed_from_u64(467);
+    for seed in 0..4 {
+        for share in [-5e-3, 5e-3] {
+            let pose = PoseStart::level(random_pose(&mut rng).position_mm, 0.0);
+            let side = edge(&pose, SIGMA_MM, &mut rng).locate(tip(), 0.0).unwrap();
+            let prior = side.prior;
+            let options =
+                PoseOptions { tip: tip(), lateral: Some(prior), ..PoseOptions::default() };
+            let made_mm = RADIUS_MM * (1.0 + share);
+            let noise = Normal::new(0.0, SIGMA_MM).unwrap();
+            let touch = |[x, y]: [f64; 2]| {
+                let normal = Vector3::new(-x / made_mm, -y / made_mm, 1.0).normalize();
+                let on = Vector3::new(x, y, (x * x + y * y) / (2.0 * made_mm));
+                let center = pose.position_mm + on + normal * (TIP_MM + noise.sample(&mut rng));
+                Touch::new(center, SIGMA_MM)
+            };
+            let points = measured(spread(50, 45.0).into_iter().map(touch).collect());
+            let model = PoseModel::new(paraboloid(), points, &[], &side.start, &options).unwrap();
+            let closure = close_loop(&model, &model.all_covariates(), &Options::default()).unwrap();
+            let names: Vec<&str> = closure.steps.iter().map(|s| &*s.effect).collect();
+            assert_eq!(names, ["vertex-radius"], "{seed}: {share}");
+            let rivals = &closure.steps[0].indistinguishable_from;
+            assert!(rivals.iter().any(|r| r == "axis-scale"), "{rivals:?}");
+        }
+    }
 }

@@ -14,13 +14,15 @@ impl Model for PoseModel {
     fn residuals(&self, at: &State) -> DVector<f64> {
         let charts = self.charts(at);
         let target_mm = self.options.tip.signed_radius_mm();
+        let sound = self.sound(at);
         let mut residuals = Vec::with_capacity(self.declared.layout.rows.len());
         for (index, &setup) in self.setup_of.iter().enumerate() {
             let (center_mm, added_mm) = self.corrected(index, at);
             let distance_mm = self
                 .foot(&charts[setup], &center_mm)
                 .map_or(f64::NAN, |foot| foot.signed_distance_mm);
-            residuals.push(distance_mm - target_mm - added_mm);
+            let (_, length) = self.read_along(index, &sound);
+            residuals.push((distance_mm - target_mm - added_mm) / length);
         }
         for (setup, chart) in self.setups.iter().zip(&charts) {
             if let Some(lateral) = &setup.lateral {
@@ -47,8 +49,10 @@ impl Model for PoseModel {
 
     fn tangent(&self, at: &State, effect: usize) -> DMatrix<f64> {
         let term = &self.terms[effect];
-        if matches!(term, Term::BadPoint { .. }) {
-            return DMatrix::from_element(1, 1, -1.0);
+        let sound = self.sound(at);
+        if let Term::BadPoint { observation } = *term {
+            let (_, length) = self.read_along(observation, &sound);
+            return DMatrix::from_element(1, 1, -1.0 / length);
         }
         let (rows, columns) =
             (self.declared.layout.rows.len(), self.declared.effects[effect].parameters.len());
@@ -60,25 +64,33 @@ impl Model for PoseModel {
         }
         let charts = self.charts(at);
         let parts = self.distances();
+        let target_mm = self.options.tip.signed_radius_mm();
+        let of_distance = term.of_distance();
         let of_touch = |i: usize| -> Vec<f64> {
             let contact = self.contact(i);
             let readings = term.readings(&contact);
             let mut values = vec![0.0; columns];
+            let (weights, length) = self.read_along(i, &sound);
             if !readings.is_empty() {
                 let chart = &charts[self.setup_of[i]];
-                let (center_mm, _) = self.corrected(i, at);
-                let normal = self.foot(chart, &center_mm).map_or_else(
-                    || Vector3::repeat(f64::NAN),
-                    |foot| chart.direction_to_machine(&foot.normal),
+                let (center_mm, added_mm) = self.corrected(i, at);
+                let (normal, distance_mm) = self.foot(chart, &center_mm).map_or_else(
+                    || (Vector3::repeat(f64::NAN), f64::NAN),
+                    |foot| (chart.direction_to_machine(&foot.normal), foot.signed_distance_mm),
                 );
                 for (value, reading) in values.iter_mut().zip(&readings) {
                     *value -= normal.dot(reading);
+                }
+                let beyond_mm = distance_mm - target_mm - added_mm;
+                for (value, adds) in values.iter_mut().zip(&of_distance) {
+                    let longer = weights.dot(&adds.tr_mul(&normal)) / length.powi(2);
+                    *value += beyond_mm * longer;
                 }
             }
             for (value, distance) in values.iter_mut().zip(term.distances(&contact, &parts)) {
                 *value -= distance;
             }
-            values
+            values.iter().map(|value| value / length).collect()
         };
         let mut tangent = stacked(rows, columns, of_touch, self.touches.len());
         for (k, standard) in self.standards.iter().enumerate() {
