@@ -71,6 +71,10 @@ pub(crate) fn situations() -> Vec<Situation> {
             let session = Session { fault: Fault::Slip(0.3), ..Session::new(seed) };
             of_session(&Session { drag: 0.2, ..session })
         }),
+        press("the head gives way to friction, 30 µm/N", Some("lateral-compliance"), |seed| {
+            let session = Session { fault: Fault::Compliance(0.03), ..Session::new(seed) };
+            of_session(&Session { drag: 0.2, drag_varies: true, ..session })
+        }),
         press("spindle housing warms, 0.12 mm", Some("drift"), |seed| {
             let fault = Fault::SpindleGrowth([0.1, -0.06]);
             of_session(&Session { fault, ..Session::new(seed) })

@@ -15,6 +15,7 @@ mod press_design;
 mod press_doubts;
 mod press_drag;
 mod press_effects;
+mod press_load;
 mod press_located;
 mod press_model;
 mod press_proposals;

@@ -9,11 +9,11 @@ use crate::missing::press_design::load_of;
 ///
 /// The noise of Fx is in the centre too, times z0/Fz. A height that follows forces of which a share
 /// 1/T² is noise is wrong by z0/T², −z0 where they are nothing else: 1 % of z0.
-const CLEAR: f64 = 10.0;
+pub(crate) const CLEAR: f64 = 10.0;
 
 /// Lever by which the noise of a lateral force is in the centre, at least, mm: over a lower plane it is
 /// lost in the noise of the moments, and no centre says how large it is.
-const LEAST_LEVER_MM: f64 = 10.0;
+pub(crate) const LEAST_LEVER_MM: f64 = 10.0;
 
 /// Lateral force of each press, sensor frame, N, as effects follow it: as read along an axis along
 /// which presses differ by clearly more than noise, else the mean of all, or nothing where noise

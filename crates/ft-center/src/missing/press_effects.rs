@@ -38,6 +38,9 @@ pub(crate) enum PressEffect {
     Slip,
     /// In a guide whose play is round.
     SlipAlong,
+    /// Farther the larger friction is against the load: to the centres another contact height.
+    SlipByRatio,
+    LateralCompliance,
     LoadShift,
     /// Of the machine against the sensor, evenly.
     Drift,
@@ -90,6 +93,8 @@ impl PressEffect {
             Self::PlatformTilt => &[E::Slope(0), E::Slope(1)],
             Self::Slip => &[E::Slip(0), E::Slip(1)],
             Self::SlipAlong => &[E::SlipAlong],
+            Self::SlipByRatio => &[E::SlipByRatio],
+            Self::LateralCompliance => &[E::Give],
             Self::LoadShift
             | Self::Drift
             | Self::Course(_)
@@ -129,6 +134,8 @@ impl PressEffect {
             Self::PlatformTilt => sensor.slope = pair(),
             Self::Slip => sensor.slip_mm = pair(),
             Self::SlipAlong => sensor.slip_along_mm = amplitude[0],
+            Self::SlipByRatio => sensor.slip_by_ratio_mm = amplitude[0],
+            Self::LateralCompliance => sensor.give_mm_per_n = amplitude[0],
             Self::LoadShift => machine.load_shift_mm_per_n = pair(),
             Self::Drift => machine.drift_mm = pair(),
             Self::Course(course) => machine.along_mm[course] = pair(),
@@ -180,7 +187,7 @@ impl PressEffect {
             Self::FrameScale => Some(NO_MACHINE),
             Self::LateralIntoMoment => Some(NO_CROSSTALK_MM),
             Self::MomentIntoFz => Some(NO_CROSSTALK_PER_MM),
-            Self::ContactHeight => Some(NO_PLATFORM_MM),
+            Self::ContactHeight | Self::SlipByRatio => Some(NO_PLATFORM_MM),
             _ => None,
         }
     }
@@ -303,6 +310,18 @@ impl PressEffect {
                  whatever the force and its direction",
                 vec![parameter("along the friction", "µm", 1e3)],
             ),
+            Self::SlipByRatio => (
+                "slip",
+                "friction over load",
+                "friction shifts the head the farther, the larger it is against the load",
+                vec![parameter("per ratio", "mm", 1.0)],
+            ),
+            Self::LateralCompliance => (
+                "lateral-compliance",
+                "",
+                "the head gives way along the lateral force in proportion to it",
+                vec![parameter("compliance", "µm/N", 1e3)],
+            ),
             Self::LoadShift => (
                 "load-shift",
                 "",
@@ -370,6 +389,8 @@ impl Catalogue {
             PressEffect::PlatformTilt,
             PressEffect::Slip,
             PressEffect::SlipAlong,
+            PressEffect::SlipByRatio,
+            PressEffect::LateralCompliance,
             PressEffect::LoadShift,
             PressEffect::Drift,
             PressEffect::DatumOffset,

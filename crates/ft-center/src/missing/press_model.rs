@@ -8,10 +8,11 @@ use model_discrepancy::{
 use nalgebra::DVector;
 
 use crate::missing::parameter::parameter;
-use crate::missing::press_design::{Design, PressPoint, REFERENCE_C, Standard, load_n};
+use crate::missing::press_design::{Design, PressPoint, REFERENCE_C, Standard};
 use crate::missing::press_doubts::lost_spin;
 use crate::missing::press_drag::drags;
 use crate::missing::press_effects::{Catalogue, PressEffect};
+use crate::missing::press_load::loads_n;
 use crate::missing::sensor_errors::Reading;
 use crate::press_noise::center_covariances;
 use crate::{
@@ -212,16 +213,17 @@ impl PressModel {
         &self.observed
     }
 
-    /// Position in the machine and mean load of each observation, as covariates for the loop.
+    /// Position in the machine and mean load of each observation, as covariates for the loop: one load for all presses
+    /// that differ by no more than noise.
     #[must_use]
     pub fn covariates(&self) -> Vec<Covariate> {
-        let column = |name: &str, quantity, value: fn(&PressPoint) -> f64| {
-            Covariate::coordinate(name, quantity, self.points.iter().map(value).collect())
+        let place = |name: &str, value: fn(&PressPoint) -> f64| {
+            Covariate::coordinate(name, Quantity::Position, self.points.iter().map(value).collect())
         };
         vec![
-            column("machine_x_mm", Quantity::Position, |p| p.machine_mm.x),
-            column("machine_y_mm", Quantity::Position, |p| p.machine_mm.y),
-            column("fz_n", Quantity::Other, load_n),
+            place("machine_x_mm", |p| p.machine_mm.x),
+            place("machine_y_mm", |p| p.machine_mm.y),
+            Covariate::coordinate("fz_n", Quantity::Other, loads_n(&self.design, &self.points)),
         ]
     }
 

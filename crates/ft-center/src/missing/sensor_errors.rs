@@ -35,6 +35,10 @@ pub(crate) struct SensorErrors {
     pub(crate) slip_mm: Vector2<f64>,
     /// The same in a round guide: along the friction, whatever its direction.
     pub(crate) slip_along_mm: f64,
+    /// The same per ratio of the friction to the load as read.
+    pub(crate) slip_by_ratio_mm: f64,
+    /// What the head gives way along a lateral force.
+    pub(crate) give_mm_per_n: f64,
 }
 
 /// One reading: the wrench, and the share of the session that had passed.
@@ -64,6 +68,8 @@ pub(crate) enum SensorError {
     Slope(usize),
     Slip(usize),
     SlipAlong,
+    SlipByRatio,
+    Give,
 }
 
 /// A reading with the errors taken out, step by step: the way back to the true wrench.
@@ -103,8 +109,10 @@ impl Corrected {
         let plane = Matrix2::identity() * fz - drag * e.slope.transpose();
         let q = Vector2::new(z0_mm * f.x - moment.y, moment.x + z0_mm * f.y) + e.height_mm * drag;
         let pressure_mm = plane.try_inverse().map_or(Vector2::repeat(f64::NAN), |inv| inv * q);
-        let center_mm =
-            pressure_mm - e.slip_mm.component_mul(&drag.map(sense)) - e.slip_along_mm * along(drag);
+        let slipped = e.slip_mm.component_mul(&drag.map(sense))
+            + e.slip_along_mm * along(drag)
+            + e.slip_by_ratio_mm * over_load(reading);
+        let center_mm = pressure_mm - slipped - e.give_mm_per_n * drag;
         let (reading, errors) = (*reading, *errors);
         Self { reading, errors, gains, ungained, unsheared, plane, pressure_mm, center_mm }
     }
@@ -117,6 +125,8 @@ impl Corrected {
             SensorError::Slope(axis) => self.solve(lateral * self.pressure_mm[axis]),
             SensorError::Slip(axis) => Vector2::ith(axis, -sense(lateral[axis])),
             SensorError::SlipAlong => -along(lateral),
+            SensorError::SlipByRatio => -over_load(&self.reading),
+            SensorError::Give => -lateral,
             _ => {
                 let d = self.wrench_derivative(by);
                 self.solve(Vector2::new(-d.y, d.x) - self.pressure_mm * d.z)
@@ -130,7 +140,9 @@ impl Corrected {
             SensorError::Height
             | SensorError::Slope(_)
             | SensorError::Slip(_)
-            | SensorError::SlipAlong => 0.0,
+            | SensorError::SlipAlong
+            | SensorError::SlipByRatio
+            | SensorError::Give => 0.0,
             _ => self.wrench_derivative(by).z,
         }
     }
@@ -167,7 +179,9 @@ impl Corrected {
             SensorError::Height
             | SensorError::Slope(_)
             | SensorError::Slip(_)
-            | SensorError::SlipAlong => Vector3::zeros(),
+            | SensorError::SlipAlong
+            | SensorError::SlipByRatio
+            | SensorError::Give => Vector3::zeros(),
         }
     }
 
@@ -189,6 +203,12 @@ impl Corrected {
 /// Unit vector along a force; nothing where there is none.
 fn along(force_n: Vector2<f64>) -> Vector2<f64> {
     force_n.try_normalize(0.0).unwrap_or_else(Vector2::zeros)
+}
+
+/// Lateral force over the load, as read; nothing where there is no load.
+fn over_load(reading: &Reading) -> Vector2<f64> {
+    let load_n = reading.wrench.force_n.z.abs();
+    if load_n > 0.0 { reading.drag_n / load_n } else { Vector2::zeros() }
 }
 
 /// Way that a force drags: its sign, and neither way where nothing drags.

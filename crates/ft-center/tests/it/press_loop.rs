@@ -240,6 +240,33 @@ fn slip_in_a_round_guide_is_no_height() {
     assert!((closure.steps[0].parameters[0].value - 200.0).abs() < 20.0, "{:?}", closure.steps);
 }
 
+/// What moves the head along the lateral force: in proportion to it, or to its ratio to the load. The latter is what
+/// another contact height does to the centres.
+#[test]
+fn a_head_that_gives_way_is_no_height_and_one_that_slips_by_the_ratio_may_be() {
+    let moved = |w: &mut Wrench, along: Vector2<f64>| {
+        let f = w.force_n;
+        w.torque_nmm += Vector3::new(along.x, along.y, 0.0).cross(&f);
+    };
+    let gives = |_, w: &mut Wrench| moved(w, w.force_n.xy() * 0.02);
+    // Of one lateral force it would be a slip.
+    let mut presses = grid(&[20.0, 40.0, 60.0], 3.0, &Colour::WHITE, 5, gives);
+    let of_more = grid(&[20.0, 40.0, 60.0], 9.0, &Colour::WHITE, 6, gives);
+    presses.extend(of_more.into_iter().map(|p| Press { name: format!("more {}", p.name), ..p }));
+    let closure = closed(&presses);
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let class = names(&closure.steps[0]);
+    assert!(class[0] == "lateral-compliance" && !class.contains(&"contact-height"), "{class:?}");
+    let compliance = &closure.steps[0].parameters[0];
+    assert!((compliance.value - 20.0).abs() < 4.0 * compliance.std, "{compliance:?}");
+
+    let slips = |_, w: &mut Wrench| moved(w, w.force_n.xy() / w.force_n.z.abs());
+    let closure = closed(&grid(&[20.0, 40.0, 60.0], 6.0, &Colour::WHITE, 5, slips));
+    assert_eq!(closure.steps.len(), 1, "{:?}", closure.steps);
+    let class = names(&closure.steps[0]);
+    assert!(class[0] == "contact-height" && class.contains(&"slip"), "{class:?}");
+}
+
 /// Readings of lateral forces that are nothing but noise are in the centres, times z0: a contact plane
 /// at z0 = 0 would take that noise off. No effect may follow them.
 #[test]

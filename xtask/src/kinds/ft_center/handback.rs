@@ -44,6 +44,8 @@ fn every_error_of_sensor_and_machine_is_taken_off_by_its_formula() {
         Fault::ContactHeight(4.0),
         Fault::PlatformTilt([0.08, -0.05]),
         Fault::LoadShift([0.01, -0.01]),
+        Fault::Slip(0.5),
+        Fault::Compliance(0.05),
         Fault::FrameScale(0.01),
     ];
     for (seed, fault) in (610..).zip(faults) {
@@ -194,8 +196,10 @@ fn sensor_centre(json: &Value, read: &Value, elapsed: f64, z0_mm: f64) -> [f64; 
     let matrix = [[fz - fx * slope[0], -fx * slope[1]], [-fy * slope[0], fz - fy * slope[1]]];
     let right = [height * fx - my, mx + height * fy];
     let determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
-    let along =
-        a("slip", Some("round guide"), "along the friction", 1e-3) / fx.hypot(fy).max(1e-300);
+    let along = a("slip", Some("round guide"), "along the friction", 1e-3)
+        / fx.hypot(fy).max(1e-300)
+        + a("slip", Some("friction over load"), "per ratio", 1.0) / number(read, "fz_n").abs()
+        + a("lateral-compliance", None, "compliance", 1e-3);
     [
         (right[0] * matrix[1][1] - matrix[0][1] * right[1]) / determinant
             - a("slip", None, "x", 1e-3) * fx.signum()

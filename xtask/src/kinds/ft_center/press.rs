@@ -45,6 +45,8 @@ pub(crate) enum Fault {
     WarmLoad([f64; 2]),
     /// The pad slips along the drag, where that is more than a tenth of the load: mm.
     Slip(f64),
+    /// The head gives way along the drag, mm/N.
+    Compliance(f64),
     /// The normal force reads `fz·(1 + factor·|fz|)`, 1/N.
     ForceCurvature(f64),
 }
@@ -341,6 +343,7 @@ impl Rig<'_> {
                 Fault::FrameScale(s) => s * commanded,
                 Fault::LoadShift(per_n) => per_n[axis] * (planned.load_n - REFERENCE_LOAD_N),
                 Fault::Slip(mm) if planned.drag > STICKS => mm * along[axis],
+                Fault::Compliance(per_n) => per_n * planned.drag * planned.load_n * along[axis],
                 Fault::SpindleGrowth(end) => end[axis] * (1.0 - (-3.0 * progress).exp()),
                 _ => 0.0,
             };
