@@ -127,8 +127,10 @@ pub(crate) fn patch_mm(json: &Value, point_mm: [f64; 3]) -> f64 {
         let text = step["description"].as_str().expect("words");
         let radius = text.split("1/e² of it ").nth(1).and_then(|t| t.split(" mm").next());
         let radius = number(radius.expect("a radius"));
+        let steepness = text.split(" mm)^").nth(1).map_or(2.0, |t| number(t.trim_end_matches(')')));
         let square: f64 = (0..3).map(|k| (point_mm[k] - center[k]).powi(2)).sum();
-        1e-3 * amplitude(step, "height") * (-2.0 * square / (radius * radius)).exp()
+        let exponent = (square.sqrt() / radius).powf(steepness);
+        1e-3 * amplitude(step, "height") * (-2.0 * exponent).exp()
     });
     patches.sum()
 }

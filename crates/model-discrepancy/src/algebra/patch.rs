@@ -30,16 +30,31 @@ const ON_A_LINE: f64 = 1e-4;
 const ALIKE: f64 = 0.9;
 /// Steps of the middle, as shares of the radius, and of the radius itself, once a patch is found.
 const REFINED: [f64; 3] = [0.5, 0.25, 0.125];
+/// The same of one with a steep edge, which lies between two readings.
+const STEEP: [f64; 12] =
+    [0.25, 0.25, 0.25, 0.125, 0.125, 0.125, 0.0625, 0.0625, 0.0625, 0.03125, 0.03125, 0.03125];
+/// How steep its edge may be where it is no bell, as one of wear or of a clamp is: something between, and a step, as of a
+/// coating or a scrape.
+const STEEPNESS: [i32; 2] = [8, 32];
+/// Radii that are tried with a steeper edge, over that of the bell.
+const EDGES: [f64; 8] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2];
+/// Standard deviations from which on a steeper edge is clearly there.
+const STEEPER: f64 = 6.0;
+/// Standard deviation of a normal distribution over its median deviation.
+const OF_MEDIAN: f64 = 1.4826;
 /// Places and radius are rounded to this share of the radius, so that what is printed is what is used.
 const ROUNDED: f64 = 0.05;
 
-/// Where a patch lies: full height at its middle, 1/e² of it at the radius, in the unit of positions.
+/// Where a patch lies: full height at its middle, 1/e² of it at the radius, in the unit of positions; the share
+/// exp(−2 (d/radius)ⁿ) of it at the distance d, n being its steepness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
     /// Its middle.
     pub center_mm: Point3<f64>,
     /// Where its height is down to 1/e², 0.135.
     pub radius_mm: f64,
+    /// 2 for a bell; the larger, the flatter it is within and the steeper at its edge.
+    pub steepness: i32,
     /// Places at which the clearest was looked for.
     pub searched: usize,
 }
@@ -48,7 +63,7 @@ impl Patch {
     /// Height at a point over that at the middle.
     #[must_use]
     pub fn share(&self, point_mm: &Point3<f64>) -> f64 {
-        (-2.0 * (point_mm - self.center_mm).norm_squared() / self.radius_mm.powi(2)).exp()
+        (-2.0 * ((point_mm - self.center_mm).norm() / self.radius_mm).powi(self.steepness)).exp()
     }
 
     /// The effect `patch` of parts that are touched in mm, its height along the normal, where it
@@ -59,10 +74,14 @@ impl Patch {
         let [x, y, z, radius] =
             [self.center_mm.x, self.center_mm.y, self.center_mm.z, self.radius_mm]
                 .map(|v| format!("{v:.decimals$}"));
-        let text = format!(
+        let mut text = format!(
             "the part is higher than declared in a patch about ({x}, {y}, {z}) mm; height at its middle, \
              1/e² of it {radius} mm away"
         );
+        if self.steepness > 2 {
+            let n = self.steepness;
+            text += &format!(", flat within and steep at its edge, exp(−2 (d/{radius} mm)^{n})");
+        }
         let height = Parameter::new("height", "µm", 1e3);
         let mut effect =
             Effect::new("patch", &text, vec![height]).about(&format!("({x}, {y}, {z}) mm"));
@@ -71,8 +90,8 @@ impl Patch {
         effect
     }
 
-    /// What moving it along the surface, and widening it, does to the residual of each row, per unit
-    /// of its height.
+    /// What moving it along the surface, widening it and making its edge steeper does to the residual of each row, per
+    /// unit of its height.
     fn by_place(&self, places_mm: &[Option<Point3<f64>>]) -> DMatrix<f64> {
         let held: Vec<(f64, Vector3<f64>)> = (places_mm.iter().flatten())
             .map(|place| (self.share(place), place - self.center_mm))
@@ -87,15 +106,23 @@ impl Patch {
             |k: &usize| *k != eigen.eigenvalues.imin() && eigen.eigenvalues[*k] > ON_A_LINE * most;
         let ways: Vec<Vector3<f64>> =
             (0..3).filter(along).map(|k| eigen.eigenvectors.column(k).into_owned()).collect();
-        let mut by_place = DMatrix::zeros(places_mm.len(), ways.len() + 1);
+        // A bell has no steepness that was looked for.
+        let of_edge = usize::from(self.steepness > 2);
+        let mut by_place = DMatrix::zeros(places_mm.len(), ways.len() + 1 + of_edge);
         for (mut row, place) in by_place.row_iter_mut().zip(places_mm) {
             let Some(place) = place else { continue };
             let arm = place - self.center_mm;
-            let slope = -4.0 * self.share(place) / self.radius_mm.powi(2);
+            // Of the exponent by the distance, over the distance.
+            let n = self.steepness;
+            let rise = (arm.norm() / self.radius_mm).powi(n - 2) / self.radius_mm.powi(2);
+            let slope = -2.0 * f64::from(n) * self.share(place) * rise;
             for (value, way) in row.iter_mut().zip(&ways) {
                 *value = slope * way.dot(&arm);
             }
             row[ways.len()] = slope * arm.norm_squared() / self.radius_mm;
+            let way = (arm.norm() / self.radius_mm).max(f64::MIN_POSITIVE);
+            let by_steepness = 2.0 * way.powi(n) * way.ln() * self.share(place);
+            row.columns_mut(ways.len() + 1, of_edge).fill(by_steepness);
         }
         by_place
     }
@@ -146,22 +173,23 @@ fn about(center_mm: Point3<f64>, middles: &[Point3<f64>]) -> Vec<Patch> {
     distances.sort_by(f64::total_cmp);
     let patch = |k: usize| {
         let radius_mm = *distances.get(k)?;
-        (radius_mm > 0.0).then_some(Patch { center_mm, radius_mm, searched: 1 })
+        (radius_mm > 0.0).then_some(Patch { center_mm, radius_mm, steepness: 2, searched: 1 })
     };
     NEIGHBOURS.into_iter().filter_map(patch).collect()
 }
 
-/// A patch moved towards and away from the readings that it holds, by a share of their distance, so
-/// that its middle stays on the surface; and wider or narrower.
+/// A patch moved towards and away from readings that it holds, by a share of their distance, so that its middle stays
+/// on the surface; and wider or narrower.
 fn neighbours(patch: &Patch, step: f64, middles: &[Point3<f64>]) -> Vec<Patch> {
-    let arms =
-        middles.iter().map(|p| p - patch.center_mm).filter(|arm| arm.norm() <= patch.radius_mm);
-    let moves = arms.flat_map(|arm| [arm * step, arm * -step]).chain([Vector3::zeros()]);
+    let arms: Vec<Vector3<f64>> = (middles.iter().map(|p| p - patch.center_mm))
+        .filter(|arm| arm.norm() <= patch.radius_mm)
+        .collect();
+    let ways = arms.iter().flat_map(|arm| [arm * step, arm * -step]);
     let sizes = [1.0 - step, 1.0, 1.0 + step].map(|grown| patch.radius_mm * grown);
     let moved = |by: Vector3<f64>| {
         sizes.map(|radius_mm| Patch { center_mm: patch.center_mm + by, radius_mm, ..*patch })
     };
-    moves.flat_map(moved).collect()
+    ways.chain([Vector3::zeros()]).flat_map(moved).collect()
 }
 
 /// The residual to be looked through, and where its rows lie.
@@ -200,20 +228,57 @@ impl Scene {
         explained.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// A patch put where it explains most, if that is clear of so many that were tried.
-    fn refined(&self, (mut most, mut best): (f64, Patch), searched: usize) -> Option<Patch> {
+    /// A patch put where it explains most, with a steep edge where that explains clearly more, if it is clear of so many
+    /// that were tried.
+    fn refined(&self, clearest: (f64, Patch), searched: usize) -> Option<Patch> {
         let middles = self.middles();
-        for step in REFINED {
-            let about = neighbours(&best, step, &middles);
-            if let Some((more, patch)) = self.best_of(about.into_iter()).filter(|(e, _)| *e > most)
-            {
-                (most, best) = (more, patch);
+        let mut found = self.moved(clearest, &REFINED, &middles);
+        for steepness in STEEPNESS {
+            let (most, bell) = found;
+            let steep =
+                EDGES.map(|grown| Patch { radius_mm: bell.radius_mm * grown, steepness, ..bell });
+            let Some(best) = self.best_of(steep.into_iter()) else { continue };
+            let best = self.moved(best, &STEEP, &middles);
+            let more = best.0 - most;
+            if more >= STEEPER.powi(2) * self.noise_beside(&best.1) {
+                found = best;
             }
         }
+        let (_, best) = found;
+        let searched = searched * (1 + STEEPNESS.len());
         let best = Patch { searched, ..best }.rounded();
         let (explained, by_others) = (self.explained(&best)?, self.explained_by_others(&best)?);
         let is_clear = self.residual.p_value(explained, 1) * count(searched) <= FALSE_ALARM;
         (is_clear && self.residual.p_value(by_others, 1) <= FALSE_ALARM).then_some(best)
+    }
+
+    /// Variance of what is left beside a patch, by its median: a reading far off hides no edge.
+    fn noise_beside(&self, patch: &Patch) -> f64 {
+        let Some(left) = self.left_of(patch) else { return f64::INFINITY };
+        let left = left.column(0);
+        let height = left.dot(self.residual.values()) / left.norm_squared();
+        let rest = self.residual.values() - left * height;
+        let mut deviations: Vec<f64> = rest.iter().map(|value| value.abs()).collect();
+        let middle = deviations.len() / 2;
+        let (_, median, _) = deviations.select_nth_unstable_by(middle, f64::total_cmp);
+        (OF_MEDIAN * *median).powi(2)
+    }
+
+    /// A patch moved, widened and narrowed for as long as it explains more.
+    fn moved(
+        &self,
+        (mut most, mut best): (f64, Patch),
+        steps: &[f64],
+        middles: &[Point3<f64>],
+    ) -> (f64, Patch) {
+        for &step in steps {
+            let about = neighbours(&best, step, middles);
+            let better = self.best_of(about.into_iter()).filter(|(more, _)| *more > most);
+            if let Some(better) = better {
+                (most, best) = better;
+            }
+        }
+        (most, best)
     }
 
     /// The patch that explains most together with one effect of the catalogue; `None` where the
@@ -304,7 +369,7 @@ mod tests {
         for k in 1..4000 {
             let radius_mm = 0.013 * f64::from(k);
             let center_mm = Point3::new(1.0 / 3.0, -20.0 / 7.0, 1e-5) * radius_mm;
-            let patch = Patch { center_mm, radius_mm, searched: 1 }.rounded();
+            let patch = Patch { center_mm, radius_mm, steepness: 2, searched: 1 }.rounded();
             assert_eq!(patch.rounded(), patch);
             let subject = patch.effect(&[]).subject.unwrap();
             let place = subject.trim_matches(|c| "() m".contains(c)).split(',');

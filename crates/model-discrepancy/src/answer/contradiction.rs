@@ -126,9 +126,9 @@ fn departed(
     let found = not_additive(context, chosen, lin).into_iter();
     let (worst, left) =
         found.map(|d| (d.remaining, share(d.explained))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // One name that is not quite even is that effect still; of several, one that is not is a part.
+    // One effect that is not quite even is itself still, wherever it acts; of several, one that is not is a part.
     let most = match lin.layout.sigma_declared {
-        true if named(context, chosen, lin).count() > 1 => 0.0,
+        true if different_names(context, chosen, lin) > 1 => 0.0,
         true => EXCESS_LEFT,
         false => EXCESS_LEFT_UNDECLARED,
     };

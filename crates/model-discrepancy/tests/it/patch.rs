@@ -143,7 +143,8 @@ fn what_its_place_leaves_has_no_other_name() {
         with_bends(&mut model, &places);
         // A few standard uncertainties of a place beside the true one.
         let beside = Point3::new(14.0, -8.0, 0.0);
-        add(&mut model, &Patch { center_mm: beside, radius_mm: 24.0, searched: 1 }, &places);
+        let patch = Patch { center_mm: beside, radius_mm: 24.0, steepness: 2, searched: 1 };
+        add(&mut model, &patch, &places);
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["patch"], "seed {seed}: {:?}", closure.verdict);

@@ -318,8 +318,7 @@ impl PoseModel {
 
     /// `∂ distance / ∂ reading` of a touch, and its length: the noise is one of the readings, whatever the axes are
     /// found to add to them.
-    fn read_along(&self, index: usize, sound: &Matrix3<f64>) -> (Vector3<f64>, f64) {
-        let chart = &self.setups[self.setup_of[index]].reference;
+    fn read_along(&self, index: usize, chart: &Chart, sound: &Matrix3<f64>) -> (Vector3<f64>, f64) {
         let weights = sound.tr_mul(&chart.direction_to_machine(&self.contacts[index].normal));
         (weights, weights.norm().max(f64::MIN_POSITIVE))
     }
@@ -342,7 +341,7 @@ impl PoseModel {
             let row = self.foot(chart, &center_mm).map_or([f64::NAN; 6], |foot| {
                 chart.distance_row(&center_mm, &chart.direction_to_machine(&foot.normal))
             });
-            let (_, length) = self.read_along(index, &sound);
+            let (_, length) = self.read_along(index, chart, &sound);
             rows.push((setup, row.map(|by_parameter| by_parameter / length)));
         }
         for (setup, chart) in charts.iter().enumerate() {

@@ -56,7 +56,10 @@ pub(crate) fn channels(
                 }
             }
         }
-        let Some(clip) = clip else { continue };
+        let Some(clip) = clip.filter(|clip| clip.is_exact || !is_one_label(table, &clip.rows))
+        else {
+            continue;
+        };
         let edits = without(table, &clip.rows);
         all.push(saturation(file, &[*name], &clip.words, clip.is_exact, edits));
         clipped.push((name, clip));
@@ -309,6 +312,14 @@ fn saturation(
     );
     let found = Hypothesis::of("input:saturation", (file, columns), description, edits);
     if is_certain { found.shown() } else { found }
+}
+
+/// Whether the marked rows are those with one value in some column, and no others: the lowest or highest of several
+/// segments is no limit.
+fn is_one_label(table: &Table, marked: &[bool]) -> bool {
+    let count = marked.iter().filter(|is_marked| **is_marked).count();
+    let is_marked = |rows: &Vec<usize>| rows.len() == count && rows.iter().all(|row| marked[*row]);
+    (0..table.names().len()).any(|column| labels_of(table, column).values().any(is_marked))
 }
 
 /// Only the rows that are not marked.

@@ -69,6 +69,7 @@ impl Dimension {
                 ("lbf (pounds)", N_PER_LBF),
                 ("kgf", N_PER_KGF),
                 ("gf (grams)", N_PER_KGF / 1e3),
+                ("ozf (ounces)", N_PER_LBF / 16.0),
                 ("kN", 1e3),
                 ("mN", 1e-3),
                 ("N taken for pounds (lbf) and converted", 1.0 / N_PER_LBF),
@@ -85,6 +86,7 @@ impl Dimension {
                 ("kgf·m", N_PER_KGF * 1e3),
                 ("mN·mm", 1e-3),
                 ("lbf·mm", N_PER_LBF),
+                ("ozf·in (inch ounces)", N_PER_LBF * MM_PER_INCH / 16.0),
             ],
             Self::Angle => &[
                 ("radians", DEG_PER_RAD),

@@ -118,7 +118,10 @@ fn applied(folder: &Folder, json: &Value) -> Left {
         let read = ["x_mm", "y_mm", "z_mm"].map(|name| table.numbers(name)[row]);
         let sound = add(read, scale(-1.0, machine_error(json, &table, row, read)));
         let distance = part.distance(in_workpiece(&json["estimates"]["pose"], sound));
-        let residual = distance - tip_mm - added(json, &part, &table, row, point);
+        let off = distance - tip_mm - added(json, &part, &table, row, point);
+        let normal =
+            turned(&json["estimates"]["pose"], triple(&numbers(&point["declared_normal"])));
+        let residual = off / read_along(json, normal);
         left.scale = read.iter().fold(left.scale, |m, v| m.max(v.abs()));
         if point["use"] == "fit" {
             left.fitted.push(vec![residual]);
@@ -175,6 +178,15 @@ fn in_workpiece(pose: &Value, at: [f64; 3]) -> [f64; 3] {
     [x, y, z]
 }
 
+/// `R n`: a direction of the workpiece in the machine.
+fn turned(pose: &Value, direction: [f64; 3]) -> [f64; 3] {
+    let origin = ["x_mm", "y_mm", "z_mm"].map(|name| pose[name].as_f64().expect("a number"));
+    std::array::from_fn(|k| {
+        let axis: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == k)));
+        dot(in_workpiece(pose, add(origin, axis)), direction)
+    })
+}
+
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// What the machine adds to a reading.
@@ -202,6 +214,18 @@ fn axes_error(json: &Value, read: [f64; 3]) -> [f64; 3] {
         }
     }
     error
+}
+
+/// How much a reading along a direction is longer than the way: `|(1 − E)ᵀ n|`.
+fn read_along(json: &Value, normal: [f64; 3]) -> f64 {
+    let Some(reference) = json["estimates"].get("reference_mm") else { return 1.0 };
+    let reference = triple(&numbers(reference));
+    // (1 − E) applied to each axis, a millimetre from the reference.
+    let along = |k: usize| {
+        let axis: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == k)));
+        dot(normal, add(axis, scale(-1.0, axes_error(json, add(reference, axis)))))
+    };
+    (0..3).map(|k| along(k).powi(2)).sum::<f64>().sqrt()
 }
 
 /// What time and temperature add to one reading.

@@ -21,7 +21,7 @@ impl Model for PoseModel {
             let distance_mm = self
                 .foot(&charts[setup], &center_mm)
                 .map_or(f64::NAN, |foot| foot.signed_distance_mm);
-            let (_, length) = self.read_along(index, &sound);
+            let (_, length) = self.read_along(index, &charts[setup], &sound);
             residuals.push((distance_mm - target_mm - added_mm) / length);
         }
         for (setup, chart) in self.setups.iter().zip(&charts) {
@@ -51,7 +51,8 @@ impl Model for PoseModel {
         let term = &self.terms[effect];
         let sound = self.sound(at);
         if let Term::BadPoint { observation } = *term {
-            let (_, length) = self.read_along(observation, &sound);
+            let chart = self.chart(self.setup_of[observation], at);
+            let (_, length) = self.read_along(observation, &chart, &sound);
             return DMatrix::from_element(1, 1, -1.0 / length);
         }
         let (rows, columns) =
@@ -70,9 +71,9 @@ impl Model for PoseModel {
             let contact = self.contact(i);
             let readings = term.readings(&contact);
             let mut values = vec![0.0; columns];
-            let (weights, length) = self.read_along(i, &sound);
+            let chart = &charts[self.setup_of[i]];
+            let (weights, length) = self.read_along(i, chart, &sound);
             if !readings.is_empty() {
-                let chart = &charts[self.setup_of[i]];
                 let (center_mm, added_mm) = self.corrected(i, at);
                 let (normal, distance_mm) = self.foot(chart, &center_mm).map_or_else(
                     || (Vector3::repeat(f64::NAN), f64::NAN),
