@@ -32,6 +32,8 @@ const IMITATION: f64 = 300.0;
 /// The same for a number of `case.toml`, where physics needs an effect more: an amplitude as large as
 /// the number itself, a ball off by its radius or a head by its weight, is hardly ever sound.
 const IMITATION_OF_SETTING: f64 = 60.0;
+/// The same for what physics needs two effects for, which are one mistake.
+const IMITATION_BY_TWO: f64 = 30.0;
 /// The same for readings put to other places: an amplitude that is the way between two of them to so many standard
 /// uncertainties is that way.
 const IMITATION_OF_LABELS: f64 = 3000.0;
@@ -201,10 +203,11 @@ impl Physics {
             || found.named.omits_a_file();
         // Two readings that are each other's: physics needs a bad reading for either. What is left
         // out frees as much as an effect does.
-        let is_of_two = found.named.effect == LABELS || found.named.omits_a_file();
+        let omits = found.named.omits_a_file() || found.rivals.iter().any(Hypothesis::omits_a_file);
+        let is_of_two = found.named.effect == LABELS || omits;
         let is_fewer = is_of_two && named + 2 <= self.steps();
         let is_of_both =
-            found.after.is_some_and(|after| before.significance(&after) >= IMITATION_OF_SETTING);
+            found.after.is_some_and(|after| before.significance(&after) >= IMITATION_BY_TWO);
         let dof = found.after.map_or(0, |after| after.dof);
         let imitated = if is_simpler { LEAST_IMITATED_BY_SETTING } else { LEAST_IMITATED };
         let is_equal = left >= self.imitates(&after_it, dof, imitated) * mended;
