@@ -23,6 +23,8 @@ const STILL_OF_FEW: usize = 5;
 const STILL_OF_SERIES: usize = 3;
 /// Readings at one end of a table of few rows that may have been clipped.
 const CLIPPED_OF_FEW: usize = 4;
+/// Rows that share a label, on average, at least: of a column of readings most are alone.
+const FEWEST_OF_LABEL: usize = 8;
 /// What a run of rows is called.
 const IN_A_ROW: &str = "rows one after the other";
 /// Share of equal neighbours elsewhere, below which a channel is alive.
@@ -56,12 +58,14 @@ pub(crate) fn channels(
                 }
             }
         }
-        let Some(clip) = clip.filter(|clip| clip.is_exact || !is_one_label(table, &clip.rows))
+        let Some(clip) = clip.filter(|clip| clip.is_exact || !are_whole_labels(table, &clip.rows))
         else {
             continue;
         };
-        let edits = without(table, &clip.rows);
-        all.push(saturation(file, &[*name], &clip.words, clip.is_exact, edits));
+        let with_noise = with_noise_below(values, &clip);
+        all.extend([Some(&clip), with_noise.as_ref()].into_iter().flatten().map(|cut| {
+            saturation(file, &[*name], &cut.words, clip.is_exact, without(table, &cut.rows))
+        }));
         clipped.push((name, clip));
     }
     let exact = || clipped.iter().filter(|(_, clip)| clip.is_exact);
@@ -314,12 +318,18 @@ fn saturation(
     if is_certain { found.shown() } else { found }
 }
 
-/// Whether the marked rows are those with one value in some column, and no others: the lowest or highest of several
-/// segments is no limit.
-fn is_one_label(table: &Table, marked: &[bool]) -> bool {
+/// Whether the marked rows are all of those that share a label, of one label or several: the lowest or highest of several
+/// segments, and presses at the least of several loads, are no limit.
+fn are_whole_labels(table: &Table, marked: &[bool]) -> bool {
     let count = marked.iter().filter(|is_marked| **is_marked).count();
-    let is_marked = |rows: &Vec<usize>| rows.len() == count && rows.iter().all(|row| marked[*row]);
-    (0..table.names().len()).any(|column| labels_of(table, column).values().any(is_marked))
+    let of_column = |column: usize| {
+        let labels = labels_of(table, column);
+        let is_whole = |rows: &&Vec<usize>| rows.iter().all(|row| marked[*row]);
+        let whole = labels.values().filter(is_whole);
+        let [n, of_whole] = [whole.clone().count(), whole.map(Vec::len).sum()];
+        n < labels.len() && of_whole == count && of_whole >= FEWEST_OF_LABEL * n
+    };
+    (0..table.names().len()).any(of_column)
 }
 
 /// Only the rows that are not marked.
@@ -357,6 +367,17 @@ fn clipping(values: &[f64]) -> Option<Clipping> {
         ends.iter().map(|(sign, floor, _)| format!("{}", (sign * floor * 1e4).round() / 1e4));
     let words = limits.collect::<Vec<_>>().join(" and ");
     (!ends.is_empty()).then_some(Clipping { rows, words, is_exact })
+}
+
+/// The same where readings that are not all the same pile up below an exact limit, as where an amplifier clips at one
+/// before the recorder does, and its noise is between.
+fn with_noise_below(values: &[f64], exact: &Clipping) -> Option<Clipping> {
+    let others = values.iter().zip(&exact.rows).filter(|(_, is_there)| !**is_there);
+    let others: Vec<f64> = others.map(|(value, _)| *value).collect();
+    let below = clipping(&others).filter(|below| exact.is_exact && !below.is_exact)?;
+    let mut of_others = below.rows.iter();
+    let rows = exact.rows.iter().map(|is_there| *is_there || of_others.next() == Some(&true));
+    Some(Clipping { rows: rows.collect(), words: exact.words.clone(), is_exact: false })
 }
 
 /// Value from which on the largest readings are piled up, and whether they are all equal.

@@ -78,14 +78,9 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         };
         let found = found.or_else(|| rounded_beside(current, &plain, &mut physics));
         let found = found.or_else(|| noise_too_small(current, &plain, &mut physics));
-        let Some(mut found) = found.map(|found| found.of_all(&current.files)) else { break };
+        let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
         if let Some(again) = named.iter().position(|known| known.is(&found.named)) {
             return without_what_is_undone(case, named, again, &plainly.unwrap_or(misfit));
-        }
-        if let Some(before) = named.pop_if(|before| found.named.goes_on_from(before)) {
-            // One limit, with noise on top of it.
-            found.named.edits.splice(0..0, before.edits);
-            examined.suspects.pop();
         }
         examined.suspects.push(Suspect::of(&found, Some(&misfit)));
         if found.named.edits.is_empty() {

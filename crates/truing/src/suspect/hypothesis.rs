@@ -76,11 +76,6 @@ impl Hypothesis {
         self.subject == other.subject && self.description == other.description
     }
 
-    /// Whether it leaves out more of the same column, at an end of its range, than one that came before it.
-    pub(super) fn goes_on_from(&self, before: &Self) -> bool {
-        self.is_of_an_end() && before.is_of_an_end() && self.subject == before.subject
-    }
-
     /// Whether it leaves readings out, and changes none.
     pub(super) fn only_leaves_out(&self) -> bool {
         !self.edits.is_empty() && self.edits.iter().all(leaves_out)

@@ -157,6 +157,9 @@ pub(super) fn thousands(
     Some(Hypothesis::of("input:decimal-point", (file, &[reached]), description, edits))
 }
 
+/// Share of the travel within which half of the readings are at their targets, where they follow these at all.
+const FOLLOWS: f64 = 0.01;
+
 /// Readings whose last digit is many times the declared noise: at each target they are the same in every cycle, as of an
 /// axis with a profile.
 pub(super) fn coarser_than_noise(
@@ -168,8 +171,9 @@ pub(super) fn coarser_than_noise(
     let is_coarse = sigma.is_some_and(|sigma| step > COARSE * sigma);
     // What does not follow the targets at all is worse than coarse.
     let (targets, read) = table.numbers(target).zip(table.numbers(reached))?;
-    let beside = targets.iter().zip(&read).map(|(t, r)| (r - t).abs());
-    let follows = beside.fold(0.0, f64::max) < largest(&targets);
+    let mut beside: Vec<f64> = targets.iter().zip(&read).map(|(t, r)| (r - t).abs()).collect();
+    beside.sort_by(f64::total_cmp);
+    let follows = *beside.get(beside.len() / 2)? < FOLLOWS * largest(&targets);
     if !is_coarse || !follows || table.n_rows() < FEWEST_COARSE {
         return None;
     }

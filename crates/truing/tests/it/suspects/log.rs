@@ -83,6 +83,41 @@ fn a_channel_that_stands_still_is_stuck_and_not_at_a_limit() {
     assert_eq!(first(&case).0["effect"], "input:stuck");
 }
 
+/// An amplifier that clips, with its noise on top of that, before another that does: one limit, and one mistake.
+#[test]
+fn a_limit_with_noise_on_top_of_it_is_one_mistake() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["f4_n"], |n, old| {
+        let read: f64 = old[n][0].parse().unwrap();
+        let noise = 0.15 * f64::from(u32::try_from(n * n % 97).unwrap()).sin();
+        vec![format!("{:.4}", (read.min(64.9) + noise).min(65.0))]
+    });
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:saturation");
+    assert_eq!(step["subject"], "log.csv: f4_n");
+    let steps = answer["steps"].as_array().unwrap();
+    let mistakes = steps.iter().filter(|s| s["effect"].as_str().unwrap().starts_with("input:"));
+    assert_eq!(mistakes.count(), 1, "{}", answer["steps"]);
+}
+
+/// Readings of a strip that lie lower than all others are there for the strip's sake.
+#[test]
+fn the_lowest_strip_is_no_limit_where_something_else_is_wrong_with_it() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["f1_n", "reference_n"], |n, old| {
+        let [low, reference] = [0, 1].map(|k| old[n][k].parse::<f64>().unwrap());
+        let is_there = (40..80).contains(&n);
+        // Ten newtons less in the one cell, in a narrow band, is three in the force.
+        let low = if is_there { 47.0 + 0.05 * (low - 47.0) } else { low };
+        let reference = if is_there { reference + 3.0 } else { reference };
+        vec![format!("{low:.4}"), format!("{reference:.4}")]
+    });
+    let answer = case.json("loop");
+    let steps = answer["steps"].as_array().unwrap();
+    assert!(steps.iter().all(|s| s["effect"] != "input:saturation"), "{}", answer["steps"]);
+    assert_ne!(answer["verdict"], "nothing-missing");
+}
+
 #[test]
 fn a_mistake_is_named_beside_physics_that_is_named_after_it() {
     let case = log("head-weight");
