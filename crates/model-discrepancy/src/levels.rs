@@ -178,8 +178,8 @@ pub(crate) const CLEAR_BEYOND_DOUBT: f64 = 1e-3;
 
 /// Difference of the Bayesian information criterion that the last recorded digit can make: a
 /// residual of three standard deviations that moves by a hundredth of one changes twice the
-/// log-likelihood by 0.06. Descriptions whose likelihoods have a ratio below 1.1 are no better either.
-pub(crate) const TIE: f64 = 0.2;
+/// log-likelihood by 0.06.
+pub(crate) const TIE: f64 = 0.06;
 
 /// Difference of the Bayesian information criterion that is worth mentioning (Raftery 1995).
 pub(crate) const WORTH_MENTIONING: f64 = 2.0;
