@@ -74,14 +74,14 @@ impl Patch {
         let [x, y, z, radius] =
             [self.center_mm.x, self.center_mm.y, self.center_mm.z, self.radius_mm]
                 .map(|v| format!("{v:.decimals$}"));
-        let mut text = format!(
+        let n = self.steepness;
+        let edge = (n > 2)
+            .then(|| format!(", flat within and steep at its edge, exp(−2 (d/{radius} mm)^{n})"));
+        let text = format!(
             "the part is higher than declared in a patch about ({x}, {y}, {z}) mm; height at its middle, \
-             1/e² of it {radius} mm away"
+             1/e² of it {radius} mm away{}",
+            edge.unwrap_or_default()
         );
-        if self.steepness > 2 {
-            let n = self.steepness;
-            text += &format!(", flat within and steep at its edge, exp(−2 (d/{radius} mm)^{n})");
-        }
         let height = Parameter::new("height", "µm", 1e3);
         let mut effect =
             Effect::new("patch", &text, vec![height]).about(&format!("({x}, {y}, {z}) mm"));
