@@ -40,6 +40,8 @@ const STEEPNESS: [i32; 2] = [8, 32];
 const EDGES: [f64; 8] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2];
 /// Standard deviations from which on a steeper edge is clearly there.
 const STEEPER: f64 = 6.0;
+/// Share of what is left that a patch must explain to have a steep edge: beside other forms an edge is one of theirs.
+const MOSTLY: f64 = 0.8;
 /// Standard deviation of a normal distribution over its median deviation.
 const OF_MEDIAN: f64 = 1.4826;
 /// Places and radius are rounded to this share of the radius, so that what is printed is what is used.
@@ -220,7 +222,7 @@ impl Scene {
     /// The clearest patch of those tried and what lies about it; `None` where white noise might show it.
     fn clearest(&self, tried: &[Patch]) -> Option<Patch> {
         let clearest = self.best_of(tried.iter().copied())?;
-        self.refined(clearest, tried.len())
+        self.refined(clearest, tried.len(), &STEEPNESS)
     }
 
     fn best_of(&self, patches: impl Iterator<Item = Patch>) -> Option<(f64, Patch)> {
@@ -230,22 +232,23 @@ impl Scene {
 
     /// A patch put where it explains most, with a steep edge where that explains clearly more, if it is clear of so many
     /// that were tried.
-    fn refined(&self, clearest: (f64, Patch), searched: usize) -> Option<Patch> {
+    fn refined(&self, clearest: (f64, Patch), searched: usize, edges: &[i32]) -> Option<Patch> {
         let middles = self.middles();
         let mut found = self.moved(clearest, &REFINED, &middles);
-        for steepness in STEEPNESS {
+        for &steepness in edges {
             let (most, bell) = found;
             let steep =
                 EDGES.map(|grown| Patch { radius_mm: bell.radius_mm * grown, steepness, ..bell });
             let Some(best) = self.best_of(steep.into_iter()) else { continue };
             let best = self.moved(best, &STEEP, &middles);
             let more = best.0 - most;
-            if more >= STEEPER.powi(2) * self.noise_beside(&best.1) {
+            let is_most = best.0 >= MOSTLY * self.residual.values().norm_squared();
+            if is_most && more >= STEEPER.powi(2) * self.noise_beside(&best.1) {
                 found = best;
             }
         }
         let (_, best) = found;
-        let searched = searched * (1 + STEEPNESS.len());
+        let searched = searched * (1 + edges.len());
         let best = Patch { searched, ..best }.rounded();
         let (explained, by_others) = (self.explained(&best)?, self.explained_by_others(&best)?);
         let is_clear = self.residual.p_value(explained, 1) * count(searched) <= FALSE_ALARM;
@@ -312,7 +315,7 @@ impl Scene {
             positions: self.positions.clone(),
         };
         let searched = tried.len() * others.len();
-        let patch = beside.refined((beside.explained(&patch)?, patch), searched)?;
+        let patch = beside.refined((beside.explained(&patch)?, patch), searched, &[])?;
         let both = taken[other].norm_squared() + beside.explained(&patch)?;
         let more = both - self.explained(&patch)?;
         let p_value = self.residual.p_value_of_more(more, others[other].ncols(), both);
