@@ -78,7 +78,8 @@ fn numbers(
     let far = fitted.filter(|fitted| !of.are_places && fitted.observations.len() >= table.n_rows());
     let far = far.map(|fitted| (fitted, farthest(fitted, FARTHEST)));
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
-    let mut all = slips(of.file, Some(table), &columns_of(table, of.sets), far);
+    let columns = columns_of(table, of.sets);
+    let mut all = slips((of.file, Some(table)), &columns, of.is_record, far);
     for (columns, dimension) in without_deviations(of.sets) {
         let columns = present(Some(table), columns);
         let odd = |column: &&str| odd_among_neighbours(of.file, table, column, *dimension);
@@ -89,7 +90,8 @@ fn numbers(
     if let Some(samples) = of.samples.filter(|samples| files.folder.has(samples.file))
         && let Ok(table) = files.folder.table(samples.file, &[])
     {
-        all.extend(slips(samples.file, Some(&table), &columns_of(&table, samples.sets), None));
+        let columns = columns_of(&table, samples.sets);
+        all.extend(slips((samples.file, Some(&table)), &columns, false, None));
     }
     all
 }

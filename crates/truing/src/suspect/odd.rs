@@ -45,6 +45,28 @@ pub(super) fn odd_among_neighbours(
     Factor::all(dimension, declared).into_iter().filter_map(of_factor).collect()
 }
 
+/// By how many times the median each number of a record lies off the middle between those before and after it.
+pub(super) fn jumps(values: &[f64]) -> Vec<f64> {
+    let beside = |row: usize| match (row.checked_sub(1), values.get(row + 1)) {
+        (Some(before), Some(after)) => f64::midpoint(values[before], *after),
+        (Some(before), None) => values[before],
+        (None, Some(after)) => *after,
+        (None, None) => values[row],
+    };
+    let off: Vec<f64> = (0..values.len()).map(|row| (values[row] - beside(row)).abs()).collect();
+    if off.is_empty() {
+        return off;
+    }
+    // A number that stands like both its neighbours does not jump, however still all others stand.
+    let usual = median(off.clone()).max(f64::MIN_POSITIVE);
+    off.into_iter().map(|off| off / usual).collect()
+}
+
+/// Whether a number of a record goes on as those before and after it do.
+pub(super) fn goes_on(jumps: &[f64], row: usize) -> bool {
+    jumps.get(row).is_some_and(|jump| *jump < FAR_OFF)
+}
+
 /// The middle one of the numbers in the rows beside a row.
 fn among_neighbours(values: &[f64], row: usize) -> f64 {
     let beside = row.saturating_sub(BESIDE)..(row + BESIDE + 1).min(values.len());

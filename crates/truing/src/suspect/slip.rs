@@ -1,6 +1,7 @@
 //! Numbers written down wrong.
 
 use super::hypothesis::{Hypothesis, listed, owned, present};
+use super::odd::{goes_on, jumps};
 use super::written::{digits_exchanged, shortest};
 use crate::case::{Change, Edit, Table};
 use crate::measured::Fitted;
@@ -29,11 +30,11 @@ const THOUSANDS: i32 = 3;
 
 /// One number of these columns with its decimal point or its sign wrong, or two of its digits exchanged: of the rows
 /// given where that changes it by about as much as the row is off, and the largest of each column with its point lost,
-/// whatever the fit says.
+/// whatever the fit says. Of a record, a number that goes on as those before and after it do is not wrong.
 pub(super) fn slips(
-    file: &'static str,
-    table: Option<&Table>,
+    (file, table): (&'static str, Option<&Table>),
     columns: &[&str],
+    is_record: bool,
     far: Option<(&Fitted, &[usize])>,
 ) -> Vec<Hypothesis> {
     let Some(table) = table else { return Vec::new() };
@@ -50,6 +51,8 @@ pub(super) fn slips(
         }
         all.sort_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)));
         all.dedup_by(|a, b| a.0 == b.0 && a.2.total_cmp(&b.2).is_eq());
+        let jumps = if is_record { jumps(&values) } else { Vec::new() };
+        all.retain(|(row, ..)| !goes_on(&jumps, *row));
         let of_one = |(row, wrong, meant)| {
             let is_known = far.is_some_and(|(_, rows)| rows.contains(&row));
             let is_free = is_known && !matches!(wrong, Wrong::Point);

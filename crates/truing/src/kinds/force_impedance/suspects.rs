@@ -84,7 +84,8 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(rows_shifted(LOG, table, &[*column], Some("segment")));
     }
     all.extend(exchanged_blocks(LOG, table, &[REFERENCE], "segment", MOST_SEGMENTS));
-    all.extend(fitted.and_then(|fitted| spikes(LOG, table, CELLS[3], fitted)));
+    let of_spikes = [&CELLS[3..], &CELLS[..3], &[REFERENCE], &LENGTHS].concat();
+    all.extend(fitted.and_then(|fitted| spikes(LOG, table, &of_spikes, fitted)));
     all.extend(of_head(files));
     all
 }

@@ -107,7 +107,22 @@ fn a_spike_of_a_cell_is_told() {
     });
     let [effect, said] = named(&case);
     assert_eq!(effect, "input:spike");
-    assert!(said.contains("in line 135"), "{said}");
+    assert!(said.contains("in line 135") && said.contains("a spike of `f4_n`"), "{said}");
+}
+
+/// A slip of any other channel there would explain as much, and none of them jumps.
+#[test]
+fn a_spike_is_of_the_channel_that_jumps() {
+    for (column, row, by) in [("reference_n", 133, 6.0), ("l2_mm", 201, 4.0)] {
+        let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
+        change(&case, "log.csv", &[column], |n, old| {
+            let spike = if n == row { by } else { 0.0 };
+            vec![format!("{:.4}", number(&old[n][0]) + spike)]
+        });
+        let [effect, said] = named(&case);
+        assert_eq!(effect, "input:spike", "{said}");
+        assert!(said.contains(&format!("a spike of `{column}`")), "{said}");
+    }
 }
 
 #[test]
