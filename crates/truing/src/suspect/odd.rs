@@ -45,21 +45,26 @@ pub(super) fn odd_among_neighbours(
     Factor::all(dimension, declared).into_iter().filter_map(of_factor).collect()
 }
 
-/// By how many times the median each number of a record lies off the middle between those before and after it.
+/// How far each number of a record lies above or below both that before and that after it, in medians of its distance from
+/// the middle between them; zero between the two, as on a step.
 pub(super) fn jumps(values: &[f64]) -> Vec<f64> {
-    let beside = |row: usize| match (row.checked_sub(1), values.get(row + 1)) {
-        (Some(before), Some(after)) => f64::midpoint(values[before], *after),
-        (Some(before), None) => values[before],
-        (None, Some(after)) => *after,
-        (None, None) => values[row],
+    let from_beside = |row: usize| {
+        let other = |at: Option<usize>| Some(values[row] - values.get(at?)?);
+        let [before, after] = [other(row.checked_sub(1)), other(Some(row + 1))];
+        let one = before.or(after).unwrap_or(0.0);
+        [before.unwrap_or(one), after.unwrap_or(one)]
     };
-    let off: Vec<f64> = (0..values.len()).map(|row| (values[row] - beside(row)).abs()).collect();
-    if off.is_empty() {
-        return off;
+    let all: Vec<[f64; 2]> = (0..values.len()).map(from_beside).collect();
+    if all.is_empty() {
+        return Vec::new();
     }
+    let off = all.iter().map(|[before, after]| f64::midpoint(*before, *after).abs());
     // A number that stands like both its neighbours does not jump, however still all others stand.
-    let usual = median(off.clone()).max(f64::MIN_POSITIVE);
-    off.into_iter().map(|off| off / usual).collect()
+    let usual = median(off.collect()).max(f64::MIN_POSITIVE);
+    let height = |[before, after]: [f64; 2]| {
+        if before * after > 0.0 { before.abs().min(after.abs()) } else { 0.0 }
+    };
+    all.into_iter().map(|pair| height(pair) / usual).collect()
 }
 
 /// Whether a number of a record goes on as those before and after it do.

@@ -9,8 +9,9 @@ use crate::measured::Fitted;
 
 /// Spikes at most: more are a stretch.
 const MOST: usize = 5;
-/// Times by which the least of them is farther off than any other sample; and from which on, or where what is left jumps
-/// by as many times as anywhere else, they need not spoil the fit: of one in 200 records whose noise has tails like 1/x³.
+/// Times by which the least of them is farther off than any other sample; and from which on, or where the channel or what
+/// is left jumps as many times as far as anywhere else, they need not spoil the fit: of one in 200 records whose noise has
+/// tails like 1/x³.
 const APART: f64 = 4.0;
 const CLEARLY_APART: f64 = 6.0;
 
@@ -29,8 +30,8 @@ fn far_apart_by(fitted: &Fitted, apart: f64) -> Option<Vec<usize>> {
     Some(far)
 }
 
-/// A few samples of a record, each of which is several times as far off as any other: of the one of these columns that
-/// jumps there, else of the first.
+/// A few samples of a record, each of which is several times as far off as any other, or the farthest where a channel
+/// jumps in that alone: of the one of these columns that jumps there, else of the first.
 pub(crate) fn spikes(
     file: &'static str,
     table: Option<&Table>,
@@ -38,12 +39,18 @@ pub(crate) fn spikes(
     fitted: &Fitted,
 ) -> Option<Hypothesis> {
     let table = table.filter(|table| fitted.observations.len() == table.n_rows())?;
-    let far = far_apart(fitted)?;
+    let alone = |name: &&str, rows: &[usize]| {
+        table.numbers(name).is_some_and(|values| jumps_there_alone(&values, rows))
+    };
+    let one = || Some(farthest(fitted, 1)).filter(|one| columns.iter().any(|of| alone(of, one)));
+    let far = far_apart(fitted).or_else(one)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
+    let left: Vec<f64> = fitted.observations.iter().map(|o| o.residual[0]).collect();
     let are_clear = jumping.is_some()
         && (far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
-            || jumps_there_alone(fitted, &far));
+            || jumps_there_alone(&left, &far)
+            || jumping.is_some_and(|name| alone(&name, &far)));
     let column = jumping.or_else(|| columns.first().copied())?;
     let channel = jumping.map_or_else(|| "a channel".to_owned(), |name| listed(&[name]));
     let (rows, do_not) = if far.len() == 1 { ("a row", "does not") } else { ("rows", "do not") };
@@ -67,10 +74,9 @@ fn jumping(table: &Table, columns: &[&'static str], rows: &[usize]) -> Option<&'
     columns.iter().filter_map(most).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| name)
 }
 
-/// Whether what is left jumps in each of these rows so many times as far as anywhere else but beside them.
-fn jumps_there_alone(fitted: &Fitted, rows: &[usize]) -> bool {
-    let left: Vec<f64> = fitted.observations.iter().map(|o| o.residual[0]).collect();
-    let jumps = jumps(&left);
+/// Whether a series jumps in each of these rows so many times as far as anywhere else but beside them.
+fn jumps_there_alone(values: &[f64], rows: &[usize]) -> bool {
+    let jumps = jumps(values);
     let is_elsewhere = |row: &usize| !rows.iter().any(|spike| spike.abs_diff(*row) <= 1);
     let elsewhere = (0..jumps.len()).filter(is_elsewhere).map(|row| jumps[row]);
     let most = elsewhere.fold(0.0, f64::max);
